@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from relmodel.columns import Columns
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ class CircleParameters:
 DEFAULTS = CircleParameters()
 
 
-def relate(centre: Floats, normal: Floats, radius: Floats, a: Ints, b: Ints) -> Columns:
+def relate(centre: Floats, normal: Floats, radius: Floats, a: Ints, b: Ints) -> dict[str, Floats]:
     """The relations of circles `a` (k,) with `b` (k,) of centre (n, 3) mm, unit normal (n, 3) and radius (n,) mm."""
     line = centre[b] - centre[a]
     distance = np.linalg.norm(line, axis=1)
@@ -61,15 +60,18 @@ def relate(centre: Floats, normal: Floats, radius: Floats, a: Ints, b: Ints) -> 
 
 def classify(
     centre: Floats, normal: Floats, radius: Floats, p: CircleParameters = DEFAULTS
-) -> tuple[Columns, Columns]:
-    """Columns of `circle_relation` and of `circle_pair`, without the object's identity, of circles that stay together."""
+) -> tuple[dict[str, Floats | Ints], dict[str, Ints]]:
+    """Columns of `circle_relation` and of `circle_pair`, without the object's identity, of circles that stay
+    together."""
     from scipy.spatial import cKDTree
 
     near = cKDTree(centre).query_pairs(p.greatest_distance, output_type="ndarray").reshape(-1, 2).astype(np.int64)
     near = near[np.lexsort((near[:, 1], near[:, 0]))]
     values = relate(centre, normal, radius, *near.T)
     # The smaller circle comes first; of equals the one whose normal leans less on the line.
-    first, second = (np.stack([np.round(values[f"{n}_a"], 2), np.round(values[f"{n}_b"], 2)]) for n in ("radius", "rise"))
+    first, second = (
+        np.stack([np.round(values[f"{n}_a"], 2), np.round(values[f"{n}_b"], 2)]) for n in ("radius", "rise")
+    )
     turned = (first[0] > first[1]) | ((first[0] == first[1]) & (second[0] > second[1]))
     near[turned] = near[turned][:, ::-1]
     near = near[values["distance"] >= p.least_distance]
@@ -79,8 +81,8 @@ def classify(
     cell = np.stack([np.rint(values[n] / steps[n]).astype(np.int64) for n in values], axis=1)
     _, class_of, pairs = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
     class_of = class_of.ravel()
-    relations: Columns = {"class_no": np.arange(len(pairs)), "pairs": pairs}
-    relations |= {n: np.bincount(class_of, v, len(pairs)) / pairs for n, v in values.items()}
+    means = {name: np.bincount(class_of, v, len(pairs)) / pairs for name, v in values.items()}
+    relations: dict[str, Floats | Ints] = {"class_no": np.arange(len(pairs)), "pairs": pairs, **means}
     kept = _thin(class_of, pairs, p.most_of_class)
     return relations, {"class_no": class_of[kept], "circle_a": near[kept, 0], "circle_b": near[kept, 1]}
 

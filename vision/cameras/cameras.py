@@ -201,9 +201,9 @@ class Prior:
         return float(np.sqrt(np.linalg.eigvalsh(self.covariance[3:, 3:])[-1]))
 
     def distance(self, world_from_rig: Floats) -> float:
-        """How far (sigmas, in six dimensions) a pose lies from the prior; 0 where nothing is known."""
+        """How far (sigmas, in six dimensions) a pose lies from the prior; NaN where nothing is known."""
         if self.is_open:
-            return 0.0
+            return float("nan")
         delta = perturbation(self.world_from_rig, world_from_rig)
         return float(np.sqrt(delta @ self.information @ delta))
 

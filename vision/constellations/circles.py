@@ -34,10 +34,10 @@ class Circles:
         """How they lie to each other, each pair in both orders: columns of the relation that
         `queries/constellations/join.sql` takes."""
         a, b = np.nonzero(~np.eye(len(self), dtype=bool))
-        found: Columns = {"unit_a": a, "unit_b": b, **relate(self.centre, self.normal, self.radius, a, b)}
-        distance = np.asarray(found["distance"])
-        rows = (distance >= p.least_distance) & (distance <= p.greatest_distance) & (found["rise_a"] <= p.along)
-        return {name: np.asarray(values)[rows] for name, values in found.items()}
+        found = relate(self.centre, self.normal, self.radius, a, b)
+        rows = (found["distance"] >= p.least_distance) & (found["distance"] <= p.greatest_distance)
+        rows &= found["rise_a"] <= p.along
+        return {"unit_a": a[rows], "unit_b": b[rows], **{name: values[rows] for name, values in found.items()}}
 
 
 def read_circles(store: Database, connection: Connection, object_id: int) -> Circles:

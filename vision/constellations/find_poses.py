@@ -2,56 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-
 import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import Floats, Ints
+from relmodel.geometry.transforms import matrices
 from relmodel.store.database import Database
+from vision.cameras.cameras import Prior, perturbation
 from vision.constellations.circles import find_scene_circles, read_circles
 from vision.constellations.constellation_parameters import DEFAULTS, ConstellationParameters, PoseParameters
-from vision.constellations.join import JoinedPairs, join_pairs, solve_poses
+from vision.constellations.join import join_pairs, solve_poses
 from vision.constellations.score import ModelArcs, ScenePoints, sample_scene
+from vision.localisation.hypotheses import Candidates, describe_stage
 from vision.scene.scene import Scene
 from vision.stereo.triangulate import Triangulated
-
-
-@dataclass(frozen=True)
-class FoundPoses:
-    """Distinct poses (k, 4, 4) of the rig in the world, the best first, and the share (k,) of what stereo put in space
-    that lies on the model's arcs at each."""
-
-    world_from_rig: Floats
-    share: Floats
 
 
 def find_poses(
     store: Database,
     connection: Connection,
     scene: Scene,
-    objects: Mapping[int, Floats],
+    world_id: int,
     space: Triangulated,
     p: ConstellationParameters = DEFAULTS,
-) -> FoundPoses:
-    """Poses at which circles in space fall on circles of the objects, pair by pair.
+) -> tuple[Prior, Candidates]:
+    """Distinct poses at which circles in space fall on circles of the inspected objects, pair by pair.
 
-    scene: of the world; objects: world_from_object (4, 4) by identity.  Joined pairs that put the scene in the same
+    scene: of the world.  Joined pairs that put the scene in the same
     place vote together; the poses of most votes, counted and weighed by how rare their pairs are, are scored on some of
     the scene's points, the best of these fitted to the model's arcs and scored on more.  Where the model repeats itself
-    about the best, the shifted poses are looked at too."""
+    about the best, the shifted poses are looked at too.  The poses are perturbations of the best, as of an open prior;
+    their scores are the shares of what stereo put in space that lies on the model's arcs."""
     circles = find_scene_circles(space)
     circles = circles.take((circles.radius >= p.join.least_radius) & (circles.radius <= p.join.greatest_radius))
     poses, alike = [np.zeros((0, 4, 4))], [np.zeros(0, np.int64)]
-    for object_id, world_from_object in objects.items():
+    objects = store.columns(connection, "constellations/objects", world_id=world_id)
+    for object_id, world_from_object in zip(objects["object_id"].tolist(), matrices(objects), strict=True):
         joined = join_pairs(store, connection, object_id, circles, p.join)
         solved = solve_poses(circles, read_circles(store, connection, object_id), joined)
         poses.append(world_from_object @ solved.reshape(-1, 4, 4))
         alike.append(np.repeat(joined.alike, 2))
     started, rarity = np.concatenate(poses), 1.0 / np.concatenate(alike)
     if not len(started):
-        return FoundPoses(started, np.zeros(0))
+        return _candidates(np.zeros((0, 4, 4)), np.zeros(0))
     points, arcs = sample_scene(space, p.poses), ModelArcs(scene, p.poses)
     few, many = points.thin(p.poses.few_points), points.thin(p.poses.points)
 
@@ -63,7 +56,14 @@ def find_poses(
         again = arcs.fit(arcs.shifted(pose, many), few)
         fitted, share = np.concatenate([fitted, again]), np.concatenate([share, arcs.score(again, many)])
     kept = _best_distinct(fitted, share, points, p.poses, p.poses.kept)
-    return FoundPoses(fitted[kept], share[kept])
+    return _candidates(fitted[kept], share[kept])
+
+
+def _candidates(poses: Floats, share: Floats) -> tuple[Prior, Candidates]:
+    prior = Prior.open(poses[0] if len(poses) else np.eye(4))
+    delta = np.array([perturbation(prior.world_from_rig, pose) for pose in poses]).reshape(-1, 6)
+    stage = describe_stage("join", delta, share, ["goes_on"] * len(share), share)
+    return prior, Candidates(delta, share, [stage])
 
 
 def _vote(poses: Floats, rarity: Floats, points: ScenePoints, p: PoseParameters) -> Ints:
@@ -91,7 +91,7 @@ def _best_ways(poses: Floats, share: Floats, p: PoseParameters) -> Ints:
 def _angles(poses: Floats, pose: Floats) -> Floats:
     """By how much (k,) rad poses are turned against one."""
     cosine = (np.einsum("kij,ij->k", poses[:, :3, :3], pose[:3, :3]) - 1) / 2
-    return np.arccos(np.clip(cosine, -1, 1))
+    return np.asarray(np.arccos(np.clip(cosine, -1, 1)))
 
 
 def _best_distinct(poses: Floats, score: Floats, points: ScenePoints, p: PoseParameters, count: int) -> Ints:

@@ -32,8 +32,8 @@ def join_pairs(
         joined = store.columns(
             connection, "constellations/join", object_id=object_id, **{name: getattr(p, name) for name in names}
         )
-    pairs = (np.stack([joined[f"{n}_a"], joined[f"{n}_b"]], axis=1).astype(np.int64) for n in ("unit", "circle"))
-    return JoinedPairs(*pairs, joined["alike"].astype(np.int64))
+    units, circles = (np.stack([joined[f"{n}_a"], joined[f"{n}_b"]], axis=1) for n in ("unit", "circle"))
+    return JoinedPairs(units.astype(np.int64), circles.astype(np.int64), joined["alike"].astype(np.int64))
 
 
 def solve_poses(scene: Circles, model: Circles, joined: JoinedPairs) -> Floats:

@@ -20,8 +20,8 @@ _CHUNK = 1 << 18  # points that are looked up at once
 
 @dataclass(frozen=True)
 class _Met:
-    """Points (k, n, 3) of a scene at poses, the rows (k, n) of the nearest samples of arcs and their unit tangents, what
-    lies across these between arc and point, and which points (k, n) are explained."""
+    """Points (k, n, 3) of a scene at poses, the rows (k, n) of the samples of arcs that are nearest and their unit
+    tangents, what lies across these between arc and point, and which points (k, n) are explained."""
 
     point: Floats
     row: Ints
@@ -100,7 +100,11 @@ class ModelArcs:
         rows = scene.reference_samples
         rows = rows[scene.sample_cosine[rows] < np.cos(p.sharp_rad)]
         self.scene, self.p = scene, p
-        self.point, self.tangent, self.arc = scene.sample_point[rows], scene.sample_tangent[rows], scene.sample_arc[rows]
+        self.point, self.tangent, self.arc = (
+            scene.sample_point[rows],
+            scene.sample_tangent[rows],
+            scene.sample_arc[rows],
+        )
         self._tree: Any = cKDTree(self.point, balanced_tree=False, compact_nodes=False)
 
     def score(self, poses: Floats, scene: ScenePoints) -> Floats:

@@ -139,6 +139,8 @@ def _read_poses(store: Database, connection: Connection, run: int) -> dict[str, 
 
 
 def _prior(poses: dict[str, list[Explanation]]) -> Prior:
+    if "prior" not in poses:
+        return Prior.open(np.eye(4))
     return Prior(poses["prior"][0].world_from_rig, poses["prior"][0].covariance)
 
 

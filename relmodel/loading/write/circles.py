@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.columns import Columns
 from relmodel.features.circle_relations import DEFAULTS, classify, select_rare
 from relmodel.store.database import Database
 
@@ -25,7 +24,7 @@ def append_circles(store: Database, connection: Connection, object_id: int) -> N
     found = {name: values[rows] for name, values in found.items()}
     centre, normal = (np.stack([found[n] for n in names], axis=1) for names in (("x", "y", "z"), ("nx", "ny", "nz")))
     relations, pairs = classify(centre, normal, found["radius"])
-    circles: Columns = {"circle_no": np.arange(len(rows)), **found}
+    circles = {"circle_no": np.arange(len(rows)), **found}
     for table, columns in (("circle", circles), ("circle_relation", relations), ("circle_pair", pairs)):
         count = len(next(iter(columns.values())))
         if count:
