@@ -387,8 +387,8 @@ def test_the_answers_of_the_audit_are_those_of_the_rows(store: Store) -> None:
     by_arc: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
     for r in points:
         arc = seen[view[r["view_no"]], r["view_arc_no"]]
-        key = (view[r["view_no"]], paths[arc["occurrence_id"]], arc["kind"], arc["arc_no"], arc["surface_no"])
-        by_arc.setdefault(key, []).append(r)
+        arc_key = (view[r["view_no"]], paths[arc["occurrence_id"]], arc["kind"], arc["arc_no"], arc["surface_no"])
+        by_arc.setdefault(arc_key, []).append(r)
     misfit = {
         key: np.sqrt(np.average([(r["residual"] / r["sigma"]) ** 2 for r in own], weights=[r["weight"] for r in own]))
         for key, own in by_arc.items()
@@ -396,8 +396,8 @@ def test_the_answers_of_the_audit_are_those_of_the_rows(store: Store) -> None:
     worst = answers["arcs_that_fit_worst"]
     assert [r["rms_sigmas"] for r in worst] == pytest.approx(sorted(misfit.values(), reverse=True)[:20])
     for r in worst:
-        key = tuple(r[name] for name in ("camera", "path", "view_kind", "arc_no", "surface_no"))
-        assert (r["rms_sigmas"], r["points"]) == (pytest.approx(misfit[key]), len(by_arc[key]))
+        arc_key = tuple(r[name] for name in ("camera", "path", "view_kind", "arc_no", "surface_no"))
+        assert (r["rms_sigmas"], r["points"]) == (pytest.approx(misfit[arc_key]), len(by_arc[arc_key]))
 
     (states,) = answers["states_by_variant"]
     assert (states["run_id"], states["variant"], states["verdict"]) == (run, "A", "accepted")
