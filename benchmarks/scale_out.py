@@ -57,8 +57,8 @@ def place(store: Store, parts: int, folder: Path) -> float:
 def questions(store: Store) -> list[Box]:
     """A thousand cubes about placed parts, that hold about ten each."""
     with store.read() as connection:
-        world_id = int(store.rows(connection, "current_worlds")[0].world_id)
-        columns = store.columns(connection, "index_parts", world_id=world_id)
+        world_id = int(store.rows(connection, "world/current")[0].world_id)
+        columns = store.columns(connection, "index/parts", world_id=world_id)
     boxes = np.stack([columns[name] for name in BOX_COLUMNS], axis=1).astype(float)
     centre = (boxes[:, :3] + boxes[:, 3:]) / 2
     chosen = np.random.default_rng(1).choice(centre, 1000)

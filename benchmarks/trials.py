@@ -84,14 +84,14 @@ class Models:
             path = self.folder / f"{name}.duckdb"
             with Store.open(path) if path.exists() else Store.create(path) as store:
                 with store.read() as connection:
-                    worlds = store.columns(connection, "current_worlds")
+                    worlds = store.columns(connection, "world/current")
                 if not len(worlds["id"]):
                     load(store, file, name="object", unit=unit)
                     world = {"world": "cell", "objects": [{"object": "object", "world_from_object": placed.tolist()}]}
                     (self.folder / f"{name}.yaml").write_text(yaml.safe_dump(world))
                     place_world(store, self.folder / f"{name}.yaml")
                 with store.read() as connection:
-                    world_id = int(store.columns(connection, "current_worlds")["world_id"][0])
+                    world_id = int(store.columns(connection, "world/current")["world_id"][0])
                     self._stored[name] = read_scene(store, connection, world_id)
         return self._stored[name]
 

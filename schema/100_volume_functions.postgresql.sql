@@ -23,6 +23,24 @@ $$;
 COMMENT ON FUNCTION checked_box IS
     'True where a box is one, else an error.';
 
+CREATE FUNCTION reach_back(
+    nx DOUBLE PRECISION, ny DOUBLE PRECISION, nz DOUBLE PRECISION, shift DOUBLE PRECISION,
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) RETURNS DOUBLE PRECISION LANGUAGE sql IMMUTABLE
+RETURN least(nx * x0, nx * x1) + least(ny * y0, ny * y1) + least(nz * z0, nz * z1) + shift;
+COMMENT ON FUNCTION reach_back IS
+    'The least n . p + shift of the points p of a box.';
+
+CREATE FUNCTION reach_forth(
+    nx DOUBLE PRECISION, ny DOUBLE PRECISION, nz DOUBLE PRECISION, shift DOUBLE PRECISION,
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) RETURNS DOUBLE PRECISION LANGUAGE sql IMMUTABLE
+RETURN greatest(nx * x0, nx * x1) + greatest(ny * y0, ny * y1) + greatest(nz * z0, nz * z1) + shift;
+COMMENT ON FUNCTION reach_forth IS
+    'The greatest n . p + shift of the points p of a box.';
+
 CREATE FUNCTION all_in_bounds(
     from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
     to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
@@ -64,33 +82,25 @@ posed AS MATERIALIZED (
         b.m20 * n.m02 + b.m21 * n.m12 + b.m22 * n.m22 AS m22,
         b.m20 * n.m03 + b.m21 * n.m13 + b.m22 * n.m23 + b.m23 AS m23
     FROM near AS b
-    JOIN object_page AS g ON g.object_id = b.object_id AND g.body_no = b.body_no
-        AND b.m00 * (g.x0 + g.x1) / 2 + b.m01 * (g.y0 + g.y1) / 2 + b.m02 * (g.z0 + g.z1) / 2 + b.m03
-            BETWEEN from_x - (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 - 1e-6
-            AND to_x + (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 + 1e-6
-        AND b.m10 * (g.x0 + g.x1) / 2 + b.m11 * (g.y0 + g.y1) / 2 + b.m12 * (g.z0 + g.z1) / 2 + b.m13
-            BETWEEN from_y - (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 - 1e-6
-            AND to_y + (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 + 1e-6
-        AND b.m20 * (g.x0 + g.x1) / 2 + b.m21 * (g.y0 + g.y1) / 2 + b.m22 * (g.z0 + g.z1) / 2 + b.m23
-            BETWEEN from_z - (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 - 1e-6
-            AND to_z + (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 + 1e-6
+    JOIN (
+        SELECT object_id, body_no, page, (x0 + x1) / 2 AS x, (y0 + y1) / 2 AS y, (z0 + z1) / 2 AS z,
+            (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6 AS reach
+        FROM object_page
+    ) AS g ON g.object_id = b.object_id AND g.body_no = b.body_no
+        AND b.m00 * g.x + b.m01 * g.y + b.m02 * g.z + b.m03 BETWEEN from_x - g.reach AND to_x + g.reach
+        AND b.m10 * g.x + b.m11 * g.y + b.m12 * g.z + b.m13 BETWEEN from_y - g.reach AND to_y + g.reach
+        AND b.m20 * g.x + b.m21 * g.y + b.m22 * g.z + b.m23 BETWEEN from_z - g.reach AND to_z + g.reach
     JOIN object_node AS n ON n.object_id = g.object_id AND n.page = g.page
 ),
 carried AS MATERIALIZED (
     SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
         s.z1 AS shape_z1,
-        least(o.m00 * s.x0, o.m00 * s.x1) + least(o.m01 * s.y0, o.m01 * s.y1)
-            + least(o.m02 * s.z0, o.m02 * s.z1) + o.m03 AS x0,
-        least(o.m10 * s.x0, o.m10 * s.x1) + least(o.m11 * s.y0, o.m11 * s.y1)
-            + least(o.m12 * s.z0, o.m12 * s.z1) + o.m13 AS y0,
-        least(o.m20 * s.x0, o.m20 * s.x1) + least(o.m21 * s.y0, o.m21 * s.y1)
-            + least(o.m22 * s.z0, o.m22 * s.z1) + o.m23 AS z0,
-        greatest(o.m00 * s.x0, o.m00 * s.x1) + greatest(o.m01 * s.y0, o.m01 * s.y1)
-            + greatest(o.m02 * s.z0, o.m02 * s.z1) + o.m03 AS x1,
-        greatest(o.m10 * s.x0, o.m10 * s.x1) + greatest(o.m11 * s.y0, o.m11 * s.y1)
-            + greatest(o.m12 * s.z0, o.m12 * s.z1) + o.m13 AS y1,
-        greatest(o.m20 * s.x0, o.m20 * s.x1) + greatest(o.m21 * s.y0, o.m21 * s.y1)
-            + greatest(o.m22 * s.z0, o.m22 * s.z1) + o.m23 AS z1
+        reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x0,
+        reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y0,
+        reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z0,
+        reach_forth(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x1,
+        reach_forth(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y1,
+        reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z1
     FROM posed AS o
     JOIN shape AS s ON s.id = o.shape_id
 )
@@ -143,18 +153,12 @@ WITH carried AS (
         o.m10, o.m11, o.m12, o.m13,
         o.m20, o.m21, o.m22, o.m23,
         e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0, e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
-        least(o.m00 * e.x0, o.m00 * e.x1) + least(o.m01 * e.y0, o.m01 * e.y1)
-            + least(o.m02 * e.z0, o.m02 * e.z1) + o.m03 AS x0,
-        least(o.m10 * e.x0, o.m10 * e.x1) + least(o.m11 * e.y0, o.m11 * e.y1)
-            + least(o.m12 * e.z0, o.m12 * e.z1) + o.m13 AS y0,
-        least(o.m20 * e.x0, o.m20 * e.x1) + least(o.m21 * e.y0, o.m21 * e.y1)
-            + least(o.m22 * e.z0, o.m22 * e.z1) + o.m23 AS z0,
-        greatest(o.m00 * e.x0, o.m00 * e.x1) + greatest(o.m01 * e.y0, o.m01 * e.y1)
-            + greatest(o.m02 * e.z0, o.m02 * e.z1) + o.m03 AS x1,
-        greatest(o.m10 * e.x0, o.m10 * e.x1) + greatest(o.m11 * e.y0, o.m11 * e.y1)
-            + greatest(o.m12 * e.z0, o.m12 * e.z1) + o.m13 AS y1,
-        greatest(o.m20 * e.x0, o.m20 * e.x1) + greatest(o.m21 * e.y0, o.m21 * e.y1)
-            + greatest(o.m22 * e.z0, o.m22 * e.z1) + o.m23 AS z1
+        reach_back(o.m00, o.m01, o.m02, o.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x0,
+        reach_back(o.m10, o.m11, o.m12, o.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y0,
+        reach_back(o.m20, o.m21, o.m22, o.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z0,
+        reach_forth(o.m00, o.m01, o.m02, o.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x1,
+        reach_forth(o.m10, o.m11, o.m12, o.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y1,
+        reach_forth(o.m20, o.m21, o.m22, o.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z1
     FROM all_in_bounds(from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS o
     JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = in_level
 )

@@ -14,6 +14,16 @@ CREATE MACRO checked_box(x0, y0, z0, x1, y1, z1) AS
 COMMENT ON MACRO checked_box IS
     '1 where a box is one, else an error; as the argument of a table function, which is worked out before all else.';
 
+CREATE MACRO reach_back(nx, ny, nz, shift, x0, y0, z0, x1, y1, z1) AS
+    least(nx * x0, nx * x1) + least(ny * y0, ny * y1) + least(nz * z0, nz * z1) + shift;
+COMMENT ON MACRO reach_back IS
+    'The least n . p + shift of the points p of a box.';
+
+CREATE MACRO reach_forth(nx, ny, nz, shift, x0, y0, z0, x1, y1, z1) AS
+    greatest(nx * x0, nx * x1) + greatest(ny * y0, ny * y1) + greatest(nz * z0, nz * z1) + shift;
+COMMENT ON MACRO reach_forth IS
+    'The greatest n . p + shift of the points p of a box.';
+
 CREATE MACRO all_in_bounds(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
 WITH near AS MATERIALIZED (
     SELECT p.world, p.name, p.object_no, p.object_id, b.body_no, b.m03, b.m13, b.m23,
@@ -28,18 +38,12 @@ WITH near AS MATERIALIZED (
 SELECT o.*
 FROM (
     SELECT c.*,
-        least(c.m00 * c.shape_x0, c.m00 * c.shape_x1) + least(c.m01 * c.shape_y0, c.m01 * c.shape_y1)
-            + least(c.m02 * c.shape_z0, c.m02 * c.shape_z1) + c.m03 AS x0,
-        least(c.m10 * c.shape_x0, c.m10 * c.shape_x1) + least(c.m11 * c.shape_y0, c.m11 * c.shape_y1)
-            + least(c.m12 * c.shape_z0, c.m12 * c.shape_z1) + c.m13 AS y0,
-        least(c.m20 * c.shape_x0, c.m20 * c.shape_x1) + least(c.m21 * c.shape_y0, c.m21 * c.shape_y1)
-            + least(c.m22 * c.shape_z0, c.m22 * c.shape_z1) + c.m23 AS z0,
-        greatest(c.m00 * c.shape_x0, c.m00 * c.shape_x1) + greatest(c.m01 * c.shape_y0, c.m01 * c.shape_y1)
-            + greatest(c.m02 * c.shape_z0, c.m02 * c.shape_z1) + c.m03 AS x1,
-        greatest(c.m10 * c.shape_x0, c.m10 * c.shape_x1) + greatest(c.m11 * c.shape_y0, c.m11 * c.shape_y1)
-            + greatest(c.m12 * c.shape_z0, c.m12 * c.shape_z1) + c.m13 AS y1,
-        greatest(c.m20 * c.shape_x0, c.m20 * c.shape_x1) + greatest(c.m21 * c.shape_y0, c.m21 * c.shape_y1)
-            + greatest(c.m22 * c.shape_z0, c.m22 * c.shape_z1) + c.m23 AS z1
+        reach_back(c.m00, c.m01, c.m02, c.m03, c.shape_x0, c.shape_y0, c.shape_z0, c.shape_x1, c.shape_y1, c.shape_z1) AS x0,
+        reach_back(c.m10, c.m11, c.m12, c.m13, c.shape_x0, c.shape_y0, c.shape_z0, c.shape_x1, c.shape_y1, c.shape_z1) AS y0,
+        reach_back(c.m20, c.m21, c.m22, c.m23, c.shape_x0, c.shape_y0, c.shape_z0, c.shape_x1, c.shape_y1, c.shape_z1) AS z0,
+        reach_forth(c.m00, c.m01, c.m02, c.m03, c.shape_x0, c.shape_y0, c.shape_z0, c.shape_x1, c.shape_y1, c.shape_z1) AS x1,
+        reach_forth(c.m10, c.m11, c.m12, c.m13, c.shape_x0, c.shape_y0, c.shape_z0, c.shape_x1, c.shape_y1, c.shape_z1) AS y1,
+        reach_forth(c.m20, c.m21, c.m22, c.m23, c.shape_x0, c.shape_y0, c.shape_z0, c.shape_x1, c.shape_y1, c.shape_z1) AS z1
     FROM (
         SELECT b.world, CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id,
             n.shape_id, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
@@ -129,18 +133,12 @@ WITH placed AS MATERIALIZED (
 ),
 carried AS (
     SELECT o.world, o.id AS occurrence_id, o.path, o.shape_id, e.element_no,
-        least(o.m00 * e.x0, o.m00 * e.x1) + least(o.m01 * e.y0, o.m01 * e.y1)
-            + least(o.m02 * e.z0, o.m02 * e.z1) + o.m03 AS x0,
-        least(o.m10 * e.x0, o.m10 * e.x1) + least(o.m11 * e.y0, o.m11 * e.y1)
-            + least(o.m12 * e.z0, o.m12 * e.z1) + o.m13 AS y0,
-        least(o.m20 * e.x0, o.m20 * e.x1) + least(o.m21 * e.y0, o.m21 * e.y1)
-            + least(o.m22 * e.z0, o.m22 * e.z1) + o.m23 AS z0,
-        greatest(o.m00 * e.x0, o.m00 * e.x1) + greatest(o.m01 * e.y0, o.m01 * e.y1)
-            + greatest(o.m02 * e.z0, o.m02 * e.z1) + o.m03 AS x1,
-        greatest(o.m10 * e.x0, o.m10 * e.x1) + greatest(o.m11 * e.y0, o.m11 * e.y1)
-            + greatest(o.m12 * e.z0, o.m12 * e.z1) + o.m13 AS y1,
-        greatest(o.m20 * e.x0, o.m20 * e.x1) + greatest(o.m21 * e.y0, o.m21 * e.y1)
-            + greatest(o.m22 * e.z0, o.m22 * e.z1) + o.m23 AS z1
+        reach_back(o.m00, o.m01, o.m02, o.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x0,
+        reach_back(o.m10, o.m11, o.m12, o.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y0,
+        reach_back(o.m20, o.m21, o.m22, o.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z0,
+        reach_forth(o.m00, o.m01, o.m02, o.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x1,
+        reach_forth(o.m10, o.m11, o.m12, o.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y1,
+        reach_forth(o.m20, o.m21, o.m22, o.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z1
     FROM placed AS o
     JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = in_level
 )

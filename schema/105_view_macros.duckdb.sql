@@ -14,11 +14,6 @@ CREATE MACRO beyond(least_x, least_y, least_z, most_x, most_y, most_z) AS
 COMMENT ON MACRO beyond IS
     'The square of the distance of a point from a box, of how far it is before the least and beyond the most bounds.';
 
-CREATE MACRO reach_back(nx, ny, nz, shift, x0, y0, z0, x1, y1, z1) AS
-    least(nx * x0, nx * x1) + least(ny * y0, ny * y1) + least(nz * z0, nz * z1) + shift;
-COMMENT ON MACRO reach_back IS
-    'The least n . p + shift of the points p of a box.';
-
 CREATE MACRO sound_ball(radius) AS
     CASE WHEN radius >= 0 AND radius < CAST('infinity' AS DOUBLE) THEN 1
         ELSE error('the radius of the sphere is below zero or not finite: give one of at least 0 mm') END;
@@ -78,18 +73,12 @@ carried AS (
     SELECT p.*, e.element_no,
         e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0,
         e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
-        least(p.m00 * e.x0, p.m00 * e.x1) + least(p.m01 * e.y0, p.m01 * e.y1)
-            + least(p.m02 * e.z0, p.m02 * e.z1) + p.m03 AS x0,
-        least(p.m10 * e.x0, p.m10 * e.x1) + least(p.m11 * e.y0, p.m11 * e.y1)
-            + least(p.m12 * e.z0, p.m12 * e.z1) + p.m13 AS y0,
-        least(p.m20 * e.x0, p.m20 * e.x1) + least(p.m21 * e.y0, p.m21 * e.y1)
-            + least(p.m22 * e.z0, p.m22 * e.z1) + p.m23 AS z0,
-        greatest(p.m00 * e.x0, p.m00 * e.x1) + greatest(p.m01 * e.y0, p.m01 * e.y1)
-            + greatest(p.m02 * e.z0, p.m02 * e.z1) + p.m03 AS x1,
-        greatest(p.m10 * e.x0, p.m10 * e.x1) + greatest(p.m11 * e.y0, p.m11 * e.y1)
-            + greatest(p.m12 * e.z0, p.m12 * e.z1) + p.m13 AS y1,
-        greatest(p.m20 * e.x0, p.m20 * e.x1) + greatest(p.m21 * e.y0, p.m21 * e.y1)
-            + greatest(p.m22 * e.z0, p.m22 * e.z1) + p.m23 AS z1
+        reach_back(p.m00, p.m01, p.m02, p.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x0,
+        reach_back(p.m10, p.m11, p.m12, p.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y0,
+        reach_back(p.m20, p.m21, p.m22, p.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z0,
+        reach_forth(p.m00, p.m01, p.m02, p.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x1,
+        reach_forth(p.m10, p.m11, p.m12, p.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y1,
+        reach_forth(p.m20, p.m21, p.m22, p.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z1
     FROM placed AS p
     JOIN shape_box AS e ON e.shape_id = p.shape_id AND e.level = in_level
 )
@@ -275,18 +264,12 @@ carried AS (
     SELECT p.*, e.element_no,
         e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0,
         e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
-        least(p.m00 * e.x0, p.m00 * e.x1) + least(p.m01 * e.y0, p.m01 * e.y1)
-            + least(p.m02 * e.z0, p.m02 * e.z1) + p.m03 AS x0,
-        least(p.m10 * e.x0, p.m10 * e.x1) + least(p.m11 * e.y0, p.m11 * e.y1)
-            + least(p.m12 * e.z0, p.m12 * e.z1) + p.m13 AS y0,
-        least(p.m20 * e.x0, p.m20 * e.x1) + least(p.m21 * e.y0, p.m21 * e.y1)
-            + least(p.m22 * e.z0, p.m22 * e.z1) + p.m23 AS z0,
-        greatest(p.m00 * e.x0, p.m00 * e.x1) + greatest(p.m01 * e.y0, p.m01 * e.y1)
-            + greatest(p.m02 * e.z0, p.m02 * e.z1) + p.m03 AS x1,
-        greatest(p.m10 * e.x0, p.m10 * e.x1) + greatest(p.m11 * e.y0, p.m11 * e.y1)
-            + greatest(p.m12 * e.z0, p.m12 * e.z1) + p.m13 AS y1,
-        greatest(p.m20 * e.x0, p.m20 * e.x1) + greatest(p.m21 * e.y0, p.m21 * e.y1)
-            + greatest(p.m22 * e.z0, p.m22 * e.z1) + p.m23 AS z1
+        reach_back(p.m00, p.m01, p.m02, p.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x0,
+        reach_back(p.m10, p.m11, p.m12, p.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y0,
+        reach_back(p.m20, p.m21, p.m22, p.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z0,
+        reach_forth(p.m00, p.m01, p.m02, p.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x1,
+        reach_forth(p.m10, p.m11, p.m12, p.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y1,
+        reach_forth(p.m20, p.m21, p.m22, p.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z1
     FROM placed AS p
     JOIN shape_box AS e ON e.shape_id = p.shape_id AND e.level = in_level
 )

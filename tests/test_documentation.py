@@ -34,7 +34,7 @@ def test_commands_are_those_of_the_program() -> None:
 
 def test_the_dictionary_has_every_relation(duckdb_template: Path) -> None:
     with Store.open(duckdb_template, read_only=True) as store, store.read() as connection:
-        relations = [row.relation for row in store.rows(connection, "relations")]
+        relations = [row.relation for row in store.rows(connection, "store/relations")]
     page = generate.tables()
     assert set(relations) <= set(re.findall(r"^### (\w+)$", page, re.MULTILINE))
     assert "| `run_id` (key) | BIGINT | the run; see `run (id)` |" in page

@@ -60,9 +60,9 @@ def _triangles(target: str) -> tuple[Array, npt.NDArray[np.int64], npt.NDArray[n
     """Vertices and triangles of all placed parts in the world, the part of each triangle, and linear colours."""
     with Store.open(target, read_only=True) as store, store.read() as connection:
         world_id, _ = world_named(store, connection, None)
-        parts = store.columns(connection, "world_parts", world_id=world_id)
+        parts = store.columns(connection, "world/parts", world_id=world_id)
         shapes = np.unique(parts["shape_id"]).tolist()
-        meshes = store.columns(connection, "scene_meshes", shape_ids=shapes)
+        meshes = store.columns(connection, "scene/meshes", shape_ids=shapes)
     of_shape = {int(s): i for i, s in enumerate(meshes["shape_id"])}
     vertices, triangles, owner, start = [], [], [], 0
     for number, world_from_part in enumerate(matrices(parts)):

@@ -1,5 +1,6 @@
 -- Roles beyond the database that the session may take on: those that write or read the server's files, start its
--- programs, or keep replication slots.  Of the session's own role, for a statement can take on any that it may:
+-- programs, or keep replication slots.
+-- Takes nothing; gives role and session_role, the session's own: a statement can take on any role that this may, by
 -- SELECT set_config('role', ...).
 SELECT r.rolname AS role, session_user AS session_role
 FROM pg_catalog.pg_roles AS r

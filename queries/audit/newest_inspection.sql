@@ -1,5 +1,5 @@
 -- The newest inspection.
--- Takes nothing.  Gives no row or one.
+-- Takes nothing; gives no row or one.
 SELECT id AS run_id
 FROM run
 WHERE kind = 'inspect'

@@ -1,5 +1,5 @@
--- Arcs, regions, view arcs, hypotheses, parts and features that have not exactly one final decision, with its reason, in
--- each step that decides of them.
+-- Arcs, regions, view arcs, hypotheses, parts and features that have not exactly one final decision, with its reason,
+-- in each step that decides of them.
 -- Takes nothing; gives run_id, step, subject and how many decisions it has.
 WITH decided AS (
     SELECT p.run_id, concat(p.kind, ' ', p.problem_no) AS step, concat(u.kind, ' ', u.ref_no) AS subject,

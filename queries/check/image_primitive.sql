@@ -1,4 +1,5 @@
--- Arcs and regions of extractions that are not there, and units of sets that are not, or not numbered one by one from 0.
+-- Arcs and regions of extractions that are not there, and units of sets that are not, or not numbered one by one from
+-- 0.
 -- Takes nothing; gives relation, identity of the extraction or set, and how many rows.
 SELECT 'image_arc' AS relation, a.extraction_id AS id, count(*) AS primitives
 FROM image_arc AS a

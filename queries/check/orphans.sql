@@ -1,4 +1,5 @@
--- Rows of the model that nothing uses: surfaces and arcs of no shape and no sweep, shapes of no part, parts of no object, objects of no variant and no other object.
+-- Rows of the model that nothing uses: surfaces and arcs of no shape and no sweep, shapes of no part, parts of no
+-- object, objects of no variant and no other object.
 -- Takes nothing; gives relation and id.
 SELECT 'surface' AS relation, id FROM surface
 WHERE NOT EXISTS (SELECT 1 FROM shape_surface WHERE shape_surface.surface_id = surface.id)

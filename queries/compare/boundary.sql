@@ -1,5 +1,5 @@
 -- Coedges of the surfaces of a shape.
--- Takes shape_id.  Gives surface_no and arc_id, in order of surface, loop and coedge.
+-- Takes shape_id; gives surface_no and arc_id, in order of surface, loop and coedge.
 SELECT h.surface_no, c.arc_id
 FROM shape_surface AS h
 JOIN coedge AS c ON c.surface_id = h.surface_id

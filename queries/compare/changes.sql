@@ -1,5 +1,5 @@
 -- What differs, without what is identical and called as before.
--- Takes comparison_id.  Gives level, status, differs, kind, before and after (name of a feature or surface, path of a
+-- Takes comparison_id; gives level, status, differs, kind, before and after (name of a feature or surface, path of a
 -- part), path, dx, dy, dz, distance (mm), angle (rad) and the middle x, y, z; parts, then features, then surfaces.
 SELECT d.level, d.status, d.differs, d.kind,
     CASE WHEN d.level = 'part' THEN d.object_path_a ELSE d.name_a END AS before,

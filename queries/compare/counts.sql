@@ -1,5 +1,5 @@
 -- How many differences a comparison found.
--- Takes comparison_id.  Gives level, status and how many, sorted.
+-- Takes comparison_id; gives level, status and how many, sorted.
 SELECT level, status, count(*) AS how_many
 FROM variant_difference
 WHERE comparison_id = :comparison_id

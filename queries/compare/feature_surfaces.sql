@@ -1,5 +1,5 @@
 -- Surfaces of the features of a shape.
--- Takes shape_id.  Gives feature_no and surface_no, sorted.
+-- Takes shape_id; gives feature_no and surface_no, sorted.
 SELECT feature_no, surface_no
 FROM feature_surface
 WHERE shape_id = :shape_id

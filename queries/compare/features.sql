@@ -1,5 +1,5 @@
 -- Features of a shape, to be compared.
--- Takes shape_id.  Gives feature_no, class_id, kind, shape_from_feature m00 .. m23 and box x0 .. z1, in order.
+-- Takes shape_id; gives feature_no, class_id, kind, shape_from_feature m00 .. m23 and box x0 .. z1, in order.
 SELECT f.feature_no, f.feature_class_id AS class_id, k.kind,
     f.m00, f.m01, f.m02, f.m03,
     f.m10, f.m11, f.m12, f.m13,

@@ -1,7 +1,7 @@
 -- Parts, to be compared.
--- Takes part_ids (array).  Gives id, number, name, material, colour, attributes (as one text) as the file states them,
--- since a comparison of two revisions is made once, shape_id and the shape's surface_count, area (mm2), volume (mm3) and
--- box x0 .. z1, in order of id.
+-- Takes part_ids (array); gives id, number, name, material, colour, attributes (as one text) as the file states them,
+-- since a comparison of two revisions is made once, shape_id and the shape's surface_count, area (mm2), volume (mm3)
+-- and box x0 .. z1, in order of id.
 SELECT p.id, p.number, p.name, a.material, a.colour, a.attributes,
     p.shape_id, s.surface_count, s.area, s.volume, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1
 FROM part AS p

@@ -1,6 +1,6 @@
 -- Surfaces of a shape, to be compared.
--- Takes shape_id.  Gives the columns of surface that say where it is, surface_no and label (name, colour and layer in the
--- file, as one text), in order of surface_no.
+-- Takes shape_id; gives the columns of surface that say where it is, surface_no and label (name, colour and layer in
+-- the file, as one text), in order of surface_no.
 SELECT h.surface_no, h.surface_id, s.support_key, s.recognised_kind,
     s.origin_x, s.origin_y, s.origin_z, s.axis_z_x, s.axis_z_y, s.axis_z_z, s.radius, s.radius2, s.semi_angle,
     s.direct, s.reversed, s.area, s.centroid_x, s.centroid_y, s.centroid_z,

@@ -1,5 +1,5 @@
 -- Attributes that are numbers, of parts by their numbers and of objects by their names.
--- Joins the relation sought (owner: part or object; name).  Gives owner, owner_name, name and value, in order of value.
+-- Takes the relation sought (owner: part or object; name); gives owner, owner_name, name and value, in order of value.
 SELECT s.owner, s.name AS owner_name, a.name, a.value_number AS value
 FROM sought AS s
 JOIN part AS p ON s.owner = 'part' AND p.number = s.name

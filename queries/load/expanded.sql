@@ -1,5 +1,5 @@
 -- Whether the expansion of an object is there.
--- Takes object_id.  Gives one row or none.
+-- Takes object_id; gives one row or none.
 SELECT object_id
 FROM object_node
 WHERE object_id = :object_id

@@ -1,4 +1,5 @@
--- Joins the relation sought (content_key).  Gives identity and key of the rows of object that have one of them.
+-- Rows of object that have one of some keys.
+-- Takes the relation sought (content_key); gives identity and key.
 SELECT object.id, object.content_key
 FROM sought
 JOIN object ON object.content_key = sought.content_key

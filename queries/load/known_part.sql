@@ -1,4 +1,5 @@
--- Joins the relation sought (content_key).  Gives identity and key of the rows of part that have one of them.
+-- Rows of part that have one of some keys.
+-- Takes the relation sought (content_key); gives identity and key.
 SELECT part.id, part.content_key
 FROM sought
 JOIN part ON part.content_key = sought.content_key

@@ -1,4 +1,5 @@
--- Takes :name, :variant.  Gives the latest revision loaded under that name and variant, if there is one.
+-- The latest revision loaded under the name of an object and a variant.
+-- Takes name and variant; gives no row or one.
 SELECT id, revision, object_id FROM object_variant
 WHERE name = :name AND variant = :variant
 ORDER BY revision DESC

@@ -1,15 +1,13 @@
--- Expands an object into itself and all objects and parts in it, each with its transform in the frame of the body that it
--- moves with; supplemental parts are no material and left out.
--- Takes object_id of an object that does not contain itself.
--- Gives number (of an object its place in the tree, parents before children and children in the order of the file; of a
--- part that of the object that it is placed in), child_no (of a part; -1 of objects), depth (0: the object itself), link
--- (whether it is an object placed in a robot, and so a body of its own, as the object itself is), path (names, a / before
--- each), child_id or -1, part_id or -1, shape_id or -1, body_from_node as m00 .. m23, and of a part the box of its
--- shape, in the shape's frame, as x0 .. z1; in no order: number and child_no have it, and to sort whole rows takes
--- longer than the rest.
--- Objects are walked down by recursion, parts joined to them at the end: parts are most of the rows.
--- Paths are unique: a slash in a name becomes _; a name that siblings share, that is empty or that holds a # gets # and
--- its ordinal.
+-- Expands an object into itself and all objects and parts in it, each with its transform in the frame of the body that
+-- it moves with; supplemental parts are no material and left out.
+-- Takes object_id of an object that does not contain itself; gives number (of an object its place in the tree, parents
+-- before children and children in the order of the file; of a part that of the object that it is placed in), child_no
+-- (of a part; -1 of objects), depth (0: the object itself), link (whether it is an object placed in a robot, and so a
+-- body of its own, as the object itself is), path (names, a / before each), child_id or -1, part_id or -1, shape_id or
+-- -1, body_from_node as m00 .. m23, and of a part the box of its shape, in the shape's frame, as x0 .. z1; in no order:
+-- number and child_no have it, and to sort whole rows takes longer than the rest.
+-- Objects are walked down by recursion, parts joined to them at the end: parts are most of the rows. Paths are unique:
+-- a slash in a name becomes _; a name that siblings share, that is empty or that holds a # gets # and its ordinal.
 WITH RECURSIVE child AS MATERIALIZED (
     SELECT parent_id, child_no, object_id, part_id, segment,
         m00, m01, m02, m03,

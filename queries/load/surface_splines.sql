@@ -1,4 +1,5 @@
--- Joins the relation sought (id) of surfaces.  Gives rows of surface_spline, in order of id.
+-- Splines of surfaces.
+-- Takes the relation sought (id); gives rows of surface_spline, in order of id.
 SELECT s.surface_id AS id, u_degree, v_degree, u_periodic, v_periodic, rational, u_knots, u_multiplicities, v_knots,
     v_multiplicities, u_poles, v_poles, poles, weights
 FROM sought

@@ -1,5 +1,5 @@
 -- Surfaces that shapes list, by content.
--- Joins the relation sought (id) of shapes.  Gives shape_id, surface_no and content_key, in order.
+-- Takes the relation sought (id); gives shape_id, surface_no and content_key, in order.
 SELECT u.shape_id, u.surface_no, s.content_key
 FROM sought
 JOIN shape_surface AS u ON u.shape_id = sought.id

@@ -1,6 +1,6 @@
--- Append the pairs of candidates that confirm each other: the labels are related as the units are, within the tolerances of the
--- kind, by half of the weight at least.  Where a label may be taken twice, pieces of one thing confirm each other if
--- they do not lie apart sideways.
+-- Append the pairs of candidates that confirm each other: the labels are related as the units are, within the
+-- tolerances of the kind, by half of the weight at least. Where a label may be taken twice, pieces of one thing confirm
+-- each other if they do not lie apart sideways.
 -- Takes run_id, problem_no; appends to compatibility.
 INSERT INTO compatibility (run_id, problem_no, unit_a, label_a, unit_b, label_b)
 WITH related AS (

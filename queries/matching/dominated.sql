@@ -1,6 +1,6 @@
--- Candidates that no best labelling needs: having no label costs their unit no more, whatever the others have.
--- With the label, the unit pays for each neighbour that has no candidate to confirm it; without, at most what it could
--- confirm of its neighbours is lost besides.
+-- Candidates that no best labelling needs: having no label costs their unit no more, whatever the others have. With the
+-- label, the unit pays for each neighbour that has no candidate to confirm it; without, at most what it could confirm
+-- of its neighbours is lost besides.
 -- Takes run_id, problem_no, and problem_unit (unit_no, null_cost) as a relation; gives unit_no, label_no.
 WITH confirmable AS (
     SELECT unit_a AS unit_no, label_a AS label_no, unit_b AS neighbour_no

@@ -1,8 +1,7 @@
--- Attributes of objects, of parts, and of the surfaces and arcs of parts, the newest value of each; of parts also how many
--- dimensions, tolerances and datums they have.
--- Takes object_ids and part_ids (arrays).
--- Gives level, id (of the object or part), name, value as text, unit; of surfaces and arcs also elements: the ordinals
--- that have the value, or how many where more than five; sorted.
+-- Attributes of objects, of parts, and of the surfaces and arcs of parts, the newest value of each; of parts also how
+-- many dimensions, tolerances and datums they have.
+-- Takes object_ids and part_ids (arrays); gives level, id (of the object or part), name, value as text, unit; of
+-- surfaces and arcs also elements: the ordinals that have the value, or how many where more than five; sorted.
 WITH element AS (
     SELECT 'surface' AS level, shape_id, surface_no AS element_no, name, value_number, value_text, value_boolean, unit
     FROM current_surface_attribute

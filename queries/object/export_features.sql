@@ -1,5 +1,5 @@
 -- Features of shapes with their dimensions, one row a dimension.
--- Takes shape_ids (array).  Gives shape_id, feature_no, name, kind, dimension, value, unit and the box x0 .. z1 in the
+-- Takes shape_ids (array); gives shape_id, feature_no, name, kind, dimension, value, unit and the box x0 .. z1 in the
 -- shape's frame, sorted.
 SELECT f.shape_id, f.feature_no, f.name, k.kind, d.name AS dimension, d.value, d.unit, f.x0, f.y0, f.z0, f.x1, f.y1, f.z1
 FROM feature AS f

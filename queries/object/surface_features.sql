@@ -1,5 +1,5 @@
 -- Which kind of feature each surface of shapes belongs to; of several the first.
--- Takes shape_ids (array).  Gives shape_id, surface_no, kind, sorted.
+-- Takes shape_ids (array); gives shape_id, surface_no, kind, sorted.
 SELECT m.shape_id, m.surface_no, min(k.kind) AS kind
 FROM feature_surface AS m
 JOIN feature AS f ON f.shape_id = m.shape_id AND f.feature_no = m.feature_no

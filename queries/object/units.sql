@@ -1,5 +1,5 @@
 -- The units that are known.
--- Takes nothing.  Gives symbol, dimension, in order.
+-- Takes nothing; gives symbol, dimension, in order.
 SELECT symbol, dimension
 FROM unit_of_measure
 ORDER BY dimension, factor

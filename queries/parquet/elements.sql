@@ -1,6 +1,6 @@
 -- Boxes of the shapes in the objects that are or were placed in some worlds, and of their features, surfaces and arcs.
--- Takes worlds (array of names).
--- Gives shape_id, level, element_no (-1 of parts), name (none of parts: two of one shape may differ in it) and the box
+-- Takes worlds (array of names);
+-- gives shape_id, level, element_no (-1 of parts), name (none of parts: two of one shape may differ in it) and the box
 -- x0 .. z1 in the shape's frame, sorted by the first three.
 WITH placed AS (
     SELECT DISTINCT shape_id

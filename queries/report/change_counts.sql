@@ -1,5 +1,5 @@
 -- How many parts, features and surfaces became what, between two variants.
--- Takes comparison_id.  Gives one row a level and status.
+-- Takes comparison_id; gives one row a level and status.
 SELECT level, status, count(*) AS how_many
 FROM variant_difference
 WHERE comparison_id = :comparison_id

@@ -1,5 +1,5 @@
 -- What differs between two variants, with the surfaces that it has.
--- Takes comparison_id.  Gives one row a part, feature or surface that is not identical: level, status, kind, name, path,
+-- Takes comparison_id; gives one row a part, feature or surface that is not identical: level, status, kind, name, path,
 -- after (1: shape and surfaces are of the variant after, 0: of the one before, of what is gone), shape_id, surfaces
 -- (null: all of the part); parts, then features, then surfaces.
 SELECT d.difference_no, d.level, d.status, coalesce(v.kind, '') AS kind, coalesce(v.name_b, v.name_a, '') AS name,

@@ -1,5 +1,5 @@
 -- Distances between holes and bosses beside each other that the pictures give, beside the model's.
--- Takes run_id.  Gives one row a pair, those first that differ: mm.
+-- Takes run_id; gives one row a pair, those first that differ: mm.
 SELECT a.path, b.path AS other_path, m.nominal, m.value, m.sigma, m.changed
 FROM measured_distance AS m
 JOIN presence AS a ON a.run_id = m.run_id AND a.item_no = m.item_no

@@ -1,5 +1,5 @@
 -- Features of shapes with their surfaces.
--- Takes shape_ids (array).  Gives one row a feature, in order of shape and feature.
+-- Takes shape_ids (array); gives one row a feature, in order of shape and feature.
 SELECT f.shape_id, f.feature_no, f.name, k.kind, array_agg(s.surface_no ORDER BY s.surface_no) AS surfaces
 FROM feature AS f
 JOIN feature_class AS k ON k.id = f.feature_class_id

@@ -1,5 +1,5 @@
 -- The files that a run read.
--- Takes run_id.  Gives one row an input, in order.
+-- Takes run_id; gives one row an input, in order.
 SELECT role, name, sha256
 FROM run_input
 WHERE run_id = :run_id

@@ -1,5 +1,5 @@
 -- The surfaces of the features in view.
--- Takes run_id.  Gives in_view_no and surface_no, in order.
+-- Takes run_id; gives in_view_no and surface_no, in order.
 SELECT p.in_view_no, f.surface_no
 FROM part_in_view AS p
 JOIN placed_node AS o ON o.id = p.occurrence_id

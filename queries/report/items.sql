@@ -1,5 +1,5 @@
 -- The parts and features in view, with how many of their model arcs there are and were matched, over all cameras.
--- Takes run_id.  Gives one row a part or feature, in order; visible is the share that is not covered; state and reason
+-- Takes run_id; gives one row a part or feature, in order; visible is the share that is not covered; state and reason
 -- null where the run did not look what is there.
 WITH arc AS (
     SELECT DISTINCT p.in_view_no, a.view_no, a.view_arc_no

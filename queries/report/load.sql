@@ -1,5 +1,5 @@
 -- What a load added.
--- Takes run_id.  Gives no row or one.
+-- Takes run_id; gives no row or one.
 SELECT v.name AS object, v.variant, v.revision, r.status, r.parts, r.occurrences, r.faces_in_file, r.faces_loaded,
     r.shapes_added, r.surfaces_added, r.arcs_added
 FROM load_report AS r

@@ -1,6 +1,6 @@
 -- Features of shapes with their dimensions.
--- Takes shape_ids (array).  Gives one row a feature, in order of shape and feature; the middle of its box in the frame of
--- the shape, mm.
+-- Takes shape_ids (array); gives one row a feature, in order of shape and feature; the middle of its box in the frame
+-- of the shape, mm.
 SELECT f.shape_id, f.feature_no, k.kind, f.name, (f.x0 + f.x1) / 2 AS x, (f.y0 + f.y1) / 2 AS y, (f.z0 + f.z1) / 2 AS z,
     string_agg(d.name || ' ' || CAST(round(CAST(d.value AS NUMERIC(18, 4)), 3) AS TEXT), ', ' ORDER BY d.name)
         AS dimensions

@@ -1,5 +1,5 @@
 -- The pose of the rig as a matrix with its covariance, in the rig's frame and in the world's axes.
--- Takes run_id.  Gives no row or one.
+-- Takes run_id; gives no row or one.
 SELECT p.m00, p.m01, p.m02, p.m03, p.m10, p.m11, p.m12, p.m13, p.m20, p.m21, p.m22, p.m23,
     p.covariance, w.covariance AS covariance_world
 FROM pose AS p

@@ -1,6 +1,6 @@
 -- Where the rig was thought to be, how surely (standard deviations along and about its own axes), and how exactly the
 -- pose was needed (two standard deviations).
--- Takes run_id.  Gives no row or one; mm, degrees.
+-- Takes run_id; gives no row or one; mm, degrees.
 SELECT w.name AS world, w.revision, i.m03 AS x, i.m13 AS y, i.m23 AS z,
     sqrt(i.prior_covariance[1]) AS sigma_x, sqrt(i.prior_covariance[8]) AS sigma_y,
     sqrt(i.prior_covariance[15]) AS sigma_z, degrees(sqrt(i.prior_covariance[22])) AS sigma_rx_deg,

@@ -1,5 +1,5 @@
 -- A run and how it ended.
--- Takes run_id.  Gives no row or one.
+-- Takes run_id; gives no row or one.
 SELECT s.run_id, s.kind, s.state, s.message, s.began_at, s.seconds, r.host,
     CAST(r.parameters AS TEXT) AS parameters, CAST(r.versions AS TEXT) AS versions
 FROM run_summary AS s

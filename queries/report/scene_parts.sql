@@ -1,5 +1,5 @@
 -- The placed parts of the world of an inspection, those in view first, to be drawn.
--- Takes run_id and most (how many).  Gives one row a part.
+-- Takes run_id and most (how many); gives one row a part.
 SELECT o.id, o.path, o.shape_id, o.m00, o.m01, o.m02, o.m03, o.m10, o.m11, o.m12, o.m13, o.m20, o.m21, o.m22, o.m23,
     CASE WHEN p.occurrence_id IS NULL THEN 0 ELSE 1 END AS in_view
 FROM inspection AS i

@@ -1,6 +1,6 @@
 -- The state that each model arc of a view is drawn in: the worst of the features that it bounds, of those that could be
 -- told; without any, the part's.
--- Takes run_id.  Gives one row an arc: camera, view_arc_no, state.
+-- Takes run_id; gives one row an arc: camera, view_arc_no, state.
 WITH said AS (
     SELECT v.camera, a.view_arc_no, p.state, CASE WHEN p.level = 'part' THEN 10 ELSE 0 END
         + CASE p.state WHEN 'contradicted' THEN 0 WHEN 'changed' THEN 1 WHEN 'not_confirmed' THEN 2 WHEN 'confirmed' THEN 3
@@ -8,7 +8,7 @@ WITH said AS (
     FROM presence AS p
     JOIN placed_node AS o ON o.id = p.occurrence_id
     JOIN view_arc AS a ON a.run_id = p.run_id AND a.occurrence_id = p.occurrence_id
-    JOIN view AS v ON v.run_id = a.run_id AND v.view_no = a.view_no
+    JOIN inspection_image AS v ON v.run_id = a.run_id AND v.view_no = a.view_no
     LEFT JOIN shape_arc AS h ON h.shape_id = o.shape_id AND h.arc_no = a.arc_no
     LEFT JOIN feature_surface AS f ON f.shape_id = o.shape_id AND f.feature_no = p.feature_no
         AND (f.surface_no = h.surface_a OR f.surface_no = h.surface_b OR f.surface_no = a.surface_no)

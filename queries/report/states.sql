@@ -1,5 +1,5 @@
 -- What is there and what is not: parts and features that the view should show, those first that are not as modelled.
--- Takes run_id.  Gives one row a part or feature.
+-- Takes run_id; gives one row a part or feature.
 SELECT path, level, state, reason, log_odds, expected_log_odds, told_px, supported_px, moved_mm, moved_sigma_mm
 FROM presence
 WHERE run_id = :run_id AND level <> 'surface'

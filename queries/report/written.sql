@@ -1,5 +1,5 @@
 -- How many rows a run wrote into each relation.
--- Takes run_id.  Gives one row a relation, the most first.
+-- Takes run_id; gives one row a relation, the most first.
 SELECT relation, sum(row_count) AS row_count
 FROM ledger
 WHERE run_id = :run_id

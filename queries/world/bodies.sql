@@ -1,7 +1,6 @@
 -- The bodies of expanded objects: each object itself, and the links of the robots in it.
--- Takes object_ids (array).
--- Gives object_id, body_no, path (of a link, a / before each name; empty of the object), and the box x0 .. z1 around
--- the parts of each in its frame (null where it has none), sorted by the first two.
+-- Takes object_ids (array); gives object_id, body_no, path (of a link, a / before each name; empty of the object), and
+-- the box x0 .. z1 around the parts of each in its frame (null where it has none), sorted by the first two.
 SELECT n.object_id, n.body_no, n.path, p.x0, p.y0, p.z0, p.x1, p.y1, p.z1
 FROM object_node AS n
 LEFT JOIN (

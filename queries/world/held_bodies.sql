@@ -1,6 +1,6 @@
 -- Where the objects and links stand in the newest revision of a world.
--- Takes world (its name).
--- Gives object_no, body_no, object_variant_id, role, tolerance_mm and world_from_body as m00 .. m23.
+-- Takes world (its name); gives object_no, body_no, object_variant_id, role, tolerance_mm and world_from_body as m00 ..
+-- m23.
 SELECT b.object_no, b.body_no, b.object_variant_id, b.role, b.tolerance_mm,
     b.m00, b.m01, b.m02, b.m03,
     b.m10, b.m11, b.m12, b.m13,

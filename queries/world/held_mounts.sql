@@ -1,6 +1,6 @@
 -- What is mounted in the newest revision of a world.
--- Takes world (its name).
--- Gives mount_no, name, object_no, link, object_path, rig_id, mounted_no and carrier_from_mounted as m00 .. m23.
+-- Takes world (its name); gives mount_no, name, object_no, link, object_path, rig_id, mounted_no and
+-- carrier_from_mounted as m00 .. m23.
 SELECT mount_no, name, object_no, link, object_path, rig_id, mounted_no,
     m00, m01, m02, m03,
     m10, m11, m12, m13,

@@ -1,5 +1,5 @@
 -- What was ever placed in a world.
--- Takes world (its name).  Gives object_no, name and object_id.
+-- Takes world (its name); gives object_no, name and object_id.
 SELECT object_no, name, object_id
 FROM placed_object
 WHERE world = :world

@@ -127,7 +127,7 @@ def _owner(
         return Owner("world", world_id, None, f"world {found}")
     if surface is not None and arc is not None:
         raise UsageError("an attribute is of a surface or of an arc: name one of them")
-    loaded = {row.name for row in store.rows(connection, "newest_objects")}
+    loaded = {row.name for row in store.rows(connection, "object/newest")}
     name = max((n for n in loaded if path == n or path.startswith(f"{n}/")), key=len, default=path.partition("/")[0])
     tree = read_tree(store, connection, name, variant)
     inside = path[len(name) + 1 :]

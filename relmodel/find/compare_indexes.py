@@ -70,7 +70,7 @@ def compare(store: Store, world: str | None = None, progress: Progress = silent)
         world_id, name = world_named(store, connection, world)
         if world_id < 0:
             raise UsageError("the store holds no world: place the objects with relmodel world FILE")
-        columns = store.columns(connection, "index_parts", world_id=world_id)
+        columns = store.columns(connection, "index/parts", world_id=world_id)
     boxes = np.stack([columns[c] for c in BOX_COLUMNS], axis=1).astype(float)
     if not len(boxes):
         raise UsageError(f"the world {name} has no placed part: there is nothing to index")

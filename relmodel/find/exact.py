@@ -76,11 +76,11 @@ class _Geometry:
     @classmethod
     def load(cls, store: Store, connection: Connection, level: str, shapes: list[int]) -> _Geometry:
         if level == "arc":
-            rows = store.columns(connection, "exact_arcs", shape_ids=shapes)
+            rows = store.columns(connection, "find/exact_arcs", shape_ids=shapes)
             keys = list(zip(rows["shape_id"].tolist(), rows["arc_no"].tolist(), strict=True))
             deviation = [_sagitta(p, t) for p, t in zip(rows["points"], rows["tangents"], strict=True)]
             return cls(keys, [_chords(points) for points in rows["points"]], [False] * len(keys), deviation)
-        meshes = store.columns(connection, "scene_meshes", shape_ids=shapes)
+        meshes = store.columns(connection, "scene/meshes", shape_ids=shapes)
         of_shape = {
             int(shape): np.asarray(vertices, float).reshape(-1, 3)[np.asarray(triangles, np.int64).reshape(-1, 3)]
             for shape, vertices, triangles in zip(
@@ -90,7 +90,7 @@ class _Geometry:
         measured: Floats = np.ma.filled(np.ma.masked_invalid(np.ma.asarray(meshes["deviation_mm"], float)), 0.0)
         deviation_of = dict(zip(meshes["shape_id"].tolist(), measured.tolist(), strict=True))
         if level == "part":
-            solids = set(store.columns(connection, "solid_shapes", shape_ids=shapes)["shape_id"].tolist())
+            solids = set(store.columns(connection, "find/solid_shapes", shape_ids=shapes)["shape_id"].tolist())
             return cls(
                 [(s, -1) for s in of_shape],
                 list(of_shape.values()),
@@ -107,7 +107,7 @@ class _Geometry:
         if level == "surface":
             deviation = [deviation_of[shape] for shape, _ in surfaces]
             return cls(list(surfaces), list(surfaces.values()), [False] * len(surfaces), deviation)
-        rows = store.columns(connection, "scene_features", shape_ids=shapes)
+        rows = store.columns(connection, "scene/features", shape_ids=shapes)
         features: dict[tuple[int, int], list[Floats]] = {}
         for shape, feature, surface in zip(
             *(rows[c].tolist() for c in ("shape_id", "feature_no", "surface_no")), strict=True
@@ -138,6 +138,8 @@ def _chords(points: npt.ArrayLike) -> Floats:
 def _sagitta(points: npt.ArrayLike, tangents: npt.ArrayLike) -> float:
     """How far at most an arc is from the chords between points, by how much its tangents turn along each, mm."""
     p, t = (np.asarray(values, float).reshape(-1, 3) for values in (points, tangents))
+    if len(t) == 1:  # one for all points: a straight arc
+        return 0.0
     length = np.linalg.norm(np.diff(p, axis=0), axis=1)
     turn = np.arctan2(np.linalg.norm(np.cross(t[:-1], t[1:]), axis=1), np.einsum("nd,nd->n", t[:-1], t[1:]))
     return float((length / 2 * np.tan(turn / 4)).max(initial=0.0))

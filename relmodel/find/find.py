@@ -90,7 +90,7 @@ def in_volumes(
         raise UsageError(f"the store keeps no index of the kind {kind!r}: use one of {', '.join(STORED_KINDS)}")
     with store.read() as connection:
         world_id, name = world_named(store, connection, world)
-        if kind == "octree" and store.rows(connection, "octree_missing", world_id=world_id):
+        if kind == "octree" and store.rows(connection, "index/octree_missing", world_id=world_id):
             raise UsageError(f"the oct-tree of world {name} is not written: relmodel index --octree writes it")
         bounds = [volume.bounds for volume in volumes]
         found = _in_boxes(store, connection, world_id, level, bounds, "in_boxes" if kind == "rtree" else "by_octree")
@@ -108,9 +108,7 @@ def _in_boxes(
     bounds = np.array(boxes, float).reshape(-1, 6)
     asked = {name: store.array(bounds[:, i]) for i, name in enumerate(BOX_COLUMNS)}
     asked["volume_no"] = store.array(np.arange(len(boxes)))
-    if level == "part":
-        return store.columns(connection, f"find_parts_{how}", world_id=world_id, **asked)
-    return store.columns(connection, f"find_elements_{how}", world_id=world_id, level=level, **asked)
+    return store.columns(connection, f"find/{how}", world_id=world_id, level=level, **asked)
 
 
 def _chosen(found: dict[str, npt.NDArray[Any]], met: Bools) -> dict[str, npt.NDArray[Any]]:
@@ -138,7 +136,7 @@ def find_rows(
 
 def world_named(store: Store, connection: Connection, world: str | None) -> tuple[int, str]:
     """Identity of the newest revision and name of the world asked for; (-1, "") where there is none to take."""
-    worlds = {row.name: int(row.world_id) for row in store.rows(connection, "current_worlds")}
+    worlds = {row.name: int(row.world_id) for row in store.rows(connection, "world/current")}
     if world is None and len(worlds) > 1:
         raise UsageError(f"the store holds several worlds: name one of {', '.join(worlds)}")
     if world is None:

@@ -1,4 +1,4 @@
-"""The oct-trees of expanded objects as tables, walked by `queries/find_parts_by_octree.sql`."""
+"""The oct-trees of expanded objects as tables, walked by `queries/find/by_octree.sql`."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ def write_octree(store: Store, world: str | None = None) -> int:
         world_id, name = world_named(store, connection, world)
         if world_id < 0:
             raise UsageError("the store holds no world: place the objects with relmodel world FILE")
-        missing = [int(row.object_id) for row in store.rows(connection, "octree_missing", world_id=world_id)]
+        missing = [int(row.object_id) for row in store.rows(connection, "index/octree_missing", world_id=world_id)]
         if not missing:
-            return int(store.rows(connection, "octree_size", world_id=world_id)[0].cells)
+            return int(store.rows(connection, "index/octree_size", world_id=world_id)[0].cells)
 
     def write(connection: Connection) -> int:
         for object_id in missing:
             _append_octree(run, connection, object_id)
-        cells = int(store.rows(connection, "octree_size", world_id=world_id)[0].cells)
+        cells = int(store.rows(connection, "index/octree_size", world_id=world_id)[0].cells)
         run.finish(f"oct-trees of the objects of world {name} have {cells} cells", connection)
         return cells
 
@@ -43,7 +43,7 @@ def _append_octree(run: Run, connection: Connection, object_id: int) -> None:
     A part counts as the cube that holds its world box however the object is turned: the box of a turned part reaches
     beyond that of the part itself.
     """
-    parts = run.store.columns(connection, "octree_parts", object_id=object_id)
+    parts = run.store.columns(connection, "index/octree_parts", object_id=object_id)
     low, high = (np.stack([parts[f"{axis}{end}"] for axis in "xyz"], axis=1).astype(float) for end in (0, 1))
     middle, half = (low + high) / 2, np.sqrt(3) / 2 * np.linalg.norm(high - low, axis=1)[:, None]
     boxes = np.concatenate([middle - half, middle + half], axis=1)

@@ -71,13 +71,13 @@ def export_parts(
         )
     if world is not None:
         world_named(store, connection, world)
-    worlds = [row.name for row in store.rows(connection, "current_worlds") if world in (None, row.name)]
+    worlds = [row.name for row in store.rows(connection, "world/current") if world in (None, row.name)]
     bodies = store.columns(connection, "parquet/bodies", worlds=worlds)
     pages = store.columns(connection, "parquet/pages", worlds=worlds)
     parts = _count_parts(bodies, pages)
     if not parts:
         raise UsageError("no part is placed: place the objects with relmodel world FILE")
-    identity = store.rows(connection, "store_identity")[0]
+    identity = store.rows(connection, "store/identity")[0]
     folder.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(prefix=".", dir=folder) as name:
         new = Path(name)

@@ -71,7 +71,7 @@ def _found(store: Store, search: Callable[[Connection], list[dict[str, Any]]]) -
 
 def _unreadable(store: Store) -> list[dict[str, Any]]:
     with store.read() as connection:
-        reads = store.rows(connection, f"full_reads.{store.dialect}")
+        reads = store.rows(connection, f"store/full_reads.{store.dialect}")
 
     def read(statement: str, connection: Connection) -> list[dict[str, Any]]:
         connection.exec_driver_sql(statement).all()
@@ -85,13 +85,13 @@ def _offending(store: Store, connection: Connection, name: str) -> list[dict[str
 
 
 def _references(store: Store, connection: Connection) -> list[dict[str, Any]]:
-    statement = store.rows(connection, "broken_references")[0].statement
+    statement = store.rows(connection, "store/broken_references")[0].statement
     return [dict(row) for row in connection.exec_driver_sql(statement).mappings()]
 
 
 def _ledger(store: Store, connection: Connection) -> list[dict[str, Any]]:
     differ = []
-    for row in store.rows(connection, "ledger_sums"):
+    for row in store.rows(connection, "store/ledger_sums"):
         count = connection.scalar(sa.select(sa.func.count()).select_from(sa.table(row.relation)))
         if count != row.row_count:
             differ.append({"relation": row.relation, "rows": count, "rows_committed": row.row_count})
@@ -99,5 +99,5 @@ def _ledger(store: Store, connection: Connection) -> list[dict[str, Any]]:
 
 
 def _journal(store: Store, connection: Connection) -> list[dict[str, Any]]:
-    known = {journal.Commit(row.relation, row.run_id, row.ordinal) for row in store.rows(connection, "commits")}
+    known = {journal.Commit(row.relation, row.run_id, row.ordinal) for row in store.rows(connection, "store/commits")}
     return [commit._asdict() for commit in journal.recorded(store) if commit not in known]

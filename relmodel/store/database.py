@@ -86,7 +86,7 @@ class Database:
         with self.read() as connection:
             if not {"sds_relation", "alembic_version"} <= set(inspect(connection).get_table_names()):
                 return None
-            return str(self.rows(connection, "revision")[0].version_num)
+            return str(self.rows(connection, "store/revision")[0].version_num)
 
     def release(self) -> None:
         """Let other processes have a DuckDB file until the next read or write, which takes it again and waits for it
@@ -131,7 +131,7 @@ class Database:
         """Name and type of each column of all tables, from one query: SQLAlchemy's own reflection asks dozens and takes
         ten times as long."""
         with self.read() as connection:
-            rows = self.rows(connection, f"columns.{self.dialect}")
+            rows = self.rows(connection, f"store/columns.{self.dialect}")
         columns: dict[str, list[tuple[str, str]]] = {}
         for row in rows:
             columns.setdefault(row.relation, []).append((row.name, row.type))
@@ -156,7 +156,7 @@ class Database:
         """Place of each table that refers to others or is referred to, behind all that it refers to."""
         parents: dict[str, list[str]] = {}
         with self.read() as connection:
-            for row in self.rows(connection, "references"):
+            for row in self.rows(connection, "store/references"):
                 if row.parent != row.relation:
                     parents.setdefault(row.relation, []).append(row.parent)
         return {name: place for place, name in enumerate(TopologicalSorter(parents).static_order())}

@@ -51,8 +51,8 @@ def schema_in_memory() -> Iterator[Database]:
 def dictionary(store: Database) -> list[Entry]:
     """Relations by level, then the functions."""
     with store.read() as connection:
-        catalogue = store.rows(connection, "relations")
-        functions = store.rows(connection, f"functions.{store.dialect}")
+        catalogue = store.rows(connection, "store/relations")
+        functions = store.rows(connection, f"store/functions.{store.dialect}")
     reflected = inspect(store.engine)
     comments = {
         name: found["text"] for (_, name), found in reflected.get_multi_table_comment(kind=ObjectKind.ANY).items()
@@ -74,9 +74,9 @@ def find_entry(store: Database, name: str) -> Entry:
 def columns_of(store: Database, entry: Entry | None = None) -> list[Column]:
     """Columns of all relations in the dictionary's order, then the arguments of the functions; or those of one."""
     with store.read() as connection:
-        relations = [row.relation for row in store.rows(connection, "relations")]
-        references = store.rows(connection, "reference_columns")
-        arguments = store.rows(connection, "arguments")
+        relations = [row.relation for row in store.rows(connection, "store/relations")]
+        references = store.rows(connection, "store/reference_columns")
+        arguments = store.rows(connection, "store/arguments")
     refers = {
         (row.relation, column): f"{row.parent} ({', '.join(row.parent_columns)})"
         for row in reversed(references)

@@ -48,7 +48,7 @@ def find_altered_rows(store: Database, connection: Connection) -> list[dict[str,
 def _digested(store: Database, connection: Connection) -> list[str]:
     return [
         row.relation
-        for row in store.rows(connection, "relations")
+        for row in store.rows(connection, "store/relations")
         if row.standing != "view" and row.relation not in _OPEN
     ]
 

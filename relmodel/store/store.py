@@ -74,7 +74,7 @@ class Store(Database):
     def name_cell(self, cell: str) -> None:
         """Make it that of a cell; where it was another's, as a copy of its file is, it becomes a store of its own."""
         with self.write() as connection:
-            connection.execute(sql.query("name_cell"), {"store_id": str(uuid4()), "cell": cell})
+            connection.execute(sql.query("store/name_cell"), {"store_id": str(uuid4()), "cell": cell})
 
     @classmethod
     @contextmanager
@@ -101,7 +101,7 @@ def _check_schema(store: Store) -> None:
     """Raise StoreError where the store was made with another schema of the same revision, as before a release."""
     with store.read() as connection:
         noted = inspect(connection).has_table("store_schema")
-        made_with = {str(row.sha256) for row in store.rows(connection, "schema_hash")} if noted else {"unknown"}
+        made_with = {str(row.sha256) for row in store.rows(connection, "store/schema_hash")} if noted else {"unknown"}
     ours = sql.schema_hash(store.dialect)
     if made_with != {ours}:
         raise StoreError(

@@ -36,7 +36,7 @@ class Placed:
 
 def placed_parts(store: Store, connection: Connection, object_id: int) -> Placed:
     """The parts that the expansion of an object places."""
-    rows = store.columns(connection, "object_expansion", object_id=object_id)
+    rows = store.columns(connection, "object/expansion", object_id=object_id)
     at = np.flatnonzero(rows["part_id"] >= 0)
     part = rows["part_id"][at].astype(np.int64)
     known = store.columns(connection, "compare/parts", part_ids=np.unique(part).tolist())

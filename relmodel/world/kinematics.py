@@ -34,7 +34,7 @@ class Robots:
     """The robots in a loaded object, by their path in it: the object itself (empty path), and those nested in it."""
 
     def __init__(self, store: Store, connection: Connection, object_id: int) -> None:
-        self._ways = store.rows(connection, "object_robots", object_id=object_id)
+        self._ways = store.rows(connection, "object/robots", object_id=object_id)
         self.object_id = {row.path: int(row.object_id) for row in self._ways if row.moves}
         trees = {i: _joint_tree(store, connection, i) for i in set(self.object_id.values())}
         self.trees = {path: trees[i] for path, i in self.object_id.items()}
@@ -66,7 +66,7 @@ class Robots:
         ROBOT/LINK."""
         path = self._robot_of(name)
         plain = name[len(path) + 1 :] if path else name
-        links = store.rows(connection, "object_links", object_id=self.object_id[path] if path else object_id)
+        links = store.rows(connection, "object/links", object_id=self.object_id[path] if path else object_id)
         return path, plain, [link.name for link in links].count(plain)
 
     def frame(
@@ -83,7 +83,7 @@ class Robots:
         path, name, _ = self.link(store, connection, object_id, link)
         if path in self.trees:
             return LinkFrame(path, name, self.frames(values)[path], self.trees[path].poses(values[path])[name])
-        links = store.rows(connection, "object_links", object_id=object_id)
+        links = store.rows(connection, "object/links", object_id=object_id)
         return LinkFrame(path, name, np.eye(4), next(_matrix(found) for found in links if found.name == name))
 
     def frames(self, values: Mapping[str, Mapping[str, float]]) -> dict[str, Floats]:
@@ -105,14 +105,14 @@ class Robots:
         links: dict[str, Floats] = {}
         for path, frame in self.frames(values).items():
             poses = self.trees[path].poses(values[path])
-            for link in store.rows(connection, "object_links", object_id=self.object_id[path]):
+            for link in store.rows(connection, "object/links", object_id=self.object_id[path]):
                 links[f"/{path}/{link.segment}" if path else f"/{link.segment}"] = frame @ poses[link.name]
         return links
 
 
 def _joint_tree(store: Store, connection: Connection, object_id: int) -> JointTree:
-    rows = store.rows(connection, "object_joints", object_id=object_id)
-    links = [row.name for row in store.rows(connection, "object_links", object_id=object_id)]
+    rows = store.rows(connection, "object/joints", object_id=object_id)
+    links = [row.name for row in store.rows(connection, "object/links", object_id=object_id)]
     joints = [
         Joint(
             name=row.name,
@@ -203,7 +203,7 @@ def mounted_rig(store: Store, rig: str, *, world: str | None = None, on: str | N
     """
     with store.read() as connection:
         world_id, name = world_named(store, connection, world)
-        mounts = store.rows(connection, "world_mounts", world_id=world_id)
+        mounts = store.rows(connection, "world/mounts", world_id=world_id)
         found = [m for m in mounts if m.rig == rig and on in (None, m.carrier)]
         if len(found) != 1:
             known = ", ".join(f"{m.rig} on {m.carrier}" for m in mounts if m.rig is not None) or "there are none"
@@ -218,7 +218,7 @@ def mount_of_rig(store: Store, connection: Connection, world_id: int, rig_id: in
     `on`: name of the object that carries it, where several do.  None where the world does not mount it.  Raises
     UsageError where that object does not carry it, or several mounts are left.
     """
-    mounts = store.rows(connection, "world_mounts", world_id=world_id)
+    mounts = store.rows(connection, "world/mounts", world_id=world_id)
     carried = [m for m in mounts if m.rig_id == rig_id]
     found = [m for m in carried if on in (None, m.carrier)]
     if len(found) == 1:
@@ -240,7 +240,7 @@ def _followed_up(store: Store, connection: Connection, world_id: int, mounts: Se
     while True:
         robots = Robots(store, connection, row.object_id)
         values: dict[str, dict[str, float]] = {path: {} for path in robots.trees}
-        for state in store.rows(connection, "joint_states", world_id=world_id, object_no=row.object_no):
+        for state in store.rows(connection, "world/joint_states", world_id=world_id, object_no=row.object_no):
             values[state.robot][state.joint] = float(state.value)
         link = robots.frame(store, connection, row.object_id, row.link, values)
         if link.robot in robots.trees or row.object_no not in carried:

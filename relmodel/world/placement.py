@@ -10,6 +10,7 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import Any
 
@@ -69,7 +70,7 @@ def _place(store: Store, run: Run, file: WorldFile, write_rig: RigWriter | None,
     if write_rig is None and any(mount.kind == "rig" for mount in file.mounts):
         raise UsageError(f"{file.path} mounts rigs: place it with a writer of rigs")
     with store.read() as connection:
-        pinned = _pin(file, [dict(row._mapping) for row in store.rows(connection, "newest_objects")])
+        pinned = _pin(file, [dict(row._mapping) for row in store.rows(connection, "object/newest")])
         _refuse_cycles(store, connection, file, pinned)
         of_object = {number: Robots(store, connection, number) for number in {row["object_id"] for row in pinned}}
         robots = [of_object[row["object_id"]] for row in pinned]
@@ -82,7 +83,7 @@ def _place(store: Store, run: Run, file: WorldFile, write_rig: RigWriter | None,
 
     def write(connection: Connection) -> WorldReport:
         run.inputs(connection, inputs)
-        newest = [row for row in store.rows(connection, "current_worlds") if row.name == file.world]
+        newest = [row for row in store.rows(connection, "world/current") if row.name == file.world]
         if newest and newest[0].content_key == content_key:
             world_id, revision, status = int(newest[0].world_id), int(newest[0].revision), "unchanged"
         else:
@@ -93,7 +94,7 @@ def _place(store: Store, run: Run, file: WorldFile, write_rig: RigWriter | None,
             numbers = _numbers(run, connection, file, pinned)
             _write_objects(run, connection, file, pinned, numbers, poses, robots, values, revision)
             _write_mounts(run, connection, file, link_paths, numbers, write_rig, revision)
-        size = store.rows(connection, "world_size", world_id=world_id)[0]
+        size = store.rows(connection, "world/size", world_id=world_id)[0]
         run.finish(f"world {file.world} revision {revision} {status}", connection)
         return WorldReport(run.id, file.world, world_id, revision, status, int(size.objects), int(size.parts))
 
@@ -119,9 +120,15 @@ def _pin(file: WorldFile, loaded: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def _refuse_cycles(store: Store, connection: Connection, file: WorldFile, pinned: list[dict[str, Any]]) -> None:
     object_ids = sorted({int(row["object_id"]) for row in pinned})
-    cycles = [row.name for row in store.rows(connection, "object_cycles", object_ids=object_ids)]
-    if cycles:
-        raise InputError(f"{file.path}: the object {cycles[0]} contains itself: load it without the cycle")
+    nesting = store.rows(connection, "object/nesting", object_ids=object_ids)
+    inside: dict[int, list[int]] = {}
+    for row in nesting:
+        inside.setdefault(row.parent_id, []).append(row.child_id)
+    try:
+        TopologicalSorter(inside).prepare()
+    except CycleError as error:
+        name = min(row.name for row in nesting if row.parent_id in error.args[1])
+        raise InputError(f"{file.path}: the object {name} contains itself: load it without the cycle") from error
 
 
 def _joint_values(file: WorldFile, number: int, robots: Robots) -> dict[str, dict[str, float]]:
@@ -151,12 +158,12 @@ def _link_paths(
         found = robots[numbers[mount.on]]
         robot, name, times = found.link(store, connection, object_id, mount.link)
         if times != 1:
-            links = [row.name for row in store.rows(connection, "object_links", object_id=object_id)]
+            links = [row.name for row in store.rows(connection, "object/links", object_id=object_id)]
             raise InputError(
                 f"{file.path}: mounts[{i}] names the link {mount.link!r}, which {mount.on!r} has "
                 f"{times} times: name one of {', '.join(dict.fromkeys(links)) or 'none'}"
             )
-        links_of = store.rows(connection, "object_links", object_id=found.object_id.get(robot, object_id))
+        links_of = store.rows(connection, "object/links", object_id=found.object_id.get(robot, object_id))
         segment = next(row.segment for row in links_of if row.name == name)
         paths.append(f"{robot}/{segment}" if robot else segment)
     return paths
@@ -219,8 +226,8 @@ def _write_world(
     if previous is None:
         run.append(connection, "current_world", {"world_id": [world_id], **row})
     else:
-        connection.execute(sql.query("current_world_change"), {"world_id": world_id, **row})
-        run.insert(connection, "world_attribute", "world_kept_attributes", world_id=world_id, previous=previous)
+        connection.execute(sql.query("world/change_current"), {"world_id": world_id, **row})
+        run.insert(connection, "world_attribute", "world/keep_attributes", world_id=world_id, previous=previous)
     return world_id
 
 

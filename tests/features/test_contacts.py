@@ -119,7 +119,7 @@ def test_a_sub_assembly_keeps_its_own_contacts_and_paths_are_those_of_the_store(
         root = store_model(store, model, "all").object_id
         with store.read() as connection:
             stored = connection.execute(store.table("part_contact").select()).all()
-            paths = {row.path for row in store.rows(connection, "object_expansion", object_id=root)}
+            paths = {row.path for row in store.rows(connection, "object/expansion", object_id=root)}
     inner, outer = [r for r in stored if r.object_id != root], [r for r in stored if r.object_id == root]
     assert [(r.object_path_a, r.object_path_b, r.area) for r in inner] == [("cube#0", "cube#1", pytest.approx(100))]
     assert sorted((r.object_path_a, r.object_path_b) for r in outer) == [

@@ -100,7 +100,7 @@ def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
             assert not [r for f in check(store) if f.query.startswith(queries) for r in f.rows]
         with store.read() as connection:  # every earlier revision is there, as it was
             for world_id, oracle in enumerate(oracles, 1):
-                rows_then = store.columns(connection, "index_parts", world_id=world_id)
+                rows_then = store.columns(connection, "index/parts", world_id=world_id)
                 path = {number: name for name, number in known.items()}
                 names = [path[int(number)] for number in rows_then["occurrence_id"]]
                 then = dict(zip(names, boxes_of(rows_then), strict=True))

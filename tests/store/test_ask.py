@@ -83,7 +83,7 @@ def answered(store: Store, statement: str, time_limit_s: float = 30.0) -> tuple[
 
 def relations(store: Store) -> int:
     with store.read() as connection:
-        return len(store.rows(connection, "relations"))
+        return len(store.rows(connection, "store/relations"))
 
 
 def test_queries_are_answered(asked: Store) -> None:

@@ -45,6 +45,6 @@ def test_a_closed_store_is_not_opened_in_silence(use: Callable[[Store], Any], fr
 
 def test_a_store_open_for_reading_is_not_written(fresh_store: str) -> None:
     with Store.open(fresh_store, read_only=True) as store, store.read() as connection:
-        assert store.rows(connection, "relations")
+        assert store.rows(connection, "store/relations")
         with pytest.raises(StoreError, match=r"open for reading only"), store.write():
             pytest.fail("it is written")

@@ -22,7 +22,6 @@ WITHOUT_READER = {
     "part_contact": "contacts of parts are to become such that questions ask them",
     "search_pose": "the stages of the search are to be read, or to go",
     "search_stage": "the stages of the search are to be read, or to go",
-    "shape_box_page": "the boxes of a shape are to be packed otherwise",
     "triangulated_unit": "what stereo places in space is to be read, or to go",
     "vote": "the votes of rows are to be read, or to go",
 }

@@ -90,7 +90,7 @@ def test_catalogue_relation_covers_every_table_and_view_but_alembics_own(fresh_s
     with Store.open(fresh_store) as store, store.read() as connection:
         inspector = sa.inspect(store.engine)
         tables, views = set(inspector.get_table_names()), set(inspector.get_view_names())
-        relations = store.rows(connection, "relations")
+        relations = store.rows(connection, "store/relations")
         assert {row.relation for row in relations} == (tables | views) - {"alembic_version"}
         assert {row.relation for row in relations if row.standing == "view"} == views
 

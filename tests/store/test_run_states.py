@@ -170,7 +170,7 @@ def test_equal_code_has_equal_identity_wherever_it_lies(tmp_path: Path) -> None:
         shutil.copytree(CHECKOUT / name, tmp_path / "relmodel/data" / name)
     shutil.copytree(CHECKOUT / "migrations", tmp_path / "relmodel/data/migrations")
     assert asked(tmp_path) == [identity.code_sha256(), "None"]
-    changed = tmp_path / "relmodel/data/queries/runs.sql"
+    changed = tmp_path / "relmodel/data/queries/run/runs.sql"
     changed.write_text(changed.read_text() + "-- changed\n")
     assert asked(tmp_path)[0] != identity.code_sha256()
 

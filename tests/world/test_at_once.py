@@ -81,9 +81,9 @@ def test_readers_see_whole_revisions_while_writers_write(target: str, tmp_path: 
                 level = LEVELS[len(answers) % 2]
                 found = in_volumes(store, volumes, level=level)
                 with store.read() as connection:
-                    before = store.rows(connection, "current_worlds")
+                    before = store.rows(connection, "world/current")
                     connection.exec_driver_sql("SELECT pg_sleep(0.02)")
-                    after = store.rows(connection, "current_worlds")
+                    after = store.rows(connection, "world/current")
                 answers.append(Answered(level, volumes, found, before == after))
         return answers
 

@@ -4,22 +4,27 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import astuple
+from typing import Any
 
+import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.columns import Columns, Ragged
-from relmodel.geometry.transforms import matrix_columns
+from relmodel.geometry.transforms import matrices, matrix_columns
 from relmodel.store import Run
 from relmodel.store.database import Database
 from vision.cameras.cameras import CalibrationSigma, Camera, Rig
 from vision.cameras.images import Picture
 
+# The columns of `CalibrationSigma`, in its order.
+_SIGMA = ("sigma_focal", "sigma_centre_px", "sigma_translation_mm", "sigma_rotation")
+
 
 def record_picture(run: Run, connection: Connection, picture: Picture, *, keep_bytes: bool) -> int:
     """Identity of the picture's row, appended where it is new; its bytes too where they are to be kept."""
-    found = run.store.rows(connection, "image_by_sha256", sha256=picture.sha256)
+    found = run.store.rows(connection, "cameras/image_by_sha256", sha256=picture.sha256)
     if found:
         return int(found[0].id)
     image_id = int(run.store.new_ids(connection, "image", 1)[0])
@@ -71,14 +76,25 @@ def record_rig(run: Run, connection: Connection, rig: Rig) -> int:
     return _once(run, connection, "rig", _rig_content(rig, camera_ids), append)
 
 
+def read_recorded_rig(columns: Mapping[str, Any]) -> Rig:
+    """The rig of rows of its cameras, in their order: those of `rig_camera` with `camera` for the name, and of the
+    cameras."""
+    names = list(columns["camera"])
+    matrix = np.tile(np.eye(3), (len(names), 1, 1))
+    for name, (i, j) in {"fx": (0, 0), "skew": (0, 1), "cx": (0, 2), "fy": (1, 1), "cy": (1, 2)}.items():
+        matrix[:, i, j] = columns[name]
+    size = zip(columns["width"].tolist(), columns["height"].tolist(), matrix, columns["distortion"], strict=True)
+    sigma = np.stack([columns[name] for name in _SIGMA], axis=1)
+    return Rig(
+        dict(zip(names, (Camera(*of) for of in size), strict=True)),
+        dict(zip(names, matrices(columns), strict=True)),
+        {name: CalibrationSigma(*of) for name, of in zip(names, sigma.tolist(), strict=True) if not np.isnan(of).any()},
+    )
+
+
 def _sigma_columns(sigma: CalibrationSigma | None) -> Columns:
     """How well a camera of a rig is known, null where the rig does not say."""
-    return {
-        "sigma_focal": None if sigma is None else sigma.focal,
-        "sigma_centre_px": None if sigma is None else sigma.centre_px,
-        "sigma_translation_mm": None if sigma is None else sigma.translation_mm,
-        "sigma_rotation": None if sigma is None else sigma.rotation,
-    }
+    return dict(zip(_SIGMA, astuple(sigma) if sigma is not None else [None] * len(_SIGMA), strict=True))
 
 
 def _record_camera(run: Run, connection: Connection, camera: Camera) -> int:
@@ -126,7 +142,7 @@ def _once(run: Run, connection: Connection, table: str, content: object, append:
 
 
 def _found(store: Database, connection: Connection, table: str, content: object) -> int | None:
-    rows = store.rows(connection, f"{table}_by_key", content_key=_key(content))
+    rows = store.rows(connection, f"cameras/{table}_by_key", content_key=_key(content))
     return int(rows[0].id) if rows else None
 
 

@@ -45,7 +45,7 @@ class Outcome:
 def read_outcome(store: Store, run: int) -> Outcome:
     """The outcome of an inspection that came to a verdict."""
     with store.read() as connection:
-        (row,) = store.rows(connection, "outcome", run=run)
+        (row,) = store.rows(connection, "run/outcome", run=run)
         variants = [r.sentence for r in store.rows(connection, "why/verdict/15_variants", run=run)]
     return Outcome(
         row.outcome, row.changed, row.contradicted, row.not_confirmed, row.undecidable, row.variant, variants

@@ -18,13 +18,21 @@ from relmodel.labelling.star import MODE as STAR
 from relmodel.labelling.stored import read_problem
 from relmodel.store import Store
 from relmodel.store.runs import package_versions
-from vision.inspection.replay_pose import Compared, replay_pose, replay_verdict
+from vision.inspection.replay_pose import Compared, read_parameters, replay_pose, replay_verdict
+from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
 from vision.matching.pose_problem import REASONS, PoseMatch
 from vision.matching.stored_match import match_stored
 from vision.stereo.match import STARS
 
 TOLERANCE, OTHER_TOLERANCE = 1e-9, 1e-6
 """greatest difference, as a share of a value above 1, by the code, packages and machine that made the run; by others"""
+
+# The relations that a replay reads.
+READ = {
+    "problem", "candidate", "problem_relation", "compatibility", "assignment", "correspondence", "surface_match",
+    "edge_measurement", "solved_pose", "camera_unknown", "hypothesis", "hypothesis_support", "verdict_sign",
+    "threshold", "inspection",
+}  # fmt: skip
 
 
 class Outcome(NamedTuple):
@@ -60,13 +68,13 @@ def replay(store: Store, run: int) -> Replay:
     with store.read() as connection:
         _check(store, connection, run)
         (given,) = store.rows(connection, "replay/inspection", run=run)
-        parameters = json.loads(given.parameters)
+        parameters = read_parameters(LOCALISATION, json.loads(given.parameters)["localisation"])
         others = _changed(json.loads(given.versions), given.code_sha256)
         tolerance = OTHER_TOLERANCE if others else TOLERANCE
         compared = [
             *_replay_matching(store, connection, run),
             *replay_pose(store, connection, run, parameters),
-            *replay_verdict(store, connection, run, parameters),
+            *replay_verdict(store, connection, run, given),
         ]
     return Replay([_judge(c, tolerance) for c in compared], others)
 
@@ -142,7 +150,8 @@ def _compare_pairs(
 
 
 def count_rows(store: Store, run: int) -> list[tuple[str, int]]:
-    """How many rows a run has of the relations that a replay reads."""
+    """How many rows a run wrote of the relations that a replay reads."""
     with store.read() as connection:
         _check(store, connection, run)
-        return [(row.relation, int(row.rows)) for row in store.rows(connection, "replay/counts", run=run)]
+        written = store.rows(connection, "report/written", run_id=run)
+    return sorted((row.relation, int(row.row_count)) for row in written if row.relation in READ)

@@ -36,7 +36,7 @@ def weigh_variants(
     among = selection.occurrence_id.tolist()
     out = []
     with store.read() as connection:
-        rows = [dict(row._mapping) for row in store.rows(connection, "variants_in_world", world_id=stored.world_id)]
+        rows = [dict(row._mapping) for row in store.rows(connection, "world/variants", world_id=stored.world_id)]
     others = sum(not row["placed"] for row in rows)
     if most is not None and not 1 <= others <= most:
         return []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,6 +67,24 @@ class Measurements:
     jacobian: Floats
 
 
+@dataclass(frozen=True)
+class Sightings:
+    """The edge elements seen beside the samples of a prediction, as columns (n, ...); zero where there is none.
+
+    pixel (n, 2) of the samples, jacobian (n, 2, 6) of it by the pose, direction (n, 2) of their arcs there; found (n,):
+    the element of its picture, -1 for none; position (n, 2) px of it; sigma (n,) px along the normal (-dy, dx), one
+    where there is none; response (n,): derivative of the place along it by the camera's response.
+    """
+
+    pixel: Floats
+    jacobian: Floats
+    direction: Floats
+    found: Ints
+    position: Floats
+    sigma: Floats
+    response: Floats
+
+
 def measure(
     prediction: Prediction,
     indexes: list[EdgeIndex],
@@ -80,46 +98,65 @@ def measure(
 ) -> Measurements:
     """What the edges say of a prediction whose pose is perturbed by `delta` (6,), given the cameras' `own`
     unknowns (c, 10), and which samples vote (n,)."""
+    seen = _look_beside(prediction, indexes, delta, reach, scale, p.refinement)
+    m = compare_with_edges(prediction, seen, delta, unknowns, own, scale, votes)
+    # What puts an arc elsewhere moves all its samples: an arc of n knows no more than its tolerance allows.
+    return replace(m, sigma=np.sqrt(m.sigma**2 + prediction.tolerance_px**2 * _sum_by_arc(prediction, m.weight)))
+
+
+def _look_beside(
+    prediction: Prediction, indexes: list[EdgeIndex], delta: Floats, reach: float, scale: float, p: RefinementParameters
+) -> Sightings:
     pixel, jacobian = project_with_jacobians(prediction, delta)
     direction = project_directions(prediction, delta)
-    normal = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
-    offset, found = np.zeros(len(pixel)), np.full(len(pixel), -1)
-    sigma = np.ones(len(pixel))
-    by_camera = np.zeros((len(pixel), *own.shape))
+    found, position = np.full(len(pixel), -1), np.zeros((len(pixel), 2))
+    sigma, response = np.ones(len(pixel)), np.zeros(len(pixel))
     for number, index in enumerate(indexes):
         rows = np.flatnonzero(prediction.view == number)
-        offset[rows], found[rows] = index.measure(
-            np.ascontiguousarray(pixel[rows]),
-            np.ascontiguousarray(direction[rows]),
-            reach,
-            scale,
-            p.refinement,
-        )
+        at, along = np.ascontiguousarray(pixel[rows]), np.ascontiguousarray(direction[rows])
+        found[rows] = index.measure(at, along, reach, scale, p)[1]
         hit = rows[found[rows] >= 0]
         edge, edges = found[hit], index.edges
         contrast = np.abs(edges.contrast[edge])
+        position[hit] = edges.position[edge]
         sigma[hit] = np.sqrt(
-            edges.sigma[edge] ** 2
-            + p.refinement.systematic_px**2
-            + (p.refinement.texture_px * index.texture / contrast) ** 2
+            edges.sigma[edge] ** 2 + p.systematic_px**2 + (p.texture_px * index.texture / contrast) ** 2
         )
-        polarity = np.sign(np.einsum("ni,ni->n", edges.normal[edge], normal[hit]))
+        polarity = np.sign(_along_normals(direction[hit], edges.normal[edge]))
+        response[hit] = -polarity * contrast / edges.grey_range
+    return Sightings(pixel, jacobian, direction, found, position, sigma, response)
+
+
+def compare_with_edges(
+    prediction: Prediction,
+    seen: Sightings,
+    delta: Floats,
+    unknowns: CameraUnknowns,
+    own: Floats,
+    scale: float,
+    votes: Bools,
+) -> Measurements:
+    """What edge elements seen beside a prediction say of it, the sigma of each as it was seen; the rest as in
+    `measure`."""
+    normal = np.stack([-seen.direction[:, 1], seen.direction[:, 0]], axis=1)
+    by_camera = np.zeros((len(normal), *own.shape))
+    offset = np.zeros(len(normal))
+    for number in range(len(own)):
+        hit = np.flatnonzero((prediction.view == number) & (seen.found >= 0))
         by_camera[hit, number] = differentiate(
-            prediction,
-            delta,
-            hit,
-            pixel[hit],
-            normal[hit],
-            -polarity * contrast / edges.grey_range,
-            unknowns.sigma[number],
+            prediction, delta, hit, seen.pixel[hit], normal[hit], seen.response[hit], unknowns.sigma[number]
         )
+        offset[hit] = _along_normals(seen.direction[hit], seen.position[hit] - seen.pixel[hit])
         offset[hit] -= by_camera[hit, number] @ own[number]
-    weight, slope = weigh(offset, prediction.tolerance_px, (found >= 0) & votes, scale)
-    # What puts an arc elsewhere moves all its samples: an arc of n knows no more than its tolerance allows.
-    sigma = np.sqrt(sigma**2 + prediction.tolerance_px**2 * _sum_by_arc(prediction, weight))
-    own_derivative = by_camera.reshape(len(pixel), own.size)
-    derivative = np.concatenate([np.einsum("ni,nij->nj", normal, jacobian), own_derivative], axis=1)
-    return Measurements(pixel, direction, offset, found, sigma, weight, slope, derivative)
+    weight, slope = weigh(offset, prediction.tolerance_px, (seen.found >= 0) & votes, scale)
+    own_derivative = by_camera.reshape(len(normal), own.size)
+    derivative = np.concatenate([np.einsum("ni,nij->nj", normal, seen.jacobian), own_derivative], axis=1)
+    return Measurements(seen.pixel, seen.direction, offset, seen.found, seen.sigma, weight, slope, derivative)
+
+
+def _along_normals(direction: Floats, vectors: Floats) -> Floats:
+    """Components (n,) of vectors (n, 2) along the normals of image directions (n, 2)."""
+    return np.asarray(direction[:, 0] * vectors[:, 1] - direction[:, 1] * vectors[:, 0])
 
 
 def weigh(offset: Floats, tolerance_px: Floats, use: Bools, scale: float) -> tuple[Floats, Floats]:

@@ -13,6 +13,7 @@ from sqlalchemy import Connection
 from relmodel.arrays import Floats, Ints
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
+from relmodel.model.stored_samples import spread_samples
 from relmodel.store import Store
 from vision.scene.scene import Scene
 
@@ -57,7 +58,7 @@ def read_variant_scene(
     count up to -1."""
     others = _parts(store, connection, world_id, among)
     kept = others["object_no"] != variant["object_no"]
-    own = store.columns(connection, "object_expansion", object_id=int(variant["object_id"]))
+    own = store.columns(connection, "object/expansion", object_id=int(variant["object_id"]))
     own = {name: values[own["part_id"] >= 0] for name, values in own.items()}
     count = len(own["path"])
     placed = matrices({name: np.array([variant[name]]) for name in MATRIX_COLUMNS})[0]
@@ -79,7 +80,7 @@ def read_variant_scene(
 
 
 def _parts(store: Store, connection: Connection, world_id: int, among: Sequence[int] | None) -> dict[str, NDArray[Any]]:
-    parts = store.columns(connection, "scene_parts", world_id=world_id)
+    parts = store.columns(connection, "scene/parts", world_id=world_id)
     if among is None:
         return parts
     kept = np.isin(parts["id"], np.asarray(among, np.int64))
@@ -95,8 +96,11 @@ def _read(store: Store, connection: Connection, world_id: int, parts: dict[str, 
         )
     world_from_part = matrices(parts)
     shapes = [int(s) for s in np.unique(parts["shape_id"])]
-    mesh_of = _by_shape(store.columns(connection, "scene_meshes", shape_ids=shapes))
-    arcs_of = _by_shape(store.columns(connection, "scene_arcs", shape_ids=shapes))
+    mesh_of = _by_shape(store.columns(connection, "scene/meshes", shape_ids=shapes))
+    arcs_of = {
+        shape: _spread(rows)
+        for shape, rows in _by_shape(store.columns(connection, "scene/arcs", shape_ids=shapes)).items()
+    }
 
     meshes, arcs = [], []
     for occurrence, shape in enumerate(parts["shape_id"].tolist()):
@@ -133,9 +137,9 @@ def _read(store: Store, connection: Connection, world_id: int, parts: dict[str, 
         arc["arc_no"],
         mesh["surface_no"],
         _number_surfaces(mesh, arc),
-        _radii(mesh, parts["shape_id"], store.columns(connection, "scene_cylinders", shape_ids=shapes)),
+        _radii(mesh, parts["shape_id"], store.columns(connection, "scene/cylinders", shape_ids=shapes)),
         arc["parameter"],
-        store.columns(connection, "scene_features", shape_ids=shapes),
+        store.columns(connection, "scene/features", shape_ids=shapes),
     )
 
 
@@ -166,22 +170,26 @@ def _placed_mesh(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], o
     }
 
 
+def _spread(rows: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Rows of `scene/arcs` with all samples (n, width) of all arcs after each other."""
+    count = rows["sample_count"].astype(np.int64)
+    widths = {"parameters": 1, "points": 3, "tangents": 3, "normals_a": 3, "normals_b": 3}
+    spread = {name: spread_samples(rows[name].tolist(), count, width) for name, width in widths.items()}
+    return {**rows, "sample_count": count, **spread}
+
+
 def _placed_arcs(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], occurrence: int) -> dict[str, Any]:
     rotation, translation = world_from_part[:3, :3], world_from_part[:3, 3]
-    flat = {
-        name: np.concatenate(rows[name].tolist()).astype(float).reshape(-1, 3)
-        for name in ("points", "tangents", "normals_a", "normals_b")
-    }
-    count = np.array([len(p) // 3 for p in rows["points"]])
+    count = rows["sample_count"]
     sample_arc = np.repeat(np.arange(len(count)), count)
     return {
-        "points": flat["points"] @ rotation.T + translation,
-        "tangents": flat["tangents"] @ rotation.T,
-        "normals_a": flat["normals_a"] @ rotation.T,
-        "normals_b": flat["normals_b"] @ rotation.T,
+        "points": rows["points"] @ rotation.T + translation,
+        "tangents": rows["tangents"] @ rotation.T,
+        "normals_a": rows["normals_a"] @ rotation.T,
+        "normals_b": rows["normals_b"] @ rotation.T,
         "sample_arc": sample_arc,
-        "length": _lengths(flat["points"], sample_arc),
-        "parameter": np.concatenate(rows["parameters"].tolist()).astype(float),
+        "length": _lengths(rows["points"], sample_arc),
+        "parameter": rows["parameters"][:, 0],
         "arc_no": rows["arc_no"].astype(np.int64),
         "arc_surfaces": np.stack([_or_none(rows[side]) for side in ("surface_a", "surface_b")], axis=1),
         "arc_occurrence": np.full(len(count), occurrence),

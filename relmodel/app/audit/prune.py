@@ -101,7 +101,7 @@ def _doomed(store: Store, connection: Connection, what: str) -> list[tuple[str, 
     """Table, key column and relation of keys of what goes, those that refer to others first."""
     if what == "pictures":
         return [("image_blob", "image_id", "asked_image")]
-    relations = [row for row in store.rows(connection, "relations") if row.standing != "view"]
+    relations = [row for row in store.rows(connection, "store/relations") if row.standing != "view"]
     keys = {"image_blob": ("image_id", "asked_image"), "extraction": ("extraction_id", "asked_extraction")}
     keys["unit_set"] = ("unit_set_id", "asked_unit_set")
     for row in relations:

@@ -70,7 +70,7 @@ def painted_meshes(
     for shape, colour in wanted:
         colours.setdefault(shape, []).append(colour)
     found = {}
-    for done, row in enumerate(store.rows(connection, "scene_meshes", shape_ids=sorted(colours))):
+    for done, row in enumerate(store.rows(connection, "scene/meshes", shape_ids=sorted(colours))):
         progress(f"{what}: shapes", done, len(colours))
         mesh = trimesh.Trimesh(
             np.reshape(row.vertices, (-1, 3)) * _METRES, np.reshape(row.triangles, (-1, 3)), process=False

@@ -83,7 +83,7 @@ def write_scene(
 
     check_writable(path, "file")
     answer = results_json(tables)
-    parts = store.arrow(connection, "inspected_world", run_id=answer["run"]).to_pylist()
+    parts = store.arrow(connection, "scene/inspected", run_id=answer["run"]).to_pylist()
     painted: list[Painted] = [(int(part["shape_id"]), part["colour"]) for part in parts]
     names = {key: f"{key[0]} {key[1] or ''}".rstrip() for key in painted}
     scene = trimesh.Scene(base_frame="world")

@@ -52,7 +52,7 @@ def of_store(
     """Tables whose every row carries store_id and cell, and the values of the `others`, where it does not already."""
     import pyarrow as pa
 
-    carried = {**store.rows(connection, "store_identity")[0]._mapping, **others}
+    carried = {**store.rows(connection, "store/identity")[0]._mapping, **others}
     out = {}
     for name, table in tables.items():
         for column, value in carried.items():

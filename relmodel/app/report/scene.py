@@ -34,7 +34,7 @@ def shapes_of(store: Store, connection: Connection, shape_ids: Ints) -> list[dic
     wanted = [int(s) for s in shape_ids]
     edges = _edges(store, connection, wanted)
     out, drawn = [], 0
-    for row in store.rows(connection, "scene_meshes", shape_ids=wanted):
+    for row in store.rows(connection, "scene/meshes", shape_ids=wanted):
         vertices = np.reshape(np.asarray(row.vertices, float), (-1, 3))
         triangles = np.reshape(np.asarray(row.triangles, np.uint32), (-1, 3))
         surface = np.asarray(row.triangle_surfaces, np.int64)

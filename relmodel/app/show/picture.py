@@ -127,7 +127,7 @@ def _scene(store: Store, connection: Connection, tree: Tree, axes: Floats) -> _S
     drawn = [int(p.id) for p in store.rows(connection, "object/parts", part_ids=parts) if not p.supplemental]
     placed = np.flatnonzero((tree.shape_id >= 0) & np.isin(tree.part_id, drawn))
     shapes = [int(s) for s in np.unique(tree.shape_id[placed])]
-    meshes = {int(r.shape_id): r for r in store.rows(connection, "scene_meshes", shape_ids=shapes)}
+    meshes = {int(r.shape_id): r for r in store.rows(connection, "scene/meshes", shape_ids=shapes)}
     kind_of = {
         (int(r.shape_id), int(r.surface_no)): str(r.kind)
         for r in store.rows(connection, "object/surface_features", shape_ids=shapes)

@@ -39,7 +39,7 @@ def read_tree(store: Store, connection: Connection, name: str, variant: str = ""
     """Tree of the newest revision of a variant, as `find_variant` finds it; raises UsageError as that."""
     found = find_variant(store, connection, name, variant)
     object_id = found.object_id
-    rows = store.columns(connection, "object_expansion", object_id=object_id)
+    rows = store.columns(connection, "object/expansion", object_id=object_id)
     depth, child, part, shape = (np.asarray(rows[c], np.int64) for c in ("depth", "object_id", "part_id", "shape_id"))
     pose = matrices({c: rows[c] for c in MATRIX_COLUMNS})
     path = [str(p) for p in rows["path"]]

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+import sqlalchemy as sa
 import yaml
 from PIL import Image
 from scipy.optimize import least_squares
@@ -47,8 +48,9 @@ def delta(a: Array, b: Array) -> Array:
 
 def rows(store: str, table: str, run: int) -> list[dict[str, Any]]:
     with Store.open(store, read_only=True) as opened, opened.read() as connection:
-        of = opened.table(table)
-        return [dict(r._mapping) for r in connection.execute(of.select().where(of.c.run_id == run))]
+        of = sa.table(table, sa.column("run_id"))
+        asked = sa.select(sa.text("*")).select_from(of).where(of.c.run_id == run)
+        return [dict(r._mapping) for r in connection.execute(asked)]
 
 
 @pytest.fixture(scope="module")
@@ -203,7 +205,7 @@ def test_a_rig_of_other_content_is_not_mounted(store: str, pair: Pair) -> None:
         assert mounted is not None
         assert mounted.world_from_rig == pytest.approx(np.array(pair.prior["world_from_rig"]))
         assert mount_of_rig(opened, connection, 1, found + 100, None) is None
-        known = [row.rig_id for row in opened.rows(connection, "world_mounts", world_id=1)]
+        known = [row.rig_id for row in opened.rows(connection, "world/mounts", world_id=1)]
         assert known == [found]
         assert not {find_rig(opened, connection, other) for other in others} & {found}
 

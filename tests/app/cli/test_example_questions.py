@@ -20,6 +20,7 @@ import sqlalchemy as sa
 from relmodel.geometry.transforms import matrices
 from relmodel.labelling.solve import solve
 from relmodel.labelling.stored import read_problem
+from relmodel.model.stored_samples import spread_samples
 from relmodel.resources import resource_dir
 from relmodel.store import Store, sql
 from relmodel.store.ask import ask
@@ -203,7 +204,8 @@ def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> N
 
     # Where the matched ones are.
     samples = {
-        (r["shape_id"], r["arc_no"]): np.reshape(r["points"], (-1, 3)) for r in columns(store, "shape_arc_sample")
+        (r["shape_id"], r["arc_no"]): spread_samples([r["points"]], np.array([r["sample_count"]]), 3)
+        for r in columns(store, "shape_arc_sample")
     }
     shape_of_part = {r["id"]: r["shape_id"] for r in columns(store, "part")}
     placed = {r["path"]: r for r in columns(store, "occurrence")}
@@ -292,7 +294,7 @@ def test_the_answers_of_the_audit_are_those_of_the_rows(store: Store) -> None:
     run = max(r["id"] for r in columns(store, "run") if r["kind"] == "inspect")
     (pose,) = plain_rows(store, "pose", run)
     held = {(r["decision"], r["name"]): r["value"] for r in plain_rows(store, "threshold", run)}
-    view = {r["view_no"]: r["camera"] for r in plain_rows(store, "view", run)}
+    view = {r["view_no"]: r["camera"] for r in plain_rows(store, "inspection_image", run)}
 
     # Each pair with the gate that its rule is about, and the rule that its numbers fail.
     pairs = {
@@ -376,7 +378,7 @@ def test_the_answers_of_the_audit_are_those_of_the_rows(store: Store) -> None:
         assert mean["rms_sigmas"] == pytest.approx(np.sqrt(np.average((residual / sigma) ** 2, weights=weight)))
         assert mean["rms_px"] < 0.5 * np.sqrt(np.mean(residual**2))  # outliers, which weigh little, are most of that
 
-    alone = {r["camera"]: r for r in plain_rows(store, "camera_alone", run)}
+    alone = {r["camera"]: r for r in plain_rows(store, "solved_pose", run) if r["kind"] == "alone"}
     place = np.array([pose[c] for c in ("m03", "m13", "m23")])
     for r in answers["cameras_solved_apart"]:
         own = alone[r["camera"]]
@@ -517,8 +519,8 @@ def test_other_inspections_mislead_nobody(inspection: Inspection, copy_store: Ca
         assert {name: answers(text) for name, text in of_newest.items()} == before
 
         connection.exec_driver_sql("INSERT INTO rig VALUES (99, 'another')")
-        of_one = {"run": "", "inspection": "", "pose": "", "camera_unknown": ""}
-        another(1001, of_one | {"pose": ", 'refused' AS verdict", "camera_unknown": ", 0 AS value"})
+        of_one = {"run": "", "inspection": "", "hypothesis": "", "camera_unknown": ""}
+        another(1001, of_one | {"inspection": ", 'refused' AS verdict", "camera_unknown": ", 0 AS value"})
         another(1002, of_one | {"inspection": ", 99 AS rig_id"})
         found = answers(over_time)
         assert {(r.rig_id, r.run_id, r.verdict) for r in found} == {(1, run, "accepted"), (99, 1002, "accepted")}

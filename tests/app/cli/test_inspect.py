@@ -53,7 +53,6 @@ WRITTEN = [
     "unit_set",
     "unit",
     "hypothesis",
-    "view",
     "view_arc",
     "view_point",
     "view_surface",
@@ -62,7 +61,6 @@ WRITTEN = [
     "edge_measurement",
     "problem_tolerance",
     "compatibility",
-    "pose",
     "part_in_view",
     "presence",
     "presence_camera",
@@ -86,11 +84,9 @@ OF_THE_RUN = {
 COMPARED = (
     "inspection",
     "hypothesis",
-    "view",
     "view_arc",
     "correspondence",
     "edge_measurement",
-    "pose",
     "part_in_view",
     "problem",
     "candidate",
@@ -164,7 +160,7 @@ def test_every_step_has_its_rows(answer: dict[str, Any], store: str, inspection:
     with Store.open(store, read_only=True) as opened, opened.read() as connection:
         for name in WRITTEN:
             assert connection.execute(sa.select(sa.func.count()).select_from(opened.table(name))).scalar(), name
-        assert opened.rows(connection, "runs", kind="inspect", state="finished", verdict="accepted")
+        assert opened.rows(connection, "run/runs", kind="inspect", state="finished", verdict="accepted")
         steps = sa.text("SELECT name FROM run_event WHERE run_id = :run AND kind = 'step' ORDER BY event_no")
         said = connection.execute(steps, {"run": answer["run"]}).scalars().all()
         query = sa.text("SELECT parameters FROM run WHERE id = :run")

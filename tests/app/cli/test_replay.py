@@ -48,12 +48,12 @@ def test_all_comes_out_again_without_the_pictures(
 @pytest.mark.parametrize(
     ("statement", "told"),
     [
-        ("UPDATE pose SET m03 = m03 + 1e-5", "pose"),
+        ("UPDATE hypothesis SET m03 = m03 + 1e-5 WHERE hypothesis_no = 0", "pose"),
         ("UPDATE edge_measurement SET u = u + 1e-6 WHERE measurement_no = 7 AND view_no = 1", "residuals"),
         ("UPDATE camera_unknown SET value = value + 1e-7 WHERE name = 'centre_u'", "unknowns of the cameras"),
         ("UPDATE hypothesis_support SET evidence = evidence + 1e-3 WHERE camera = 'left'", "evidence"),
-        ("UPDATE pose SET posterior = posterior - 1e-6", "posterior"),
-        ("UPDATE pose SET reason = 'as I said'", "reason"),
+        ("UPDATE inspection SET posterior = posterior - 1e-6", "posterior"),
+        ("UPDATE inspection SET reason = 'as I said'", "reason"),
         ("UPDATE threshold SET value = 1 WHERE decision = 'verdict' AND name = 'min_posterior'", "verdict"),
         ("UPDATE assignment SET label_no = NULL, reason = 'null_cheaper' WHERE problem_no = 1 AND unit_no = (SELECT"
          " min(unit_no) FROM assignment WHERE problem_no = 1 AND label_no IS NOT NULL)", "labels"),
@@ -103,13 +103,14 @@ def test_the_pose_is_where_the_measurements_are_least_wrong(inspection: Inspecti
     with Store.open(inspection.store, read_only=True) as store, store.read() as connection:
         rows = store.columns(connection, "replay/measurements", run=run)
         cameras = store.columns(connection, "replay/cameras", run=run)
-        (given,) = store.rows(connection, "replay/inspection", run=run)
+        poses = store.columns(connection, "replay/poses", run=run)
         unknown = store.rows(connection, "replay/unknowns", run=run)
     world = np.stack([rows[f"world_{axis}"] for axis in "xyz"] + [np.ones(len(rows["u"]))], axis=1)
     names = cameras["camera"].tolist()
     rig_from_camera = _matrices(cameras)
-    prior = _matrices({f"m{i}{j}": np.array([getattr(given, f"m{i}{j}")]) for i in range(3) for j in range(4)})[0]
-    information = np.linalg.cholesky(np.linalg.inv(np.reshape(given.prior_covariance, (6, 6)))).T
+    given = poses["what"].tolist().index("prior")
+    prior = _matrices(poses)[given]
+    information = np.linalg.cholesky(np.linalg.inv(np.reshape(poses["covariance"][given], (6, 6)))).T
     solved = [row for row in unknown if row.sigma > 0]
     assert {row.name for row in solved} == {"response", "centre_u", "centre_v"}
     start = np.array(inspection.answer["world_from_rig"])

@@ -40,7 +40,7 @@ def test_schema_has_every_column_with_a_comment(fresh_store: str, capsys: pytest
         metadata.reflect(store.engine, views=True)
     reflected = {(t.name, c.name) for t in metadata.tables.values() for c in t.columns if t.name != "alembic_version"}
     with Store.open(fresh_store) as store, store.read() as connection:
-        arguments = {(row.function_name, row.argument) for row in store.rows(connection, "arguments")}
+        arguments = {(row.function_name, row.argument) for row in store.rows(connection, "store/arguments")}
     assert {(c["relation"], c["column"]) for c in columns} == reflected | arguments
 
 
@@ -76,7 +76,7 @@ def test_schema_is_a_line_a_relation_and_a_function(fresh_store: str, capsys: py
     names = [entry["relation"] for entry in entries]
     assert len(names) == len(set(names))
     with Store.open(fresh_store) as store, store.read() as connection:
-        relations = {row.relation for row in store.rows(connection, "relations")}
+        relations = {row.relation for row in store.rows(connection, "store/relations")}
     functions = {entry["relation"] for entry in entries if entry["standing"] == "function"}
     assert set(names) - functions == relations
     assert functions == FUNCTIONS
@@ -184,7 +184,7 @@ def test_sql_refuses_what_is_wrong_or_writes(asked_store: str, capsys: pytest.Ca
         assert said.out == ""
         assert said.err.count("\n") == 1
     with Store.open(asked_store) as store, store.read() as connection:
-        assert len(store.rows(connection, "relations")) > 50
+        assert len(store.rows(connection, "store/relations")) > 50
 
 
 OUT_OF_REACH = (

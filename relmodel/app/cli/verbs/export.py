@@ -66,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
             written, what = _export_object(args, store, connection, progress)
         else:
             written, what = _export_run(args, store, connection, progress)
-        identity = store.rows(connection, "store_identity")[0]
+        identity = store.rows(connection, "store/identity")[0]
     for file in written:
         say(f"{file} is written: {what} of the cell {identity.cell} (store {identity.store_id})")
     return 0

@@ -16,7 +16,7 @@ EXAMPLE = "relmodel index --compare --store cell.duckdb"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--compare", action="store_true", help="measure every kind on this store, and recommend one")
-    words = "write the oct-tree of the world as tables, for queries/find_parts_by_octree.sql"
+    words = "write the oct-tree of the world as tables, for queries/find/by_octree.sql"
     parser.add_argument("--octree", action="store_true", help=words)
     parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
     add_format(parser)
@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     if not args.compare:
         with Store.open(store_target(args), read_only=True) as store, store.read() as connection:
             world_id, name = world_named(store, connection, args.world)
-            chosen = store.rows(connection, "index_choice", world_id=world_id)
+            chosen = store.rows(connection, "index/choice", world_id=world_id)
         kept = [(name, row.kind, "compared", row.grid_cell_mm) for row in chosen]
         if name and not kept:
             kept = [(name, "rtree", "default", None)]

@@ -23,6 +23,8 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.store import Store, sql
 
     with Store.open(store_target(args), read_only=True) as store, store.read() as connection:
-        found = connection.execute(sql.query("runs"), {"kind": args.kind, "state": args.state, "verdict": args.verdict})
+        found = connection.execute(
+            sql.query("run/runs"), {"kind": args.kind, "state": args.state, "verdict": args.verdict}
+        )
         print_rows(list(found.keys()), found.all(), args.format)
     return 0

@@ -1,4 +1,0 @@
--- Identity of a camera by its content.
--- Takes content_key.
--- Gives no row or one.
-SELECT id FROM camera WHERE content_key = :content_key

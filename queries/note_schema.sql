@@ -1,2 +1,0 @@
--- Notes which schema a new store was made with.  Takes sha256, that of the SQL files.
-INSERT INTO store_schema (sha256) VALUES (:sha256)
