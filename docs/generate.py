@@ -16,24 +16,14 @@ _WIDTH = "88"  # columns of the help
 
 # The levels as docs/views.md draws them, and between tables without keys what leads from one to the other.
 LEVELS = {
-    "model": (
+    "model": {
         *("world", "placed_object", "placed_body", "object_variant", "object", "object_node", "part", "shape"),
         *("feature", "shape_surface", "surface", "shape_arc", "arc"),
-    ),
-    "run": (
-        *(
-            "run",
-            "inspection",
-            "inspection_image",
-            "image",
-            "extraction",
-            "image_arc",
-            "hypothesis",
-            "view",
-            "view_arc",
-        ),
-        *("correspondence", "pose", "presence", "world", "object_node"),
-    ),
+    },
+    "run": {
+        *("run", "world", "inspection", "inspection_image", "image", "extraction", "image_arc", "hypothesis"),
+        *("view_arc", "correspondence", "presence", "object_node"),
+    },
 }
 _WITHOUT_KEYS = (
     ("placed_object", ["world"], "world"),
@@ -111,7 +101,7 @@ def level_diagrams() -> dict[str, str]:
     with schema_in_memory() as store:
         keys = {(c.relation, c.column) for c in columns_of(store) if c.key}
         with store.read() as connection:
-            rows = store.rows(connection, "reference_columns")
+            rows = store.rows(connection, "store/reference_columns")
     drawn: dict[tuple[str, str], dict[str, None]] = {}
     for child, columns, parent in [*((r.relation, r.column_names, r.parent) for r in rows), *_WITHOUT_KEYS]:
         drawn.setdefault((parent, child), {}).update(dict.fromkeys(columns))
@@ -119,7 +109,7 @@ def level_diagrams() -> dict[str, str]:
     for name, relations in LEVELS.items():
         lines = ["erDiagram"]
         for (parent, child), names in sorted(drawn.items()):
-            if {parent, child} <= set(relations):
+            if {parent, child} <= relations:
                 one = {(child, column) for column in names} == {key for key in keys if key[0] == child}
                 lines.append(f'    {parent} ||--o{"|" if one else "{"} {child} : "{", ".join(names)}"')
         diagrams[name] = "\n".join(lines)

@@ -114,10 +114,9 @@ CREATE VIEW inspected_object (  -- Inspections with the objects that they looked
     undecidable  -- of which the pictures do not tell
 ) AS
 SELECT i.run_id, r.began_at, w.name AS world, w.revision AS world_revision, o.name AS path, v.name AS object, v.variant,
-    v.revision, p.verdict, c.confirmed, c.changed, c.contradicted, c.not_confirmed, c.undecidable
+    v.revision, i.verdict, c.confirmed, c.changed, c.contradicted, c.not_confirmed, c.undecidable
 FROM inspection AS i
 JOIN run AS r ON r.id = i.run_id
-JOIN pose AS p ON p.run_id = i.run_id
 JOIN world AS w ON w.id = i.world_id
 JOIN placed_object AS o ON o.world = w.name
 JOIN placed_body AS b ON b.object_no = o.object_no AND b.body_no = 0 AND b.role = 'inspected'
@@ -196,11 +195,10 @@ CREATE VIEW camera_history (  -- What inspections solved of each camera along wi
     difference,  -- that less what was expected before
     sigmas  -- the difference over the standard deviation of what was expected
 ) AS
-SELECT i.rig_id, u.camera, u.name, u.run_id, r.began_at, p.verdict, u.value, u.value - u.expected AS difference,
+SELECT i.rig_id, u.camera, u.name, u.run_id, r.began_at, i.verdict, u.value, u.value - u.expected AS difference,
     (u.value - u.expected) / u.sigma AS sigmas
 FROM camera_unknown AS u
 JOIN inspection AS i ON i.run_id = u.run_id
-JOIN pose AS p ON p.run_id = u.run_id
 JOIN run AS r ON r.id = u.run_id
 WHERE u.sigma > 0;
 
@@ -220,7 +218,7 @@ CREATE VIEW edge_residual (  -- The edge points that measured a pose, each with 
 SELECT m.run_id, v.camera, o.name || n.path AS path, a.kind AS view_kind, a.arc_no, a.surface_no, m.u, m.v, m.residual,
     m.sigma, m.weight
 FROM edge_measurement AS m
-JOIN view AS v ON v.run_id = m.run_id AND v.view_no = m.view_no
+JOIN inspection_image AS v ON v.run_id = m.run_id AND v.view_no = m.view_no
 LEFT JOIN view_arc AS a ON a.run_id = m.run_id AND a.view_no = m.view_no AND a.view_arc_no = m.view_arc_no
 LEFT JOIN placed_object AS o ON o.object_no = a.occurrence_id >> 28  -- as placed_node, whose name comes after this view's
 LEFT JOIN object_node AS n ON n.object_id = o.object_id AND n.node_no = a.occurrence_id & 268435455;
