@@ -258,8 +258,8 @@ SELECT DISTINCT ON (shape_id, arc_no, name) shape_id, arc_no, name, value_number
 FROM arc_attribute
 ORDER BY shape_id, arc_no, name, run_id DESC;
 
-CREATE VIEW part_mass (  -- Mass of one piece of each part that encloses a volume and whose density is known; placed_part has how many an object
-    -- holds.
+CREATE VIEW part_mass (  -- Mass of one piece of each part that encloses a volume and whose density is known; placed_part has all that
+    -- an object holds.
     part_id,  -- the part
     number,  -- its number
     volume,  -- volume of its shape, mm3

@@ -1,12 +1,8 @@
--- How does the wall of the first bore of 42 mm unroll, from where to where on the flat do its edges run, in their order, mm?
+-- From where to where on the flat do the edges of the wall of the first bore of 42 mm run when it is unrolled, in their order, mm?
 WITH body AS (
-    SELECT p.shape_id
-    FROM object_variant AS v
-    JOIN object_part AS i ON i.object_id = v.object_id
-    JOIN part AS p ON p.id = i.part_id
-    WHERE v.name = 'bulkhead' /* object */ AND v.variant = 'A' /* variant */ AND i.name = 'BODY' /* part */
-    ORDER BY v.revision DESC
-    LIMIT 1
+    SELECT shape_id
+    FROM placed_part
+    WHERE object = 'bulkhead' /* object */ AND variant = 'A' /* variant */ AND object_path = 'BODY' /* part */
 ),
 bore AS (
     SELECT h.surface_no, s.id AS surface_id, s.radius

@@ -283,6 +283,8 @@ def test_the_answers_of_the_audit_are_those_of_the_rows(store: Store) -> None:
         "long_edges_not_found",
         "cameras_solved_apart",
         "cameras_over_time",
+        "arcs_that_fit_worst",
+        "states_by_variant",
     ]
     answers: dict[str, list[dict[str, Any]]] = {}
     for name in names:
@@ -383,6 +385,28 @@ def test_the_answers_of_the_audit_are_those_of_the_rows(store: Store) -> None:
         assert r["apart"] == pytest.approx(np.linalg.norm([own[c] for c in ("m03", "m13", "m23")] - place), abs=1e-9)
         assert r["known_to"] == pytest.approx(2 * np.sqrt(np.trace(np.reshape(own["covariance"], (6, 6))[:3, :3])))
     assert {r["camera"] for r in answers["cameras_solved_apart"]} == {"left", "right"}
+    points = [r for r in plain_rows(store, "edge_measurement", run) if r["weight"] > 0 and r["view_arc_no"] is not None]
+    by_arc: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
+    for r in points:
+        arc = seen[view[r["view_no"]], r["view_arc_no"]]
+        arc_key = (view[r["view_no"]], paths[arc["occurrence_id"]], arc["kind"], arc["arc_no"], arc["surface_no"])
+        by_arc.setdefault(arc_key, []).append(r)
+    misfit = {
+        key: np.sqrt(np.average([(r["residual"] / r["sigma"]) ** 2 for r in own], weights=[r["weight"] for r in own]))
+        for key, own in by_arc.items()
+    }
+    worst = answers["arcs_that_fit_worst"]
+    assert [r["rms_sigmas"] for r in worst] == pytest.approx(sorted(misfit.values(), reverse=True)[:20])
+    for r in worst:
+        arc_key = tuple(r[name] for name in ("camera", "path", "view_kind", "arc_no", "surface_no"))
+        assert (r["rms_sigmas"], r["points"]) == (pytest.approx(misfit[arc_key]), len(by_arc[arc_key]))
+
+    (states,) = answers["states_by_variant"]
+    assert (states["run_id"], states["variant"], states["verdict"]) == (run, "A", "accepted")
+    counted = Counter(r["state"] for r in plain_rows(store, "presence", run) if r["level"] != "surface")
+    named = ("confirmed", "changed", "contradicted", "not_confirmed", "undecidable")
+    assert {name: states[name] for name in named} == {name: counted[name] for name in named}
+
     solved = {(r["camera"], r["name"]) for r in answers["cameras_over_time"]}
     assert solved == {(c, n) for c in ("left", "right") for n in ("response", "centre_u", "centre_v")}
     assert all(abs(r["sigmas"]) < 5 for r in answers["cameras_over_time"])
@@ -510,7 +534,7 @@ def test_the_body_of_a_variant_is_that_of_its_newest_revision(
     with Store.open(copy_store(inspection.store)) as store, store.write() as connection:
 
         def answers() -> list[list[Any]]:
-            return [list(connection.execute(sa.text(text)).all()) for text in texts if "WITH body" in text]
+            return [list(connection.execute(sa.text(text)).all()) for text in texts if "'A' /* variant */" in text]
 
         before = answers()
         assert len(before) >= 10
