@@ -66,10 +66,8 @@ def sample_scene(space: Triangulated, p: PoseParameters) -> ScenePoints:
 
     def angle(place: Floats) -> Floats:
         off = place[round_] - centre
-        return np.arctan2(
-            np.einsum("ij,ij->i", off, minor) / np.einsum("ij,ij->i", minor, minor),
-            np.einsum("ij,ij->i", off, major) / np.einsum("ij,ij->i", major, major),
-        )
+        along = (np.einsum("ij,ij->i", off, axis) / np.einsum("ij,ij->i", axis, axis) for axis in (minor, major))
+        return np.asarray(np.arctan2(*along))
 
     first, turn = angle(space.start), np.mod(angle(space.end) - angle(space.start) + np.pi, 2 * np.pi) - np.pi
     closed = np.linalg.norm(space.end[round_] - space.start[round_], axis=1) < 0.2 * size

@@ -150,7 +150,7 @@ def _distance(a: Refined, b: Refined) -> float:
     """How far pose a lies from b, in sigmas of b."""
     apart = perturbation(b.world_from_rig, a.world_from_rig)
     square = float(apart @ np.linalg.solve(b.covariance, apart))
-    return max(square, 0.0) ** 0.5
+    return float(max(square, 0.0) ** 0.5)
 
 
 def join_explanations(world_from_rig: Floats, covariance: Floats, others: list[Explanation]) -> Floats:

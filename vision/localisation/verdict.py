@@ -50,8 +50,8 @@ class Gathered:
 
     prior_sigma: distance from the prior, NaN where there is none; evidence: log odds of the edges against chance;
     found, expected: sum of the places' log odds without regard to arcs, and its expectation at the right pose;
-    outline_px, outline_contrast, outline_evidence: length of the outlines against the background, contrast of the greys beside them, and the log odds
-    that they are outlines.
+    outline_px, outline_contrast, outline_evidence: length of the outlines against the background, contrast of the greys
+    beside them, and the log odds that they are outlines.
     """
 
     prior_sigma: Floats
@@ -145,9 +145,9 @@ class Signs:
     """What speaks for and against a pose, as the posterior weighs it.
 
     evidence: log odds of the edges against chance; prior_sigma: distance from the prior, NaN where there is none;
-    share: evidence found over what the right pose is expected to find; agreement: share of the edges found that lie on the arcs; outline_px,
-    outline_contrast: length of the outlines against the background and the contrast of greys beside them; apart: sigmas
-    between the poses that single cameras give."""
+    share: evidence found over what the right pose is expected to find; agreement: share of the edges found that lie on
+    the arcs; outline_px, outline_contrast: length of the outlines against the background and the contrast of greys
+    beside them; apart: sigmas between the poses that single cameras give."""
 
     evidence: float
     prior_sigma: float
