@@ -1,4 +1,4 @@
--- How sure is each pair of arcs that stereo took in the newest inspection of a pair of pictures: how much dearer, at least, is every matching without it?
+-- How much dearer, at least, is every matching without a pair of arcs that stereo took in the newest inspection of a pair of pictures?
 WITH asked AS (
     SELECT p.run_id, p.problem_no, p.units_id, p.labels_id, p.cost, coalesce(p.dual_scale, 1) AS dual_scale, n.proof_no
     FROM problem AS p

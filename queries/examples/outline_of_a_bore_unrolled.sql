@@ -1,4 +1,4 @@
--- How does the wall of the first bore of 42 mm unroll: from where to where on the flat do its edges run, in their order, mm?
+-- How does the wall of the first bore of 42 mm unroll, from where to where on the flat do its edges run, in their order, mm?
 WITH body AS (
     SELECT p.shape_id
     FROM object_variant AS v
