@@ -62,7 +62,7 @@ def asked_by_users(store: Store) -> set[str]:
     pages = [*(CHECKOUT / "docs").glob("*.md"), CHECKOUT / "README.md"]
     blocks = [block for page in pages for block in re.findall(r"```\w+\n(.*?)```", page.read_text(), re.DOTALL)]
     with store.read() as connection:
-        functions = {row.function_name for row in store.rows(connection, "arguments")}
+        functions = {row.function_name for row in store.rows(connection, "store/arguments")}
     return functions.union(*(relations_read(without_comments(file.read_text())) for file in queries)).union(
         *(relations_read(block) for block in blocks)
     )
@@ -72,7 +72,7 @@ def test_every_table_has_a_reader_that_a_user_meets(duckdb_template: Path) -> No
     with Store.open(duckdb_template, read_only=True) as store:
         read = reached(asked_by_users(store))
         with store.read() as connection:
-            rows = store.rows(connection, "relations")
+            rows = store.rows(connection, "store/relations")
     tables = {row.relation for row in rows if row.standing != "view"}
     assert len(tables) > 80
     assert tables - read - WITHOUT_READER.keys() == set()
