@@ -127,8 +127,6 @@ def write_runs(store: Store, count: int) -> None:
                 "prior_covariance": Ragged.pack([np.eye(6).ravel()] * len(inspected)),
                 "needs_translation_mm": 1.0,
                 "needs_rotation": 0.01,
-                "selected_parts": 0,
-                "superfluous_parts": 0,
             },
         )
 

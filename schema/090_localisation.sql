@@ -11,9 +11,6 @@ CREATE TABLE inspection (  -- What an inspection run was given, images, rig and 
         -- mm, r rad); null likewise
     needs_translation_mm DOUBLE PRECISION NOT NULL,  -- how exactly the pose was needed: two standard deviations along the worst direction, mm
     needs_rotation DOUBLE PRECISION NOT NULL,  -- the same of rotation, rad
-    selected_parts INTEGER NOT NULL,  -- placed parts that any pose which the prior leaves open could show, by their boxes: nothing else was
-        -- considered
-    superfluous_parts INTEGER NOT NULL,  -- how many of them no view holds of the poses sampled on the rim of what the prior leaves open
     verdict TEXT NOT NULL,  -- accepted, ambiguous (several poses fit; the best hypothesis best) or refused
     reason TEXT NOT NULL,  -- why, one sentence
     posterior DOUBLE PRECISION NOT NULL,  -- probability that the best hypothesis is the right one
@@ -40,7 +37,7 @@ CREATE TABLE inspection_image (  -- The images of an inspection, one a camera, a
 );
 
 CREATE TABLE selected_part (  -- The placed parts that an inspection considered: those that any pose which the prior leaves open could show, by their
-    -- boxes.
+    -- boxes; nothing else was.
     run_id BIGINT NOT NULL,  -- the run
     occurrence_id BIGINT NOT NULL,  -- the placed part
     shown BOOLEAN NOT NULL,  -- whether the view of one of the sampled poses holds it too; the others are superfluous as far as that tells
@@ -194,7 +191,6 @@ LEFT JOIN hypothesis AS h ON h.run_id = i.run_id AND h.hypothesis_no = 0;
 
 CREATE TABLE base_correction (  -- Where the base of the arm that carries the rig stands by an accepted pose: of rigs that the world mounts.
     run_id BIGINT PRIMARY KEY,  -- the run
-    world_id BIGINT NOT NULL,  -- the world of the inspection
     object_no INTEGER NOT NULL,  -- the object that carries the rig, or has the robot nested in it that does
     robot TEXT NOT NULL,  -- path of the robot in that object, as in occurrence; empty: the object itself
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_base, corrected
@@ -270,7 +266,6 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('correspondence', 1, ARRAY['run_id', 'view_no', 'view_arc_no'], 'view_arc', ARRAY['run_id', 'view_no', 'view_arc_no']),
     ('edge_measurement', 0, ARRAY['run_id', 'view_no', 'view_arc_no'], 'view_arc', ARRAY['run_id', 'view_no', 'view_arc_no']),
     ('base_correction', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
-    ('base_correction', 1, ARRAY['world_id'], 'world', ARRAY['id']),
-    ('base_correction', 2, ARRAY['object_no'], 'placed_object', ARRAY['object_no']),
+    ('base_correction', 1, ARRAY['object_no'], 'placed_object', ARRAY['object_no']),
     ('joint_correction', 0, ARRAY['run_id'], 'base_correction', ARRAY['run_id']),
     ('part_in_view', 0, ARRAY['run_id'], 'run', ARRAY['id']);

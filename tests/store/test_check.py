@@ -177,7 +177,7 @@ def add_presence(model: Model) -> None:
     """A part in view that no camera says anything of."""
     model["rig"] = {"id": [1], "content_key": "rig"}
     given: dict[str, Any] = {"run_id": [1], "world_id": 1, "rig_id": 1, "prior_covariance": [[0.0] * 36]}
-    given |= {"needs_translation_mm": 1.0, "needs_rotation": 1.0, "selected_parts": 1, "superfluous_parts": 0}
+    given |= {"needs_translation_mm": 1.0, "needs_rotation": 1.0}
     given |= {"verdict": "accepted", "reason": "so", "posterior": 1.0}
     model["inspection"] = given | transform(0, [0, 0, 0])
     item: dict[str, Any] = {"run_id": [1], "item_no": 0, "level": "part", "occurrence_id": 3, "path": "plate"}

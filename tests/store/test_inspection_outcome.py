@@ -26,8 +26,7 @@ def outcome(target: str, states: list[str], variants: Variants, verdict: str = "
             if store.dialect == "postgresql":  # there is no world, and no part in it
                 connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
             given: dict[str, Any] = {"world_id": 1, "rig_id": 1, "needs_translation_mm": 1.0, "needs_rotation": 0.01}
-            given |= {"selected_parts": 0, "superfluous_parts": 0, **matrix_columns(np.eye(4)[None])}
-            given |= {"prior_covariance": Ragged.pack([np.eye(6).ravel()])}
+            given |= {"prior_covariance": Ragged.pack([np.eye(6).ravel()]), **matrix_columns(np.eye(4)[None])}
             found: dict[str, Any] = {"verdict": verdict, "reason": "so", "posterior": 0.99}
             run.append(connection, "inspection", {"run_id": [run.id], **given, **found})
             evidence = ("log_odds", "expected_log_odds", "visible_pixels", "edge_px", "told_px", "supported_px")

@@ -29,8 +29,6 @@ def stored(store: Store, world_from_rig: Floats, covariance: Floats) -> dict[str
             "covariance": Ragged.pack([covariance.ravel()]),
             "needs_translation_mm": 1.0,
             "needs_rotation": 0.01,
-            "selected_parts": 0,
-            "superfluous_parts": 0,
             "verdict": "accepted",
             "reason": "so",
             "posterior": 0.99,

@@ -126,8 +126,6 @@ def _record_verdict(run: Run, connection: Connection, it: Inspected) -> None:
             "prior_covariance": Ragged.pack([None if it.prior.is_open else it.prior.covariance]),
             "needs_translation_mm": it.needs.translation_mm,
             "needs_rotation": it.needs.rotation,
-            "selected_parts": len(it.selection.shown),
-            "superfluous_parts": it.selection.superfluous,
             "verdict": verdict.verdict,
             "reason": verdict.reason,
             "posterior": verdict.posterior,
@@ -224,7 +222,6 @@ def _record_correction(run: Run, connection: Connection, it: Correction) -> None
         "base_correction",
         {
             "run_id": [run.id],
-            "world_id": it.mounted.world_id,
             "object_no": it.mounted.object_no,
             "robot": it.mounted.robot,
             **matrix_columns(it.world_from_object),
