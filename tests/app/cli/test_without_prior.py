@@ -52,7 +52,7 @@ def test_rows_say_that_there_was_no_prior(found: Inspection) -> None:
         assert set(ask("SELECT distance FROM hypothesis WHERE run_id = :run")) == {(None,)}
         assert "prior" not in [row.rule for row in ask("SELECT rule FROM why_verdict WHERE run_id = :run")]
         assert ask("SELECT count(*) FROM run_input WHERE run_id = :run AND role = 'prior'") == [(0,)]
-        joined = ask("SELECT pose_count FROM search_stage WHERE run_id = :run AND name = 'join'")
+        joined = ask("SELECT looked_at FROM search_stage WHERE run_id = :run AND name = 'join'")
     assert joined[0][0] >= 1
 
 
@@ -60,6 +60,7 @@ def test_every_page_of_it_is_made(found: Inspection, tmp_path: Path, capsys: pyt
     where = ["--store", found.store]
     run = str(found.answer["run"])
     assert main(["replay", run, *where]) == 0
+    capsys.readouterr()
     assert main(["why", run, "--verdict", *where]) == 0
     assert "prior" not in capsys.readouterr().out
     assert main(["report", run, "--out", str(tmp_path / "run.html"), *where]) == 0
