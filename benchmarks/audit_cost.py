@@ -115,17 +115,18 @@ def write_runs(store: Store, count: int) -> None:
         inspected = ids[is_inspection]
         store.append(
             connection,
-            "pose",
+            "inspection",
             {
                 "run_id": inspected,
+                "world_id": 0,
+                "rig_id": 0,
                 "verdict": np.array(["accepted", "ambiguous", "refused"], object)[np.arange(len(inspected)) % 3],
                 "reason": "none",
                 "posterior": 0.5,
                 **matrix_columns([np.eye(4)] * len(inspected)),
-                "covariance": Ragged.pack([np.eye(6).ravel()] * len(inspected)),
-                "singular_values": Ragged.pack([np.ones(6)] * len(inspected)),
-                "cost": 0.0,
-                "evidence_ratio": 1.0,
+                "prior_covariance": Ragged.pack([np.eye(6).ravel()] * len(inspected)),
+                "needs_translation_mm": 1.0,
+                "needs_rotation": 0.01,
             },
         )
 

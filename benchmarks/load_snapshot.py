@@ -225,11 +225,9 @@ def compare_shapes(old: Loaded, old_id: int, new: Loaded, new_id: int) -> Iterat
         yield "feature lost", feature
     for feature in (b_features - a_features).elements():
         yield "feature new", feature
-    for table in ("surface_relation", "arc_relation", "surface_adjacency"):
+    for table in ("surface_relation", "arc_relation"):
         counts = [
-            Counter(
-                side.table(table, shape_id=key).get("convexity" if "adj" in table else "kind", np.empty(0)).tolist()
-            )
+            Counter(side.table(table, shape_id=key).get("kind", np.empty(0)).tolist())
             for side, key in ((old, old_id), (new, new_id))
         ]
         if counts[0] != counts[1]:

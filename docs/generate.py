@@ -14,6 +14,27 @@ from relmodel.store.dictionary import FUNCTION, Column, columns_of, dictionary, 
 
 _WIDTH = "88"  # columns of the help
 
+# The levels as docs/views.md draws them, and between tables without keys what leads from one to the other.
+LEVELS = {
+    "model": {
+        *("world", "placed_object", "placed_body", "object_variant", "object", "object_node", "part", "shape"),
+        *("feature", "shape_surface", "surface", "shape_arc", "arc"),
+    },
+    "run": {
+        *("run", "world", "inspection", "inspection_image", "image", "extraction", "image_arc", "hypothesis"),
+        *("view_arc", "correspondence", "presence", "object_node"),
+    },
+}
+_WITHOUT_KEYS = (
+    ("placed_object", ["world"], "world"),
+    ("object_node", ["object_id"], "object"),
+    ("object_node", ["part_id"], "part"),
+    ("image_arc", ["extraction_id"], "extraction"),
+    ("view_arc", ["occurrence_id"], "object_node"),
+    ("correspondence", ["image_arc_no"], "image_arc"),
+    ("presence", ["occurrence_id"], "object_node"),
+)
+
 
 def write_reference(folder: Path) -> None:
     """Write the pages into a folder, which is made."""
@@ -73,6 +94,26 @@ def _columns(columns: list[Column], head: str) -> list[str]:
         for c in columns
     ]
     return [f"| {head} | type | meaning |", "| --- | --- | --- |", *rows, ""]
+
+
+def level_diagrams() -> dict[str, str]:
+    """Of each of `LEVELS` what refers to what, as an entity-relationship diagram in Mermaid's words."""
+    with schema_in_memory() as store:
+        keys = {(c.relation, c.column) for c in columns_of(store) if c.key}
+        with store.read() as connection:
+            rows = store.rows(connection, "store/reference_columns")
+    drawn: dict[tuple[str, str], dict[str, None]] = {}
+    for child, columns, parent in [*((r.relation, r.column_names, r.parent) for r in rows), *_WITHOUT_KEYS]:
+        drawn.setdefault((parent, child), {}).update(dict.fromkeys(columns))
+    diagrams = {}
+    for name, relations in LEVELS.items():
+        lines = ["erDiagram"]
+        for (parent, child), names in sorted(drawn.items()):
+            if {parent, child} <= relations:
+                one = {(child, column) for column in names} == {key for key in keys if key[0] == child}
+                lines.append(f'    {parent} ||--o{"|" if one else "{"} {child} : "{", ".join(names)}"')
+        diagrams[name] = "\n".join(lines)
+    return diagrams
 
 
 def questions() -> str:

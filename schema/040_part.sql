@@ -49,24 +49,29 @@ CREATE TABLE shape_mesh (  -- Triangles of a shape for casting rays and drawing;
 CREATE TABLE shape_arc_sample (  -- Points along the arcs of a shape with the normals on both sides, for prediction of views.
     shape_id BIGINT NOT NULL,  -- the shape
     arc_no INTEGER NOT NULL,  -- the arc
-    parameters DOUBLE PRECISION[] NOT NULL,  -- parameter t of each point
-    points DOUBLE PRECISION[] NOT NULL,  -- points, x y z after each other, mm
-    tangents REAL[] NOT NULL,  -- unit tangents towards growing t
-    normals_a REAL[] NOT NULL,  -- outward unit normals of surface_a at the points
-    normals_b REAL[] NOT NULL,  -- outward unit normals of surface_b; those of surface_a turned round where there is none (a free edge)
-    PRIMARY KEY (shape_id, arc_no)
+    sample_count INTEGER NOT NULL,  -- number of points
+    parameters DOUBLE PRECISION[] NOT NULL,  -- parameter t of each point; the first and last alone where those between are evenly spaced
+    points DOUBLE PRECISION[] NOT NULL,  -- points, x y z after each other, mm; the first and last alone where those between are evenly spaced on a
+        -- straight line
+    tangents REAL[] NOT NULL,  -- unit tangents towards growing t; one alone where all are equal
+    normals_a REAL[] NOT NULL,  -- outward unit normals of surface_a at the points; one alone where all are equal
+    normals_b REAL[] NOT NULL,  -- outward unit normals of surface_b; those of surface_a turned round where there is none (a free edge); one alone
+        -- where all are equal
+    PRIMARY KEY (shape_id, arc_no),
+    CHECK (sample_count > 1)
 );
 
-CREATE TABLE surface_adjacency (  -- Which surfaces of a shape meet along which arc.
-    shape_id BIGINT NOT NULL,  -- the shape
-    arc_no INTEGER NOT NULL,  -- the common arc
-    surface_a INTEGER NOT NULL,  -- one surface
-    surface_b INTEGER NOT NULL,  -- the other, greater than surface_a
-    convexity TEXT NOT NULL,  -- convex, concave or smooth
-    angle DOUBLE PRECISION NOT NULL,  -- dihedral angle, positive convex, rad
-    PRIMARY KEY (shape_id, arc_no),
-    CHECK (surface_a < surface_b)
-);
+CREATE VIEW surface_adjacency (  -- Which surfaces of a shape meet along which arc.
+    shape_id,  -- the shape
+    arc_no,  -- the common arc
+    surface_a,  -- one surface
+    surface_b,  -- the other, greater than surface_a
+    convexity,  -- convex, concave or smooth
+    angle  -- dihedral angle, positive convex, rad
+) AS
+SELECT shape_id, arc_no, least(surface_a, surface_b) AS surface_a, greatest(surface_a, surface_b) AS surface_b, convexity, angle
+FROM shape_arc
+WHERE surface_a <> surface_b AND angle IS NOT NULL;
 
 CREATE TABLE surface_relation (  -- Geometric relations of two surfaces of a shape.
     shape_id BIGINT NOT NULL,  -- the shape
@@ -131,28 +136,23 @@ CREATE TABLE feature_surface (  -- The surfaces that make a feature.
     PRIMARY KEY (shape_id, feature_no, surface_no)
 );
 
-CREATE TABLE shape_box (  -- Boxes of the features, surfaces and arcs of a shape in its own frame, packed into pages of an R-tree.
-    shape_id BIGINT NOT NULL,  -- the shape
-    level TEXT NOT NULL,  -- feature, surface or arc
-    element_no INTEGER NOT NULL,  -- feature_no, surface_no or arc_no
-    page INTEGER NOT NULL,  -- page of shape_box_page
-    x0 DOUBLE PRECISION NOT NULL, y0 DOUBLE PRECISION NOT NULL, z0 DOUBLE PRECISION NOT NULL,  -- least x, y and z of the element's bounding box in the shape's frame, mm
-    x1 DOUBLE PRECISION NOT NULL, y1 DOUBLE PRECISION NOT NULL, z1 DOUBLE PRECISION NOT NULL,  -- greatest x, y and z of the element's bounding box in the shape's frame, mm
-    CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
-    PRIMARY KEY (shape_id, level, element_no),
-    CHECK (level IN ('feature', 'surface', 'arc'))
-);
-
-CREATE TABLE shape_box_page (  -- Pages of shape_box: the union of their boxes.
-    shape_id BIGINT NOT NULL,  -- the shape
-    level TEXT NOT NULL,  -- feature, surface or arc
-    page INTEGER NOT NULL,  -- the page
-    box_count INTEGER NOT NULL,  -- number of boxes in the page
-    x0 DOUBLE PRECISION NOT NULL, y0 DOUBLE PRECISION NOT NULL, z0 DOUBLE PRECISION NOT NULL,  -- least x, y and z of the page's bounding box in the shape's frame, mm
-    x1 DOUBLE PRECISION NOT NULL, y1 DOUBLE PRECISION NOT NULL, z1 DOUBLE PRECISION NOT NULL,  -- greatest x, y and z of the page's bounding box in the shape's frame, mm
-    CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
-    PRIMARY KEY (shape_id, level, page)
-);
+CREATE VIEW shape_box (  -- Boxes of the features, surfaces and arcs of a shape in its own frame.
+    shape_id,  -- the shape
+    level,  -- feature, surface or arc
+    element_no,  -- feature_no, surface_no or arc_no
+    x0, y0, z0,  -- least x, y and z of the element's bounding box in the shape's frame, mm
+    x1, y1, z1  -- greatest x, y and z of the element's bounding box in the shape's frame, mm
+) AS
+SELECT shape_id, 'feature' AS level, feature_no AS element_no, x0, y0, z0, x1, y1, z1
+FROM feature
+UNION ALL
+SELECT u.shape_id, 'surface', u.surface_no, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1
+FROM shape_surface AS u
+JOIN surface AS s ON s.id = u.surface_id
+UNION ALL
+SELECT u.shape_id, 'arc', u.arc_no, a.x0, a.y0, a.z0, a.x1, a.y1, a.z1
+FROM shape_arc AS u
+JOIN arc AS a ON a.id = u.arc_id;
 
 CREATE SEQUENCE part_id_seq;
 CREATE TABLE part (  -- A product: number, name, and the shape it has; material, colour and the like are its attributes.
@@ -258,8 +258,8 @@ SELECT DISTINCT ON (shape_id, arc_no, name) shape_id, arc_no, name, value_number
 FROM arc_attribute
 ORDER BY shape_id, arc_no, name, run_id DESC;
 
-CREATE VIEW part_mass (  -- Mass of one piece of each part that encloses a volume and whose density is known; placed_part has how many an object
-    -- holds.
+CREATE VIEW part_mass (  -- Mass of one piece of each part that encloses a volume and whose density is known; placed_part has all that
+    -- an object holds.
     part_id,  -- the part
     number,  -- its number
     volume,  -- volume of its shape, mm3
@@ -346,15 +346,14 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('shape_arc', 'part', 'primary'),
     ('shape_mesh', 'part', 'redundant'),
     ('shape_arc_sample', 'part', 'redundant'),
-    ('surface_adjacency', 'part', 'redundant'),
+    ('surface_adjacency', 'part', 'view'),
     ('surface_relation', 'part', 'redundant'),
     ('arc_relation', 'part', 'redundant'),
     ('feature_class', 'part', 'primary'),
     ('feature_dimension', 'part', 'primary'),
     ('feature', 'part', 'primary'),
     ('feature_surface', 'part', 'primary'),
-    ('shape_box', 'part', 'redundant'),
-    ('shape_box_page', 'part', 'redundant'),
+    ('shape_box', 'part', 'view'),
     ('part', 'part', 'primary'),
     ('part_attribute', 'part', 'primary'),
     ('current_part_attribute', 'part', 'view'),
@@ -377,7 +376,6 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('shape_arc', 3, ARRAY['shape_id', 'surface_b'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
     ('shape_mesh', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
     ('shape_arc_sample', 0, ARRAY['shape_id', 'arc_no'], 'shape_arc', ARRAY['shape_id', 'arc_no']),
-    ('surface_adjacency', 0, ARRAY['shape_id', 'arc_no'], 'shape_arc', ARRAY['shape_id', 'arc_no']),
     ('surface_relation', 0, ARRAY['shape_id', 'surface_a'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
     ('surface_relation', 1, ARRAY['shape_id', 'surface_b'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
     ('arc_relation', 0, ARRAY['shape_id', 'arc_a'], 'shape_arc', ARRAY['shape_id', 'arc_no']),
@@ -387,8 +385,6 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('feature', 1, ARRAY['feature_class_id'], 'feature_class', ARRAY['id']),
     ('feature_surface', 0, ARRAY['shape_id', 'feature_no'], 'feature', ARRAY['shape_id', 'feature_no']),
     ('feature_surface', 1, ARRAY['shape_id', 'surface_no'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
-    ('shape_box', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
-    ('shape_box_page', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
     ('part', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
     ('part_attribute', 0, ARRAY['part_id'], 'part', ARRAY['id']),
     ('part_attribute', 1, ARRAY['run_id'], 'run', ARRAY['id']),

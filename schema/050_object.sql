@@ -67,7 +67,7 @@ CREATE TABLE object_object (  -- Objects placed directly in an object.
 );
 
 CREATE TABLE object_part (  -- Parts placed directly in an object; those that are nested in objects placed in it are not among them: placed_part
-    -- counts all.
+    -- has all.
     object_id BIGINT NOT NULL,  -- the object that contains
     child_no INTEGER NOT NULL,  -- ordinal in the object, counted over objects and parts together
     part_id BIGINT NOT NULL,  -- the part contained
@@ -191,37 +191,6 @@ SELECT parent_id, child_no, object_id, part_id,
     m20, m21, m22, m23
 FROM instance;
 
-CREATE VIEW placed_part (  -- The parts of an object, those nested in objects placed in it among them: a row a part, with how often it is placed and
-    -- what all of these weigh. The masses of an object's rows add up to its mass, but for parts whose mass is null.
-    object_id,  -- the object, as in object_variant, or one that is placed in others
-    part_id,  -- the part; supplemental ones are left out
-    number,  -- its number
-    name,  -- its name
-    placed,  -- how often it is placed in the object, at any depth
-    material,  -- its material; null where that is not known
-    density,  -- its density, kg/m3; null where that is not known or it encloses no volume
-    mass  -- mass of all of them, kg; null likewise: part_mass has that of one
-) AS
-WITH RECURSIVE inside AS (  -- each object with itself and all that is placed below it, as often as it is
-    SELECT id AS object_id, id AS parent_id
-    FROM object
-    UNION ALL
-    SELECT i.object_id, c.child_id
-    FROM inside AS i
-    JOIN object_object AS c ON c.parent_id = i.parent_id
-),
-counted AS (
-    SELECT i.object_id, p.part_id, count(*) AS placed
-    FROM inside AS i
-    JOIN object_part AS p ON p.object_id = i.parent_id
-    GROUP BY i.object_id, p.part_id
-)
-SELECT c.object_id, c.part_id, p.number, p.name, c.placed, a.value_text AS material, m.density, c.placed * m.mass AS mass
-FROM counted AS c
-JOIN part AS p ON p.id = c.part_id AND NOT p.supplemental
-LEFT JOIN current_part_attribute AS a ON a.part_id = p.id AND a.name = 'material'
-LEFT JOIN part_mass AS m ON m.part_id = p.id;
-
 -- Of a million rows, a key, a unique path and foreign keys would take more time than all else: queries of check/ look
 -- after them.
 CREATE TABLE object_node (  -- The expansion of each object that was loaded: itself and every object and part in it, with its composed transform, and
@@ -267,8 +236,6 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('object_object', 'object', 'primary'),
     ('object_part', 'object', 'primary'),
     ('object_child', 'object', 'view'),
-    ('placed_part', 'object', 'view'),
-
     ('object_node', 'object', 'redundant'),
     ('object_page', 'object', 'redundant'),
     ('part_contact', 'object', 'redundant'),

@@ -96,15 +96,6 @@ CREATE TABLE image_arc_point (  -- The course of a free arc, which no formula gi
 );
 
 -- Without keys, as the edge elements.
-CREATE TABLE image_arc_covariance (  -- Covariance of an arc's parameters.
-    extraction_id BIGINT NOT NULL,  -- the extraction
-    image_arc_no INTEGER NOT NULL,  -- the arc
-    covariance DOUBLE PRECISION[] NOT NULL  -- covariance matrix, row by row, px and rad; of a line: offset to the right at its middle, angle; of a
-        -- circular arc: centre_x, centre_y, radius; of an elliptic one: centre_x, centre_y, radius, radius2, axis_angle; of a free one: its offset to
-        -- the right at up to eight places, as many as the matrix has rows, evenly spaced along its course from first to last edge element
-);
-
--- Without keys, as the edge elements.
 CREATE TABLE image_junction (  -- Places where arcs of an image meet; the arcs' ends are closed there.
     extraction_id BIGINT NOT NULL,  -- the extraction
     junction_no INTEGER NOT NULL,  -- ordinal in the extraction, from 0
@@ -161,15 +152,6 @@ CREATE TABLE region_arc (  -- The arcs that bound a region.
     CHECK (side IN ('left', 'right'))
 );
 
--- Without keys, as the edge elements.
-CREATE TABLE region_topography (  -- How many pixels of a region carry each topographic label.
-    extraction_id BIGINT NOT NULL,  -- the extraction
-    region_no INTEGER NOT NULL,  -- the region
-    label TEXT NOT NULL,  -- peak, pit, saddle, ridge, ravine, flat, slope, convex, concave, saddle_hill or inflection
-    pixels INTEGER NOT NULL,  -- number of pixels
-    CHECK (label IN ('peak', 'pit', 'saddle', 'ridge', 'ravine', 'flat', 'slope', 'convex', 'concave', 'saddle_hill', 'inflection'))
-);
-
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('image', 'image', 'primary'),
     ('image_blob', 'image', 'primary'),
@@ -178,13 +160,11 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('image_arc', 'image', 'primary'),
     ('image_arc_quality', 'image', 'primary'),
     ('image_arc_point', 'image', 'primary'),
-    ('image_arc_covariance', 'image', 'primary'),
     ('image_junction', 'image', 'primary'),
     ('image_junction_arc', 'image', 'primary'),
     ('image_region', 'image', 'primary'),
     ('region_outline', 'image', 'primary'),
-    ('region_arc', 'image', 'primary'),
-    ('region_topography', 'image', 'primary');
+    ('region_arc', 'image', 'primary');
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('extraction', 0, ARRAY['image_id'], 'image', ARRAY['id']);

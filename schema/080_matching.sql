@@ -1,19 +1,5 @@
 -- Relational matching: units with relations on both sides, what could match what, and what was decided.
 
-CREATE TABLE view (  -- The view of the model that was predicted for one camera at one pose of a run.
-    run_id BIGINT NOT NULL,  -- the run
-    view_no INTEGER NOT NULL,  -- ordinal in the run, from 0
-    camera TEXT NOT NULL,  -- name of the camera in the rig
-    m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_camera
-    m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
-    m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
-    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
-        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
-        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
-        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
-    PRIMARY KEY (run_id, view_no)
-);
-
 CREATE SEQUENCE unit_set_id_seq;
 CREATE TABLE unit_set (  -- A set of primitives that a matcher sees: of one image.
     id BIGINT PRIMARY KEY,  -- identity of the set
@@ -133,14 +119,6 @@ CREATE TABLE assignment (  -- What the matcher decided for each unit.
     CHECK ((label_no IS NOT NULL) = (reason = 'matched'))
 );
 
-CREATE TABLE assignment_error (  -- Relations that an assignment leaves unconfirmed.
-    run_id BIGINT NOT NULL,  -- the run
-    problem_no INTEGER NOT NULL,  -- the problem
-    unit_no INTEGER NOT NULL,  -- the unit
-    neighbour_no INTEGER NOT NULL,  -- related unit that does not confirm it
-    PRIMARY KEY (run_id, problem_no, unit_no, neighbour_no)
-);
-
 CREATE TABLE search_node (  -- Sets of labellings that a search split a problem into, each with a lower bound of what they cost.
     run_id BIGINT NOT NULL,  -- the run
     problem_no INTEGER NOT NULL,  -- the problem
@@ -197,7 +175,6 @@ CREATE TABLE triangulated_unit (  -- Stereo matches in space: matched arcs as cu
 );
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('view', 'matching', 'primary'),
     ('unit_set', 'matching', 'primary'),
     ('unit', 'matching', 'primary'),
     ('unit_relation', 'matching', 'primary'),
@@ -208,16 +185,14 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('compatibility', 'matching', 'redundant'),
     ('vote', 'matching', 'primary'),
     ('assignment', 'matching', 'primary'),
-    ('assignment_error', 'matching', 'redundant'),
     ('search_node', 'matching', 'primary'),
     ('bound_price', 'matching', 'primary'),
     ('bound_message', 'matching', 'primary'),
     ('triangulated_unit', 'matching', 'primary');
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
-    ('view', 0, ARRAY['run_id'], 'run', ARRAY['id']),
     ('unit_set', 0, ARRAY['extraction_id'], 'extraction', ARRAY['id']),
-    ('unit_set', 1, ARRAY['run_id', 'view_no'], 'view', ARRAY['run_id', 'view_no']),
+    ('unit_set', 1, ARRAY['run_id', 'view_no'], 'inspection_image', ARRAY['run_id', 'view_no']),
     ('problem', 0, ARRAY['run_id'], 'run', ARRAY['id']),
     ('problem', 1, ARRAY['units_id'], 'unit_set', ARRAY['id']),
     ('problem', 2, ARRAY['labels_id'], 'unit_set', ARRAY['id']),
@@ -226,6 +201,5 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('compatibility', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('vote', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('assignment', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
-    ('assignment_error', 0, ARRAY['run_id', 'problem_no', 'unit_no'], 'assignment', ARRAY['run_id', 'problem_no', 'unit_no']),
     ('search_node', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('triangulated_unit', 0, ARRAY['run_id', 'problem_no', 'unit_no'], 'assignment', ARRAY['run_id', 'problem_no', 'unit_no']);

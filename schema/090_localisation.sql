@@ -1,6 +1,6 @@
 -- Localisation: predicted views, hypotheses of the rig's pose, correspondences, measurements, and the verdict.
 
-CREATE TABLE inspection (  -- What an inspection run was given: images, rig and prior; its answer is in pose.
+CREATE TABLE inspection (  -- What an inspection run was given, images, rig and prior, and its verdict; pose has the pose beside it.
     run_id BIGINT PRIMARY KEY,  -- the run
     world_id BIGINT NOT NULL,  -- the world, pinned to its revision
     rig_id BIGINT NOT NULL,  -- the rig
@@ -11,26 +11,33 @@ CREATE TABLE inspection (  -- What an inspection run was given: images, rig and 
         -- mm, r rad)
     needs_translation_mm DOUBLE PRECISION NOT NULL,  -- how exactly the pose was needed: two standard deviations along the worst direction, mm
     needs_rotation DOUBLE PRECISION NOT NULL,  -- the same of rotation, rad
-    selected_parts INTEGER NOT NULL,  -- placed parts that any pose which the prior leaves open could show, by their boxes: nothing else was
-        -- considered
-    superfluous_parts INTEGER NOT NULL,  -- how many of them no view holds of the poses sampled on the rim of what the prior leaves open
+    verdict TEXT NOT NULL,  -- accepted, ambiguous (several poses fit; the best hypothesis best) or refused
+    reason TEXT NOT NULL,  -- why, one sentence
+    posterior DOUBLE PRECISION NOT NULL,  -- probability that the best hypothesis is the right one
+    covariance DOUBLE PRECISION[],  -- covariance of the best hypothesis, as prior_covariance; null where there is none
+    singular_values DOUBLE PRECISION[],  -- singular values of its refinement with 1 mrad scaled against 1 mm; null likewise
+    middle_x DOUBLE PRECISION, middle_y DOUBLE PRECISION, middle_z DOUBLE PRECISION,  -- x, y and z of the middle of what is seen at it, mm, in the rig's frame: where the place is to be as exact as needed; null likewise
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
-    CHECK (needs_translation_mm > 0 AND needs_rotation > 0)
+    CHECK (needs_translation_mm > 0 AND needs_rotation > 0),
+    CHECK (verdict IN ('accepted', 'ambiguous', 'refused')),
+    CHECK (posterior BETWEEN 0 AND 1)
 );
 
-CREATE TABLE inspection_image (  -- The images of an inspection, one a camera.
+CREATE TABLE inspection_image (  -- The images of an inspection, one a camera, and the view of the model that is predicted for it at the pose found.
     run_id BIGINT NOT NULL,  -- the run
     camera TEXT NOT NULL,  -- name of the camera in the rig
     image_id BIGINT NOT NULL,  -- its image
     extraction_id BIGINT NOT NULL,  -- the extraction used
-    PRIMARY KEY (run_id, camera)
+    view_no INTEGER,  -- ordinal of the view in the run, from 0; null where no pose was found, or the run kept its decisions alone
+    PRIMARY KEY (run_id, camera),
+    UNIQUE (run_id, view_no)
 );
 
 CREATE TABLE selected_part (  -- The placed parts that an inspection considered: those that any pose which the prior leaves open could show, by their
-    -- boxes.
+    -- boxes; nothing else was.
     run_id BIGINT NOT NULL,  -- the run
     occurrence_id BIGINT NOT NULL,  -- the placed part
     shown BOOLEAN NOT NULL,  -- whether the view of one of the sampled poses holds it too; the others are superfluous as far as that tells
@@ -157,31 +164,33 @@ CREATE TABLE edge_measurement (  -- Edge points that the last refinement measure
     PRIMARY KEY (run_id, view_no, measurement_no)
 );
 
-CREATE TABLE pose (  -- The verdict of an inspection and the pose of the rig.
-    run_id BIGINT PRIMARY KEY,  -- the run
-    verdict TEXT NOT NULL,  -- accepted, ambiguous (several poses fit; this one best) or refused
-    reason TEXT NOT NULL,  -- why, one sentence
-    posterior DOUBLE PRECISION NOT NULL,  -- probability that this pose is the right one
-    m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_rig
-    m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
-    m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
-    covariance DOUBLE PRECISION[] NOT NULL,  -- covariance of the pose, 6x6 row-major, t in mm then r in rad, right perturbation in the rig frame
-    singular_values DOUBLE PRECISION[] NOT NULL,  -- singular values of the refinement with 1 mrad scaled against 1 mm
-    cost DOUBLE PRECISION NOT NULL,  -- cost of the best hypothesis
-    margin DOUBLE PRECISION,  -- cost of the next distinct hypothesis less this one; null where there is none
-    evidence_ratio DOUBLE PRECISION NOT NULL,  -- evidence found in the images over what a right pose would find: about 1 for a right pose, 0 for
-        -- chance, below 0 for worse than chance
-    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
-        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
-        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
-        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
-    CHECK (verdict IN ('accepted', 'ambiguous', 'refused')),
-    CHECK (posterior BETWEEN 0 AND 1)
-);
+CREATE VIEW pose (  -- The verdict of an inspection and the pose of the rig: the best hypothesis, or the prior where there is none.
+    run_id,  -- the run
+    verdict,  -- accepted, ambiguous (several poses fit; this one best) or refused
+    reason,  -- why, one sentence
+    posterior,  -- probability that this pose is the right one
+    m00, m01, m02, m03,  -- world_from_rig
+    m10, m11, m12, m13,
+    m20, m21, m22, m23,
+    covariance,  -- covariance of the pose, 6x6 row-major, t in mm then r in rad, right perturbation in the rig frame
+    singular_values,  -- singular values of the refinement with 1 mrad scaled against 1 mm
+    cost,  -- cost of the best hypothesis; 0 where there is none
+    margin,  -- cost of the next distinct hypothesis less this one; null where there is none
+    evidence_ratio  -- evidence found in the images over what a right pose would find: about 1 for a right pose, 0 for chance, below 0 for worse
+        -- than chance
+) AS
+SELECT i.run_id, i.verdict, i.reason, i.posterior,
+    coalesce(h.m00, i.m00) AS m00, coalesce(h.m01, i.m01) AS m01, coalesce(h.m02, i.m02) AS m02, coalesce(h.m03, i.m03) AS m03,
+    coalesce(h.m10, i.m10) AS m10, coalesce(h.m11, i.m11) AS m11, coalesce(h.m12, i.m12) AS m12, coalesce(h.m13, i.m13) AS m13,
+    coalesce(h.m20, i.m20) AS m20, coalesce(h.m21, i.m21) AS m21, coalesce(h.m22, i.m22) AS m22, coalesce(h.m23, i.m23) AS m23,
+    coalesce(i.covariance, i.prior_covariance) AS covariance, i.singular_values, coalesce(h.cost, 0) AS cost,
+    (SELECT min(o.cost) FROM hypothesis AS o WHERE o.run_id = i.run_id AND o.hypothesis_no > 0) - h.cost AS margin,
+    coalesce(h.evidence_ratio, 0) AS evidence_ratio
+FROM inspection AS i
+LEFT JOIN hypothesis AS h ON h.run_id = i.run_id AND h.hypothesis_no = 0;
 
 CREATE TABLE base_correction (  -- Where the base of the arm that carries the rig stands by an accepted pose: of rigs that the world mounts.
     run_id BIGINT PRIMARY KEY,  -- the run
-    world_id BIGINT NOT NULL,  -- the world of the inspection
     object_no INTEGER NOT NULL,  -- the object that carries the rig, or has the robot nested in it that does
     robot TEXT NOT NULL,  -- path of the robot in that object, as in occurrence; empty: the object itself
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_base, corrected
@@ -235,7 +244,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('surface_match', 'localisation', 'primary'),
     ('correspondence', 'localisation', 'primary'),
     ('edge_measurement', 'localisation', 'primary'),
-    ('pose', 'localisation', 'primary'),
+    ('pose', 'localisation', 'view'),
     ('base_correction', 'localisation', 'primary'),
     ('joint_correction', 'localisation', 'primary'),
     ('part_in_view', 'localisation', 'primary');
@@ -248,17 +257,15 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('inspection_image', 1, ARRAY['image_id'], 'image', ARRAY['id']),
     ('inspection_image', 2, ARRAY['extraction_id'], 'extraction', ARRAY['id']),
     ('selected_part', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
-    ('view_arc', 0, ARRAY['run_id', 'view_no'], 'view', ARRAY['run_id', 'view_no']),
-    ('view_surface', 0, ARRAY['run_id', 'view_no'], 'view', ARRAY['run_id', 'view_no']),
+    ('view_arc', 0, ARRAY['run_id', 'view_no'], 'inspection_image', ARRAY['run_id', 'view_no']),
+    ('view_surface', 0, ARRAY['run_id', 'view_no'], 'inspection_image', ARRAY['run_id', 'view_no']),
     ('hypothesis', 0, ARRAY['run_id'], 'run', ARRAY['id']),
     ('view_point', 0, ARRAY['run_id', 'view_no', 'view_arc_no'], 'view_arc', ARRAY['run_id', 'view_no', 'view_arc_no']),
     ('surface_match', 0, ARRAY['run_id', 'view_no', 'view_surface_no'], 'view_surface', ARRAY['run_id', 'view_no', 'view_surface_no']),
     ('correspondence', 0, ARRAY['run_id', 'hypothesis_no'], 'hypothesis', ARRAY['run_id', 'hypothesis_no']),
     ('correspondence', 1, ARRAY['run_id', 'view_no', 'view_arc_no'], 'view_arc', ARRAY['run_id', 'view_no', 'view_arc_no']),
     ('edge_measurement', 0, ARRAY['run_id', 'view_no', 'view_arc_no'], 'view_arc', ARRAY['run_id', 'view_no', 'view_arc_no']),
-    ('pose', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
-    ('base_correction', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
-    ('base_correction', 1, ARRAY['world_id'], 'world', ARRAY['id']),
-    ('base_correction', 2, ARRAY['object_no'], 'placed_object', ARRAY['object_no']),
+    ('base_correction', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
+    ('base_correction', 1, ARRAY['object_no'], 'placed_object', ARRAY['object_no']),
     ('joint_correction', 0, ARRAY['run_id'], 'base_correction', ARRAY['run_id']),
     ('part_in_view', 0, ARRAY['run_id'], 'run', ARRAY['id']);

@@ -45,49 +45,22 @@ CREATE TABLE camera_unknown (  -- What was solved of each camera along with the 
     PRIMARY KEY (run_id, camera, name)
 );
 
-CREATE TABLE camera_alone (  -- The pose of the rig that each camera's picture gives by itself, near the best hypothesis; of several cameras.
+CREATE TABLE solved_pose (  -- Poses of the rig near the best hypothesis, which it rests on: where its last step set out, what each camera's picture
+    -- gives by itself, and what explains the pictures by other components of the model being off their place.
     run_id BIGINT NOT NULL,  -- the run
-    camera TEXT NOT NULL,  -- name of the camera in the rig
+    solved_no INTEGER NOT NULL,  -- ordinal in the run, from 0
+    kind TEXT NOT NULL,  -- start: the pose at which the pictures were looked at last; alone: that of one camera, of several; explanation
+    camera TEXT,  -- name of the camera in the rig that gives it alone; null of other kinds
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_rig
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
     m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
-    covariance DOUBLE PRECISION[] NOT NULL,  -- 6x6 row-major, of a right perturbation in the rig's frame: t mm, then r rad
-    evidence DOUBLE PRECISION NOT NULL,  -- log odds that the model is there by this camera
-    PRIMARY KEY (run_id, camera),
-    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
-        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
-        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
-        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6)
-);
-
-CREATE TABLE refinement (  -- What the last step of the refinement of the best hypothesis set out from: the pose at which the pictures were looked at
-    -- last.
-    run_id BIGINT PRIMARY KEY,  -- the run
-    m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_rig
-    m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
-    m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
-    covariance DOUBLE PRECISION[] NOT NULL,  -- covariance of what was measured there, 6x6 row-major, of a right perturbation in the rig's frame: t
-        -- mm, then r rad; that of the pose joins the explanations to it
-    middle_x DOUBLE PRECISION NOT NULL,  -- x of the middle of what is seen, mm, in the rig's frame: where the place is to be as exact as needed
-    middle_y DOUBLE PRECISION NOT NULL,  -- y of that, mm
-    middle_z DOUBLE PRECISION NOT NULL,  -- z of that, mm
-    excluded INTEGER NOT NULL,  -- how many components of the model were left out since they are not where the model says
-    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
-        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
-        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
-        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6)
-);
-
-CREATE TABLE explanation (  -- Poses near the best that explain the pictures by other components of the model being off their place; its covariance
-    -- holds them.
-    run_id BIGINT NOT NULL,  -- the run
-    explanation_no INTEGER NOT NULL,  -- ordinal in the run, from 0
-    m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_rig
-    m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
-    m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
-    covariance DOUBLE PRECISION[] NOT NULL,  -- 6x6 row-major, of a right perturbation in the rig's frame: t mm, then r rad
-    log_odds DOUBLE PRECISION NOT NULL,  -- natural logarithm of its odds against the best
-    PRIMARY KEY (run_id, explanation_no),
+    covariance DOUBLE PRECISION[] NOT NULL,  -- 6x6 row-major, of a right perturbation in the rig's frame: t mm, then r rad; at the start of what was
+        -- measured there, to which that of the pose joins the explanations
+    log_odds DOUBLE PRECISION,  -- natural logarithm: alone that the model is there by this camera, of an explanation against the best; null at the
+        -- start
+    PRIMARY KEY (run_id, solved_no),
+    CHECK (kind IN ('start', 'alone', 'explanation')),
+    CHECK ((kind = 'alone') = (camera IS NOT NULL)),
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
@@ -131,19 +104,15 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('verdict_sign', 'localisation', 'primary'),
     ('hypothesis_support', 'localisation', 'primary'),
     ('camera_unknown', 'localisation', 'primary'),
-    ('camera_alone', 'localisation', 'primary'),
-    ('refinement', 'localisation', 'primary'),
+    ('solved_pose', 'localisation', 'primary'),
     ('search_stage', 'localisation', 'primary'),
-    ('search_pose', 'localisation', 'primary'),
-    ('explanation', 'localisation', 'primary');
+    ('search_pose', 'localisation', 'primary');
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('threshold', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('verdict_sign', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
+    ('verdict_sign', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
     ('hypothesis_support', 0, ARRAY['run_id', 'hypothesis_no'], 'hypothesis', ARRAY['run_id', 'hypothesis_no']),
-    ('camera_unknown', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
-    ('camera_alone', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
-    ('refinement', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
-    ('search_stage', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']),
-    ('search_pose', 0, ARRAY['run_id', 'stage_no'], 'search_stage', ARRAY['run_id', 'stage_no']),
-    ('explanation', 0, ARRAY['run_id'], 'pose', ARRAY['run_id']);
+    ('camera_unknown', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
+    ('solved_pose', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
+    ('search_stage', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
+    ('search_pose', 0, ARRAY['run_id', 'stage_no'], 'search_stage', ARRAY['run_id', 'stage_no']);

@@ -82,7 +82,7 @@ SELECT p.run_id, p.verdict, c.changed, c.contradicted, c.not_confirmed, c.undeci
             CASE WHEN c.undecidable > 0 THEN concat(c.undecidable, ' undecidable') END), ''),
         o.variant) AS outcome,
     coalesce(c.changed + c.contradicted > 0, FALSE) OR o.variant IS NOT NULL AS differs
-FROM pose AS p
+FROM inspection AS p
 LEFT JOIN counted AS c ON c.run_id = p.run_id
 LEFT JOIN other AS o ON o.run_id = p.run_id;
 
@@ -172,7 +172,7 @@ SELECT
     c.view_arc_no, c.image_arc_no, c.residual, c.angle, c.overlap
 FROM correspondence AS c
 JOIN view_arc AS a ON a.run_id = c.run_id AND a.view_no = c.view_no AND a.view_arc_no = c.view_arc_no
-JOIN view AS v ON v.run_id = c.run_id AND v.view_no = c.view_no
+JOIN inspection_image AS v ON v.run_id = c.run_id AND v.view_no = c.view_no
 JOIN placed_object AS o ON o.object_no = a.occurrence_id >> 28  -- as placed_node, whose name comes after this view's
 JOIN object_node AS n ON n.object_id = o.object_id AND n.node_no = a.occurrence_id & 268435455
 WHERE c.hypothesis_no = 0 AND c.accepted;
@@ -191,7 +191,7 @@ SELECT m.run_id, v.camera, count(*) AS points, count(DISTINCT m.view_arc_no) AS 
     sqrt(sum(m.weight * m.residual * m.residual) / sum(m.weight)) AS rms_px,
     sqrt(sum(m.weight * m.residual * m.residual / (m.sigma * m.sigma)) / sum(m.weight)) AS rms_sigmas
 FROM edge_measurement AS m
-JOIN view AS v ON v.run_id = m.run_id AND v.view_no = m.view_no
+JOIN inspection_image AS v ON v.run_id = m.run_id AND v.view_no = m.view_no
 WHERE m.weight > 0
 GROUP BY m.run_id, v.camera;
 
@@ -213,7 +213,7 @@ WITH best AS (
         max(CASE WHEN c.accepted THEN 1 ELSE 0 END) OVER (PARTITION BY c.run_id, v.camera, c.image_arc_no) AS taken,
         row_number() OVER (PARTITION BY c.run_id, v.camera, c.image_arc_no ORDER BY c.residual, c.view_arc_no) AS place
     FROM correspondence AS c
-    JOIN view AS v ON v.run_id = c.run_id AND v.view_no = c.view_no
+    JOIN inspection_image AS v ON v.run_id = c.run_id AND v.view_no = c.view_no
     WHERE c.hypothesis_no = 0
 )
 SELECT

@@ -16,12 +16,11 @@ CREATE VIEW why_arc (  -- What was decided of each image arc of an inspection an
     sentence  -- the decision in words
 ) AS
 WITH named AS (
-    SELECT a.run_id, a.view_no, a.view_arc_no, v.camera, o.path, i.extraction_id,
+    SELECT a.run_id, a.view_no, a.view_arc_no, i.camera, o.path, i.extraction_id,
         CASE WHEN a.kind = 'silhouette' THEN concat('the outline of face ', a.surface_no)
             ELSE concat('the ', a.kind, ' edge ', a.arc_no) END AS element
     FROM view_arc AS a
-    JOIN view AS v ON v.run_id = a.run_id AND v.view_no = a.view_no
-    JOIN inspection_image AS i ON i.run_id = a.run_id AND i.camera = v.camera
+    JOIN inspection_image AS i ON i.run_id = a.run_id AND i.view_no = a.view_no
     JOIN placed_node AS o ON o.id = a.occurrence_id
 ),
 held AS (
@@ -47,7 +46,7 @@ SELECT i.run_id, i.camera, a.image_arc_no, p.view_arc_no, p.path, p.element, coa
         WHEN '' THEN h.reach WHEN 'orientation' THEN degrees(h.max_angle) WHEN 'overlap' THEN h.min_overlap
         ELSE p.gate END AS gate,
     CASE
-        WHEN p.reason IS NULL AND v.view_no IS NULL THEN 'there is no row of what it was held against: no pose was found, or the run kept its decisions alone'
+        WHEN p.reason IS NULL AND i.view_no IS NULL THEN 'there is no row of what it was held against: no pose was found, or the run kept its decisions alone'
         WHEN p.reason IS NULL THEN concat('no edge or outline of the model lies within ',
             CAST(h.reach AS NUMERIC(18, 1)), ' px of it at the pose found')
         ELSE concat(
@@ -74,7 +73,6 @@ SELECT i.run_id, i.camera, a.image_arc_no, p.view_arc_no, p.path, p.element, coa
 FROM inspection_image AS i
 JOIN image_arc AS a ON a.extraction_id = i.extraction_id
 LEFT JOIN held AS h ON h.run_id = i.run_id
-LEFT JOIN view AS v ON v.run_id = i.run_id AND v.camera = i.camera
 LEFT JOIN pair AS p ON p.run_id = i.run_id AND p.camera = i.camera AND p.image_arc_no = a.image_arc_no;
 
 CREATE VIEW why_image_arc (  -- The final decision of each image arc of an inspection, one row an arc: the model arc that it is, else the nearest and
@@ -123,15 +121,14 @@ SELECT a.run_id, v.camera, a.view_arc_no, o.path, a.kind, a.length,
             ELSE concat('has ', c.near, ' image arcs near it and none was taken: ', c.reason)
         END) AS sentence
 FROM view_arc AS a
-JOIN view AS v ON v.run_id = a.run_id AND v.view_no = a.view_no
+JOIN inspection_image AS v ON v.run_id = a.run_id AND v.view_no = a.view_no
 JOIN placed_node AS o ON o.id = a.occurrence_id
 LEFT JOIN (
     SELECT c.run_id, c.view_no, c.view_arc_no, count(*) AS near,
         sum(CASE WHEN c.accepted THEN 1 ELSE 0 END) AS taken,
         sum(CASE WHEN c.accepted THEN c.overlap * a.length ELSE 0 END) AS covered, min(c.reason) AS reason
     FROM correspondence AS c
-    JOIN view AS v ON v.run_id = c.run_id AND v.view_no = c.view_no
-    JOIN inspection_image AS i ON i.run_id = c.run_id AND i.camera = v.camera
+    JOIN inspection_image AS i ON i.run_id = c.run_id AND i.view_no = c.view_no
     JOIN image_arc AS a ON a.extraction_id = i.extraction_id AND a.image_arc_no = c.image_arc_no
     WHERE c.hypothesis_no = 0
     GROUP BY c.run_id, c.view_no, c.view_arc_no

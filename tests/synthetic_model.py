@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import sqlalchemy as sa
 import yaml
 
-from relmodel.find.packing import pack
 from relmodel.geometry.transforms import matrix_columns, rotation_matrix
 from relmodel.loading.write.expansion import append_expansion
 from relmodel.store import Store
@@ -80,8 +81,8 @@ class SyntheticModel:
                     "id": shape_ids,
                     "content_key": [f"{tag}/shape {i}" for i in range(len(shape_ids))],
                     "kind": "solid",
-                    "surface_count": 0,
-                    "arc_count": 0,
+                    "surface_count": [len(boxes["surface"]) for boxes in self.elements],
+                    "arc_count": [len(boxes["arc"]) for boxes in self.elements],
                     "area": 1.0,
                     **dict(zip(BOX, self.shape_boxes.T, strict=True)),
                 },
@@ -91,21 +92,15 @@ class SyntheticModel:
                 connection, "feature_class", {"id": feature_class, "content_key": [f"{tag}/class"], "kind": ["pocket"]}
             )
             for shape, boxes in enumerate(self.elements):
-                for level, b in boxes.items():
-                    columns = {
-                        "shape_id": int(shape_ids[shape]),
-                        "level": level,
-                        "element_no": np.arange(len(b)),
-                        "page": pack(b, 8),
-                        **dict(zip(BOX, b.T, strict=True)),
-                    }
-                    store.append(connection, "shape_box", columns)
+                shape_id = int(shape_ids[shape])
+                for level in ("surface", "arc"):
+                    _append_listed(store, connection, shape_id, level, f"{tag}/{shape}", boxes[level])
                 b = boxes["feature"]
                 store.append(
                     connection,
                     "feature",
                     {
-                        "shape_id": int(shape_ids[shape]),
+                        "shape_id": shape_id,
                         "feature_no": np.arange(len(b)),
                         "feature_class_id": int(feature_class[0]),
                         "name": [f"pocket {i}" for i in range(len(b))],
@@ -193,6 +188,30 @@ class SyntheticModel:
 
         walk(self.root, name, world_from_object)
         return out
+
+
+def _append_listed(
+    store: Store, connection: sa.Connection, shape_id: int, level: str, tag: str, boxes: npt.NDArray[np.float64]
+) -> None:
+    """Surfaces or arcs of a shape, of which only the boxes matter."""
+    ids = store.new_ids(connection, level, len(boxes))
+    keys = [f"{tag}/{level} {number}" for number in range(len(boxes))]
+    places = ("centroid",) if level == "surface" else ("start", "end")
+    own = {"direct": True, "reversed": False, "area": 1.0, "u0": 0.0, "u1": 1.0, "v0": 0.0, "v1": 1.0}
+    columns = {
+        "id": ids,
+        "content_key": keys,
+        "support_key": keys,
+        "kind": "spline",
+        "recognised_kind": "spline",
+        "provenance": "exact",
+        **{f"{place}_{axis}": boxes[:, i] for place in places for i, axis in enumerate("xyz")},
+        **(own if level == "surface" else {"t0": 0.0, "t1": 1.0, "length": 1.0}),
+        **dict(zip(BOX, boxes.T, strict=True)),
+    }
+    store.append(connection, level, columns)
+    listed: dict[str, Any] = {"shape_id": shape_id, f"{level}_no": np.arange(len(boxes)), f"{level}_id": ids}
+    store.append(connection, f"shape_{level}", listed | ({"convexity": "free"} if level == "arc" else {}))
 
 
 def write_world(path: Path, world: str, objects: list[dict[str, object]]) -> Path:

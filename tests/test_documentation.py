@@ -47,6 +47,22 @@ def test_every_question_has_its_sql() -> None:
     assert all(file.read_text().strip() in page for file in files)
 
 
+def test_the_drawn_levels_are_those_of_the_schema() -> None:
+    drawn = re.findall(r"^```mermaid\n(.*?)\n```", (DOCS / "views.md").read_text(), re.MULTILINE | re.DOTALL)
+    assert drawn == list(generate.level_diagrams().values())
+    for relations, diagram in zip(generate.LEVELS.values(), drawn, strict=True):
+        assert relations == set(re.findall(r"\b[a-z_]+\b(?= \|\||(?= : ))", diagram))
+
+
+def test_every_flat_view_is_described(duckdb_template: Path) -> None:
+    made = re.findall(r"^CREATE VIEW (\w+)", (DOCS.parent / "schema/115_flat_views.sql").read_text(), re.MULTILINE)
+    table = (DOCS / "views.md").read_text().partition("| view | a row is |")[2].partition("\n\n")[0]
+    described = re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)
+    with Store.open(duckdb_template, read_only=True) as store, store.read() as connection:
+        views = {row.relation for row in store.rows(connection, "store/relations") if row.standing == "view"}
+    assert set(made) <= set(described) <= views
+
+
 @pytest.mark.parametrize("drawing", sorted(DOCS.glob("figures/*.svg")), ids=lambda file: str(file.stem))
 def test_drawings_have_a_size_and_a_title(drawing: Path) -> None:
     root = ElementTree.parse(drawing).getroot()

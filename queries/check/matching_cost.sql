@@ -73,18 +73,5 @@ found AS MATERIALIZED (
         GROUP BY run_id, problem_no, unit_no, neighbour_no HAVING count(*) > 1
     ) AS twice
     GROUP BY run_id, problem_no
-    UNION ALL
-    SELECT run_id, problem_no, 'an unconfirmed relation is not stored, or a stored one is confirmed', count(*)
-    FROM (
-        SELECT run_id, problem_no, unit_no, neighbour_no, sum(there) AS there
-        FROM (
-            SELECT run_id, problem_no, unit_no, neighbour_no, 1 AS there FROM error
-            UNION ALL
-            SELECT run_id, problem_no, unit_no, neighbour_no, -1 FROM assignment_error
-        ) AS both_sides
-        GROUP BY run_id, problem_no, unit_no, neighbour_no
-        HAVING sum(there) <> 0
-    ) AS differ
-    GROUP BY run_id, problem_no
 )
 SELECT run_id, problem_no, what, times FROM found ORDER BY run_id, problem_no, what

@@ -1,5 +1,5 @@
 -- How far off was the arm's base in the last ten runs that corrected it, and how surely (two standard deviations, of all axes together)?
-SELECT c.run_id, r.began_at, d.name AS world, CASE WHEN c.robot = '' THEN w.name ELSE w.name || '/' || c.robot END AS base,
+SELECT c.run_id, r.began_at, w.world, CASE WHEN c.robot = '' THEN w.name ELSE w.name || '/' || c.robot END AS base,
     c.shift_x, c.shift_y, c.shift_z,
     sqrt(c.shift_x * c.shift_x + c.shift_y * c.shift_y + c.shift_z * c.shift_z) AS shift,
     2 * sqrt(c.covariance[1] + c.covariance[8] + c.covariance[15]) AS shift_within,
@@ -7,7 +7,6 @@ SELECT c.run_id, r.began_at, d.name AS world, CASE WHEN c.robot = '' THEN w.name
     degrees(2 * sqrt(c.covariance[22] + c.covariance[29] + c.covariance[36])) AS turn_within
 FROM base_correction AS c
 JOIN run AS r ON r.id = c.run_id
-JOIN world AS d ON d.id = c.world_id
-JOIN world_object AS w ON w.world_id = c.world_id AND w.object_no = c.object_no
+JOIN placed_object AS w ON w.object_no = c.object_no
 ORDER BY c.run_id DESC
 LIMIT 10

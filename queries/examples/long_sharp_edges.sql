@@ -1,12 +1,8 @@
 -- Which convex edges are longer than 500 mm?
 WITH body AS (
-    SELECT p.shape_id
-    FROM object_variant AS v
-    JOIN object_part AS i ON i.object_id = v.object_id
-    JOIN part AS p ON p.id = i.part_id
-    WHERE v.name = 'bulkhead' /* object */ AND v.variant = 'A' /* variant */ AND i.name = 'BODY' /* part */
-    ORDER BY v.revision DESC
-    LIMIT 1
+    SELECT shape_id
+    FROM placed_part
+    WHERE object = 'bulkhead' /* object */ AND variant = 'A' /* variant */ AND object_path = 'BODY' /* part */
 )
 SELECT h.arc_no, a.recognised_kind AS kind, a.length
 FROM body

@@ -1,17 +1,6 @@
 -- Which ribs are thinner than 6.2 mm, and where?
-WITH body AS (
-    SELECT p.shape_id
-    FROM object_variant AS v
-    JOIN object_part AS i ON i.object_id = v.object_id
-    JOIN part AS p ON p.id = i.part_id
-    WHERE v.name = 'bulkhead' /* object */ AND v.variant = 'A' /* variant */ AND i.name = 'BODY' /* part */
-    ORDER BY v.revision DESC
-    LIMIT 1
-)
-SELECT f.name AS rib, d.value AS thickness, (f.x0 + f.x1) / 2 AS x, (f.y0 + f.y1) / 2 AS y
-FROM body
-JOIN feature AS f ON f.shape_id = body.shape_id
-JOIN feature_class AS k ON k.id = f.feature_class_id AND k.kind = 'rib'
-JOIN feature_dimension AS d ON d.feature_class_id = k.id AND d.name = 'thickness'
-WHERE d.value < 6.2 /* thickness */
-ORDER BY d.value, f.feature_no
+SELECT feature AS rib, value AS thickness, x, y
+FROM placed_part_feature
+WHERE object = 'bulkhead' /* object */ AND variant = 'A' /* variant */ AND object_path = 'BODY' /* part */
+    AND kind = 'rib' AND dimension = 'thickness' AND value < 6.2 /* thickness */
+ORDER BY value, feature_no

@@ -1,10 +1,11 @@
--- Boxes of the shapes that are placed in some worlds, and of their features, surfaces and arcs.
--- Takes world_ids (array); gives shape_id, level, element_no (-1 of parts), name (none of parts: two of one shape may
--- differ in it) and the box x0 .. z1 in the shape's frame, sorted by the first three.
+-- Boxes of the shapes in the objects that are or were placed in some worlds, and of their features, surfaces and arcs.
+-- Takes worlds (array of names);
+-- gives shape_id, level, element_no (-1 of parts), name (none of parts: two of one shape may differ in it) and the box
+-- x0 .. z1 in the shape's frame, sorted by the first three.
 WITH placed AS (
     SELECT DISTINCT shape_id
-    FROM occurrence
-    WHERE world_id = ANY(:world_ids) AND kind = 'part'
+    FROM object_node
+    WHERE object_id IN (SELECT object_id FROM placed_object WHERE world = ANY(:worlds)) AND shape_id IS NOT NULL
 )
 SELECT p.shape_id, 'part' AS level, -1 AS element_no, NULL AS name, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1
 FROM placed AS p

@@ -1,30 +1,66 @@
 -- What lies in each of some volumes, asked of the files that relmodel export --parquet writes.
--- Takes no parameter but six tables.  Of exports, of one store or of many: world, page, occurrence and element, the
--- folders, with the store_id that names theirs.  Of the asker:
+-- Takes no parameter but seven tables.  Of exports, of one store or of many: world, placed_body, object_page, object_node
+-- and element, the folders, with the store_id that names theirs.  Of the asker:
 -- asked (volume_no, level: part, feature, surface or arc, bounds x0 .. z1, mm, world; ball_x, ball_y, ball_z,
 -- ball_radius: null but for spheres) and asked_half_space (volume_no, outward normal nx, ny, nz and d, inside where
 -- n . p <= d; no row for boxes and spheres).
 -- Gives store_id, cell, world, volume_no, occurrence_id, element_no (-1 of parts), path, name and the world box x0 .. z1,
 -- sorted by store_id, world, volume_no, occurrence_id and element_no: the rows of relmodel.find.find.in_volumes at
--- precision box, for every world of every store.  Numbers of worlds, shapes and occurrences are those of a store.
+-- precision box, for the newest revision of every world of every store.  Numbers of objects, shapes and occurrences are
+-- those of a store.
 -- DuckDB and Spark SQL take it as it stands.  To Spark the hint says that the pages met are few, so that it reads only
--- the folders of their page ranges; it looks for those only where the pages are filtered too, hence the box_count.
-WITH near AS (
-    SELECT a.volume_no, a.level, a.x0, a.y0, a.z0, a.x1, a.y1, a.z1, a.ball_x, a.ball_y, a.ball_z, a.ball_radius,
-        p.store_id, p.world_id, p.page_range, p.page
-    FROM page AS p
-    JOIN asked AS a ON p.x0 <= a.x1 AND p.y0 <= a.y1 AND p.z0 <= a.z1 AND p.x1 >= a.x0 AND p.y1 >= a.y0 AND p.z1 >= a.z0
-    WHERE p.box_count > 0
+-- the folders of their page ranges; it looks for those only where what it joins them with is filtered, hence the
+-- a.x0 <= a.x1, and not where that filter is one of pages, bodies or shapes, whose folders it would look for first.
+WITH near AS (  -- pages whose box, carried into the world, meets the volume's
+    SELECT a.*, b.store_id, b.world, b.name AS object_name, b.object_no, b.object_id,
+        b.m00, b.m01, b.m02, b.m03,
+        b.m10, b.m11, b.m12, b.m13,
+        b.m20, b.m21, b.m22, b.m23,
+        p.page_range, p.page
+    FROM placed_body AS b
+    JOIN (
+        SELECT store_id, object_id, body_no, page_range, page, (x0 + x1) / 2 AS x, (y0 + y1) / 2 AS y, (z0 + z1) / 2 AS z,
+            (x1 - x0) / 2 + 1e-6 AS half_x, (y1 - y0) / 2 + 1e-6 AS half_y, (z1 - z0) / 2 + 1e-6 AS half_z
+        FROM object_page
+    ) AS p ON p.store_id = b.store_id AND p.object_id = b.object_id AND p.body_no = b.body_no
+    JOIN asked AS a ON b.x0 <= a.x1 AND b.y0 <= a.y1 AND b.z0 <= a.z1 AND b.x1 >= a.x0 AND b.y1 >= a.y0 AND b.z1 >= a.z0
+        AND abs(b.m00 * p.x + b.m01 * p.y + b.m02 * p.z + b.m03 - (a.x0 + a.x1) / 2)
+            <= abs(b.m00) * p.half_x + abs(b.m01) * p.half_y + abs(b.m02) * p.half_z + (a.x1 - a.x0) / 2
+        AND abs(b.m10 * p.x + b.m11 * p.y + b.m12 * p.z + b.m13 - (a.y0 + a.y1) / 2)
+            <= abs(b.m10) * p.half_x + abs(b.m11) * p.half_y + abs(b.m12) * p.half_z + (a.y1 - a.y0) / 2
+        AND abs(b.m20 * p.x + b.m21 * p.y + b.m22 * p.z + b.m23 - (a.z0 + a.z1) / 2)
+            <= abs(b.m20) * p.half_x + abs(b.m21) * p.half_y + abs(b.m22) * p.half_z + (a.z1 - a.z0) / 2
+    WHERE b.last_revision IS NULL AND a.x0 <= a.x1
 ),
-met AS (
-    SELECT /*+ BROADCAST(n) */ n.volume_no, n.level, n.x0 AS least_x, n.y0 AS least_y, n.z0 AS least_z,
-        n.x1 AS most_x, n.y1 AS most_y, n.z1 AS most_z, n.ball_x, n.ball_y, n.ball_z, n.ball_radius,
-        o.store_id, o.world_id, o.occurrence_id, o.path, o.name AS part_name, o.shape_id,
-        o.m00, o.m01, o.m02, o.m03, o.m10, o.m11, o.m12, o.m13, o.m20, o.m21, o.m22, o.m23
-    FROM occurrence AS o
-    JOIN near AS n ON n.store_id = o.store_id AND n.world_id = o.world_id AND n.page_range = o.page_range
-        AND n.page = o.page
-        AND o.x0 <= n.x1 AND o.y0 <= n.y1 AND o.z0 <= n.z1 AND o.x1 >= n.x0 AND o.y1 >= n.y0 AND o.z1 >= n.z0
+posed AS (  -- parts whose box in the body's frame, carried into the world, meets the volume's
+    SELECT /*+ BROADCAST(b) */ b.volume_no, b.level, b.x0 AS least_x, b.y0 AS least_y, b.z0 AS least_z,
+        b.x1 AS most_x, b.y1 AS most_y, b.z1 AS most_z, b.ball_x, b.ball_y, b.ball_z, b.ball_radius,
+        b.store_id, b.world, CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS occurrence_id,
+        b.object_name || n.path AS path, n.name AS part_name, n.shape_id,
+        b.m00 * n.m00 + b.m01 * n.m10 + b.m02 * n.m20 AS m00,
+        b.m00 * n.m01 + b.m01 * n.m11 + b.m02 * n.m21 AS m01,
+        b.m00 * n.m02 + b.m01 * n.m12 + b.m02 * n.m22 AS m02,
+        b.m00 * n.m03 + b.m01 * n.m13 + b.m02 * n.m23 + b.m03 AS m03,
+        b.m10 * n.m00 + b.m11 * n.m10 + b.m12 * n.m20 AS m10,
+        b.m10 * n.m01 + b.m11 * n.m11 + b.m12 * n.m21 AS m11,
+        b.m10 * n.m02 + b.m11 * n.m12 + b.m12 * n.m22 AS m12,
+        b.m10 * n.m03 + b.m11 * n.m13 + b.m12 * n.m23 + b.m13 AS m13,
+        b.m20 * n.m00 + b.m21 * n.m10 + b.m22 * n.m20 AS m20,
+        b.m20 * n.m01 + b.m21 * n.m11 + b.m22 * n.m21 AS m21,
+        b.m20 * n.m02 + b.m21 * n.m12 + b.m22 * n.m22 AS m22,
+        b.m20 * n.m03 + b.m21 * n.m13 + b.m22 * n.m23 + b.m23 AS m23
+    FROM object_node AS n
+    JOIN near AS b ON b.store_id = n.store_id AND b.page_range = n.page_range AND b.object_id = n.object_id
+        AND b.page = n.page
+        AND abs(b.m00 * (n.x0 + n.x1) / 2 + b.m01 * (n.y0 + n.y1) / 2 + b.m02 * (n.z0 + n.z1) / 2 + b.m03 - (b.x0 + b.x1) / 2)
+            <= (abs(b.m00) * (n.x1 - n.x0) + abs(b.m01) * (n.y1 - n.y0) + abs(b.m02) * (n.z1 - n.z0) + b.x1 - b.x0) / 2
+                + 1e-6
+        AND abs(b.m10 * (n.x0 + n.x1) / 2 + b.m11 * (n.y0 + n.y1) / 2 + b.m12 * (n.z0 + n.z1) / 2 + b.m13 - (b.y0 + b.y1) / 2)
+            <= (abs(b.m10) * (n.x1 - n.x0) + abs(b.m11) * (n.y1 - n.y0) + abs(b.m12) * (n.z1 - n.z0) + b.y1 - b.y0) / 2
+                + 1e-6
+        AND abs(b.m20 * (n.x0 + n.x1) / 2 + b.m21 * (n.y0 + n.y1) / 2 + b.m22 * (n.z0 + n.z1) / 2 + b.m23 - (b.z0 + b.z1) / 2)
+            <= (abs(b.m20) * (n.x1 - n.x0) + abs(b.m21) * (n.y1 - n.y0) + abs(b.m22) * (n.z1 - n.z0) + b.z1 - b.z0) / 2
+                + 1e-6
 ),
 carried AS (
     SELECT m.*, e.element_no, coalesce(e.name, m.part_name) AS name,
@@ -44,13 +80,13 @@ carried AS (
         m.m00 * (m.ball_x - m.m03) + m.m10 * (m.ball_y - m.m13) + m.m20 * (m.ball_z - m.m23) AS centre_x,
         m.m01 * (m.ball_x - m.m03) + m.m11 * (m.ball_y - m.m13) + m.m21 * (m.ball_z - m.m23) AS centre_y,
         m.m02 * (m.ball_x - m.m03) + m.m12 * (m.ball_y - m.m13) + m.m22 * (m.ball_z - m.m23) AS centre_z
-    FROM met AS m
+    FROM posed AS m
     JOIN element AS e ON e.store_id = m.store_id AND e.shape_id = m.shape_id AND e.level = m.level
 )
 SELECT w.store_id, w.cell, w.name AS world, c.volume_no, c.occurrence_id, c.element_no, c.path, c.name,
     c.x0, c.y0, c.z0, c.x1, c.y1, c.z1
 FROM carried AS c
-JOIN world AS w ON w.store_id = c.store_id AND w.world_id = c.world_id
+JOIN world AS w ON w.store_id = c.store_id AND w.name = c.world AND w.newest
 WHERE c.x0 <= c.most_x AND c.y0 <= c.most_y AND c.z0 <= c.most_z
     AND c.x1 >= c.least_x AND c.y1 >= c.least_y AND c.z1 >= c.least_z
     AND (

@@ -1,8 +1,7 @@
--- Pages of the placed parts of a world: those of each placed object after those of the one before.
--- Takes world_id; gives page, box_count and the box x0 .. z1 around its boxes in the world, sorted by page.
-SELECT row_number() OVER (ORDER BY object_no, page) - 1 AS page, count(*) AS box_count,
-    min(x0) AS x0, min(y0) AS y0, min(z0) AS z0, max(x1) AS x1, max(y1) AS y1, max(z1) AS z1
-FROM occurrence
-WHERE world_id = :world_id AND kind = 'part'
-GROUP BY object_no, page
-ORDER BY 1
+-- Pages of the parts in the objects that are or were placed in some worlds.
+-- Takes worlds (array of names);
+-- gives object_id, page, body_no, box_count and the box x0 .. z1 in the body's frame, sorted by object_id and page.
+SELECT g.object_id, g.page, g.body_no, g.box_count, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1
+FROM object_page AS g
+WHERE g.object_id IN (SELECT object_id FROM placed_object WHERE world = ANY(:worlds))
+ORDER BY g.object_id, g.page

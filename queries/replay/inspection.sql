@@ -1,11 +1,10 @@
 -- What an inspection was asked and decided, beside its poses, and what made it.
 -- Takes run; gives one row: needs (mm, rad), parameters, versions, code_sha256; verdict, reason, posterior, cost and margin,
--- null where it has no pose; and the middle of what is seen and excluded of its refinement, null where it has none.
+-- null where it has no pose; and the middle of what is seen.
 SELECT i.needs_translation_mm, i.needs_rotation, CAST(r.parameters AS TEXT) AS parameters,
     CAST(r.versions AS TEXT) AS versions, r.code_sha256, p.verdict, p.reason, p.posterior, p.cost, p.margin,
-    f.middle_x, f.middle_y, f.middle_z, f.excluded
+    i.middle_x, i.middle_y, i.middle_z
 FROM inspection AS i
 JOIN run AS r ON r.id = i.run_id
 LEFT JOIN pose AS p ON p.run_id = i.run_id
-LEFT JOIN refinement AS f ON f.run_id = i.run_id
 WHERE i.run_id = :run

@@ -1,22 +1,16 @@
 -- The poses of the rig that an inspection was given, went through and came to.
--- Takes run; gives what (prior, refinement, pose, explanation, alone), the pose as m00 .. m23, covariance (36) and log_odds.
+-- Takes run; gives what (prior, start, pose, explanation, alone), the pose as m00 .. m23, covariance (36) and log_odds.
 WITH poses AS (
-    SELECT 'prior' AS what, 0 AS number, '' AS camera,
+    SELECT 'prior' AS what, 0 AS number,
         m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23, prior_covariance AS covariance, 0.0 AS log_odds
     FROM inspection WHERE run_id = :run
     UNION ALL
-    SELECT 'refinement', 0, '', m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23, covariance, 0.0
-    FROM refinement WHERE run_id = :run
-    UNION ALL
-    SELECT 'pose', 0, '', m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23, covariance, 0.0
+    SELECT 'pose', 0, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23, covariance, 0.0
     FROM pose WHERE run_id = :run
     UNION ALL
-    SELECT 'explanation', explanation_no, '', m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23, covariance, log_odds
-    FROM explanation WHERE run_id = :run
-    UNION ALL
-    SELECT 'alone', 0, camera, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23, covariance, 0.0
-    FROM camera_alone WHERE run_id = :run
+    SELECT kind, solved_no, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23, covariance, log_odds
+    FROM solved_pose WHERE run_id = :run
 )
 SELECT what, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23, covariance, log_odds
 FROM poses
-ORDER BY what, number, camera
+ORDER BY what, number

@@ -4,5 +4,5 @@ SELECT CASE WHEN c.robot = '' THEN w.name ELSE w.name || '/' || c.robot END AS b
     degrees(c.turn_x) AS turn_x_deg, degrees(c.turn_y) AS turn_y_deg, degrees(c.turn_z) AS turn_z_deg,
     sqrt(c.covariance[1]) AS sigma_x, sqrt(c.covariance[8]) AS sigma_y, sqrt(c.covariance[15]) AS sigma_z
 FROM base_correction AS c
-JOIN world_object AS w ON w.world_id = c.world_id AND w.object_no = c.object_no
+JOIN placed_object AS w ON w.object_no = c.object_no
 WHERE c.run_id = :run_id

@@ -8,7 +8,7 @@ WITH said AS (
     FROM presence AS p
     JOIN placed_node AS o ON o.id = p.occurrence_id
     JOIN view_arc AS a ON a.run_id = p.run_id AND a.occurrence_id = p.occurrence_id
-    JOIN view AS v ON v.run_id = a.run_id AND v.view_no = a.view_no
+    JOIN inspection_image AS v ON v.run_id = a.run_id AND v.view_no = a.view_no
     LEFT JOIN shape_arc AS h ON h.shape_id = o.shape_id AND h.arc_no = a.arc_no
     LEFT JOIN feature_surface AS f ON f.shape_id = o.shape_id AND f.feature_no = p.feature_no
         AND (f.surface_no = h.surface_a OR f.surface_no = h.surface_b OR f.surface_no = a.surface_no)

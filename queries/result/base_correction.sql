@@ -4,5 +4,5 @@ SELECT
     w.name AS object, c.robot, c.shift_x, c.shift_y, c.shift_z, c.turn_x, c.turn_y, c.turn_z,
     c.m00, c.m01, c.m02, c.m03, c.m10, c.m11, c.m12, c.m13, c.m20, c.m21, c.m22, c.m23, c.covariance
 FROM base_correction AS c
-JOIN world_object AS w ON w.world_id = c.world_id AND w.object_no = c.object_no
+JOIN placed_object AS w ON w.object_no = c.object_no
 WHERE c.run_id = :run_id

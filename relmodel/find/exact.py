@@ -138,6 +138,8 @@ def _chords(points: npt.ArrayLike) -> Floats:
 def _sagitta(points: npt.ArrayLike, tangents: npt.ArrayLike) -> float:
     """How far at most an arc is from the chords between points, by how much its tangents turn along each, mm."""
     p, t = (np.asarray(values, float).reshape(-1, 3) for values in (points, tangents))
+    if len(t) == 1:  # one for all points: a straight arc
+        return 0.0
     length = np.linalg.norm(np.diff(p, axis=0), axis=1)
     turn = np.arctan2(np.linalg.norm(np.cross(t[:-1], t[1:]), axis=1), np.einsum("nd,nd->n", t[:-1], t[1:]))
     return float((length / 2 * np.tan(turn / 4)).max(initial=0.0))

@@ -1,10 +1,13 @@
-"""Placed parts of stores as Parquet, and volumes as tables, for engines that take a volume query to many machines.
+"""Worlds of stores as Parquet, and volumes as tables, for engines that take a question to many machines.
 
-`queries/parquet/find_in_volumes.sql` asks the files as it stands on DuckDB and Spark SQL.
+The files keep the two levels of the store: what is in an object once, in its own frame, and the objects as placed.
+`queries/parquet/placed_parts.sql` joins the levels, `queries/parquet/find_in_volumes.sql` asks volumes; DuckDB and
+Spark SQL take both as they stand.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from shutil import rmtree
@@ -28,12 +31,16 @@ PAGES_PER_RANGE = 1024
 # Parts in a row group: what a reader skips by the bounds that Parquet keeps of each column.
 _ROW_GROUP = 4096
 
-TABLES = ("world", "page", "element", "occurrence")
+TABLES = ("world", "placed_body", "object_page", "object_node", "element")
 _BOX = dict.fromkeys(BOX_COLUMNS, "double")
-_WORLD = {"world_id": "int64", "name": "string", "revision": "int32"}
-_PAGE = {"world_id": "int64", "page_range": "int32", "page": "int32", "box_count": "int32", **_BOX}
-_OCCURRENCE = {"page": "int32", "occurrence_id": "int64", "path": "string", "name": "string", "shape_id": "int64"}
-_OCCURRENCE |= _BOX | dict.fromkeys(MATRIX_COLUMNS, "double")
+_POSE = dict.fromkeys(MATRIX_COLUMNS, "double")
+_WORLD = {"world_id": "int64", "name": "string", "revision": "int32", "newest": "bool"}
+_BODY = {"world": "string", "object_no": "int32", "body_no": "int32", "name": "string", "object_id": "int64"}
+_BODY |= {"object": "string", "variant": "string", "role": "string"}
+_BODY |= {"first_revision": "int32", "last_revision": "int32", **_BOX, **_POSE}
+_PAGE = {"object_id": "int64", "page_range": "int32", "page": "int32", "body_no": "int32", "box_count": "int32", **_BOX}
+_NODE = {"object_id": "int64", "page": "int32", "node_no": "int32", "body_no": "int32", "path": "string"}
+_NODE |= {"number": "string", "name": "string", "part_id": "int64", "shape_id": "int64", **_BOX, **_POSE}
 _ELEMENT = {"shape_id": "int64", "level": "string", "element_no": "int32", "name": "string", **_BOX}
 _BALL = ("ball_x", "ball_y", "ball_z", "ball_radius")
 _ASKED = {"volume_no": "int32", "level": "string", **_BOX, **dict.fromkeys(_BALL, "double")}
@@ -48,13 +55,14 @@ def export_parts(
     *,
     pages_per_range: int = PAGES_PER_RANGE,
 ) -> int:
-    """Write the placed parts of the newest revision of a world, or of every world; returns how many.
+    """Write a world, or every world, with all its revisions; returns how many parts stand in the newest ones.
 
-    `folder` gets a folder for each of `TABLES`, and in it store_id=S: world; page, the pages' boxes; element, the boxes
-    of shapes, features, surfaces and arcs in the shapes' frames; and occurrence, in folders world_id=W/page_range=R of
-    `pages_per_range` pages each.  What it holds of other stores stays, what it holds of this one is replaced when all
-    is written.  One page range is in memory at a time.  Raises UsageError where the world is unknown, nothing is
-    placed, or the folder holds something else.
+    `folder` gets a folder for each of `TABLES`, and in it store_id=S: world, its revisions; placed_body, objects and
+    links as placed, with the revisions in which they stand there; object_node, the parts in each of these objects,
+    once, in its own frame, in folders page_range=R of `pages_per_range` pages each; object_page, the pages' boxes; and
+    element, the boxes of shapes, features, surfaces and arcs in the shapes' frames.  What it holds of other stores
+    stays, what it holds of this one is replaced when all is written.  One page range is in memory at a time.  Raises
+    UsageError where the world is unknown, nothing is placed, or the folder holds something else.
     """
     folder = Path(folder)
     if not _takes_exports(folder):
@@ -63,36 +71,30 @@ def export_parts(
         )
     if world is not None:
         world_named(store, connection, world)
-    worlds = [row for row in store.rows(connection, "world/current") if world in (None, row.name)]
-    ids = [int(row.world_id) for row in worlds]
-    pages = {i: store.columns(connection, "parquet/pages", world_id=i) for i in ids}
-    if not any(len(columns["page"]) for columns in pages.values()):
+    worlds = [row.name for row in store.rows(connection, "world/current") if world in (None, row.name)]
+    bodies = store.columns(connection, "parquet/bodies", worlds=worlds)
+    pages = store.columns(connection, "parquet/pages", worlds=worlds)
+    parts = _count_parts(bodies, pages)
+    if not parts:
         raise UsageError("no part is placed: place the objects with relmodel world FILE")
     identity = store.rows(connection, "store/identity")[0]
     folder.mkdir(parents=True, exist_ok=True)
     with TemporaryDirectory(prefix=".", dir=folder) as name:
         new = Path(name)
 
-        def write(file: str, types: Mapping[str, str], columns: Mapping[str, Any]) -> int:
-            """Write rows of a table; returns how many."""
-            count = len(next(iter(columns.values())))
-            _write(new / file, {"cell": "string", **types}, {"cell": [identity.cell] * count, **columns})
-            return count
+        def write(file: str, types: Mapping[str, str], columns: Mapping[str, Any]) -> None:
+            cells = [identity.cell] * len(next(iter(columns.values())))
+            _write(new / file, {"cell": "string", **types}, {"cell": cells, **columns})
 
-        write("world/world.parquet", _WORLD, {
-            "world_id": ids, "name": [row.name for row in worlds], "revision": [row.revision for row in worlds]
-        })  # fmt: skip
-        write("element/element.parquet", _ELEMENT, store.columns(connection, "parquet/elements", world_ids=ids))
-        parts = 0
-        for world_id, columns in pages.items():
-            page_range = columns["page"].astype(np.int64) // pages_per_range
-            numbers = np.full(len(page_range), world_id)
-            write(f"page/world_{world_id}.parquet", _PAGE, {"world_id": numbers, "page_range": page_range, **columns})
-            for number in np.unique(page_range).tolist():
-                bounds = {"first_page": number * pages_per_range, "last_page": (number + 1) * pages_per_range - 1}
-                rows = store.columns(connection, "parquet/occurrences", world_id=world_id, **bounds)
-                file = f"occurrence/world_id={world_id}/page_range={number}/occurrence.parquet"
-                parts += write(file, _OCCURRENCE, rows)
+        write("world/world.parquet", _WORLD, store.columns(connection, "parquet/worlds", worlds=worlds))
+        write("placed_body/placed_body.parquet", _BODY, bodies)
+        write("element/element.parquet", _ELEMENT, store.columns(connection, "parquet/elements", worlds=worlds))
+        page_range = np.arange(len(pages["page"])) // pages_per_range
+        write("object_page/object_page.parquet", _PAGE, {"page_range": page_range, **pages})
+        for number in np.unique(page_range).tolist():
+            bounds = {"first_page": number * pages_per_range, "last_page": (number + 1) * pages_per_range - 1}
+            rows = store.columns(connection, "parquet/nodes", worlds=worlds, **bounds)
+            write(f"object_node/page_range={number}/object_node.parquet", _NODE, rows)
         for table in TABLES:
             own = folder / table / f"store_id={identity.store_id}"
             own.parent.mkdir(exist_ok=True)
@@ -100,6 +102,15 @@ def export_parts(
                 rmtree(own)
             (new / table).rename(own)
     return parts
+
+
+def _count_parts(bodies: Mapping[str, Any], pages: Mapping[str, Any]) -> int:
+    """How many parts stand in the newest revisions: the boxes in the pages of each body that holds there."""
+    boxes: Counter[tuple[int, int]] = Counter()
+    for object_id, body_no, count in zip(pages["object_id"], pages["body_no"], pages["box_count"], strict=True):
+        boxes[object_id, body_no] += int(count)
+    holds = np.isnan(bodies["last_revision"].astype(float))  # PostgreSQL gives objects where all are null
+    return sum(boxes[key] for key in zip(bodies["object_id"][holds], bodies["body_no"][holds], strict=True))
 
 
 def _takes_exports(folder: Path) -> bool:

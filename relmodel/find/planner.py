@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from relmodel.arrays import Ints
 from relmodel.errors import UsageError
 from relmodel.find.find import BOX_COLUMNS, LEVELS, Level, world_named
 from relmodel.find.kinds import build
+from relmodel.find.packing import PAGE_SIZE, bounds_of_runs, page_order
 from relmodel.find.volumes import Box, Volume, VolumeTable, volumes_met
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
@@ -20,8 +22,8 @@ from relmodel.store import Store
 class WorldIndex:
     """The boxes of a world's parts, features, surfaces and arcs: the answers of `in_volume` without the store.
 
-    Placed parts lie in an index of the kind asked for.  Elements are kept once a shape, in its frame and in the pages
-    of the store: a query carries the volume into the frame of each part that it meets.
+    Placed parts lie in an index of the kind asked for.  Elements are kept once a shape, in its frame and in pages: a
+    query carries the volume into the frame of each part that it meets.
     """
 
     def __init__(
@@ -98,17 +100,17 @@ class WorldIndex:
 
 
 class _ShapePages:
-    """Boxes of the elements of a level, by shape and page; `columns` come sorted so."""
+    """Boxes of the elements of a level, by shape and packed into pages; `columns` come sorted by shape."""
 
     def __init__(self, shapes: Ints, columns: dict[str, npt.NDArray[Any]]) -> None:
-        self.element_no = columns["element_no"].astype(np.int64)
-        self.boxes = np.stack([columns[name] for name in BOX_COLUMNS], axis=1).astype(np.float64)
+        boxes = np.stack([columns[name] for name in BOX_COLUMNS], axis=1).astype(np.float64)
         shape = np.searchsorted(shapes, columns["shape_id"].astype(np.int64))
-        page = columns["page"].astype(np.int64)
-        first = np.flatnonzero(np.diff(shape, prepend=-1) | np.diff(page, prepend=-1))
-        self.page_start = np.append(first, len(page)).astype(np.int64)
+        ends = np.append(np.flatnonzero(np.diff(shape, prepend=-1)), len(shape))
+        none = np.empty(0, np.int64)
+        order = np.concatenate([none, *(a + page_order(boxes[a:b]) for a, b in pairwise(ends.tolist()))])
+        first = np.concatenate([none, *(np.arange(a, b, PAGE_SIZE) for a, b in pairwise(ends.tolist()))])
+        self.element_no = columns["element_no"].astype(np.int64)[order]
+        self.boxes = boxes[order]
+        self.page_start = np.append(first, len(shape)).astype(np.int64)
         self.shape_pages = np.searchsorted(shape[first], np.arange(len(shapes) + 1)).astype(np.int64)
-        self.page_boxes = np.empty((len(first), 6))
-        if len(first):
-            self.page_boxes[:, :3] = np.minimum.reduceat(self.boxes[:, :3], first)
-            self.page_boxes[:, 3:] = np.maximum.reduceat(self.boxes[:, 3:], first)
+        self.page_boxes = bounds_of_runs(self.boxes, first)

@@ -57,7 +57,6 @@ def result_rows(problem: MatchingProblem, result: MatchingResult) -> dict[str, C
             "null_cost": problem.null_cost.astype(float),
             "reason": _reasons(problem, result.label),
         },
-        "assignment_error": {"unit_no": cost.error_unit, "neighbour_no": cost.error_neighbour},
         "search_node": _tree(result.tree),
         "bound_price": {
             "node_no": np.concatenate([np.full(len(p.label), p.node) for p in result.proofs]),

@@ -14,15 +14,13 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import Floats
-from relmodel.columns import stack, take
 from relmodel.features import Feature, feature_class_key, recognise
 from relmodel.features.contacts import contacts
 from relmodel.features.relations import arc_relations, surface_relations
-from relmodel.find.packing import pack, page_boxes
 from relmodel.geometry.curves import BOX
 from relmodel.loading.snap.snap import snap
 from relmodel.loading.stored_keys import stored_ids
-from relmodel.model.content_keys import ModelKeys, model_keys, row_count_or_none
+from relmodel.model.content_keys import ModelKeys, model_keys
 from relmodel.model.model import Finding, Model, Shape, Table
 from relmodel.model.placed_parts import PlacedParts
 from relmodel.model.sharing import share
@@ -42,11 +40,8 @@ class DerivedShape:
     class_keys: tuple[str, ...]
     box: Floats
     area: float
-    adjacency: Table
     surface_relations: Table
     arc_relations: Table
-    boxes: Table
-    box_pages: Table
 
 
 @dataclass(frozen=True)
@@ -128,66 +123,17 @@ def _attempt(what: str, make: Callable[[], Made], failures: list[Noted], shape: 
 
 def _derived_shape(shape: Shape, no: int, failures: list[Noted]) -> DerivedShape:
     features = tuple(_attempt("features", partial(recognise, shape), failures, no) or ())
-    boxes, pages = _boxes(shape, features)
     every = np.concatenate([boxes_of(shape.surfaces), boxes_of(shape.arcs)])
     return DerivedShape(
         features=features,
         class_keys=tuple(map(feature_class_key, features)),
         box=np.concatenate([every[:, :3].min(axis=0), every[:, 3:].max(axis=0)]),
         area=float(np.sum(np.asarray(shape.surfaces["area"], float))) if shape.surfaces else 0.0,
-        adjacency=_adjacency(shape.arcs),
         surface_relations=_attempt("surface relations", partial(surface_relations, shape), failures, no) or {},
         arc_relations=_attempt("arc relations", partial(arc_relations, shape), failures, no) or {},
-        boxes=boxes,
-        box_pages=pages,
     )
 
 
 def boxes_of(table: Table) -> Floats:
     """Boxes (n, 6: x0 y0 z0 x1 y1 z1) of the rows of a table."""
     return np.stack([np.asarray(table[c], float) for c in BOX], axis=1) if table else np.empty((0, 6))
-
-
-def _adjacency(arcs: Table) -> Table:
-    if not row_count_or_none(arcs):
-        return {}
-    a, b = (np.asarray(arcs[c], np.int64) for c in ("surface_a", "surface_b"))
-    angle = np.asarray(arcs["angle"], float)
-    rows = np.flatnonzero((a >= 0) & (b >= 0) & (a != b) & ~np.isnan(angle))
-    return {
-        "arc_no": rows,
-        "surface_a": np.minimum(a, b)[rows],
-        "surface_b": np.maximum(a, b)[rows],
-        "convexity": take({"convexity": arcs["convexity"]}, rows)["convexity"],
-        "angle": angle[rows],
-    }
-
-
-def _boxes(shape: Shape, features: tuple[Feature, ...]) -> tuple[Table, Table]:
-    """Rows of `shape_box` and of `shape_box_page`."""
-    rows: list[Table] = []
-    pages: list[Table] = []
-    for level, boxes in (
-        ("feature", np.array([f.box for f in features]).reshape(-1, 6)),
-        ("surface", boxes_of(shape.surfaces)),
-        ("arc", boxes_of(shape.arcs)),
-    ):
-        page = pack(boxes)
-        counts, bounds = page_boxes(boxes, page)
-        rows.append(
-            {
-                "level": [level] * len(boxes),
-                "element_no": np.arange(len(boxes)),
-                "page": page,
-                **{name: boxes[:, i] for i, name in enumerate(BOX)},
-            }
-        )
-        pages.append(
-            {
-                "level": [level] * len(bounds),
-                "page": np.arange(len(bounds)),
-                "box_count": counts,
-                **{name: bounds[:, i] for i, name in enumerate(BOX)},
-            }
-        )
-    return dict(stack(rows)), dict(stack(pages))

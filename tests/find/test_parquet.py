@@ -1,9 +1,10 @@
-"""Placed parts as Parquet, and the volume query on DuckDB and on a Spark cluster, against the store's own answers."""
+"""Worlds as Parquet in two levels, and the questions to them on DuckDB and a Spark cluster, against the store's own."""
 
 from __future__ import annotations
 
 import shutil
 import signal
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ from uuid import UUID
 
 import numpy as np
 import pytest
+import sqlalchemy as sa
 from pyarrow import concat_tables, parquet
 
 from relmodel.app.cli.main import main
@@ -18,6 +20,7 @@ from relmodel.errors import UsageError
 from relmodel.find.find import LEVELS, in_volumes
 from relmodel.find.parquet import TABLES, export_parts, volume_tables
 from relmodel.find.volumes import Box, Volume
+from relmodel.geometry.transforms import MATRIX_COLUMNS
 from relmodel.store import Store, sql
 from relmodel.world import place_world
 from tests.find.test_find import Oracle, fill, random_boxes, random_solids, random_views
@@ -25,6 +28,8 @@ from tests.find.volume_cases import CASES
 from tests.synthetic_model import BOX, SyntheticModel, write_world
 
 QUERY = sql.query("parquet/find_in_volumes").text
+PLACED = sql.query("parquet/placed_parts").text
+PLACED_COLUMNS = ("world", "revision", "occurrence_id", "path", "shape_id", *MATRIX_COLUMNS)
 ROW = ("volume_no", "occurrence_id", "element_no", "path", "name", "x0", "y0", "z0", "x1", "y1", "z1")
 
 
@@ -61,14 +66,41 @@ def duckdb_rows(folder: Path) -> list[tuple[Any, ...]]:
 
 def all_rows(folder: Path) -> list[tuple[Any, ...]]:
     """By DuckDB's own client."""
+    with database(folder / "parts") as files:
+        for name in ("asked", "asked_half_space"):
+            files.execute(f"CREATE VIEW {name} AS FROM read_parquet('{folder}/{name}.parquet')")
+        rows: list[tuple[Any, ...]] = files.execute(QUERY).fetchall()
+    return rows
+
+
+def database(parts: Path) -> Any:
+    """An export as DuckDB's own client sees it."""
     import duckdb
 
-    with duckdb.connect() as database:
-        for name in TABLES:
-            database.execute(f"CREATE VIEW {name} AS FROM read_parquet('{folder}/parts/{name}/**/*.parquet')")
-        for name in ("asked", "asked_half_space"):
-            database.execute(f"CREATE VIEW {name} AS FROM read_parquet('{folder}/{name}.parquet')")
-        return database.execute(QUERY).fetchall()
+    files = duckdb.connect()
+    for name in TABLES:
+        files.execute(f"CREATE VIEW {name} AS FROM read_parquet('{parts}/{name}/**/*.parquet')")
+    return files
+
+
+def placed_parts(parts: Path, *, all_revisions: bool = False) -> list[tuple[Any, ...]]:
+    """World, revision, occurrence, path, shape and pose of the placed parts, by the query that joins the two levels."""
+    assert PLACED.count("WHERE w.newest") == 1
+    query = PLACED.replace("WHERE w.newest", "") if all_revisions else PLACED
+    with database(parts) as files:
+        rows = files.execute(query).fetch_arrow_table().to_pylist()
+    return sorted(tuple(row[name] for name in PLACED_COLUMNS) for row in rows)
+
+
+def occurrences(store: Store) -> list[tuple[Any, ...]]:
+    """The same of every revision, by the store's own view."""
+    asked = sa.text(
+        "SELECT o.*, o.id AS occurrence_id, w.name AS world, w.revision "
+        "FROM occurrence AS o JOIN world AS w ON w.id = o.world_id WHERE o.kind = 'part'"
+    )
+    with store.read() as connection:
+        rows = connection.execute(asked).mappings().all()
+    return sorted(tuple(row[name] for name in PLACED_COLUMNS) for row in rows)
 
 
 def _row(row: Any) -> tuple[Any, ...]:
@@ -96,19 +128,26 @@ def test_worlds_side_by_side_and_bad_calls(fresh_store: str, tmp_path: Path) -> 
         fill(store, tmp_path)
         for role in ("tool", "fixture"):
             place_world(store, write_world(tmp_path / "o.yaml", "other", [{"object": "thing", "role": role}]))
+        placed = occurrences(store)
     command = ["export", "--store", fresh_store, "--parquet"]
     assert main([*command, str(tmp_path / "both")]) == 0
     assert main([*command, str(tmp_path / "one"), "--world", "other"]) == 0
+    newest = {"cell": 1, "other": 2}
     for folder, counts in (("both", {"cell": 96, "other": 48}), ("one", {"other": 48})):
         read = {name: parquet.read_table(tmp_path / folder / name).to_pylist() for name in TABLES}
-        names = {row["world_id"]: row["name"] for row in read["world"]}
-        found = [names[row["world_id"]] for row in read["occurrence"]]
-        assert {name: found.count(name) for name in set(found)} == counts
+        assert len(read["object_node"]) == 48  # what all of them place is kept once
+        named = {row["name"]: row["revision"] for row in read["world"] if row["newest"]}
+        assert named == {name: newest[name] for name in counts}
+        found = placed_parts(tmp_path / folder)
+        assert found == [row for row in placed if row[0] in counts and row[1] == newest[row[0]]]
+        assert Counter(world for world, *_ in found) == counts
+        history = placed_parts(tmp_path / folder, all_revisions=True)
+        assert history == [row for row in placed if row[0] in counts]
         assert len({(row["shape_id"], row["level"], row["element_no"]) for row in read["element"]}) == 5 * 91
         assert len(read["element"]) == 5 * 91
-    (tmp_path / "one/page/mine.parquet").touch()
+    (tmp_path / "one/object_page/mine.parquet").touch()
     assert main([*command, str(tmp_path / "one")]) == 2  # not only exports
-    assert main([*command, str(tmp_path / "one/page/mine.parquet")]) == 2
+    assert main([*command, str(tmp_path / "one/object_page/mine.parquet")]) == 2
     assert main([*command, str(tmp_path / "third"), "--world", "third"]) == 2
     assert not (tmp_path / "third").exists()
     for wrong in (
@@ -220,25 +259,27 @@ def test_spark_answers_as_duckdb_and_reads_only_the_pages_met(spark: Any, tmp_pa
         with store.read() as connection:
             assert export_parts(store, connection, tmp_path / "parts", pages_per_range=1) == 360
         rows = expected(store, volumes)
-    files = list((tmp_path / "parts/occurrence").rglob("*.parquet"))
+        parts = occurrences(store)
+    files = list((tmp_path / "parts/object_node").rglob("*.parquet"))
     assert len(files) == 6
     documented = (Path(__file__).parents[2] / "docs/scale-out.md").read_text().partition("Spark, with a session")[2]
     block = documented.partition("```python\n")[2].partition("```")[0]
     said: dict[str, Any] = {"spark": spark, "query": sql.query}
     exec(block, said)
     answered = [_row(row) for row in said["rows"]]
+    assert [tuple(row[name] for name in PLACED_COLUMNS) for row in said["placed"]] == parts
     assert len(rows) > 1000
     assert answered == rows == duckdb_rows(tmp_path)
 
     # Within one placed part: only the files of pages whose boxes meet it are read.
     placed = parquet.read_table(files[0]).to_pylist()[0]
     box = Box(*(placed[name] for name in BOX))
-    pages = parquet.read_table(tmp_path / "parts/page").to_pylist()
+    pages = parquet.read_table(tmp_path / "parts/object_page").to_pylist()
     met = [p for p in pages if all(p[f"{a}0"] <= placed[f"{a}1"] and p[f"{a}1"] >= placed[f"{a}0"] for a in "xyz")]
     assert len(met) < len(files)
     parquet.write_table(volume_tables([box])[0], tmp_path / "one.parquet")
     spark.read.parquet(str(tmp_path / "one.parquet")).createOrReplaceTempView("asked")
     asked = spark.sql(QUERY)
-    assert placed["occurrence_id"] in {row.occurrence_id for row in asked.collect()}
+    assert f"thing{placed['path']}" in {row.path for row in asked.collect()}
     read = dict(scans(asked._jdf.queryExecution().executedPlan()))
-    assert read["occurrence"] == len(met)
+    assert read["object_node"] == len(met)

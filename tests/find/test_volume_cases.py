@@ -15,7 +15,7 @@ from relmodel.find.parquet import export_parts
 from relmodel.find.planner import WorldIndex
 from relmodel.find.volumes import Box, Frustum, Sphere
 from relmodel.store import Store
-from tests.find.test_parquet import duckdb_rows, write_questions
+from tests.find.test_parquet import duckdb_rows, occurrences, placed_parts, write_questions
 from tests.find.test_sql_clients import add_camera, call, rows_of
 from tests.find.volume_cases import CASES, fill, letters
 
@@ -69,6 +69,7 @@ def test_functions_of_the_database(cubes: str) -> None:
 def test_parquet_files(cubes: str, tmp_path: Path) -> None:
     with Store.open(cubes) as store, store.read() as connection:
         export_parts(store, connection, tmp_path / "parts")
+        assert placed_parts(tmp_path / "parts") == occurrences(store)  # of robots each link with its pose
     write_questions(VOLUMES, tmp_path)
     rows = [row for row in duckdb_rows(tmp_path) if row[0] < len(CASES)]  # of the level of parts, which is the first
     for number, (name, _, wanted) in enumerate(CASES):

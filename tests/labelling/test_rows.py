@@ -81,9 +81,6 @@ DAMAGES = {
     "UPDATE candidate SET cost = cost + 1 WHERE problem_no = 0": "the cost of a decision",
     "UPDATE problem_relation SET weight = weight + 1 WHERE problem_no = 0": "messages promise less than a pair saves",
     "DELETE FROM compatibility WHERE problem_no = 0": "the cost of a decision",
-    "DELETE FROM assignment_error WHERE problem_no = 2": (
-        "an unconfirmed relation is not stored, or a stored one is confirmed"
-    ),
     "UPDATE assignment SET null_cost = null_cost - 3 WHERE problem_no = 0": "the bound of a node",
     "INSERT INTO bound_message SELECT * FROM bound_message WHERE problem_no = 0": "a dual is there twice",
     "INSERT INTO problem_relation SELECT * FROM problem_relation WHERE problem_no = 0": "a relation is there twice",

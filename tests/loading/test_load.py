@@ -52,7 +52,7 @@ def test_a_second_load_adds_nothing_and_a_variant_what_changed(fresh_store: str,
         assert (first.shapes_added, first.surfaces_added, first.arcs_added) == (1, 6, 12)
         before = row_counts(store)
         assert before["surface"] == before["loop"] == 6
-        assert before["arc"] == before["surface_adjacency"] == 12
+        assert before["arc"] == before["shape_arc"] == 12
         assert before["coedge"] == 24
 
         again = load(store, low, name="box", variant="A", unit="mm")
@@ -82,7 +82,7 @@ def test_rows_of_a_box_are_what_its_geometry_says(fresh_store: str, tmp_path: Pa
         load(store, path, name="box", unit="mm")
 
         def rows(table: str) -> list[dict[str, object]]:
-            return [dict(r._mapping) for r in connection.execute(store.table(table).select())]
+            return [dict(r._mapping) for r in connection.exec_driver_sql(f"SELECT * FROM {table}")]  # noqa: S608
 
         (shape,) = rows("shape")
         assert shape["area"] == pytest.approx(2 * (600 + 300 + 200))
@@ -96,7 +96,7 @@ def test_rows_of_a_box_are_what_its_geometry_says(fresh_store: str, tmp_path: Pa
         assert parallel == pytest.approx([10, 20, 30])
         assert sum(r["kind"] == "perpendicular" for r in relations) == 12
         assert {r["level"] for r in rows("shape_box")} == {"feature", "surface", "arc"}
-        assert sum(int(str(r["box_count"])) for r in rows("shape_box_page")) == 19
+        assert len(rows("shape_box")) == 19
 
 
 def test_a_failure_leaves_only_the_run(fresh_store: str, tmp_path: Path) -> None:

@@ -59,18 +59,9 @@ def plate() -> Model:
     surface |= dict.fromkeys(("origin_x", "origin_y", "origin_z", "axis_x_y", "axis_x_z", "axis_z_x", "axis_z_y"), 0.0)
     surface |= {"axis_x_x": 1.0, "axis_z_z": 1.0, "u0": 0.0, "u1": 2.0, "v0": 0.0, "v1": 1.0}
     surface |= {"centroid_x": 1.0, "centroid_y": 0.5, "centroid_z": 0.0} | box([0, 0, 0], [2, 1, 0])
-    elements = {
-        "shape_id": 1,
-        "level": ["surface", "arc", "arc", "arc", "arc"],
-        "element_no": [0, 0, 1, 2, 3],
-        "page": 0,
-    }
-    low, high = np.minimum(CORNERS, ends), np.maximum(CORNERS, ends)
-    elements |= box(np.vstack([[[0, 0, 0]], low]), np.vstack([[[2, 1, 0]], high]))
     # What swept surfaces are made from belongs to no shape.
     basis_arc = {name: values[-1:] if isinstance(values, list) else values for name, values in arcs.items()}
     basis_surface = surface | {"id": [2], "content_key": "basis"}
-    pages = {"shape_id": 1, "level": ["surface", "arc"], "page": 0, "box_count": [1, 4]}
     root = {"object_id": [1], "node_no": 0, "body_no": 0, "path": "", "child_id": 1}
     nested = {"object_id": [1], "node_no": 1, "parent_no": 0, "body_no": 0, "path": "/b", "child_id": 2}
     leaf = {"object_id": [1], "node_no": 2, "parent_no": 1, "body_no": 0, "path": "/b/c", "part_id": 1, "shape_id": 1}
@@ -93,8 +84,6 @@ def plate() -> Model:
             "surface_a": 0,
             "convexity": "free",
         },
-        "shape_box": elements,
-        "shape_box_page": pages | box([[0, 0, 0]] * 2, [[2, 1, 0]] * 2),
         "part": {"id": [1], "content_key": "p", "number": "1", "name": "plate", "supplemental": False, "shape_id": 1},
         "object": {"id": [1, 2], "content_key": ["o", "p"], "name": ["o", "p"], "kind": "assembly"},
         "object_object": {"parent_id": [1], "child_no": 0, "child_id": 2, "name": "b"} | transform(90, [10, 0, 0]),
@@ -146,11 +135,6 @@ def nest_in_itself(model: Model) -> None:
     model["object_object/back"] = back | transform(0, [0, 0, 0])
 
 
-def add_adjacency(model: Model) -> None:
-    model["surface_adjacency"] = {"shape_id": [1], "arc_no": 0, "surface_a": 0, "surface_b": 1, "convexity": "convex"}
-    model["surface_adjacency"]["angle"] = 1.0
-
-
 def leave_link(model: Model) -> None:
     """A robot whose joint is bent and whose link is not."""
     joint: dict[str, Any] = {"object_id": [1], "joint_no": 0, "name": "j", "kind": "revolute", "parent_link": "base"}
@@ -193,7 +177,8 @@ def add_presence(model: Model) -> None:
     """A part in view that no camera says anything of."""
     model["rig"] = {"id": [1], "content_key": "rig"}
     given: dict[str, Any] = {"run_id": [1], "world_id": 1, "rig_id": 1, "prior_covariance": [[0.0] * 36]}
-    given |= {"needs_translation_mm": 1.0, "needs_rotation": 1.0, "selected_parts": 1, "superfluous_parts": 0}
+    given |= {"needs_translation_mm": 1.0, "needs_rotation": 1.0}
+    given |= {"verdict": "accepted", "reason": "so", "posterior": 1.0}
     model["inspection"] = given | transform(0, [0, 0, 0])
     item: dict[str, Any] = {"run_id": [1], "item_no": 0, "level": "part", "occurrence_id": 3, "path": "plate"}
     item |= {"state": "confirmed", "qif": "PASS", "reason": "its edges are found"}
@@ -213,7 +198,6 @@ ELEMENT = dict.fromkeys(("x", "y", "normal_x", "normal_y", "contrast", "width", 
 
 FAULTS = {
     "edge_element": add("edge_element", extraction_id=7, edge_element_no=0, **ELEMENT),
-    "image_arc_covariance": add("image_arc_covariance", extraction_id=7, image_arc_no=0, covariance=[1.0]),
     "presence": add_presence,
     "final_decision": leave_feature_undecided,
     "image_arc_quality": add("image_arc_quality", extraction_id=7, image_arc_no=0, name="texture", value=1.0),
@@ -226,7 +210,6 @@ FAULTS = {
     "image_primitive": add("unit", unit_set_id=7, unit_no=0, kind="arc", ref_no=0),
     "region_arc": add("region_arc", extraction_id=7, region_no=0, image_arc_no=0, side="left", length=9.0),
     "region_outline": add("region_outline", extraction_id=7, region_no=0, ring_no=0, point_no=0, x=1, y=1),
-    "region_topography": add("region_topography", extraction_id=7, region_no=0, label="flat", pixels=9),
     "unit_relation": add(
         "unit_relation",
         unit_set_id=7,
@@ -248,7 +231,6 @@ FAULTS = {
     "arc_off_surface": fault("surface", "origin_z", 0.02),
     "surface_without_loop": lambda model: [model.pop(name) for name in ("coedge", "loop")],
     "shape_counts": fault("shape", "arc_count", 5),
-    "adjacency": add_adjacency,
     "orphans": lambda model: [model.pop(name) for name in ("object_part",)],
     "nesting_cycle": nest_in_itself,
     "object_node_transform": fault("object_node/2", "m03", [10.001]),
@@ -261,8 +243,6 @@ FAULTS = {
     "world_link": leave_link,
     "world_mount": mount_nowhere,
     "current_world": fault("current_world", "revision", 2),
-    "shape_box_page": fault("shape_box_page", "box_count", [1, 3]),
-    "shape_box": fault("shape_box", "element_no", [0, 0, 1, 2, 4]),
     "element_outside_shape": fault("shape", "x1", 1.99),
 }
 

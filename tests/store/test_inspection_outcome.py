@@ -25,10 +25,10 @@ def outcome(target: str, states: list[str], variants: Variants, verdict: str = "
         with Run.begin(store, "inspect", {}) as run, run.write() as connection:
             if store.dialect == "postgresql":  # there is no world, and no part in it
                 connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
-            pose: dict[str, Any] = {"verdict": verdict, "reason": "so", "posterior": 0.99, "cost": 0.0}
-            lists = {"covariance": Ragged.pack([np.eye(6).ravel()]), "singular_values": Ragged.pack([np.ones(6)])}
-            found = {**pose, "evidence_ratio": 1.0, **matrix_columns(np.eye(4)[None])}
-            run.append(connection, "pose", {"run_id": [run.id], **found, **lists})
+            given: dict[str, Any] = {"world_id": 1, "rig_id": 1, "needs_translation_mm": 1.0, "needs_rotation": 0.01}
+            given |= {"prior_covariance": Ragged.pack([np.eye(6).ravel()]), **matrix_columns(np.eye(4)[None])}
+            found: dict[str, Any] = {"verdict": verdict, "reason": "so", "posterior": 0.99}
+            run.append(connection, "inspection", {"run_id": [run.id], **given, **found})
             evidence = ("log_odds", "expected_log_odds", "visible_pixels", "edge_px", "told_px", "supported_px")
             seen: dict[str, Any] = {"path": "part", "qif": "FAIL", "reason": "so", "region_px": 0.0}
             seen |= {"feature_no": np.ma.masked_array(np.arange(count), np.array(levels) == "surface")}

@@ -24,24 +24,16 @@ def stored(store: Store, world_from_rig: Floats, covariance: Floats) -> dict[str
         world, rig = (int(store.new_ids(connection, table, 1)[0]) for table in ("world", "rig"))
         run.append(connection, "world", {"id": [world], "name": str(run.id), "revision": 1, "content_key": "k"})
         run.append(connection, "rig", {"id": [rig], "content_key": str(run.id)})
-        prior: dict[str, Any] = {
+        rest: dict[str, Any] = {
             "prior_covariance": Ragged.pack([np.eye(6).ravel()]),
+            "covariance": Ragged.pack([covariance.ravel()]),
             "needs_translation_mm": 1.0,
             "needs_rotation": 0.01,
-            "selected_parts": 0,
-            "superfluous_parts": 0,
-        }
-        run.append(connection, "inspection", {"run_id": [run.id], "world_id": world, "rig_id": rig, **pose, **prior})
-        found: dict[str, Any] = {
             "verdict": "accepted",
             "reason": "so",
             "posterior": 0.99,
-            "cost": 0.0,
-            "evidence_ratio": 1.0,
-            **pose,
         }
-        lists = {"covariance": Ragged.pack([covariance.ravel()]), "singular_values": Ragged.pack([np.ones(6)])}
-        run.append(connection, "pose", {"run_id": [run.id], **found, **lists})
+        run.append(connection, "inspection", {"run_id": [run.id], "world_id": world, "rig_id": rig, **pose, **rest})
     with store.read() as connection:
         rows = connection.execute(sa.text("SELECT * FROM pose_world WHERE run_id = :run"), {"run": run.id})
         return dict(rows.one()._mapping)

@@ -61,7 +61,7 @@ def loaded_as(store: Store, object_id: int, name: str, variant: str = "") -> Non
 
 
 def counts(store: Store) -> dict[str, int]:
-    tables = ("object", "object_object", "object_part", "part", "shape", "surface", "arc", "feature", "shape_box")
+    tables = ("object", "object_object", "object_part", "part", "shape", "surface", "arc", "feature")
     with store.read() as connection:
         return {t: len(connection.execute(sa.select(store.table(t).c[0])).all()) for t in tables}
 

@@ -8,7 +8,7 @@ from time import perf_counter
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Bytes, Floats, Ints
+from relmodel.arrays import Bools, Bytes, Floats
 from relmodel.errors import InputError
 from vision.extraction.arc_quality import ArcQuality, assess_arcs, assess_ridge_arcs
 from vision.extraction.arcs import Arcs, measure_arcs
@@ -24,7 +24,7 @@ from vision.extraction.relations import RegionArcs, find_region_arcs, find_relat
 from vision.extraction.scales import detect_edges_over_scales
 from vision.extraction.segmentation import segment_chains
 from vision.extraction.significance import compute_false_alarm_terms, compute_significance, select_significant
-from vision.extraction.topography import Ridges, count_labels, fit_ridge_arcs, label_topography, mark_inflections
+from vision.extraction.topography import Ridges, fit_ridge_arcs, label_topography, mark_inflections
 from vision.relations.relations import Relations
 
 VERSION = "15"  # raised whenever equal pictures and parameters come to give other primitives
@@ -56,9 +56,9 @@ class Extraction:
 
     `noise` (256,) is the noise over grey; `grey_dark` and `grey_bright` are the levels that 1 % of the picture are
     below and above; `edges` are all elements, `chains` those that were linked and kept; `quality`
-    says of each arc what speaks against it; `labels` (rows, columns) index `topography.LABELS`, and `topography`
-    (regions, 11) counts them; `ridge_arcs` run along ridges and ravines, their elements those of `ridges`, their
-    quality `ridge_quality`; `timings_s` says how long each stage kept the next waiting."""
+    says of each arc what speaks against it; `labels` (rows, columns) index `topography.LABELS`; `ridge_arcs` run along
+    ridges and ravines, their elements those of `ridges`, their quality `ridge_quality`; `timings_s` says how long each
+    stage kept the next waiting."""
 
     shape: tuple[int, int]
     parameters: ExtractionParameters
@@ -73,7 +73,6 @@ class Extraction:
     regions: Regions
     region_arcs: RegionArcs
     labels: Bytes
-    topography: Ints
     ridges: Ridges
     ridge_arcs: Arcs
     ridge_quality: ArcQuality
@@ -157,7 +156,6 @@ def extract(
         mark_inflections(labels, linked.pixel)
         quality = assessing.result()
         lap("topography and quality")
-    histogram = count_labels(labels, regions.labels, len(regions))
     borders = find_region_arcs(edges, arcs, regions, p.units)
     found = find_relations(arcs, junctions, quality, regions, borders, p)
     lap("relations")
@@ -175,7 +173,6 @@ def extract(
         regions,
         borders,
         labels,
-        histogram,
         ridges,
         ridge_arcs,
         ridge_quality,

@@ -177,6 +177,6 @@ STAGES: dict[str, tuple[Callable[[Floats, Extraction], Bytes], Callable[[Extract
     "arcs": (_arcs, lambda found: len(found.arcs)),
     "junctions": (_junctions, lambda found: len(found.junctions)),
     "regions": (_regions, lambda found: len(found.regions)),
-    "topography": (_topography, lambda found: int(found.topography.sum())),
+    "topography": (_topography, lambda found: int((found.regions.labels >= 0).sum())),
     "relations": (_relations, lambda found: len(found.relations)),
 }

@@ -7,7 +7,7 @@ difference whether they were just made or come from the store.
 import numpy as np
 
 from relmodel.arrays import Ints32
-from relmodel.columns import Columns, ColumnValues, Ragged
+from relmodel.columns import Columns, ColumnValues
 from relmodel.store.rounding import round_columns
 from vision.extraction import arcs as arc_columns
 from vision.extraction import junctions as junction_columns
@@ -16,7 +16,6 @@ from vision.extraction.end_points import snap_polylines
 from vision.extraction.extract import Extraction
 from vision.extraction.meetings import AT
 from vision.extraction.primitives import Primitives
-from vision.extraction.topography import LABELS
 from vision.relations.relations import KINDS as RELATIONS
 
 Tables = dict[str, dict[str, ColumnValues]]
@@ -52,7 +51,6 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
     region_no = np.arange(len(regions), dtype=np.int32)
     ring_no = np.arange(len(regions.ring_region)) - np.searchsorted(regions.ring_region, regions.ring_region)
     ring, point_no = _members(regions.ring_offsets)
-    labelled, label = np.nonzero(extraction.topography)
     borders, junctions = extraction.region_arcs, extraction.junctions
     with_ridges = concatenate([arcs, extraction.ridge_arcs])
     return {
@@ -75,7 +73,6 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
         "image_arc": _arcs(extraction, with_ridges),
         "image_arc_quality": _quality(extraction),
         "image_arc_point": _points(extraction, with_ridges),
-        "image_arc_covariance": _covariances(with_ridges),
         "image_junction": {
             "junction_no": np.arange(len(junctions), dtype=np.int32),
             "kind": np.array(junction_columns.KINDS, dtype=object)[junctions.kind],
@@ -118,11 +115,6 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
             "image_arc_no": borders.arc,
             "side": _SIDES[borders.side],
             "length": borders.length,
-        },
-        "region_topography": {
-            "region_no": labelled.astype(np.int32),
-            "label": np.array(LABELS, dtype=object)[label],
-            "pixels": extraction.topography[labelled, label],
         },
     }
 
@@ -168,14 +160,6 @@ def _points(extraction: Extraction, arcs: Arcs) -> Columns:
         "y": polyline.y[free],
         "sigma": polyline.sigma[free],
     }
-
-
-def _covariances(arcs: Arcs) -> Columns:
-    """Covariances of the arcs that have one, row by row."""
-    known = np.isfinite(arcs.covariance)
-    which = np.flatnonzero(known[:, 0, 0])
-    offsets = np.concatenate([[0], np.cumsum(known.sum(axis=(1, 2))[which])])
-    return {"image_arc_no": which.astype(np.int32), "covariance": Ragged(arcs.covariance[known], offsets)}
 
 
 def _quality(extraction: Extraction) -> Columns:

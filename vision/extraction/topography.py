@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relmodel.arrays import Bools, Bytes, Floats, Floats32, Ints, Ints32
+from relmodel.arrays import Bools, Bytes, Floats, Floats32, Ints32
 from vision.extraction.arcs import Arcs, concatenate
 from vision.extraction.edges import EdgeElements
 from vision.extraction.extraction_parameters import ExtractionParameters, TopographyParameters
@@ -146,11 +146,3 @@ def fit_ridge_arcs(
         chains = Chains(which[chains.elements], chains.offsets, chains.closed)
         found.append(fit_arcs(ridges.elements, chains, scale=p.topography.scale, p=shorter, fitting=p.fitting))
     return concatenate(found)
-
-
-def count_labels(labels: Bytes, regions: Ints32, count: int) -> Ints:
-    """(count, 11): pixels of each label in each region 0..count-1 of the label image `regions`."""
-    kinds = len(LABELS)
-    # Pixels of no region (-1) fall into the first row, which is left out.
-    place = (regions.astype(np.int64) + 1) * kinds + labels
-    return np.bincount(place.ravel(), minlength=(count + 1) * kinds).reshape(-1, kinds)[1:]

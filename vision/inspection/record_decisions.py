@@ -1,5 +1,5 @@
 """What the decisions of an inspection were held against and what they weighed, as rows: the store's `threshold`,
-`verdict_sign`, `hypothesis_support`, `camera_unknown`, `camera_alone`, `refinement` and `explanation`."""
+`verdict_sign`, `hypothesis_support`, `camera_unknown` and `solved_pose`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from vision.inspection.inspection_parameters import InspectionParameters
 from vision.localisation.calibration import describe_unknowns
 from vision.localisation.hypotheses import Stage
 from vision.localisation.localise import Localisation
-from vision.localisation.refine import LastStep, Refined
+from vision.localisation.refine import Explanation, LastStep, Refined
 
 # A camera's own unknowns in the order of `CameraUnknowns`.
 UNKNOWNS = ("response", "centre_u", "centre_v", "focal", "x", "y", "z", "rx", "ry", "rz")
@@ -86,19 +86,7 @@ def record_decisions(
             "before": last.own.ravel(),
         },
     )
-    _record_refinement(run, connection, found.best, last)
-    if found.single_cameras:
-        run.append(
-            connection,
-            "camera_alone",
-            {
-                "run_id": run.id,
-                "camera": cameras,
-                **matrix_columns([h.world_from_rig for h in found.single_cameras]),
-                "covariance": Ragged.pack([h.covariance for h in found.single_cameras]),
-                "evidence": np.array([h.evidence for h in found.single_cameras]),
-            },
-        )
+    _record_solved(run, connection, last, dict(zip(cameras, found.single_cameras, strict=False)))
 
 
 def _record_search(run: Run, connection: Connection, prior: Prior, stages: list[Stage]) -> None:
@@ -133,32 +121,22 @@ def _record_search(run: Run, connection: Connection, prior: Prior, stages: list[
     )
 
 
-def _record_refinement(run: Run, connection: Connection, best: Refined, last: LastStep) -> None:
-    middle = best.middle.tolist()
+def _record_solved(run: Run, connection: Connection, last: LastStep, alone: dict[str, Refined]) -> None:
+    others = last.explanations
+    poses: list[LastStep | Refined | Explanation] = [last, *alone.values(), *others]
     run.append(
         connection,
-        "refinement",
+        "solved_pose",
         {
-            "run_id": [run.id],
-            **matrix_columns(last.world_from_rig),
-            "covariance": Ragged.pack([last.covariance]),
-            **{f"middle_{axis}": value for axis, value in zip("xyz", middle, strict=True)},
-            "excluded": int(best.excluded.sum()),
+            "run_id": run.id,
+            "solved_no": np.arange(len(poses)),
+            "kind": ["start"] + ["alone"] * len(alone) + ["explanation"] * len(others),
+            "camera": [None, *alone, *[None] * len(others)],
+            **matrix_columns([h.world_from_rig for h in poses]),
+            "covariance": Ragged.pack([h.covariance for h in poses]),
+            "log_odds": [None, *(h.evidence for h in alone.values()), *(h.log_odds for h in others)],
         },
     )
-    others = last.explanations
-    if others:
-        run.append(
-            connection,
-            "explanation",
-            {
-                "run_id": run.id,
-                "explanation_no": np.arange(len(others)),
-                **matrix_columns([h.world_from_rig for h in others]),
-                "covariance": Ragged.pack([h.covariance for h in others]),
-                "log_odds": np.array([h.log_odds for h in others]),
-            },
-        )
 
 
 def _numbers(parameters: object, within: str = "") -> Iterator[tuple[str, float]]:

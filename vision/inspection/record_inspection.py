@@ -59,7 +59,9 @@ class Inspected:
 def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: bool = True) -> None:
     """Append the rows of an inspection within the transaction of `connection`: all, or unless `full` what was decided
     without the views, correspondences, measurements and stereo matches that it rests on."""
-    _record_inputs(run, connection, it)
+    _record_verdict(run, connection, it)
+    views = it.found.views if full else {}
+    view_no = {name: number for number, name in enumerate(views)}
     for name, picture in it.pictures.items():
         run.append(
             connection,
@@ -69,16 +71,15 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
                 "camera": name,
                 "image_id": picture.image_id,
                 "extraction_id": picture.recorded.extraction_id,
+                "view_no": view_no.get(name),
             },
         )
     if full and it.stereo is not None:
         left, right = (it.pictures[name].recorded.unit_set_id for name in ("left", "right"))
         record_stereo(run, connection, STEREO, left, right, it.stereo)
     _record_hypotheses(run, connection, it.found.hypotheses, it.relational_distances)
-    for number, (name, view) in enumerate(it.found.views.items() if full else ()):
-        assert it.found.best is not None
-        pose = it.found.best.world_from_rig @ it.rig.rig_from_camera[name]
-        _record_view(run, connection, number, name, pose, view, it.stored)
+    for number, (name, view) in enumerate(views.items()):
+        _record_view(run, connection, number, view, it.stored)
         record_match(
             run,
             connection,
@@ -89,7 +90,6 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
             it.stored,
             it.matching,
         )
-    _record_pose(run, connection, it)
     if it.correction is not None:
         _record_correction(run, connection, it.correction)
     if it.parts is not None:
@@ -112,7 +112,9 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
     record_variants(run, connection, it.variants)
 
 
-def _record_inputs(run: Run, connection: Connection, it: Inspected) -> None:
+def _record_verdict(run: Run, connection: Connection, it: Inspected) -> None:
+    verdict, best = it.found.verdict, it.found.best
+    middle = best.middle.tolist() if best else [None] * 3
     run.append(
         connection,
         "inspection",
@@ -124,8 +126,12 @@ def _record_inputs(run: Run, connection: Connection, it: Inspected) -> None:
             "prior_covariance": Ragged.pack([it.prior.covariance]),
             "needs_translation_mm": it.needs.translation_mm,
             "needs_rotation": it.needs.rotation,
-            "selected_parts": len(it.selection.shown),
-            "superfluous_parts": it.selection.superfluous,
+            "verdict": verdict.verdict,
+            "reason": verdict.reason,
+            "posterior": verdict.posterior,
+            "covariance": Ragged.pack([best.covariance if best else None]),
+            "singular_values": Ragged.pack([_singular_values(best) if best else None]),
+            **{f"middle_{axis}": [value] for axis, value in zip("xyz", middle, strict=True)},
         },
     )
     run.append(
@@ -158,12 +164,9 @@ def _record_hypotheses(
     )
 
 
-def _record_view(
-    run: Run, connection: Connection, number: int, camera: str, pose: Floats, view: View, stored: StoredScene
-) -> None:
+def _record_view(run: Run, connection: Connection, number: int, view: View, stored: StoredScene) -> None:
     arcs, measured = view.arcs, view.measurements
     key = {"run_id": run.id, "view_no": number}
-    run.append(connection, "view", {**key, "camera": [camera], **matrix_columns(pose)})
     outline = arcs.kind == SILHOUETTE
     t = np.stack([stored.sample_parameter[np.where(outline, 0, s)] for s in (arcs.first_sample, arcs.last_sample)])
     t[:, outline] = np.nan
@@ -213,33 +216,12 @@ def _record_view(
     )
 
 
-def _record_pose(run: Run, connection: Connection, it: Inspected) -> None:
-    best, others = it.found.best, it.found.hypotheses[1:]
-    run.append(
-        connection,
-        "pose",
-        {
-            "run_id": [run.id],
-            "verdict": it.found.verdict.verdict,
-            "reason": it.found.verdict.reason,
-            "posterior": it.found.verdict.posterior,
-            **matrix_columns(best.world_from_rig if best else it.prior.world_from_rig),
-            "covariance": Ragged.pack([best.covariance if best else it.prior.covariance]),
-            "singular_values": Ragged.pack([_singular_values(best) if best else []]),
-            "cost": best.cost if best else 0.0,
-            "margin": min(h.cost for h in others) - best.cost if best and others else None,
-            "evidence_ratio": _evidence_ratio(best) if best else 0.0,
-        },
-    )
-
-
 def _record_correction(run: Run, connection: Connection, it: Correction) -> None:
     run.append(
         connection,
         "base_correction",
         {
             "run_id": [run.id],
-            "world_id": it.mounted.world_id,
             "object_no": it.mounted.object_no,
             "robot": it.mounted.robot,
             **matrix_columns(it.world_from_object),

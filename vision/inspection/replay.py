@@ -30,8 +30,8 @@ TOLERANCE, OTHER_TOLERANCE = 1e-9, 1e-6
 # The relations that a replay reads.
 READ = {
     "problem", "candidate", "problem_relation", "compatibility", "assignment", "correspondence", "surface_match",
-    "edge_measurement", "refinement", "explanation", "camera_unknown", "hypothesis", "hypothesis_support",
-    "camera_alone", "verdict_sign", "threshold", "pose",
+    "edge_measurement", "solved_pose", "camera_unknown", "hypothesis", "hypothesis_support", "verdict_sign",
+    "threshold", "inspection",
 }  # fmt: skip
 
 

@@ -41,9 +41,9 @@ def replay_pose(store: Database, connection: Connection, run: int, p: Localisati
     """The last step of the refinement, from its measurements; nothing where the run kept none."""
     poses = _read_poses(store, connection, run)
     cameras = store.columns(connection, "replay/cameras", run=run)
-    if "refinement" not in poses or not len(cameras["view_no"]):
+    if "start" not in poses or not len(cameras["view_no"]):
         return
-    (start,), (found,), prior = poses["refinement"], poses["pose"], _prior(poses)
+    (start,), (found,), prior = poses["start"], poses["pose"], _prior(poses)
     at, rig = start.world_from_rig, read_recorded_rig(cameras)
     unknowns, stored = describe_unknowns(rig, p.refinement), _read_unknowns(store, connection, run, rig)
     rows = store.columns(connection, "replay/measurements", run=run)
@@ -54,7 +54,6 @@ def replay_pose(store: Database, connection: Connection, run: int, p: Localisati
     covariance = compute_covariance(m, prediction, rows["stretch"], hessian, unknowns, p)
     joined = join_explanations(at, covariance, poses.get("explanation", []))
     pose, own = take_last_step(m, at, before, prior, unknowns, p.refinement)
-    places = matrices(store.columns(connection, "replay/views", run=run))
     expected = np.stack([unknowns.mean, unknowns.sigma, unknowns.considered.sum(axis=1).reshape(own.shape)])
     for what, values, again in (
         ("residuals", rows["residual"], m.offset),
@@ -64,7 +63,6 @@ def replay_pose(store: Database, connection: Connection, run: int, p: Localisati
         ("what was expected of them", np.stack([stored[n] for n in ("expected", "sigma", "considered")]), expected),
         ("covariance of the measurements", *_scaled(start.covariance, covariance)),
         ("covariance of the pose", *_scaled(found.covariance, joined)),
-        ("places of the cameras", places, pose @ matrices(cameras)),
     ):
         yield Compared("refinement", what, values, again)
 
@@ -74,7 +72,7 @@ def replay_verdict(store: Database, connection: Connection, run: int, given: Any
     given: the row of `replay/inspection`."""
     poses = _read_poses(store, connection, run)
     h = store.columns(connection, "replay/hypotheses", run=run)
-    if "refinement" not in poses or not len(h["cost"]):
+    if "start" not in poses or not len(h["cost"]):
         return
     weighed = store.rows(connection, "replay/weighed", run=run)
     p = _held([row for row in weighed if row.what == "threshold"])
@@ -91,7 +89,7 @@ def replay_verdict(store: Database, connection: Connection, run: int, given: Any
         compute_agreement(rows["length"], rows["weight"], rows["residual"], p) if measured else signs["agreement"],
         [(pose.world_from_rig, pose.covariance) for pose in alone],
         compute_precision(found.covariance, np.array([given.middle_x, given.middle_y, given.middle_z])),
-        given.excluded,
+        int(signs["excluded"]),
         Needs(given.needs_translation_mm, given.needs_rotation),
         p,
     )

@@ -13,6 +13,7 @@ from sqlalchemy import Connection
 from relmodel.arrays import Floats, Ints
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
+from relmodel.model.stored_samples import spread_samples
 from relmodel.store import Store
 from vision.scene.scene import Scene
 
@@ -96,7 +97,10 @@ def _read(store: Store, connection: Connection, world_id: int, parts: dict[str, 
     world_from_part = matrices(parts)
     shapes = [int(s) for s in np.unique(parts["shape_id"])]
     mesh_of = _by_shape(store.columns(connection, "scene/meshes", shape_ids=shapes))
-    arcs_of = _by_shape(store.columns(connection, "scene/arcs", shape_ids=shapes))
+    arcs_of = {
+        shape: _spread(rows)
+        for shape, rows in _by_shape(store.columns(connection, "scene/arcs", shape_ids=shapes)).items()
+    }
 
     meshes, arcs = [], []
     for occurrence, shape in enumerate(parts["shape_id"].tolist()):
@@ -166,22 +170,26 @@ def _placed_mesh(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], o
     }
 
 
+def _spread(rows: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Rows of `scene/arcs` with all samples (n, width) of all arcs after each other."""
+    count = rows["sample_count"].astype(np.int64)
+    widths = {"parameters": 1, "points": 3, "tangents": 3, "normals_a": 3, "normals_b": 3}
+    spread = {name: spread_samples(rows[name].tolist(), count, width) for name, width in widths.items()}
+    return {**rows, "sample_count": count, **spread}
+
+
 def _placed_arcs(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], occurrence: int) -> dict[str, Any]:
     rotation, translation = world_from_part[:3, :3], world_from_part[:3, 3]
-    flat = {
-        name: np.concatenate(rows[name].tolist()).astype(float).reshape(-1, 3)
-        for name in ("points", "tangents", "normals_a", "normals_b")
-    }
-    count = np.array([len(p) // 3 for p in rows["points"]])
+    count = rows["sample_count"]
     sample_arc = np.repeat(np.arange(len(count)), count)
     return {
-        "points": flat["points"] @ rotation.T + translation,
-        "tangents": flat["tangents"] @ rotation.T,
-        "normals_a": flat["normals_a"] @ rotation.T,
-        "normals_b": flat["normals_b"] @ rotation.T,
+        "points": rows["points"] @ rotation.T + translation,
+        "tangents": rows["tangents"] @ rotation.T,
+        "normals_a": rows["normals_a"] @ rotation.T,
+        "normals_b": rows["normals_b"] @ rotation.T,
         "sample_arc": sample_arc,
-        "length": _lengths(flat["points"], sample_arc),
-        "parameter": np.concatenate(rows["parameters"].tolist()).astype(float),
+        "length": _lengths(rows["points"], sample_arc),
+        "parameter": rows["parameters"][:, 0],
         "arc_no": rows["arc_no"].astype(np.int64),
         "arc_surfaces": np.stack([_or_none(rows[side]) for side in ("surface_a", "surface_b")], axis=1),
         "arc_occurrence": np.full(len(count), occurrence),

@@ -3,7 +3,7 @@
 SELECT concat('the ', a.camera, ' picture alone puts the rig ',
     CAST(sqrt(power(a.m03 - p.m03, 2) + power(a.m13 - p.m13, 2) + power(a.m23 - p.m23, 2)) AS NUMERIC(18, 3)),
     ' mm from there') AS sentence
-FROM camera_alone AS a
+FROM solved_pose AS a
 JOIN pose AS p ON p.run_id = a.run_id
-WHERE a.run_id = :run
+WHERE a.kind = 'alone' AND a.run_id = :run
 ORDER BY a.camera

@@ -84,7 +84,7 @@ def _listing(store: Store, connection: Connection, name: str, asked: Mapping[str
         return _runs(connection, asked)
     if name == "/objects":
         _takes(asked)
-        table = _table(connection, "Objects", "newest_objects")
+        table = _table(connection, "Objects", "object/newest")
         named, variant = (list(table.columns).index(c) for c in ("name", "variant"))
         links = [f"/object/{quote(r[named], safe='')}?{urlencode({'variant': r[variant]})}" for r in table.rows]
         return Listing("Objects", table, links=links)
@@ -103,7 +103,7 @@ def _listing(store: Store, connection: Connection, name: str, asked: Mapping[str
 def _runs(connection: Connection, asked: Mapping[str, str]) -> Listing:
     _takes(asked, "kind", "state", "verdict")
     given = {n: asked.get(n) or None for n in ("kind", "state", "verdict")}
-    table = _table(connection, "Runs", "runs", **given)
+    table = _table(connection, "Runs", "run/runs", **given)
     choices = {
         "kind": ("load", "world", "index", "diff", "extract", "inspect", "set"),
         "state": ("running", "finished", "failed", "killed"),

@@ -1,4 +1,4 @@
-"""Writing new shapes: what they list, and what follows from them (adjacency, relations, features, boxes)."""
+"""Writing new shapes: what they list, and what follows from them (relations, features)."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from relmodel.loading.stored_keys import ids_by_key
 from relmodel.model.attributes import arc_attributes, surface_attributes
 from relmodel.model.content_keys import ShapeKeys, row_count_or_none
 from relmodel.model.model import Shape, Table
+from relmodel.model.stored_samples import pack_samples
 from relmodel.store import Run
 
 
@@ -47,13 +48,10 @@ def append_shapes(
             "shape_arc": _shape_arcs(shape, [arc_ids[k] for k in keys.arcs]),
             **_attribute_rows(run, shape),
             "shape_mesh": _mesh_row(shape),
-            "shape_arc_sample": vars(shape.samples).copy() if len(shape.samples.arc_no) else {},
-            "surface_adjacency": derived.adjacency,
+            "shape_arc_sample": pack_samples(shape.samples) if len(shape.samples.arc_no) else {},
             "surface_relation": derived.surface_relations,
             "arc_relation": derived.arc_relations,
             **_feature_rows(derived, class_ids),
-            "shape_box": derived.boxes,
-            "shape_box_page": derived.box_pages,
         }
         for table, columns in tables.items():
             if row_count_or_none(columns):

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+import sqlalchemy as sa
 import yaml
 from PIL import Image
 from scipy.optimize import least_squares
@@ -47,8 +48,9 @@ def delta(a: Array, b: Array) -> Array:
 
 def rows(store: str, table: str, run: int) -> list[dict[str, Any]]:
     with Store.open(store, read_only=True) as opened, opened.read() as connection:
-        of = opened.table(table)
-        return [dict(r._mapping) for r in connection.execute(of.select().where(of.c.run_id == run))]
+        of = sa.table(table, sa.column("run_id"))
+        asked = sa.select(sa.text("*")).select_from(of).where(of.c.run_id == run)
+        return [dict(r._mapping) for r in connection.execute(asked)]
 
 
 @pytest.fixture(scope="module")

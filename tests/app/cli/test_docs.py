@@ -220,7 +220,7 @@ def test_every_block_is_run() -> None:
     assert languages["python"] == {"python", "volume-queries", "scale-out"}
     assert languages["sql"] == {"volume-queries", "sql", "store"}
     assert languages["sh"] == {page.stem for page in RUN_HERE} | set(ELSEWHERE)
-    assert set(languages) <= {"", "sh", "sql", "python", "yaml", "json", "{toctree}"}
+    assert set(languages) <= {"", "sh", "sql", "python", "yaml", "json", "mermaid", "{toctree}"}
 
 
 @pytest.mark.usefixtures("demonstrated")

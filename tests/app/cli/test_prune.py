@@ -56,7 +56,7 @@ def test_what_would_go_goes_and_all_else_stays(
         **shown,
         "image_blob": 2,
     }
-    found = ("inspection", "pose", "view_arc", "correspondence", "edge_element", "image_arc", "unit", "threshold")
+    found = ("inspection", "hypothesis", "view_arc", "correspondence", "edge_element", "image_arc", "unit", "threshold")
     assert not any(left[name] for name in found)
     stays = ("run_input", "image", "rig", "camera", "object_node", "placed_body", "arc")
     assert all(left[name] == whole[name] for name in stays)
@@ -71,7 +71,7 @@ def test_a_selection_is_asked_for(inspection: Inspection, capsys: pytest.Capture
     assert "nothing says which runs to prune" in capsys.readouterr().err
     for words in (("--older-than", "1"), ("--state", "failed"), ("--verdict", "refused")):
         assert printed(capsys, "prune", "runs", *words, "--store", inspection.store) == {}
-    assert "pose" in printed(capsys, "prune", "runs", "--older-than", "0", "--store", inspection.store)
+    assert "inspection" in printed(capsys, "prune", "runs", "--older-than", "0", "--store", inspection.store)
 
 
 def test_minimal_audit_keeps_decisions_and_pictures_of_others_stay(
@@ -87,9 +87,9 @@ def test_minimal_audit_keeps_decisions_and_pictures_of_others_stay(
             (count,) = connection.execute(query).fetchall()[0]
             return int(count)
 
-    for table in ("inspection", "pose", "hypothesis", "part_in_view", "verdict_sign", "threshold"):
+    for table in ("inspection", "hypothesis", "part_in_view", "verdict_sign", "threshold"):
         assert rows(table, again["run"]) == rows(table, first["run"]) > 0
-    for table in ("view", "view_arc", "correspondence", "edge_measurement", "problem", "candidate"):
+    for table in ("view_arc", "correspondence", "edge_measurement", "problem", "candidate"):
         assert rows(table, again["run"]) == 0 < rows(table, first["run"])
     assert main(["check", "--store", target]) == 0, capsys.readouterr().out
     shown = printed(capsys, "prune", "runs", "--run", str(first["run"]), "--store", target)

@@ -48,12 +48,12 @@ def test_all_comes_out_again_without_the_pictures(
 @pytest.mark.parametrize(
     ("statement", "told"),
     [
-        ("UPDATE pose SET m03 = m03 + 1e-5", "pose"),
+        ("UPDATE hypothesis SET m03 = m03 + 1e-5 WHERE hypothesis_no = 0", "pose"),
         ("UPDATE edge_measurement SET u = u + 1e-6 WHERE measurement_no = 7 AND view_no = 1", "residuals"),
         ("UPDATE camera_unknown SET value = value + 1e-7 WHERE name = 'centre_u'", "unknowns of the cameras"),
         ("UPDATE hypothesis_support SET evidence = evidence + 1e-3 WHERE camera = 'left'", "evidence"),
-        ("UPDATE pose SET posterior = posterior - 1e-6", "posterior"),
-        ("UPDATE pose SET reason = 'as I said'", "reason"),
+        ("UPDATE inspection SET posterior = posterior - 1e-6", "posterior"),
+        ("UPDATE inspection SET reason = 'as I said'", "reason"),
         ("UPDATE threshold SET value = 1 WHERE decision = 'verdict' AND name = 'min_posterior'", "verdict"),
         ("UPDATE assignment SET label_no = NULL, reason = 'null_cheaper' WHERE problem_no = 1 AND unit_no = (SELECT"
          " min(unit_no) FROM assignment WHERE problem_no = 1 AND label_no IS NOT NULL)", "labels"),

@@ -235,7 +235,7 @@ def evil_page(
         "UPDATE object_node SET path = path || $given WHERE part_id IS NOT NULL",
         "UPDATE image SET file_name = $given",
         "UPDATE run_input SET name = $given",
-        "UPDATE pose SET reason = $given",
+        "UPDATE inspection SET reason = $given",
         "UPDATE world SET name = $given",
         "UPDATE current_world SET name = $given",
         "UPDATE placed_object SET world = $given",
@@ -262,7 +262,7 @@ def test_a_refused_run_says_why(
 ) -> None:
     store = changed(
         copy_store(inspection.store),
-        "UPDATE pose SET verdict = 'refused', reason = 'too little evidence'",
+        "UPDATE inspection SET verdict = 'refused', reason = 'too little evidence'",
         "DELETE FROM part_in_view",
         "DELETE FROM image_blob",
     )

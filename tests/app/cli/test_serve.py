@@ -260,8 +260,8 @@ def test_another_name_for_this_address_is_refused(server: Server, host: str) -> 
 
 def test_only_named_queries_are_asked(server: Server) -> None:
     for address in (
-        "/question/../check/adjacency",
-        "/question/%2e%2e%2fcheck%2fadjacency",
+        "/question/../check/orphans",
+        "/question/%2e%2e%2fcheck%2forphans",
         "/question/loads;",
         "/query",
     ):

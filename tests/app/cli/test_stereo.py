@@ -41,7 +41,7 @@ def test_each_method_leaves_a_problem_that_holds(answered: Path) -> None:
             runs = [row["run_id"] for row in rows]
             for table in (
                 "candidate", "problem_relation", "compatibility", "problem_tolerance", "assignment",
-                "assignment_error", "search_node", "triangulated_unit",
+                "search_node", "triangulated_unit",
             ):  # fmt: skip
                 assert all(count(table, run) for run in runs), table
             assert [count("vote", run) > 0 for run in runs] == [True, False, False]

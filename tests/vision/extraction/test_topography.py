@@ -8,7 +8,7 @@ from tests.vision.extraction.synthetic import step
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.extraction_parameters import EdgeParameters, ExtractionParameters, TopographyParameters
-from vision.extraction.topography import LABELS, count_labels, fit_ridge_arcs, label_topography, mark_inflections
+from vision.extraction.topography import LABELS, fit_ridge_arcs, label_topography, mark_inflections
 
 Y, X = np.mgrid[:41, :41] - 20.0
 QUIET = np.full(256, 0.01)
@@ -49,15 +49,6 @@ def test_edges_are_inflections_and_noise_stays_flat() -> None:
     assert np.mean(labels.reshape(-1)[edges.pixel] == LABELS.index("inflection")) > 0.9
     noise = 100 + np.random.default_rng(1).normal(0, 2.0, (100, 100))
     assert np.mean(label_topography(noise, np.full(256, 2.0))[0] == LABELS.index("flat")) > 0.95
-
-
-def test_histogram_counts_by_region() -> None:
-    labels = np.array([[6, 6, 7], [5, 7, 7]], np.uint8)
-    regions = np.array([[0, 0, 1], [-1, 1, 1]], np.int32)
-    histogram = count_labels(labels, regions, 2)
-    assert histogram[0, 6] == 2
-    assert histogram[1, 7] == 3
-    assert histogram.sum() == 5
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

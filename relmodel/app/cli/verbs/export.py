@@ -2,9 +2,9 @@
 
 An object: a file that ends in .glb is written in metres, with shared geometry; any other name is a folder for the
 tables placed_part, part, feature, surface and arc.  An inspection (--run): .json has all its results, .glb the placed
-world with rig and cameras, any other name is a folder for the tables.  With --parquet: placed parts with their boxes,
-in folders by stores and ranges of pages, for queries/parquet/find_in_volumes.sql on DuckDB or Spark.  Every row carries
-the id of the store and the name of its cell (relmodel init --cell).
+world with rig and cameras, any other name is a folder for the tables.  With --parquet: the worlds in all revisions, and
+what is in each placed object once, for queries/parquet/placed_parts.sql and find_in_volumes.sql on DuckDB or Spark.
+Every row carries the id of the store and the name of its cell (relmodel init --cell).
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--tables", choices=("parquet", "csv"), default="parquet", help="form of the tables in a folder"
     )
     parser.add_argument(
-        "--parquet", type=Path, metavar="FOLDER", help="a folder for the placed parts, of many stores side by side"
+        "--parquet", type=Path, metavar="FOLDER", help="a folder for worlds and what stands in them, of many stores"
     )
     parser.add_argument("--world", metavar="NAME", help="with --parquet: this world only")
 
