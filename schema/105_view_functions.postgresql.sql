@@ -88,6 +88,31 @@ $$;
 COMMENT ON FUNCTION view_planes IS
     'The faces of the view of a camera between two depths: outward normals n and offsets d; inside where n . p <= d.';
 
+CREATE FUNCTION all_in_sphere(
+    in_level TEXT,
+    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
+) RETURNS TABLE (
+    world TEXT, occurrence_id BIGINT, path TEXT, shape_id BIGINT, element_no INTEGER,
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) LANGUAGE sql STABLE AS $$
+SELECT o.world, o.occurrence_id, o.path, o.shape_id, o.element_no, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
+FROM all_in_box(
+    in_level, at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world
+) AS o
+CROSS JOIN LATERAL (
+    SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
+        o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
+        o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
+) AS c
+WHERE sound_ball(radius)
+    AND power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
+        + power(greatest(o.shape_z0 - c.cz, c.cz - o.shape_z1, 0), 2) <= radius * radius
+$$;
+COMMENT ON FUNCTION all_in_sphere IS
+    'Elements of a level of placed parts whose box meets a ball; newest revision of all worlds or one.';
+
 CREATE FUNCTION parts_in_sphere(
     at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION,
     in_world TEXT DEFAULT NULL
@@ -119,20 +144,9 @@ CREATE FUNCTION features_in_sphere(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT o.world, o.occurrence_id, o.path, o.element_no AS feature_no,
-    f.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-FROM all_in_box(
-    'feature', at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world
-) AS o
-JOIN feature AS f ON f.shape_id = o.shape_id AND f.feature_no = o.element_no
-CROSS JOIN LATERAL (
-    SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
-        o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
-        o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
-) AS c
-WHERE sound_ball(radius)
-    AND power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
-        + power(greatest(o.shape_z0 - c.cz, c.cz - o.shape_z1, 0), 2) <= radius * radius
+SELECT e.world, e.occurrence_id, e.path, e.element_no AS feature_no, f.name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
+FROM all_in_sphere('feature', at_x, at_y, at_z, radius, in_world) AS e
+JOIN feature AS f ON f.shape_id = e.shape_id AND f.feature_no = e.element_no
 $$;
 COMMENT ON FUNCTION features_in_sphere IS
     'Features of placed parts whose box meets a ball; newest revision of all worlds or one.';
@@ -145,20 +159,10 @@ CREATE FUNCTION surfaces_in_sphere(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT o.world, o.occurrence_id, o.path, o.element_no AS surface_no,
-    coalesce(s.name, 'surface ' || CAST(o.element_no AS TEXT)) AS name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-FROM all_in_box(
-    'surface', at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world
-) AS o
-LEFT JOIN shape_surface AS s ON s.shape_id = o.shape_id AND s.surface_no = o.element_no
-CROSS JOIN LATERAL (
-    SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
-        o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
-        o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
-) AS c
-WHERE sound_ball(radius)
-    AND power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
-        + power(greatest(o.shape_z0 - c.cz, c.cz - o.shape_z1, 0), 2) <= radius * radius
+SELECT e.world, e.occurrence_id, e.path, e.element_no AS surface_no,
+    coalesce(s.name, 'surface ' || CAST(e.element_no AS TEXT)) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
+FROM all_in_sphere('surface', at_x, at_y, at_z, radius, in_world) AS e
+LEFT JOIN shape_surface AS s ON s.shape_id = e.shape_id AND s.surface_no = e.element_no
 $$;
 COMMENT ON FUNCTION surfaces_in_sphere IS
     'Surfaces of placed parts whose box meets a ball; newest revision of all worlds or one.';
@@ -171,22 +175,41 @@ CREATE FUNCTION arcs_in_sphere(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT o.world, o.occurrence_id, o.path, o.element_no AS arc_no,
-    'arc ' || CAST(o.element_no AS TEXT) AS name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-FROM all_in_box(
-    'arc', at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world
-) AS o
-CROSS JOIN LATERAL (
-    SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
-        o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
-        o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
-) AS c
-WHERE sound_ball(radius)
-    AND power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
-        + power(greatest(o.shape_z0 - c.cz, c.cz - o.shape_z1, 0), 2) <= radius * radius
+SELECT e.world, e.occurrence_id, e.path, e.element_no AS arc_no,
+    'arc ' || CAST(e.element_no AS TEXT) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
+FROM all_in_sphere('arc', at_x, at_y, at_z, radius, in_world) AS e
 $$;
 COMMENT ON FUNCTION arcs_in_sphere IS
     'Arcs of placed parts whose box meets a ball; newest revision of all worlds or one.';
+
+CREATE FUNCTION all_in_view(
+    in_level TEXT,
+    in_camera BIGINT,
+    c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION,
+    c10 DOUBLE PRECISION, c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION,
+    c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION, c23 DOUBLE PRECISION,
+    near DOUBLE PRECISION, far DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
+) RETURNS TABLE (
+    world TEXT, occurrence_id BIGINT, path TEXT, shape_id BIGINT, element_no INTEGER,
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) LANGUAGE sql STABLE AS $$
+SELECT o.world, o.occurrence_id, o.path, o.shape_id, o.element_no, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
+FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
+CROSS JOIN LATERAL all_in_box(in_level, b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS o
+WHERE sound_depths(near, far) AND NOT EXISTS (
+    SELECT 1
+    FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
+    WHERE reach_back(
+        p.nx * o.m00 + p.ny * o.m10 + p.nz * o.m20, p.nx * o.m01 + p.ny * o.m11 + p.nz * o.m21,
+        p.nx * o.m02 + p.ny * o.m12 + p.nz * o.m22, p.nx * o.m03 + p.ny * o.m13 + p.nz * o.m23,
+        o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1
+    ) > p.d
+)
+$$;
+COMMENT ON FUNCTION all_in_view IS
+    'Elements of a level of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
 
 CREATE FUNCTION parts_in_view(
     in_camera BIGINT,
@@ -207,13 +230,11 @@ JOIN part ON part.id = o.part_id
 WHERE sound_depths(near, far) AND NOT EXISTS (
     SELECT 1
     FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
-    CROSS JOIN LATERAL (
-        SELECT p.nx * o.m00 + p.ny * o.m10 + p.nz * o.m20 AS nx,
-            p.nx * o.m01 + p.ny * o.m11 + p.nz * o.m21 AS ny,
-            p.nx * o.m02 + p.ny * o.m12 + p.nz * o.m22 AS nz
-    ) AS n
-    WHERE least(n.nx * o.shape_x0, n.nx * o.shape_x1) + least(n.ny * o.shape_y0, n.ny * o.shape_y1) + least(n.nz * o.shape_z0, n.nz * o.shape_z1)
-        + p.nx * o.m03 + p.ny * o.m13 + p.nz * o.m23 > p.d
+    WHERE reach_back(
+        p.nx * o.m00 + p.ny * o.m10 + p.nz * o.m20, p.nx * o.m01 + p.ny * o.m11 + p.nz * o.m21,
+        p.nx * o.m02 + p.ny * o.m12 + p.nz * o.m22, p.nx * o.m03 + p.ny * o.m13 + p.nz * o.m23,
+        o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1
+    ) > p.d
 )
 $$;
 COMMENT ON FUNCTION parts_in_view IS
@@ -231,22 +252,10 @@ CREATE FUNCTION features_in_view(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT o.world, o.occurrence_id, o.path, o.element_no AS feature_no,
-    f.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
-CROSS JOIN LATERAL all_in_box('feature', b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS o
-JOIN feature AS f ON f.shape_id = o.shape_id AND f.feature_no = o.element_no
-WHERE sound_depths(near, far) AND NOT EXISTS (
-    SELECT 1
-    FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
-    CROSS JOIN LATERAL (
-        SELECT p.nx * o.m00 + p.ny * o.m10 + p.nz * o.m20 AS nx,
-            p.nx * o.m01 + p.ny * o.m11 + p.nz * o.m21 AS ny,
-            p.nx * o.m02 + p.ny * o.m12 + p.nz * o.m22 AS nz
-    ) AS n
-    WHERE least(n.nx * o.shape_x0, n.nx * o.shape_x1) + least(n.ny * o.shape_y0, n.ny * o.shape_y1) + least(n.nz * o.shape_z0, n.nz * o.shape_z1)
-        + p.nx * o.m03 + p.ny * o.m13 + p.nz * o.m23 > p.d
-)
+SELECT e.world, e.occurrence_id, e.path, e.element_no AS feature_no, f.name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
+FROM all_in_view('feature', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23,
+    near, far, in_world) AS e
+JOIN feature AS f ON f.shape_id = e.shape_id AND f.feature_no = e.element_no
 $$;
 COMMENT ON FUNCTION features_in_view IS
     'Features of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
@@ -263,22 +272,11 @@ CREATE FUNCTION surfaces_in_view(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT o.world, o.occurrence_id, o.path, o.element_no AS surface_no,
-    coalesce(s.name, 'surface ' || CAST(o.element_no AS TEXT)) AS name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
-CROSS JOIN LATERAL all_in_box('surface', b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS o
-LEFT JOIN shape_surface AS s ON s.shape_id = o.shape_id AND s.surface_no = o.element_no
-WHERE sound_depths(near, far) AND NOT EXISTS (
-    SELECT 1
-    FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
-    CROSS JOIN LATERAL (
-        SELECT p.nx * o.m00 + p.ny * o.m10 + p.nz * o.m20 AS nx,
-            p.nx * o.m01 + p.ny * o.m11 + p.nz * o.m21 AS ny,
-            p.nx * o.m02 + p.ny * o.m12 + p.nz * o.m22 AS nz
-    ) AS n
-    WHERE least(n.nx * o.shape_x0, n.nx * o.shape_x1) + least(n.ny * o.shape_y0, n.ny * o.shape_y1) + least(n.nz * o.shape_z0, n.nz * o.shape_z1)
-        + p.nx * o.m03 + p.ny * o.m13 + p.nz * o.m23 > p.d
-)
+SELECT e.world, e.occurrence_id, e.path, e.element_no AS surface_no,
+    coalesce(s.name, 'surface ' || CAST(e.element_no AS TEXT)) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
+FROM all_in_view('surface', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23,
+    near, far, in_world) AS e
+LEFT JOIN shape_surface AS s ON s.shape_id = e.shape_id AND s.surface_no = e.element_no
 $$;
 COMMENT ON FUNCTION surfaces_in_view IS
     'Surfaces of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
@@ -295,21 +293,9 @@ CREATE FUNCTION arcs_in_view(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-SELECT o.world, o.occurrence_id, o.path, o.element_no AS arc_no,
-    'arc ' || CAST(o.element_no AS TEXT) AS name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
-CROSS JOIN LATERAL all_in_box('arc', b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS o
-WHERE sound_depths(near, far) AND NOT EXISTS (
-    SELECT 1
-    FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
-    CROSS JOIN LATERAL (
-        SELECT p.nx * o.m00 + p.ny * o.m10 + p.nz * o.m20 AS nx,
-            p.nx * o.m01 + p.ny * o.m11 + p.nz * o.m21 AS ny,
-            p.nx * o.m02 + p.ny * o.m12 + p.nz * o.m22 AS nz
-    ) AS n
-    WHERE least(n.nx * o.shape_x0, n.nx * o.shape_x1) + least(n.ny * o.shape_y0, n.ny * o.shape_y1) + least(n.nz * o.shape_z0, n.nz * o.shape_z1)
-        + p.nx * o.m03 + p.ny * o.m13 + p.nz * o.m23 > p.d
-)
+SELECT e.world, e.occurrence_id, e.path, e.element_no AS arc_no,
+    'arc ' || CAST(e.element_no AS TEXT) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
+FROM all_in_view('arc', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world) AS e
 $$;
 COMMENT ON FUNCTION arcs_in_view IS
     'Arcs of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';

@@ -26,24 +26,26 @@ CREATE MACRO sound_depths(near, far) AS
 COMMENT ON MACRO sound_depths IS
     '1 where two depths of a view are so, else an error.';
 
+CREATE MACRO all_in_bounds_of_ball(at_x, at_y, at_z, radius, in_world := NULL) AS TABLE
+SELECT o.*,
+    o.m00 * (CAST(at_x AS DOUBLE) - o.m03) + o.m10 * (CAST(at_y AS DOUBLE) - o.m13)
+        + o.m20 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_x,
+    o.m01 * (CAST(at_x AS DOUBLE) - o.m03) + o.m11 * (CAST(at_y AS DOUBLE) - o.m13)
+        + o.m21 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_y,
+    o.m02 * (CAST(at_x AS DOUBLE) - o.m03) + o.m12 * (CAST(at_y AS DOUBLE) - o.m13)
+        + o.m22 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_z
+FROM range(sound_ball(radius))
+CROSS JOIN all_in_bounds(
+    CAST(at_x AS DOUBLE) - radius, CAST(at_y AS DOUBLE) - radius, CAST(at_z AS DOUBLE) - radius,
+    CAST(at_x AS DOUBLE) + radius, CAST(at_y AS DOUBLE) + radius, CAST(at_z AS DOUBLE) + radius, in_world
+) AS o;
+COMMENT ON MACRO TABLE all_in_bounds_of_ball IS
+    'Placed parts whose world box meets the box around a ball, with its centre in their shapes'' frames.';
+
 CREATE MACRO parts_in_sphere(at_x, at_y, at_z, radius, in_world := NULL) AS TABLE
-SELECT h.world, h.occurrence_id, h.path, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
-FROM (
-    SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1,
-        o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
-        o.m00 * (CAST(at_x AS DOUBLE) - o.m03) + o.m10 * (CAST(at_y AS DOUBLE) - o.m13)
-            + o.m20 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_x,
-        o.m01 * (CAST(at_x AS DOUBLE) - o.m03) + o.m11 * (CAST(at_y AS DOUBLE) - o.m13)
-            + o.m21 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_y,
-        o.m02 * (CAST(at_x AS DOUBLE) - o.m03) + o.m12 * (CAST(at_y AS DOUBLE) - o.m13)
-            + o.m22 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_z
-    FROM range(sound_ball(radius))
-    CROSS JOIN all_in_bounds(
-        CAST(at_x AS DOUBLE) - radius, CAST(at_y AS DOUBLE) - radius, CAST(at_z AS DOUBLE) - radius,
-        CAST(at_x AS DOUBLE) + radius, CAST(at_y AS DOUBLE) + radius, CAST(at_z AS DOUBLE) + radius, in_world
-    ) AS o
-    JOIN part ON part.id = o.part_id
-) AS h
+SELECT h.world, h.id AS occurrence_id, h.path, part.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+FROM all_in_bounds_of_ball(at_x, at_y, at_z, radius, in_world) AS h
+JOIN part ON part.id = h.part_id
 WHERE beyond(
     h.shape_x0 - h.centre_x, h.shape_y0 - h.centre_y, h.shape_z0 - h.centre_z,
     h.centre_x - h.shape_x1, h.centre_y - h.shape_y1, h.centre_z - h.shape_z1
@@ -53,24 +55,10 @@ COMMENT ON MACRO TABLE parts_in_sphere IS
 
 CREATE MACRO all_in_sphere(in_level, at_x, at_y, at_z, radius, in_world := NULL) AS TABLE
 WITH placed AS MATERIALIZED (
-    SELECT o.world, o.id AS occurrence_id, o.path, o.shape_id,
-        o.m00, o.m01, o.m02, o.m03,
-        o.m10, o.m11, o.m12, o.m13,
-        o.m20, o.m21, o.m22, o.m23,
-        o.m00 * (CAST(at_x AS DOUBLE) - o.m03) + o.m10 * (CAST(at_y AS DOUBLE) - o.m13)
-            + o.m20 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_x,
-        o.m01 * (CAST(at_x AS DOUBLE) - o.m03) + o.m11 * (CAST(at_y AS DOUBLE) - o.m13)
-            + o.m21 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_y,
-        o.m02 * (CAST(at_x AS DOUBLE) - o.m03) + o.m12 * (CAST(at_y AS DOUBLE) - o.m13)
-            + o.m22 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_z
-    FROM range(sound_ball(radius))
-    CROSS JOIN all_in_bounds(
-        CAST(at_x AS DOUBLE) - radius, CAST(at_y AS DOUBLE) - radius, CAST(at_z AS DOUBLE) - radius,
-        CAST(at_x AS DOUBLE) + radius, CAST(at_y AS DOUBLE) + radius, CAST(at_z AS DOUBLE) + radius, in_world
-    ) AS o
+    SELECT * FROM all_in_bounds_of_ball(at_x, at_y, at_z, radius, in_world)
 ),
 carried AS (
-    SELECT p.*, e.element_no,
+    SELECT p.* EXCLUDE (shape_x0, shape_y0, shape_z0, shape_x1, shape_y1, shape_z1, x0, y0, z0, x1, y1, z1), e.element_no,
         e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0,
         e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
         reach_back(p.m00, p.m01, p.m02, p.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x0,
@@ -82,7 +70,7 @@ carried AS (
     FROM placed AS p
     JOIN shape_box AS e ON e.shape_id = p.shape_id AND e.level = in_level
 )
-SELECT h.world, h.occurrence_id, h.path, h.shape_id, h.element_no, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+SELECT h.world, h.id AS occurrence_id, h.path, h.shape_id, h.element_no, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
 FROM carried AS h
 WHERE beyond(
     h.shape_x0 - h.centre_x, h.shape_y0 - h.centre_y, h.shape_z0 - h.centre_z,
@@ -179,39 +167,41 @@ FROM (
 COMMENT ON MACRO TABLE aimed_view IS
     'The view of a camera between two depths: the box around it, outward normals of its sides, and the way it looks.';
 
+CREATE MACRO all_in_bounds_of_view(
+    in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world := NULL) AS TABLE
+SELECT o.*, v.low_x, v.low_y, v.low_z, v.high_x, v.high_y, v.high_z, v.near, v.far,
+    v.left_x * o.m00 + v.left_y * o.m10 + v.left_z * o.m20 AS left0,
+    v.left_x * o.m01 + v.left_y * o.m11 + v.left_z * o.m21 AS left1,
+    v.left_x * o.m02 + v.left_y * o.m12 + v.left_z * o.m22 AS left2,
+    v.left_x * (o.m03 - v.c03) + v.left_y * (o.m13 - v.c13) + v.left_z * (o.m23 - v.c23) AS left3,
+    v.right_x * o.m00 + v.right_y * o.m10 + v.right_z * o.m20 AS right0,
+    v.right_x * o.m01 + v.right_y * o.m11 + v.right_z * o.m21 AS right1,
+    v.right_x * o.m02 + v.right_y * o.m12 + v.right_z * o.m22 AS right2,
+    v.right_x * (o.m03 - v.c03) + v.right_y * (o.m13 - v.c13) + v.right_z * (o.m23 - v.c23) AS right3,
+    v.top_x * o.m00 + v.top_y * o.m10 + v.top_z * o.m20 AS top0,
+    v.top_x * o.m01 + v.top_y * o.m11 + v.top_z * o.m21 AS top1,
+    v.top_x * o.m02 + v.top_y * o.m12 + v.top_z * o.m22 AS top2,
+    v.top_x * (o.m03 - v.c03) + v.top_y * (o.m13 - v.c13) + v.top_z * (o.m23 - v.c23) AS top3,
+    v.bottom_x * o.m00 + v.bottom_y * o.m10 + v.bottom_z * o.m20 AS bottom0,
+    v.bottom_x * o.m01 + v.bottom_y * o.m11 + v.bottom_z * o.m21 AS bottom1,
+    v.bottom_x * o.m02 + v.bottom_y * o.m12 + v.bottom_z * o.m22 AS bottom2,
+    v.bottom_x * (o.m03 - v.c03) + v.bottom_y * (o.m13 - v.c13) + v.bottom_z * (o.m23 - v.c23) AS bottom3,
+    v.forward_x * o.m00 + v.forward_y * o.m10 + v.forward_z * o.m20 AS forward0,
+    v.forward_x * o.m01 + v.forward_y * o.m11 + v.forward_z * o.m21 AS forward1,
+    v.forward_x * o.m02 + v.forward_y * o.m12 + v.forward_z * o.m22 AS forward2,
+    v.forward_x * (o.m03 - v.c03) + v.forward_y * (o.m13 - v.c13) + v.forward_z * (o.m23 - v.c23) AS forward3
+FROM aimed_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS v
+CROSS JOIN range(sound_depths(near, far))
+CROSS JOIN all_in_bounds(v.low_x, v.low_y, v.low_z, v.high_x, v.high_y, v.high_z, in_world) AS o;
+COMMENT ON MACRO TABLE all_in_bounds_of_view IS
+    'Placed parts whose world box meets the box around a view, with its faces in their shapes'' frames.';
+
 CREATE MACRO parts_in_view(
-    in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world := NULL
-) AS TABLE
-SELECT h.world, h.occurrence_id, h.path, h.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
-FROM (
-    SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1,
-        o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
-        v.near, v.far,
-        v.left_x * o.m00 + v.left_y * o.m10 + v.left_z * o.m20 AS left0,
-        v.left_x * o.m01 + v.left_y * o.m11 + v.left_z * o.m21 AS left1,
-        v.left_x * o.m02 + v.left_y * o.m12 + v.left_z * o.m22 AS left2,
-        v.left_x * (o.m03 - v.c03) + v.left_y * (o.m13 - v.c13) + v.left_z * (o.m23 - v.c23) AS left3,
-        v.right_x * o.m00 + v.right_y * o.m10 + v.right_z * o.m20 AS right0,
-        v.right_x * o.m01 + v.right_y * o.m11 + v.right_z * o.m21 AS right1,
-        v.right_x * o.m02 + v.right_y * o.m12 + v.right_z * o.m22 AS right2,
-        v.right_x * (o.m03 - v.c03) + v.right_y * (o.m13 - v.c13) + v.right_z * (o.m23 - v.c23) AS right3,
-        v.top_x * o.m00 + v.top_y * o.m10 + v.top_z * o.m20 AS top0,
-        v.top_x * o.m01 + v.top_y * o.m11 + v.top_z * o.m21 AS top1,
-        v.top_x * o.m02 + v.top_y * o.m12 + v.top_z * o.m22 AS top2,
-        v.top_x * (o.m03 - v.c03) + v.top_y * (o.m13 - v.c13) + v.top_z * (o.m23 - v.c23) AS top3,
-        v.bottom_x * o.m00 + v.bottom_y * o.m10 + v.bottom_z * o.m20 AS bottom0,
-        v.bottom_x * o.m01 + v.bottom_y * o.m11 + v.bottom_z * o.m21 AS bottom1,
-        v.bottom_x * o.m02 + v.bottom_y * o.m12 + v.bottom_z * o.m22 AS bottom2,
-        v.bottom_x * (o.m03 - v.c03) + v.bottom_y * (o.m13 - v.c13) + v.bottom_z * (o.m23 - v.c23) AS bottom3,
-        v.forward_x * o.m00 + v.forward_y * o.m10 + v.forward_z * o.m20 AS forward0,
-        v.forward_x * o.m01 + v.forward_y * o.m11 + v.forward_z * o.m21 AS forward1,
-        v.forward_x * o.m02 + v.forward_y * o.m12 + v.forward_z * o.m22 AS forward2,
-        v.forward_x * (o.m03 - v.c03) + v.forward_y * (o.m13 - v.c13) + v.forward_z * (o.m23 - v.c23) AS forward3
-    FROM aimed_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS v
-    CROSS JOIN range(sound_depths(near, far))
-    CROSS JOIN all_in_bounds(v.low_x, v.low_y, v.low_z, v.high_x, v.high_y, v.high_z, in_world) AS o
-    JOIN part ON part.id = o.part_id
-) AS h
+    in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world := NULL) AS TABLE
+SELECT h.world, h.id AS occurrence_id, h.path, part.name, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+FROM all_in_bounds_of_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far,
+    in_world) AS h
+JOIN part ON part.id = h.part_id
 WHERE reach_back(h.left0, h.left1, h.left2, h.left3, h.shape_x0, h.shape_y0, h.shape_z0,
         h.shape_x1, h.shape_y1, h.shape_z1) <= 0
     AND reach_back(h.right0, h.right1, h.right2, h.right3, h.shape_x0, h.shape_y0, h.shape_z0,
@@ -231,37 +221,12 @@ CREATE MACRO all_in_view(
     in_level, in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world := NULL
 ) AS TABLE
 WITH placed AS MATERIALIZED (
-    SELECT o.world, o.id AS occurrence_id, o.path, o.shape_id,
-        o.m00, o.m01, o.m02, o.m03,
-        o.m10, o.m11, o.m12, o.m13,
-        o.m20, o.m21, o.m22, o.m23,
-        v.low_x, v.low_y, v.low_z, v.high_x, v.high_y, v.high_z, v.near, v.far,
-        v.left_x * o.m00 + v.left_y * o.m10 + v.left_z * o.m20 AS left0,
-        v.left_x * o.m01 + v.left_y * o.m11 + v.left_z * o.m21 AS left1,
-        v.left_x * o.m02 + v.left_y * o.m12 + v.left_z * o.m22 AS left2,
-        v.left_x * (o.m03 - v.c03) + v.left_y * (o.m13 - v.c13) + v.left_z * (o.m23 - v.c23) AS left3,
-        v.right_x * o.m00 + v.right_y * o.m10 + v.right_z * o.m20 AS right0,
-        v.right_x * o.m01 + v.right_y * o.m11 + v.right_z * o.m21 AS right1,
-        v.right_x * o.m02 + v.right_y * o.m12 + v.right_z * o.m22 AS right2,
-        v.right_x * (o.m03 - v.c03) + v.right_y * (o.m13 - v.c13) + v.right_z * (o.m23 - v.c23) AS right3,
-        v.top_x * o.m00 + v.top_y * o.m10 + v.top_z * o.m20 AS top0,
-        v.top_x * o.m01 + v.top_y * o.m11 + v.top_z * o.m21 AS top1,
-        v.top_x * o.m02 + v.top_y * o.m12 + v.top_z * o.m22 AS top2,
-        v.top_x * (o.m03 - v.c03) + v.top_y * (o.m13 - v.c13) + v.top_z * (o.m23 - v.c23) AS top3,
-        v.bottom_x * o.m00 + v.bottom_y * o.m10 + v.bottom_z * o.m20 AS bottom0,
-        v.bottom_x * o.m01 + v.bottom_y * o.m11 + v.bottom_z * o.m21 AS bottom1,
-        v.bottom_x * o.m02 + v.bottom_y * o.m12 + v.bottom_z * o.m22 AS bottom2,
-        v.bottom_x * (o.m03 - v.c03) + v.bottom_y * (o.m13 - v.c13) + v.bottom_z * (o.m23 - v.c23) AS bottom3,
-        v.forward_x * o.m00 + v.forward_y * o.m10 + v.forward_z * o.m20 AS forward0,
-        v.forward_x * o.m01 + v.forward_y * o.m11 + v.forward_z * o.m21 AS forward1,
-        v.forward_x * o.m02 + v.forward_y * o.m12 + v.forward_z * o.m22 AS forward2,
-        v.forward_x * (o.m03 - v.c03) + v.forward_y * (o.m13 - v.c13) + v.forward_z * (o.m23 - v.c23) AS forward3
-    FROM aimed_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS v
-    CROSS JOIN range(sound_depths(near, far))
-    CROSS JOIN all_in_bounds(v.low_x, v.low_y, v.low_z, v.high_x, v.high_y, v.high_z, in_world) AS o
+    SELECT *
+    FROM all_in_bounds_of_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far,
+        in_world)
 ),
 carried AS (
-    SELECT p.*, e.element_no,
+    SELECT p.* EXCLUDE (shape_x0, shape_y0, shape_z0, shape_x1, shape_y1, shape_z1, x0, y0, z0, x1, y1, z1), e.element_no,
         e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0,
         e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
         reach_back(p.m00, p.m01, p.m02, p.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x0,
@@ -273,7 +238,7 @@ carried AS (
     FROM placed AS p
     JOIN shape_box AS e ON e.shape_id = p.shape_id AND e.level = in_level
 )
-SELECT h.world, h.occurrence_id, h.path, h.shape_id, h.element_no, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
+SELECT h.world, h.id AS occurrence_id, h.path, h.shape_id, h.element_no, h.x0, h.y0, h.z0, h.x1, h.y1, h.z1
 FROM carried AS h
 WHERE reach_back(h.left0, h.left1, h.left2, h.left3, h.shape_x0, h.shape_y0, h.shape_z0,
         h.shape_x1, h.shape_y1, h.shape_z1) <= 0

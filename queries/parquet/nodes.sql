@@ -1,7 +1,7 @@
 -- Parts in the objects that are or were placed in some worlds, in the objects' own frames: of some of their pages.
--- Takes worlds (array of names), first_page and last_page, counted from 0 in the order of parquet/pages.
--- Gives object_id, page, node_no, body_no, path from the object down, number and name of the part, part_id, shape_id, the
--- box x0 .. z1 in the body's frame and body_from_node m00 .. m23, sorted by object_id, page and node_no.
+-- Takes worlds (array of names), first_page and last_page, counted from 0 in the order of parquet/pages; gives
+-- object_id, page, node_no, body_no, path from the object down, number and name of the part, part_id, shape_id, the box
+-- x0 .. z1 in the body's frame and body_from_node m00 .. m23, sorted by object_id, page and node_no.
 WITH counted AS (
     SELECT g.object_id, g.page, row_number() OVER (ORDER BY g.object_id, g.page) - 1 AS place
     FROM object_page AS g

@@ -1,10 +1,10 @@
--- Which parts stand where in the newest revision of each world, asked of the files that relmodel export --parquet writes.
--- Takes no parameter but three tables, of one store or of many: world, placed_body and object_node, the folders, with the
--- store_id that names theirs.
--- Gives store_id, cell, world, revision, occurrence_id, path, object and variant (as loaded), role, number and name of the
--- part, shape_id and world_from_occurrence m00 .. m23, sorted by store_id, world and occurrence_id: the parts of the view
--- occurrence.  Without the condition w.newest it gives every revision of each world.
--- DuckDB and Spark SQL take it as it stands.
+-- Which parts stand where in the newest revision of each world, asked of the files that relmodel export --parquet
+-- writes.
+-- Takes no parameter but three tables, of one store or of many: world, placed_body and object_node, the folders, with
+-- the store_id that names theirs; gives store_id, cell, world, revision, occurrence_id, path, object and variant (as
+-- loaded), role, number and name of the part, shape_id and world_from_occurrence m00 .. m23, sorted by store_id, world
+-- and occurrence_id: the parts of the view occurrence.
+-- Without the condition w.newest it gives every revision of each world. DuckDB and Spark SQL take it as it stands.
 SELECT w.store_id, w.cell, w.name AS world, w.revision,
     CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS occurrence_id, b.name || n.path AS path,
     b.object, b.variant, b.role, n.number, n.name, n.shape_id,

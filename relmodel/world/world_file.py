@@ -28,6 +28,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -333,7 +334,8 @@ def _inside(path: Path, name: str, where: str) -> Path:
 
 
 def _unique(names: list[str], path: Path, key: str, cure: str) -> None:
-    twice = sorted({name for name in names if names.count(name) > 1})
+    ordered = sorted(names)
+    twice = [name for name, following in pairwise(ordered) if name == following]
     if twice:
         raise InputError(f"{path}: {key} has the name {twice[0]!r} twice: {cure}")
 
