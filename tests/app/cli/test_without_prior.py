@@ -66,7 +66,7 @@ def test_every_page_of_it_is_made(found: Inspection, tmp_path: Path, capsys: pyt
     assert main(["report", run, "--out", str(tmp_path / "run.html"), *where]) == 0
     assert "from the prior" not in (tmp_path / "run.html").read_text()
     for name in ("answer.json", "scene.glb"):
-        assert main(["export", "--run", run, str(tmp_path / name), *where]) == 0
+        assert main(["export", "--run", run, "-o", str(tmp_path / name), *where]) == 0
     assert json.loads((tmp_path / "answer.json").read_text())["prior"] is None
 
 
