@@ -225,13 +225,6 @@ def compare_shapes(old: Loaded, old_id: int, new: Loaded, new_id: int) -> Iterat
         yield "feature lost", feature
     for feature in (b_features - a_features).elements():
         yield "feature new", feature
-    for table in ("surface_relation", "arc_relation"):
-        counts = [
-            Counter(side.table(table, shape_id=key).get("kind", np.empty(0)).tolist())
-            for side, key in ((old, old_id), (new, new_id))
-        ]
-        if counts[0] != counts[1]:
-            yield table, (dict(counts[0] - counts[1]), dict(counts[1] - counts[0]))
 
 
 def _compare_rows(kind: str, a: Columns, b: Columns) -> Iterator[tuple[str, Any]]:

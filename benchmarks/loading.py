@@ -30,9 +30,7 @@ from tabulate import tabulate
 PARENT = (
     ("writing the model", "write/write.py", "write"),
     ("features", "features/__init__.py", "recognise"),
-    ("relations of surfaces", "relations.py", "surface_relations"),
-    ("relations of arcs", "relations.py", "arc_relations"),
-    ("contacts", "contacts.py", "contacts"),
+    ("circles and their relations", "circles.py", "append_circles"),
     ("content keys", "content_keys.py", "shape_keys"),
     ("tables to the engine", "store/bulk.py", "append"),
     ("imports", "<frozen importlib._bootstrap>", "_find_and_load"),

@@ -73,26 +73,6 @@ SELECT shape_id, arc_no, least(surface_a, surface_b) AS surface_a, greatest(surf
 FROM shape_arc
 WHERE surface_a <> surface_b AND angle IS NOT NULL;
 
-CREATE TABLE surface_relation (  -- Geometric relations of two surfaces of a shape.
-    shape_id BIGINT NOT NULL,  -- the shape
-    kind TEXT NOT NULL,  -- parallel, perpendicular, coplanar, coaxial, concentric, equal_radius, tangent
-    surface_a INTEGER NOT NULL,  -- one surface
-    surface_b INTEGER NOT NULL,  -- the other
-    value DOUBLE PRECISION,  -- measured value: distance of parallel planes or axes (mm), radius (mm), angle off (rad)
-    tolerance DOUBLE PRECISION NOT NULL,  -- tolerance within which the relation was taken to hold, in the value's unit
-    PRIMARY KEY (shape_id, kind, surface_a, surface_b)
-);
-
-CREATE TABLE arc_relation (  -- Geometric relations of two arcs of a shape.
-    shape_id BIGINT NOT NULL,  -- the shape
-    kind TEXT NOT NULL,  -- parallel, collinear, concentric, equal_radius, meets, tangent
-    arc_a INTEGER NOT NULL,  -- one arc
-    arc_b INTEGER NOT NULL,  -- the other
-    value DOUBLE PRECISION,  -- measured value: distance (mm), radius (mm), angle (rad)
-    tolerance DOUBLE PRECISION NOT NULL,  -- tolerance within which the relation was taken to hold, in the value's unit
-    PRIMARY KEY (shape_id, kind, arc_a, arc_b)
-);
-
 CREATE SEQUENCE feature_class_id_seq;
 CREATE TABLE feature_class (  -- Congruent features: a kind with its dimensions and the form of its outline, in a frame of its own; mirror images are
     -- two.
@@ -347,8 +327,6 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('shape_mesh', 'part', 'redundant'),
     ('shape_arc_sample', 'part', 'redundant'),
     ('surface_adjacency', 'part', 'view'),
-    ('surface_relation', 'part', 'redundant'),
-    ('arc_relation', 'part', 'redundant'),
     ('feature_class', 'part', 'primary'),
     ('feature_dimension', 'part', 'primary'),
     ('feature', 'part', 'primary'),
@@ -376,10 +354,6 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('shape_arc', 3, ARRAY['shape_id', 'surface_b'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
     ('shape_mesh', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
     ('shape_arc_sample', 0, ARRAY['shape_id', 'arc_no'], 'shape_arc', ARRAY['shape_id', 'arc_no']),
-    ('surface_relation', 0, ARRAY['shape_id', 'surface_a'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
-    ('surface_relation', 1, ARRAY['shape_id', 'surface_b'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
-    ('arc_relation', 0, ARRAY['shape_id', 'arc_a'], 'shape_arc', ARRAY['shape_id', 'arc_no']),
-    ('arc_relation', 1, ARRAY['shape_id', 'arc_b'], 'shape_arc', ARRAY['shape_id', 'arc_no']),
     ('feature_dimension', 0, ARRAY['feature_class_id'], 'feature_class', ARRAY['id']),
     ('feature', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
     ('feature', 1, ARRAY['feature_class_id'], 'feature_class', ARRAY['id']),

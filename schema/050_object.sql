@@ -83,24 +83,6 @@ CREATE TABLE object_part (  -- Parts placed directly in an object; those that ar
     PRIMARY KEY (object_id, child_no)
 );
 
-CREATE TABLE part_contact (  -- Faces of parts, placed in an object by different instances, that touch; what touches within one instance is a row of
-    -- the object that stands there.
-    object_id BIGINT NOT NULL,  -- the object
-    object_path_a TEXT NOT NULL,  -- path of one placed part within the object
-    surface_a INTEGER NOT NULL,  -- surface_no of its face in the shape of the part
-    object_path_b TEXT NOT NULL,  -- path of the other, later in the order of the file
-    surface_b INTEGER NOT NULL,  -- surface_no of its face
-    kind TEXT NOT NULL,  -- planar: flat faces that lie on each other; cylindrical: a shaft in a hole, on one axis; conical: a taper in its seat;
-        -- spherical: a ball in its socket; toroidal: a ring in its groove
-    gap DOUBLE PRECISION NOT NULL,  -- distance of flat faces and of cones, else radius of the hole (of a groove, of its section) less that of the
-        -- shaft; negative where they overlap, mm
-    area DOUBLE PRECISION NOT NULL,  -- area over which the faces lie opposite each other, on the shaft where the radii differ, mm2
-    tolerance DOUBLE PRECISION NOT NULL,  -- greatest gap, and greatest overlap, that counts as contact, mm
-    PRIMARY KEY (object_id, object_path_a, surface_a, object_path_b, surface_b),
-    CHECK (kind IN ('planar', 'cylindrical', 'conical', 'spherical', 'toroidal')),
-    CHECK (abs(gap) <= tolerance)
-);
-
 CREATE TABLE joint (  -- Joints of a robot or machine between the objects placed in it.
     object_id BIGINT NOT NULL,  -- the robot or machine
     joint_no INTEGER NOT NULL,  -- ordinal of the joint
@@ -273,7 +255,6 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('circle', 'object', 'redundant'),
     ('circle_relation', 'object', 'redundant'),
     ('circle_pair', 'object', 'redundant'),
-    ('part_contact', 'object', 'redundant'),
     ('joint', 'object', 'primary'),
     ('load_report', 'object', 'primary'),
     ('load_finding', 'object', 'primary');
@@ -293,7 +274,6 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('circle_pair', 0, ARRAY['object_id', 'class_no'], 'circle_relation', ARRAY['object_id', 'class_no']),
     ('circle_pair', 1, ARRAY['object_id', 'circle_a'], 'circle', ARRAY['object_id', 'circle_no']),
     ('circle_pair', 2, ARRAY['object_id', 'circle_b'], 'circle', ARRAY['object_id', 'circle_no']),
-    ('part_contact', 0, ARRAY['object_id'], 'object', ARRAY['id']),
     ('joint', 0, ARRAY['object_id'], 'object', ARRAY['id']),
     ('load_report', 0, ARRAY['run_id'], 'run', ARRAY['id']),
     ('load_report', 1, ARRAY['source_id'], 'source', ARRAY['id']),

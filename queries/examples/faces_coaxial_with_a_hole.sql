@@ -17,8 +17,15 @@ of_datum AS (
     FROM datum
     JOIN feature_surface AS m ON m.shape_id = datum.shape_id AND m.feature_no = datum.feature_no
 )
-SELECT DISTINCT CASE WHEN r.surface_a = o.surface_no THEN r.surface_b ELSE r.surface_a END AS surface_no
+-- Of round faces, those whose axis is the hole's: parallel to 1e-4 rad, and 1e-4 mm off at most.
+SELECT DISTINCT s.surface_no
 FROM of_datum AS o
-JOIN surface_relation AS r
-    ON r.shape_id = o.shape_id AND r.kind = 'coaxial' AND (r.surface_a = o.surface_no OR r.surface_b = o.surface_no)
+JOIN shape_surface AS h ON h.shape_id = o.shape_id AND h.surface_no = o.surface_no
+JOIN surface AS a ON a.id = h.surface_id AND a.recognised_kind IN ('cylinder', 'cone')
+JOIN shape_surface AS s ON s.shape_id = o.shape_id AND s.surface_no <> o.surface_no
+JOIN surface AS b ON b.id = s.surface_id AND b.recognised_kind IN ('cylinder', 'cone')
+WHERE abs(a.axis_z_x * b.axis_z_x + a.axis_z_y * b.axis_z_y + a.axis_z_z * b.axis_z_z) > 1 - 5e-9
+    AND power((b.origin_y - a.origin_y) * a.axis_z_z - (b.origin_z - a.origin_z) * a.axis_z_y, 2)
+        + power((b.origin_z - a.origin_z) * a.axis_z_x - (b.origin_x - a.origin_x) * a.axis_z_z, 2)
+        + power((b.origin_x - a.origin_x) * a.axis_z_y - (b.origin_y - a.origin_y) * a.axis_z_x, 2) <= 1e-8
 ORDER BY surface_no

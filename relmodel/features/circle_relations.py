@@ -7,40 +7,13 @@ sign.  Relations that agree are one class; of a class that repeats through a bod
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
+from relmodel.features.parameters import DEFAULTS as FEATURES
+from relmodel.features.parameters import CircleParameters
 
-
-@dataclass(frozen=True)
-class CircleParameters:
-    """Which pairs of circles are related, mm."""
-
-    least_radius: float = 2.5
-    """mm: smaller circles are drilled by the hundred, and pictures show their radius badly"""
-    greatest_radius: float = 400.0
-    """mm: of greater circles a picture shows a flat arc, whose centre is anywhere"""
-    least_distance: float = 20.0
-    """mm between centres, from which on their line has a direction"""
-    greatest_distance: float = 500.0
-    """mm between centres: as far as one view reaches"""
-    radius_step: float = 0.1
-    """mm: radii within it are one class"""
-    distance_step: float = 0.5
-    """mm: distances likewise"""
-    cosine_step: float = 0.02
-    """cosines likewise"""
-    most_of_class: int = 64
-    """pairs of a class that are kept, evenly among all"""
-    most_parts: int = 2000
-    """parts of an object that are looked at, the greatest"""
-    most_circles: int = 3000
-    """circles of an object that are related, those of the rarest radii"""
-
-
-DEFAULTS = CircleParameters()
+DEFAULTS = FEATURES.circles
 
 
 def relate(centre: Floats, normal: Floats, radius: Floats, a: Ints, b: Ints) -> dict[str, Floats]:

@@ -186,41 +186,29 @@ class PatternParameters:
 
 
 @dataclass(frozen=True)
-class RelationParameters:
-    """Relations between surfaces and between arcs."""
+class CircleParameters:
+    """Which pairs of circles are related, mm."""
 
-    exact: tuple[float, float] = (1e-6, 1e-4)
-    """rad and mm within which things count as equal"""
-    fitted: tuple[float, float] = (2e-3, 2e-2)
-    """and where they were fitted to a mesh"""
-    smooth_rad: float = pi / 180
-    """rad within which neighbours go on into each other"""
-    nearest: int = 32
-    """planes in order of offset that are tried for the nearest that overlaps"""
-
-
-@dataclass(frozen=True)
-class ContactParameters:
-    """Contacts between placed parts."""
-
-    touch_mm: float = 0.01
-    """mm between faces that lie on each other, and between the axes or centres of a shaft and its hole"""
-    fit_mm: float = 0.1
-    """mm by which the radii of a shaft and its hole may differ"""
-    fit_share: float = 0.2
-    """and the share of the shaft's radius that is added"""
-    parallel_rad: float = 1e-4
-    """rad between axes that are one way"""
-    least_area_mm2: float = 1e-4
-    """mm2 that two faces have in common"""
-    chord_rad: float = pi / 360
-    """rad of an arc that a chord of a drawn outline spans"""
-    chords: int = 180
-    """chords of a smooth segment of another curve"""
-    inward: float = 1e-7
-    """share of the domain that keeps points off poles, apexes and seams, where no angle or two are theirs"""
-    least_share: float = 1e-9
-    """rad2: a sphere without boundary encloses nothing"""
+    least_radius: float = 2.5
+    """mm: smaller circles are drilled by the hundred, and pictures show their radius badly"""
+    greatest_radius: float = 400.0
+    """mm: of greater circles a picture shows a flat arc, whose centre is anywhere"""
+    least_distance: float = 20.0
+    """mm between centres, from which on their line has a direction"""
+    greatest_distance: float = 500.0
+    """mm between centres: as far as one view reaches"""
+    radius_step: float = 0.1
+    """mm: radii within it are one class"""
+    distance_step: float = 0.5
+    """mm: distances likewise"""
+    cosine_step: float = 0.02
+    """cosines likewise"""
+    most_of_class: int = 64
+    """pairs of a class that are kept, evenly among all"""
+    most_parts: int = 2000
+    """parts of an object that are looked at, the greatest"""
+    most_circles: int = 3000
+    """circles of an object that are related, those of the rarest radii"""
 
 
 @dataclass(frozen=True)
@@ -238,8 +226,7 @@ class FeatureParameters:
     standing: StandingParameters = field(default_factory=StandingParameters)
     blends: BlendParameters = field(default_factory=BlendParameters)
     patterns: PatternParameters = field(default_factory=PatternParameters)
-    relations: RelationParameters = field(default_factory=RelationParameters)
-    contacts: ContactParameters = field(default_factory=ContactParameters)
+    circles: CircleParameters = field(default_factory=CircleParameters)
 
 
 DEFAULTS = FeatureParameters()

@@ -1,4 +1,4 @@
-"""What follows from a model: sharing, numbers snapped to the store's, keys, features, relations, contacts, boxes.
+"""What follows from a model: sharing, numbers snapped to the store's, keys, features, boxes.
 
 All of it is made before anything is written, from a model that nothing changes.
 """
@@ -15,14 +15,11 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Floats
 from relmodel.features import Feature, feature_class_key, recognise
-from relmodel.features.contacts import contacts
-from relmodel.features.relations import arc_relations, surface_relations
 from relmodel.geometry.curves import BOX
 from relmodel.loading.snap.snap import snap
 from relmodel.loading.stored_keys import stored_ids
 from relmodel.model.content_keys import ModelKeys, model_keys
 from relmodel.model.model import Finding, Model, Shape, Table
-from relmodel.model.placed_parts import PlacedParts
 from relmodel.model.sharing import share
 from relmodel.store.database import Database
 
@@ -40,8 +37,6 @@ class DerivedShape:
     class_keys: tuple[str, ...]
     box: Floats
     area: float
-    surface_relations: Table
-    arc_relations: Table
 
 
 @dataclass(frozen=True)
@@ -57,14 +52,12 @@ class Noted:
 class Derived:
     """A model ready to be written.
 
-    shapes, contacts: by number of the shape or assembly, of those that the store lacks (the first of equal ones).
-    findings: of the model and of what follows from it.
+    shapes: by number of the shape, of those that the store lacks (the first of equal ones).  findings: of the model and of what follows from it.
     """
 
     model: Model
     keys: ModelKeys
     shapes: dict[int, DerivedShape]
-    contacts: dict[int, Table]
     findings: tuple[Noted, ...]
 
 
@@ -83,15 +76,9 @@ def derive(model: Model, store: Database, connection: Connection) -> Derived:
         no: _derived_shape(model.shapes[no], no, failures)
         for no in _new(store, connection, "shape", [k.shape for k in keys.shapes])
     }
-    placed = PlacedParts(model)
-    touching = {
-        no: _attempt("contacts", partial(contacts, placed, no), failures) or {}
-        for no in _new(store, connection, "object", keys.assemblies)
-        if model.assemblies[no].kind != "robot"
-    }
     part_of = {part.shape: i for i, part in reversed(list(enumerate(model.parts)))}
     found = [replace(n, part=part_of.get(n.shape)) if n.shape is not None else n for n in failures]
-    return Derived(model, keys, shapes, touching, (*_noted(model), *found))
+    return Derived(model, keys, shapes, (*_noted(model), *found))
 
 
 def _new(store: Database, connection: Connection, table: str, keys: list[str]) -> list[int]:
@@ -129,8 +116,6 @@ def _derived_shape(shape: Shape, no: int, failures: list[Noted]) -> DerivedShape
         class_keys=tuple(map(feature_class_key, features)),
         box=np.concatenate([every[:, :3].min(axis=0), every[:, 3:].max(axis=0)]),
         area=float(np.sum(np.asarray(shape.surfaces["area"], float))) if shape.surfaces else 0.0,
-        surface_relations=_attempt("surface relations", partial(surface_relations, shape), failures, no) or {},
-        arc_relations=_attempt("arc relations", partial(arc_relations, shape), failures, no) or {},
     )
 
 

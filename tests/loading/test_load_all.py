@@ -124,7 +124,7 @@ def test_an_occluder_on_the_command_line_stays_triangles(
     assert triangles == [len(post.faces)] * 2
     assert run.parameters["occluder"] is True
     assert run.parameters["mesh"]["arcs"]["convexity_rad"] == pytest.approx(0.0174533)
-    assert run.parameters["features"]["contacts"]["touch_mm"] == 0.01
+    assert run.parameters["features"]["circles"]["least_distance"] == 20.0
     assert {"step", "snap"} <= run.parameters.keys()
 
 

@@ -18,8 +18,6 @@ OF_NO_USER = {"check", "prune"}
 # Tables that nothing which a user meets reads, and why they are there all the same.
 WITHOUT_READER = {
     "row_digest": "relmodel check holds the rows against it: it has no other use",
-    "arc_relation": "relations of arcs are to become such that questions ask them",
-    "part_contact": "contacts of parts are to become such that questions ask them",
     "search_pose": "the stages of the search are to be read, or to go",
     "search_stage": "the stages of the search are to be read, or to go",
     "triangulated_unit": "what stereo places in space is to be read, or to go",

@@ -65,7 +65,7 @@ CHANGES = (
     "COMMENT ON TABLE camera IS 'other'",
     "CREATE SEQUENCE stray_seq",
     "CREATE VIEW stray_view AS SELECT 1 AS one",
-    "CREATE INDEX stray_index ON part_contact (gap)",
+    "CREATE INDEX stray_index ON circle (radius)",
     "CREATE TABLE stray_key (a INTEGER PRIMARY KEY, CHECK (a > 0))",
     "DELETE FROM sds_reference WHERE relation = 'rig_camera' AND reference_no = 1",
 )

@@ -1,4 +1,4 @@
-"""Writing new parts and new objects: attributes, what stands in them, contacts and joints."""
+"""Writing new parts and new objects: attributes, what stands in them, and joints."""
 
 from __future__ import annotations
 
@@ -56,11 +56,6 @@ def append_objects(run: Run, connection: Connection, derived: Derived, part_ids:
         },
     )
     _append_attributes(run, connection, "object", [(i, a.attributes) for i, a in new])
-    for no in fresh.tolist():
-        touching = derived.contacts.get(no)
-        if touching:
-            object_id = np.full(len(touching["gap"]), ids[keys.assemblies[no]])
-            run.append(connection, "part_contact", {"object_id": object_id, **touching})
     _append_joints(run, connection, [(i, no, j) for i, a in new for no, j in enumerate(a.joints)])
     placed: dict[str, list[tuple[int, int, Instance]]] = {"part": [], "assembly": []}
     for i, assembly in new:

@@ -49,8 +49,6 @@ def append_shapes(
             **_attribute_rows(run, shape),
             "shape_mesh": _mesh_row(shape),
             "shape_arc_sample": pack_samples(shape.samples) if len(shape.samples.arc_no) else {},
-            "surface_relation": derived.surface_relations,
-            "arc_relation": derived.arc_relations,
             **_feature_rows(derived, class_ids),
         }
         for table, columns in tables.items():
