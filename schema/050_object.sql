@@ -228,6 +228,38 @@ CREATE TABLE object_page (  -- Pages of the parts in an expanded object: the uni
     PRIMARY KEY (object_id, page)
 );
 
+CREATE TABLE circle (  -- Circles along which sharp edges of an object's parts run, each once, but for parts that joints move: by them it is
+    -- found in space.
+    object_id BIGINT NOT NULL,  -- the object
+    circle_no INTEGER NOT NULL,  -- ordinal of the circle in the object, from 0
+    x DOUBLE PRECISION NOT NULL, y DOUBLE PRECISION NOT NULL, z DOUBLE PRECISION NOT NULL,  -- x, y and z of the centre in the object's frame, mm
+    nx DOUBLE PRECISION NOT NULL, ny DOUBLE PRECISION NOT NULL, nz DOUBLE PRECISION NOT NULL,  -- x, y and z of the unit normal, which may point either way
+    radius DOUBLE PRECISION NOT NULL,  -- radius, mm
+    PRIMARY KEY (object_id, circle_no)
+);
+
+CREATE TABLE circle_relation (  -- How two circles of an object lie to each other, whichever way it is turned or mirrored: a row a class of
+    -- pairs that agree, with their means.
+    object_id BIGINT NOT NULL,  -- the object
+    class_no INTEGER NOT NULL,  -- ordinal of the class in the object, from 0
+    pairs INTEGER NOT NULL,  -- how many pairs of circles agree
+    radius_a REAL NOT NULL,  -- radius of the smaller circle, mm
+    radius_b REAL NOT NULL,  -- radius of the greater, mm
+    distance REAL NOT NULL,  -- distance of the centres, mm
+    normals REAL NOT NULL,  -- cosine of the angle between the normals
+    rise_a REAL NOT NULL,  -- cosine of the angle between the smaller circle's normal and the line of the centres
+    rise_b REAL NOT NULL,  -- cosine of that of the greater
+    PRIMARY KEY (object_id, class_no)
+);
+
+CREATE TABLE circle_pair (  -- Pairs of circles of each class; of a class of very many some, evenly among all.
+    object_id BIGINT NOT NULL,  -- the object
+    class_no INTEGER NOT NULL,  -- the class
+    circle_a INTEGER NOT NULL,  -- the smaller circle
+    circle_b INTEGER NOT NULL,  -- the greater
+    PRIMARY KEY (object_id, class_no, circle_a, circle_b)
+);
+
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('object', 'object', 'primary'),
     ('object_variant', 'object', 'primary'),
@@ -238,6 +270,9 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('object_child', 'object', 'view'),
     ('object_node', 'object', 'redundant'),
     ('object_page', 'object', 'redundant'),
+    ('circle', 'object', 'redundant'),
+    ('circle_relation', 'object', 'redundant'),
+    ('circle_pair', 'object', 'redundant'),
     ('part_contact', 'object', 'redundant'),
     ('joint', 'object', 'primary'),
     ('load_report', 'object', 'primary'),
@@ -253,6 +288,11 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('object_part', 0, ARRAY['object_id'], 'object', ARRAY['id']),
     ('object_part', 1, ARRAY['part_id'], 'part', ARRAY['id']),
     ('object_page', 0, ARRAY['object_id'], 'object', ARRAY['id']),
+    ('circle', 0, ARRAY['object_id'], 'object', ARRAY['id']),
+    ('circle_relation', 0, ARRAY['object_id'], 'object', ARRAY['id']),
+    ('circle_pair', 0, ARRAY['object_id', 'class_no'], 'circle_relation', ARRAY['object_id', 'class_no']),
+    ('circle_pair', 1, ARRAY['object_id', 'circle_a'], 'circle', ARRAY['object_id', 'circle_no']),
+    ('circle_pair', 2, ARRAY['object_id', 'circle_b'], 'circle', ARRAY['object_id', 'circle_no']),
     ('part_contact', 0, ARRAY['object_id'], 'object', ARRAY['id']),
     ('joint', 0, ARRAY['object_id'], 'object', ARRAY['id']),
     ('load_report', 0, ARRAY['run_id'], 'run', ARRAY['id']),

@@ -4,11 +4,11 @@ CREATE TABLE inspection (  -- What an inspection run was given, images, rig and 
     run_id BIGINT PRIMARY KEY,  -- the run
     world_id BIGINT NOT NULL,  -- the world, pinned to its revision
     rig_id BIGINT NOT NULL,  -- the rig
-    m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_rig as the prior has it
-    m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
-    m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
-    prior_covariance DOUBLE PRECISION[] NOT NULL,  -- 36 numbers, row-major: covariance of the prior, of a right perturbation in the rig's frame, (t
-        -- mm, r rad)
+    m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m02 DOUBLE PRECISION, m03 DOUBLE PRECISION,  -- world_from_rig as the prior has it; null where there is none
+    m10 DOUBLE PRECISION, m11 DOUBLE PRECISION, m12 DOUBLE PRECISION, m13 DOUBLE PRECISION,
+    m20 DOUBLE PRECISION, m21 DOUBLE PRECISION, m22 DOUBLE PRECISION, m23 DOUBLE PRECISION,
+    prior_covariance DOUBLE PRECISION[],  -- 36 numbers, row-major: covariance of the prior, of a right perturbation in the rig's frame, (t
+        -- mm, r rad); null likewise
     needs_translation_mm DOUBLE PRECISION NOT NULL,  -- how exactly the pose was needed: two standard deviations along the worst direction, mm
     needs_rotation DOUBLE PRECISION NOT NULL,  -- the same of rotation, rad
     verdict TEXT NOT NULL,  -- accepted, ambiguous (several poses fit; the best hypothesis best) or refused
@@ -86,7 +86,7 @@ CREATE TABLE hypothesis (  -- A pose of the rig that was considered, refined as 
     outline_contrast DOUBLE PRECISION NOT NULL,  -- how much likelier the pixels beside that outline are of their own side than of the other, mean
         -- logarithm: 1 to 3 for a right pose, 0 for chance
     outline_evidence DOUBLE PRECISION NOT NULL,  -- log odds by those pixels that the outline is one; a part of the cost
-    distance DOUBLE PRECISION NOT NULL,  -- Mahalanobis distance from the prior
+    distance DOUBLE PRECISION,  -- Mahalanobis distance from the prior; null where there is none
     relational_distance BIGINT,  -- what the best labelling of the pictures by what this pose lets them show costs, over all cameras; the margin of
         -- the best over a rival is the difference; null where there was no rival, and of those beyond the first two
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6

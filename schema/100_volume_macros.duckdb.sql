@@ -5,8 +5,8 @@
 -- then decide.  Products of rows and columns are written as inner products: DuckDB takes longer to plan a question than
 -- to answer it, by the number of its operations.  The arrays are made of what the pages let through, for they cost more.
 -- EXPORT DATABASE writes macros of tables in the order of their names, and IMPORT DATABASE binds each as it comes: one
--- that others ask comes before them in the alphabet, as all_about_box, all_in_bounds, all_in_box and, in the next
--- file, aimed_view, all_in_bounds_of_ball and all_in_bounds_of_view do.
+-- that others ask comes before them in the alphabet, as all_in_bounds, all_in_box and, in the next file, aimed_view,
+-- all_in_bounds_of_ball and all_in_bounds_of_view do.
 
 CREATE MACRO checked_box(x0, y0, z0, x1, y1, z1) AS
     CASE WHEN x0 <= x1 AND y0 <= y1 AND z0 <= z1 AND least(x0, y0, z0) > CAST('-infinity' AS DOUBLE)
@@ -24,36 +24,6 @@ CREATE MACRO reach_forth(nx, ny, nz, shift, x0, y0, z0, x1, y1, z1) AS
     greatest(nx * x0, nx * x1) + greatest(ny * y0, ny * y1) + greatest(nz * z0, nz * z1) + shift;
 COMMENT ON MACRO reach_forth IS
     'The greatest n . p + shift of the points p of a box.';
-
-CREATE MACRO all_about_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
-SELECT b.world, CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id,
-    n.shape_id, b.row_0, b.row_1, b.row_2, b.m03, b.m13, b.m23,
-    array_value(n.m00, n.m10, n.m20) AS column_0, array_value(n.m01, n.m11, n.m21) AS column_1,
-    array_value(n.m02, n.m12, n.m22) AS column_2, array_value(n.m03, n.m13, n.m23) AS column_3,
-    array_value((n.x0 + n.x1) / 2, (n.y0 + n.y1) / 2, (n.z0 + n.z1) / 2) AS middle,
-    s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1, s.z1 AS shape_z1
-FROM (
-    SELECT p.world, p.name, p.object_no, p.object_id, b.body_no, b.m03, b.m13, b.m23,
-        array_value(b.m00, b.m01, b.m02) AS row_0, array_value(b.m10, b.m11, b.m12) AS row_1,
-        array_value(b.m20, b.m21, b.m22) AS row_2
-    FROM placed_body AS b
-    JOIN placed_object AS p ON p.object_no = b.object_no
-    WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
-        AND b.x0 <= to_x AND b.y0 <= to_y AND b.z0 <= to_z
-        AND b.x1 >= from_x AND b.y1 >= from_y AND b.z1 >= from_z
-) AS b
-JOIN (
-    SELECT object_id, page, body_no, array_value((x0 + x1) / 2, (y0 + y1) / 2, (z0 + z1) / 2) AS middle,
-        (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6 AS reach
-    FROM object_page
-) AS g ON g.object_id = b.object_id AND g.body_no = b.body_no
-    AND array_inner_product(b.row_0, g.middle) + b.m03 BETWEEN from_x - g.reach AND to_x + g.reach
-    AND array_inner_product(b.row_1, g.middle) + b.m13 BETWEEN from_y - g.reach AND to_y + g.reach
-    AND array_inner_product(b.row_2, g.middle) + b.m23 BETWEEN from_z - g.reach AND to_z + g.reach
-JOIN object_node AS n ON n.object_id = g.object_id AND n.page = g.page
-JOIN shape AS s ON s.id = n.shape_id;
-COMMENT ON MACRO TABLE all_about_box IS
-    'Placed parts of the pages that may meet a box, their poses still apart: rows of the body, columns in it.';
 
 CREATE MACRO all_in_bounds(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
 SELECT o.*
@@ -80,7 +50,33 @@ FROM (
             array_inner_product(n.row_2, n.column_1) AS m21,
             array_inner_product(n.row_2, n.column_2) AS m22,
             array_inner_product(n.row_2, n.column_3) + n.m23 AS m23
-        FROM all_about_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS n
+        FROM (
+            SELECT b.world, CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id,
+                n.shape_id, b.row_0, b.row_1, b.row_2, b.m03, b.m13, b.m23,
+                array_value(n.m00, n.m10, n.m20) AS column_0, array_value(n.m01, n.m11, n.m21) AS column_1,
+                array_value(n.m02, n.m12, n.m22) AS column_2, array_value(n.m03, n.m13, n.m23) AS column_3,
+                s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1, s.z1 AS shape_z1
+            FROM (
+                SELECT p.world, p.name, p.object_no, p.object_id, b.body_no, b.m03, b.m13, b.m23,
+                    array_value(b.m00, b.m01, b.m02) AS row_0, array_value(b.m10, b.m11, b.m12) AS row_1,
+                    array_value(b.m20, b.m21, b.m22) AS row_2
+                FROM placed_body AS b
+                JOIN placed_object AS p ON p.object_no = b.object_no
+                WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
+                    AND b.x0 <= to_x AND b.y0 <= to_y AND b.z0 <= to_z
+                    AND b.x1 >= from_x AND b.y1 >= from_y AND b.z1 >= from_z
+            ) AS b
+            JOIN (
+                SELECT object_id, page, body_no, array_value((x0 + x1) / 2, (y0 + y1) / 2, (z0 + z1) / 2) AS middle,
+                    (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6 AS reach
+                FROM object_page
+            ) AS g ON g.object_id = b.object_id AND g.body_no = b.body_no
+                AND array_inner_product(b.row_0, g.middle) + b.m03 BETWEEN from_x - g.reach AND to_x + g.reach
+                AND array_inner_product(b.row_1, g.middle) + b.m13 BETWEEN from_y - g.reach AND to_y + g.reach
+                AND array_inner_product(b.row_2, g.middle) + b.m23 BETWEEN from_z - g.reach AND to_z + g.reach
+            JOIN object_node AS n ON n.object_id = g.object_id AND n.page = g.page
+            JOIN shape AS s ON s.id = n.shape_id
+        ) AS n
     ) AS c
 ) AS o
 WHERE o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z;
@@ -94,21 +90,35 @@ SELECT o.world, o.id AS occurrence_id, o.path, part.name,
     o.x + o.half_x AS x1, o.y + o.half_y AS y1, o.z + o.half_z AS z1
 FROM range(checked_box(from_x, from_y, from_z, to_x, to_y, to_z))
 CROSS JOIN (
-    SELECT n.world, n.id, n.path, n.part_id,
-        array_inner_product(n.row_0, n.middle) + n.m03 AS x,
-        array_inner_product(n.row_1, n.middle) + n.m13 AS y,
-        array_inner_product(n.row_2, n.middle) + n.m23 AS z,
-        abs(array_inner_product(n.row_0, n.column_0)) * n.half_x + abs(array_inner_product(n.row_0, n.column_1)) * n.half_y
-            + abs(array_inner_product(n.row_0, n.column_2)) * n.half_z AS half_x,
-        abs(array_inner_product(n.row_1, n.column_0)) * n.half_x + abs(array_inner_product(n.row_1, n.column_1)) * n.half_y
-            + abs(array_inner_product(n.row_1, n.column_2)) * n.half_z AS half_y,
-        abs(array_inner_product(n.row_2, n.column_0)) * n.half_x + abs(array_inner_product(n.row_2, n.column_1)) * n.half_y
-            + abs(array_inner_product(n.row_2, n.column_2)) * n.half_z AS half_z
+    SELECT b.world, CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id,
+        array_inner_product(b.row_0, n.middle) + b.m03 AS x,
+        array_inner_product(b.row_1, n.middle) + b.m13 AS y,
+        array_inner_product(b.row_2, n.middle) + b.m23 AS z,
+        abs(array_inner_product(b.row_0, n.column_0)) * n.half_x + abs(array_inner_product(b.row_0, n.column_1)) * n.half_y
+            + abs(array_inner_product(b.row_0, n.column_2)) * n.half_z AS half_x,
+        abs(array_inner_product(b.row_1, n.column_0)) * n.half_x + abs(array_inner_product(b.row_1, n.column_1)) * n.half_y
+            + abs(array_inner_product(b.row_1, n.column_2)) * n.half_z AS half_y,
+        abs(array_inner_product(b.row_2, n.column_0)) * n.half_x + abs(array_inner_product(b.row_2, n.column_1)) * n.half_y
+            + abs(array_inner_product(b.row_2, n.column_2)) * n.half_z AS half_z
     FROM (
-        SELECT *, (shape_x1 - shape_x0) / 2 AS half_x, (shape_y1 - shape_y0) / 2 AS half_y,
-            (shape_z1 - shape_z0) / 2 AS half_z
-        FROM all_about_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world)
-    ) AS n
+        SELECT p.world, p.name, p.object_no, p.object_id, b.body_no, b.m03, b.m13, b.m23,
+            array_value(b.m00, b.m01, b.m02) AS row_0, array_value(b.m10, b.m11, b.m12) AS row_1,
+            array_value(b.m20, b.m21, b.m22) AS row_2
+        FROM placed_body AS b
+        JOIN placed_object AS p ON p.object_no = b.object_no
+        WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
+            AND b.x0 <= to_x AND b.y0 <= to_y AND b.z0 <= to_z
+            AND b.x1 >= from_x AND b.y1 >= from_y AND b.z1 >= from_z
+    ) AS b
+    JOIN (
+        SELECT n.object_id, n.node_no, n.body_no, n.path, n.part_id,
+            array_value((n.x0 + n.x1) / 2, (n.y0 + n.y1) / 2, (n.z0 + n.z1) / 2) AS middle,
+            array_value(n.m00, n.m10, n.m20) AS column_0, array_value(n.m01, n.m11, n.m21) AS column_1,
+            array_value(n.m02, n.m12, n.m22) AS column_2,
+            (s.x1 - s.x0) / 2 AS half_x, (s.y1 - s.y0) / 2 AS half_y, (s.z1 - s.z0) / 2 AS half_z
+        FROM object_node AS n
+        JOIN shape AS s ON s.id = n.shape_id
+    ) AS n ON n.object_id = b.object_id AND n.body_no = b.body_no
 ) AS o
 JOIN part ON part.id = o.part_id
 WHERE o.x - o.half_x <= to_x AND o.y - o.half_y <= to_y AND o.z - o.half_z <= to_z

@@ -183,6 +183,7 @@ rule AS (
         concat('the pose lies ', CAST(s.prior_sigma AS NUMERIC(18, 2)), ' sigma from the prior, and ',
             CAST(h.max_sigma AS NUMERIC(18, 1)), ' are allowed')
     FROM sign AS s JOIN held AS h ON h.run_id = s.run_id
+    WHERE s.prior_sigma IS NOT NULL
     UNION ALL
     SELECT s.run_id, 2, 'apart', s.apart, h.max_apart, s.apart <= h.max_apart,
         concat('the cameras solved apart lie ', CAST(s.apart AS NUMERIC(18, 2)), ' sigma from each other, and ',
@@ -214,11 +215,12 @@ CREATE VIEW why_hypothesis (  -- Each pose that was refined, and why it is the b
     rule,  -- best, rival, less_evidence or far_from_prior
     found,  -- evidence that it gathers in all pictures, of edges and of greys beside outlines
     least,  -- evidence that a rival has more than
-    distance,  -- sigmas from the prior
+    distance,  -- sigmas from the prior; null where there is none
     sentence  -- the decision in words
 ) AS
 WITH gathered AS (
-    SELECT h.run_id, h.hypothesis_no, h.cost, h.distance, sum(s.found) + h.outline_evidence AS found
+    SELECT h.run_id, h.hypothesis_no, h.cost, h.distance, coalesce(0.5 * h.distance * h.distance, 0) AS believed,
+        sum(s.found) + h.outline_evidence AS found
     FROM hypothesis AS h
     JOIN hypothesis_support AS s ON s.run_id = h.run_id AND s.hypothesis_no = h.hypothesis_no
     GROUP BY h.run_id, h.hypothesis_no, h.cost, h.distance, h.outline_evidence
@@ -228,31 +230,33 @@ ranked AS (
     FROM gathered AS g
 ),
 held AS (
-    SELECT b.run_id, b.hypothesis_no, b.found, b.distance,
+    SELECT b.run_id, b.hypothesis_no, b.found, b.believed,
         greatest(max(CASE t.name WHEN 'rival_share' THEN t.value END) * b.found,
             max(CASE t.name WHEN 'min_margin' THEN t.value END)) AS margin,
         max(CASE t.name WHEN 'prior_odds' THEN t.value END) AS prior_odds
     FROM ranked AS b
     JOIN threshold AS t ON t.run_id = b.run_id AND t.decision = 'verdict'
     WHERE b.place = 1
-    GROUP BY b.run_id, b.hypothesis_no, b.found, b.distance
+    GROUP BY b.run_id, b.hypothesis_no, b.found, b.believed
 ),
 judged AS (
     SELECT r.run_id, r.hypothesis_no, r.found, r.distance, h.found - h.margin AS least,
-        h.prior_odds, 0.5 * (r.distance * r.distance - h.distance * h.distance) AS odds,
+        h.prior_odds, r.believed - h.believed AS odds,
         CASE
             WHEN r.hypothesis_no = 0 THEN 'best'
             WHEN r.hypothesis_no = h.hypothesis_no THEN 'rival'
             WHEN r.found <= h.found - h.margin THEN 'less_evidence'
-            WHEN 0.5 * (r.distance * r.distance - h.distance * h.distance) >= h.prior_odds THEN 'far_from_prior'
+            WHEN r.believed - h.believed >= h.prior_odds THEN 'far_from_prior'
             ELSE 'rival'
         END AS rule
     FROM ranked AS r
     JOIN held AS h ON h.run_id = r.run_id
 )
 SELECT run_id, hypothesis_no, rule, found, least, distance,
-    concat('pose ', hypothesis_no, ' gathers evidence of ', CAST(found AS NUMERIC(18, 1)), ' and lies ',
-        CAST(distance AS NUMERIC(18, 2)), ' sigma from the prior: ',
+    concat('pose ', hypothesis_no, ' gathers evidence of ', CAST(found AS NUMERIC(18, 1)),
+        CASE WHEN distance IS NULL THEN ''
+            ELSE concat(' and lies ', CAST(distance AS NUMERIC(18, 2)), ' sigma from the prior') END,
+        ': ',
         CASE rule
             WHEN 'best' THEN 'it is the best'
             WHEN 'rival' THEN 'it is a rival of the best'

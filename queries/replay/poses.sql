@@ -3,7 +3,7 @@
 WITH poses AS (
     SELECT 'prior' AS what, 0 AS number,
         m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23, prior_covariance AS covariance, 0.0 AS log_odds
-    FROM inspection WHERE run_id = :run
+    FROM inspection WHERE run_id = :run AND prior_covariance IS NOT NULL
     UNION ALL
     SELECT 'pose', 0, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23, covariance, 0.0
     FROM pose WHERE run_id = :run

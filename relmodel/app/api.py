@@ -43,13 +43,13 @@ class OpenStore(IndexedStore):
         *,
         rig: str | Path,
         left: str | Path,
-        prior: str | Path,
         right: str | Path | None = None,
+        prior: str | Path | None = None,
         needs: Needs | None = None,
         world: str | None = None,
         carrier: Carrier | None = None,
     ) -> Inspection:
-        """Inspect a stereo pair, or the picture of the left camera alone: `vision.inspection.inspection.inspect`.
+        """Inspect a stereo pair, or with a prior the left camera alone: `vision.inspection.inspection.inspect`.
 
         A notebook shows the answer with the model drawn over the pictures.
         """

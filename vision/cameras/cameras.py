@@ -160,7 +160,7 @@ class Rig:
 @dataclass(frozen=True)
 class Prior:
     """Where the rig is thought to be, and the covariance (6, 6) of a right perturbation in the rig's frame, ordered
-    (t mm, r rad)."""
+    (t mm, r rad); an infinite one where nothing is known, and the pose then only a place to count from."""
 
     world_from_rig: Floats
     covariance: Floats
@@ -170,23 +170,40 @@ class Prior:
         """A prior with one standard deviation (mm, rad) along and about every axis of the rig's frame."""
         return Prior(world_from_rig, np.diag(np.repeat([sigma_translation_mm**2, sigma_rotation**2], 3)))
 
+    @staticmethod
+    def open(world_from_rig: Floats) -> Prior:
+        """No prior at all."""
+        return Prior(world_from_rig, np.diag(np.full(6, np.inf)))
+
+    @cached_property
+    def is_open(self) -> bool:
+        """Whether nothing is known."""
+        return not np.isfinite(self.covariance).all()
+
     @cached_property
     def information(self) -> Floats:
-        """Inverse (6, 6) of the covariance."""
-        return np.asarray(np.linalg.inv(self.covariance))
+        """Inverse (6, 6) of the covariance; where nothing is known so little that no measurement notices it, and normal
+        equations can be solved."""
+        return np.asarray(1e-9 * np.eye(6) if self.is_open else np.linalg.inv(self.covariance))
 
     @cached_property
     def sigma_translation_mm(self) -> float:
         """Standard deviation along the worst direction, mm."""
+        if self.is_open:
+            return float("inf")
         return float(np.sqrt(np.linalg.eigvalsh(self.covariance[:3, :3])[-1]))
 
     @cached_property
     def sigma_rotation(self) -> float:
         """Standard deviation about the worst axis, rad."""
+        if self.is_open:
+            return float("inf")
         return float(np.sqrt(np.linalg.eigvalsh(self.covariance[3:, 3:])[-1]))
 
     def distance(self, world_from_rig: Floats) -> float:
-        """How far (sigmas, in six dimensions) a pose lies from the prior."""
+        """How far (sigmas, in six dimensions) a pose lies from the prior; NaN where nothing is known."""
+        if self.is_open:
+            return float("nan")
         delta = perturbation(self.world_from_rig, world_from_rig)
         return float(np.sqrt(delta @ self.information @ delta))
 

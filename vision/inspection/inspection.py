@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import Floats
@@ -22,6 +23,7 @@ from vision.cameras.files import read_needs, read_prior, read_rig, rig_inputs
 from vision.cameras.images import read_pictures, tell_bits
 from vision.cameras.record_cameras import find_rig
 from vision.cameras.view_volume import Selection, select_in_view
+from vision.constellations.find_poses import find_poses
 from vision.extraction import extract as extraction
 from vision.extraction.primitives import Primitives
 from vision.inspection.crops import check_crops, write_crops
@@ -120,7 +122,10 @@ class Inspection:
                 "translation_mm": self.needs.translation_mm,
                 "rotation_deg": math.degrees(self.needs.rotation),
             },
-            "sigma": {"translation_mm": self.sigma_mm, "rotation_deg": math.degrees(self.sigma_rad)},
+            "sigma": {
+                "translation_mm": _stated(self.sigma_mm),
+                "rotation_deg": _stated(math.degrees(self.sigma_rad)),
+            },
             "weakest": self.weakest,
             "world_from_rig": plain(self.world_from_rig),
             "world_from_camera": {name: plain(pose) for name, pose in self.world_from_camera.items()},
@@ -136,12 +141,17 @@ class Inspection:
         }
 
 
+def _stated(value: float) -> float | None:
+    """A number as JSON has it: none where nothing is known."""
+    return value if math.isfinite(value) else None
+
+
 def inspect(
     store: Store,
     *,
     rig: str | Path,
     left: str | Path,
-    prior: str | Path,
+    prior: str | Path | None = None,
     needs: Needs | None = None,
     right: str | Path | None = None,
     world: str | None = None,
@@ -155,7 +165,8 @@ def inspect(
 ) -> Inspection:
     """Inspect a stereo pair, or the picture of the left camera alone, against a world of the store.
 
-    rig, prior: files, the rig in any format of `read_rig`; needs: how exactly the pose is needed, else as the prior
+    rig, prior: files, the rig in any format of `read_rig`; without a prior a pair is located by the circles that stereo
+    finds, wherever in the world it was taken; needs: how exactly the pose is needed, else as the prior
     file says, else the default; left, right: pictures; world: its name, where the store has several; carrier: how
     the object stands that carries the rig, which is found by the rig's content; variants: whether to weigh all
     loaded variants of the inspected objects at the pose found, None where something is not as the model says and
@@ -179,10 +190,10 @@ def inspect(
         store,
         "inspect",
         {**call.parameters(), **asdict(parameters)},
-        inputs=digest_inputs({**paths, **rig_inputs(rig), "prior": prior}),
+        inputs=digest_inputs({**paths, **rig_inputs(rig)} | ({} if prior is None else {"prior": prior})),
         packages=PACKAGES,
     ) as run:
-        return _inspect(store, run, call, Path(rig), paths, Path(prior), needs, parameters)
+        return _inspect(store, run, call, Path(rig), paths, None if prior is None else Path(prior), needs, parameters)
 
 
 @dataclass(frozen=True)
@@ -210,7 +221,7 @@ def _inspect(
     call: _Call,
     rig: Path,
     paths: dict[str, Path],
-    prior: Path,
+    prior: Path | None,
     needs: Needs | None,
     parameters: InspectionParameters,
 ) -> Inspection:
@@ -219,16 +230,14 @@ def _inspect(
     if len(paths) > 1:
         rectify(cameras)  # refuses a pair that cannot be matched
         check_method(parameters.stereo.method)
-    believed = read_prior(prior)
-    needs = needs or read_needs(prior) or DEFAULT_NEEDS
+    elif prior is None:
+        raise InputError("one picture needs a prior: give --prior, or the other picture of the pair")
+    believed = None if prior is None else read_prior(prior)
+    needs = needs or (read_needs(prior) if prior is not None else None) or DEFAULT_NEEDS
     pictures = read_pictures(paths, cameras)
     run.step("read")
     mounted = _mounted(store, call.world_id, whole, call.carrier)
-    selection = select_in_view(store, cameras, believed, parameters.selection, world=call.world)
-    if not len(selection.shown):
-        raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
-    with store.read() as connection:
-        stored = read_scene(store, connection, call.world_id, selection.occurrence_id.tolist())
+    stored, selection = _select(store, call, cameras, believed, parameters)
     run.step("select")
 
     workspace = open_workspace()
@@ -237,6 +246,15 @@ def _inspect(
     run.step("extract")
     stereo = _stereo(stored, cameras, believed, primitives, parameters)
     run.step("stereo")
+    starts = None
+    if believed is None and stereo is not None:
+        with store.read() as connection:
+            believed, starts = find_poses(
+                store, connection, stored.scene, call.world_id, stereo.triangulated, parameters.constellations
+            )
+        store.release()
+        run.step("join")
+    assert believed is not None  # one picture has a prior
     found = localise(
         stored.scene,
         cameras,
@@ -246,6 +264,7 @@ def _inspect(
         needs,
         parameters.localisation,
         None if stereo is None else dict(zip(cameras.cameras, stereo.partnered, strict=True)),
+        starts,
     )
     run.step("localise")
     matched = match_views(
@@ -317,6 +336,22 @@ def _inspect(
     return _answer(run, cameras, needs, found, outcome, correction, parts, presence, ranked, selection, notes)
 
 
+def _select(
+    store: Store, call: _Call, rig: Rig, prior: Prior | None, parameters: InspectionParameters
+) -> tuple[StoredScene, Selection]:
+    """What of the world may be in view: all of it where nothing is known beforehand."""
+    if prior is None:
+        with store.read() as connection:
+            stored = read_scene(store, connection, call.world_id)
+        count = len(stored.occurrence_id)
+        return stored, Selection(stored.occurrence_id, np.full(count, -1), np.ones(count, bool))
+    selection = select_in_view(store, rig, prior, parameters.selection, world=call.world)
+    if not len(selection.shown):
+        raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
+    with store.read() as connection:
+        return read_scene(store, connection, call.world_id, selection.occurrence_id.tolist()), selection
+
+
 def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> MountedRig | None:
     """The rig as the world mounts it, the joints as given; None where it is not mounted."""
     with store.read() as connection:
@@ -346,13 +381,17 @@ def _correction(mounted: MountedRig | None, carrier: Carrier, found: Localisatio
 
 
 def _stereo(
-    stored: StoredScene, rig: Rig, prior: Prior, pictures: dict[str, Primitives], parameters: InspectionParameters
+    stored: StoredScene,
+    rig: Rig,
+    prior: Prior | None,
+    pictures: dict[str, Primitives],
+    parameters: InspectionParameters,
 ) -> StereoMatches | None:
     """Matches of a pair; None for one camera."""
     if len(pictures) < 2:
         return None
     depths = None
-    if parameters.stereo_gate:
+    if parameters.stereo_gate and prior is not None:
         depths = predict_depth_range(
             stored.scene, rig, prior.world_from_rig, prior.covariance, parameters.stereo.depth_range
         )

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from vision.cameras.view_volume import SelectionParameters
+from vision.constellations.constellation_parameters import ConstellationParameters
 from vision.extraction.extraction_parameters import ExtractionParameters
 from vision.localisation.localisation_parameters import LocalisationParameters
 from vision.matching.matching_parameters import MatchingParameters
@@ -19,6 +20,7 @@ class InspectionParameters:
     stereo: StereoParameters = field(default_factory=StereoParameters)
     stereo_gate: bool = False
     """whether the model at the prior bounds the depths that stereo looks at"""
+    constellations: ConstellationParameters = field(default_factory=ConstellationParameters)
     localisation: LocalisationParameters = field(default_factory=LocalisationParameters)
     matching: MatchingParameters = field(default_factory=MatchingParameters)
     presence: PresenceParameters = field(default_factory=PresenceParameters)

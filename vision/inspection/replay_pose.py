@@ -96,7 +96,7 @@ def replay_verdict(store: Database, connection: Connection, run: int, given: Any
     margin = g.cost[1:].min() - g.cost[0] if len(tried) > 1 else None
     for what, values, replayed in (
         ("best hypothesis", found.world_from_rig, tried[standing[0]]),
-        ("distances from the prior", g.prior_sigma, [prior.distance(pose) for pose in tried]),
+        *([] if prior.is_open else [("distances from the prior", g.prior_sigma, [prior.distance(x) for x in tried])]),
         ("costs", h["cost"], g.cost),
         ("shares of the evidence expected", h["evidence_ratio"], g.share),
         *((name, signs.get(name), again.weighed.get(name)) for name in sorted(signs.keys() | again.weighed.keys())),
@@ -139,6 +139,8 @@ def _read_poses(store: Database, connection: Connection, run: int) -> dict[str, 
 
 
 def _prior(poses: dict[str, list[Explanation]]) -> Prior:
+    if "prior" not in poses:
+        return Prior.open(np.eye(4))
     return Prior(poses["prior"][0].world_from_rig, poses["prior"][0].covariance)
 
 

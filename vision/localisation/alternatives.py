@@ -72,10 +72,11 @@ def find_displacements(
             mine = shift[first[row.ravel() == k]]
             best.append((float(votes[k]), np.median(mine, axis=0)))
     best.sort(key=lambda v: (-v[0], *v[1]))
+    left = np.array([d for _, d in best]).reshape(-1, 3)
     kept: list[Floats] = []
-    for _, d in best:
-        if all(np.linalg.norm(d - other) > 2 * p.box_mm for other in kept):
-            kept.append(d)
+    while len(left):
+        kept.append(left[0])
+        left = left[np.linalg.norm(left - left[0], axis=1) > 2 * p.box_mm]
     return np.array(kept).reshape(-1, 3)
 
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from relmodel.arrays import Floats, Floats32, Ints
+from relmodel.arrays import Bools, Floats, Floats32, Ints
 from relmodel.geometry.transforms import rotation_matrix, skew
-from vision.cameras.cameras import Prior, Rig
+from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.localisation.evidence import EdgePoints, Evidence, bin_orientations, build_evidence
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.visibility import VisibleArcs, are_in_picture, find_visible_arcs
@@ -175,18 +175,31 @@ class Candidates:
     score: Floats
     stages: list[Stage] = field(default_factory=list)
 
+    def take(self, rows: Bools) -> Candidates:
+        """Some of them, with the stages of all."""
+        return replace(self, delta=self.delta[rows], score=self.score[rows])
 
-def select_samples(scene: Scene, rig: Rig, prior: Prior, p: LocalisationParameters = DEFAULTS) -> Scene:
-    """The scene with only those samples of arcs and silhouettes that may come into a picture under the prior, those of
-    far rivals included, thinned to about `p.search.sample_spacing_px`."""
+
+def select_under_prior(scene: Scene, rig: Rig, prior: Prior, p: LocalisationParameters = DEFAULTS) -> Scene:
+    """The scene with only what may come into a picture under the prior, far rivals included: `select_samples`."""
     width = max(max(c.width, c.height) for c in rig.cameras.values())
     margin_px = min(p.search.select_sigma * predict_shift_sigma(scene, rig, prior), 2.0 * width)
-    length = np.zeros(len(scene.sample_length))
+    return select_samples(scene, rig, prior.world_from_rig[None], margin_px, p)
+
+
+def select_samples(
+    scene: Scene, rig: Rig, poses: Floats, margin_px: float, p: LocalisationParameters = DEFAULTS
+) -> Scene:
+    """The scene with only those samples of arcs and silhouettes that come into a picture, or within `margin_px` of one,
+    from one of the poses (k, 4, 4) of the rig, thinned to about `p.search.sample_spacing_px`."""
     scale = np.zeros(len(scene.sample_length))
     keep = np.zeros(len(scene.curved_triangles), bool)
     middle = scene.vertices[scene.triangles[scene.curved_triangles]].mean(axis=1)
-    for name, camera in rig.cameras.items():
-        pose = prior.world_from_rig @ rig.rig_from_camera[name]
+    for camera, pose in [
+        (camera, world_from_rig @ rig.rig_from_camera[name])
+        for world_from_rig in poses
+        for name, camera in rig.cameras.items()
+    ]:
         rows = np.flatnonzero(are_in_picture(scene.sample_point, camera, pose, margin_px))
         depth = np.einsum("ij,j->i", scene.sample_point[rows] - pose[:3, 3], pose[:3, 2])
         scale[rows] = np.maximum(scale[rows], camera.matrix[0, 0] / depth)
@@ -327,6 +340,25 @@ def _scan(
     _in_threads(count, scan)
     delta[:, 3:] += turns[best]
     return delta, score
+
+
+def climb_each(
+    scene: Scene, rig: Rig, fine: list[Evidence], prior: Prior, starts: Candidates, p: LocalisationParameters = DEFAULTS
+) -> Candidates:
+    """Candidates (perturbations of the prior, whatever their scores mean), each led uphill on the fine evidence from a
+    prediction of its own."""
+    delta, score = starts.delta.copy(), np.full(len(starts.delta), -np.inf)
+    for row, pose in enumerate(perturb(prior.world_from_rig, starts.delta)):
+        prediction = predict(scene, rig, pose, p.rivals.samples, p=p)
+        if len(prediction.point):
+            step, reached = climb(
+                prediction, fine, np.zeros((1, 6)), prior.information, p.search.climb_first_px, p.search.climb_last_px
+            )
+            delta[row], score[row] = perturbation(prior.world_from_rig, perturb(pose, step[0])), reached[0]
+    order = np.argsort(-score, kind="stable")
+    order = order[np.isfinite(score[order])]
+    climbed = describe_stage("climb", delta[order], score[order], [], score[order])
+    return Candidates(delta[order], score[order], [*starts.stages, climbed])
 
 
 def climb(

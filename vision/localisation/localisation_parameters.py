@@ -58,6 +58,10 @@ class SearchParameters:
     """px between the samples that are kept for the search"""
     select_sigma: float = 6.0
     """sigmas of image shift beyond the pictures within which arcs are kept"""
+    select_px: float = 60.0
+    """px beyond the pictures within which arcs are kept about poses that need no search"""
+    least_share: float = 0.5
+    """share of the best start's score from which others climb too, where the join gives starts"""
     scan_sigma: float = 2.5
     """sigmas of image shift beyond the pictures within which they are predicted for the scan"""
     scan_samples: int = 800

@@ -19,11 +19,13 @@ from vision.localisation.hypotheses import (
     Stage,
     build_fine_evidence,
     climb,
+    climb_each,
     describe_stage,
     predict,
     project_with_jacobians,
     search_poses,
     select_samples,
+    select_under_prior,
 )
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.measurements import EdgeIndex
@@ -78,22 +80,33 @@ def localise(
     needs: Needs = DEFAULT_NEEDS,
     p: LocalisationParameters = DEFAULTS,
     partnered: Mapping[str, Bools] | None = None,
+    starts: Candidates | None = None,
 ) -> Localisation:
     """The pose of the rig, from what was extracted from its pictures and their greys (rows, columns), by camera.
 
-    partnered: of each camera, which arcs (n,) have a partner in stereo, where there is stereo.
+    partnered: of each camera, which arcs (n,) have a partner in stereo, where there is stereo.  starts: poses that take
+    the place of a search of the prior's volume, perturbations of the prior, which may be open.
     """
     clock = Clock()
     points = {name: collect_edge_points(pictures[name], camera, p.evidence) for name, camera in rig.cameras.items()}
     odds = {name: _partner_odds(pictures[name], has, p) for name, has in (partnered or {}).items()}
     indexes = {name: EdgeIndex(own, odds.get(name, 0.0)) for name, own in points.items()}
-    near = select_samples(scene, rig, prior, p)
+    if starts is None:
+        near = select_under_prior(scene, rig, prior, p)
+    else:
+        starts = starts.take(starts.score >= p.search.least_share * starts.score.max(initial=0.0))
+        near = select_samples(scene, rig, perturb(prior.world_from_rig, starts.delta), p.search.select_px, p)
     clock.lap("select")
     fine = build_fine_evidence(rig, points, p)
-    found = search_poses(near, rig, points, fine, prior, p)
+    if starts is None:
+        found = search_poses(near, rig, points, fine, prior, p)
+    else:
+        found = climb_each(near, rig, fine, prior, starts, p)
     clock.lap("search")
     if not len(found.score):
         nothing = "no arc of the model is in view near the prior"
+        if starts is not None:
+            nothing = "no circles of the model lie to each other as those that the pictures put in space: give a prior"
         unknown = Verdict("refused", nothing, 0.0, [nothing], prior.sigma_translation_mm, prior.sigma_rotation, "all")
         return Localisation(unknown, None, [], [], [], indexes, {}, clock.laps)
     solver = _Solver(scene, near, rig, indexes, fine, lay_grey_grids(rig, greys, p.outlines), prior, p)
@@ -165,8 +178,9 @@ class _Solver:
         stages = [*before, replace(climbed, rule=rule)]
         shapes = describe_arc_shapes(self.scene)
         asked: list[Refined] = []
-        # The best may change as rivals come in: what repeats about the new best is asked too.
-        for _ in range(self.p.rivals.rounds):
+        # The best may change as rivals come in: what repeats about the new best is asked too.  Where no prior bounds
+        # that, the starts hold it already.
+        for _ in range(0 if self.prior.is_open else self.p.rivals.rounds):
             done.sort(key=lambda h: h.cost)
             if done[0] in asked:
                 break

@@ -46,8 +46,8 @@ class Refined:
     """A refined pose, its covariance (6, 6), each camera's own unknowns (c, 10), and what it rests on.
 
     excluded (b,): which of the scene's components are left out because they are not where the model says.
-    prior_sigma: its distance from the prior.  outlines: the greys beside the outlines, where they were asked for.
-    last_step: where prediction, measurements and support are of.
+    prior_sigma: its distance from the prior, NaN where nothing is known beforehand.  outlines: the greys beside the
+    outlines, where they were asked for.  last_step: where prediction, measurements and support are of.
     cost: half of the prior's distance squared, less the evidence of edges and outlines.
     """
 
@@ -74,7 +74,8 @@ class Refined:
 
     @property
     def cost(self) -> float:
-        return 0.5 * self.prior_sigma**2 - self.evidence - (self.outlines.evidence if self.outlines else 0.0)
+        far = 0.0 if np.isnan(self.prior_sigma) else 0.5 * self.prior_sigma**2
+        return far - self.evidence - (self.outlines.evidence if self.outlines else 0.0)
 
 
 def refine(
@@ -148,7 +149,8 @@ def take_last_step(
 def _distance(a: Refined, b: Refined) -> float:
     """How far pose a lies from b, in sigmas of b."""
     apart = perturbation(b.world_from_rig, a.world_from_rig)
-    return float(np.sqrt(apart @ np.linalg.solve(b.covariance, apart)))
+    square = float(apart @ np.linalg.solve(b.covariance, apart))
+    return float(max(square, 0.0) ** 0.5)
 
 
 def join_explanations(world_from_rig: Floats, covariance: Floats, others: list[Explanation]) -> Floats:
@@ -168,7 +170,7 @@ def normal_equations(
     """Hessian and gradient of least squares by (t, r, each camera's own unknowns), the priors of all included."""
     scaled = m.jacobian * (m.weight / m.sigma**2)[:, None]
     hessian, gradient = scaled.T @ m.jacobian, scaled.T @ m.offset
-    away = perturbation(prior.world_from_rig, world_from_rig)
+    away = np.zeros(6) if prior.is_open else perturbation(prior.world_from_rig, world_from_rig)
     turn = np.eye(6)
     turn[:3, :3] = rotation_matrix(away[3:])
     information = turn.T @ prior.information
@@ -307,7 +309,7 @@ def _find_consensus(
     # The smallest of exponentials with these rates: a draw without replacement in proportion to length.
     drawn = usable[np.argsort(keys, axis=1)[:, :size]]
     information = prior.information
-    away = perturbation(prior.world_from_rig, world_from_rig)
+    away = np.zeros(6) if prior.is_open else perturbation(prior.world_from_rig, world_from_rig)
     steps = np.linalg.solve(
         hessians[drawn].sum(axis=1) + information, (gradients[drawn].sum(axis=1) - information @ away)[..., None]
     )[..., 0]

@@ -48,10 +48,10 @@ class Verdict:
 class Gathered:
     """What hypotheses gather, as columns (h,).
 
-    prior_sigma: distance from the prior; evidence: log odds of the edges against chance; found, expected: sum of the
-    places' log odds without regard to arcs, and its expectation at the right pose; outline_px, outline_contrast,
-    outline_evidence: length of the outlines against the background, contrast of the greys beside them, and the log odds
-    that they are outlines.
+    prior_sigma: distance from the prior, NaN where there is none; evidence: log odds of the edges against chance;
+    found, expected: sum of the places' log odds without regard to arcs, and its expectation at the right pose;
+    outline_px, outline_contrast, outline_evidence: length of the outlines against the background, contrast of the greys
+    beside them, and the log odds that they are outlines.
     """
 
     prior_sigma: Floats
@@ -74,9 +74,14 @@ class Gathered:
         return cls(*np.array(rows, float).T)
 
     @property
+    def believed(self) -> Floats:
+        """Half of the distance from the prior squared; 0 where there is none."""
+        return np.nan_to_num(0.5 * self.prior_sigma**2)
+
+    @property
     def cost(self) -> Floats:
-        """Half of the prior's distance squared, less the evidence of edges and outlines."""
-        return np.asarray(0.5 * self.prior_sigma**2 - self.evidence - self.outline_evidence)
+        """What the prior takes off, less the evidence of edges and outlines."""
+        return np.asarray(self.believed - self.evidence - self.outline_evidence)
 
     @property
     def share(self) -> Floats:
@@ -93,9 +98,9 @@ def find_standing(g: Gathered, p: VerdictParameters) -> Ints:
     first, *others = np.argsort(g.cost, kind="stable").tolist()
     found = g.found + g.outline_evidence
     near = found > found[first] - max(p.rival_share * found[first], p.min_margin)
-    near &= 0.5 * (g.prior_sigma**2 - g.prior_sigma[first] ** 2) < p.prior_odds
+    near &= g.believed - g.believed[first] < p.prior_odds
     standing = np.array([first, *(h for h in others if near[h])])
-    return np.asarray(standing[np.argsort(g.prior_sigma[standing], kind="stable")])
+    return np.asarray(standing[np.argsort(g.believed[standing], kind="stable")])
 
 
 def compute_precision(covariance: Floats, middle: Floats) -> tuple[float, float, str]:
@@ -139,10 +144,10 @@ def compute_disagreement(poses: Sequence[tuple[Floats, Floats]]) -> float:
 class Signs:
     """What speaks for and against a pose, as the posterior weighs it.
 
-    evidence: log odds of the edges against chance; prior_sigma: distance from the prior; share: evidence found over
-    what the right pose is expected to find; agreement: share of the edges found that lie on the arcs; outline_px,
-    outline_contrast: length of the outlines against the background and the contrast of greys beside them; apart: sigmas
-    between the poses that single cameras give."""
+    evidence: log odds of the edges against chance; prior_sigma: distance from the prior, NaN where there is none;
+    share: evidence found over what the right pose is expected to find; agreement: share of the edges found that lie on
+    the arcs; outline_px, outline_contrast: length of the outlines against the background and the contrast of greys
+    beside them; apart: sigmas between the poses that single cameras give."""
 
     evidence: float
     prior_sigma: float
@@ -155,7 +160,7 @@ class Signs:
     def columns(self, p: VerdictParameters) -> Floats:
         """The signs (3,) that the posterior weighs: the evidence less what the prior takes off beyond what it takes off
         the right pose in the mean; share; agreement."""
-        left = self.evidence - 0.5 * (self.prior_sigma**2 - 6)
+        left = self.evidence - float(np.nan_to_num(0.5 * (self.prior_sigma**2 - 6)))
         against_chance = np.log(max(left, 1.0) / p.chance_evidence)
         return np.array([against_chance, min(self.share, p.most_share), self.agreement])
 
@@ -214,11 +219,10 @@ def judge(
     """The rule of `decide` on numbers: the agreement of the best, the poses that single cameras give, the precision of
     the best, and how many components it leaves out."""
     signs = read_signs(g, int(standing[0]), agreement, alone)
-    costs, prior_sigmas = g.cost[standing], g.prior_sigma[standing]
+    costs, believed, from_prior = g.cost[standing], g.believed[standing], signs.prior_sigma
     odds = signs.log_odds(p)
     # Rivals share what the best has in proportion to prior and evidence, which is tempered: neighbouring edges err
     # together.
-    believed = 0.5 * prior_sigmas**2
     costs = p.temper * (costs - believed) + believed
     share = 1.0 / float(np.exp(-(costs - costs[0])).sum())
     likely = 1.0 / (1.0 + float(np.exp(-odds)))
@@ -232,8 +236,8 @@ def judge(
             f"contrast of {round(signs.outline_contrast, 1) + 0.0:.1f} along {signs.outline_px:.0f} px of outline"
             + (f", cameras solved apart {signs.apart:.1f} sigma from each other" if alone else "")
         )
-    if prior_sigmas[0] > p.max_sigma:
-        missing.append(f"the pose lies {prior_sigmas[0]:.1f} sigma from the prior, which contradicts it")
+    if from_prior > p.max_sigma:
+        missing.append(f"the pose lies {from_prior:.1f} sigma from the prior, which contradicts it")
     if signs.apart > p.max_apart_sigma:
         missing.append(f"the cameras solved apart disagree by {signs.apart:.0f} sigma: check the rig's calibration")
     if 2 * sigma_mm > needs.translation_mm or 2 * sigma_rad > needs.rotation:
@@ -248,7 +252,7 @@ def judge(
             "accepted",
             (
                 f"probability {_percent(posterior)}: {_share(signs.share)} of the expected edge evidence found, "
-                f"no rival pose, {prior_sigmas[0]:.1f} sigma from the prior"
+                "no rival pose" + ("" if np.isnan(from_prior) else f", {from_prior:.1f} sigma from the prior")
             ),
         )
         if excluded:
@@ -256,7 +260,7 @@ def judge(
     else:
         verdict = "ambiguous" if len(costs) > 1 and len(missing) == 1 else "refused"
         reason = "; ".join(missing)
-    weighed = asdict(signs) | {
+    weighed = {name: value for name, value in asdict(signs).items() if not np.isnan(value)} | {
         "log_odds": odds,
         "likely": likely,
         "sigma_mm": sigma_mm,

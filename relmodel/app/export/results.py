@@ -12,7 +12,6 @@ from sqlalchemy import Connection
 
 from relmodel.app.export.glb import Painted, in_metres, painted_meshes
 from relmodel.app.export.tables import of_store
-from relmodel.arrays import Floats
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
 from relmodel.paths import check_writable
@@ -77,8 +76,8 @@ def write_scene(
     store: Store, connection: Connection, tables: dict[str, pa.Table], path: Path, progress: Progress = silent
 ) -> None:
     """Write a GLB of the world of an inspection, m: a node a placed part, a node `rig` at the pose found and `prior` at
-    the prior, each with the cameras below it as glTF's own, which have neither distortion nor principal point; `extras`
-    have these and the verdict."""
+    the prior, where there is one, each with the cameras below it as glTF's own, which have neither distortion nor
+    principal point; `extras` have these and the verdict."""
     import trimesh
 
     check_writable(path, "file")
@@ -97,10 +96,10 @@ def write_scene(
     said = (*_CARRIED, "began_at", "verdict", "outcome", "reason", "posterior", "covariance")
     found = {name: answer[name] for name in said}
     cameras: dict[str, dict[str, Any]] = {}
-    for name, pose, extras in (
-        ("rig", answer["world_from_rig"], found),
-        ("prior", answer["prior"]["world_from_rig"], {"covariance": answer["prior"]["covariance"]}),
-    ):
+    rigs = [("rig", answer["world_from_rig"], found)]
+    if answer["prior"] is not None:
+        rigs.append(("prior", answer["prior"]["world_from_rig"], {"covariance": answer["prior"]["covariance"]}))
+    for name, pose, extras in rigs:
         scene.graph.update(name, "world", matrix=in_metres(np.array(pose)), metadata=extras)
         for camera in answer["camera"]:
             rig_from_camera = in_metres(np.array(camera["rig_from_camera"])) @ _CAMERA_FROM_GLTF
@@ -135,9 +134,9 @@ def _plain_row(table: str, row: dict[str, Any]) -> dict[str, Any]:
     above = () if table == "inspection" else _CARRIED
     out = {name: _plain(value) for name, value in row.items() if name not in (*MATRIX_COLUMNS, *above)}
     if table in _TRANSFORMS:
-        pose: Floats = matrices({name: np.array([row[name]]) for name in MATRIX_COLUMNS})[0]
-        out[_TRANSFORMS[table]] = pose.tolist()
-    if "covariance" in row:
+        stated = {name: np.array([row[name]]) for name in MATRIX_COLUMNS if row[name] is not None}
+        out[_TRANSFORMS[table]] = matrices(stated)[0].tolist() if stated else None
+    if row.get("covariance") is not None:
         out["covariance"] = np.reshape(row["covariance"], (6, 6)).tolist()
     return out
 

@@ -136,8 +136,9 @@ def _facts(
             if r.rule in _PRECISION:
                 words, unit = _PRECISION[r.rule]
                 facts.append((words, f"{r.value:.2g}{unit}", f"{r.gate:g}{unit} needed"))
-        away = np.linalg.norm([pose.x - prior.x, pose.y - prior.y, pose.z - prior.z])
-        facts.append(("from the prior", f"{away:.3g} mm", ""))
+        if prior.x is not None:
+            away = np.linalg.norm([pose.x - prior.x, pose.y - prior.y, pose.z - prior.z])
+            facts.append(("from the prior", f"{away:.3g} mm", ""))
         facts.append(
             ("edge evidence found", f"{min(pose.evidence_ratio, 1.0):.0%}".replace("%", " %"), "of what is expected")
         )

@@ -29,7 +29,11 @@ def run_scene(store: Store, connection: Connection, run: int) -> tuple[dict[str,
     parts = [placed(int(r.shape_id), r.path, pose_matrix(r), "seen" if r.in_view else "plain") for r in rows]
     lines, views = _cameras(store, connection, run, priors[0])
     part_of = {int(r.id): i for i, r in enumerate(rows)}
-    return scene(shapes, parts, lines, views, back=-pose_matrix(priors[0])[:3, 2]), part_of
+    seen_from = next(
+        (p for p in (priors[0], *store.rows(connection, "report/pose_matrix", run_id=run)) if p.m00 is not None), None
+    )
+    back = np.array([0.0, 0.0, 1.0]) if seen_from is None else -pose_matrix(seen_from)[:3, 2]
+    return scene(shapes, parts, lines, views, back=back), part_of
 
 
 def _cameras(store: Store, connection: Connection, run: int, prior: Any) -> tuple[list[Lines], list[dict[str, Any]]]:
@@ -39,7 +43,8 @@ def _cameras(store: Store, connection: Connection, run: int, prior: Any) -> tupl
     mean = store.rows(connection, "report/look", run_id=run)[0]
     lines: list[Lines] = []
     views = []
-    for colour, row in [("prior", prior), *[("pose", p) for p in poses]]:
+    rigs = [("prior", prior), *[("pose", p) for p in poses]]
+    for colour, row in [(colour, row) for colour, row in rigs if row.covariance is not None]:
         world_from_rig = pose_matrix(row)
         depth = _NO_DEPTH_MM
         if mean.x is not None:

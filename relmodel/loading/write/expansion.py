@@ -9,11 +9,12 @@ from relmodel.arrays import Bools, Floats, Ints
 from relmodel.find.find import BOX_COLUMNS
 from relmodel.find.packing import pack
 from relmodel.geometry.transforms import MATRIX_COLUMNS, boxes_carried, matrices
+from relmodel.loading.write.circles import append_circles
 from relmodel.store.database import Database
 
 
 def append_expansion(store: Database, connection: Connection, object_id: int) -> None:
-    """Append the nodes of an object and their pages to `object_node` and `object_page`, unless they are there."""
+    """Append the nodes of an object, their pages, and its circles with their relations, unless they are there."""
     if store.rows(connection, "load/expanded", object_id=object_id):
         return
     placed = store.columns(connection, "load/object_nodes", object_id=object_id)
@@ -40,6 +41,7 @@ def append_expansion(store: Database, connection: Connection, object_id: int) ->
     bounds = {name: boxes[:, i] for i, name in enumerate(BOX_COLUMNS)}
     append(parts, {**numbers, "body_no": bodies[number[parts]], "page": page, **bounds}, "part_id", "shape_id")
     store.insert(connection, "object_page", "load/object_pages", object_id=object_id)
+    append_circles(store, connection, object_id)
 
 
 def _parents(depth: Ints) -> Ints:

@@ -1,6 +1,7 @@
 """Inspect a stereo pair: say which parts are in view and where the cameras are.
 
-Without --right the picture of the left camera alone is used.  Where the world mounts the rig on an arm, an accepted
+Without --prior a pair is located by the circles that it shows, wherever in the world it was taken.  Without --right the
+picture of the left camera is used, which needs a prior.  Where the world mounts the rig on an arm, an accepted
 pose also says how far the arm's base stands from where the world has it, with the joints held unless their sigmas are
 given.  Exit status 0 where the pose is accepted, 1 where it is ambiguous or refused; 5 where it is accepted and
 something is there that --fail-on names.
@@ -39,7 +40,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--left", type=Path, required=True, metavar="PICTURE", help="picture of the camera left")
     parser.add_argument("--right", type=Path, metavar="PICTURE", help="picture of the camera right")
     parser.add_argument(
-        "--prior", type=Path, required=True, metavar="PRIOR.yaml", help="where the rig is thought to be, and how surely"
+        "--prior",
+        type=Path,
+        metavar="PRIOR.yaml",
+        help="where the rig is thought to be, and how surely (default: a pair is located wherever it was taken)",
     )
     parser.add_argument(
         "--needs",
@@ -168,8 +172,12 @@ def print_answer(answer: Inspection, form: str) -> None:
     for words in () if answer.base_correction is None else _correction_words(answer.base_correction):
         say(words)
     say(
-        f"selected from the world: {len(answer.selection.shown)} parts, of which {answer.selection.superfluous} in no "
-        "view of the poses sampled about the prior"
+        f"selected from the world: {len(answer.selection.shown)} parts"
+        + (
+            f", of which {answer.selection.superfluous} in no view of the poses sampled about the prior"
+            if answer.selection.superfluous
+            else ""
+        )
     )
     if answer.presence is None:
         names = ("path", "level", "visible_share")

@@ -1,0 +1,102 @@
+"""Relations of circles in space, two by two: the constellations by which a body is found again.
+
+A relation is what a rigid motion and a mirror leave alone of two circles: both radii, the distance of their centres,
+the cosines of the angles between the normals and between each normal and the line of the centres.  Normals have no
+sign.  Relations that agree are one class; of a class that repeats through a body only some pairs are kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from relmodel.arrays import Floats, Ints
+
+
+@dataclass(frozen=True)
+class CircleParameters:
+    """Which pairs of circles are related, mm."""
+
+    least_radius: float = 2.5
+    """mm: smaller circles are drilled by the hundred, and pictures show their radius badly"""
+    greatest_radius: float = 400.0
+    """mm: of greater circles a picture shows a flat arc, whose centre is anywhere"""
+    least_distance: float = 20.0
+    """mm between centres, from which on their line has a direction"""
+    greatest_distance: float = 500.0
+    """mm between centres: as far as one view reaches"""
+    radius_step: float = 0.1
+    """mm: radii within it are one class"""
+    distance_step: float = 0.5
+    """mm: distances likewise"""
+    cosine_step: float = 0.02
+    """cosines likewise"""
+    most_of_class: int = 64
+    """pairs of a class that are kept, evenly among all"""
+    most_parts: int = 2000
+    """parts of an object that are looked at, the greatest"""
+    most_circles: int = 3000
+    """circles of an object that are related, those of the rarest radii"""
+
+
+DEFAULTS = CircleParameters()
+
+
+def relate(centre: Floats, normal: Floats, radius: Floats, a: Ints, b: Ints) -> dict[str, Floats]:
+    """The relations of circles `a` (k,) with `b` (k,) of centre (n, 3) mm, unit normal (n, 3) and radius (n,) mm."""
+    line = centre[b] - centre[a]
+    distance = np.linalg.norm(line, axis=1)
+    line = line / np.maximum(distance, 1e-12)[:, None]
+    return {
+        "radius_a": radius[a],
+        "radius_b": radius[b],
+        "distance": distance,
+        "normals": np.abs(np.einsum("ij,ij->i", normal[a], normal[b])),
+        "rise_a": np.abs(np.einsum("ij,ij->i", normal[a], line)),
+        "rise_b": np.abs(np.einsum("ij,ij->i", normal[b], line)),
+    }
+
+
+def classify(
+    centre: Floats, normal: Floats, radius: Floats, p: CircleParameters = DEFAULTS
+) -> tuple[dict[str, Floats | Ints], dict[str, Ints]]:
+    """Columns of `circle_relation` and of `circle_pair`, without the object's identity, of circles that stay
+    together."""
+    from scipy.spatial import cKDTree
+
+    near = cKDTree(centre).query_pairs(p.greatest_distance, output_type="ndarray").reshape(-1, 2).astype(np.int64)
+    near = near[np.lexsort((near[:, 1], near[:, 0]))]
+    values = relate(centre, normal, radius, *near.T)
+    # The smaller circle comes first; of equals the one whose normal leans less on the line.
+    first, second = (
+        np.stack([np.round(values[f"{n}_a"], 2), np.round(values[f"{n}_b"], 2)]) for n in ("radius", "rise")
+    )
+    turned = (first[0] > first[1]) | ((first[0] == first[1]) & (second[0] > second[1]))
+    near[turned] = near[turned][:, ::-1]
+    near = near[values["distance"] >= p.least_distance]
+    values = relate(centre, normal, radius, *near.T)
+    steps = dict.fromkeys(values, p.cosine_step) | {"distance": p.distance_step}
+    steps |= {"radius_a": p.radius_step, "radius_b": p.radius_step}
+    cell = np.stack([np.rint(values[n] / steps[n]).astype(np.int64) for n in values], axis=1)
+    _, class_of, pairs = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
+    class_of = class_of.ravel()
+    means = {name: np.bincount(class_of, v, len(pairs)) / pairs for name, v in values.items()}
+    relations: dict[str, Floats | Ints] = {"class_no": np.arange(len(pairs)), "pairs": pairs, **means}
+    kept = _thin(class_of, pairs, p.most_of_class)
+    return relations, {"class_no": class_of[kept], "circle_a": near[kept, 0], "circle_b": near[kept, 1]}
+
+
+def select_rare(radius: Floats, p: CircleParameters = DEFAULTS) -> Ints:
+    """Rows of circles (n,), increasing: of too many for all to be related, those whose radius (mm) is rarest."""
+    _, of, count = np.unique(np.rint(radius / p.radius_step), return_inverse=True, return_counts=True)
+    return np.sort(np.argsort(count[of.ravel()], kind="stable")[: p.most_circles])
+
+
+def _thin(class_of: Ints, pairs: Ints, most: int) -> Ints:
+    """Rows in the order of their classes; of each at most so many, evenly among its rows."""
+    order = np.argsort(class_of, kind="stable")
+    place = np.arange(len(order)) - np.repeat(np.cumsum(pairs) - pairs, pairs)
+    count = pairs[class_of[order]]
+    kept = (count <= most) | ((place + 1) * most // count > place * most // count)
+    return np.asarray(order[kept])

@@ -1,0 +1,75 @@
+"""`relmodel inspect` without a prior: the join of circles finds the pose, and rows say that there was no prior."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+
+from relmodel.app.cli.main import main
+from relmodel.store import Store
+from tests.app.cli.conftest import DEMO, Inspection, Pair, inspected
+from vision.inspection.demonstration import measure_pose_error, read_truth
+
+
+@pytest.fixture(scope="session")
+def found(bulkhead_template: Path, pair: Pair, make_once: Callable[..., Path]) -> Inspection:
+    """The pair inspected without a prior."""
+
+    def inspect(folder: Path) -> None:
+        store = shutil.copy(bulkhead_template, folder / "cell.duckdb")
+        answer = inspected(str(store), *pair.options(prior=None))
+        (folder / "answer.json").write_text(json.dumps(answer))
+
+    folder = make_once("without_prior", inspect)
+    answer = json.loads((folder / "answer.json").read_text())
+    return Inspection(str(folder / "cell.duckdb"), answer, folder / "overlay.png")
+
+
+def test_the_pose_is_found_wherever_the_pair_was_taken(found: Inspection) -> None:
+    answer = found.answer
+    assert answer["verdict"] == "accepted", answer["reason"]
+    assert "prior" not in answer["reason"]
+    error = measure_pose_error(np.array(answer["world_from_rig"]), read_truth(DEMO / "pair_00_truth.json"))
+    assert error.target_mm < 0.3
+    assert error.rotation_deg < 0.05
+
+
+def test_rows_say_that_there_was_no_prior(found: Inspection) -> None:
+    run = found.answer["run"]
+    with Store.open(found.store, read_only=True) as store, store.read() as connection:
+
+        def ask(question: str) -> list[Any]:
+            return list(connection.execute(sa.text(question), {"run": run}))
+
+        assert ask("SELECT m00, prior_covariance FROM inspection WHERE run_id = :run") == [(None, None)]
+        assert set(ask("SELECT distance FROM hypothesis WHERE run_id = :run")) == {(None,)}
+        assert "prior" not in [row.rule for row in ask("SELECT rule FROM why_verdict WHERE run_id = :run")]
+        assert ask("SELECT count(*) FROM run_input WHERE run_id = :run AND role = 'prior'") == [(0,)]
+        joined = ask("SELECT looked_at FROM search_stage WHERE run_id = :run AND name = 'join'")
+    assert joined[0][0] >= 1
+
+
+def test_every_page_of_it_is_made(found: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    where = ["--store", found.store]
+    run = str(found.answer["run"])
+    assert main(["replay", run, *where]) == 0
+    capsys.readouterr()
+    assert main(["why", run, "--verdict", *where]) == 0
+    assert "prior" not in capsys.readouterr().out
+    assert main(["report", run, "--out", str(tmp_path / "run.html"), *where]) == 0
+    assert "from the prior" not in (tmp_path / "run.html").read_text()
+    for name in ("answer.json", "scene.glb"):
+        assert main(["export", "--run", run, "-o", str(tmp_path / name), *where]) == 0
+    assert json.loads((tmp_path / "answer.json").read_text())["prior"] is None
+
+
+def test_one_picture_needs_a_prior(found: Inspection, pair: Pair, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["inspect", *pair.options(prior=None, right=None), "--store", found.store]) == 3
+    assert "one picture needs a prior: give --prior, or the other picture" in capsys.readouterr().err

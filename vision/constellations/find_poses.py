@@ -1,0 +1,107 @@
+"""Poses of the rig with no prior: the join of circles, votes, scores, a fit to the model's arcs, and what repeats."""
+
+from __future__ import annotations
+
+import numpy as np
+from sqlalchemy import Connection
+
+from relmodel.arrays import Floats, Ints
+from relmodel.geometry.transforms import matrices
+from relmodel.store.database import Database
+from vision.cameras.cameras import Prior, perturbation
+from vision.constellations.circles import find_scene_circles, read_circles
+from vision.constellations.constellation_parameters import DEFAULTS, ConstellationParameters, PoseParameters
+from vision.constellations.join import join_pairs, solve_poses
+from vision.constellations.score import ModelArcs, ScenePoints, sample_scene
+from vision.localisation.hypotheses import Candidates, describe_stage
+from vision.scene.scene import Scene
+from vision.stereo.triangulate import Triangulated
+
+
+def find_poses(
+    store: Database,
+    connection: Connection,
+    scene: Scene,
+    world_id: int,
+    space: Triangulated,
+    p: ConstellationParameters = DEFAULTS,
+) -> tuple[Prior, Candidates]:
+    """Distinct poses at which circles in space fall on circles of the inspected objects, pair by pair.
+
+    scene: of the world.  Joined pairs that put the scene in the same
+    place vote together; the poses of most votes, counted and weighed by how rare their pairs are, are scored on some of
+    the scene's points, the best of these fitted to the model's arcs and scored on more.  Where the model repeats itself
+    about the best, the shifted poses are looked at too.  The poses are perturbations of the best, as of an open prior;
+    their scores are the shares of what stereo put in space that lies on the model's arcs."""
+    circles = find_scene_circles(space)
+    circles = circles.take((circles.radius >= p.join.least_radius) & (circles.radius <= p.join.greatest_radius))
+    poses, alike = [np.zeros((0, 4, 4))], [np.zeros(0, np.int64)]
+    objects = store.columns(connection, "constellations/objects", world_id=world_id)
+    for object_id, world_from_object in zip(objects["object_id"].tolist(), matrices(objects), strict=True):
+        joined = join_pairs(store, connection, object_id, circles, p.join)
+        solved = solve_poses(circles, read_circles(store, connection, object_id), joined)
+        poses.append(world_from_object @ solved.reshape(-1, 4, 4))
+        alike.append(np.repeat(joined.alike, 2))
+    started, rarity = np.concatenate(poses), 1.0 / np.concatenate(alike)
+    if not len(started):
+        return _candidates(np.zeros((0, 4, 4)), np.zeros(0))
+    points, arcs = sample_scene(space, p.poses), ModelArcs(scene, p.poses)
+    few, many = points.thin(p.poses.few_points), points.thin(p.poses.points)
+
+    voted = started[_vote(started, rarity, points, p.poses)]
+    scored = voted[_best_distinct(voted, arcs.score(voted, few), points, p.poses, p.poses.fitted)]
+    fitted = arcs.fit(scored, many)
+    share = arcs.score(fitted, many)
+    for pose in fitted[_best_ways(fitted, share, p.poses)]:
+        again = arcs.fit(arcs.shifted(pose, many), few)
+        fitted, share = np.concatenate([fitted, again]), np.concatenate([share, arcs.score(again, many)])
+    kept = _best_distinct(fitted, share, points, p.poses, p.poses.kept)
+    return _candidates(fitted[kept], share[kept])
+
+
+def _candidates(poses: Floats, share: Floats) -> tuple[Prior, Candidates]:
+    prior = Prior.open(poses[0] if len(poses) else np.eye(4))
+    delta = np.array([perturbation(prior.world_from_rig, pose) for pose in poses]).reshape(-1, 6)
+    stage = describe_stage("join", delta, share, ["goes_on"] * len(share), share)
+    return prior, Candidates(delta, share, [stage])
+
+
+def _vote(poses: Floats, rarity: Floats, points: ScenePoints, p: PoseParameters) -> Ints:
+    """One pose of each cell of poses, those with most votes by count and those with most by rarity."""
+    at = poses[:, :3, :3] @ points.middle + poses[:, :3, 3]
+    cell = np.column_stack([np.rint(at / p.cell_mm), np.rint(poses[:, :3, :2].reshape(-1, 6) / p.cell_rad)])
+    key = np.ascontiguousarray(cell.astype(np.int16)).view([("", np.int16)] * cell.shape[1]).ravel()
+    _, first, cell_of = np.unique(key, return_index=True, return_inverse=True)
+    votes = (np.bincount(cell_of), np.bincount(cell_of, rarity))
+    most = [np.argsort(-v, kind="stable")[: p.scored] for v in votes]
+    return np.asarray(first[np.unique(np.concatenate(most))], np.int64)
+
+
+def _best_ways(poses: Floats, share: Floats, p: PoseParameters) -> Ints:
+    """The best pose of each way the rig is turned that explains nearly as much as the best of all."""
+    left = np.argsort(-share, kind="stable")
+    left = left[share[left] >= p.alike_share * share[left[0]]]
+    kept: list[int] = []
+    while len(left):
+        kept.append(int(left[0]))
+        left = left[_angles(poses[left], poses[left[0]]) > p.distinct_rad]
+    return np.array(kept, np.int64)
+
+
+def _angles(poses: Floats, pose: Floats) -> Floats:
+    """By how much (k,) rad poses are turned against one."""
+    cosine = (np.einsum("kij,ij->k", poses[:, :3, :3], pose[:3, :3]) - 1) / 2
+    return np.asarray(np.arccos(np.clip(cosine, -1, 1)))
+
+
+def _best_distinct(poses: Floats, score: Floats, points: ScenePoints, p: PoseParameters, count: int) -> Ints:
+    """Rows of the best poses, at most `count`, no two of which put what is seen in one place."""
+    at = poses[:, :3, :3] @ points.middle + poses[:, :3, 3]
+    left = np.argsort(-score, kind="stable")
+    kept: list[int] = []
+    while len(left) and len(kept) < count:
+        row = int(left[0])
+        kept.append(row)
+        turned = _angles(poses[left], poses[row])
+        left = left[(np.linalg.norm(at[left] - at[row], axis=1) > p.distinct_mm) | (turned > p.distinct_rad)]
+    return np.array(kept, np.int64)
