@@ -52,7 +52,8 @@ class Noted:
 class Derived:
     """A model ready to be written.
 
-    shapes: by number of the shape, of those that the store lacks (the first of equal ones).  findings: of the model and of what follows from it.
+    shapes: by number of the shape, of those that the store lacks (the first of equal ones).  findings: of the model and
+    of what follows from it.
     """
 
     model: Model
