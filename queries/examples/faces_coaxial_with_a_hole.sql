@@ -17,7 +17,7 @@ of_datum AS (
     FROM datum
     JOIN feature_surface AS m ON m.shape_id = datum.shape_id AND m.feature_no = datum.feature_no
 )
--- Of round faces, those whose axis is the hole's: parallel to 1e-4 rad, and 1e-4 mm off at most.
+-- Of round faces, those on the axis of the hole, parallel to 1e-4 rad and 1e-4 mm off at most.
 SELECT DISTINCT s.surface_no
 FROM of_datum AS o
 JOIN shape_surface AS h ON h.shape_id = o.shape_id AND h.surface_no = o.surface_no
