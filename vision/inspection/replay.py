@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.errors import UsageError
+from relmodel.geometry.transforms import matrices
 from relmodel.identity import code_sha256
 from relmodel.labelling.branch_and_bound import MODE as DEFAULT_MODE
 from relmodel.labelling.solve import solve
@@ -18,11 +19,17 @@ from relmodel.labelling.star import MODE as STAR
 from relmodel.labelling.stored import read_problem
 from relmodel.store import Store
 from relmodel.store.runs import package_versions
+from vision.cameras.cameras import perturb
+from vision.constellations.constellation_parameters import DEFAULTS as CONSTELLATIONS
+from vision.constellations.find_poses import find_poses
+from vision.inspection.record_inspection import STEREO
 from vision.inspection.replay_pose import Compared, read_parameters, replay_pose, replay_verdict
 from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
 from vision.matching.pose_problem import REASONS, PoseMatch
 from vision.matching.stored_match import match_stored
+from vision.scene.stored_scene import read_scene
 from vision.stereo.match import STARS
+from vision.stereo.record_stereo import read_triangulated
 
 TOLERANCE, OTHER_TOLERANCE = 1e-9, 1e-6
 """greatest difference, as a share of a value above 1, by the code, packages and machine that made the run; by others"""
@@ -73,6 +80,7 @@ def replay(store: Store, run: int) -> Replay:
         tolerance = OTHER_TOLERANCE if others else TOLERANCE
         compared = [
             *_replay_matching(store, connection, run),
+            *_replay_join(store, connection, run, given),
             *replay_pose(store, connection, run, parameters),
             *replay_verdict(store, connection, run, given),
         ]
@@ -134,6 +142,19 @@ def _replay_matching(store: Store, connection: Connection, run: int) -> Iterator
             yield from _compare_pairs(store, connection, run, number, step, match)
         yield Compared(step, "labels", labels, again.label.astype(float))
         yield Compared(step, "cost", np.array(problem.cost), np.array(float(again.cost)))
+
+
+def _replay_join(store: Store, connection: Connection, run: int, given: Any) -> Iterator[Compared]:
+    """The poses of the join, from the arcs that stereo put in space; nothing where the run had a prior."""
+    stored = store.columns(connection, "replay/joined_poses", run=run)
+    if not len(stored["score"]):
+        return
+    p = read_parameters(CONSTELLATIONS, json.loads(given.parameters)["constellations"])
+    scene = read_scene(store, connection, given.world_id).scene
+    space = read_triangulated(store, connection, run, STEREO)
+    prior, found = find_poses(store, connection, scene, given.world_id, space, p)
+    yield Compared("join", "poses", matrices(stored), perturb(prior.world_from_rig, found.delta))
+    yield Compared("join", "shares", stored["score"], found.score)
 
 
 def _compare_pairs(

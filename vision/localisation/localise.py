@@ -94,7 +94,7 @@ def localise(
     if starts is None:
         near = select_under_prior(scene, rig, prior, p)
     else:
-        starts = starts.take(starts.score >= p.search.least_share * starts.score.max(initial=0.0))
+        starts = _keep_worthy(starts, p)
         near = select_samples(scene, rig, perturb(prior.world_from_rig, starts.delta), p.search.select_px, p)
     clock.lap("select")
     fine = build_fine_evidence(rig, points, p)
@@ -126,6 +126,13 @@ def localise(
     clock.lap("view")
     rivals = hypotheses[1 : len(standing)]
     return Localisation(verdict, best, hypotheses, rivals, single, indexes, views, clock.laps, stages)
+
+
+def _keep_worthy(starts: Candidates, p: LocalisationParameters) -> Candidates:
+    """Starts that explain enough beside the best; their stage says what became of each."""
+    worthy = starts.score >= p.search.least_share * starts.score.max(initial=0.0)
+    rule = np.where(worthy, "goes_on", "little_evidence").tolist()
+    return replace(starts, stages=[replace(stage, rule=rule) for stage in starts.stages]).take(worthy)
 
 
 def _partner_odds(picture: Primitives, partnered: Bools, p: LocalisationParameters) -> Floats:

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from relmodel.arrays import Floats
 from relmodel.columns import Columns, Ragged
 from relmodel.labelling.rows import result_rows
+from relmodel.store.database import Database
 from relmodel.store.runs import Run
 from vision.stereo.match import StereoMatches
+from vision.stereo.space_conics import Conics
 from vision.stereo.triangulate import CURVES, Triangulated
 
 if TYPE_CHECKING:
@@ -54,6 +57,24 @@ def record_stereo(
             },
         )
     run.append(connection, "triangulated_unit", {**key, **_curves(matches.triangulated)})
+
+
+def read_triangulated(store: Database, connection: Connection, run: int, problem_no: int) -> Triangulated:
+    """The arcs in space of a stereo problem, as `record_stereo` kept them."""
+    rows = store.columns(connection, "constellations/triangulated", run=run, problem_no=problem_no)
+
+    def vectors(name: str) -> Floats:
+        return np.stack([rows[f"{name}_{axis}"] for axis in "xyz"], axis=1).astype(float)
+
+    return Triangulated(
+        rows["unit_no"].astype(np.int64),
+        rows["label_no"].astype(np.int64),
+        np.array([CURVES.index(curve) for curve in rows["curve"]], np.int64),
+        vectors("start"),
+        vectors("end"),
+        np.array(rows["covariance"].tolist(), float).reshape(-1, 6, 6),
+        Conics(vectors("centre"), vectors("major"), vectors("minor")),
+    )
 
 
 def _curves(space: Triangulated) -> Columns:

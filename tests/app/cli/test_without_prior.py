@@ -13,9 +13,16 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.app.cli.main import main
+from relmodel.columns import Columns
 from relmodel.store import Store
 from tests.app.cli.conftest import DEMO, Inspection, Pair, inspected
+from vision.constellations.circles import Circles
+from vision.constellations.constellation_parameters import JoinParameters
+from vision.constellations.find_poses import find_poses
 from vision.inspection.demonstration import measure_pose_error, read_truth
+from vision.localisation.hypotheses import Candidates
+from vision.scene.stored_scene import read_scene
+from vision.stereo.record_stereo import read_triangulated
 
 
 @pytest.fixture(scope="session")
@@ -73,3 +80,42 @@ def test_every_page_of_it_is_made(found: Inspection, tmp_path: Path, capsys: pyt
 def test_one_picture_needs_a_prior(found: Inspection, pair: Pair, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["inspect", *pair.options(prior=None, right=None), "--store", found.store]) == 3
     assert "one picture needs a prior: give --prior, or the other picture" in capsys.readouterr().err
+
+
+def find_again(store: Store, run: int, *changes: str) -> Candidates:
+    """What the join finds from the rows of a run, after changes of the store."""
+    with store.write() as connection:
+        for change in changes:
+            connection.execute(sa.text(change))
+    with store.read() as connection:
+        world = connection.scalar(sa.text("SELECT world_id FROM inspection WHERE run_id = :run"), {"run": run})
+        scene = read_scene(store, connection, world).scene
+        return find_poses(store, connection, scene, world, read_triangulated(store, connection, run, 0))[1]
+
+
+def test_the_pose_comes_from_stored_relations(found: Inspection, tmp_path: Path) -> None:
+    """With other distances or radii in the rows of the model the pose is not found."""
+    run = found.answer["run"]
+    with Store.open(shutil.copy(found.store, tmp_path / "cell.duckdb")) as store:
+        share = find_again(store, run).score
+        assert share[0] > 1.5 * share[1]
+        longer = find_again(store, run, "UPDATE circle_relation SET distance = 1.1 * distance").score
+        assert longer.max(initial=0.0) < 0.6 * share[0]
+        assert not len(find_again(store, run, "UPDATE circle_relation SET radius_a = 10 * radius_a").score)
+
+
+def test_the_pose_comes_from_relations_of_the_scene(
+    found: Inspection, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With the relations of the scene dealt out anew among its pairs of circles the right pose is not found."""
+    given = Circles.relations
+
+    def dealt(circles: Circles, p: JoinParameters) -> Columns:
+        columns = {name: np.asarray(values) for name, values in given(circles, p).items()}
+        order = np.random.default_rng(1).permutation(len(columns["distance"]))
+        return {name: values if name.startswith("unit") else values[order] for name, values in columns.items()}
+
+    with Store.open(shutil.copy(found.store, tmp_path / "cell.duckdb")) as store:
+        share = find_again(store, found.answer["run"]).score
+        monkeypatch.setattr(Circles, "relations", dealt)
+        assert find_again(store, found.answer["run"]).score.max(initial=0.0) < 0.6 * share[0]
