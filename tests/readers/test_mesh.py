@@ -14,12 +14,12 @@ import trimesh
 from relmodel.errors import InputError
 from relmodel.features import recognise
 from relmodel.model.model import Shape
-from relmodel.model.placed_parts import PlacedParts
 from relmodel.readers.mesh import read
 from relmodel.readers.mesh.read import read_mesh
 from relmodel.readers.mesh.shape import shape_from_triangles
 from tests.parts.curved_parts import generate
 from tests.parts.tessellations import extracted
+from tests.placed_parts import PlacedParts
 from tests.reading import shared
 
 
