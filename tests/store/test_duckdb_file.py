@@ -108,3 +108,10 @@ def test_a_file_of_duckdb_2_is_refused_in_one_sentence(duckdb_file: Path, capsys
     assert "EXPORT DATABASE" in said.err
     assert "999" in said.err
     assert duckdb_file.read_bytes() == before
+
+
+def test_a_store_is_not_made_on_a_pipe(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Which would be waited for without end."""
+    os.mkfifo(tmp_path / "pipe")
+    assert main(["init", "--store", str(tmp_path / "pipe")]) == 3
+    assert "is no regular file" in capsys.readouterr().err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 MAX_FILE_BYTES = 512 * 1024**2
 MAX_PIXELS = 100_000_000
+# Width, height and the greatest value of a coloured netpbm picture; comments may stand between.
+_PPM_HEADER = re.compile(rb"P6(?:\s+|#[^\n]*\n)+\d+(?:\s+|#[^\n]*\n)+\d+(?:\s+|#[^\n]*\n)+(\d+)\s")
 
 # Pillow's modes that are read as they are, and those that become RGB first.
 _PLAIN = {"1", "L", "LA", "I", "I;16", "I;16L", "I;16B", "RGB", "RGBA", "RGBX"}
@@ -146,6 +149,9 @@ def _is_deep_colour(image: Image.Image, data: bytes) -> bool:
     """Whether colours have 16 bits, which the reader would cut to eight."""
     if image.mode not in ("RGB", "RGBA"):
         return False
+    if image.format == "PPM":
+        header = _PPM_HEADER.match(data)
+        return header is not None and int(header.group(1)) > 255
     bits = getattr(image, "tag_v2", {}).get(BITS_PER_SAMPLE, (8,))
     return max(bits) == 16 or (image.format == "PNG" and data[_PNG_DEPTH] == 16)
 

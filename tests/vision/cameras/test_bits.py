@@ -201,3 +201,11 @@ def test_arcs_and_regions_of_a_scene_do_not_depend_on_the_bits(bits: int, tmp_pa
     assert abs(len(found.regions) - 28) <= 2
     places = [np.column_stack([it.elements.x, it.elements.y]) for it in (plain, found)]
     assert np.mean(cKDTree(places[1]).query(places[0])[0] < 0.05) > 0.99
+
+
+def test_colours_of_sixteen_bits_in_a_netpbm_file_are_not_cut_to_eight(scene: Floats, tmp_path: Path) -> None:
+    values = np.repeat(counts(scene, 16)[..., None], 3, axis=2)
+    (tmp_path / "a.ppm").write_bytes(b"P6\n# by hand\n64 48\n65535\n" + values.astype(">u2").tobytes())
+    picture = read_picture(tmp_path / "a.ppm")
+    assert picture.depth == 16
+    assert np.abs(picture.grey - 255 * scene).max() < 0.01
