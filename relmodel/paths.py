@@ -16,14 +16,14 @@ def check_readable(path: Path, what: str = "file", most_bytes: int = MOST_BYTES)
     """Raise InputError where there is no `what` at `path`, or a folder, or a device or pipe, which may never end, or
     where it is larger than `most_bytes`."""
     try:
-        held = path.stat()
+        found = path.stat()
     except (FileNotFoundError, NotADirectoryError, ValueError):
         raise InputError(f"there is no {what} {path}: check its name") from None
     except OSError as error:
         raise _unreadable(path, what, error) from error
-    if not stat.S_ISREG(held.st_mode):
+    if not stat.S_ISREG(found.st_mode):
         raise InputError(f"the {what} {path} is no regular file: name one that is")
-    if held.st_size > most_bytes:
+    if found.st_size > most_bytes:
         raise InputError(f"the {what} {path} is larger than {most_bytes >> 20} MB: split it, or name another")
 
 

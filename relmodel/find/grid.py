@@ -52,8 +52,8 @@ class Grid:
 
     @property
     def nbytes(self) -> int:
-        held = (self._boxes, self._number, self._depth_cell, self._column, self._column_start)
-        return sum(array.nbytes for array in held)
+        kept = (self._boxes, self._number, self._depth_cell, self._column, self._column_start)
+        return sum(array.nbytes for array in kept)
 
     def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
         return self._ask(asked, first_only=False)

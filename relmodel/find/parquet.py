@@ -117,9 +117,9 @@ def _takes_exports(folder: Path) -> bool:
     """Whether a folder is not there, or holds nothing but placed parts of stores; hidden files are of no matter."""
     if not folder.exists():
         return True
-    held = [file for file in folder.iterdir() if not file.name.startswith(".")] if folder.is_dir() else [folder]
-    inner = [file.name for table in held if table.is_dir() for file in table.iterdir()]
-    return {file.name for file in held} <= set(TABLES) and all(name.startswith("store_id=") for name in inner)
+    kept = [file for file in folder.iterdir() if not file.name.startswith(".")] if folder.is_dir() else [folder]
+    inner = [file.name for table in kept if table.is_dir() for file in table.iterdir()]
+    return {file.name for file in kept} <= set(TABLES) and all(name.startswith("store_id=") for name in inner)
 
 
 def volume_tables(volumes: Sequence[Volume], level: str = "part") -> tuple[pa.Table, pa.Table]:

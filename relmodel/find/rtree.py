@@ -89,5 +89,5 @@ class PackedRTree:
     @property
     def nbytes(self) -> int:
         """Size of its arrays, bytes."""
-        held = (self._boxes, self._number, self._first_child, self._first_entry, self._end_entry)
-        return sum(array.nbytes for array in held)
+        kept = (self._boxes, self._number, self._first_child, self._first_entry, self._end_entry)
+        return sum(array.nbytes for array in kept)

@@ -43,8 +43,8 @@ class FunctionTable:
 
     def disagreement(self, function: int) -> Ints:
         """(functions,): for each function the weight of its neighbours on which it disagrees with this one."""
-        told = self.label[function]
-        differs = (told != NONE) & (self.label != NONE) & (self.label != told)
+        known = self.label[function]
+        differs = (known != NONE) & (self.label != NONE) & (self.label != known)
         return np.asarray((differs * self.weight[self.unit]).sum(axis=1))
 
 

@@ -27,10 +27,10 @@ PATIENCE_S = 60.0  # how long a file is waited for that another process writes: 
 def turn(file: Path) -> Iterator[None]:
     """Be the one who replaces a file while the block lasts; who else wants to waits.  What others left is cleared."""
     lock = Path(f"{file}.lock")
-    with _told(file):
+    with _as_store_errors(file):
         descriptor = _locked(lock)
     try:
-        with _told(file):
+        with _as_store_errors(file):
             _remove(_new(file))
             _put(file)
         yield
@@ -64,10 +64,10 @@ def replacing(file: Path) -> Iterator[Path]:
     process writes the file, or nothing can be written beside it.
     """
     new, log = _new(file), Path(f"{file}.wal")
-    with ExitStack() as held:
-        with _told(file):
+    with ExitStack() as stack:
+        with _as_store_errors(file):
             if file.exists():
-                source = held.enter_context(_held_for_reading(file))
+                source = stack.enter_context(_held_for_reading(file))
                 _copy(source, file, new)
                 if log.exists():
                     shutil.copyfile(log, f"{new}.wal")
@@ -75,7 +75,7 @@ def replacing(file: Path) -> Iterator[Path]:
                 log.unlink(missing_ok=True)  # of a file that was there before
         try:
             yield new
-            with _told(file):
+            with _as_store_errors(file):
                 if Path(f"{new}.wal").exists():
                     raise StoreError(f"the store {file} could not be written whole: see to the room on its disk")
                 _sync(new)
@@ -147,7 +147,7 @@ def _sync(path: Path) -> None:
 
 
 @contextmanager
-def _told(file: Path) -> Iterator[None]:
+def _as_store_errors(file: Path) -> Iterator[None]:
     """What the system refuses, as a sentence."""
     try:
         yield

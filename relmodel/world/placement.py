@@ -278,16 +278,16 @@ def _write_objects(
     connection.execute(sql.query("world/end_bodies"), ended)
     connection.execute(sql.query("world/end_joints"), ended)
 
-    held = {"first_revision": revision}
+    kept = {"first_revision": revision}
     rows = [i for i, row in enumerate(bodies) if row[0] in changed]
     if rows:
         columns = _by_column(_BODY, [bodies[i] for i in rows])
         carried = boxes_carried(matrices(columns), np.array([boxes[i] for i in rows], float))
         carried += np.repeat([-_ROUND_OFF_MM, _ROUND_OFF_MM], 3)
-        run.append(connection, "placed_body", held | columns | dict(zip(BOX_COLUMNS, carried.T, strict=True)))
+        run.append(connection, "placed_body", kept | columns | dict(zip(BOX_COLUMNS, carried.T, strict=True)))
     moved = [row for row in joints if row[0] in changed]
     if moved:
-        run.append(connection, "joint_state", held | _by_column(("object_no", "robot", "joint", "value"), moved))
+        run.append(connection, "joint_state", kept | _by_column(("object_no", "robot", "joint", "value"), moved))
 
 
 def _bodies(
@@ -333,13 +333,13 @@ def _write_mounts(
         )
         for no, (m, path) in enumerate(zip(file.mounts, link_paths, strict=True))
     ]
-    held = {tuple(row) for row in run.store.rows(connection, "world/held_mounts", world=file.world)}
-    ended = {row[0] for row in held.difference(mounts)}
+    kept = {tuple(row) for row in run.store.rows(connection, "world/held_mounts", world=file.world)}
+    ended = {row[0] for row in kept.difference(mounts)}
     if ended:
         mount_nos = run.store.array(sorted(ended))
         gone = {"world": file.world, "mount_nos": mount_nos, "revision": revision}
         connection.execute(sql.query("world/end_mounts"), gone)
-    new = [row for row in mounts if row not in held]
+    new = [row for row in mounts if row not in kept]
     if new:
         columns = {name: list(values) for name, values in zip(_MOUNT, zip(*new, strict=True), strict=True)}
         run.append(connection, "world_mount", {"world": file.world, "first_revision": revision, **columns})

@@ -54,25 +54,25 @@ def _significant_bits(data: bytes) -> int:
 
 
 def find_bits(
-    pixels: npt.NDArray[np.generic], stated: tuple[int, ...], told: int | None, path: Path
+    pixels: npt.NDArray[np.generic], stated: tuple[int, ...], of_rig: int | None, path: Path
 ) -> tuple[int, str]:
-    """How many bits of sixteen pixels fill, and what says so: `told` by the rig, `stated` by the file, or the values.
+    """How many bits of sixteen pixels fill, and what says so: `of_rig` by the rig, `stated` by the file, or the values.
 
     Raises InputError where the rig says fewer than they have.
     """
     colours = pixels[..., :3] if pixels.ndim == 3 else pixels  # alpha fills all
     together = int(np.bitwise_or.reduce(colours, axis=None))
     used, unused = together.bit_length(), (together & -together).bit_length() - 1
-    if told is not None and used > told:
+    if of_rig is not None and used > of_rig:
         raise InputError(
-            f"the image {path} has values of {used} bits, but its camera in the rig has {told}: correct bits there, to "
-            "16 where values are shifted up"
+            f"the image {path} has values of {used} bits, but its camera in the rig has {of_rig}: correct bits "
+            "there, to 16 where values are shifted up"
         )
-    if told is not None:
-        return told, "rig"
-    held = [bits for bits in stated if used <= bits]
-    if held:
-        return held[0], "file"
+    if of_rig is not None:
+        return of_rig, "rig"
+    enough = [bits for bits in stated if used <= bits]
+    if enough:
+        return enough[0], "file"
     # Zeros below more than eight bits: values of a camera, shifted up.  Eight bits may come of a common picture.
     shifted = unused >= 2 and used - unused > 8
     return 16 if shifted else _least_bits(used), "values"

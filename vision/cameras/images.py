@@ -127,8 +127,8 @@ def read_picture(path: str | Path, camera: Camera | None = None) -> Picture:
         raise InputError(f"the image {path} has neither 8 nor 16 bits a channel: convert it to one of these")
     depth, bits, bits_from = 8, 8, "file"
     if pixels.dtype.itemsize > 1:
-        told = None if camera is None else camera.bits
-        depth, (bits, bits_from) = 16, find_bits(pixels, stated, told, path)
+        said = None if camera is None else camera.bits
+        depth, (bits, bits_from) = 16, find_bits(pixels, stated, said, path)
     channels = 1 if pixels.ndim == 2 else pixels.shape[2]
     sha256 = hashlib.sha256(data).hexdigest()
     return Picture(path.name, sha256, data, depth, channels, _luminance(pixels), bits, bits_from)

@@ -70,9 +70,9 @@ def of_parameters(
     counts = np.diff(np.append(first, len(weight)))
     size = jacobian.shape[1]
     seen = np.add.reduceat(weight * distance**2, first) / total
-    foretold = np.add.reduceat(weight * sigma**2, first) / total
+    expected_scatter = np.add.reduceat(weight * sigma**2, first) / total
     independent = counts / correlation
-    together = (p.prior_freedom * foretold + independent * seen) / (p.prior_freedom + independent - size)
+    together = (p.prior_freedom * expected_scatter + independent * seen) / (p.prior_freedom + independent - size)
     error = np.maximum(seen * counts / np.maximum(counts - size, 1), together)
     normal = np.add.reduceat(weight[:, None, None] * jacobian[:, :, None] * jacobian[:, None, :], first)
     scale = np.sqrt(np.einsum("nii->ni", normal))

@@ -65,15 +65,15 @@ def locate_meetings(
         normal = curve.normals(along[:, None])[:, 0]
         tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
         sigma = curve.sigma(np.clip(along, -p.overrun, p.reach), p.min_sigma)
-        information, pull = np.zeros((count, 2, 2)), np.zeros((count, 2))
+        information, gradient = np.zeros((count, 2, 2)), np.zeros((count, 2))
         for axis, distance, weight in ((normal, across, sigma**-2), (tangent, along, is_end * p.end_sigma**-2)):
             for i in range(2):
-                pull[:, i] += np.bincount(group, weight * distance * axis[:, i], count)
+                gradient[:, i] += np.bincount(group, weight * distance * axis[:, i], count)
                 for j in range(i, 2):
                     information[:, i, j] += np.bincount(group, weight * axis[:, i] * axis[:, j], count)
         (xx, xy), (_, yy) = np.moveaxis(information, 0, -1)
         covariance = np.moveaxis(np.array([[yy, -xy], [-xy, xx]]) / (xx * yy - xy * xy), -1, 0)
-        move = np.einsum("nij,nj->ni", covariance, pull)
+        move = np.einsum("nij,nj->ni", covariance, gradient)
         place = place - move / np.maximum(np.linalg.norm(move, axis=1, keepdims=True) / p.reach, 1.0)
     return place, covariance
 

@@ -58,7 +58,7 @@ KERNELS = (
     "vision.localisation.search_kernels",
     "vision.localisation.measure_kernels",
     "vision.localisation.coverage_kernels",
-    "vision.presence.beside_kernels",
+    "vision.presence.nearby_kernels",
     "vision.presence.moved_kernels",
 )
 PACKAGES = ("duckdb", "embreex", "numba", "numpy", "opencv-python-headless", "scipy", "sqlalchemy")

@@ -75,8 +75,8 @@ def draw_model(
 
 def _boxes(unexplained: Unexplained, camera: int) -> Floats:
     """Sides (n, 2, 2) px of the boxes of what a camera shows that the model does not account for."""
-    told = (unexplained.camera == camera) & (~unexplained.beyond | (unexplained.kind == REGION))
-    u0, v0, u1, v1 = unexplained.box[told].T
+    labels = (unexplained.camera == camera) & (~unexplained.beyond | (unexplained.kind == REGION))
+    u0, v0, u1, v1 = unexplained.box[labels].T
     corner = np.stack([u0, v0, u1, v0, u1, v1, u0, v1], axis=1).reshape(-1, 4, 2)
     return np.stack([corner, np.roll(corner, -1, axis=1)], axis=2).reshape(-1, 2, 2)
 

@@ -70,8 +70,8 @@ def _scatter_by_tolerance(m: Measurements, prediction: Prediction, weight: Float
     arc = np.unique(prediction.arc, return_inverse=True)[1].ravel()
     moved = m.jacobian[:, :, None] * (weight[:, None] * by_point)[:, None, :]
     by_arc = np.stack([np.bincount(arc, column) for column in moved.reshape(len(arc), -1).T], axis=1)
-    pulls = by_arc.reshape(len(by_arc), -1, 3)
-    return np.asarray(np.einsum("aux,avx->uv", pulls, pulls))
+    by_unknown = by_arc.reshape(len(by_arc), -1, 3)
+    return np.asarray(np.einsum("aux,avx->uv", by_unknown, by_unknown))
 
 
 def _compute_pull(tolerance_px: Floats, scale: float) -> Floats:

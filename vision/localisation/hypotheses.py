@@ -161,8 +161,8 @@ class Stage:
 
 def describe_stage(name: str, delta: Floats, score: Floats, rule: list[str], scores: Floats) -> Stage:
     """A stage of which all scores are known."""
-    told = scores[np.isfinite(scores)]
-    quantiles = np.quantile(told, QUANTILES) if len(told) else np.full(len(QUANTILES), np.nan)
+    known = scores[np.isfinite(scores)]
+    quantiles = np.quantile(known, QUANTILES) if len(known) else np.full(len(QUANTILES), np.nan)
     return Stage(name, delta, score, rule, len(scores), quantiles)
 
 
@@ -323,9 +323,9 @@ def _scan(
     shifts = np.rint(np.einsum("cij,sj->csi", turn, turns) / p.search.scan_cell_px).astype(np.int64)
     shifts = np.clip(shifts, -p.search.scan_window, p.search.scan_window)
     # Half the squared distance from the prior of each pose with each turn added.
-    pull = delta @ prior.information
+    away = delta @ prior.information
     stretch = 0.5 * np.einsum("si,ij,sj->s", turns, prior.information[3:, 3:], turns)
-    penalty = 0.5 * np.einsum("ki,ki->k", pull, delta)[:, None] + pull[:, 3:] @ turns.T + stretch
+    penalty = 0.5 * np.einsum("ki,ki->k", away, delta)[:, None] + away[:, 3:] @ turns.T + stretch
     score, best = np.empty(len(delta)), np.empty(len(delta), np.int64)
     tables = _tables(prediction, fields)
     jump = shifts[..., 1] * tables[3][:, 2:] + shifts[..., 0]

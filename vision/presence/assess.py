@@ -16,15 +16,15 @@ from vision.localisation.refine import Refined
 from vision.localisation.views import SMOOTH, ViewArcs
 from vision.localisation.visibility import VisibleArcs
 from vision.matching.pose_problem import MatchedView
-from vision.presence.carriers import find_carriers, find_tangent
 from vision.presence.displaced import measure_displacements
 from vision.presence.distances import measure_distances
 from vision.presence.items import list_items
 from vision.presence.moved import Edges, find_usable
+from vision.presence.moving_surfaces import find_moving_surfaces, find_tangent
 from vision.presence.openings import look_through
 from vision.presence.presence_parameters import DEFAULTS, PresenceParameters
 from vision.presence.regions import gather_regions
-from vision.presence.samples import collect_samples, find_beside
+from vision.presence.samples import collect_samples, find_nearby
 from vision.presence.sides import look_at_sides
 from vision.presence.states import Presence, decide
 from vision.presence.stretches import weigh_runs
@@ -53,8 +53,8 @@ def assess(
     """
     indexes = [edge_indexes[name] for name in rig.cameras]
     samples = collect_samples(stored, rig, indexes, pose, views, p.samples)
-    beside = find_beside(samples, indexes, pose.own[:, 0], p.samples)
-    support = measure_support(samples, beside, p.support)
+    nearby = find_nearby(samples, indexes, pose.own[:, 0], p.samples)
+    support = measure_support(samples, nearby, p.support)
     sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)
     runs = weigh_runs(samples, support, sides, p.runs)
     seen = [
@@ -68,14 +68,14 @@ def assess(
             for name, index in zip(rig.cameras, indexes, strict=True)
         ]
     )
-    carriers = find_carriers(samples, find_tangent(stored, p.moved.tangent_cosine))
-    edges = Edges(samples, carriers, beside, support, runs, find_usable(samples, beside, support, blends, p.moved))
+    moving = find_moving_surfaces(samples, find_tangent(stored, p.moved.tangent_cosine))
+    edges = Edges(samples, moving, nearby, support, runs, find_usable(samples, nearby, support, blends, p.moved))
     surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
     unexplained = find_unexplained(stored.scene, rig, pictures, indexes, pose.world_from_rig, views, p.unexplained)
     regions = gather_regions([matched.get(name) for name in rig.cameras], len(stored.surface_no))
     openings = look_through(items, samples, [pictures[name] for name in rig.cameras], seen, p.openings)
     displacements = measure_displacements(
-        stored, rig, pose.world_from_rig, indexes, samples, beside, support, p.displaced
+        stored, rig, pose.world_from_rig, indexes, samples, nearby, support, p.displaced
     )
     distances = measure_distances(items, stored.scene, stored.radius, surfaces, p.distances)
     return decide(

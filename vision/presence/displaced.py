@@ -27,7 +27,7 @@ from vision.presence.pieces import (
     measure_distance,
 )
 from vision.presence.presence_parameters import DisplacedParameters, StateParameters
-from vision.presence.samples import Beside, Samples
+from vision.presence.samples import Nearby, Samples
 from vision.presence.support import Support
 from vision.presence.turned import Turn, seek_turn
 from vision.scene.stored_scene import StoredScene
@@ -58,7 +58,7 @@ def measure_displacements(
     world_from_rig: Floats,
     indexes: list[EdgeIndex],
     samples: Samples,
-    beside: Beside,
+    nearby: Nearby,
     support: Support,
     p: DisplacedParameters,
 ) -> Displacements:
@@ -70,7 +70,7 @@ def measure_displacements(
     shown = np.bincount(of_sample, support.weight, count)
     inspected = np.isin(np.arange(count), piece_of[scene.inspected])
     tried = np.flatnonzero(inspected & (shown >= p.least_px) & (shown <= p.most_share * shown.sum()))
-    owner = _own_elements(beside, support, of_sample, sum(len(index.edges.position) for index in indexes))
+    owner = _own_elements(nearby, support, of_sample, sum(len(index.edges.position) for index in indexes))
     cameras = list_cameras(rig, world_from_rig, indexes)
     found: list[tuple[int, _Place]] = []
     for piece in tried.tolist():
@@ -90,11 +90,11 @@ def measure_displacements(
     return _gather(found)
 
 
-def _own_elements(beside: Beside, support: Support, of_sample: Ints, count: int) -> Ints:
+def _own_elements(nearby: Nearby, support: Support, of_sample: Ints, count: int) -> Ints:
     """The piece (e,) whose predicted edge takes each element, -1 for none."""
     taken = np.full(count, -1)
     rows = np.flatnonzero(support.owner >= 0)
-    taken[beside.element[rows]] = of_sample[support.owner[rows]]
+    taken[nearby.element[rows]] = of_sample[support.owner[rows]]
     return taken
 
 

@@ -81,9 +81,9 @@ def _find_axes(scene: Scene, surface: Ints) -> tuple[Floats, Floats]:
         point, normal = scene.vertices[vertex], scene.vertex_normals[vertex]
         axis[row] = np.linalg.eigh(normal.T @ normal)[1][:, 0]
         # The point of the plane across the axis that is nearest to all lines along the normals.
-        beside = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+        nearby = np.eye(3) - normal[:, :, None] * normal[:, None, :]
         level = np.outer(axis[row], axis[row])
-        to_axis = beside - level
+        to_axis = nearby - level
         total = to_axis.sum(axis=0) + len(vertex) * level
         middle = 0.5 * (point @ axis[row]).min() + 0.5 * (point @ axis[row]).max()
         centre[row] = np.linalg.solve(total, np.einsum("nij,nj->i", to_axis, point) + len(vertex) * middle * axis[row])

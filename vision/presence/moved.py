@@ -16,10 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-from vision.presence.carriers import Carriers
+from vision.presence.moving_surfaces import MovingSurfaces
 from vision.presence.opposed import Opposed
 from vision.presence.presence_parameters import MovedParameters, PresenceParameters
-from vision.presence.samples import Beside, Samples
+from vision.presence.samples import Nearby, Samples
 from vision.presence.stretches import Runs, compute_log_odds
 from vision.presence.support import Support
 
@@ -29,15 +29,15 @@ class Edges:
     """The predicted edges with what the pictures show beside them; usable: as `find_usable` gives."""
 
     samples: Samples
-    carriers: Carriers
-    beside: Beside
+    moving: MovingSurfaces
+    nearby: Nearby
     support: Support
     runs: Runs
     usable: Bools
 
 
 @dataclass(frozen=True)
-class Pulls:
+class Readings:
     """What elements say of surfaces' displacements, as columns: sample, side of the sample (0, 1), the surface, and the
     displacement (mm) that would carry the sample's edge onto the element."""
 
@@ -60,34 +60,34 @@ class Moved:
     log_odds: Floats
 
 
-def find_usable(samples: Samples, beside: Beside, support: Support, blends: Bools, p: MovedParameters) -> Bools:
+def find_usable(samples: Samples, nearby: Nearby, support: Support, blends: Bools, p: MovedParameters) -> Bools:
     """Which elements beside samples (m, 2) may be edges of the sample's either surface that has moved: they do not
     belong to an edge of other surfaces.
 
     blends: which elements lie on a predicted blend: its shine is no edge that has moved.
     """
-    free = (np.abs(beside.offset) <= p.own_px) | ~blends[beside.element]
+    free = (np.abs(nearby.offset) <= p.own_px) | ~blends[nearby.element]
     owner = support.owner
-    surface = samples.surface[beside.sample]
+    surface = samples.surface[nearby.sample]
     own = (samples.surface[owner][:, None, :] == surface[:, :, None]).any(axis=2)
     return np.ascontiguousarray((surface >= 0) & free[:, None] & ((owner < 0)[:, None] | own))
 
 
-def collect_pulls(edges: Edges, mm: Floats, p: MovedParameters) -> Pulls:
+def collect_readings(edges: Edges, mm: Floats, p: MovedParameters) -> Readings:
     """All displacements within reach that usable elements speak for; mm (s,): where the other surfaces lie."""
-    samples, beside = edges.samples, edges.beside
-    moved, pieces = edges.carriers.displace(mm, len(samples.run)), []
+    samples, nearby = edges.samples, edges.nearby
+    moved, pieces = edges.moving.displace(mm, len(samples.run)), []
     for side in (0, 1):
-        rate = samples.px_per_mm[beside.sample, side]
+        rate = samples.px_per_mm[nearby.sample, side]
         other = moved - np.append(mm, 0.0)[samples.surface[:, side]] * samples.px_per_mm[:, side]
-        told = edges.usable[:, side] & (edges.support.weight[beside.sample] > 0)
-        row = np.flatnonzero(told & (np.abs(rate) >= p.min_px_per_mm))
-        away = (beside.offset[row] - other[beside.sample[row]]) / rate[row]
+        known = edges.usable[:, side] & (edges.support.weight[nearby.sample] > 0)
+        row = np.flatnonzero(known & (np.abs(rate) >= p.min_px_per_mm))
+        away = (nearby.offset[row] - other[nearby.sample[row]]) / rate[row]
         near = np.abs(away) <= p.reach_mm
         row, away = row[near], away[near]
-        sample = beside.sample[row]
+        sample = nearby.sample[row]
         pieces.append((sample, np.full(len(row), side), samples.surface[sample, side], away))
-    return Pulls(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
+    return Readings(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
 
 
 def seek_moved(edges: Edges, count: int, cameras: int, opposed: Opposed, p: PresenceParameters) -> Moved:
@@ -97,9 +97,9 @@ def seek_moved(edges: Edges, count: int, cameras: int, opposed: Opposed, p: Pres
     stale = search.sought
     for _ in range(p.moved.rounds):
         best, log_odds[stale], by_camera = search.weigh(stale, mm, *opposed.limit(mm, p.moved.least_left_mm))
-        told = (log_odds[stale] >= p.moved.least_log_odds) & (by_camera.min(axis=1, initial=np.inf) >= 0)
+        known = (log_odds[stale] >= p.moved.least_log_odds) & (by_camera.min(axis=1, initial=np.inf) >= 0)
         wanted = mm.copy()
-        wanted[stale] = np.where(told, best, 0.0)
+        wanted[stale] = np.where(known, best, 0.0)
         # Of neighbours that would move, or move back, the surest does; and of those that would meet.
         one, other = np.concatenate([search.neighbours, opposed.meet(wanted, p.moved.least_left_mm)], axis=1)
         gain = np.where(wanted != mm, np.maximum(log_odds, 1e-9), 0.0)
@@ -125,10 +125,10 @@ class _Search:
         half = round(p.reach_mm / p.step_mm)
         self.grid = p.step_mm * np.arange(-half, half + 1, dtype=np.float64)
         self.limits = np.array([parameters.samples.reach_px - max(p.tolerance_px), p.hidden_px])
-        carriers = edges.carriers
-        told = (support.weight[carriers.sample] > 0) & (np.abs(carriers.rate) >= p.min_px_per_mm)
-        self.sample, self.side, self.rate_px = carriers.sample[told], carriers.side[told], carriers.rate[told]
-        surface = carriers.surface[told]
+        moving = edges.moving
+        known = (support.weight[moving.sample] > 0) & (np.abs(moving.rate) >= p.min_px_per_mm)
+        self.sample, self.side, self.rate_px = moving.sample[known], moving.side[known], moving.rate[known]
+        surface = moving.surface[known]
         run, weight = samples.run[self.sample], support.weight[self.sample]
         first = np.flatnonzero((np.diff(surface, prepend=-1) != 0) | (np.diff(run, prepend=-1) != 0))
         self.group = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(surface))))
@@ -137,12 +137,12 @@ class _Search:
         self.rate = np.bincount(surface, weight * np.abs(self.rate_px), count) / np.maximum(told_px, 1e-9)
         self.sought = np.flatnonzero(told_px >= p.least_told_px)
         # Surfaces that carry the same edge.
-        order = np.argsort(carriers.sample, kind="stable")
+        order = np.argsort(moving.sample, kind="stable")
         both = [
-            np.stack([carriers.surface[order[:-k]], carriers.surface[order[k:]]], axis=1)[
-                carriers.sample[order[:-k]] == carriers.sample[order[k:]]
+            np.stack([moving.surface[order[:-k]], moving.surface[order[k:]]], axis=1)[
+                moving.sample[order[:-k]] == moving.sample[order[k:]]
             ]
-            for k in range(1, int(np.bincount(carriers.sample).max(initial=1)))
+            for k in range(1, int(np.bincount(moving.sample).max(initial=1)))
         ]
         pairs = np.concatenate([np.zeros((0, 2), np.int64), *both])
         pairs = np.unique(np.concatenate([pairs, pairs[:, ::-1]]), axis=0)
@@ -180,10 +180,10 @@ class _Search:
         sample, group = self.sample[rows], group[rows]
         seen, found = np.zeros((len(groups), cells)), np.zeros((len(p.tolerance_px), len(groups), cells))
         rate = self.rate_px[rows]
-        other = edges.carriers.displace(mm, len(edges.samples.run))[sample] - rate * mm[self.surface][self.group[rows]]
+        other = edges.moving.displace(mm, len(edges.samples.run))[sample] - rate * mm[self.surface][self.group[rows]]
         moved_kernels.count_found(
-            sample, self.side[rows], group, rate, other, edges.support.weight, edges.beside.first,
-            edges.beside.offset, edges.usable, self.grid, np.array(p.tolerance_px), self.limits, seen, found,
+            sample, self.side[rows], group, rate, other, edges.support.weight, edges.nearby.first,
+            edges.nearby.offset, edges.usable, self.grid, np.array(p.tolerance_px), self.limits, seen, found,
         )  # fmt: skip
         # An edge lies where it is drawn well, mostly, or roughly, which places it the less.
         run, one, widest = self.run[groups], np.ones((1, cells)), max(p.tolerance_px)

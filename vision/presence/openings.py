@@ -102,16 +102,16 @@ def _find_holes(
     x, y = np.rint(ideal @ shown.matrix[:2, :2].T + shown.matrix[:2, 2]).astype(np.int64).T
     rows, columns = place.shape
     inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
-    beside = np.where(inside, near[np.where(inside, y, 0), np.where(inside, x, 0)], 0)
+    nearby = np.where(inside, near[np.where(inside, y, 0), np.where(inside, x, 0)], 0)
     votes = np.zeros((len(items), count))
     for side in (0, 1):
         at = np.minimum(np.searchsorted(surface, samples.surface[:, side]), len(surface) - 1)
-        own = (surface[at] == samples.surface[:, side]) & (beside > 0)
-        np.add.at(votes, (member[at[own]], beside[own]), samples.length_px[own])
+        own = (surface[at] == samples.surface[:, side]) & (nearby > 0)
+        np.add.at(votes, (member[at[own]], nearby[own]), samples.length_px[own])
     best = votes.argmax(axis=0)
-    around = np.bincount(beside, samples.length_px, count)
-    told = votes[best, np.arange(count)] >= p.least_rimmed * np.maximum(around, 1e-9)
-    out[told] = best[told]
+    around = np.bincount(nearby, samples.length_px, count)
+    clear = votes[best, np.arange(count)] >= p.least_rimmed * np.maximum(around, 1e-9)
+    out[clear] = best[clear]
     return out
 
 

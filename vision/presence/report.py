@@ -37,8 +37,8 @@ def rank_failures(presence: Presence) -> Ints:
 
 def count_against(presence: Presence) -> tuple[int, int]:
     """How many parts and features are not as the model says, and how many are decided."""
-    told = np.array(presence.items.level) != "surface"
-    return len(rank_failures(presence)), int(np.sum(told & (presence.state != UNDECIDABLE)))
+    counted = np.array(presence.items.level) != "surface"
+    return len(rank_failures(presence)), int(np.sum(counted & (presence.state != UNDECIDABLE)))
 
 
 def summarise(presence: Presence) -> list[str]:
@@ -48,8 +48,8 @@ def summarise(presence: Presence) -> list[str]:
     for name in ("part", "feature"):
         count = np.bincount(presence.state[level == name], minlength=len(STATES))
         decided = int(count.sum() - count[UNDECIDABLE])
-        told = [f"{count[s]} {STATES[s].replace('_', ' ')}" for s in SEVERITY if count[s] and s != UNDECIDABLE]
-        words.append(f"checked {decided} of {int(count.sum())} {name}s in view: {', '.join(told) or 'none'}")
+        counted = [f"{count[s]} {STATES[s].replace('_', ' ')}" for s in SEVERITY if count[s] and s != UNDECIDABLE]
+        words.append(f"checked {decided} of {int(count.sum())} {name}s in view: {', '.join(counted) or 'none'}")
     failures = rank_failures(presence)
     words += [f"  {_describe_failure(presence, int(row))}" for row in failures[:_MOST_SAID]]
     if len(failures) > _MOST_SAID:
@@ -61,18 +61,18 @@ def summarise(presence: Presence) -> list[str]:
 def _count_unexplained(presence: Presence) -> list[str]:
     regions = int(np.sum(presence.unexplained.kind == REGION))
     count = {"region": regions, "edge": len(presence.unexplained.kind) - regions}
-    told = [f"{n} {what}{'s' * (n > 1)}" for what, n in count.items() if n]
-    return [f"{' and '.join(told)} in the pictures that the model does not account for"] if told else []
+    counted = [f"{n} {what}{'s' * (n > 1)}" for what, n in count.items() if n]
+    return [f"{' and '.join(counted)} in the pictures that the model does not account for"] if counted else []
 
 
 def _describe_failure(presence: Presence, row: int) -> str:
     state, path = STATES[presence.state[row]].replace("_", " "), presence.items.path[row]
     sizes, mine = presence.measures, np.flatnonzero(presence.measures.item == row)
-    told = {sizes.what[k]: (sizes.value[k], sizes.sigma[k]) for k in mine.tolist()}
+    counted = {sizes.what[k]: (sizes.value[k], sizes.sigma[k]) for k in mine.tolist()}
     surely = {sizes.what[k] for k in mine[sizes.changed[mine]].tolist()}
-    if "displacement" in told:
-        (far, sigma), (turn, turn_sigma) = told["displacement"], told["turn"]
-        along = ", ".join(f"{told[name][0]:.1f}" for name in ("dx", "dy", "dz"))
+    if "displacement" in counted:
+        (far, sigma), (turn, turn_sigma) = counted["displacement"], counted["turn"]
+        along = ", ".join(f"{counted[name][0]:.1f}" for name in ("dx", "dy", "dz"))
         turned = f"turned by {turn:.1f} degrees, sigma {turn_sigma:.1g}; " if "turn" in surely else ""
         where = f"its middle lies {far:.1f} mm from its place, sigma {sigma:.1g}: {along} along x, y, z"
         return f"{path}: {state}, {turned}{where}"

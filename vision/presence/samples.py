@@ -151,7 +151,7 @@ def _slide(normal: Floats, silhouette: Bools) -> Floats:
 
 
 @dataclass(frozen=True)
-class Beside:
+class Nearby:
     """Edge elements on the normals of samples, as columns, sample by sample: `first` (samples + 1,) says where each
     sample's begin.
 
@@ -167,10 +167,10 @@ class Beside:
     polarity: Floats
 
 
-def find_beside(samples: Samples, indexes: list[EdgeIndex], response_px: Floats, p: SampleParameters) -> Beside:
+def find_nearby(samples: Samples, indexes: list[EdgeIndex], response_px: Floats, p: SampleParameters) -> Nearby:
     """The elements beside all samples; response_px (c,): how far each camera moves an edge of the whole range of grey
     toward its dark side."""
-    from vision.presence import beside_kernels
+    from vision.presence import nearby_kernels
 
     limits = np.array([p.reach_px, p.min_cosine, p.max_beside_px])
     pieces, counts, elements = [], [], 0
@@ -180,7 +180,7 @@ def find_beside(samples: Samples, indexes: list[EdgeIndex], response_px: Floats,
         first = np.zeros(len(rows) + 1, np.int64)
         offset, element = np.zeros(0), np.zeros(0, np.int64)
         for _ in range(2):
-            beside_kernels.list_elements(
+            nearby_kernels.list_elements(
                 np.ascontiguousarray(samples.pixel[rows]), np.ascontiguousarray(samples.direction[rows]), limits,
                 edges.position, edges.normal, index.start, index.order, np.array([index.columns, index.rows]),
                 edges.low, first, offset, element,
@@ -202,4 +202,4 @@ def find_beside(samples: Samples, indexes: list[EdgeIndex], response_px: Floats,
     columns = [np.concatenate(column) for column in zip(*pieces, strict=True)]
     # Samples stand camera by camera, so that theirs do as well.
     first = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
-    return Beside(first, *columns)
+    return Nearby(first, *columns)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-from vision.presence.moved import Pulls
+from vision.presence.moved import Readings
 from vision.presence.presence_parameters import SizeParameters
 from vision.presence.samples import Samples
 from vision.presence.support import Support
@@ -33,23 +33,29 @@ class Offsets:
 
 
 def measure_offsets(
-    samples: Samples, support: Support, pulls: Pulls, surface: Ints, start_mm: Floats, shift: Floats, p: SizeParameters
+    samples: Samples,
+    support: Support,
+    readings: Readings,
+    surface: Ints,
+    start_mm: Floats,
+    shift: Floats,
+    p: SizeParameters,
 ) -> Offsets:
     """Displacements of surfaces (m,), ascending, from the elements near `start_mm` (m,) and the `shift` (m, 3)
     tried."""
     count = len(surface)
-    at = np.minimum(np.searchsorted(surface, pulls.surface), max(count - 1, 0))
-    rows = np.flatnonzero(surface[at] == pulls.surface) if count else np.zeros(0, np.int64)
-    group, sample, side = at[rows], pulls.sample[rows], pulls.side[rows]
+    at = np.minimum(np.searchsorted(surface, readings.surface), max(count - 1, 0))
+    rows = np.flatnonzero(surface[at] == readings.surface) if count else np.zeros(0, np.int64)
+    group, sample, side = at[rows], readings.sample[rows], readings.side[rows]
     normal, rate = samples.normal[sample, side], samples.px_per_mm[sample, side]
     length = support.weight[sample]
     ahead = start_mm[group] + np.einsum("ni,ni->n", normal, shift[group])
-    left = np.abs(pulls.mm[rows] - ahead) * np.abs(rate)
+    left = np.abs(readings.mm[rows] - ahead) * np.abs(rate)
     # Of a sample's elements the nearest.
     order = np.lexsort((left, sample * 2 + side))
     first = order[np.diff((sample * 2 + side)[order], prepend=-1) != 0]
     near = np.sort(first[left[first] <= p.reach_px])
-    group, normal, rate, length, mm = group[near], normal[near], rate[near], length[near], pulls.mm[rows][near]
+    group, normal, rate, length, mm = group[near], normal[near], rate[near], length[near], readings.mm[rows][near]
     count_of = length / p.stretch_px
 
     spread = np.zeros((count, 3, 3))

@@ -102,8 +102,8 @@ def decide(
     measures = join(measure_items(items, radius, surfaces, moved, p), displaced)
     most_moved = _most_moved(items, surfaces, moved)
     total, expected = evidence.log_odds.sum(axis=1), evidence.expected.sum(axis=1)
-    edge, told = evidence.edge_px.sum(axis=1), evidence.told_px.sum(axis=1)
-    share = evidence.supported_px.sum(axis=1) / np.maximum(told, 1e-9)
+    edge, distinct = evidence.edge_px.sum(axis=1), evidence.told_px.sum(axis=1)
+    share = evidence.supported_px.sum(axis=1) / np.maximum(distinct, 1e-9)
     changed, resized = np.zeros((2, len(items)), bool)
     changed[measures.item[measures.changed]] = True
     resized[measures.item[measures.changed & ~np.isin(measures.what, ("offset", *DISPLACED))]] = True
@@ -122,7 +122,7 @@ def decide(
     settle(total >= p.least_log_odds, CONFIRMED, FOUND)
     settle(changed, CHANGED, BESIDE)
     settle(resized, CHANGED, RESIZED)
-    few = (told < p.least_px) & ~by_region
+    few = (distinct < p.least_px) & ~by_region
     settle(by_region & (state == CONFIRMED) & (share < p.mostly), CONFIRMED, REGION)
     settle(few, UNDECIDABLE, SHORT)
     settle(few & (edge >= p.least_px), UNDECIDABLE, CROWDED)
@@ -145,8 +145,8 @@ def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:
     them: the log odds of all are those in one light, averaged over lights.
     """
     item, run, lent = pair_with_runs(items, runs)
-    told = ~lent | (runs.log_odds[run] > 0)
-    item, run, lent = item[told], run[told], lent[told]
+    distinct = ~lent | (runs.log_odds[run] > 0)
+    item, run, lent = item[distinct], run[distinct], lent[distinct]
     at, size = item * cameras + runs.camera[run], len(items) * cameras
 
     def total(values: Floats) -> Floats:
@@ -181,10 +181,10 @@ def _add_regions(
     share = np.minimum(covered / np.maximum(shown, 1e-9), 1.0)
     best = np.argmax(share, axis=1)
     surface = np.array([level == "surface" for level in items.level], bool)
-    told = surface & (share.max(axis=1, initial=0.0) >= p.region_share)
+    distinct = surface & (share.max(axis=1, initial=0.0) >= p.region_share)
     log_odds = evidence.log_odds.copy()
-    log_odds[told, best[told]] += p.region_log_odds
-    return replace(evidence, log_odds=log_odds, region_px=covered), told
+    log_odds[distinct, best[distinct]] += p.region_log_odds
+    return replace(evidence, log_odds=log_odds, region_px=covered), distinct
 
 
 def pair_with_runs(items: Items, runs: Runs) -> tuple[Ints, Ints, Bools]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.presence_parameters import SupportParameters
-from vision.presence.samples import Beside, Samples
+from vision.presence.samples import Nearby, Samples
 
 
 @dataclass(frozen=True)
@@ -29,36 +29,36 @@ class Support:
     owner: Ints
 
 
-def measure_support(samples: Samples, beside: Beside, p: SupportParameters) -> Support:
+def measure_support(samples: Samples, nearby: Nearby, p: SupportParameters) -> Support:
     """What the elements beside samples say; an element supports the predicted edges of one surface only, the nearest.
 
     Edges that share a surface, as both rims of a bore in a thin web do, may share their elements, and so may the edges
     of a part that shows little, as the head of a bolt: they stand and fall together.
     """
-    n, away = len(samples.run), np.abs(beside.offset)
-    elements = int(beside.element.max(initial=-1)) + 1
+    n, away = len(samples.run), np.abs(nearby.offset)
+    elements = int(nearby.element.max(initial=-1)) + 1
     nearest = np.full(elements, np.inf)
-    np.minimum.at(nearest, beside.element, away)
+    np.minimum.at(nearest, nearby.element, away)
     owner = np.zeros(elements, np.int64)
-    first = away <= nearest[beside.element]
-    owner[beside.element[first]] = beside.sample[first]
-    alien = ~share_surface(samples.kin[beside.sample], samples.kin[owner[beside.element]])
-    claimed = alien & (nearest[beside.element] < np.minimum(away - p.tie_px, p.tolerance_px))
+    first = away <= nearest[nearby.element]
+    owner[nearby.element[first]] = nearby.sample[first]
+    alien = ~share_surface(samples.kin[nearby.sample], samples.kin[owner[nearby.element]])
+    claimed = alien & (nearest[nearby.element] < np.minimum(away - p.tie_px, p.tolerance_px))
     own = (away <= p.tolerance_px) & ~claimed
     found = np.zeros(n, bool)
-    found[beside.sample[own]] = True
+    found[nearby.sample[own]] = True
     contrast = np.zeros(n)
-    np.maximum.at(contrast, beside.sample[own], beside.contrast[own])
+    np.maximum.at(contrast, nearby.sample[own], nearby.contrast[own])
 
     # Beside: windows as wide as the tolerance, of what no predicted edge accounts for.
-    free = nearest[beside.element] > p.tolerance_px
+    free = nearest[nearby.element] > p.tolerance_px
     chance = np.zeros(n)
     for place in p.beside_px:
         seen = np.zeros(n, bool)
-        seen[beside.sample[free & (np.abs(beside.offset - place) <= p.tolerance_px)]] = True
+        seen[nearby.sample[free & (np.abs(nearby.offset - place) <= p.tolerance_px)]] = True
         chance += seen
     weight = np.where(_are_crowded(samples, p) | ~samples.inside, 0.0, samples.length_px)
-    taken = np.where(nearest <= p.tolerance_px, owner, -1)[beside.element]
+    taken = np.where(nearest <= p.tolerance_px, owner, -1)[nearby.element]
     return Support(found, weight, chance / len(p.beside_px), contrast, taken)
 
 

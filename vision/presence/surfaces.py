@@ -8,7 +8,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.items import Items
-from vision.presence.moved import Edges, Pulls, collect_pulls, seek_moved
+from vision.presence.moved import Edges, Readings, collect_readings, seek_moved
 from vision.presence.opposed import Opposed, find_opposed
 from vision.presence.presence_parameters import PresenceParameters, SizeParameters
 from vision.presence.samples import Samples
@@ -52,8 +52,8 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     weight, supported = (_by_surface(runs, values, count) for values in (runs.weight_px, runs.weight_px * runs.found))
     sought = seek_moved(edges, count, cameras, opposed, p)
     there = np.flatnonzero(weight >= p.sizes.least_px)
-    pulls = collect_pulls(edges, sought.mm, p.moved)
-    offsets = _measure(samples, support, pulls, there, sought.mm[there], p.sizes)
+    readings = collect_readings(edges, sought.mm, p.moved)
+    offsets = _measure(samples, support, readings, there, sought.mm[there], p.sizes)
     # What is found in place, or was sought and found beside it, or bends around and is found all around.
     found = offsets.weight_px >= p.sizes.least_found * weight[there]
     in_place = supported[there] >= p.sizes.least_found * weight[there]
@@ -72,16 +72,16 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
 
 
 def _measure(
-    samples: Samples, support: Support, pulls: Pulls, surface: Ints, start_mm: Floats, p: SizeParameters
+    samples: Samples, support: Support, readings: Readings, surface: Ints, start_mm: Floats, p: SizeParameters
 ) -> Offsets:
     """Offsets measured from the start, from where that ends, and from where it ends with a wider reach: what explains
     clearly most of the edges."""
     none = np.zeros((len(surface), 3))
-    near = measure_offsets(samples, support, pulls, surface, start_mm, none, p)
-    near = measure_offsets(samples, support, pulls, surface, near.mm, near.shift, p)
+    near = measure_offsets(samples, support, readings, surface, start_mm, none, p)
+    near = measure_offsets(samples, support, readings, surface, near.mm, near.shift, p)
     wide = replace(p, reach_px=p.wide_px, scale_px=p.wide_scale_px)
-    far = measure_offsets(samples, support, pulls, surface, start_mm, none, wide)
-    far = measure_offsets(samples, support, pulls, surface, far.mm, far.shift, p)
+    far = measure_offsets(samples, support, readings, surface, start_mm, none, wide)
+    far = measure_offsets(samples, support, readings, surface, far.mm, far.shift, p)
     better = far.closed & near.closed & (far.weight_px > p.much_more * near.weight_px)
     return Offsets(
         *(

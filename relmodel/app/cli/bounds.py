@@ -49,8 +49,8 @@ def bounded_memory(more: int) -> Iterator[None]:
         yield
         return
     soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    held = int(_HELD.read_text().split()[5]) * resource.getpagesize()
-    limits = [held + more, *(limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY)]
+    resident = int(_HELD.read_text().split()[5]) * resource.getpagesize()
+    limits = [resident + more, *(limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY)]
     resource.setrlimit(resource.RLIMIT_DATA, (min(limits), hard))
     try:
         yield

@@ -63,9 +63,11 @@ def _item(row: Any, level: str, name: str) -> Item:
 
 def checked(store: Store, connection: Connection, run: int, items: Sequence[Item]) -> list[tuple[str, str, str]]:
     """Name, value and note: how much is in view, and how much of it was checked."""
-    told = store.rows(connection, "report/checked", run_id=run)
-    if told:
-        return [(f"{r.level}s checked", f"{r.checked} of {r.in_view}", f"{r.confirmed} as modelled") for r in told]
+    checked_rows = store.rows(connection, "report/checked", run_id=run)
+    if checked_rows:
+        return [
+            (f"{r.level}s checked", f"{r.checked} of {r.in_view}", f"{r.confirmed} as modelled") for r in checked_rows
+        ]
     features = sum(i.feature is not None for i in items)
     return [("in view", f"{len(items) - features} parts", f"and {features} features")] if items else []
 

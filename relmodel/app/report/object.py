@@ -47,8 +47,8 @@ def object_page(
     shape_ids = [s["id"] for s in shapes]
     kinds = _paint(store, connection, shapes)
     tables = _tables(connection, rows, shape_ids)
-    told = {r["path"]: r for r in rows}
-    entries = _entries(store, connection, tree, parts, told, shape_ids)
+    rows_by_path = {r["path"]: r for r in rows}
+    entries = _entries(store, connection, tree, parts, rows_by_path, shape_ids)
     whole = rows[0]
     facts = [
         ("parts", str(whole["parts"]), f"of {len(shape_ids)} shapes"),
@@ -233,7 +233,7 @@ def _entries(
     connection: Connection,
     tree: Tree,
     parts: Sequence[Part],
-    told: dict[str, dict[str, Any]],
+    rows_by_path: dict[str, dict[str, Any]],
     shape_ids: list[int],
 ) -> list[Entry]:
     """Parts, the first of each shape followed by its features."""
@@ -242,7 +242,7 @@ def _entries(
         features.setdefault(int(r.shape_id), []).append(r)
     out: list[Entry] = []
     for number, p in enumerate(parts):
-        row = told.get(p["path"], {})
+        row = rows_by_path.get(p["path"], {})
         mass = row.get("mass")
         out.append(Entry("part", p["path"], f"{mass:.3g} kg" if mass else "", number))
         out += [

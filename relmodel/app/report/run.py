@@ -62,14 +62,14 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
 
     Raises UsageError where there is no such run.
     """
-    told = _told(store, connection, run)
+    row = _read_run(store, connection, run)
     pose = next(iter(store.rows(connection, "report/pose", run_id=run)), None)
     prior = next(iter(store.rows(connection, "report/prior", run_id=run)), None)
     items = read_items(store, connection, run)
     pictures = read_pictures(store, connection, run)
     scene, part_of = run_scene(store, connection, run)
-    word, mood = _ENDS.get(told.state if pose is None else pose.verdict, (told.state, "warn"))
-    reason = (pose.reason if pose is not None else told.message) or _NO_MORE.get(told.state, "")
+    word, mood = _ENDS.get(row.state if pose is None else pose.verdict, (row.state, "warn"))
+    reason = (pose.reason if pose is not None else row.message) or _NO_MORE.get(row.state, "")
     if pose is not None:
         word = pose.outcome[0].upper() + pose.outcome[1:]
         mood = "warn" if mood == "good" and pose.differs else mood
@@ -79,13 +79,13 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         "run.html",
         **(around or {}),
         title=f"run {run}: {word}",
-        over=f"{_kind(told.kind)}, run {run}"
+        over=f"{_kind(row.kind)}, run {run}"
         + (f", world {prior.world} revision {prior.revision}" if prior is not None else "")
-        + f", {cell(told.began_at)}",
+        + f", {cell(row.began_at)}",
         word=word,
         mood=mood,
         reason=reason,
-        facts=_facts(store, connection, run, told, pose, prior, items),
+        facts=_facts(store, connection, run, row, pose, prior, items),
         pictures=pictures,
         pictures_title="Pictures" if len(pictures) > 1 else "Picture",
         layers=_layers(drawn),
@@ -100,7 +100,7 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     )
 
 
-def _told(store: Store, connection: Connection, run: int) -> Any:
+def _read_run(store: Store, connection: Connection, run: int) -> Any:
     """The row of a run.  Raises UsageError where there is none."""
     found = store.rows(connection, "report/run", run_id=run)
     if not found:
@@ -127,7 +127,7 @@ def _kind(kind: str) -> str:
 
 
 def _facts(
-    store: Store, connection: Connection, run: int, told: Any, pose: Any, prior: Any, items: list[Item]
+    store: Store, connection: Connection, run: int, row: Any, pose: Any, prior: Any, items: list[Item]
 ) -> list[tuple[str, str, str]]:
     """Name, value and note of what the head of the page says."""
     facts = []
@@ -144,8 +144,8 @@ def _facts(
         )
         facts.append(("probability", _probability(pose.posterior), "that the best pose is the right one"))
     facts += checked(store, connection, run, items)
-    if told.seconds is not None:
-        facts.append(("time", f"{told.seconds:.3g} s", ""))
+    if row.seconds is not None:
+        facts.append(("time", f"{row.seconds:.3g} s", ""))
     return facts
 
 
@@ -208,7 +208,7 @@ _FOLDED = ("states", "distances", "unexplained", "matched", "rejected", "written
 
 def run_tables(store: Store, connection: Connection, run: int) -> dict[str, Table]:
     """The tables of a run's page by name, those without rows too.  Raises UsageError where there is no such run."""
-    _told(store, connection, run)
+    _read_run(store, connection, run)
     return {
         name: replace(
             read_table(connection, title, f"report/{name}", run_id=run),

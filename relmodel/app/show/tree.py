@@ -84,8 +84,8 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
     for i, path in enumerate(tree.path):
         if tree.part_id[i] < 0:
             known = ("object", int(tree.child_object_id[i]))
-            held = {"parts": int(placed[below[i]] - placed[i]), "mass": _mass(masses[i : below[i]])}
-            row: dict[str, Any] = {"level": "object", **held}
+            totals = {"parts": int(placed[below[i]] - placed[i]), "mass": _mass(masses[i : below[i]])}
+            row: dict[str, Any] = {"level": "object", **totals}
         else:
             part = parts[int(tree.part_id[i])]
             known = ("part", int(part.id))

@@ -19,7 +19,7 @@ from vision.localisation.views import find_view_arcs
 from vision.presence.displaced import Displacements, measure_displacements
 from vision.presence.pieces import find_pieces
 from vision.presence.presence_parameters import PresenceParameters
-from vision.presence.samples import Samples, find_beside
+from vision.presence.samples import Samples, find_nearby
 from vision.presence.support import measure_support
 from vision.scene.scene import Scene
 from vision.scene.stored_scene import StoredScene
@@ -88,11 +88,11 @@ def measured(shift: Floats, missing: bool = False, angle: float = 0.0) -> Displa
             )
         )  # fmt: skip
     samples = Samples(*(np.concatenate([getattr(s, name) for s in pieces]) for name in Samples.__dataclass_fields__))
-    beside = find_beside(samples, indexes, np.zeros(2), P.samples)
+    nearby = find_nearby(samples, indexes, np.zeros(2), P.samples)
     stored = SimpleNamespace(scene=model, paths=["it/plate", "it/block", "it/moved"])
-    support = measure_support(samples, beside, P.support)
+    support = measure_support(samples, nearby, P.support)
     return measure_displacements(
-        cast(StoredScene, stored), RIG, RIG_POSE, indexes, samples, beside, support, P.displaced
+        cast(StoredScene, stored), RIG, RIG_POSE, indexes, samples, nearby, support, P.displaced
     )
 
 

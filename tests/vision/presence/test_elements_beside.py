@@ -8,7 +8,7 @@ from relmodel.arrays import Floats, Ints
 from vision.localisation.evidence import EdgePoints
 from vision.localisation.measurements import EdgeIndex
 from vision.presence.presence_parameters import SampleParameters, SupportParameters
-from vision.presence.samples import Beside, Samples, find_beside
+from vision.presence.samples import Nearby, Samples, find_nearby
 from vision.presence.support import measure_support
 
 P = SampleParameters()
@@ -53,7 +53,7 @@ def test_all_elements_along_the_normals_are_listed_and_no_others() -> None:
     angle = np.concatenate([rng.uniform(0, 2 * np.pi, 150), np.pi / 2 * np.arange(4)])
     direction = unit(angle)
     arc = np.arange(len(pixel))
-    found = find_beside(samples_at(pixel, direction, np.stack([arc, -1 - 0 * arc], 1), arc), [index], np.zeros(1), P)
+    found = find_nearby(samples_at(pixel, direction, np.stack([arc, -1 - 0 * arc], 1), arc), [index], np.zeros(1), P)
     edges = index.edges
     for k in range(len(pixel)):
         normal = np.array([-direction[k, 1], direction[k, 0]])
@@ -70,12 +70,12 @@ def test_the_camera_s_response_is_taken_off() -> None:
     at = np.array([[50.0, 49.9]])
     index = EdgeIndex(edge_points(at, np.array([[0.0, 1.0]]), contrast=100.0))
     there = samples_at(np.array([[50.0, 50.0]]), np.array([[1.0, 0.0]]), np.array([[0, 1]]), np.zeros(1, np.int64))
-    found = find_beside(there, [index], np.array([0.2]), P)
+    found = find_nearby(there, [index], np.array([0.2]), P)
     assert np.allclose(found.offset, 0.0)
     assert found.polarity.tolist() == [1.0]
 
 
-def two_lines(apart: float, surfaces: tuple[tuple[int, int], tuple[int, int]]) -> tuple[Samples, Beside]:
+def two_lines(apart: float, surfaces: tuple[tuple[int, int], tuple[int, int]]) -> tuple[Samples, Nearby]:
     """Two parallel predicted lines, `apart` px, with elements along the first alone."""
     x = np.arange(20.0, 180.0)
     first, second = (np.stack([x, np.full(len(x), y)], axis=1) for y in (100.0, 100.0 + apart))
@@ -83,13 +83,13 @@ def two_lines(apart: float, surfaces: tuple[tuple[int, int], tuple[int, int]]) -
     surface = np.repeat(np.array(surfaces), len(x), axis=0)
     samples = samples_at(np.concatenate([first, second]), np.tile([1.0, 0.0], (2 * len(x), 1)), surface, arc)
     index = EdgeIndex(edge_points(first + np.array([0.0, 0.1]), np.tile([0.0, 1.0], (len(x), 1))))
-    return samples, find_beside(samples, [index], np.zeros(1), P)
+    return samples, find_nearby(samples, [index], np.zeros(1), P)
 
 
 def test_an_element_supports_the_nearer_of_two_edges_alone() -> None:
     p = SupportParameters(crowded_px=1.0)
-    samples, beside = two_lines(1.8, ((0, 1), (2, 3)))
-    assert measure_support(samples, beside, p).found.tolist() == [True] * 160 + [False] * 160
+    samples, nearby = two_lines(1.8, ((0, 1), (2, 3)))
+    assert measure_support(samples, nearby, p).found.tolist() == [True] * 160 + [False] * 160
     assert measure_support(*two_lines(1.8, ((0, 1), (1, 2))), p).found.all(), "edges of one surface share"
     assert measure_support(*two_lines(0.3, ((0, 1), (2, 3))), p).found.all(), "edges that coincide share"
 
@@ -101,6 +101,6 @@ def test_edges_that_cannot_be_told_apart_do_not_count() -> None:
 
 
 def test_chance_is_what_lies_beside_off_the_predicted_edges() -> None:
-    samples, beside = two_lines(10.0, ((0, 1), (2, 3)))
-    support = measure_support(samples, beside, SupportParameters())
+    samples, nearby = two_lines(10.0, ((0, 1), (2, 3)))
+    support = measure_support(samples, nearby, SupportParameters())
     assert not support.chance.any(), "what the first line accounts for is no chance beside the second"

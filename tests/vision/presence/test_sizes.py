@@ -8,11 +8,11 @@ import pytest
 from relmodel.arrays import Floats
 from tests.vision.presence.test_elements_beside import edge_points, samples_at
 from vision.localisation.measurements import EdgeIndex
-from vision.presence.carriers import find_carriers
-from vision.presence.moved import Edges, collect_pulls, find_usable, seek_moved
+from vision.presence.moved import Edges, collect_readings, find_usable, seek_moved
+from vision.presence.moving_surfaces import find_moving_surfaces
 from vision.presence.opposed import Opposed
 from vision.presence.presence_parameters import PresenceParameters
-from vision.presence.samples import Samples, find_beside
+from vision.presence.samples import Samples, find_nearby
 from vision.presence.sizes import measure_offsets
 from vision.presence.stretches import Runs
 from vision.presence.support import measure_support
@@ -31,8 +31,8 @@ def ring(radius: float, centre: Floats, count: int) -> tuple[Floats, Floats]:
 
 def look(samples: Samples, index: EdgeIndex) -> Edges:
     """What elements show along samples, of edges that mostly show where chance finds little."""
-    beside = find_beside(samples, [index], np.zeros(1), P.samples)
-    support = measure_support(samples, beside, P.support)
+    nearby = find_nearby(samples, [index], np.zeros(1), P.samples)
+    support = measure_support(samples, nearby, P.support)
     blends = np.zeros(len(index.edges.position), bool)
     count = samples.run_count
     head = np.unique(samples.run, return_index=True)[1]
@@ -43,8 +43,8 @@ def look(samples: Samples, index: EdgeIndex) -> Edges:
         np.zeros((count, 1)),
     )  # fmt: skip
     none = np.zeros(0, np.int64)
-    carriers = find_carriers(samples, (none, none, np.zeros((0, 3))))
-    return Edges(samples, carriers, beside, support, runs, find_usable(samples, beside, support, blends, P.moved))
+    moving = find_moving_surfaces(samples, (none, none, np.zeros((0, 3))))
+    return Edges(samples, moving, nearby, support, runs, find_usable(samples, nearby, support, blends, P.moved))
 
 
 def bore(true_radius: float, aside: Floats, noise: float) -> Edges:
@@ -75,8 +75,10 @@ def bore(true_radius: float, aside: Floats, noise: float) -> Edges:
 @pytest.mark.parametrize(("radius", "aside"), [(40.0, (0.0, 0.0)), (40.6, (0.4, -0.3)), (39.2, (-0.5, 0.2))])
 def test_a_bore_s_radius_and_place_are_measured(radius: float, aside: tuple[float, float]) -> None:
     edges = bore(radius, np.array(aside), noise=0.15)
-    pulls = collect_pulls(edges, np.zeros(2), P.moved)
-    found = measure_offsets(edges.samples, edges.support, pulls, np.array([0]), np.zeros(1), np.zeros((1, 3)), P.sizes)
+    readings = collect_readings(edges, np.zeros(2), P.moved)
+    found = measure_offsets(
+        edges.samples, edges.support, readings, np.array([0]), np.zeros(1), np.zeros((1, 3)), P.sizes
+    )
     assert found.closed[0]
     assert 40 - found.mm[0] == pytest.approx(radius, abs=3 * found.sigma[0])
     assert 40 - found.mm[0] == pytest.approx(radius, abs=0.1)
@@ -89,8 +91,10 @@ def test_a_bore_of_another_size_is_sought_and_found() -> None:
     assert not edges.support.found.any()
     moved = seek_moved(edges, 2, 1, ALONE, P)
     assert moved.mm == pytest.approx([6.0, 0.0], abs=P.moved.step_mm)
-    pulls = collect_pulls(edges, moved.mm, P.moved)
-    found = measure_offsets(edges.samples, edges.support, pulls, np.array([0]), moved.mm[:1], np.zeros((1, 3)), P.sizes)
+    readings = collect_readings(edges, moved.mm, P.moved)
+    found = measure_offsets(
+        edges.samples, edges.support, readings, np.array([0]), moved.mm[:1], np.zeros((1, 3)), P.sizes
+    )
     assert found.mm[0] == pytest.approx(6.0, abs=3 * found.sigma[0])
 
 
@@ -103,15 +107,15 @@ def test_texture_moves_nothing() -> None:
     assert not seek_moved(look(edges.samples, index), 2, 1, ALONE, P).mm.any()
 
 
-@pytest.mark.parametrize(("beside", "moved"), [(-4.0, -4.0), (-9.0, 0.0), (9.0, 9.0)])
-def test_no_side_of_a_rib_moves_through_the_other(beside: float, moved: float) -> None:
+@pytest.mark.parametrize(("nearby", "moved"), [(-4.0, -4.0), (-9.0, 0.0), (9.0, 9.0)])
+def test_no_side_of_a_rib_moves_through_the_other(nearby: float, moved: float) -> None:
     """Side 0 of a rib of 6 mm, 1 px a mm: a line 9 mm behind it is none of its edge."""
     line = np.arange(30.0, 171.0)
     pixel = np.stack([line, np.full_like(line, 100.0)], axis=1)
     along = np.tile([1.0, 0.0], (len(line), 1))
     samples = samples_at(pixel, along, np.tile([0, 2], (len(line), 1)), np.zeros(len(line), np.int64))
     samples.px_per_mm[:] = [1.0, 0.0]
-    index = EdgeIndex(edge_points(pixel + np.array([0.0, beside]), np.tile([0.0, 1.0], (len(line), 1))))
+    index = EdgeIndex(edge_points(pixel + np.array([0.0, nearby]), np.tile([0.0, 1.0], (len(line), 1))))
     one = np.ones(1, np.int64)
     rib = Opposed(0 * one, 0 * one, one, np.array([6.0]), one, np.array([100.0]))
     found = seek_moved(look(samples, index), 3, 1, rib, P)
@@ -161,11 +165,11 @@ def test_a_corner_moves_with_the_wall_that_runs_into_it() -> None:
     samples.normal[:, 0] = normal
     samples.px_per_mm[:] = [1.5, 0.7]
     planes = np.array([[0.0, 1, 0], [1, 0, 0]])
-    carriers = find_carriers(samples, (np.array([0, 2]), np.array([1, 1]), planes))
-    assert carriers.surface.tolist() == np.repeat([0, 1, 2, 3], 21).tolist()
+    moving = find_moving_surfaces(samples, (np.array([0, 2]), np.array([1, 1]), planes))
+    assert moving.surface.tolist() == np.repeat([0, 1, 2, 3], 21).tolist()
     mm = np.array([2.0, 0, 0, 0])
-    np.testing.assert_allclose(carriers.displace(mm, 21), 1.5 * 2.0 * np.sin(angle), atol=1e-12)
+    np.testing.assert_allclose(moving.displace(mm, 21), 1.5 * 2.0 * np.sin(angle), atol=1e-12)
     mm = np.array([2.0, 0, -1.0, 3.0])
     np.testing.assert_allclose(
-        carriers.displace(mm, 21), 1.5 * (2.0 * np.sin(angle) - np.cos(angle)) + 0.7 * 3.0, atol=1e-12
+        moving.displace(mm, 21), 1.5 * (2.0 * np.sin(angle) - np.cos(angle)) + 0.7 * 3.0, atol=1e-12
     )

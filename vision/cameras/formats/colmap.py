@@ -48,32 +48,32 @@ def is_model(path: Path) -> bool:
 def files(path: Path) -> list[Path]:
     """The files of a model, that with the cameras first."""
     cameras = path / "cameras.txt" if path.is_dir() else path
-    beside = (cameras.with_name(name) for name in ("rigs.txt", "images.txt"))
-    return [cameras, *(file for file in beside if file.is_file())]
+    siblings = (cameras.with_name(name) for name in ("rigs.txt", "images.txt"))
+    return [cameras, *(file for file in siblings if file.is_file())]
 
 
 def read(path: Path) -> Rig:
     """The rig of a model, in the model's unit of length."""
-    held = files(path)
+    found = files(path)
     cameras = {}
-    for words in _lines(held[0]):
-        number, camera = _camera(words, held[0])
+    for words in _lines(found[0]):
+        number, camera = _camera(words, found[0])
         cameras[number] = camera
     if not cameras:
-        raise InputError(f"{held[0]} lists no camera: export the model as text")
+        raise InputError(f"{found[0]} lists no camera: export the model as text")
     names, poses = dict(zip(sorted(cameras), default_names(len(cameras)), strict=True)), None
-    beside = {file.name: file for file in held[1:]}
-    if "rigs.txt" in beside:
-        poses = _poses_of_rig(beside["rigs.txt"], set(cameras))
+    siblings = {file.name: file for file in found[1:]}
+    if "rigs.txt" in siblings:
+        poses = _poses_of_rig(siblings["rigs.txt"], set(cameras))
         # The reference sensor comes first, and so is `left`.
         names = dict(zip(poses, default_names(len(poses)), strict=True)) if poses else names
-    if poses is None and "images.txt" in beside:
-        poses, called = _poses_of_images(beside["images.txt"], set(cameras))
+    if poses is None and "images.txt" in siblings:
+        poses, called = _poses_of_images(siblings["images.txt"], set(cameras))
         names = called or names
     if poses is None:
         if len(cameras) > 1:
             raise InputError(
-                f"{held[0]} lists {len(cameras)} cameras, and neither one rig in rigs.txt nor one image a camera in "
+                f"{found[0]} lists {len(cameras)} cameras, and neither one rig in rigs.txt nor one image a camera in "
                 "images.txt says where they sit: add one of them"
             )
         poses = dict.fromkeys(cameras, np.eye(4))

@@ -82,10 +82,10 @@ def _check_whole(data: dict[str, Any], path: Path) -> None:
 
 def _flat(data: dict[str, Any], key: str, count: int | None, path: Path) -> Floats:
     """The numbers of a matrix: a mapping with `data`, or a plain list of the message."""
-    held, where, name = (data[key], f"{key}.", "data") if isinstance(data.get(key), dict) else (data, "", key)
-    listed = held.get(name)
+    found, where, name = (data[key], f"{key}.", "data") if isinstance(data.get(key), dict) else (data, "", key)
+    listed = found.get(name)
     size = count if count is not None else len(listed) if isinstance(listed, list) else 0
-    return numbers(held, name, path, where, (size,))
+    return numbers(found, name, path, where, (size,))
 
 
 def _matrix(values: Floats) -> dict[str, Any]:

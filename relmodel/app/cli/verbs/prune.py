@@ -39,10 +39,10 @@ def run(args: argparse.Namespace) -> int:
         asked = Pruning(args.what, one, args.state, args.verdict, args.older_than)
         if args.yes:
             number, runs, rows = prune(store, asked)
-            told = f"{len(runs)} runs were pruned (run {number})"
+            said = f"{len(runs)} runs were pruned (run {number})"
         else:
             runs, rows = plan_pruning(store, asked)
-            told = f"{len(runs)} runs would be pruned: --yes does it"
+            said = f"{len(runs)} runs would be pruned: --yes does it"
     print_rows(("relation", "rows"), rows.items(), args.format)
-    say(f"{told}: {', '.join(map(str, runs))}" if runs else told)
+    say(f"{said}: {', '.join(map(str, runs))}" if runs else said)
     return 0

@@ -32,7 +32,7 @@ def list_elements(
     `offset` it is given how many each pixel has, behind its place; else it says where each pixel's begin.
     """
     columns, rows = size[0], size[1]
-    reach, min_cosine, beside = limits[0], limits[1], limits[2]
+    reach, min_cosine, nearby = limits[0], limits[1], limits[2]
     counting = len(offset) == 0
     for i in range(len(pixel)):
         dx, dy = direction[i, 0], direction[i, 1]
@@ -42,10 +42,10 @@ def list_elements(
         # Walk along the axis nearer to the normal; across it only a few pixels lie beside the normal's line.
         upright = abs(ny) > abs(nx)
         major, slope = (ny, nx / ny) if upright else (nx, ny / nx)
-        across = (beside + 0.85) / abs(major)
+        across = (nearby + 0.85) / abs(major)
         middle, other = (y, x) if upright else (x, y)
         lines, places = (rows, columns) if upright else (columns, rows)
-        half = (reach + beside) * abs(major) + 1.5
+        half = (reach + nearby) * abs(major) + 1.5
         for line in range(max(int(middle - half), 0), min(int(middle + half) + 2, lines)):
             foot = other + (line - middle) * slope
             for place in range(max(int(np.ceil(foot - across)), 0), min(int(np.floor(foot + across)) + 1, places)):
@@ -53,7 +53,7 @@ def list_elements(
                 for k in range(start[cell], start[cell + 1]):
                     e = order[k]
                     ex, ey = position[e, 0] - pixel[i, 0], position[e, 1] - pixel[i, 1]
-                    if abs(ex * dx + ey * dy) > beside:
+                    if abs(ex * dx + ey * dy) > nearby:
                         continue
                     along = ex * nx + ey * ny
                     if abs(along) > reach or abs(normal[e, 0] * nx + normal[e, 1] * ny) < min_cosine:

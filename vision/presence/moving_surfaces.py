@@ -16,7 +16,7 @@ from vision.scene.stored_scene import StoredScene
 
 
 @dataclass(frozen=True)
-class Carriers:
+class MovingSurfaces:
     """What carries samples along, as columns, sorted by surface, run and sample: sample; side: of its two surfaces the
     one through which it is carried; surface: the scene's that carries; rate: px along the image normal for each mm that
     the surface moves outward."""
@@ -53,7 +53,7 @@ def find_tangent(stored: StoredScene, least_cosine: float) -> tuple[Ints, Ints, 
     return pairs[:, 0], pairs[:, 1], normal[pairs[:, 0]]
 
 
-def find_carriers(samples: Samples, tangent: tuple[Ints, Ints, Floats]) -> Carriers:
+def find_moving_surfaces(samples: Samples, tangent: tuple[Ints, Ints, Floats]) -> MovingSurfaces:
     """The surfaces that carry each sample: its own, and the planes tangent to them, as `find_tangent` gives."""
     sample, side = np.nonzero(samples.surface >= 0)
     surface, rate = samples.surface[sample, side], samples.px_per_mm[sample, side]
@@ -70,4 +70,4 @@ def find_carriers(samples: Samples, tangent: tuple[Ints, Ints, Floats]) -> Carri
         for pair in ((sample, sample[of]), (side, side[of]), (surface, plane[at]), (rate, rate[of] * turned))
     ]
     order = np.lexsort((columns[0], samples.run[columns[0]], columns[2]))
-    return Carriers(*(np.ascontiguousarray(column[order]) for column in columns))
+    return MovingSurfaces(*(np.ascontiguousarray(column[order]) for column in columns))
