@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import signal
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -231,8 +230,6 @@ def spark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     session.sparkContext.setLogLevel("ERROR")
     yield session
     session.stop()
-    # Spark takes interrupts to itself, and keeps them when it is gone.
-    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def scans(node: Any) -> Iterator[tuple[str, int]]:
