@@ -82,7 +82,7 @@ class Store(Database):
         """The store at `url`, closed again where what is done with it fails."""
         file = duckdb_file(url)
         if file is not None:
-            if file.exists() and not file.is_file():  # a pipe would be waited for
+            if file.exists() and not file.is_file() and not file.is_dir():  # a pipe would be waited for
                 raise StoreError(f"the store {file} is no regular file: name one that is")
             recover(file)
         store = cls(connect(url, read_only=read_only), store_name(url), read_only=read_only)
