@@ -6,7 +6,7 @@ WITH poses AS (
     FROM inspection WHERE run_id = :run AND prior_covariance IS NOT NULL
     UNION ALL
     SELECT 'pose', 0, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23, covariance, 0.0
-    FROM pose WHERE run_id = :run
+    FROM pose WHERE run_id = :run AND covariance IS NOT NULL
     UNION ALL
     SELECT kind, solved_no, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23, covariance, log_odds
     FROM solved_pose WHERE run_id = :run

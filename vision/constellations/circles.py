@@ -9,6 +9,7 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Bools, Floats
 from relmodel.columns import Columns
+from relmodel.features.circle_relations import DEFAULTS as KEPT
 from relmodel.features.circle_relations import relate
 from relmodel.store.database import Database
 from vision.constellations.constellation_parameters import JoinParameters
@@ -35,7 +36,7 @@ class Circles:
         `queries/constellations/join.sql` takes."""
         a, b = np.nonzero(~np.eye(len(self), dtype=bool))
         found = relate(self.centre, self.normal, self.radius, a, b)
-        rows = (found["distance"] >= p.least_distance) & (found["distance"] <= p.greatest_distance)
+        rows = (found["distance"] >= KEPT.least_distance) & (found["distance"] <= KEPT.greatest_distance)
         rows &= found["rise_a"] <= p.along
         return {"unit_a": a[rows], "unit_b": b[rows], **{name: values[rows] for name, values in found.items()}}
 

@@ -6,16 +6,8 @@ from math import radians
 
 @dataclass(frozen=True)
 class JoinParameters:
-    """Which pairs of circles are alike."""
+    """Which pairs of circles are alike; sizes and distances are those that a load relates."""
 
-    least_radius: float = 2.5
-    """mm: smaller circles are not looked at"""
-    greatest_radius: float = 400.0
-    """mm: greater ones neither"""
-    least_distance: float = 20.0
-    """mm between centres, from which on their line has a direction"""
-    greatest_distance: float = 500.0
-    """mm between centres"""
     radius_mm: float = 1.0
     """mm by which radii may differ"""
     radius_share: float = 0.05

@@ -6,6 +6,7 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import Floats, Ints
+from relmodel.features.circle_relations import DEFAULTS as KEPT
 from relmodel.geometry.transforms import matrices
 from relmodel.store.database import Database
 from vision.cameras.cameras import Prior, perturbation
@@ -28,13 +29,13 @@ def find_poses(
 ) -> tuple[Prior, Candidates]:
     """Distinct poses at which circles in space fall on circles of the inspected objects, pair by pair.
 
-    scene: of the world.  Joined pairs that put the scene in the same
-    place vote together; the poses of most votes, counted and weighed by how rare their pairs are, are scored on some of
-    the scene's points, the best of these fitted to the model's arcs and scored on more.  Where the model repeats itself
-    about the best, the shifted poses are looked at too.  The poses are perturbations of the best, as of an open prior;
-    their scores are the shares of what stereo put in space that lies on the model's arcs."""
+    Joined pairs that put the scene of the world in the same place vote together; the poses of most votes, counted and
+    weighed by how rare their pairs are, are scored on some of the scene's points, the best of these fitted to the
+    model's arcs and scored on more.  Where the model repeats itself about the best, the shifted poses are looked at
+    too.  The poses are perturbations of the best, as of an open prior; their scores are the shares of what stereo put
+    in space that lies on the model's arcs."""
     circles = find_scene_circles(space)
-    circles = circles.take((circles.radius >= p.join.least_radius) & (circles.radius <= p.join.greatest_radius))
+    circles = circles.take((circles.radius >= KEPT.least_radius) & (circles.radius <= KEPT.greatest_radius))
     poses, alike = [np.zeros((0, 4, 4))], [np.zeros(0, np.int64)]
     objects = store.columns(connection, "constellations/objects", world_id=world_id)
     for object_id, world_from_object in zip(objects["object_id"].tolist(), matrices(objects), strict=True):

@@ -78,7 +78,8 @@ class Inspection:
     the rig not mounted.
     presence: evidence for what is in view; None where the pose is refused.
     variants: evidence for each loaded variant of the inspected objects, the likeliest first, where it was weighed.
-    selection: the placed parts that any pose which the prior leaves open could show; nothing else was considered.
+    selection: the placed parts that any pose which the prior leaves open could show, all where there is none; nothing
+    else was considered.
     hypotheses: (world_from_rig, cost) of the poses considered, the best first.
     notes: what was taken of the pictures that they may not say themselves, a sentence each.
     """

@@ -16,6 +16,7 @@ from relmodel.app.cli.main import main
 from relmodel.columns import Columns
 from relmodel.store import Store
 from tests.app.cli.conftest import DEMO, Inspection, Pair, inspected
+from tests.json_schema import violations
 from vision.constellations.circles import Circles
 from vision.constellations.constellation_parameters import JoinParameters
 from vision.constellations.find_poses import find_poses
@@ -23,6 +24,8 @@ from vision.inspection.demonstration import measure_pose_error, read_truth
 from vision.localisation.hypotheses import Candidates
 from vision.scene.stored_scene import read_scene
 from vision.stereo.record_stereo import read_triangulated
+
+CHECKOUT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="session")
@@ -120,3 +123,25 @@ def test_the_pose_comes_from_relations_of_the_scene(
         share = find_again(store, found.answer["run"]).score
         monkeypatch.setattr(Circles, "relations", dealt)
         assert find_again(store, found.answer["run"]).score.max(initial=0.0) < 0.6 * share[0]
+
+
+def test_a_pair_whose_circles_lie_as_none_of_the_model_is_refused(
+    bulkhead_template: Path, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    store = str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
+    with Store.open(store) as opened, opened.write() as connection:
+        connection.execute(sa.text("DELETE FROM circle_pair"))
+    answer = inspected(store, *pair.options(prior=None))
+    assert answer["verdict"] == "refused"
+    assert "give a prior" in answer["reason"]
+    assert answer["world_from_rig"] is None
+    assert answer["sigma"] == {"translation_mm": None, "rotation_deg": None}
+    schema = json.loads((CHECKOUT / "docs/json/inspect.schema.json").read_text())
+    assert violations(answer, schema) == []
+    where = ["--store", store]
+    for words in (["why", "last", "--verdict"], ["replay", "last"], ["runs"], ["compare", "last", "last"]):
+        assert main([*words, *where]) == 0, capsys.readouterr().err
+    assert main(["report", "last", "--out", str(tmp_path / "run.html"), *where]) == 0
+    assert main(["export", "--run", "last", "-o", str(tmp_path / "answer.json"), *where]) == 0
+    exported = json.loads((tmp_path / "answer.json").read_text())
+    assert (exported["prior"], exported["world_from_rig"]) == (None, None)

@@ -65,7 +65,7 @@ def alike(scene: Circles, model: Circles, p: JoinParameters) -> set[tuple[int, i
     found = set()
     for i, j in permutations(range(len(scene)), 2):
         r_a, r_b, distance, *cosines = describe(scene, i, j)
-        if not (p.least_distance <= distance <= p.greatest_distance) or cosines[1] > p.along:
+        if not (CIRCLES.least_distance <= distance <= CIRCLES.greatest_distance) or cosines[1] > p.along:
             continue
         for a, b in combinations(range(len(model)), 2):
             for c, d in ((a, b), (b, a)):
