@@ -349,7 +349,7 @@ def _words(item: dict[str, Any]) -> str:
     sizes = ", ".join(f"{m['what']} {m['nominal']} -> {m['value']} +- {m['sigma']}" for m in item["measured"])
     return (
         f"{item['path']} ({item['kind']}): {item['state']}, {item['reason']}; log odds {item['log_odds']:.1f} of "
-        f"{item['expected_log_odds']:.1f}, {item['supported_px']:.0f} of {item['told_px']:.0f} px of edges; {sizes}"
+        f"{item['expected_log_odds']:.1f}, {item['supported_px']:.0f} of {item['distinct_px']:.0f} px of edges; {sizes}"
     )
 
 

@@ -1,7 +1,7 @@
 """Relational matching: time to proof, gap, recall and precision, beside peers, on generated and stored problems.
 
     python -m benchmarks.relational_matching [--kinds gated open hard pockets] [--units 20 50 100 200 300] [--seeds 10]
-        [--seconds 20] [--peers CP-SAT HiGHS ...] [--data FOLDER] [--truth N] [--shifts N] [--modes]
+        [--seconds 20] [--peers CP-SAT HiGHS ...] [--data FOLDER] [--truth N] [--modes]
 
 Peers: CP-SAT with 8 workers and linearization 2, HiGHS as SciPy has it, RRWM and IPFP of pygmtools (dense: only for
 small problems), fusion moves of pylibmgm (GPL: used here alone), and the assignment without relations; what is not
@@ -10,8 +10,7 @@ precision are those of the labels against the truth that the problem was made fr
 
 `--data`: problems stored as Parquet (see `read_problem`), benchmarks/data by default, where there are any.  `--truth`:
 so many random instances of up to 9 units in every exact mode against enumeration, with and without null labels.
-`--shifts`: so many runs with repeated pockets and the prior off by up to half a pitch.  `--modes`: selections and nodes
-of whole functions and of forward checking.
+`--modes`: selections and nodes of whole functions and of forward checking.
 """
 
 from __future__ import annotations
@@ -34,10 +33,9 @@ from relmodel.labelling.cost import labelling_cost
 from relmodel.labelling.problem import NONE, MatchingProblem, matching_problem, without_nulls
 from relmodel.labelling.result import OPTIMAL
 from relmodel.labelling.rows import result_rows
-from relmodel.labelling.shifts import compare_shifts
 from relmodel.labelling.solve import MODES, solve
 from tests.labelling.oracle import enumerated_cost, random_problem, verified
-from tests.labelling.scenes import KINDS, PITCH, scene
+from tests.labelling.scenes import KINDS, scene
 
 COLUMNS = ("unit", "label", "other", "other_label", "cost")
 
@@ -183,22 +181,6 @@ def modes(cases: list[Case], nodes: int = 20_000) -> str:
     return tabulate(rows, ("problems", "mode", "solved", "proved", "nodes median", "selections median"))
 
 
-def shifts(count: int) -> str:
-    """Repeated pockets, the prior off by up to half a pitch each way: what was right, and what was certain."""
-    ways = np.array([(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1) if x or y]) * PITCH
-    seen = Counter[tuple[str, str]]()
-    for run in range(count):
-        error = np.random.default_rng(run).uniform(-0.5, 0.5, 2)
-        kind, endless = ("pockets", "hard")[run // 2 % 2], bool(run % 2)
-        s = scene(kind, 24 + 8 * (run // 2 % 8), run // 2, (float(error[0]), float(error[1])), endless)
-        found = compare_shifts(s.problem, s.displacement, ways, 0.4 * PITCH)
-        right = "right" if np.linalg.norm(found.displacement - s.shift) < 0.3 * PITCH else "wrong"
-        seen[
-            "pattern goes on" if endless else "pattern ends", f"{right}, {'' if found.certain else 'not '}certain"
-        ] += 1
-    return tabulate([(*key, n) for key, n in sorted(seen.items())], ("scene", "shift", f"of {count}"))
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--kinds", nargs="*", default=list(KINDS), choices=list(KINDS))
@@ -208,7 +190,6 @@ def main() -> None:
     parser.add_argument("--peers", nargs="*", default=[])
     parser.add_argument("--data", type=Path, default=Path(__file__).parent / "data")
     parser.add_argument("--truth", type=int, default=0)
-    parser.add_argument("--shifts", type=int, default=0)
     parser.add_argument("--modes", action="store_true")
     args = parser.parse_args()
     began = time.perf_counter()
@@ -216,11 +197,9 @@ def main() -> None:
     cases += generated(args.kinds, args.units, args.seeds)
     if args.truth:
         print(truth(args.truth), end="\n\n")
-    if args.shifts:
-        print(shifts(args.shifts), end="\n\n")
     if args.modes:
         print(modes(cases), end="\n\n")
-    elif cases and not (args.truth or args.shifts):
+    elif cases and not args.truth:
         print(compare(cases, args.peers, args.seconds), end="\n\n")
     print(f"{time.perf_counter() - began:.0f} s")
 

@@ -47,7 +47,7 @@ from vision.extraction.rows import make_primitives
 from vision.inspection.demonstration import Truth, measure_pose_error
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.localise import localise
-from vision.localisation.verdict import Signs
+from vision.localisation.verdict import VerdictStatistics
 
 # Weights are fitted on the trials of even number in these sets; all others are held out.
 FITTED = ("finish", "small", "boxes")
@@ -138,7 +138,7 @@ def measure(trial: Trial, models: Models, extractions: dict[bytes, Primitives]) 
     }
     if answer.best is None:
         return line
-    line["signs"] = {sign.name: answer.verdict.weighed[sign.name] for sign in fields(Signs)}
+    line["statistics"] = {field.name: answer.verdict.weighed[field.name] for field in fields(VerdictStatistics)}
     if trial.world_from_rig is not None:
         truth = Truth("", trial.world_from_rig, trial.target)
         off = [measure_pose_error(h.world_from_rig, truth) for h in answer.hypotheses]
@@ -152,7 +152,7 @@ def measure(trial: Trial, models: Models, extractions: dict[bytes, Primitives]) 
 def read(folder: Path) -> list[dict[str, Any]]:
     """All lines that have signs, each with whether it is right."""
     lines = [json.loads(line) for path in sorted(folder.glob("trials_*.jsonl")) for line in path.open()]
-    lines = [line for line in lines if line["signs"]]
+    lines = [line for line in lines if line["statistics"]]
     for line in lines:
         near = line["off_mm"] is not None and line["off_mm"] <= RIGHT_MM and line["off_deg"] <= RIGHT_DEG
         line["right"] = near and line["chi_square"] <= RIGHT_CHI_SQUARE
@@ -169,7 +169,7 @@ def fit(lines: list[dict[str, Any]]) -> tuple[float, Floats]:
     """Offset and weights of the posterior: logistic regression, right and wrong trials weighing the same, with a
     Gaussian prior of 3 in units of each sign's scatter; signs weigh in their own direction only."""
     p = DEFAULTS.verdict
-    x = np.array([Signs(**line["signs"]).columns(p) for line in lines])
+    x = np.array([VerdictStatistics(**line["statistics"]).columns(p) for line in lines])
     y = np.array([line["right"] for line in lines], float)
     scale = x.std(axis=0) + 1e-9
     z = (x - x.mean(axis=0)) / scale
@@ -232,7 +232,7 @@ def draw(lines: list[dict[str, Any]], folder: Path) -> None:
 
     held = [line for line in lines if not is_fitted(line)]
     p = DEFAULTS.verdict
-    posterior = np.array([1 / (1 + np.exp(-Signs(**line["signs"]).log_odds(p))) for line in held])
+    posterior = np.array([1 / (1 + np.exp(-VerdictStatistics(**line["statistics"]).log_odds(p))) for line in held])
     right = np.array([line["right"] for line in held])
     figure, (left, middle) = pyplot.subplots(1, 2, figsize=(10, 4.5))
     edges = np.array([0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0])

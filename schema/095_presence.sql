@@ -18,7 +18,7 @@ CREATE TABLE presence (  -- The parts, features and surfaces that a view should 
     expected_log_odds DOUBLE PRECISION NOT NULL,  -- what that would be in the mean, were it there: little where little contrast is expected
     visible_pixels DOUBLE PRECISION NOT NULL,  -- pixels it shows, over all cameras
     edge_px DOUBLE PRECISION NOT NULL,  -- length of its sharp edges and outlines in view, px, over all cameras
-    told_px DOUBLE PRECISION NOT NULL,  -- of those, what can be told from other edges and from the border of the picture, px
+    distinct_px DOUBLE PRECISION NOT NULL,  -- of those, what can be told from other edges and from the border of the picture, px
     supported_px DOUBLE PRECISION NOT NULL,  -- of those, what edge elements support, px
     region_px DOUBLE PRECISION NOT NULL,  -- pixels of its surfaces that regions of the pictures cover which lie on them alone (surface_match)
     moved_mm DOUBLE PRECISION,  -- how far outward that surface of it lies from its place that has moved most surely, mm; null where none has
@@ -29,7 +29,7 @@ CREATE TABLE presence (  -- The parts, features and surfaces that a view should 
     CHECK ((level = 'feature') = (feature_no IS NOT NULL) AND (level = 'surface') = (surface_no IS NOT NULL)),
     CHECK (state IN ('confirmed', 'contradicted', 'changed', 'not_confirmed', 'undecidable')),
     CHECK (qif IN ('PASS', 'FAIL', 'INDETERMINATE', 'NOT_ANALYZED')),
-    CHECK (supported_px >= 0 AND supported_px <= told_px + 1e-6 AND told_px <= edge_px + 1e-6),
+    CHECK (supported_px >= 0 AND supported_px <= distinct_px + 1e-6 AND distinct_px <= edge_px + 1e-6),
     CHECK ((moved_mm IS NULL) = (moved_sigma_mm IS NULL) AND (moved_mm IS NULL) = (moved_log_odds IS NULL))
 );
 
@@ -40,7 +40,7 @@ CREATE TABLE presence_camera (  -- What single cameras say of an item.
     log_odds DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     expected_log_odds DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     edge_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
-    told_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
+    distinct_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     supported_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     region_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     PRIMARY KEY (run_id, item_no, camera)

@@ -1,4 +1,4 @@
--- What decisions were held against: thresholds as they were, the signs that a verdict weighed, and what a pose rests on.
+-- What decisions were held against: thresholds as they were, the statistics that a verdict weighed, and what a pose rests on.
 
 CREATE TABLE threshold (  -- The numbers that the decisions of a run were held against, as they were at the time.
     run_id BIGINT NOT NULL,  -- the run
@@ -9,10 +9,12 @@ CREATE TABLE threshold (  -- The numbers that the decisions of a run were held a
     PRIMARY KEY (run_id, decision, name)
 );
 
-CREATE TABLE verdict_sign (  -- What the verdict of an inspection weighed, in full precision.
+CREATE TABLE verdict_statistic (  -- What the verdict of an inspection weighed, in full precision.
     run_id BIGINT NOT NULL,  -- the run
     name TEXT NOT NULL,  -- evidence (log odds against chance), share (evidence found over expected), agreement (share of edges found that lie on the
-        -- arcs), apart (sigmas between the cameras alone), prior_sigma (sigmas from the prior), sigma_mm and sigma_rad (of the pose, worst
+        -- arcs), apart (sigmas between the cameras alone), prior_sigma (sigmas from the prior), prior_mm
+        -- (how far the rig is from it; only where the pose was found without it, for it contradicts the pictures), prior_left_out (1 where the pictures were
+        -- to be believed then, else 0), sigma_mm and sigma_rad (of the pose, worst
         -- direction), rivals, excluded (components left out), log_odds and likely (that the model is there, by the pictures), and others that the
         -- posterior weighs
     value DOUBLE PRECISION NOT NULL,  -- its value
@@ -49,18 +51,17 @@ CREATE TABLE solved_pose (  -- Poses of the rig near the best hypothesis, which 
     -- gives by itself, and what explains the pictures by other components of the model being off their place.
     run_id BIGINT NOT NULL,  -- the run
     solved_no INTEGER NOT NULL,  -- ordinal in the run, from 0
-    kind TEXT NOT NULL,  -- start: the pose at which the pictures were looked at last; alone: that of one camera, of several; explanation
-    camera TEXT,  -- name of the camera in the rig that gives it alone; null of other kinds
+    kind TEXT NOT NULL,  -- start: the pose at which the pictures were looked at last; single_camera: that of one camera alone; explanation
+    camera TEXT,  -- name of the camera in the rig of a single_camera pose; null of other kinds
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_rig
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
     m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
     covariance DOUBLE PRECISION[] NOT NULL,  -- 6x6 row-major, of a right perturbation in the rig's frame: t mm, then r rad; at the start of what was
         -- measured there, to which that of the pose joins the explanations
-    log_odds DOUBLE PRECISION,  -- natural logarithm: alone that the model is there by this camera, of an explanation against the best; null at the
-        -- start
+    log_odds DOUBLE PRECISION,  -- natural logarithm: that the model is there by this camera; of an explanation against the best; null at the start
     PRIMARY KEY (run_id, solved_no),
-    CHECK (kind IN ('start', 'alone', 'explanation')),
-    CHECK ((kind = 'alone') = (camera IS NOT NULL)),
+    CHECK (kind IN ('start', 'single_camera', 'explanation')),
+    CHECK ((kind = 'single_camera') = (camera IS NOT NULL)),
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
@@ -70,10 +71,11 @@ CREATE TABLE solved_pose (  -- Poses of the rig near the best hypothesis, which 
 CREATE TABLE search_stage (  -- The stages of the search for the pose, and the scores of all poses that each looked at.
     run_id BIGINT NOT NULL,  -- the run
     stage_no INTEGER NOT NULL,  -- ordinal in the run, from 0
-    name TEXT NOT NULL,  -- scan (of the prior's volume, on coarse evidence), climb (on finer), and shift 1 .. (of the best pose by what repeats in
-        -- the model)
+    name TEXT NOT NULL,  -- join (of circles), scan (of the prior's volume, on coarse evidence), climb (on finer), and shift 1 .. (of the best
+        -- pose by what repeats in the model)
     looked_at INTEGER NOT NULL,  -- poses that it looked at
-    least DOUBLE PRECISION,  -- least of their scores: evidence less half the squared distance from the prior; null where none was worked out
+    least DOUBLE PRECISION,  -- least of their scores: evidence less half the squared distance from the prior; of a join the share of what stereo puts
+        -- in space that lies on the model, of one picture the log odds of its ellipses; null where none was worked out
     median DOUBLE PRECISION,  -- median of their scores
     share_90 DOUBLE PRECISION,  -- score that 90 percent of them do not exceed
     share_99 DOUBLE PRECISION,  -- score that 99 percent of them do not exceed
@@ -101,7 +103,7 @@ CREATE TABLE search_pose (  -- The poses of the rig that left a stage of the sea
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('threshold', 'run', 'primary'),
-    ('verdict_sign', 'localisation', 'primary'),
+    ('verdict_statistic', 'localisation', 'primary'),
     ('hypothesis_support', 'localisation', 'primary'),
     ('camera_unknown', 'localisation', 'primary'),
     ('solved_pose', 'localisation', 'primary'),
@@ -110,7 +112,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('threshold', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('verdict_sign', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
+    ('verdict_statistic', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
     ('hypothesis_support', 0, ARRAY['run_id', 'hypothesis_no'], 'hypothesis', ARRAY['run_id', 'hypothesis_no']),
     ('camera_unknown', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
     ('solved_pose', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),

@@ -137,31 +137,34 @@ LEFT JOIN (
 CREATE VIEW why_verdict (  -- The rules of a verdict, each with what was found and what that was held against; accepted is what passes all.
     run_id,  -- the run
     rule_no,  -- ordinal of the rule
-    rule,  -- likely, prior, apart, translation, rotation or rivals
+    rule,  -- likely, prior, apart, translation, rotation, rivals or share
     value,  -- what was found: probability, sigmas, mm, degrees or how many
     gate,  -- what that was held against, in the same unit
     holds,  -- whether the pose passes
     verdict,  -- the verdict
     sentence  -- the rule in words
 ) AS
-WITH sign AS (
+WITH statistic AS (
     SELECT run_id,
         max(CASE name WHEN 'evidence' THEN value END) AS evidence, max(CASE name WHEN 'share' THEN value END) AS share,
         max(CASE name WHEN 'agreement' THEN value END) AS agreement, max(CASE name WHEN 'apart' THEN value END) AS apart,
         max(CASE name WHEN 'prior_sigma' THEN value END) AS prior_sigma,
+        max(CASE name WHEN 'prior_mm' THEN value END) AS prior_mm,
+        max(CASE name WHEN 'prior_left_out' THEN value END) AS prior_left_out,
         max(CASE name WHEN 'outline_px' THEN value END) AS outline_px,
         max(CASE name WHEN 'outline_contrast' THEN value END) AS outline_contrast,
         max(CASE name WHEN 'sigma_mm' THEN value END) AS sigma_mm,
         max(CASE name WHEN 'sigma_rad' THEN value END) AS sigma_rad,
         max(CASE name WHEN 'likely' THEN value END) AS likely,
         max(CASE name WHEN 'rivals' THEN value END) AS rivals
-    FROM verdict_sign
+    FROM verdict_statistic
     GROUP BY run_id
 ),
 held AS (
     SELECT run_id, max(CASE name WHEN 'min_posterior' THEN value END) AS min_posterior,
         max(CASE name WHEN 'max_sigma' THEN value END) AS max_sigma,
         max(CASE name WHEN 'max_apart_sigma' THEN value END) AS max_apart,
+        max(CASE name WHEN 'least_share_anywhere' THEN value END) AS least_share,
         max(CASE name WHEN 'needs_translation_mm' THEN value END) AS needs_mm,
         max(CASE name WHEN 'needs_rotation' THEN value END) AS needs_rad
     FROM threshold
@@ -177,33 +180,44 @@ rule AS (
             ' percent of the edges expected, ', CAST(100 * s.agreement AS NUMERIC(18, 0)),
             ' percent of those found on the model''s, a contrast of ', CAST(s.outline_contrast AS NUMERIC(18, 1)),
             ' along ', CAST(s.outline_px AS NUMERIC(18, 0)), ' px of outline') AS sentence
-    FROM sign AS s JOIN held AS h ON h.run_id = s.run_id
+    FROM statistic AS s JOIN held AS h ON h.run_id = s.run_id
     UNION ALL
-    SELECT s.run_id, 1, 'prior', s.prior_sigma, h.max_sigma, s.prior_sigma <= h.max_sigma,
+    SELECT s.run_id, 1, 'prior', s.prior_sigma, h.max_sigma, s.prior_sigma <= h.max_sigma OR coalesce(s.prior_left_out, 0) = 1,
         concat('the pose lies ', CAST(s.prior_sigma AS NUMERIC(18, 2)), ' sigma from the prior, and ',
-            CAST(h.max_sigma AS NUMERIC(18, 1)), ' are allowed')
-    FROM sign AS s JOIN held AS h ON h.run_id = s.run_id
+            CAST(h.max_sigma AS NUMERIC(18, 1)), ' are allowed',
+            CASE WHEN s.prior_mm IS NULL THEN ''
+                ELSE concat('; it was found without it, ', CAST(s.prior_mm AS NUMERIC(18, 0)), ' mm away',
+                    CASE WHEN s.prior_left_out = 1 THEN ', and the pictures were to be believed' ELSE '' END) END)
+    FROM statistic AS s JOIN held AS h ON h.run_id = s.run_id
     WHERE s.prior_sigma IS NOT NULL
     UNION ALL
     SELECT s.run_id, 2, 'apart', s.apart, h.max_apart, s.apart <= h.max_apart,
         concat('the cameras solved apart lie ', CAST(s.apart AS NUMERIC(18, 2)), ' sigma from each other, and ',
             CAST(h.max_apart AS NUMERIC(18, 1)), ' are allowed')
-    FROM sign AS s JOIN held AS h ON h.run_id = s.run_id
+    FROM statistic AS s JOIN held AS h ON h.run_id = s.run_id
     UNION ALL
     SELECT s.run_id, 3, 'translation', 2 * s.sigma_mm, h.needs_mm, 2 * s.sigma_mm <= h.needs_mm,
         concat('the place is known to ', CAST(2 * s.sigma_mm AS NUMERIC(18, 3)), ' mm (two sigma, worst direction), and ',
             CAST(h.needs_mm AS NUMERIC(18, 3)), ' mm are needed')
-    FROM sign AS s JOIN held AS h ON h.run_id = s.run_id
+    FROM statistic AS s JOIN held AS h ON h.run_id = s.run_id
     UNION ALL
     SELECT s.run_id, 4, 'rotation', degrees(2 * s.sigma_rad), degrees(h.needs_rad), 2 * s.sigma_rad <= h.needs_rad,
         concat('the turn is known to ', CAST(degrees(2 * s.sigma_rad) AS NUMERIC(18, 4)),
             ' degrees (two sigma, worst direction), and ', CAST(degrees(h.needs_rad) AS NUMERIC(18, 4)), ' are needed')
-    FROM sign AS s JOIN held AS h ON h.run_id = s.run_id
+    FROM statistic AS s JOIN held AS h ON h.run_id = s.run_id
     UNION ALL
     SELECT s.run_id, 5, 'rivals', s.rivals, 0, s.rivals = 0,
         CASE WHEN s.rivals = 0 THEN 'no other pose explains the pictures about equally well'
             ELSE concat(CAST(s.rivals AS INTEGER), ' other poses explain the pictures about equally well') END
-    FROM sign AS s
+    FROM statistic AS s
+    UNION ALL
+    -- Of one camera alone, with no prior to go by.
+    SELECT s.run_id, 6, 'share', s.share, h.least_share, s.share >= h.least_share,
+        concat('one picture without a prior shows ', CAST(100 * s.share AS NUMERIC(18, 0)),
+            ' percent of the edges expected, and ', CAST(100 * h.least_share AS NUMERIC(18, 0)), ' are needed')
+    FROM statistic AS s JOIN held AS h ON h.run_id = s.run_id
+    WHERE (s.prior_sigma IS NULL OR s.prior_mm IS NOT NULL)
+        AND (SELECT count(*) FROM inspection_image AS i WHERE i.run_id = s.run_id) = 1
 )
 SELECT r.run_id, r.rule_no, r.rule, r.value, r.gate, r.holds, p.verdict, r.sentence
 FROM rule AS r

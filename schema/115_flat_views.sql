@@ -141,12 +141,12 @@ CREATE VIEW found_state (  -- What inspections say of parts, features and faces 
     reason,  -- why, one sentence
     log_odds,  -- natural logarithm of how much likelier the pictures are with it than without it
     threshold,  -- name of the threshold that the state hangs on; null where it is none by itself
-    held_against,  -- its value
+    threshold_value,  -- its value
     found,  -- what was held against it
     occurrence_id  -- the placed part
 ) AS
-SELECT s.run_id, s.path, s.level, s.state, s.reason, s.log_odds, t.name AS threshold, t.value AS held_against,
-    CASE t.name WHEN 'states.least_px' THEN s.told_px WHEN 'states.least_expected' THEN s.expected_log_odds
+SELECT s.run_id, s.path, s.level, s.state, s.reason, s.log_odds, t.name AS threshold, t.value AS threshold_value,
+    CASE t.name WHEN 'states.least_px' THEN s.distinct_px WHEN 'states.least_expected' THEN s.expected_log_odds
         WHEN 'states.least_log_odds' THEN abs(s.log_odds) WHEN 'states.contradicted_log_odds' THEN abs(s.log_odds)
     END AS found, s.occurrence_id
 FROM presence AS s

@@ -8,11 +8,10 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import Bounds, milp
+from scipy.optimize import Bounds, linear_sum_assignment, milp
 from scipy.sparse import csr_array
 
 from relmodel.arrays import Floats, Ints
-from relmodel.labelling.assignment import solve_assignment
 from relmodel.labelling.cost import labelling_cost
 from relmodel.labelling.problem import NONE, MatchingProblem
 from relmodel.labelling.solve import solve
@@ -109,7 +108,7 @@ def _assignment(problem: MatchingProblem, _: float) -> Answer:
     unit = problem.candidate_unit
     support = np.bincount(problem.compatibility.ravel(), minlength=problem.candidates)
     cost = problem.candidate_cost - np.minimum(support, problem.weight_out[unit])
-    label = solve_assignment(unit, problem.candidate_label, cost, problem.null_cost, problem.labels).label
+    label = _assigned(problem, cost, problem.null_cost)
     return Answer(time.perf_counter() - began, label, None)
 
 
@@ -172,11 +171,21 @@ def _labels(problem: MatchingProblem, taken: Any) -> Ints:
     return label
 
 
+def _assigned(problem: MatchingProblem, cost: Any, null_cost: Any) -> Ints:
+    """Label of each unit, no label twice, at the least cost."""
+    prohibitive = np.abs(cost).sum() + np.abs(null_cost).sum() + 1.0
+    dense = np.full((problem.units, problem.labels + problem.units), prohibitive)
+    dense[problem.candidate_unit, problem.candidate_label] = cost
+    none = np.arange(problem.units)
+    dense[none, problem.labels + none] = null_cost  # a column for each unit stands for no label
+    label = linear_sum_assignment(dense)[1]
+    return np.where(label < problem.labels, label, NONE)
+
+
 def _rounded(problem: MatchingProblem, scores: Floats) -> Ints:
     """The assignment of largest scores among the candidates, less the labels that cost more than none."""
     score = scores[problem.candidate_unit, problem.candidate_label]
-    none = np.zeros(problem.units)
-    label = solve_assignment(problem.candidate_unit, problem.candidate_label, -score, none, problem.labels).label
+    label = _assigned(problem, -score, np.zeros(problem.units))
     while True:
         dear = (label != NONE) & (labelling_cost(problem, label).unit_cost > problem.null_cost)
         if not dear.any():

@@ -1,7 +1,7 @@
 -- Items whose evidence is not the sum of the cameras', or whose state contradicts its evidence or its sizes.
 -- Takes nothing; gives run_id, item_no and what is wrong.
 WITH total AS (
-    SELECT c.run_id, c.item_no, sum(c.log_odds) AS log_odds, sum(c.told_px) AS told_px, sum(c.supported_px) AS supported_px
+    SELECT c.run_id, c.item_no, sum(c.log_odds) AS log_odds, sum(c.distinct_px) AS distinct_px, sum(c.supported_px) AS supported_px
     FROM presence_camera AS c
     GROUP BY c.run_id, c.item_no
 ), stopped AS (
@@ -13,8 +13,8 @@ SELECT s.run_id, s.item_no, 'cameras do not add up' AS problem
 FROM presence AS s
 LEFT JOIN total AS t ON t.run_id = s.run_id AND t.item_no = s.item_no
 WHERE t.run_id IS NULL OR abs(t.log_odds - s.log_odds) > 1e-6 * (1 + abs(s.log_odds))
-    OR abs(t.told_px - s.told_px) > 1e-6 * (1 + s.told_px)
-    OR abs(t.supported_px - s.supported_px) > 1e-6 * (1 + s.told_px)
+    OR abs(t.distinct_px - s.distinct_px) > 1e-6 * (1 + s.distinct_px)
+    OR abs(t.supported_px - s.supported_px) > 1e-6 * (1 + s.distinct_px)
 UNION ALL
 SELECT s.run_id, s.item_no, 'state against the evidence'
 FROM presence AS s

@@ -4,5 +4,5 @@ SELECT a.run_id, p.verdict, a.camera,
     2 * sqrt(a.covariance[1] + a.covariance[8] + a.covariance[15]) AS known_to
 FROM solved_pose AS a
 JOIN pose AS p ON p.run_id = a.run_id
-WHERE a.kind = 'alone' AND a.run_id = (SELECT max(pose.run_id) FROM pose)
+WHERE a.kind = 'single_camera' AND a.run_id = (SELECT max(pose.run_id) FROM pose)
 ORDER BY a.camera

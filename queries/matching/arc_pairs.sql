@@ -1,5 +1,5 @@
 -- Image arcs beside arcs of a view: each element of an image arc with the nearest point of each arc of the view.
--- Takes extraction_id, run_id, view_no, reach (px between an element and a point) and beside (px of it along the arc);
+-- Takes extraction_id, run_id, view_no, reach (px between an element and a point) and max_along (px of it along the arc);
 -- gives image_arc_no, view_arc_no, elements (how many lie beside), of_elements (how many the image arc has), residual
 -- (rms distance across, px), angle (mean, rad), sigma (mean of the points, px), first_point and last_point (of the view
 -- arc, the stretch that is covered).
@@ -54,6 +54,6 @@ SELECT
     min(c.point_no) AS first_point, max(c.point_no) AS last_point
 FROM close AS c
 JOIN size AS s ON s.image_arc_no = c.image_arc_no
-WHERE c.place = 1 AND abs(c.along) < :beside
+WHERE c.place = 1 AND abs(c.along) < :max_along
 GROUP BY c.image_arc_no, c.view_arc_no
 ORDER BY c.image_arc_no, c.view_arc_no

@@ -49,7 +49,7 @@ class OpenStore(IndexedStore):
         world: str | None = None,
         carrier: Carrier | None = None,
     ) -> Inspection:
-        """Inspect a stereo pair, or with a prior the left camera alone: `vision.inspection.inspection.inspect`.
+        """Inspect a stereo pair, or the left camera alone: `vision.inspection.inspection.inspect`.
 
         A notebook shows the answer with the model drawn over the pictures.
         """

@@ -1,7 +1,7 @@
 """Machined features of a shape, found in its attributed adjacency graph.
 
-Holes come first, for their shape is the surest; then what they and each later kind have taken is left alone: lugs,
-pockets and slots, ribs, flanges and webs, open slots and steps, openings, bosses, chamfers, fillets, patterns of
+Holes come first, because their shape is the surest.  Surfaces that one kind has taken are closed to the kinds after it:
+lugs, pockets and slots, ribs, flanges and webs, open slots and steps, openings, bosses, chamfers, fillets, patterns of
 holes, and the body, which is all that is left.
 """
 
@@ -13,9 +13,9 @@ import numpy as np
 
 from relmodel.features import blends, openings, patterns, pockets, protrusions, slots, thin, turned
 from relmodel.features.feature import Feature, feature_class_key, lengths, union
+from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.graph import Boundary, boundary
 from relmodel.features.holes import holes
-from relmodel.features.parameters import DEFAULTS
 from relmodel.model.model import Shape
 
 __all__ = ["Feature", "feature_class_key", "recognise"]
@@ -24,9 +24,10 @@ _ALL = DEFAULTS.common
 
 
 def recognise(shape: Shape) -> list[Feature]:
-    """Features of a shape by kind, each kind in the order of its first surface; a feature is named by both.
+    """Features of a shape by kind, each kind in the order of its first surface; its name is its kind and its number in
+    that order.
 
-    A mesh of more than 20,000 surfaces is a scan and not a tessellated part: nothing is looked for in it.
+    A mesh of more than 20,000 surfaces is a scan and not a tessellated part: no features are looked for in it.
     """
     if len(shape.mesh.triangles) == 0 or (
         shape.kind == "mesh" and len(shape.surfaces["kind"]) > _ALL.most_mesh_surfaces

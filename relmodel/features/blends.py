@@ -6,8 +6,8 @@ import numpy as np
 
 from relmodel.arrays import Floats
 from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, lengths, sideways, union
+from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.graph import Boundary, Side, Surfaces
-from relmodel.features.parameters import DEFAULTS
 
 _P = DEFAULTS.blends
 _EXACT = ("plane", "cylinder", "cone", "sphere", "torus")
@@ -20,9 +20,9 @@ def rounded(b: Boundary) -> dict[int, float]:
     for i, sides in sorted(b.sides.items()):
         if s.kind[i] not in ("cylinder", "torus", "sphere") or s.start[i] == s.start[i + 1]:
             continue
-        beside = {x.other for x in sides if x.convexity == "smooth" and x.other not in (i, -1)}
+        tangent = {x.other for x in sides if x.convexity == "smooth" and x.other not in (i, -1)}
         # What ends in balls on both sides is the groove of a ball-nosed cutter.
-        if len(beside) < 2 or (s.kind[i] == "cylinder" and set(s.kind[list(beside)]) == {"sphere"}):
+        if len(tangent) < 2 or (s.kind[i] == "cylinder" and set(s.kind[list(tangent)]) == {"sphere"}):
             continue
         if s.kind[i] == "cylinder" and s.turn([i]) > _P.half_turn_rad:
             continue
@@ -39,10 +39,10 @@ def running(b: Boundary) -> dict[int, tuple[tuple[float, float], Floats]]:
     for i, sides in sorted(b.sides.items()):
         if s.kind[i] in _EXACT or s.start[i] == s.start[i + 1]:
             continue
-        beside = sorted({x.other for x in sides if x.convexity == "smooth"})
-        if len(beside) != 2 or set(s.kind[beside]) != {"plane"}:
+        tangent = sorted({x.other for x in sides if x.convexity == "smooth"})
+        if len(tangent) != 2 or set(s.kind[tangent]) != {"plane"}:
             continue
-        (p, q), (d, e) = s.axis[beside], np.sum(s.origin[beside] * s.axis[beside], axis=1)
+        (p, q), (d, e) = s.axis[tangent], np.sum(s.origin[tangent] * s.axis[tangent], axis=1)
         away = 1 - float(p @ q)
         if not _P.bent < away < 2 - _P.bent:
             continue
@@ -64,8 +64,8 @@ def full_rounds(b: Boundary, taken: set[int]) -> dict[int, float]:
     for i, sides in sorted(b.sides.items()):
         if s.kind[i] != "cylinder" or s.concave[i] or i in taken or i in b.blends or s.start[i] == s.start[i + 1]:
             continue
-        beside = sorted({x.other for x in sides if x.convexity == "smooth"})
-        if len(beside) == 2 and set(s.kind[beside]) == {"plane"} and s.axis[beside[0]] @ s.axis[beside[1]] < _OPPOSED:
+        flanks = sorted({x.other for x in sides if x.convexity == "smooth"})
+        if len(flanks) == 2 and set(s.kind[flanks]) == {"plane"} and s.axis[flanks[0]] @ s.axis[flanks[1]] < _OPPOSED:
             found[i] = float(s.radius[i])
     return found
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from relmodel.features.parameters import DEFAULTS as FEATURES
-from relmodel.features.parameters import CircleParameters
+from relmodel.features.feature_parameters import DEFAULTS as FEATURES
+from relmodel.features.feature_parameters import CircleParameters
 
 DEFAULTS = FEATURES.circles
 

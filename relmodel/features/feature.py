@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.parameters import DEFAULTS
+from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.model.content_keys import content_key, quantised
 
 _ALL = DEFAULTS.common
@@ -20,9 +20,9 @@ class Feature:
     """A feature in the frame of its shape.
 
     dimensions: name -> (value, unit: mm, rad, or 1 for counts), as `feature_dimension` holds them; shape_from_feature
-    (4, 4): Z out of the material, X along the length; origin at the mouth of a hole, in the middle of a floor, at
-    the foot of what stands out, in the middle of the rest; box (6,); surfaces: (surface_no, role); form: numbers that
-    tell outlines of equal dimensions apart, those of mirror images among them (`outline_form`).
+    (4, 4): Z out of the material, X along the length; origin at the mouth of a hole, in the middle of a floor, at the
+    foot of what stands out, in the middle of the rest; box (6,); surfaces: (surface_no, role); form: numbers that
+    distinguish outlines of equal dimensions, mirror images included (`outline_form`).
     """
 
     kind: str
@@ -43,12 +43,12 @@ def feature_class_key(feature: Feature) -> str:
 
 
 def outline_form(places: Floats, labels: list[str], pose: Floats, *, either_way: bool) -> tuple[float, ...]:
-    """What no motion changes of walls along the Z of a frame, but a mirror does: moments of their places, mm and mm2.
+    """Moments of the places of walls along the Z of a frame, mm and mm2: a motion leaves them, a mirror changes them.
 
-    places (n, 3): foot of the frame's origin on a plane, axis of a cylinder; labels: what tells walls apart.  Walls
-    count by their labels; odd moments tell skew outlines, even ones those that half a turn takes to themselves (see
-    J. Flusser, "On the independence of rotation moment invariants", Pattern Recognition 33, 2000).  either_way: an
-    outline that is open at both ends may be looked at from either.
+    places (n, 3): foot of the frame's origin on a plane, axis of a cylinder; labels: kinds of walls, by which they are
+    weighted.  Odd moments distinguish skew outlines, even ones outlines that half a turn maps to themselves (see J.
+    Flusser, "On the independence of rotation moment invariants", Pattern Recognition 33, 2000).  either_way: an outline
+    that is open at both ends may be looked at from either.
     """
     local = (places - pose[:3, 3]) @ pose[:3, :2]
     z = local[:, 0] + 1j * local[:, 1]
@@ -73,7 +73,7 @@ def lengths(**values: float) -> dict[str, tuple[float, str]]:
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """Cross product of two vectors (3,), many times sooner than the general one."""
+    """Cross product of two vectors (3,), many times faster than NumPy's."""
     a0, a1, a2 = a.tolist()
     b0, b1, b2 = b.tolist()
     return np.array([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0])
@@ -100,18 +100,18 @@ def rectangle(points: Floats, normal: Floats) -> tuple[Floats, Floats, float, fl
 
     u, v = sideways(normal)
     flat = np.column_stack([points @ u, points @ v])
-    hull = get_coordinates(convex_hull(linestrings(flat)))  # one line is made sooner than many points
+    hull = get_coordinates(convex_hull(linestrings(flat)))  # one line is faster to make than many points
     sides = np.diff(hull, axis=0)
     sides = sides[np.linalg.norm(sides, axis=1) > 1e-9]
     direction = sides / np.linalg.norm(sides, axis=1, keepdims=True)
     across = np.column_stack([-direction[:, 1], direction[:, 0]])
     along = hull @ direction.T
-    beside = hull @ across.T
-    extent, breadth = np.ptp(along, axis=0), np.ptp(beside, axis=0)
+    crosswise = hull @ across.T
+    extent, breadth = np.ptp(along, axis=0), np.ptp(crosswise, axis=0)
     # Of rectangles as small as the least one, the first: equal input gives equal frames.
     best = int(np.argmax(extent * breadth <= (extent * breadth).min() * (1 + 1e-9)))
     d, a = direction[best], across[best]
-    middle = d * (along[:, best].min() + extent[best] / 2) + a * (beside[:, best].min() + breadth[best] / 2)
+    middle = d * (along[:, best].min() + extent[best] / 2) + a * (crosswise[:, best].min() + breadth[best] / 2)
     length, width = float(extent[best]), float(breadth[best])
     if width > length:
         d, length, width = a, width, length

@@ -1,4 +1,4 @@
-"""The attributed adjacency graph of a shape: surfaces as nodes with what its triangles tell of them, arcs as edges.
+"""The attributed adjacency graph of a shape: surfaces as nodes with what their triangles show, arcs as edges.
 
 S. Joshi and T. C. Chang, "Graph-based heuristics for recognition of machined features from a 3D solid model",
 Computer-Aided Design 20 (2), 1988.
@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, sideways
-from relmodel.features.parameters import DEFAULTS
+from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.geometry.clusters import clusters, unsigned
 from relmodel.model.model import Shape, Table
 
@@ -27,7 +27,7 @@ _ALL = DEFAULTS.common
 
 @dataclass
 class Surfaces:
-    """What features are recognised by, a row a whole surface.
+    """The surfaces as recognition sees them, one row for each whole surface.
 
     kind is the recognised one; axis is a plane's outward normal, and the axis of a surface of revolution; concave
     tells of those (and of spheres) whether the outward normal points to the axis; corner holds the corners of the
@@ -150,7 +150,7 @@ class Boundary:
     chamfers: set[int] = field(default_factory=set)
     _hull: Floats | None = None
     _extents: dict[tuple[float, ...], float] = field(default_factory=dict)
-    _beside: dict[tuple[int, str], list[int]] = field(default_factory=dict)
+    _neighbours: dict[tuple[int, str], list[int]] = field(default_factory=dict)
 
     def extent(self, direction: Floats) -> float:
         """Extent of the whole shape along a direction."""
@@ -170,15 +170,15 @@ class Boundary:
         return "concave" if self.surfaces.concave[blend] else "convex", [i for i in far if i not in self.blends]
 
     def neighbours(self, surface: int, convexity: str) -> list[int]:
-        """Surfaces beyond the sides of one convexity, blends left out; to be asked when these are known."""
-        if (surface, convexity) not in self._beside:
+        """Surfaces beyond the sides of one convexity, blends left out; valid once the blends are known."""
+        if (surface, convexity) not in self._neighbours:
             found: set[int] = set()
             for side in self.sides.get(surface, []):
                 kind, others = self.across(surface, side)
                 if kind == convexity:
                     found.update(others)
-            self._beside[surface, convexity] = sorted(found - {surface})
-        return self._beside[surface, convexity]
+            self._neighbours[surface, convexity] = sorted(found - {surface})
+        return self._neighbours[surface, convexity]
 
     def plane_key(self, planes: list[int]) -> tuple[float, ...]:
         """Equal for surfaces in the same planes: one, then others in any order."""

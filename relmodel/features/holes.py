@@ -8,8 +8,8 @@ import numpy as np
 
 from relmodel.arrays import Floats
 from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, sideways, union
+from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.graph import Surfaces
-from relmodel.features.parameters import DEFAULTS
 from relmodel.geometry.clusters import clusters, unsigned
 
 if TYPE_CHECKING:
@@ -89,11 +89,11 @@ def _are_corners(s: Surfaces, graph: nx.MultiGraph[int], bore: list[int]) -> boo
         along = abs(float(s.axis[j] @ axis))
         if s.kind[j] == "plane":  # a facet of a bore passes its axis by at the radius
             off = abs(float((s.origin[j] - s.origin[i]) @ s.axis[j]))
-            beside = along < ANGLE_TOLERANCE and off < _P.within * s.radius[i]
+            lies_so = along < ANGLE_TOLERANCE and off < _P.within * s.radius[i]
         else:
-            beside = s.kind[j] == "cylinder" and along > 1 - _SKEW
+            lies_so = s.kind[j] == "cylinder" and along > 1 - _SKEW
         ways = {edge["convexity"] for edge in graph.get_edge_data(i, j).values()}
-        return bool(beside and not ways <= {"convex"} and not _on_axis(s, i, j))
+        return bool(lies_so and not ways <= {"convex"} and not _on_axis(s, i, j))
 
     return all(
         s.turn([i]) < _P.holds_a_pin_rad and any(leads_in(i, j) for j in set(graph.neighbors(i)) - {i}) for i in bore

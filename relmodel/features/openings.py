@@ -21,8 +21,8 @@ from relmodel.features.feature import (
     sideways,
     union,
 )
+from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.graph import Boundary, Side
-from relmodel.features.parameters import DEFAULTS
 
 _ALL = DEFAULTS.common
 _P = DEFAULTS.openings

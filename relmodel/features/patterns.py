@@ -8,7 +8,7 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from relmodel.features.feature import Feature, feature_class_key, frame, lengths, outline_form, union
-from relmodel.features.parameters import DEFAULTS
+from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.geometry.clusters import clusters
 
 if TYPE_CHECKING:
@@ -71,8 +71,8 @@ def _in_plane(holes: list[Feature]) -> list[Feature]:
 
 def _nearest(flat: Floats, tree: cKDTree) -> list[list[int]]:
     count = min(_P.nearest + 1, len(flat))
-    _, beside = tree.query(flat, k=count)
-    return [[j for j in row if j != i] for i, row in enumerate(np.asarray(beside).tolist())]
+    _, nearest = tree.query(flat, k=count)
+    return [[j for j in row if j != i] for i, row in enumerate(np.asarray(nearest).tolist())]
 
 
 def _at(tree: cKDTree, places: Floats) -> list[int] | None:
@@ -91,9 +91,9 @@ def _among(tree: cKDTree, places: Floats) -> list[int]:
 def _circles(flat: Floats, tree: cKDTree) -> list[list[int]]:
     """Circles on which some point has two neighbours at equal chords, and every place is taken, or most of many."""
     found: set[tuple[int, ...]] = set()
-    for i, beside in enumerate(_nearest(flat, tree)):
-        for n, j in enumerate(beside):
-            for k in beside[n + 1 :]:
+    for i, nearest in enumerate(_nearest(flat, tree)):
+        for n, j in enumerate(nearest):
+            for k in nearest[n + 1 :]:
                 p, q = flat[j] - flat[i], flat[k] - flat[i]
                 a, c = float(np.linalg.norm(p)), float(np.linalg.norm(q))
                 cross = float(p[0] * q[1] - p[1] * q[0])
@@ -117,8 +117,8 @@ def _circles(flat: Floats, tree: cKDTree) -> list[list[int]]:
 def _rows(flat: Floats, tree: cKDTree) -> list[list[int]]:
     """Longest runs of points at equal steps."""
     found: set[tuple[int, ...]] = set()
-    for i, beside in enumerate(_nearest(flat, tree)):
-        for j in beside:
+    for i, nearest in enumerate(_nearest(flat, tree)):
+        for j in nearest:
             step = flat[j] - flat[i]
             if tuple(np.round(step, 3)) < (0.0, 0.0) or _at(tree, (flat[i] - step)[None]) is not None:
                 continue
@@ -133,8 +133,8 @@ def _rows(flat: Floats, tree: cKDTree) -> list[list[int]]:
 def _grids(flat: Floats, tree: cKDTree) -> list[Ints]:
     """Points at the crossings of two sets of even lines at right angles: rows, no more than columns, of points."""
     found: dict[tuple[int, ...], Ints] = {}
-    for i, beside in enumerate(_nearest(flat, tree)):
-        for j in beside:
+    for i, nearest in enumerate(_nearest(flat, tree)):
+        for j in nearest:
             a = flat[j] - flat[i]
             length = float(np.linalg.norm(a))
             if length < _P.same or _at(tree, (flat[i] - a)[None]) is not None:

@@ -19,9 +19,9 @@ from relmodel.features.feature import (
     rectangle,
     union,
 )
+from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.graph import Boundary, Side
 from relmodel.features.openings import closed_slot, walls_form
-from relmodel.features.parameters import DEFAULTS
 
 _ALL = DEFAULTS.common
 _P = DEFAULTS.pockets
@@ -79,11 +79,11 @@ def _cut_open(b: Boundary, floors: list[Floor], pocket_of: dict[int, int], taken
     for floor in floors:
         outer = [(i, x) for i in floor.faces for x in b.sides[i] if x.outer]
         rising = [rises(b, floor, i, x) for i, x in outer]
-        beside = {x.other for up, (_, x) in zip(rising, outer, strict=True) if up}
+        standing = {x.other for up, (_, x) in zip(rising, outer, strict=True) if up}
         falls = {x.other for up, (_, x) in zip(rising, outer, strict=True) if not up}
         share = sum(x.length for up, (_, x) in zip(rising, outer, strict=True) if up) / sum(x.length for _, x in outer)
         free = falls <= pocket_of.keys() | taken and share > _P.mostly
-        if not beside or (len(beside) == 1 and not free) or pocket_of.keys() & set(floor.faces):
+        if not standing or (len(standing) == 1 and not free) or pocket_of.keys() & set(floor.faces):
             continue
         walls = {b.plane_key([i]) for i, role in walls_of(b, floor).items() if role == "wall"}
         own = {pocket_of[i] for i in falls & pocket_of.keys()}

@@ -17,8 +17,8 @@ from relmodel.features.feature import (
     sideways,
     union,
 )
+from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.graph import Boundary
-from relmodel.features.parameters import DEFAULTS
 
 _ALL = DEFAULTS.common
 _P = DEFAULTS.standing
@@ -56,13 +56,13 @@ def _is_one_arc(b: Boundary, ends: list[int]) -> bool:
     s = b.surfaces
     axis = s.axis[ends[0]]
     reach = sorted(s.along(i, axis) for i in ends)
-    beside = any(two[0] < one[1] - LENGTH_TOLERANCE for one, two in pairwise(reach))
+    overlap = any(two[0] < one[1] - LENGTH_TOLERANCE for one, two in pairwise(reach))
     points = np.concatenate([s.points(i) for i in ends]) - s.origin[ends[0]]
     u, v = sideways(axis)
     angle = np.sort(np.arctan2(points @ v, points @ u))
     gaps = np.diff(angle, append=angle[0] + 2 * np.pi)
     wide = int((gaps > _P.gap_rad).sum())
-    return wide == 1 or (wide == 0 and not beside)
+    return wide == 1 or (wide == 0 and not overlap)
 
 
 def _stands_upright(b: Boundary, ends: list[int], z: Floats) -> bool:

@@ -17,8 +17,8 @@ from relmodel.features.feature import (
     frame,
     lengths,
 )
+from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.graph import Boundary
-from relmodel.features.parameters import DEFAULTS
 from relmodel.features.pockets import Floor, fillet_radius, plane_floors, prism_box, rises, top, walls_of
 from relmodel.features.steps import Ledge, floor_of, run_along, steps
 
@@ -50,11 +50,11 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[
                 elif s.kind[j] == "cylinder" and s.concave[j] and abs(s.axis[j] @ up) > 1 - _UPRIGHT and j not in taken:
                     hollow.add(j)
         points = np.concatenate([s.points(i) for i in floor.faces])
-        beside: dict[tuple[float, ...], float] = {}
+        length_of_plane: dict[tuple[float, ...], float] = {}
         for j, n in walls.items():
-            beside[b.plane_key([j])] = beside.get(b.plane_key([j]), 0.0) + n
+            length_of_plane[b.plane_key([j])] = length_of_plane.get(b.plane_key([j]), 0.0) + n
         extent = {j: float(np.ptp(points @ run_along(up, s.axis[j]))) for j in sorted(walls)}
-        sides = [j for j in extent if beside[b.plane_key([j])] > _P.beside * extent[j]]
+        sides = [j for j in extent if length_of_plane[b.plane_key([j])] > _P.wall_share * extent[j]]
         sides = [
             j for j in sides if abs(s.axis[j] @ up) < _ALL.steep or _keeps_to(b, j, points, run_along(up, s.axis[j]))
         ]
@@ -154,8 +154,8 @@ def _cut_in_one_go(b: Boundary, segments: list[tuple[int, int, int]]) -> list[li
     parts, reach = [segments[:1]], s.along(segments[0][0], run)[1]
     for segment in segments[1:]:
         low, high = s.along(segment[0], run)
-        beside = np.array([s.points(i).mean(axis=0) for i in segment[1:]])
-        lines, ends = (beside + beside.mean(axis=0)) / 2, (reach - LENGTH_TOLERANCE, low + LENGTH_TOLERANCE)
+        middles = np.array([s.points(i).mean(axis=0) for i in segment[1:]])
+        lines, ends = (middles + middles.mean(axis=0)) / 2, (reach - LENGTH_TOLERANCE, low + LENGTH_TOLERANCE)
         if low > reach and not s.is_free(lines, run, *ends):
             parts.append([])
         parts[-1].append(segment)
@@ -264,8 +264,8 @@ def _beyond(b: Boundary, wall: int, members: set[int]) -> list[int]:
 
 
 def _blends_between(b: Boundary, one: int, two: int) -> set[int]:
-    beside = [{x.other for x in b.sides[i] if x.convexity == "smooth" and x.other in b.blends} for i in (one, two)]
-    return beside[0] & beside[1]
+    blends = [{x.other for x in b.sides[i] if x.convexity == "smooth" and x.other in b.blends} for i in (one, two)]
+    return blends[0] & blends[1]
 
 
 def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:

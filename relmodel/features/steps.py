@@ -17,9 +17,9 @@ from relmodel.features.feature import (
     lengths,
     rectangle,
 )
+from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.graph import Boundary
 from relmodel.features.openings import walls_form
-from relmodel.features.parameters import DEFAULTS
 from relmodel.features.pockets import Floor, fillet_radius, prism_box, top, walls_of
 
 _P = DEFAULTS.steps
@@ -36,9 +36,10 @@ class Ledge:
 
 
 def steps(b: Boundary, ledges: list[Ledge], used: set[int], thin: set[int]) -> list[Feature]:
-    """Steps of a wall or two, and those that a cutter has sunk into a corner; used, thin: surfaces that are of none.
+    """Steps of a wall or two, and those that a cutter has sunk into a corner; used, thin: surfaces that belong to no
+    step.
 
-    What is parallel to the face that the walls end in is rather the floor than what is not.
+    Of two candidates the floor is the one parallel to the face that the walls end in.
     """
     s = b.surfaces
     used = used | thin

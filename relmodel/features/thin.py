@@ -9,8 +9,8 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, ahead, cross, frame, lengths, union
+from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.graph import Boundary
-from relmodel.features.parameters import DEFAULTS
 from relmodel.geometry.clusters import clusters, unsigned
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def opposed(b: Boundary, arc_direction: Floats) -> list[Pair]:
 def _edge_direction(b: Boundary, members: Ints, normal: Floats, arc_direction: Floats) -> Floats:
     """Direction of the longest straight edge of planes: extents along it are those of the edge's own plane.
 
-    Rather a hollow one, which is a foot, than the slope of a gusset.
+    A concave edge, which is a foot, is preferred to the slope of a gusset.
     """
     sides = [(i, x) for i in members.tolist() for x in b.sides.get(i, []) if not np.isnan(arc_direction[x.arc, 0])]
     u = np.zeros(3)

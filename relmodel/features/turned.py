@@ -6,8 +6,8 @@ import numpy as np
 
 from relmodel.arrays import Bools
 from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, frame, lengths, union
+from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.graph import Boundary
-from relmodel.features.parameters import DEFAULTS
 from relmodel.features.protrusions import coaxial
 
 _ALL = DEFAULTS.common
@@ -27,11 +27,11 @@ def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
         if high - low > _P.flat * s.radius[i] or s.turn([i]) < _ALL.whole_turn_rad:
             continue
         kinds = [b.across(i, x) for x in b.sides.get(i, []) if x.convexity != "seam"]
-        beside = sorted({k for _, others in kinds for k in others})
+        adjacent = sorted({k for _, others in kinds for k in others})
         if any(kind != "convex" for kind, _ in kinds):
             continue
-        planes = [k for k in beside if s.kind[k] == "plane" and k not in b.chamfers]
-        planes += [x.other for k in beside if k in b.chamfers for x in b.sides[k] if s.kind[x.other] == "plane"]
+        planes = [k for k in adjacent if s.kind[k] == "plane" and k not in b.chamfers]
+        planes += [x.other for k in adjacent if k in b.chamfers for x in b.sides[k] if s.kind[x.other] == "plane"]
         narrower = coaxial(b, rounds, axis, s.origin[i])
         shafts = {
             k
@@ -84,7 +84,7 @@ def _around(b: Boundary, floor: int, rounds: Bools) -> tuple[Feature, tuple[int,
     low, high = s.along(floor, axis)
     if len(sides) != 2 or s.turn([floor]) < _ALL.whole_turn_rad or high - low > s.radius[floor]:
         return None
-    beside = [
+    shoulders = [
         [
             k
             for k in b.neighbours(j, "convex")
@@ -92,9 +92,9 @@ def _around(b: Boundary, floor: int, rounds: Bools) -> tuple[Feature, tuple[int,
         ]
         for j in sides
     ]
-    if not all(beside) or abs(s.radius[beside[0][0]] - s.radius[beside[1][0]]) > LENGTH_TOLERANCE:
+    if not all(shoulders) or abs(s.radius[shoulders[0][0]] - s.radius[shoulders[1][0]]) > LENGTH_TOLERANCE:
         return None
-    one, two = beside[0][0], beside[1][0]
+    one, two = shoulders[0][0], shoulders[1][0]
     measures = lengths(diameter=2 * s.radius[floor], width=high - low, depth=s.radius[one] - s.radius[floor])
     centre = s.origin[floor] + ((low + high) / 2 - float(s.origin[floor] @ axis)) * axis
     pose = frame(np.eye(3)[np.argmin(np.abs(axis))], axis, centre)

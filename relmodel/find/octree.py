@@ -36,12 +36,12 @@ class Octree:
         made = 1
         for depth in range(DEPTH + 1):
             here = cells[-1]
-            held = np.bincount(node, minlength=len(here))
+            counts = np.bincount(node, minlength=len(here))
             middle = (here[:, :3] + here[:, 3:]) / 2
             below = self._boxes[box, :3] <= middle[node]
             above = self._boxes[box, 3:] >= middle[node]
             repeated = np.bincount(node, (below.astype(int) + above).prod(axis=1), minlength=len(here))
-            split = (held > FILL) & (repeated < _REPEATED * held) & (depth < DEPTH)
+            split = (counts > FILL) & (repeated < _REPEATED * counts) & (depth < DEPTH)
             split &= (here[:, 3:] > here[:, :3]).any(axis=1)
             lists.append((made - len(here) + node[~split[node]], box[~split[node]]))
             inner = split[node]
@@ -80,8 +80,8 @@ class Octree:
 
     @property
     def nbytes(self) -> int:
-        held = (self._boxes, self.cells, self.first_child, self.child_count, self.entry, self.first_entry)
-        return sum(array.nbytes for array in held)
+        arrays = (self._boxes, self.cells, self.first_child, self.child_count, self.entry, self.first_entry)
+        return sum(array.nbytes for array in arrays)
 
     def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
         return self._ask(asked, first_only=False)

@@ -92,8 +92,8 @@ def _landmarks(a: Elements, b: Elements, label: tuple[Ints, Ints], tolerance: fl
     far = np.flatnonzero(reach_a >= 0.3 * reach_a.max())
     p = int(far[np.lexsort((-reach_a[far], count[far]))[0]])
     across = np.linalg.norm(np.cross(arm_a[p], arm_a), axis=1)
-    beside = np.flatnonzero(across >= 0.3 * across.max())
-    q = int(beside[np.lexsort((-across[beside], count[beside]))[0]])
+    off_arm = np.flatnonzero(across >= 0.3 * across.max())
+    q = int(off_arm[np.lexsort((-across[off_arm], count[off_arm]))[0]])
     frame_a = _frame(arm_a[p], arm_a[q])
     trials = 0
     for i in np.flatnonzero((of_b == of_a[p]) & (np.abs(reach_b - reach_a[p]) <= tolerance)).tolist():

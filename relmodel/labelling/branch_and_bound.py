@@ -211,7 +211,7 @@ class _Search:
         bound = min(cost, *leaves)
         finished = bound > cutoff
         whole = self.room >= 0
-        nodes = self.nodes if whole else [_root_alone(self.nodes[0])]
+        nodes = self.nodes if whole else [_Node(-1, 0, ROOT, NONE, self.nodes[0].bound, opened=True)]
         return MatchingResult(
             mode=MODE,
             label=self.found.label,
@@ -235,7 +235,3 @@ class _Search:
         bound = min(-(-node.bound // SCALE), self.found.cost)  # what is dearer is of no interest
         proof = number if node.opened else node.parent
         return SearchNode(number, node.parent, proof, node.depth, node.branch, unit, label, bound, node.status)
-
-
-def _root_alone(root: _Node) -> _Node:
-    return _Node(-1, 0, ROOT, NONE, root.bound, opened=True)

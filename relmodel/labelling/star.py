@@ -53,10 +53,10 @@ def lay_stars(problem: MatchingProblem) -> tuple[Ints, int]:
     open_, laid = np.ones(problem.candidates, bool), np.zeros(problem.candidates, bool)
     while open_.any():
         strength = _strengths(pair, gain, unit, label, open_ | laid, problem.candidates)
-        held = laid[pair]
+        is_laid = laid[pair]
         confirmed = np.zeros(problem.candidates, np.int64)
-        np.add.at(confirmed, pair[held[:, 1], 0], gain[held[:, 1]])
-        np.add.at(confirmed, pair[held[:, 0], 1], gain[held[:, 0]])
+        np.add.at(confirmed, pair[is_laid[:, 1], 0], gain[is_laid[:, 1]])
+        np.add.at(confirmed, pair[is_laid[:, 0], 1], gain[is_laid[:, 0]])
         open_ &= saves + strength > 0
         choice = np.flatnonzero(open_)
         if len(choice) == 0:

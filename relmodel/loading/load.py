@@ -135,7 +135,7 @@ def _read(reader: Reader, request: Request) -> Model:
 
 def _load(store: Store, request: Request, reading: _Reading | InputError, storing: Callable[[], None]) -> LoadReport:
     """Load what is being read, in a run of its own that begins before; `storing` is told when it is read."""
-    from relmodel.loading.parameters import DEFAULTS
+    from relmodel.loading.load_parameters import DEFAULTS
 
     parameters = {
         **asdict(DEFAULTS),
@@ -170,7 +170,10 @@ def _load(store: Store, request: Request, reading: _Reading | InputError, storin
                 derived = derive(model, store, connection)
                 findings = [noted.finding for noted in derived.findings]
                 if findings and request.strict:
-                    raise InputError(f"{_several(request.path, findings)}: mend the file, or load it without --strict")
+                    raise InputError(
+                        f"{request.path} has {len(findings)} finding{'s'[: len(findings) > 1]}, the first: "
+                        f"{findings[0].message}: mend the file, or load it without --strict"
+                    )
                 run.inputs(connection, files)
                 report = write(run, connection, derived, request.name, request.variant)
                 run.finish(connection=connection, last="store")
@@ -193,11 +196,6 @@ def _allowed(model: Model, request: Request) -> Model:
         raise InputError(f"{lost}: repair the file, or take what is left with --allow-partial")
     finding = Finding("lost_faces", f"{listed - came} of {listed} faces were lost on reading", listed - came, 0)
     return replace(model, findings=(*model.findings, finding))
-
-
-def _several(path: Path, findings: Sequence[Finding]) -> str:
-    """How many findings a file has, and the first of them."""
-    return f"{path} has {len(findings)} finding{'s'[: len(findings) > 1]}, the first: {findings[0].message}"
 
 
 def _inputs(model: Model) -> dict[str, tuple[str, str]]:

@@ -285,11 +285,11 @@ class _Reader:
         for folder in above:
             manifest = folder / "package.xml"
             if manifest.is_file():
-                beside = folder.parent / name
+                sibling = folder.parent / name
                 if _parse(manifest.read_bytes(), manifest).findtext("name", "").strip() == name:
                     return folder
-                if (beside / "package.xml").is_file():
-                    return beside.resolve()
+                if (sibling / "package.xml").is_file():
+                    return sibling.resolve()
                 break
         return next((folder for folder in above if folder.name == name), self.folder)
 

@@ -86,7 +86,7 @@ class Access:
         if self.file is None or self._take():
             yield
             return
-        with self.turn(), self.beside():
+        with self.turn(), self.replacing():
             yield
 
     def _take(self) -> bool:
@@ -112,7 +112,7 @@ class Access:
             yield
 
     @contextmanager
-    def beside(self) -> Iterator[None]:
+    def replacing(self) -> Iterator[None]:
         """In a `turn`, have all that is written in the block go to a copy of a DuckDB file, which then takes its
         place."""
         if self.file is None:

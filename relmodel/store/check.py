@@ -26,11 +26,11 @@ class Finding(NamedTuple):
 
 
 def check(store: Store) -> list[Finding]:
-    """Read every table whole, run those of `queries/check`, and hold references, ledger, digests and journal against
-    the rest.
+    """Read every table whole, run the queries of `queries/check`, and compare references, ledger, digests and journal
+    with the rest.
 
-    Where the database fails in one of these, as it does where its file is damaged, what it says is what was found, and
-    the others are looked at all the same.
+    Where the database fails in one of these, as it does on a damaged file, its error is the finding; the others run all
+    the same.
     """
     searches = [
         (name, sql.description(name), partial(_offending, store, name=name)) for name in sql.query_names("check")

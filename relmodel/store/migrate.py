@@ -34,7 +34,7 @@ def bring_up_to_date(store: Database) -> None:
             return
         if found not in (None, *known):
             raise newer_store(store)
-        with store.access.beside():
+        with store.access.replacing():
             if found is None:
                 _make(store)
             else:

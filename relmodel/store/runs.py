@@ -270,8 +270,11 @@ class Run:
 
     @property
     def seconds(self) -> dict[str, float]:
-        """How long each step took that has ended, s, in their order."""
-        return {step.name: step.seconds for step in self._count.steps}
+        """How long the steps of each name took that have ended, s, in their order."""
+        seconds: dict[str, float] = {}
+        for step in self._count.steps:
+            seconds[step.name] = seconds.get(step.name, 0.0) + step.seconds
+        return seconds
 
     def step(self, name: str) -> None:
         """End a step, which began where the one before it ended; it is written with what the run writes next."""

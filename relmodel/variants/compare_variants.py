@@ -23,7 +23,7 @@ from relmodel.variants.surfaces import Pairs, SurfaceSet, boundary_integrals, ca
 _Block = dict[str, Any]
 
 REACH = 100.0  # mm
-_ALONE = {"a": "removed", "b": "added"}
+_UNMATCHED = {"a": "removed", "b": "added"}
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ def _differences(
     for side, x, taken in (("a", a, i), ("b", b, j)):
         left = np.setdiff1d(np.arange(len(x)), taken)
         given = {f"object_path_{side}": x.path[left], f"shape_{side}": x.shape[left]}
-        blocks.append(_rows("part", [_ALONE[side]] * len(left), given))
+        blocks.append(_rows("part", [_UNMATCHED[side]] * len(left), given))
     return stack([*blocks, *(block for wanted in ("feature", "surface") for level, block in inner if level == wanted)])
 
 
@@ -166,7 +166,7 @@ def _inside(
         out.append((level, _rows(level, found.status, {**elements, **given}, found.shift, turned)))
         for side, taken, size in (("a", found.a, sizes[0]), ("b", found.b, sizes[1])):
             left = np.setdiff1d(np.arange(size), taken)
-            out.append((level, _rows(level, [_ALONE[side]] * len(left), {f"element_{side}": left})))
+            out.append((level, _rows(level, [_UNMATCHED[side]] * len(left), {f"element_{side}": left})))
     return out
 
 

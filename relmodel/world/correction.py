@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import radians
 from typing import Any
 
 import numpy as np
@@ -27,13 +28,15 @@ class Carrier:
 
     on: its name, where several carry the rig.  joints: values other than the world's.  joint_sigmas: one standard
     deviation of each joint that is to be corrected; the others are held.  Both rad or mm, or degrees where a name ends
-    in `_deg`.  base_covariance: (6, 6) of the base where the world has it; None: it may be anywhere.
+    in `_deg`.  base_covariance: (6, 6) of the base where the world has it; None: it may be anywhere.  base_sigmas: what
+    a prior by the joints takes for that, one standard deviation along (mm) and about (rad) each axis.
     """
 
     on: str | None = None
     joints: Mapping[str, float] = field(default_factory=dict)
     joint_sigmas: Mapping[str, float] = field(default_factory=dict)
     base_covariance: Floats | None = None
+    base_sigmas: tuple[float, float] = (5.0, radians(0.5))
 
     @property
     def is_given(self) -> bool:
@@ -73,6 +76,17 @@ class Correction:
             "joints": self.joints,
             "joint_sigmas": self.joint_sigmas,
         }
+
+
+def predict_covariance(mounted: MountedRig, carrier: Carrier) -> Floats:
+    """The covariance (6, 6) of where the carrier's joints put its rig, a right perturbation in the rig's frame.
+
+    Raises InputError for joints that do not move.
+    """
+    sigmas = mounted.sigmas(carrier.joint_sigmas)
+    _, chain = _chain(mounted, dict(mounted.joints), list(sigmas))
+    spread = np.concatenate([np.repeat(carrier.base_sigmas, 3), list(sigmas.values())])
+    return np.asarray((chain * spread**2) @ chain.T)
 
 
 def correct_base(

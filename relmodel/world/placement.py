@@ -271,9 +271,9 @@ def _write_objects(
             boxes.append(box)
         joints += [(number, robot, name, state[name]) for robot, state in stand.items() for name in sorted(state)]
 
-    held_bodies = {tuple(row) for row in store.rows(connection, "world/held_bodies", world=file.world)}
-    held_joints = {tuple(row) for row in store.rows(connection, "world/held_joints", world=file.world)}
-    changed = {row[0] for row in held_bodies.symmetric_difference(bodies) | held_joints.symmetric_difference(joints)}
+    before = {tuple(row) for row in store.rows(connection, "world/current_bodies", world=file.world)}
+    joints_before = {tuple(row) for row in store.rows(connection, "world/current_joints", world=file.world)}
+    changed = {row[0] for row in before.symmetric_difference(bodies) | joints_before.symmetric_difference(joints)}
     ended = {"object_nos": store.array(sorted(changed)), "revision": revision}
     connection.execute(sql.query("world/end_bodies"), ended)
     connection.execute(sql.query("world/end_joints"), ended)
@@ -333,7 +333,7 @@ def _write_mounts(
         )
         for no, (m, path) in enumerate(zip(file.mounts, link_paths, strict=True))
     ]
-    kept = {tuple(row) for row in run.store.rows(connection, "world/held_mounts", world=file.world)}
+    kept = {tuple(row) for row in run.store.rows(connection, "world/current_mounts", world=file.world)}
     ended = {row[0] for row in kept.difference(mounts)}
     if ended:
         mount_nos = run.store.array(sorted(ended))

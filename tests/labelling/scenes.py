@@ -9,8 +9,6 @@ import numpy as np
 from relmodel.arrays import Floats, Ints
 from relmodel.labelling.problem import NONE, MatchingProblem, matching_problem
 
-Pair = tuple[float, float]
-
 PITCH = 90.0
 POCKET = 8  # arcs in each of the pockets that repeat
 
@@ -38,24 +36,20 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Scene:
-    """problem; truth (units,): the true label of each unit, -1 for none; displacement (candidates, 2): of the label
-    from where its unit was expected, px; shift (2,): that of the truth."""
+    """problem; truth (units,): the true label of each unit, -1 for none."""
 
     problem: MatchingProblem
     truth: Ints
-    displacement: Floats
-    shift: Floats
 
 
-def scene(kind: str, units: int, seed: int, prior_error: Pair = (0.0, 0.0), endless: bool = False) -> Scene:
-    """A problem of one of KINDS.  prior_error: by how much the units are expected wrongly, in pitches; endless: where
-    pockets repeat, they go on beyond the units on all sides."""
+def scene(kind: str, units: int, seed: int) -> Scene:
+    """A problem of one of KINDS."""
     k = KINDS[kind]
     rng = np.random.default_rng([seed, units, list(KINDS).index(kind)])
-    position, angle, family, beyond = _arcs(rng, units, k, endless)
+    position, angle, family = _arcs(rng, units, k)
     seen = np.flatnonzero(rng.random(len(position)) > k.dropped)
     strewn = int(k.clutter * units)
-    low, high = position[:units].min(axis=0) - 20, position[:units].max(axis=0) + 20
+    low, high = position.min(axis=0) - 20, position.max(axis=0) + 20
     label_position = np.concatenate(
         [position[seen] + rng.normal(0, 1.0, (len(seen), 2)), rng.uniform(low, high, (strewn, 2))]
     )
@@ -64,11 +58,10 @@ def scene(kind: str, units: int, seed: int, prior_error: Pair = (0.0, 0.0), endl
     order = rng.permutation(len(label_position))
     label_position, label_angle, label_family = label_position[order], label_angle[order], label_family[order]
     place = np.argsort(order)
-    truth = np.full(units + beyond, NONE)
+    truth = np.full(units, NONE)
     truth[seen] = place[: len(seen)]
-    position, angle, family = position[:units], angle[:units], family[:units]
 
-    moved = label_position[None] - (position + PITCH * np.array(prior_error))[:, None]
+    moved = label_position[None] - position[:, None]
     turned = np.abs((angle[:, None] - label_angle[None] + np.pi / 2) % np.pi - np.pi / 2)
     distance = np.linalg.norm(moved, axis=2)
     unit, label = np.nonzero((distance < k.gate) & (turned < k.turn) & (family[:, None] == label_family[None]))
@@ -83,28 +76,20 @@ def scene(kind: str, units: int, seed: int, prior_error: Pair = (0.0, 0.0), endl
         np.stack([a, b, np.ones(len(a), np.int64)], axis=1),
         _compatibilities(unit, label, a[a < b], b[a < b], position, label_position),
     )
-    return Scene(problem, truth[:units], moved[unit, label], -PITCH * np.array(prior_error))
+    return Scene(problem, truth)
 
 
-def _arcs(rng: np.random.Generator, units: int, k: Kind, endless: bool) -> tuple[Floats, Floats, Ints, int]:
-    """Position, angle, family of the arcs, those of the units first, and how many lie beyond."""
+def _arcs(rng: np.random.Generator, units: int, k: Kind) -> tuple[Floats, Floats, Ints]:
+    """Position, angle and family of the arcs."""
     if not k.repeated:
         position = rng.uniform(0, 90 * np.sqrt(units / 10), (units, 2))
-        return position, rng.uniform(0, np.pi, units), rng.integers(0, 2, units), 0
+        return position, rng.uniform(0, np.pi, units), rng.integers(0, 2, units)
     pocket, angle, family = rng.uniform(-35, 35, (POCKET, 2)), rng.uniform(0, np.pi, POCKET), rng.integers(0, 2, POCKET)
     pockets = -(-units // POCKET)
     side = int(np.ceil(np.sqrt(pockets)))
     cells = [(i % side, i // side) for i in range(pockets)]
-    rim = [(x, y) for x in range(-1, side + 1) for y in range(-1, side + 1) if (x, y) not in cells] if endless else []
-    own = (np.array(cells)[:, None] * PITCH + pocket).reshape(-1, 2)[:units]
-    rest = (np.array(rim).reshape(-1, 1, 2) * PITCH + pocket).reshape(-1, 2)
-    copies = len(rim)
-    return (
-        np.concatenate([own, rest]),
-        np.concatenate([np.tile(angle, pockets)[:units], np.tile(angle, copies)]),
-        np.concatenate([np.tile(family, pockets)[:units], np.tile(family, copies)]),
-        len(rest),
-    )
+    position = (np.array(cells)[:, None] * PITCH + pocket).reshape(-1, 2)[:units]
+    return position, np.tile(angle, pockets)[:units], np.tile(family, pockets)[:units]
 
 
 def _neighbours(position: Floats, count: int = 8, radius: float = 60.0) -> tuple[Ints, Ints]:

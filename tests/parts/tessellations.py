@@ -10,7 +10,7 @@ from unittest import mock
 from relmodel.model.model import Shape
 from relmodel.readers.step import shape as step_shape
 from relmodel.readers.step import triangulation
-from relmodel.readers.step.parameters import DEFAULTS
+from relmodel.readers.step.step_parameters import DEFAULTS
 
 
 def meshed_by_kernel(

@@ -29,7 +29,7 @@ def outcome(target: str, states: list[str], variants: Variants, verdict: str = "
             given |= {"prior_covariance": Ragged.pack([np.eye(6).ravel()]), **matrix_columns(np.eye(4)[None])}
             found: dict[str, Any] = {"verdict": verdict, "reason": "so", "posterior": 0.99}
             run.append(connection, "inspection", {"run_id": [run.id], **given, **found})
-            evidence = ("log_odds", "expected_log_odds", "visible_pixels", "edge_px", "told_px", "supported_px")
+            evidence = ("log_odds", "expected_log_odds", "visible_pixels", "edge_px", "distinct_px", "supported_px")
             seen: dict[str, Any] = {"path": "part", "qif": "FAIL", "reason": "so", "region_px": 0.0}
             seen |= {"feature_no": np.ma.masked_array(np.arange(count), np.array(levels) == "surface")}
             seen |= {"surface_no": np.ma.masked_array(np.arange(count), np.array(levels) != "surface")}

@@ -35,6 +35,15 @@ def perturbation(world_from_a: Floats, world_from_b: Floats) -> Floats:
     return np.concatenate([d[:3, 3], rotation_vector(d[:3, :3])])
 
 
+def perturbations(world_from_a: Floats, poses: Floats) -> Floats:
+    """The perturbations (k, 6) that take pose a to each of the poses (k, 4, 4)."""
+    from scipy.spatial.transform import Rotation
+
+    d = np.linalg.inv(world_from_a) @ poses.reshape(-1, 4, 4)
+    turn = Rotation.from_matrix(d[:, :3, :3]).as_rotvec() if len(d) else np.zeros((0, 3))
+    return np.concatenate([d[:, :3, 3], turn], axis=1)
+
+
 @dataclass(frozen=True)
 class Camera:
     """One camera: size in pixels, pinhole matrix (3, 3), OpenCV distortion coefficients (0, 4, 5, 8, 12 or 14); bits:
@@ -184,7 +193,7 @@ class Prior:
     def information(self) -> Floats:
         """Inverse (6, 6) of the covariance; where nothing is known so little that no measurement notices it, and normal
         equations can be solved."""
-        return np.asarray(1e-9 * np.eye(6) if self.is_open else np.linalg.inv(self.covariance))
+        return np.asarray(1e-6 * np.eye(6) if self.is_open else np.linalg.inv(self.covariance))
 
     @cached_property
     def sigma_translation_mm(self) -> float:

@@ -1,15 +1,16 @@
-"""Poses of the rig with no prior: the join of circles, votes, scores, a fit to the model's arcs, and what repeats."""
+"""Poses of the rig, with a prior or without: the join of circles, votes, scores, a fit to the model's arcs, and what
+repeats."""
 
 from __future__ import annotations
 
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.arrays import Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.features.circle_relations import DEFAULTS as KEPT
 from relmodel.geometry.transforms import matrices
 from relmodel.store.database import Database
-from vision.cameras.cameras import Prior, perturbation
+from vision.cameras.cameras import Prior, perturbations
 from vision.constellations.circles import find_scene_circles, read_circles
 from vision.constellations.constellation_parameters import DEFAULTS, ConstellationParameters, PoseParameters
 from vision.constellations.join import join_pairs, solve_poses
@@ -25,6 +26,7 @@ def find_poses(
     scene: Scene,
     world_id: int,
     space: Triangulated,
+    prior: Prior | None = None,
     p: ConstellationParameters = DEFAULTS,
 ) -> tuple[Prior, Candidates]:
     """Distinct poses at which circles in space fall on circles of the inspected objects, pair by pair.
@@ -32,8 +34,9 @@ def find_poses(
     Joined pairs that put the scene of the world in the same place vote together; the poses of most votes, counted and
     weighed by how rare their pairs are, are scored on some of the scene's points, the best of these fitted to the
     model's arcs and scored on more.  Where the model repeats itself about the best, the shifted poses are looked at
-    too.  The poses are perturbations of the best, as of an open prior; their scores are the shares of what stereo put
-    in space that lies on the model's arcs."""
+    too.  Poses far from a prior take no part.  The scores of the poses are the shares of what stereo put in space that
+    lies on the model's arcs; the poses are perturbations of the prior, where none is given of an open one
+    at the best."""
     circles = find_scene_circles(space)
     circles = circles.take((circles.radius >= KEPT.least_radius) & (circles.radius <= KEPT.greatest_radius))
     poses, alike = [np.zeros((0, 4, 4))], [np.zeros(0, np.int64)]
@@ -44,27 +47,42 @@ def find_poses(
         poses.append(world_from_object @ solved.reshape(-1, 4, 4))
         alike.append(np.repeat(joined.alike, 2))
     started, rarity = np.concatenate(poses), 1.0 / np.concatenate(alike)
+    if prior is not None:
+        near = are_near(started, prior, p.poses)
+        started, rarity = started[near], rarity[near]
     if not len(started):
-        return _candidates(np.zeros((0, 4, 4)), np.zeros(0))
+        return candidates(np.zeros((0, 4, 4)), np.zeros(0), prior, p.poses.enough)
     points, arcs = sample_scene(space, p.poses), ModelArcs(scene, p.poses)
     few, many = points.thin(p.poses.few_points), points.thin(p.poses.points)
 
     voted = started[_vote(started, rarity, points, p.poses)]
-    scored = voted[_best_distinct(voted, arcs.score(voted, few), points, p.poses, p.poses.fitted)]
+    scored = voted[best_distinct(voted, arcs.score(voted, few), points.middle, p.poses, p.poses.fitted)]
     fitted = arcs.fit(scored, many)
     share = arcs.score(fitted, many)
     for pose in fitted[_best_ways(fitted, share, p.poses)]:
         again = arcs.fit(arcs.shifted(pose, many), few)
+        if prior is not None:
+            again = again[are_near(again, prior, p.poses)]
         fitted, share = np.concatenate([fitted, again]), np.concatenate([share, arcs.score(again, many)])
-    kept = _best_distinct(fitted, share, points, p.poses, p.poses.kept)
-    return _candidates(fitted[kept], share[kept])
+    kept = best_distinct(fitted, share, points.middle, p.poses, p.poses.kept)
+    return candidates(fitted[kept], share[kept], prior, p.poses.enough)
 
 
-def _candidates(poses: Floats, share: Floats) -> tuple[Prior, Candidates]:
-    prior = Prior.open(poses[0] if len(poses) else np.eye(4))
-    delta = np.array([perturbation(prior.world_from_rig, pose) for pose in poses]).reshape(-1, 6)
+def are_near(poses: Floats, prior: Prior, p: PoseParameters) -> Bools:
+    """Which poses (k, 4, 4) the prior does not rule out, were they off by as much as joined pairs leave them."""
+    off = np.repeat(np.square([p.solved_mm, p.solved_rad]), 3)
+    apart = perturbations(prior.world_from_rig, poses)
+    square = np.einsum("ki,ij,kj->k", apart, np.linalg.inv(prior.covariance + np.diag(off)), apart)
+    return np.asarray(square <= p.gate_sigma**2)
+
+
+def candidates(poses: Floats, share: Floats, given: Prior | None, enough: float) -> tuple[Prior, Candidates]:
+    """What a join gives a localisation: poses (k, 4, 4) of the rig, the best first, as perturbations of the prior given
+    or of an open one at the best, their scores (k,), and the score from which no scan is needed."""
+    prior = given or Prior.open(poses[0] if len(poses) else np.eye(4))
+    delta = perturbations(prior.world_from_rig, poses)
     stage = describe_stage("join", delta, share, ["goes_on"] * len(share), share)
-    return prior, Candidates(delta, share, [stage])
+    return prior, Candidates(delta, share, [stage], enough)
 
 
 def _vote(poses: Floats, rarity: Floats, points: ScenePoints, p: PoseParameters) -> Ints:
@@ -95,9 +113,9 @@ def _angles(poses: Floats, pose: Floats) -> Floats:
     return np.asarray(np.arccos(np.clip(cosine, -1, 1)))
 
 
-def _best_distinct(poses: Floats, score: Floats, points: ScenePoints, p: PoseParameters, count: int) -> Ints:
-    """Rows of the best poses, at most `count`, no two of which put what is seen in one place."""
-    at = poses[:, :3, :3] @ points.middle + poses[:, :3, 3]
+def best_distinct(poses: Floats, score: Floats, middle: Floats, p: PoseParameters, count: int) -> Ints:
+    """Rows of the best poses, at most `count`, no two of which put what is seen about `middle` (3,) in one place."""
+    at = poses[:, :3, :3] @ middle + poses[:, :3, 3]
     left = np.argsort(-score, kind="stable")
     kept: list[int] = []
     while len(left) and len(kept) < count:

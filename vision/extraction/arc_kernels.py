@@ -329,14 +329,14 @@ def joint_costs(
     y: Floats,
     weight: Floats,
     offsets: Ints32,
-    alone: Floats,
+    fits: Floats,
     pairs: Ints32,
     correlation: float,
     moments: Floats,
     out: Floats,
 ) -> None:
     """Fits of pairs of arcs taken as one: `out` (m, 4), chi-square / (2 correlation) as a line, as a circle, sagitta,
-    and the sum of squares of how far the ends of the lines that were fitted to each (`alone`, of `fit_arcs`) are from
+    and the sum of squares of how far the ends of the lines that were fitted to each (`fits`, of `fit_arcs`) are from
     one line; worked in `moments` (9,).
     """
     for at in range(len(pairs)):
@@ -355,7 +355,7 @@ def joint_costs(
         out[at, 2] = span * span / (8.0 * radius)
         squares = 0.0
         for arc in (a, b):
-            mx, my, ux, uy = alone[arc, 0], alone[arc, 1], alone[arc, 2], alone[arc, 3]
+            mx, my, ux, uy = fits[arc, 0], fits[arc, 1], fits[arc, 2], fits[arc, 3]
             for end in range(2):
                 i = offsets[arc] if end == 0 else offsets[arc + 1] - 1
                 along = (x[i] - mx) * ux + (y[i] - my) * uy

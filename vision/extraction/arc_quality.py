@@ -1,9 +1,9 @@
 """What speaks against an arc being an edge of the object: brush texture, shading, highlights.
 
-The closed form of an edge element foretells two plateaus, one on each side of the step.  At the edge of a face they are
-there; a streak of brushed metal has fallen back a few pixels on, and a shade has not got there yet.  Streaks besides
-come in bundles, parallel to each other, where an edge has its surroundings to itself.  Contrast and length, which
-thresholds go by, say much less: streaks are long and bright.
+The closed form of an edge element predicts two plateaus, one on each side of the step.  At the edge of a face they are
+there; a streak of brushed metal has fallen back a few pixels on, and shading has not reached its plateau yet.  Streaks
+besides come in bundles, parallel to each other, where an edge has its surroundings to itself.  Contrast and length,
+which thresholds use, discriminate much less: streaks are long and bright.
 
 The ridges of fillets and chamfers differ from those of streaks by their height and, again, by having none parallel.
 """
@@ -43,11 +43,11 @@ def assess_arcs(grey: Floats, edges: EdgeElements, arcs: Arcs, p: QualityParamet
     if len(arcs) == 0:
         return ArcQuality(np.zeros(0), np.zeros(0))
     chains, distances = arcs.chains, np.array([p.near, -p.near, p.far, -p.far, p.highlight_distance])
-    x, y, nx, ny = chains.beside(edges.x, edges.y, edges.nx, edges.ny)
-    beside = np.empty((len(x), len(distances)))
-    quality_kernels.grey_beside(grey, x, y, nx, ny, distances, beside)
+    x, y, nx, ny = chains.gather(edges.x, edges.y, edges.nx, edges.ny)
+    sampled = np.empty((len(x), len(distances)))
+    quality_kernels.grey_across(grey, x, y, nx, ny, distances, sampled)
     per_arc = np.add.reduceat(
-        np.column_stack([beside[:, 0] - beside[:, 1], beside[:, 2] - beside[:, 3], beside[:, 4] >= p.saturation]),
+        np.column_stack([sampled[:, 0] - sampled[:, 1], sampled[:, 2] - sampled[:, 3], sampled[:, 4] >= p.saturation]),
         arcs.offsets[:-1],
     )
     near, far, saturated = (per_arc / chains.counts[:, None]).T

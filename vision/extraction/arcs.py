@@ -113,7 +113,7 @@ def compute_correlation(scale: float) -> float:
 def weigh_elements(edges: EdgeElements, chains: Chains, scale: float, p: FittingParameters) -> Floats:
     """Of each entry of `chains.elements`: one over the variance of its place that noise, the edge itself and what lies
     beside it give."""
-    contrast, width, sigma = chains.beside(edges.contrast, edges.width, edges.sigma)
+    contrast, width, sigma = chains.gather(edges.contrast, edges.width, edges.sigma)
     slope = contrast / np.sqrt(2.0 * np.pi * (width**2 + scale**2))
     return np.asarray(1.0 / (sigma**2 + p.model_sigma**2 + (p.unevenness / slope) ** 2))
 
@@ -184,7 +184,7 @@ def measure_arcs(
     columns that follow from them; `bright_right` says of each edge element whether its bright side is on the right of
     the walk."""
     correlation, w = compute_correlation(scale), weigh_elements(edges, members, scale, p)
-    x, y = members.beside(edges.x, edges.y)
+    x, y = members.gather(edges.x, edges.y)
     fit = fit_members(x, y, w, members, kinds)
     flat = (kinds == CIRCULAR) & ~(members.counts**2 > 8.0 * p.min_sagitta * fit[:, 2])  # or no circle at all
     if flat.any():

@@ -1,4 +1,4 @@
-"""Covariances of fitted arcs: what the scatter of their elements leaves open of their parameters.
+"""Covariances of the parameters of fitted arcs, by the scatter of their elements.
 
 Least squares on the distances across the curve: covariance = correlation x mean square error x (J' W J)^-1, J the
 derivative of a distance by the parameters; elements a pixel apart see much the same pixels, `correlation` of them count

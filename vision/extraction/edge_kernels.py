@@ -14,16 +14,16 @@ def high_pass_histogram(grey: Floats, room: Floats32, out: Ints) -> None:
     last those of clipped pixels; worked in `room` (2, columns)."""
     rows, columns = grey.shape
     bands, bins = out.shape[0] - 1, out.shape[1]
-    middle, beside = room[0], room[1]
+    middle, vertical = room[0], room[1]
     half, two, four = np.float32(0.5), np.float32(2.0), np.float32(4.0)
     to_band = np.float32(bands / 256.0 / 9.0)
     for r in range(1, rows - 1, 2):
         for c in range(columns):
             middle[c] = grey[r, c]
-            beside[c] = np.float32(grey[r - 1, c]) + np.float32(grey[r + 1, c])
+            vertical[c] = np.float32(grey[r - 1, c]) + np.float32(grey[r + 1, c])
         for c in range(1, columns - 1):
-            corners = beside[c - 1] + beside[c + 1]
-            sides = beside[c] + middle[c - 1] + middle[c + 1]
+            corners = vertical[c - 1] + vertical[c + 1]
+            sides = vertical[c] + middle[c - 1] + middle[c + 1]
             centre = middle[c]
             high = abs(corners - two * sides + four * centre)
             band = min(max(int((corners + sides + centre) * to_band), 0), bands - 1)

@@ -125,13 +125,13 @@ def extract(
         edges = edges.take(mask.reshape(-1)[edges.pixel])
     lap("edges")
     shape, scale = (grey.shape[0], grey.shape[1]), p.edges.scales[0]
-    # Beside the way from edges over arcs to regions goes what that way does not need, or not yet.
-    with ThreadPoolExecutor(1) as beside:
+    # A second thread does what the way from edges over arcs to regions does not need, or not yet.
+    with ThreadPoolExecutor(1) as executor:
         # Weak ones are dropped only when the arcs are known: a bridge or a join can make significant what alone is not.
         chains = link(edges, shape, p.linking, min_contrast=p.linking.min_contrast)
         chains = chains.take(chains.counts >= p.linking.min_elements)
-        scoring = beside.submit(compute_false_alarm_terms, grey, edges, chains.elements, p.significance)
-        labelling = beside.submit(_topography, grey, noise, mask, p)
+        scoring = executor.submit(compute_false_alarm_terms, grey, edges, chains.elements, p.significance)
+        labelling = executor.submit(_topography, grey, noise, mask, p)
         chains = fill_gaps(edges, chains, grey, p.linking)
         lap("linking")
         members, kinds, bright_right = segment_chains(edges, chains, scale=scale, p=p.segmentation, fitting=p.fitting)
@@ -143,7 +143,7 @@ def extract(
         lap("arcs")
         junctions = find_junctions(grey, arcs, p.junctions)
         arcs = snap_end_points(arcs, junctions)
-        assessing = beside.submit(assess_arcs, grey, edges, arcs, p.quality)
+        assessing = executor.submit(assess_arcs, grey, edges, arcs, p.quality)
         lap("junctions")
         barrier = draw_edge_mask(edges, chains, arcs, junctions, shape, p.regions)
         linked = edges.take(np.unique(chains.elements))

@@ -103,8 +103,8 @@ class SignificanceParameters:
 
     min_significance: float = -1.5
     """minus the decimal logarithm of the number of false alarms a megapixel: arcs below it are dropped"""
-    beside: float = 4.0
-    """px from an edge at which its step is asked for: a streak of texture has fallen back there"""
+    step_px: float = 4.0
+    """px from an edge at which its step is measured: a streak of texture has fallen back there"""
     cell: int = 48
     """px: side of the cells in which steps are counted"""
     cells_around: int = 5
@@ -243,7 +243,7 @@ class JunctionParameters:
     support_distance: float = 1.5
     """px to both sides of a prolongation at which grey is read"""
     blurred: float = 1.5
-    """px before the junction in which no step is asked for"""
+    """px before the junction in which no step is required"""
     min_support: float = 0.25
     """share of the arc's contrast that its prolongation must show"""
     rounds: int = 3

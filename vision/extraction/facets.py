@@ -17,7 +17,6 @@ from math import ceil
 from typing import TypeVar
 
 import numpy as np
-import numpy.typing as npt
 
 from relmodel.arrays import Floats, Floats32
 from relmodel.errors import UsageError
@@ -33,16 +32,9 @@ MOMENTS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2
 
 @dataclass(frozen=True)
 class FacetKernels:
-    """One-dimensional kernels of a facet model.
-
-    `one_d` (4, n) holds p0..p3 for t = -k..k, `alpha` and `beta` the constants of P2 = t^2 - alpha and
-    P3 = t^3 - beta t; `sigma` is the standard deviation of the Gaussian weights, None for a plain window.
-    """
+    """One-dimensional kernels of a facet model: `one_d` (4, n) holds p0..p3 for t = -k..k."""
 
     one_d: Floats
-    alpha: float
-    beta: float
-    sigma: float | None
 
     @property
     def radius(self) -> int:
@@ -55,26 +47,10 @@ class FacetKernels:
         return np.stack([np.outer(self.one_d[i], self.one_d[j]) for i, j in MOMENTS])
 
     @property
-    def coefficients(self) -> Floats:
-        """(10, n, n): the two-dimensional kernels of k1..k10."""
-        return np.tensordot(_coefficients_from_moments(self.alpha, self.beta), self.moments, axes=1)
-
-    @property
     def moment_covariance(self) -> Floats:
         """(10, 10): covariance of the a_ij under white noise of variance 1."""
-        return _gram(self.moments)
-
-    @property
-    def coefficient_covariance(self) -> Floats:
-        """(10, 10): covariance of k1..k10 under white noise of variance 1."""
-        return _gram(self.coefficients)
-
-
-def plain_kernels(size: int) -> FacetKernels:
-    """Kernels of the unweighted window of `size` 5, 7, 9 or 11 pixels."""
-    if size not in (5, 7, 9, 11):
-        raise UsageError(f"a plain facet of size {size} is not offered: take 5, 7, 9 or 11")
-    return _kernels(np.ones(size), None)
+        rows = self.moments.reshape(len(MOMENTS), -1)
+        return np.asarray(rows @ rows.T)
 
 
 def gaussian_kernels(sigma: float) -> FacetKernels:
@@ -83,17 +59,12 @@ def gaussian_kernels(sigma: float) -> FacetKernels:
         raise UsageError(f"a facet scale of {sigma} px is outside 0.8 to 6: the sampled Gaussian would not carry it")
     radius = ceil(4 * sigma)
     t = np.arange(-radius, radius + 1, dtype=np.float64)
-    return _kernels(np.exp(-0.5 * (t / sigma) ** 2), sigma)
-
-
-def facet_coefficients(image: npt.ArrayLike, kernels: FacetKernels) -> Floats:
-    """Coefficients k1..k10, (10, rows, columns), of every pixel's facet; the image is mirrored at its border."""
-    from scipy.ndimage import correlate1d
-
-    grey = np.asarray(image, dtype=np.float64)
-    down = [correlate1d(grey, kernel, axis=0, mode="mirror") for kernel in kernels.one_d]
-    moments = np.stack([correlate1d(down[i], kernels.one_d[j], axis=1, mode="mirror") for i, j in MOMENTS])
-    return np.tensordot(_coefficients_from_moments(kernels.alpha, kernels.beta), moments, axes=1)
+    weights = np.exp(-0.5 * (t / sigma) ** 2)
+    weights /= weights.sum()
+    alpha = float(np.sum(weights * t**2))
+    beta = float(np.sum(weights * t**4)) / alpha
+    polynomials = np.stack([np.ones_like(t), t, t**2 - alpha, t**3 - beta * t])
+    return FacetKernels(weights * polynomials / np.sum(weights * polynomials**2, axis=1, keepdims=True))
 
 
 def in_bands(
@@ -131,29 +102,3 @@ def in_bands(
     with ThreadPoolExecutor(_THREADS) as pool:
         shares = list(pool.map(share, [firsts[at : at + part] for at in range(0, len(firsts), part)]))
     return [found for each in shares for found in each]
-
-
-def _kernels(weights: Floats, sigma: float | None) -> FacetKernels:
-    weights = weights / weights.sum()
-    radius = len(weights) // 2
-    t = np.arange(-radius, radius + 1, dtype=np.float64)
-    alpha = float(np.sum(weights * t**2))
-    beta = float(np.sum(weights * t**4)) / alpha
-    polynomials = np.stack([np.ones_like(t), t, t**2 - alpha, t**3 - beta * t])
-    norms = np.sum(weights * polynomials**2, axis=1, keepdims=True)
-    return FacetKernels(weights * polynomials / norms, alpha, beta, sigma)
-
-
-def _coefficients_from_moments(alpha: float, beta: float) -> Floats:
-    """(10, 10): k = M a, with the a_ij in the order of `MOMENTS`."""
-    matrix = np.eye(10)
-    at = {pair: index for index, pair in enumerate(MOMENTS)}
-    matrix[0, [at[2, 0], at[0, 2]]] = -alpha
-    matrix[1, [at[3, 0], at[1, 2]]] = -beta, -alpha
-    matrix[2, [at[0, 3], at[2, 1]]] = -beta, -alpha
-    return matrix
-
-
-def _gram(kernels: Floats) -> Floats:
-    rows = kernels.reshape(len(kernels), -1)
-    return np.asarray(rows @ rows.T)

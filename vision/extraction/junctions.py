@@ -111,8 +111,8 @@ def _merge_meetings(
         stack(ends.curve.take(used), find_curves_at(arcs, polylines, met, p)),
     ).take(np.arange(len(used) + len(met)))
     meetings = _once_each(_one_a_place(meetings, p), p)
-    alone = np.bincount(meetings.group, minlength=meetings.count) < 2
-    meetings = meetings.take(~alone[meetings.group])
+    unmet = np.bincount(meetings.group, minlength=meetings.count) < 2
+    meetings = meetings.take(~unmet[meetings.group])
     for _ in range(p.rounds):
         off = meetings.misses(arcs, meetings.places(p)[0], p)
         worst = np.zeros(meetings.count)

@@ -35,7 +35,7 @@ class Chains:
         """Chain number of each entry of `elements`."""
         return np.repeat(np.arange(len(self)), self.counts)
 
-    def beside(self, *columns: Floats) -> tuple[Floats, ...]:
+    def gather(self, *columns: Floats) -> tuple[Floats, ...]:
         """Columns of the edge elements, of each entry of `elements`."""
         at = self.elements.astype(np.intp)
         return tuple(column.take(at) for column in columns)

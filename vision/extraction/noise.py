@@ -1,7 +1,7 @@
 """The noise of an image as a curve over grey: shot noise and a gamma curve make it depend on the level.
 
 The high pass of Immerkaer (Computer Vision and Image Understanding 64, 1996) kills constants and planes; the median of
-its magnitude within each band of grey is deaf to edges and to most texture.
+its magnitude within each band of grey is insensitive to edges and to most texture.
 """
 
 import numpy as np

@@ -5,7 +5,7 @@ from relmodel.compiled import kernel
 
 
 @kernel("void(f8[:, ::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[::1], f8[:, ::1])")
-def grey_beside(grey: Floats, x: Floats, y: Floats, nx: Floats, ny: Floats, distances: Floats, out: Floats) -> None:
+def grey_across(grey: Floats, x: Floats, y: Floats, nx: Floats, ny: Floats, distances: Floats, out: Floats) -> None:
     """`out` (n, d): the bilinear grey at each distance along the normals; beyond the border, that of the border."""
     rows, columns = grey.shape
     for i in range(len(x)):
@@ -46,7 +46,7 @@ def parallels(
         turn = kind[i] // grades
         first = max(kind[i] - turn * grades - fainter, 0)
         total = 0
-        for beside in near:
+        for offset in near:
             for step in alike[3 * turn : 3 * turn + 3]:
-                total += grid[cell[i] + beside + step + first]
+                total += grid[cell[i] + offset + step + first]
         out[at] = total

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from vision.cameras.images import Picture
 
-# What hangs on the set of units and not on the extraction.
+# The tables that refer to the set of units, not to the extraction.
 _OF_UNITS = ("unit", "unit_relation")
 
 

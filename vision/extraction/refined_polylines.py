@@ -101,7 +101,7 @@ def refine_polylines(
     follows the scatter, the more the longer the arc is."""
     from vision.extraction import polyline_kernels
 
-    x, y, sigma = members.beside(edges.x, edges.y, edges.sigma)
+    x, y, sigma = members.gather(edges.x, edges.y, edges.sigma)
     if len(members) == 0:
         return RefinedPolylines(x, y, sigma)
     steps = np.hypot(np.diff(x, prepend=x[0]), np.diff(y, prepend=y[0]))

@@ -80,8 +80,8 @@ def find_leak_proof_regions(
     shared out between them: those of `edges` by the side of the edge that their centre lies on.
 
     Then fragments merge with the neighbour that they open to most, if the grey planes of both differ on the border by
-    at most `p.max_step`; large regions merge only across a border that is hardly edge anywhere, and either wide or no
-    gap in an edge, as all edges beside it run on."""
+    at most `p.max_step`; large regions merge only across a border with hardly any edge on it, which is either wide or
+    no gap in an edge: all edges beside it run on."""
     import cv2
 
     if inside is not None:
@@ -118,8 +118,8 @@ def _flooded(depth: Floats32, p: RegionParameters) -> Ints32:
 
 
 def _share_out(labels: Ints32, edges: EdgeElements, p: RegionParameters) -> None:
-    """Give the pixels of edge elements, which the flood gave to whom came first, to the region on their side of the
-    edge, where they touch it."""
+    """Give each pixel of an edge element, which the flood gave to whichever region came first, to the region on its
+    side of the edge, where it touches that."""
     rows, columns = labels.shape
     row, column = np.divmod(edges.pixel, columns)
     side = np.where((column - edges.x) * edges.nx + (row - edges.y) * edges.ny > 0.0, p.edge_distance, -p.edge_distance)

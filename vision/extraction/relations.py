@@ -160,11 +160,11 @@ def _neighbours(first_region: int, regions: Regions, middles: Middles, p: UnitPa
     left = np.full(len(regions), True)  # what lies inside others is taken away, from the innermost outwards
     while True:
         open_ = left[one] & left[other]
-        alone = (np.bincount(one[open_], minlength=count)[: len(regions)] == 1) & inside & left
-        if not alone.any():
+        enclosed = (np.bincount(one[open_], minlength=count)[: len(regions)] == 1) & inside & left
+        if not enclosed.any():
             break
-        around |= open_ & alone[one]
-        left &= ~alone
+        around |= open_ & enclosed[one]
+        left &= ~enclosed
     one, other, length = first_region + one, first_region + other, np.tile(length, 2)
     part = np.flatnonzero(around)
     half = len(one) // 2

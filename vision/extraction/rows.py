@@ -1,7 +1,7 @@
 """An extraction as rows of schema/070 and schema/080, in the digits that the store keeps.
 
-Whoever goes on from an extraction reads these rows (`primitives`), never the extraction itself: so it makes no
-difference whether they were just made or come from the store.
+Later stages read these rows (`primitives`), never the extraction itself: a fresh extraction and a stored one give them
+the same.
 """
 
 import numpy as np

@@ -4,9 +4,10 @@ A chain's pieces are priced (Rissanen's principle) at a constant for each piece 
 taken as correlated over the operator's reach; dynamic programming over break points finds the cheapest cut.  Pieces of
 different chains are then joined wherever one arc describes both for less; ellipses arise there, from circular pieces.
 
-Light draws an edge, and does so over longer than the operator's reach.  So a curve is one only if it bows out by far
-more than its elements waver about it, and straight pieces that lie on one line but for what light does are one.  Light
-also turns an edge's step round where its surroundings change: straight pieces join whichever their bright sides are.
+Light displaces an edge, over lengths beyond the operator's reach.  So a piece counts as curved only if it bows out by
+far more than its elements scatter about it, and straight pieces that lie on one line within that displacement are
+joined.  Light also reverses an edge's step where its surroundings change: straight pieces are joined whichever their
+bright sides are.
 """
 
 import numpy as np
@@ -67,7 +68,7 @@ def segment_chains(
     weight[chains.elements] = weigh_elements(edges, chains, scale, fitting)
 
     def described(what: Chains, price: Floats) -> tuple[Chains, Ints32, Floats]:
-        x, y, w = what.beside(edges.x, edges.y, weight)
+        x, y, w = what.gather(edges.x, edges.y, weight)
         n, spacings = len(x) + 1, np.array(p.knot_spacings)
         bow = p.min_sagitta, p.min_bow, p.min_rise, p.min_circle_elements
         limits = np.array([p.knot_price, *bow, p.break_tolerance, p.break_spacing, p.max_breaks], np.float64)
@@ -118,15 +119,15 @@ def _prefer_free_curves(
     fitting: FittingParameters,
 ) -> tuple[Chains, Ints32, Bools]:
     """The arcs, those that lie in a free curve and together cost more than its price replaced by it.  A curve with an
-    arc that leads out of it is none."""
+    arc that leads out of it is dropped."""
 
     owner = np.full(len(edges), -1, np.int32)
     owner[curves.elements] = curves.chain_of_member
     of_arc = [ends.reduceat(owner[members.elements], members.offsets[:-1]) for ends in (np.minimum, np.maximum)]
     within = of_arc[0] == of_arc[1]
-    x, y, w = members.beside(edges.x, edges.y, weight)
-    alone = fit_members(x, y, w, members, kinds)
-    apart = _prices(p)[kinds] + _compute_misfits(x, y, w, members, kinds, alone, within, correlation, fitting)
+    x, y, w = members.gather(edges.x, edges.y, weight)
+    fits = fit_members(x, y, w, members, kinds)
+    apart = _prices(p)[kinds] + _compute_misfits(x, y, w, members, kinds, fits, within, correlation, fitting)
     paid = np.bincount(of_arc[0][within] + 1, apart[within], minlength=len(curves) + 1)[1:]
     cheaper = paid > prices
     leading_out = np.concatenate([of_arc[0][~within], of_arc[1][~within]])
@@ -210,24 +211,24 @@ def _join(
 ) -> tuple[Chains, Ints32, Bools, Bools]:
     """One round: pairs of arcs, one leading on into the other, that one arc describes for less; each in at most one.
 
-    Looks at pairs with a `fresh` arc in them, and says which of the arcs it gives are joined ones: no other pair will
-    do the next time that did not do now.  `bright_right` says of each edge element whether its bright side is on the
+    Looks at pairs with a `fresh` arc in them, and says which of the arcs it gives are joined ones: a pair without one
+    that fails now fails the next time too.  `bright_right` says of each edge element whether its bright side is on the
     right."""
-    x, y, w = members.beside(edges.x, edges.y, weight)
-    alone = fit_members(x, y, w, members, kinds)
-    tail, head, turn, distance = _find_continuations(edges, members, kinds, alone[:, 2:4], bright_right, fresh, p)
+    x, y, w = members.gather(edges.x, edges.y, weight)
+    fits = fit_members(x, y, w, members, kinds)
+    tail, head, turn, distance = _find_continuations(edges, members, kinds, fits[:, 2:4], bright_right, fresh, p)
     straight = (kinds[tail] == LINE) & (kinds[head] == LINE)
     likely = (turn < 0) | (straight & (members.counts[turn] >= p.min_reversed * correlation))
     tail, head, turn = tail[likely], head[likely], turn[likely]
     # Of an ellipse it is known that it turns enough.
     own = np.select(
-        [kinds == CIRCULAR, kinds == ELLIPTIC], [members.counts / np.maximum(alone[:, 2], 1e-9), np.inf], 0.0
+        [kinds == CIRCULAR, kinds == ELLIPTIC], [members.counts / np.maximum(fits[:, 2], 1e-9), np.inf], 0.0
     )
     end, start = members.elements[members.offsets[tail + 1] - 1], members.elements[members.offsets[head]]
     between = np.arccos(np.clip(edges.nx[end] * edges.nx[start] + edges.ny[end] * edges.ny[start], -1.0, 1.0))
     bend = own[tail] + between + own[head]
     saving, kind = _compute_savings(
-        x, y, w, members, kinds, alone, np.column_stack([tail, head]), distance[likely], bend, correlation, p, fitting
+        x, y, w, members, kinds, fits, np.column_stack([tail, head]), distance[likely], bend, correlation, p, fitting
     )
     partner = np.full(len(members), -1, np.intp)
     taken, against = np.zeros(len(members), np.bool_), np.zeros(len(members), np.bool_)
@@ -302,7 +303,7 @@ def _compute_savings(
     w: Floats,
     members: Chains,
     kinds: Ints32,
-    alone: Floats,
+    fits: Floats,
     pairs: Indices,
     distance: Floats,
     bend: Floats,
@@ -311,17 +312,17 @@ def _compute_savings(
     fitting: FittingParameters,
 ) -> tuple[Floats, Indices]:
     """How much shorter it is to describe `pairs` (m, 2) of arcs as one, -infinity where none fits, and the kind of that
-    one; `x`, `y`, `w` run beside the members, `alone` are the arcs' fits, both of a pair together turn by `bend` rad.
+    one; `x`, `y`, `w` run beside the members, `fits` those of the arcs, both of a pair together turn by `bend` rad.
     """
     from vision.extraction import arc_kernels
 
     looked = np.zeros(len(members), np.bool_)
     looked[pairs] = True
-    misfit = _compute_misfits(x, y, w, members, kinds, alone, looked, correlation, fitting)
+    misfit = _compute_misfits(x, y, w, members, kinds, fits, looked, correlation, fitting)
     apart = (_prices(p)[kinds] + misfit)[pairs].sum(axis=1)
-    total, together = alone[pairs, 5].sum(axis=1), members.counts[pairs].sum(axis=1)
+    total, together = fits[pairs, 5].sum(axis=1), members.counts[pairs].sum(axis=1)
     joint = np.empty((len(pairs), 4))
-    arc_kernels.joint_costs(x, y, w, members.offsets, alone, pairs.astype(np.int32), correlation, np.empty(9), joint)
+    arc_kernels.joint_costs(x, y, w, members.offsets, fits, pairs.astype(np.int32), correlation, np.empty(9), joint)
     straight = (kinds[pairs] == LINE).all(axis=1)
     drawn = misfit[pairs].sum(axis=1) + 0.5 * joint[:, 3] / p.light_sigma**2
     line = np.where(straight, np.minimum(joint[:, 0], drawn), joint[:, 0]) + p.line_price
@@ -338,8 +339,8 @@ def _compute_savings(
     costs = np.stack([line, circle, np.full(len(pairs), np.inf), oval], axis=1)
     kind, least = costs.argmin(axis=1), costs.min(axis=1)
     # a misfit that long arcs can pay for is still a misfit
-    fits = 2.0 * correlation * (least - _prices(p)[kind]) < p.max_joint_misfit * together
-    return np.where(fits, apart - least - p.gap_price * distance, -np.inf), kind
+    shorter = 2.0 * correlation * (least - _prices(p)[kind]) < p.max_joint_misfit * together
+    return np.where(shorter, apart - least - p.gap_price * distance, -np.inf), kind
 
 
 def _compute_misfits(
@@ -353,8 +354,8 @@ def _compute_misfits(
     correlation: float,
     fitting: FittingParameters,
 ) -> Floats:
-    """What the members of each arc that is `looked` at cost beside its price; of `fit` the rows of ellipses are not
-    theirs."""
+    """Half the chi-square (n,) of the members of each arc; `fit` has those of lines and circles, ellipses are fitted
+    here where `looked` selects them."""
     square = fit[:, 4].copy()
     ovals = np.flatnonzero((kinds == ELLIPTIC) & looked)
     square[ovals] = np.nan_to_num(fit_group_ellipses(x, y, w, members, ovals[:, None], fitting).square, nan=np.inf)

@@ -1,11 +1,11 @@
 """The number of false alarms of a chain or arc: how many as strong its surroundings would show by chance.
 
 Desolneux, Moisan, Morel, "Meaningful alignments" (IJCV 40, 2000) and "Edge detection by Helmholtz principle" (JMIV 14,
-2001), for machined metal, whose streaks are no chance alignments of pixels but long themselves.  So the step is asked
-for 4 px beside, where a streak has fallen back and the face beyond an edge has not; the tail of its distribution is
-taken from all steps of like orientation around the place, for streaks run along the lay; and what lies within a
-streak's length counts as one observation, not what lies within the operator's reach.  Fisher's method joins the tails
-along the chain: minus twice the sum of their logarithms is chi-square with two degrees a tail.
+2001), for machined metal, whose streaks are no chance alignments of pixels but long themselves.  So the step is
+measured 4 px to either side, where a streak has fallen back and the face beyond an edge has not; the tail of its
+distribution is taken from all steps of like orientation around the place, for streaks run along the lay; and what lies
+within a streak's length counts as one observation, not what lies within the operator's reach.  Fisher's method joins
+the tails along the chain: minus twice the sum of their logarithms is chi-square with two degrees a tail.
 
 Where edges fill the surroundings these say nothing of texture; a tail is therefore never taken higher than that of an
 exponential distribution of steps of metal.
@@ -34,7 +34,7 @@ def compute_false_alarm_terms(
     grade = np.where(heights < 1, 0, 1 + p.grades_per_octave * np.log2(np.maximum(heights, 1))).astype(np.uint8)
     grades = int(grade[-1]) + 1
     turn = np.arange(p.orientations) * np.pi / p.orientations
-    offsets = np.rint(p.beside * np.column_stack([np.sin(turn), np.cos(turn)])).astype(np.int64)
+    offsets = np.rint(p.step_px * np.column_stack([np.sin(turn), np.cos(turn)])).astype(np.int64)
     counts = np.zeros((-(-grey.shape[0] // p.cell), -(-grey.shape[1] // p.cell), p.orientations, grades), np.int32)
     significance_kernels.histograms(grey, offsets, p.cell, p.stride, grade, counts)
     around = _sum_around(_sum_around(counts.astype(np.float64), 0, p.cells_around), 1, p.cells_around)
@@ -44,9 +44,9 @@ def compute_false_alarm_terms(
     table = -np.log(0.5 * share)  # half of all steps have the sign
     which = which.astype(np.intp)
     x, y, nx, ny = (column.take(which) for column in (edges.x, edges.y, edges.nx, edges.ny))
-    beside = np.empty((len(which), 2))
-    quality_kernels.grey_beside(grey, x, y, nx, ny, np.array([p.beside, -p.beside]), beside)
-    level = grade[(beside[:, 0] - beside[:, 1]).clip(0.0, 255.0).astype(np.intp)]
+    sampled = np.empty((len(which), 2))
+    quality_kernels.grey_across(grey, x, y, nx, ny, np.array([p.step_px, -p.step_px]), sampled)
+    level = grade[(sampled[:, 0] - sampled[:, 1]).clip(0.0, 255.0).astype(np.intp)]
     towards = (np.arctan2(ny, nx) * (p.orientations / np.pi) + p.orientations + 0.5).astype(np.intp) % p.orientations
     row, column = np.divmod(edges.pixel[which], grey.shape[1])
     out = np.zeros(len(edges))

@@ -7,27 +7,26 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.arrays import Floats
-from relmodel.errors import InputError, UsageError
+from relmodel.arrays import Bytes, Floats
+from relmodel.errors import UsageError
 from relmodel.find.find import world_named
 from relmodel.store import Run, Store, digest_inputs
 from relmodel.store.digests import record_digests
-from relmodel.world.correction import Carrier, Correction, correct_base
+from relmodel.world.correction import Carrier, Correction, correct_base, predict_covariance
 from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
 from vision.cameras.drawing import check_writable
 from vision.cameras.files import read_needs, read_prior, read_rig, rig_inputs
 from vision.cameras.images import read_pictures, tell_bits
 from vision.cameras.record_cameras import find_rig
-from vision.cameras.view_volume import Selection, select_in_view
-from vision.constellations.find_poses import find_poses
+from vision.cameras.view_volume import Selection
 from vision.extraction import extract as extraction
 from vision.extraction.primitives import Primitives
 from vision.inspection.crops import check_crops, write_crops
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
+from vision.inspection.locate import Sight, select_parts
 from vision.inspection.matched_views import match_views, measure_relational_distances
 from vision.inspection.outcome import Outcome, read_outcome
 from vision.inspection.overlay import draw_overlay
@@ -35,14 +34,14 @@ from vision.inspection.pictures import extract_pictures
 from vision.inspection.record_decisions import record_decisions
 from vision.inspection.record_inspection import Inspected, record_inspection
 from vision.inspection.variants import is_to_be_weighed, weigh_variants
-from vision.localisation.localise import Localisation, localise
+from vision.localisation.localise import Localisation
 from vision.localisation.parts_in_view import PartsInView, find_parts_in_view
 from vision.presence.assess import assess
 from vision.presence.report import describe
 from vision.presence.states import Presence
 from vision.presence.variants import VariantEvidence
 from vision.relations.workspace import open_workspace
-from vision.scene.stored_scene import StoredScene, read_scene
+from vision.scene.stored_scene import StoredScene
 from vision.stereo.depth_range import predict_depth_range
 from vision.stereo.match import StereoMatches, check_method, match_stereo
 from vision.stereo.rectification import rectify
@@ -52,6 +51,7 @@ KERNELS = (
     "relmodel.find.rtree_kernels",
     *extraction.KERNELS,
     "vision.stereo.epipolar_kernels",
+    "vision.constellations.ellipse_kernels",
     "relmodel.labelling.dual_kernels",
     "relmodel.labelling.search_kernels",
     "relmodel.labelling.soft_kernels",
@@ -81,7 +81,7 @@ class Inspection:
     selection: the placed parts that any pose which the prior leaves open could show, all where there is none; nothing
     else was considered.
     hypotheses: (world_from_rig, cost) of the poses considered, the best first.
-    notes: what was taken of the pictures that they may not say themselves, a sentence each.
+    notes: what was taken for given that the inputs do not say, of the pictures and of the prior, a sentence each.
     """
 
     run: int
@@ -166,15 +166,16 @@ def inspect(
 ) -> Inspection:
     """Inspect a stereo pair, or the picture of the left camera alone, against a world of the store.
 
-    rig, prior: files, the rig in any format of `read_rig`; without a prior a pair is located by the circles that stereo
-    finds, wherever in the world it was taken; needs: how exactly the pose is needed, else as the prior
-    file says, else the default; left, right: pictures; world: its name, where the store has several; carrier: how
-    the object stands that carries the rig, which is found by the rig's content; variants: whether to weigh all
-    loaded variants of the inspected objects at the pose found, None where something is not as the model says and
-    they are few; overlay: a picture of the model drawn over the images, to be written; crops: a folder for pictures
-    of what is not as the model says, worst first; full_audit: whether the rows that explain the decisions are kept,
-    and not the decisions alone. The run records the parameters, defaults included. Raises InputError for bad
-    inputs, UsageError where several objects carry the rig and `carrier` does not choose; the run then ended as
+    rig, prior: files, the rig in any format of `read_rig`; without a prior the rig is taken to be where the joints of
+    what carries it put it, and where the world does not mount it a pair is located by the circles that stereo finds,
+    one picture by its ellipses, wherever in the world it was taken; needs: how exactly the pose is needed, else as
+    the prior file says, else the default; left, right: pictures; world: its name, where the store has several;
+    carrier: how the object stands that carries the rig, which is found by the rig's content; variants: whether to
+    weigh all loaded variants of the inspected objects at the pose found, None where something is not as the model
+    says and they are few; overlay: a picture of the model drawn over the images, to be written; crops: a folder for
+    pictures of what is not as the model says, worst first; full_audit: whether the rows that explain the decisions
+    are kept, and not the decisions alone. The run records the parameters, defaults included. Raises InputError for
+    bad inputs, UsageError where several objects carry the rig and `carrier` does not choose; the run then ended as
     failed, and the store is otherwise as it was.
     """
     if overlay is not None:
@@ -231,43 +232,24 @@ def _inspect(
     if len(paths) > 1:
         rectify(cameras)  # refuses a pair that cannot be matched
         check_method(parameters.stereo.method)
-    elif prior is None:
-        raise InputError("one picture needs a prior: give --prior, or the other picture of the pair")
-    believed = None if prior is None else read_prior(prior)
     needs = needs or (read_needs(prior) if prior is not None else None) or DEFAULT_NEEDS
     pictures = read_pictures(paths, cameras)
     run.step("read")
     mounted = _mounted(store, call.world_id, whole, call.carrier)
-    stored, selection = _select(store, call, cameras, believed, parameters)
+    believed = _believe(prior, mounted, call.carrier)
+    selected = select_parts(store, call.world_id, call.world, cameras, believed, parameters.selection)
     run.step("select")
 
     workspace = open_workspace()
     seen = extract_pictures(run, pictures, parameters.extraction, keep_images=call.keep_images)
     primitives = {name: one.primitives for name, one in seen.items()}
     run.step("extract")
-    stereo = _stereo(stored, cameras, believed, primitives, parameters)
+    stereo = _stereo(selected.stored, cameras, believed, primitives, parameters)
     run.step("stereo")
-    starts = None
-    if believed is None and stereo is not None:
-        with store.read() as connection:
-            believed, starts = find_poses(
-                store, connection, stored.scene, call.world_id, stereo.triangulated, parameters.constellations
-            )
-        store.release()
-        run.step("join")
-    assert believed is not None  # one picture has a prior
-    found = localise(
-        stored.scene,
-        cameras,
-        primitives,
-        {name: picture.grey for name, picture in pictures.items()},
-        believed,
-        needs,
-        parameters.localisation,
-        None if stereo is None else dict(zip(cameras.cameras, stereo.partnered, strict=True)),
-        starts,
-    )
-    run.step("localise")
+    greys: dict[str, Bytes | Floats] = {name: picture.grey for name, picture in pictures.items()}
+    sight = Sight(run, store, call.world_id, call.world, cameras, primitives, greys, stereo, needs, parameters)
+    (stored, selection), used, found = sight.locate(selected, believed)
+    believed = believed or used
     matched = match_views(
         workspace, stored.scene, cameras, found, primitives, parameters.localisation, parameters.matching
     )
@@ -328,29 +310,15 @@ def _inspect(
             ),
             full=call.full_audit,
         )
-        record_decisions(run, connection, cameras, believed, needs, found, parameters)
+        record_decisions(run, connection, cameras, used, needs, found, parameters)
         record_digests(run, connection)
         run.finish(found.verdict.reason, connection, last="record")
 
     run.transact(record)
     outcome, notes = read_outcome(store, run.id), tell_bits(pictures.values())
+    if prior is None and mounted is not None:
+        notes.append(f"no prior was given: the rig is taken to be where {mounted.base} has it")
     return _answer(run, cameras, needs, found, outcome, correction, parts, presence, ranked, selection, notes)
-
-
-def _select(
-    store: Store, call: _Call, rig: Rig, prior: Prior | None, parameters: InspectionParameters
-) -> tuple[StoredScene, Selection]:
-    """What of the world may be in view: all of it where nothing is known beforehand."""
-    if prior is None:
-        with store.read() as connection:
-            stored = read_scene(store, connection, call.world_id)
-        count = len(stored.occurrence_id)
-        return stored, Selection(stored.occurrence_id, np.full(count, -1), np.ones(count, bool))
-    selection = select_in_view(store, rig, prior, parameters.selection, world=call.world)
-    if not len(selection.shown):
-        raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
-    with store.read() as connection:
-        return read_scene(store, connection, call.world_id, selection.occurrence_id.tolist()), selection
 
 
 def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> MountedRig | None:
@@ -367,6 +335,13 @@ def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> Mounted
     mounted = mounted.moved(carrier.joints)
     mounted.sigmas(carrier.joint_sigmas)  # refuses bad ones
     return mounted
+
+
+def _believe(prior: Path | None, mounted: MountedRig | None, carrier: Carrier) -> Prior | None:
+    """Where the rig is thought to be: as a file says, else where the joints put a mounted one."""
+    if prior is not None:
+        return read_prior(prior)
+    return None if mounted is None else Prior(mounted.world_from_rig, predict_covariance(mounted, carrier))
 
 
 def _correction(mounted: MountedRig | None, carrier: Carrier, found: Localisation) -> Correction | None:

@@ -22,6 +22,10 @@ class InspectionParameters:
     """whether the model at the prior bounds the depths that stereo looks at"""
     constellations: ConstellationParameters = field(default_factory=ConstellationParameters)
     localisation: LocalisationParameters = field(default_factory=LocalisationParameters)
+    believe_pictures: bool = False
+    """whether a pose that the pictures show surely is accepted where it contradicts the prior"""
+    most_parts: int = 20_000
+    """placed parts of a world in which the prior is doubted: all of them are then looked for"""
     matching: MatchingParameters = field(default_factory=MatchingParameters)
     presence: PresenceParameters = field(default_factory=PresenceParameters)
     most_variants: int = 5

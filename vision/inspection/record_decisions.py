@@ -1,5 +1,5 @@
 """What the decisions of an inspection were held against and what they weighed, as rows: the store's `threshold`,
-`verdict_sign`, `hypothesis_support`, `camera_unknown` and `solved_pose`."""
+`verdict_statistic`, `hypothesis_support`, `camera_unknown` and `solved_pose`."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def record_decisions(
     run: Run, connection: Connection, rig: Rig, prior: Prior, needs: Needs, found: Localisation, p: InspectionParameters
 ) -> None:
     """Append what the decisions of an inspection were held against and what its verdict weighed."""
-    held = {
+    compared = {
         "verdict": p.localisation.verdict,
         "correspondence": p.matching.pose,
         "stereo": p.stereo,
         "presence": p.presence,
     }
-    rows = [(decision, name, value) for decision, of in held.items() for name, value in _numbers(of)]
+    rows = [(decision, name, value) for decision, of in compared.items() for name, value in _numbers(of)]
     rows += [("verdict", f"needs_{name}", value) for name, value in _numbers(needs)]
     run.append(
         connection,
@@ -51,7 +51,7 @@ def record_decisions(
     weighed = found.verdict.weighed
     run.append(
         connection,
-        "verdict_sign",
+        "verdict_statistic",
         {"run_id": run.id, "name": list(weighed), "value": np.array(list(weighed.values()))},
     )
     cameras = list(rig.cameras)
@@ -121,20 +121,20 @@ def _record_search(run: Run, connection: Connection, prior: Prior, stages: list[
     )
 
 
-def _record_solved(run: Run, connection: Connection, last: LastStep, alone: dict[str, Refined]) -> None:
+def _record_solved(run: Run, connection: Connection, last: LastStep, by_camera: dict[str, Refined]) -> None:
     others = last.explanations
-    poses: list[LastStep | Refined | Explanation] = [last, *alone.values(), *others]
+    poses: list[LastStep | Refined | Explanation] = [last, *by_camera.values(), *others]
     run.append(
         connection,
         "solved_pose",
         {
             "run_id": run.id,
             "solved_no": np.arange(len(poses)),
-            "kind": ["start"] + ["alone"] * len(alone) + ["explanation"] * len(others),
-            "camera": [None, *alone, *[None] * len(others)],
+            "kind": ["start"] + ["single_camera"] * len(by_camera) + ["explanation"] * len(others),
+            "camera": [None, *by_camera, *[None] * len(others)],
             **matrix_columns([h.world_from_rig for h in poses]),
             "covariance": Ragged.pack([h.covariance for h in poses]),
-            "log_odds": [None, *(h.evidence for h in alone.values()), *(h.log_odds for h in others)],
+            "log_odds": [None, *(h.evidence for h in by_camera.values()), *(h.log_odds for h in others)],
         },
     )
 

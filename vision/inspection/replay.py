@@ -20,10 +20,13 @@ from relmodel.labelling.stored import read_problem
 from relmodel.store import Store
 from relmodel.store.runs import package_versions
 from vision.cameras.cameras import perturb
+from vision.cameras.record_cameras import read_recorded_rig
 from vision.constellations.constellation_parameters import DEFAULTS as CONSTELLATIONS
 from vision.constellations.find_poses import find_poses
+from vision.constellations.find_poses_of_one_picture import find_poses_of_one_picture
+from vision.extraction.record_extraction import read_primitives
 from vision.inspection.record_inspection import STEREO
-from vision.inspection.replay_pose import Compared, read_parameters, replay_pose, replay_verdict
+from vision.inspection.replay_pose import Compared, read_parameters, read_used_prior, replay_pose, replay_verdict
 from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
 from vision.matching.pose_problem import REASONS, PoseMatch
 from vision.matching.stored_match import match_stored
@@ -37,7 +40,7 @@ TOLERANCE, OTHER_TOLERANCE = 1e-9, 1e-6
 # The relations that a replay reads.
 READ = {
     "problem", "candidate", "problem_relation", "compatibility", "assignment", "correspondence", "surface_match",
-    "edge_measurement", "solved_pose", "camera_unknown", "hypothesis", "hypothesis_support", "verdict_sign",
+    "edge_measurement", "solved_pose", "camera_unknown", "hypothesis", "hypothesis_support", "verdict_statistic",
     "threshold", "inspection",
 }  # fmt: skip
 
@@ -145,16 +148,25 @@ def _replay_matching(store: Store, connection: Connection, run: int) -> Iterator
 
 
 def _replay_join(store: Store, connection: Connection, run: int, given: Any) -> Iterator[Compared]:
-    """The poses of the join, from the arcs that stereo put in space; nothing where the run had a prior."""
+    """The poses of the join, from the arcs that stereo put in space or those of one picture; nothing where the run kept
+    none."""
     stored = store.columns(connection, "replay/joined_poses", run=run)
-    if not len(stored["score"]):
+    cameras = store.columns(connection, "replay/cameras", run=run)
+    if not len(stored["score"]) or not len(cameras["camera"]):
         return
     p = read_parameters(CONSTELLATIONS, json.loads(given.parameters)["constellations"])
-    scene = read_scene(store, connection, given.world_id).scene
-    space = read_triangulated(store, connection, run, STEREO)
-    prior, found = find_poses(store, connection, scene, given.world_id, space, p)
+    used = read_used_prior(store, connection, run)
+    if len(cameras["camera"]) > 1:
+        space = read_triangulated(store, connection, run, STEREO)
+        selected = store.columns(connection, "replay/selected_parts", run=run)["occurrence_id"]
+        scene = read_scene(store, connection, given.world_id, selected.tolist()).scene
+        prior, found = find_poses(store, connection, scene, given.world_id, space, used, p)
+    else:
+        picture = read_primitives(store, connection, int(cameras["extraction_id"][0]))
+        rig = read_recorded_rig(cameras)
+        prior, found = find_poses_of_one_picture(store, connection, rig, given.world_id, picture, used, p)
     yield Compared("join", "poses", matrices(stored), perturb(prior.world_from_rig, found.delta))
-    yield Compared("join", "shares", stored["score"], found.score)
+    yield Compared("join", "scores", stored["score"], found.score)
 
 
 def _compare_pairs(

@@ -3,6 +3,7 @@ measured at last gives the pose and its covariance, what was weighed gives the v
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar
@@ -22,7 +23,14 @@ from vision.localisation.hypotheses import Prediction, project_with_jacobians, s
 from vision.localisation.localisation_parameters import LocalisationParameters, VerdictParameters
 from vision.localisation.measurements import Sightings, compare_with_edges
 from vision.localisation.refine import Explanation, join_explanations, normal_equations, take_last_step
-from vision.localisation.verdict import Gathered, compute_agreement, compute_precision, find_standing, judge
+from vision.localisation.verdict import (
+    Gathered,
+    compute_agreement,
+    compute_precision,
+    find_standing,
+    judge,
+    weigh_against_prior,
+)
 
 P = TypeVar("P")
 
@@ -75,31 +83,35 @@ def replay_verdict(store: Database, connection: Connection, run: int, given: Any
     if "start" not in poses or not len(h["cost"]):
         return
     weighed = store.rows(connection, "replay/weighed", run=run)
-    p = _held([row for row in weighed if row.what == "threshold"])
-    signs = {row.name: row.value for row in weighed if row.what == "sign"}
+    p = _read_thresholds([row for row in weighed if row.what == "threshold"])
+    stats = {row.name: row.value for row in weighed if row.what == "statistic"}
     gathered = ("distance", "evidence", "found", "expected", "outline_length", "outline_contrast", "outline_evidence")
     g = Gathered(*(h[name] for name in gathered))
     standing, tried = find_standing(g, p), matrices(h)
-    (found,), alone, prior = poses["pose"], poses.get("alone", []), _prior(poses)
+    (found,), by_camera, prior = poses["pose"], poses.get("single_camera", []), _prior(poses)
     rows = store.columns(connection, "replay/measurements", run=run)
     measured = len(rows["weight"]) > 0
     again = judge(
         g,
         standing,
-        compute_agreement(rows["length"], rows["weight"], rows["residual"], p) if measured else signs["agreement"],
-        [(pose.world_from_rig, pose.covariance) for pose in alone],
+        compute_agreement(rows["length"], rows["weight"], rows["residual"], p) if measured else stats["agreement"],
+        [(pose.world_from_rig, pose.covariance) for pose in by_camera],
         compute_precision(found.covariance, np.array([given.middle_x, given.middle_y, given.middle_z])),
-        int(signs["excluded"]),
+        int(stats["excluded"]),
         Needs(given.needs_translation_mm, given.needs_rotation),
         p,
     )
+    if "contradicted" in poses:
+        stated = json.loads(given.parameters).get("believe_pictures", False)
+        prior_pose = _as_prior(poses["contradicted"][0])
+        again = weigh_against_prior(again, prior_pose, found.world_from_rig, believe_pictures=stated)
     margin = g.cost[1:].min() - g.cost[0] if len(tried) > 1 else None
     for what, values, replayed in (
         ("best hypothesis", found.world_from_rig, tried[standing[0]]),
         *([] if prior.is_open else [("distances from the prior", g.prior_sigma, [prior.distance(x) for x in tried])]),
         ("costs", h["cost"], g.cost),
         ("shares of the evidence expected", h["evidence_ratio"], g.share),
-        *((name, signs.get(name), again.weighed.get(name)) for name in sorted(signs.keys() | again.weighed.keys())),
+        *((name, stats.get(name), again.weighed.get(name)) for name in sorted(stats.keys() | again.weighed.keys())),
         ("posterior", given.posterior, again.posterior),
         ("cost", given.cost, g.cost[0]),
         ("margin", given.margin, margin),
@@ -107,6 +119,12 @@ def replay_verdict(store: Database, connection: Connection, run: int, given: Any
         yield Compared("verdict", what, np.asarray(values, float), np.asarray(replayed, float))
     yield Compared("verdict", "verdict", given.verdict, again.verdict)
     yield Compared("verdict", "reason", given.reason, again.reason)
+
+
+def read_used_prior(store: Database, connection: Connection, run: int) -> Prior | None:
+    """The prior that the pose of a run was found with; None where it was found without."""
+    prior = _prior(_read_poses(store, connection, run))
+    return None if prior.is_open else prior
 
 
 def read_parameters(of: P, stated: dict[str, Any]) -> P:
@@ -120,7 +138,7 @@ def _tupled(value: Any) -> Any:
     return tuple(_tupled(v) for v in value) if isinstance(value, list) else value
 
 
-def _held(rows: list[Any]) -> VerdictParameters:
+def _read_thresholds(rows: list[Any]) -> VerdictParameters:
     """As the thresholds of a run have them: `weights[0]` is the first of several."""
     stated: dict[str, Any] = {}
     for row in sorted(rows, key=lambda row: (len(row.name), row.name)):
@@ -139,9 +157,14 @@ def _read_poses(store: Database, connection: Connection, run: int) -> dict[str, 
 
 
 def _prior(poses: dict[str, list[Explanation]]) -> Prior:
+    """The prior that the pose was found with."""
     if "prior" not in poses:
         return Prior.open(np.eye(4))
-    return Prior(poses["prior"][0].world_from_rig, poses["prior"][0].covariance)
+    return _as_prior(poses["prior"][0])
+
+
+def _as_prior(pose: Explanation) -> Prior:
+    return Prior(pose.world_from_rig, pose.covariance)
 
 
 def _read_unknowns(store: Database, connection: Connection, run: int, rig: Rig) -> dict[str, Floats]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from vision.cameras.cameras import Prior, perturbation
+from vision.cameras.cameras import Prior, perturbations
 from vision.localisation.localisation_parameters import DEFAULTS, RivalParameters
 from vision.scene.scene import Scene
 
@@ -61,7 +61,7 @@ def find_displacements(
     shift = shapes.middle[target] - shapes.middle[source]
     use = (source != target) & (np.linalg.norm(shift, axis=1) < reach_mm) & (np.linalg.norm(shift, axis=1) > p.box_mm)
     source, shift = source[use], shift[use]
-    # Each arc speaks once for a box and its neighbours' halves: boxes are laid twice, half a box apart.
+    # Boxes are laid twice, half a box apart; an arc counts once in each.
     best: list[tuple[float, Floats]] = []
     for phase in (0.0, 0.5):
         box = np.floor(shift / p.box_mm + phase).astype(np.int64)
@@ -85,7 +85,7 @@ def shift_poses(prior: Prior, world_from_rig: Floats, shifts: Floats, most_sigma
     `most_sigma` are left out."""
     poses = np.repeat(world_from_rig[None], len(shifts), axis=0)
     poses[:, :3, 3] += shifts
-    delta = np.array([perturbation(prior.world_from_rig, p) for p in poses]).reshape(-1, 6)
+    delta = perturbations(prior.world_from_rig, poses)
     distance = np.einsum("ki,ij,kj->k", delta, prior.information, delta)
     order = np.argsort(distance, kind="stable")
     return np.asarray(poses[order[distance[order] <= most_sigma**2][: p.displacements]])

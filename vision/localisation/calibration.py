@@ -1,4 +1,4 @@
-"""What is not known of the cameras, solved along with the pose: response, principal point, focal length, place.
+"""Unknowns of the cameras, solved along with the pose: response, principal point, focal length, place.
 
 A camera has ten unknowns: how far its response moves edges toward their dark side (px at a contrast of the whole range
 of grey), the principal point (px, 2), the focal length (as a share of it), and a right perturbation of its place in

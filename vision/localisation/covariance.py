@@ -1,4 +1,4 @@
-"""How surely a refined pose is known."""
+"""The covariance of a refined pose."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def compute_covariance(
     independent.  The image of an arc may be shifted as a whole (light, a clipped edge, an arc not where the model
     says), by a random effect whose variance is common to all arcs and is estimated from how far their mean offsets
     scatter, what the pose has followed taken off (Henderson's analysis of variance).  Where the model has a tolerance,
-    an arc lies elsewhere for all cameras alike.  The priors err as they say, and the cameras also by what is considered
-    and not solved for.
+    an arc lies elsewhere for all cameras alike.  The priors err by their covariance, and the cameras also by errors
+    that are considered and not solved for.
     """
     group = group_by_arc(prediction)
     weight = m.weight / m.sigma**2
@@ -46,7 +46,7 @@ def compute_covariance(
     followed = np.clip(np.einsum("au,uv,av->a", shift, inverse, shift) / known[rows], 0, 0.9)
     noise = np.bincount(group, (weight * (m.offset - mean[group])) ** 2)[rows] / known[rows] ** 2
     length = np.bincount(group, m.weight)[rows]
-    # A few arcs tell little of the scatter: what is usual counts as much as some arcs.
+    # A few arcs say little of the scatter: a usual value counts as some arcs more.
     usual = p.refinement.usual_arcs * float(length.mean())
     scattered = float((length * (mean[rows] ** 2 - noise)).sum()) + usual * p.refinement.arc_shift_px**2
     variance = scattered / (usual + float((length * (1 - followed) ** 2).sum()))
@@ -65,7 +65,7 @@ def _scatter_by_tolerance(m: Measurements, prediction: Prediction, weight: Float
     normal = np.stack([-m.direction[:, 1], m.direction[:, 0]], axis=1)
     # Where the image moves along its normal with the point: a vector in the rig's frame, px at one tolerance.
     by_point = np.einsum("ni,nij,njk->nk", normal, flow, prediction.rotation[prediction.view])
-    pulled = _compute_pull(prediction.tolerance_px, scale)
+    pulled = _compute_shift(prediction.tolerance_px, scale)
     by_point *= (pulled / np.maximum(np.linalg.norm(by_point, axis=1), 1e-12))[:, None]
     arc = np.unique(prediction.arc, return_inverse=True)[1].ravel()
     moved = m.jacobian[:, :, None] * (weight[:, None] * by_point)[:, None, :]
@@ -74,9 +74,9 @@ def _scatter_by_tolerance(m: Measurements, prediction: Prediction, weight: Float
     return np.asarray(np.einsum("aux,avx->uv", by_unknown, by_unknown))
 
 
-def _compute_pull(tolerance_px: Floats, scale: float) -> Floats:
-    """Standard deviation (n,) px by which what is displaced by a tolerance pulls, over the mean weight it has: what is
-    farther off has less (`measure`'s loss, over a normal distribution)."""
+def _compute_shift(tolerance_px: Floats, scale: float) -> Floats:
+    """Standard deviation (n,) px of the weighted offset of what a tolerance displaces, over its mean weight: what is
+    farther off weighs less (`measure`'s loss, over a normal distribution)."""
     z, share = np.polynomial.hermite_e.hermegauss(9)
     off = tolerance_px[:, None] * z
     weight = 1 / (1 + off**2 / (scale**2 + (2 * tolerance_px[:, None]) ** 2)) ** 2

@@ -169,11 +169,13 @@ def describe_stage(name: str, delta: Floats, score: Floats, rule: list[str], sco
 @dataclass(frozen=True)
 class Candidates:
     """Distinct poses as perturbations (k, 6) of the prior, best first, and their scores (k,): evidence less half the
-    squared Mahalanobis distance from the prior; and the stages that led to them."""
+    squared Mahalanobis distance from the prior; and the stages that led to them.  enough: the score from which poses of
+    a join take the place of a scan."""
 
     delta: Floats
     score: Floats
     stages: list[Stage] = field(default_factory=list)
+    enough: float = 0.0
 
     def take(self, rows: Bools) -> Candidates:
         """Some of them, with the stages of all."""

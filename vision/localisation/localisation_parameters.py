@@ -139,19 +139,22 @@ class RefinementParameters:
     rounds: tuple[tuple[float, float], ...] = ((9.0, 4.0), (6.0, 2.0), (4.0, 1.0), (3.0, 0.7))
     """(px, px): reach along the normal and scale of the robust loss (Geman and McClure) of each round"""
     near_rounds: int = 2
-    """last rounds, which are tried alone too: the wide ones may be led off a right start by edges printed beside"""
+    """last rounds, which are also tried without the others: the wide ones may be led off a right start by edges printed
+    beside"""
+    least_gain: float = 3.0
+    """log odds by which the start, or the pose of the near rounds, must do better to be kept"""
     steps: int = 6
     """Gauss-Newton steps at most in a round"""
     min_step_sigma: float = 0.05
     """sigmas: a shorter step ends a round"""
-    max_last_step_sigma: float = 1.0
+    max_last_step_sigma: float = 2.0
     """sigmas of a step beyond which the last one, on what was measured at the pose, is not taken: others are of some
-    hundredths to tenths"""
+    hundredths to tenths, in small pictures up to one"""
     samples: int = 3000
     """samples that face a camera"""
     min_cosine: float = 0.94
     """cosine of the greatest angle between a predicted arc and an edge element"""
-    max_beside_px: float = 0.75
+    max_along_px: float = 0.75
     """px along the arc between a sample and the edge element on its normal"""
     partner_odds: float = 1.1
     """log likelihood ratio of an edge of the object, against anything else, that a partner in stereo gives an arc:
@@ -166,20 +169,21 @@ class RefinementParameters:
     """arcs in a draw"""
     consensus_px: float = 1.5
     """px within which a measurement agrees with a draw"""
-    max_pull_sigma: float = 2.0
-    """sigmas of the pose without it by which a component may pull the pose; were it where the model says, one that
-    knows as much as all others together would pull by less in 98 of 100 cases"""
-    max_joint_pull_sigma: float = 3.0
-    """sigmas of the pose with it, likewise: in six dimensions 17 in 100 of two equal halves lie further apart"""
+    max_shift_sigma: float = 2.0
+    """sigmas of the pose without a component by which that component may shift it; one in its place that determines the
+    pose as well as all others together shifts it by less in 98 of 100 cases"""
+    max_joint_shift_sigma: float = 3.0
+    """sigmas of the pose with the component, likewise: in six dimensions 17 in 100 of two equal halves lie further
+    apart"""
     max_left_out: float = 0.8
     """share of the edges found up to which a component that knows more than the others is suspected: without one that
-    holds more, too little is left to speak against it"""
+    holds more, too little evidence is left against it"""
     max_prior_share: float = 0.8
     """share of the prior's variance, in the direction where most is left, from which a pose counts as undetermined"""
     temper: float = 0.2
     """by which differences of evidence are multiplied, for neighbouring edges err together"""
     suspect_sigma: float = 0.5
-    """sigmas to first order from which that is tried: robust weights hide most of a pull"""
+    """sigmas to first order from which a component is left out on trial: robust weights hide most of a shift"""
     systematic_px: float = 0.08
     """px: what an edge's own sigma leaves out: tessellation, rounded and burred edges"""
     texture_px: float = 0.5
@@ -196,7 +200,7 @@ class RefinementParameters:
     arc_shift_px: float = 0.2
     """px: usual standard deviation by which an arc's image is shifted as a whole"""
     usual_arcs: float = 4.0
-    """arcs that this counts as much as"""
+    """arcs as which this usual value counts"""
 
 
 @dataclass(frozen=True)
@@ -245,15 +249,18 @@ class VerdictParameters:
     """When a pose is accepted, ambiguous or refused."""
 
     offset: float = -7.92
-    """log odds of a pose without any sign for it; with `weights` fitted by benchmarks/verdict.py"""
+    """log odds of a pose whose statistics are all zero; fitted, as `weights`, by benchmarks/verdict.py"""
     weights: tuple[float, ...] = (1.97, 1.52, 6.59)
     """log odds for each unit of: log of evidence over `chance_evidence`, share, agreement"""
     chance_evidence: float = 16.0
     """evidence that the best of the some millions of poses searched has by chance: their logarithm"""
     most_share: float = 1.0
-    """share of the expected evidence beyond which more says no more"""
+    """share of the expected evidence beyond which more evidence counts no more"""
     min_posterior: float = 0.9
     """probability from which a pose is accepted"""
+    least_share_anywhere: float = 0.5
+    """share of the expected evidence that a pose has to show which one camera found with no prior: weights and chance
+    are of poses near a prior"""
     temper: float = 0.05
     """by which differences of evidence between rivals are multiplied"""
     agreement_px: float = 1.0

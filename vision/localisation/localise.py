@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from relmodel.arrays import Bools, Bytes, Floats
-from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, perturbation
+from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, perturbation, perturbations
 from vision.clock import Clock
 from vision.extraction.primitives import Primitives
 from vision.localisation.alternatives import ArcShapes, describe_arc_shapes, find_displacements, shift_poses
@@ -84,34 +84,40 @@ def localise(
 ) -> Localisation:
     """The pose of the rig, from what was extracted from its pictures and their greys (rows, columns), by camera.
 
-    partnered: of each camera, which arcs (n,) have a partner in stereo, where there is stereo.  starts: poses that take
-    the place of a search of the prior's volume, perturbations of the prior, which may be open.
+    partnered: of each camera, which arcs (n,) have a partner in stereo, where there is stereo.  starts: poses that a
+    join gives, perturbations of the prior, with what each explains; where one explains enough, or the prior is open,
+    they take the place of a scan of the prior's volume.
     """
     clock = Clock()
     points = {name: collect_edge_points(pictures[name], camera, p.evidence) for name, camera in rig.cameras.items()}
     odds = {name: _partner_odds(pictures[name], has, p) for name, has in (partnered or {}).items()}
     indexes = {name: EdgeIndex(own, odds.get(name, 0.0)) for name, own in points.items()}
-    if starts is None:
-        near = select_under_prior(scene, rig, prior, p)
-    else:
-        starts = _keep_worthy(starts, p)
+    starts = _keep_worthy(starts or Candidates(np.zeros((0, 6)), np.zeros(0)), prior, p)
+    is_scanned = not len(starts.score) and not prior.is_open
+    if prior.is_open:
         near = select_samples(scene, rig, perturb(prior.world_from_rig, starts.delta), p.search.select_px, p)
+    else:
+        near = select_under_prior(scene, rig, prior, p)
     clock.lap("select")
     fine = build_fine_evidence(rig, points, p)
-    if starts is None:
+    if is_scanned:
         found = search_poses(near, rig, points, fine, prior, p)
+        found = replace(found, stages=[*starts.stages, *found.stages])
     else:
         found = climb_each(near, rig, fine, prior, starts, p)
     clock.lap("search")
-    if not len(found.score):
-        nothing = "no arc of the model is in view near the prior"
-        if starts is not None:
-            nothing = "no circles of the model lie to each other as those that the pictures put in space: give a prior"
+    if prior.is_open:
+        # No prior holds a pose that the edges speak against: it would drift off to where nothing is seen.
+        found = found.take(found.score > 0)
+    solver = _Solver(scene, near, rig, indexes, fine, lay_grey_grids(rig, greys, p.outlines), prior, p)
+    hypotheses, stages = solver.hypotheses(found) if len(found.score) else ([], [])
+    if prior.is_open:
+        hypotheses = [h for h in hypotheses if _is_determined(h, prior, p)]
+    clock.lap("refine")
+    if not hypotheses:
+        nothing = _say_why_nothing(rig, prior, len(starts.score) > 0)
         unknown = Verdict("refused", nothing, 0.0, [nothing], prior.sigma_translation_mm, prior.sigma_rotation, "all")
         return Localisation(unknown, None, [], [], [], indexes, {}, clock.laps)
-    solver = _Solver(scene, near, rig, indexes, fine, lay_grey_grids(rig, greys, p.outlines), prior, p)
-    hypotheses, stages = solver.hypotheses(found)
-    clock.lap("refine")
     # Where the pictures leave several, the one nearest the prior is given first.
     standing = find_standing(Gathered.of(hypotheses), p.verdict)
     rest = np.setdiff1d(np.arange(len(hypotheses)), standing)
@@ -128,9 +134,28 @@ def localise(
     return Localisation(verdict, best, hypotheses, rivals, single, indexes, views, clock.laps, stages)
 
 
-def _keep_worthy(starts: Candidates, p: LocalisationParameters) -> Candidates:
-    """Starts that explain enough beside the best; their stage says what became of each."""
+def _say_why_nothing(rig: Rig, prior: Prior, is_joined: bool) -> str:
+    """Why there is no pose, where a join gave starts or none."""
+    if not prior.is_open:
+        return "no arc of the model is in view near the prior"
+    pictures, cure = ("pictures", "a prior") if len(rig.cameras) > 1 else ("picture", "a prior or a second picture")
+    if is_joined:
+        return f"the edges of the {pictures} speak against each pose that the circles give: give {cure}"
+    return f"too few circles of the {pictures} lie to each other as those of the model: give {cure}"
+
+
+def _is_determined(h: Refined, prior: Prior, p: LocalisationParameters) -> bool:
+    """Whether the pictures say more of a pose than a prior does."""
+    left = np.linalg.eigvals(h.covariance @ prior.information).real
+    return bool((left > 0).all() and left.max() < p.refinement.max_prior_share)
+
+
+def _keep_worthy(starts: Candidates, prior: Prior, p: LocalisationParameters) -> Candidates:
+    """Starts that explain enough beside the best, and under a prior enough for its volume not to be scanned; their
+    stage says what became of each."""
     worthy = starts.score >= p.search.least_share * starts.score.max(initial=0.0)
+    if not prior.is_open:
+        worthy &= starts.score >= starts.enough
     rule = np.where(worthy, "goes_on", "little_evidence").tolist()
     return replace(starts, stages=[replace(stage, rule=rule) for stage in starts.stages]).take(worthy)
 
@@ -195,7 +220,7 @@ class _Solver:
             shifted = self._shifted(done[0], shapes)
             followed_up = self._follow(shifted, done)
             score = np.array([f.score for f in followed_up])
-            delta = np.array([perturbation(self.prior.world_from_rig, pose) for pose in shifted]).reshape(-1, 6)
+            delta = perturbations(self.prior.world_from_rig, np.reshape(shifted, (-1, 4, 4)))
             stages.append(describe_stage(f"shift {len(asked)}", delta, score, [f.rule for f in followed_up], score))
         return done, stages
 

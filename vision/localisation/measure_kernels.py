@@ -26,17 +26,17 @@ def nearest_edges(
 ) -> None:
     """For each predicted pixel the edge element on its normal that counts most, as `offset` (px) and `found` (index).
 
-    `limits`: reach, scale, least cosine, beside.  Candidates lie within the reach (px) along the normal and within
-    `beside` px of it, with a tangent within the cosine of the predicted direction; the one with the highest
+    `limits`: reach, scale, least cosine, max_along.  Candidates lie within the reach (px) along the normal and within
+    `max_along` px of it, with a tangent within the cosine of the predicted direction; the one with the highest
     log(strength) - (offset / scale)^2 / 2 wins; found = -1 for none.
     The normal is the direction turned a quarter: (-dy, dx).  Elements are bucketed by whole pixels (start, order):
     `size` (2,) columns and rows of them, from the pixel `low` (2,) on.
     """
     columns, rows = size[0], size[1]
-    reach, scale, min_cosine, beside = limits[0], limits[1], limits[2], limits[3]
-    box = int(np.ceil(reach + beside))
+    reach, scale, min_cosine, max_along = limits[0], limits[1], limits[2], limits[3]
+    box = int(np.ceil(reach + max_along))
     # Whole pixels far from the normal's line contain nothing of use: elements are up to 0.71 px off them.
-    wide = beside + 0.85
+    wide = max_along + 0.85
     for i in range(len(pixel)):
         found[i], offset[i] = -1, 0.0
         nx, ny = -direction[i, 1], direction[i, 0]
@@ -56,7 +56,7 @@ def nearest_edges(
                 for k in range(start[r * columns + c], start[r * columns + c + 1]):
                     e = order[k]
                     ex, ey = position[e, 0] - pixel[i, 0], position[e, 1] - pixel[i, 1]
-                    if abs(ex * direction[i, 0] + ey * direction[i, 1]) > beside:
+                    if abs(ex * direction[i, 0] + ey * direction[i, 1]) > max_along:
                         continue
                     along = ex * nx + ey * ny
                     if abs(along) > reach or abs(normal[e, 0] * nx + normal[e, 1] * ny) < min_cosine:

@@ -38,7 +38,7 @@ class EdgeIndex:
         """Offsets (n,) px along the normals (-dy, dx) to the elements found (n,), -1 where there is none."""
         from vision.localisation import measure_kernels
 
-        limits = np.array([reach, scale, p.min_cosine, p.max_beside_px])
+        limits = np.array([reach, scale, p.min_cosine, p.max_along_px])
         offset, found = np.empty(len(pixel)), np.empty(len(pixel), np.int64)
         measure_kernels.nearest_edges(
             pixel, direction, limits, self.edges.position, self.edges.normal, self.strength,
@@ -96,15 +96,15 @@ def measure(
     votes: Bools,
     p: LocalisationParameters = DEFAULTS,
 ) -> Measurements:
-    """What the edges say of a prediction whose pose is perturbed by `delta` (6,), given the cameras' `own`
-    unknowns (c, 10), and which samples vote (n,)."""
-    seen = _look_beside(prediction, indexes, delta, reach, scale, p.refinement)
+    """Edge measurements of a prediction whose pose is perturbed by `delta` (6,), given the cameras' `own` unknowns (c,
+    10), and which samples vote (n,)."""
+    seen = _find_sightings(prediction, indexes, delta, reach, scale, p.refinement)
     m = compare_with_edges(prediction, seen, delta, unknowns, own, scale, votes)
-    # What puts an arc elsewhere moves all its samples: an arc of n knows no more than its tolerance allows.
+    # A displaced arc displaces all its samples: n of them determine no more than the arc's tolerance allows.
     return replace(m, sigma=np.sqrt(m.sigma**2 + prediction.tolerance_px**2 * _sum_by_arc(prediction, m.weight)))
 
 
-def _look_beside(
+def _find_sightings(
     prediction: Prediction, indexes: list[EdgeIndex], delta: Floats, reach: float, scale: float, p: RefinementParameters
 ) -> Sightings:
     pixel, jacobian = project_with_jacobians(prediction, delta)
@@ -136,7 +136,7 @@ def compare_with_edges(
     scale: float,
     votes: Bools,
 ) -> Measurements:
-    """What edge elements seen beside a prediction say of it, the sigma of each as it was seen; the rest as in
+    """Measurements from edge elements seen beside a prediction, each with the sigma it was seen with; the rest as in
     `measure`."""
     normal = np.stack([-seen.direction[:, 1], seen.direction[:, 0]], axis=1)
     by_camera = np.zeros((len(normal), *own.shape))

@@ -85,17 +85,17 @@ def _measure(scene: Scene, grid: GreyGrid, world_from_camera: Floats, p: Outline
     directions = grid.directions[grid.seen] @ world_from_camera[:3, :3].T
     model[grid.seen] = scene.rays.meet(world_from_camera[:3, 3], directions)
     away = _distance_from_outline(model, p.step_px)
-    beside = grid.seen & (np.abs(away) > p.near_px) & (np.abs(away) <= p.far_px)
-    if not beside.any():
+    near = grid.seen & (np.abs(away) > p.near_px) & (np.abs(away) <= p.far_px)
+    if not near.any():
         return 0.0, 0.0
     inside, counted = _log_likelihood(grid.grey, grid.seen & (away > p.far_px), p)
     outside, also = _log_likelihood(grid.grey, grid.seen & (away < -p.far_px), p)
-    beside &= (counted >= p.min_cells) & (also >= p.min_cells)
-    if not beside.any():
+    near &= (counted >= p.min_cells) & (also >= p.min_cells)
+    if not near.any():
         return 0.0, 0.0
     odds = np.clip(inside - outside, -p.most, p.most) * np.sign(away)
-    length = float(beside.sum()) * p.step_px**2 / (2 * (p.far_px - p.near_px))
-    return length, float(odds[beside].mean(dtype=float))
+    length = float(near.sum()) * p.step_px**2 / (2 * (p.far_px - p.near_px))
+    return length, float(odds[near].mean(dtype=float))
 
 
 def _distance_from_outline(model: Bools, step: int) -> Floats32:

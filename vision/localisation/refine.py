@@ -69,6 +69,10 @@ class Refined:
         return np.asarray(np.median(seen, axis=0) if len(seen) else np.zeros(3))
 
     @property
+    def sees_nothing(self) -> bool:
+        return not len(self.prediction.point)
+
+    @property
     def evidence(self) -> float:
         return self.support.evidence
 
@@ -92,28 +96,32 @@ def refine(
     fields: the evidence of the pictures of the rig's cameras, in its order.  Components of the model that stand
     elsewhere in the world pull the pose however robust the loss.  So a component that contradicts the others is
     excluded, where the others determine the pose better than it does, and the whole gathers more evidence with that
-    component looked for beside its place.  Where two that tell about as much contradict each other, either may be the
-    one that is off.  The covariance holds all explanations that determine the pose; that nothing is off the less, the
-    further the pose moves when the one is left out.  Of start and end the pose with more evidence is kept."""
+    component looked for beside its place.  Where two that determine the pose about equally contradict each other,
+    either may be off.  The covariance joins all explanations that determine the pose; the further the pose moves when a
+    component is left out, the less likely it is that nothing is off.  The start stays where it has clearly
+    more evidence."""
     fit = Fit(scene, rig, [indexes[n] for n in rig.cameras], fields, prior, describe_unknowns(rig, p.refinement), p)
     none = np.zeros(scene.component_count, bool)
     refined = fit.solve(world_from_rig, none)
-    beside: list[tuple[Refined, float]] = []
+    rejected: list[tuple[Refined, float]] = []
     while others := [h for c in fit.find_outliers(refined) if (h := fit.leave_out(refined, c)) is not None]:
         usable = [h for h in others if fit.is_determined(h) or not fit.is_determined(refined)]
-        far = [_distance(refined, h) > p.refinement.max_pull_sigma for h in usable]
+        far = [_distance(refined, h) > p.refinement.max_shift_sigma for h in usable]
         best = next((h for h, f in zip(usable, far, strict=True) if f and h.cost <= refined.cost), refined)
-        beside += [(h, 0.0) for h in usable if h is not best]
+        rejected += [(h, 0.0) for h in usable if h is not best]
         if best is refined:
             break
-        beside.append((refined, -0.5 * max(_distance(refined, best) ** 2 - 6, 0.0)))
+        rejected.append((refined, -0.5 * max(_distance(refined, best) ** 2 - 6, 0.0)))
         refined = best
     start = fit.measure(world_from_rig, fit.unknowns.mean, none)
     near = fit.solve(world_from_rig, none, p.refinement.rounds[-p.refinement.near_rounds :])
-    refined = min([refined, near, start], key=lambda h: h.cost)
+    # A view of nothing costs nothing, and no prior holds the pose where there is none.
+    other = min([near, start], key=lambda h: (h.sees_nothing, h.cost))
+    if refined.sees_nothing or (not other.sees_nothing and other.cost < refined.cost - p.refinement.least_gain):
+        refined = other
     explanations = [
         Explanation(h.world_from_rig, h.covariance, odds - p.refinement.temper * max(h.cost - refined.cost, 0.0))
-        for h, odds in beside
+        for h, odds in rejected
     ]
     pose, own = take_last_step(
         refined.measurements, refined.world_from_rig, refined.own, prior, fit.unknowns, p.refinement
@@ -136,8 +144,8 @@ def take_last_step(
     unknowns: CameraUnknowns,
     p: RefinementParameters,
 ) -> tuple[Floats, Floats]:
-    """The pose (4, 4) and own unknowns (c, 10) that measurements say which were taken at a pose and unknowns: a step of
-    least squares, the pictures not looked at again.  A step beyond `max_last_step_sigma` is not taken: the pose then
+    """The pose (4, 4) and own unknowns (c, 10) after one step of least squares on measurements taken at a pose and
+    unknowns; the pictures are not measured again.  A step beyond `max_last_step_sigma` is not taken: the pose then
     stands for what it gathers, not for where its edges lie."""
     hessian, gradient = normal_equations(m, world_from_rig, own, prior, unknowns)
     step = np.asarray(np.linalg.solve(hessian, gradient), float)
@@ -247,24 +255,25 @@ class Fit:
         )
 
     def is_determined(self, refined: Refined) -> bool:
-        """Whether the pictures say more of the pose than the prior does, in every direction, were they right: how far
-        their edges scatter about the model says how exactly it is known, not whether it is."""
+        """Whether the pictures, taken as right, determine the pose better than the prior in every direction.  The
+        scatter of their edges about the model says how exactly the pose is known, not whether it is determined."""
         hessian, _ = self._normal_equations(refined.measurements, refined.world_from_rig, refined.own)
         left = np.linalg.eigvals(np.linalg.inv(hessian)[:6, :6] @ self.prior.information).real
         return float(left.max()) < self.p.refinement.max_prior_share
 
     def leave_out(self, refined: Refined, component: int) -> Refined | None:
-        """The pose without a component; None where that pulls it no further than its errors explain."""
+        """The pose without a component; None where that moves it no further than its errors explain."""
         excluded = refined.excluded.copy()
         excluded[component] = True
         without = self.solve(refined.world_from_rig, excluded)
         p = self.p.refinement
-        far = _distance(refined, without) > p.max_pull_sigma or _distance(without, refined) > p.max_joint_pull_sigma
+        far = _distance(refined, without) > p.max_shift_sigma or _distance(without, refined) > p.max_joint_shift_sigma
         return without if far else None
 
     def find_outliers(self, refined: Refined) -> list[int]:
-        """The component that, to first order, pulls the pose furthest of those that know less of it than the others
-        together; and that of those that know more, but for one that most of what was found belongs to."""
+        """The component whose removal, to first order, moves the pose furthest: one of those that determine it less
+        than the others together, and one of those that determine it more, unless most of what was found belongs to
+        it."""
         p, m = self.p, refined.measurements
         component, group = np.unique(self.scene.component_of_arc[refined.prediction.arc], return_inverse=True)
         if len(component) < 2:
@@ -276,8 +285,8 @@ class Fit:
         lesser = np.linalg.slogdet(hessians + priors)[1] < np.linalg.slogdet(hessian - hessians)[1]
         found = np.bincount(group, refined.prediction.weight * (m.weight > 0))
         greater = ~lesser & (found < p.refinement.max_left_out * found.sum())
-        pulls = np.linalg.solve(hessian - hessians, gradients[..., None])[:, :6, 0]
-        sigmas = np.einsum("bi,ij,bj->b", pulls, np.linalg.inv(refined.covariance), pulls)
+        shifts = np.linalg.solve(hessian - hessians, gradients[..., None])[:, :6, 0]
+        sigmas = np.einsum("bi,ij,bj->b", shifts, np.linalg.inv(refined.covariance), shifts)
         worst = [int(np.argmax(sigmas * some)) for some in (lesser, greater) if some.any()]
         return [int(component[w]) for w in worst if sigmas[w] > p.refinement.suspect_sigma**2]
 

@@ -10,8 +10,8 @@ either shows, with probability pi, or leaves only what chance puts there:
 A right pose has arcs that show from end to end and others that do not show at all; a wrong one finds a little of
 everything.  How many arcs show in this light is not known, so pi is averaged over, camera by camera.
 
-A component of the model that is not where the model says is looked for beside: its image may be shifted, camera by
-camera, which costs the log of how many places that tries.
+A component that is not where the model says is looked for beside its place: its image may be shifted, camera by camera,
+which costs the log of how many places that tries.
 """
 
 from __future__ import annotations
@@ -83,14 +83,14 @@ def measure_support(
             if len(rows):
                 there = prediction.take(rows)
                 here = sum_over_arcs(there, w[rows] * (found + odds)[rows], len(fields), p.support)
-                beside = _look_beside(there, pixel[rows], direction[rows], fields, index, p)
-                by_camera[number] += max(float((beside - here).sum()) - p.support.displaced_cost, 0.0)
+                displaced = _score_displaced(there, pixel[rows], direction[rows], fields, index, p)
+                by_camera[number] += max(float((displaced - here).sum()) - p.support.displaced_cost, 0.0)
     return Support(
         by_camera, total(w * found), total(w * mean), np.sqrt(total(w * variance)), total(w) * p.search.correlation_px
     )
 
 
-def _look_beside(
+def _score_displaced(
     prediction: Prediction,
     pixel: Floats,
     direction: Floats,
@@ -104,7 +104,7 @@ def _look_beside(
     shifts = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     gathered = [prediction.weight @ look_up_evidence(prediction, fields, pixel + s, direction) for s in shifts]
     pixel = pixel + shifts[int(np.argmax(gathered))]
-    # What stands elsewhere is turned, nearer or farther too: a similarity of its image, about its middle.
+    # A displaced component is also turned, nearer or farther: a similarity of its image, about its middle.
     usual = np.array([p.support.displaced_px, p.support.displaced_px, p.support.turned, p.support.turned])
     for reach, scale in np.repeat(p.refinement.rounds, 2, axis=0).tolist():
         offset, found = index.measure(np.ascontiguousarray(pixel), direction, reach, scale, p.refinement)

@@ -4,20 +4,19 @@ Nothing here rests on residuals alone: a wrong pose of a box can fit as well as 
 evidence of the best pose against chance in a search of that many poses, the share of the model's edges that show, and
 how closely the edges found lie on them; its weights come from trials with known truth (benchmarks/verdict.py).  Rivals,
 those of repeated structure among them, take their share of it; the greys on both sides of the model's outline help to
-tell them apart.  Poses that single cameras give may not lie apart.  An accepted pose is also as sure as the user needs
-it.
+tell them apart.  Poses that single cameras give must agree.  An accepted pose is also as precise as the user needs it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import skew
-from vision.cameras.cameras import Needs, perturbation
+from vision.cameras.cameras import Needs, Prior, perturbation
 from vision.localisation.localisation_parameters import VerdictParameters
 from vision.localisation.refine import Refined
 
@@ -26,7 +25,7 @@ AXES = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class Verdict:
-    """What is to be thought of the best pose.
+    """The verdict on the best pose.
 
     verdict: accepted | ambiguous | refused; reason: why; posterior: probability that the best pose is the right one;
     missing: what was missing for acceptance, a sentence each.  sigma_mm, sigma_rad: standard deviations along the worst
@@ -141,7 +140,7 @@ def compute_disagreement(poses: Sequence[tuple[Floats, Floats]]) -> float:
 
 
 @dataclass(frozen=True)
-class Signs:
+class VerdictStatistics:
     """What speaks for and against a pose, as the posterior weighs it.
 
     evidence: log odds of the edges against chance; prior_sigma: distance from the prior, NaN where there is none;
@@ -158,14 +157,14 @@ class Signs:
     apart: float
 
     def columns(self, p: VerdictParameters) -> Floats:
-        """The signs (3,) that the posterior weighs: the evidence less what the prior takes off beyond what it takes off
-        the right pose in the mean; share; agreement."""
+        """The statistics (3,) that the posterior weighs: the logarithm of the evidence, less what the prior takes off
+        beyond what it takes off the right pose in the mean; share; agreement."""
         left = self.evidence - float(np.nan_to_num(0.5 * (self.prior_sigma**2 - 6)))
         against_chance = np.log(max(left, 1.0) / p.chance_evidence)
         return np.array([against_chance, min(self.share, p.most_share), self.agreement])
 
     def log_odds(self, p: VerdictParameters) -> float:
-        """Log odds of the pose by these signs."""
+        """Log odds of the pose by these statistics."""
         return float(p.offset + np.array(p.weights) @ self.columns(p))
 
 
@@ -175,30 +174,36 @@ def measure_agreement(best: Refined, p: VerdictParameters) -> float:
     return compute_agreement(best.prediction.weight, m.weight, m.offset, p)
 
 
-def read_signs(g: Gathered, row: int, agreement: float, alone: Sequence[tuple[Floats, Floats]]) -> Signs:
-    """The signs of one of the hypotheses; `alone`: the poses that single cameras give, each with its covariance."""
-    return Signs(
+def compute_statistics(
+    g: Gathered, row: int, agreement: float, by_camera: Sequence[tuple[Floats, Floats]]
+) -> VerdictStatistics:
+    """The statistics of one hypothesis; `by_camera`: the poses that single cameras give, each with its covariance."""
+    return VerdictStatistics(
         float(g.evidence[row]),
         float(g.prior_sigma[row]),
         float(g.share[row]),
         agreement,
         float(g.outline_px[row]),
         float(g.outline_contrast[row]),
-        compute_disagreement(alone),
+        compute_disagreement(by_camera),
     )
 
 
 def decide(
-    hypotheses: Sequence[Refined], standing: Ints, alone: Sequence[Refined], needs: Needs, p: VerdictParameters
+    hypotheses: Sequence[Refined],
+    standing: Ints,
+    by_camera: Sequence[Refined],
+    needs: Needs,
+    p: VerdictParameters,
 ) -> Verdict:
-    """What to think of the first of the hypotheses that stand; `alone` are the poses that single cameras give, where
+    """The verdict on the first of the hypotheses that stand; `by_camera`: the poses that single cameras give, where
     there are several."""
     best = hypotheses[standing[0]]
     return judge(
         Gathered.of(hypotheses),
         standing,
         measure_agreement(best, p),
-        [(h.world_from_rig, h.covariance) for h in alone],
+        [(h.world_from_rig, h.covariance) for h in by_camera],
         compute_precision(best.covariance, best.middle),
         int(best.excluded.sum()),
         needs,
@@ -210,7 +215,7 @@ def judge(
     g: Gathered,
     standing: Ints,
     agreement: float,
-    alone: Sequence[tuple[Floats, Floats]],
+    by_camera: Sequence[tuple[Floats, Floats]],
     precision: tuple[float, float, str],
     excluded: int,
     needs: Needs,
@@ -218,9 +223,9 @@ def judge(
 ) -> Verdict:
     """The rule of `decide` on numbers: the agreement of the best, the poses that single cameras give, the precision of
     the best, and how many components it leaves out."""
-    signs = read_signs(g, int(standing[0]), agreement, alone)
-    costs, believed, from_prior = g.cost[standing], g.believed[standing], signs.prior_sigma
-    odds = signs.log_odds(p)
+    stats = compute_statistics(g, int(standing[0]), agreement, by_camera)
+    costs, believed, from_prior = g.cost[standing], g.believed[standing], stats.prior_sigma
+    odds = stats.log_odds(p)
     # Rivals share what the best has in proportion to prior and evidence, which is tempered: neighbouring edges err
     # together.
     costs = p.temper * (costs - believed) + believed
@@ -231,15 +236,20 @@ def judge(
     missing = []
     if likely < p.min_posterior:
         missing.append(
-            f"the pictures do not show the model there surely enough: evidence of {signs.evidence:.0f} against chance, "
-            f"{_share(signs.share)} of the edges expected, {signs.agreement:.0%} of those found lie on the model's, "
-            f"contrast of {round(signs.outline_contrast, 1) + 0.0:.1f} along {signs.outline_px:.0f} px of outline"
-            + (f", cameras solved apart {signs.apart:.1f} sigma from each other" if alone else "")
+            f"the pictures do not show the model there surely enough: evidence of {stats.evidence:.0f} against chance, "
+            f"{_share(stats.share)} of the edges expected, {stats.agreement:.0%} of those found lie on the model's, "
+            f"contrast of {round(stats.outline_contrast, 1) + 0.0:.1f} along {stats.outline_px:.0f} px of outline"
+            + (f", cameras solved apart {stats.apart:.1f} sigma from each other" if by_camera else "")
+        )
+    if np.isnan(from_prior) and not by_camera and stats.share < p.least_share_anywhere:
+        missing.append(
+            f"one picture without a prior shows {_share(stats.share)} of the edges expected, and "
+            f"{_share(p.least_share_anywhere)} are needed: give a prior or a second picture"
         )
     if from_prior > p.max_sigma:
         missing.append(f"the pose lies {from_prior:.1f} sigma from the prior, which contradicts it")
-    if signs.apart > p.max_apart_sigma:
-        missing.append(f"the cameras solved apart disagree by {signs.apart:.0f} sigma: check the rig's calibration")
+    if stats.apart > p.max_apart_sigma:
+        missing.append(f"the cameras solved apart disagree by {stats.apart:.0f} sigma: check the rig's calibration")
     if 2 * sigma_mm > needs.translation_mm or 2 * sigma_rad > needs.rotation:
         missing.append(
             f"the pose is known to {2 * sigma_mm:.2g} mm and {np.degrees(2 * sigma_rad):.2g} degrees (two sigma; "
@@ -251,7 +261,7 @@ def judge(
         verdict, reason = (
             "accepted",
             (
-                f"probability {_percent(posterior)}: {_share(signs.share)} of the expected edge evidence found, "
+                f"probability {_percent(posterior)}: {_share(stats.share)} of the expected edge evidence found, "
                 "no rival pose" + ("" if np.isnan(from_prior) else f", {from_prior:.1f} sigma from the prior")
             ),
         )
@@ -260,7 +270,7 @@ def judge(
     else:
         verdict = "ambiguous" if len(costs) > 1 and len(missing) == 1 else "refused"
         reason = "; ".join(missing)
-    weighed = {name: value for name, value in asdict(signs).items() if not np.isnan(value)} | {
+    weighed = {name: value for name, value in asdict(stats).items() if not np.isnan(value)} | {
         "log_odds": odds,
         "likely": likely,
         "sigma_mm": sigma_mm,
@@ -269,6 +279,19 @@ def judge(
         "excluded": float(excluded),
     }
     return Verdict(verdict, reason, posterior, missing, sigma_mm, sigma_rad, weakest, weighed)
+
+
+def weigh_against_prior(verdict: Verdict, prior: Prior, world_from_rig: Floats, *, believe_pictures: bool) -> Verdict:
+    """The verdict on a pose that was found without the prior, which contradicts it: refused, unless the pictures are to
+    be believed."""
+    mm = float(np.linalg.norm(world_from_rig[:3, 3] - prior.world_from_rig[:3, 3]))
+    sigma = prior.distance(world_from_rig)
+    apart = f"the pictures put the rig {mm:.0f} mm, {sigma:.1f} sigma, from the prior"
+    weighed = verdict.weighed | {"prior_mm": mm, "prior_sigma": sigma, "prior_left_out": float(believe_pictures)}
+    if believe_pictures:
+        return replace(verdict, reason=f"{verdict.reason}; {apart}", weighed=weighed)
+    missing = [*verdict.missing, apart]
+    return replace(verdict, verdict="refused", reason="; ".join(missing), missing=missing, weighed=weighed)
 
 
 def _share(value: float) -> str:

@@ -136,15 +136,15 @@ def find_silhouettes(scene: Scene, eye: Floats) -> Silhouettes:
     corners, normals = scene.vertices[scene.triangles[rows[mixed]]], normal.reshape(-1, 3, 3)[mixed]
     facing, positive = facing[mixed], positive[mixed]
     # The corner that stands alone on its side: both cut sides of the triangle start there.
-    alone = np.where(positive.sum(axis=1) == 1, positive.argmax(axis=1), (~positive).argmax(axis=1))
+    apex = np.where(positive.sum(axis=1) == 1, positive.argmax(axis=1), (~positive).argmax(axis=1))
     row = np.arange(len(mixed))
     ends, end_normals = [], []
     for k in (1, 2):
-        other = (alone + k) % 3
-        a, b = facing[row, alone], facing[row, other]
+        other = (apex + k) % 3
+        a, b = facing[row, apex], facing[row, other]
         s = (a / (a - b))[:, None]
-        ends.append(corners[row, alone] * (1 - s) + corners[row, other] * s)
-        end_normals.append(normals[row, alone] * (1 - s) + normals[row, other] * s)
+        ends.append(corners[row, apex] * (1 - s) + corners[row, other] * s)
+        end_normals.append(normals[row, apex] * (1 - s) + normals[row, other] * s)
     way = ends[1] - ends[0]
     length = np.linalg.norm(way, axis=1)
     surface = scene.triangle_surface[rows[mixed]]
@@ -176,8 +176,14 @@ def project_tangents(
 
 def are_in_picture(point: Floats, camera: Camera, world_from_camera: Floats, margin_px: float) -> Bools:
     """Which world points (n, 3) lie in front of a camera and within `margin_px` of its picture."""
-    uv, front = camera.project((point - world_from_camera[:3, 3]) @ world_from_camera[:3, :3])
     low, high = -0.5 - margin_px, (camera.width - 0.5 + margin_px, camera.height - 0.5 + margin_px)
+    rotation, eye = world_from_camera[:3, :3], world_from_camera[:3, 3]
+    if camera.is_pinhole:
+        # Nothing divided, and a row a coordinate: whole models are asked about, from many poses.
+        u, v, w = camera.matrix @ rotation.T @ point.T - (camera.matrix @ rotation.T @ eye)[:, None]
+        seen = (w > 1e-9) & (u >= low * w) & (u <= high[0] * w) & (v >= low * w) & (v <= high[1] * w)
+        return np.asarray(seen)
+    uv, front = camera.project((point - eye) @ rotation)
     inside = (uv[:, 0] >= low) & (uv[:, 0] <= high[0]) & (uv[:, 1] >= low) & (uv[:, 1] <= high[1])
     return np.asarray(front & inside)
 

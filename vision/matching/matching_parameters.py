@@ -14,7 +14,7 @@ class ViewParameters:
     """px between the points along an arc"""
     least_surface_px: float = 60.0
     """px: surfaces that show less are no units"""
-    beside_px: float = 4.0
+    side_px: float = 4.0
     """px from an arc at which the surface beside it is looked for"""
     relations: RelationParameters = field(
         default_factory=lambda: RelationParameters(
@@ -26,17 +26,17 @@ class ViewParameters:
 
 @dataclass(frozen=True)
 class PoseProblemParameters:
-    """What of a picture may be what of a predicted view, and at what price; prices are quarters of a natural
-    logarithm of odds, as the weights of relations."""
+    """Which primitives of a picture may be which parts of a predicted view, and at what price; prices are quarters of a
+    natural logarithm of odds, as the weights of relations."""
 
     reach_px: float = 10.0
     """px within which an arc of the picture and one of the view are compared"""
-    beside_px: float = 4.0
+    along_px: float = 4.0
     """px along the arc between an edge element and the point it belongs to"""
     gate_sigma: float = 3.0
     """standard deviations of pose, arc and `floor_px` that a pair may be off"""
     floor_px: float = 0.5
-    """px: what edges of real metal are off beyond their own sigma"""
+    """px: standard deviation of edges of real metal beyond their own sigma"""
     max_angle: float = radians(15.0)
     """rad: greatest mean angle between the two"""
     min_overlap: float = 0.3

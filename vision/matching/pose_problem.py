@@ -109,7 +109,7 @@ def match_view(
         workspace.append(connection, "view_point", {"run_id": 0, "view_no": number, **view.points})
         found = workspace.columns(
             connection, "matching/arc_pairs", extraction_id=number, run_id=0, view_no=number, reach=p.reach_px,
-            beside=p.beside_px,
+            max_along=p.along_px,
         )  # fmt: skip
     pairs = _judge_arcs(found, picture, p)
     surfaces = _judge_regions(picture, view, seen, p)

@@ -107,12 +107,12 @@ def _curves(points: Columns, arcs: int, p: ViewParameters) -> Curves:
     run, x, y, sigma = (np.asarray(points[name]) for name in ("view_arc_no", "x", "y", "sigma"))
     offsets = np.searchsorted(run, np.arange(arcs + 1))
     # A run of one sample is a point: half a px either way makes it a curve.
-    alone = np.flatnonzero(np.diff(offsets) == 1)
-    at = offsets[alone]
+    lone = np.flatnonzero(np.diff(offsets) == 1)
+    at = offsets[lone]
     half = 0.5 * np.stack([np.asarray(points["direction_x"]), np.asarray(points["direction_y"])], axis=1)[at]
     x, y, sigma, run = (np.insert(c, at, c[at]) for c in (x, y, sigma, run))
     offsets = np.searchsorted(run, np.arange(arcs + 1))
-    first = offsets[alone]
+    first = offsets[lone]
     x[first], y[first] = x[first] - half[:, 0], y[first] - half[:, 1]
     x[first + 1], y[first + 1] = x[first + 1] + half[:, 0], y[first + 1] + half[:, 1]
     step = np.hypot(np.diff(x), np.diff(y)) * (np.diff(run) == 0)
@@ -197,9 +197,9 @@ def _bounds(
     number[surface] = np.arange(len(surface))
     count = max(len(surface), 1)
     keys = []
-    for away in (p.beside_px, -p.beside_px):
-        beside = number[seen.surface_at(place + away * normal)]  # the last of `number` stands for none
-        keys.append((run * count + beside)[beside >= 0])
+    for away in (p.side_px, -p.side_px):
+        bordering = number[seen.surface_at(place + away * normal)]  # the last of `number` stands for none
+        keys.append((run * count + bordering)[bordering >= 0])
     key, times = np.unique(np.concatenate(keys), return_counts=True)
     arc, area = key // count, key % count
     bearing, spread = find_middles(curves, areas).bearing(

@@ -2,7 +2,7 @@
 
 A part, or an assembly of parts that stand together, is moved as one piece until the edges predicted of it lie on those
 of the pictures: least squares with a robust loss over all cameras, from its place and from places around it.  The pose
-is held: what shows much of the view is what the pose was found by, and is left out.
+stays fixed: a part that shows much of the view determined the pose, and is left out.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def measure_displacements(
     support: Support,
     p: DisplacedParameters,
 ) -> Displacements:
-    """Where the parts lie that show enough edges, and not so many that the pose is found by them."""
+    """Places of the parts that show enough edges, and not so many that they determine the pose."""
     scene = stored.scene
     piece_of = find_pieces(stored.paths)
     count = int(piece_of.max(initial=-1)) + 1
@@ -138,7 +138,7 @@ def _locate(views: list[PieceView], centre: Floats, axes: Floats, chance: float,
 
 
 def _locate_turned(turn: Turn, place: _Place, chance: float, p: DisplacedParameters) -> _Place:
-    """The place where a piece lies at a turn, as it was before where its edges are not found there."""
+    """The place of a piece at a turn; unchanged where its edges are not found there."""
     start = np.array([*turn.aside, 0.0, 0.0])
     x, covariance = fit(turn.views, turn.centre, place.axes, start, p.seated_mm, p)
     odds, found = _weigh(turn.views, turn.centre, place.axes, x, chance, p)

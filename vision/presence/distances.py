@@ -1,7 +1,7 @@
 """Distances between the axes of holes and pins that stand beside each other, as the pictures show them.
 
-Where a bore lies aside from its place is measured in the plane across its axis (`sizes`); of two bores the pose's error
-is the same, so that their distance is known better than where either lies.
+Where a bore lies aside from its place is measured in the plane across its axis (`sizes`); the pose's error is common to
+two bores, so that their distance is known better than the place of either.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from vision.scene.scene import Scene
 @dataclass(frozen=True)
 class Distances:
     """Distances between neighbours, as columns: item_a, item_b: features; nominal, value, sigma: mm; changed: whether
-    it is surely another than the model's."""
+    it surely differs from the model's."""
 
     item_a: Ints
     item_b: Ints

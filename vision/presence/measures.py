@@ -19,7 +19,7 @@ class Measures:
     """Measured sizes of items, as columns: item; what: diameter, thickness, width (between walls of a pocket), offset
     (how far outward a surface lies), shift (how far aside the middle of a bore lies), of parts that lie elsewhere
     displacement, dx, dy, dz (mm along the world's axes) and turn (degrees); nominal, value, sigma: in `unit_of(what)`;
-    changed: whether it is surely another.
+    changed: whether it surely differs.
     """
 
     item: Ints
@@ -44,17 +44,17 @@ def join(a: Measures, b: Measures) -> Measures:
     )
 
 
-def find_moved(items: Items, surfaces: Surfaces, told_px: Floats, least_share: float) -> Bools:
-    """Which rows of `items.member` are faces that have moved and say so of their feature or surface.
+def find_moved(items: Items, surfaces: Surfaces, distinct_px: Floats, least_share: float) -> Bools:
+    """Which rows of `items.member` are moved faces that count for their feature or surface.
 
-    told_px (n,): of items: a face with less than a share of that says nothing of the item, as one face of a body.
+    distinct_px (n,): of items; a face with less than a share of that does not count, such as one face of a body.
     """
-    much = surfaces.told_px[items.surface] >= least_share * told_px[items.member]
+    much = surfaces.distinct_px[items.surface] >= least_share * distinct_px[items.member]
     return np.asarray(surfaces.moved[items.surface] & much & (np.array(items.level)[items.member] != "part"))
 
 
 def measure_items(items: Items, radius: Floats, surfaces: Surfaces, moved: Bools, p: StateParameters) -> Measures:
-    """All sizes that the displacements of surfaces give, and which are surely others: a feature or surface has changed
+    """All sizes that the displacements of surfaces give, and which surely differ: a feature or surface has changed
     where one of its sizes has.
 
     moved: as `find_moved` gives.
@@ -69,7 +69,7 @@ def measure_items(items: Items, radius: Floats, surfaces: Surfaces, moved: Bools
     diameter, grows = 2 * radius[surface], np.where(surfaces.inward[surface], -2.0, 2.0)
     zero, always = np.zeros(len(surface)), np.ones(len(surface), bool)
     # Whether a single face lies elsewhere, as a wall of a pocket, is known from where it was sought, and a web's other
-    # side is hardly ever seen: widths and webs are told, and judged where a face of theirs has moved.
+    # side is hardly ever seen: widths and webs are reported, and judged where a face of theirs has moved.
     has_moved = np.zeros(len(items), bool)
     has_moved[items.member[moved]] = True
     thickness, thickness_sigma = _thicknesses(items, surfaces, measured)
@@ -93,7 +93,7 @@ def measure_items(items: Items, radius: Floats, surfaces: Surfaces, moved: Bools
     off = np.abs(value - nominal)
     least = np.where(what == "thickness", p.changed_wall_mm, p.changed_mm)
     changed = judged & ((what == "offset") | (off > p.changed_sigma * sigma) & (off > least))
-    # What no part can be is no measure of it.
+    # A size that no part can have is dropped.
     most = np.full(len(items), np.inf)
     np.minimum.at(most, opposed.item, opposed.most)
     kept = np.isin(what, ("offset", "shift")) | (value > 0) & (value <= most[item])

@@ -5,7 +5,7 @@ wider, a floor lies deeper.  So an edge lies where the displacements of its two 
 displacements are sought together: that surface whose displacement the pictures speak for most is moved first, for it
 explains edges of its neighbours too, which then need not move.  What speaks for a displacement are the shares of edges
 found there against those found in place, edge by edge (`runs.compute_log_odds`), so that one long shadow beside one
-edge says no more than that edge can.  Elements that belong to predicted edges of other surfaces say nothing.  No face
+edge counts no more than that edge can.  Elements that belong to predicted edges of other surfaces are ignored.  No face
 moves through the one opposite it: of a rib or a web some thickness is left, of a pocket some width.
 """
 
@@ -133,9 +133,9 @@ class _Search:
         first = np.flatnonzero((np.diff(surface, prepend=-1) != 0) | (np.diff(run, prepend=-1) != 0))
         self.group = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(surface))))
         self.surface, self.run = surface[first], run[first]
-        told_px = np.bincount(surface, weight, count)
-        self.rate = np.bincount(surface, weight * np.abs(self.rate_px), count) / np.maximum(told_px, 1e-9)
-        self.sought = np.flatnonzero(told_px >= p.least_told_px)
+        distinct_px = np.bincount(surface, weight, count)
+        self.rate = np.bincount(surface, weight * np.abs(self.rate_px), count) / np.maximum(distinct_px, 1e-9)
+        self.sought = np.flatnonzero(distinct_px >= p.least_distinct_px)
         # Surfaces that carry the same edge.
         order = np.argsort(moving.sample, kind="stable")
         both = [
@@ -197,5 +197,5 @@ class _Search:
         whole = np.bincount(group, edges.support.weight[sample], len(groups))
         unseen = seen < p.least_seen * whole[:, None]
         total = np.where(unseen, 0.0, np.logaddexp.reduce(odds))
-        # An edge that is out of sight at a displacement does not speak for it by not being found in place.
+        # An edge that is out of sight at a displacement is no evidence for it where it is not found in place.
         return np.where(unseen, np.minimum(total[:, cells // 2, None], 0.0), total)

@@ -116,7 +116,7 @@ def _find_holes(
 
 
 def _compare(picture: Primitives, region: Ints, opening: Ints, p: OpeningParameters) -> tuple[Floats, Floats, Floats]:
-    """Mean grey of regions (n,), that of the others, which lie elsewhere, the nearer the more, and the standard
+    """Mean grey of regions (n,), the mean of the others, which lie elsewhere, weighted by nearness, and the standard
     deviation of one region from it, nan where there are too few others."""
     regions = picture.regions
     grey, pixels = regions.mean[region].astype(float), regions.area[region]
@@ -127,7 +127,7 @@ def _compare(picture: Primitives, region: Ints, opening: Ints, p: OpeningParamet
     total = np.maximum(weight.sum(axis=1), 1e-9)
     behind = weight @ grey / total
     variance = (weight * (grey[None] - behind[:, None]) ** 2).sum(axis=1) / total
-    # The fewer others there are, the more what is usual counts.
+    # The fewer others there are, the more the usual spread counts.
     others = elsewhere.sum(axis=1)
     variance = (others * variance + p.usual_others * p.usual_grey**2) / (others + p.usual_others)
     sigma = np.hypot(np.sqrt(variance * (1 + 1 / np.maximum(others, 1))), p.floor_grey)

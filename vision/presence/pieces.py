@@ -16,7 +16,7 @@ from vision.presence.samples import Samples
 from vision.scene.scene import Scene
 
 NEAREST = 6  # elements looked at beside a sample: more lie within a few px only in dense texture
-BESIDE_PX = 1.0  # along the edge, between a sample and the element on its normal
+ALONG_PX = 1.0  # along the edge, between a sample and the element on its normal
 ENOUGH = 150  # samples of a piece in a camera: more samples add no information
 MIN_COSINE = np.cos(np.radians(20))  # of the angle between their normals
 
@@ -131,12 +131,12 @@ def look(view: PieceView, centre: Floats, axes: Floats, x: Floats, reach_px: flo
     push = push @ camera.pose[:3, :3].T
     slope = np.concatenate([push @ axes.T, np.einsum("ni,ni->n", push, np.cross(axes[2], arm))[:, None]], axis=1)
 
-    distance, near = camera.tree.query(pixel, k=NEAREST, distance_upper_bound=reach_px + BESIDE_PX)
+    distance, near = camera.tree.query(pixel, k=NEAREST, distance_upper_bound=reach_px + ALONG_PX)
     near = np.where(np.isfinite(distance), near, 0)
     apart = camera.position[near] - pixel[:, None]
     along = np.einsum("nki,ni->nk", apart, across)
     fits = np.isfinite(distance) & view.free[near] & (np.abs(along) <= reach_px)
-    fits &= np.abs(np.einsum("nki,ni->nk", apart, view.direction)) <= BESIDE_PX
+    fits &= np.abs(np.einsum("nki,ni->nk", apart, view.direction)) <= ALONG_PX
     fits &= np.abs(np.einsum("nki,ni->nk", camera.normal[near], across)) >= MIN_COSINE
     along = np.where(fits, along, np.inf)
     nearest = along[np.arange(len(along)), np.argmin(np.abs(along), axis=1)]

@@ -12,10 +12,10 @@ class SampleParameters:
     """px along the normal: how far an edge may have moved to be found again"""
     min_cosine: float = cos(radians(18))
     """cosine of the greatest angle between an element's normal and the predicted one"""
-    max_beside_px: float = 0.75
+    max_along_px: float = 0.75
     """px along the edge: an edge has one element a row or column, so that one lies within this of any normal"""
     small_part_px: float = 500.0
-    """px of edges up to which a part is one thing to the picture: its edges need not be told from each other"""
+    """px of edges up to which a part counts as one thing: its edges need not be distinguished"""
 
 
 @dataclass(frozen=True)
@@ -27,10 +27,10 @@ class SupportParameters:
     tie_px: float = 0.5
     """px by which another predicted edge must be nearer to take an element: edges that coincide share theirs"""
     crowded_px: float = 3.5
-    """px within which parallel edges are not told apart: the extraction's operator is as wide"""
+    """px within which parallel edges are not distinguished: the extraction's operator is as wide"""
     crowded_cosine: float = cos(radians(30))
     """cosine of the angle within which edges count as parallel there"""
-    beside_px: tuple[float, ...] = (-13.0, -10.0, -7.0, 7.0, 10.0, 13.0)
+    chance_px: tuple[float, ...] = (-13.0, -10.0, -7.0, 7.0, 10.0, 13.0)
     """px along the normal: where chance is counted, clear of the edge itself"""
 
 
@@ -67,7 +67,7 @@ class RunParameters:
     least_shows: float = 0.05
     """least probability that an edge shows"""
     most_shows: float = 0.98
-    """most: there is no edge that cannot lack contrast"""
+    """greatest probability that an edge shows: any edge may lack contrast"""
     alike: float = 0.35
     """by how much the unit normals of both sides may differ for edges to be alike, one standard deviation"""
     background: float = 1.5
@@ -100,7 +100,7 @@ class MovedParameters:
     tolerance_px: tuple[float, ...] = (0.4, 1.2)
     """px within which an edge is found at a displacement, of one that is drawn well and of one that is drawn roughly"""
     least_seen: float = 0.5
-    """share of an edge that must be in sight at a displacement, clear of what belongs to others, to tell anything"""
+    """share of an edge that must be in sight at a displacement, clear of what belongs to others, to count"""
     drawn: tuple[float, ...] = (0.75, 0.25)
     """shares of the edges that are drawn so"""
     distinct_mm: float = 1.0
@@ -114,12 +114,12 @@ class MovedParameters:
     least_left_mm: float = 1.0
     """mm between two opposite faces, of material or room: no displacement leaves less"""
     min_px_per_mm: float = 0.15
-    """px by which an edge must move in the picture for each mm to tell anything"""
+    """px by which an edge must move in the picture for each mm to count"""
     least_mm: float = 0.75
-    """mm: less is no change that edges tell from rounding and burr"""
+    """mm: edges cannot distinguish a smaller change from rounding and burr"""
     least_px: float = 0.8
-    """px: less is not clear of the edge's own place"""
-    least_told_px: float = 40.0
+    """px: a smaller displacement is not clear of the edge's own place"""
+    least_distinct_px: float = 40.0
     """px of edges that can be told from others, at least"""
     least_log_odds: float = 1.0
     """log odds of moved against in place, for all the displacements tried"""
@@ -274,7 +274,7 @@ class DistanceParameters:
     """Distances between the axes of holes and bosses."""
 
     neighbours: int = 3
-    """nearest ones of each that distances are told to"""
+    """nearest ones of each to which distances are measured"""
     min_cosine: float = cos(radians(0.5))
     """cosine of the angle up to which axes are parallel"""
     same_level_mm: float = 10.0
@@ -282,7 +282,7 @@ class DistanceParameters:
     least_mm: float = 1.0
     """mm: what is nearer has the same axis"""
     changed_sigma: float = 5.0
-    """standard deviations by which a distance must differ to be another"""
+    """standard deviations by which a distance must differ to count as changed"""
     changed_mm: float = 0.8
     """mm likewise"""
 
@@ -304,7 +304,7 @@ class StateParameters:
     contradicted_share: float = 0.35
     """share of its edges that may be found all the same, for that"""
     mostly: float = 0.5
-    """share of an item's edges that are found from which it is they that tell"""
+    """share of an item's edges found from which these decide, not regions"""
     region_share: float = 0.5
     """share of a surface's visible area that regions must cover to speak for it"""
     region_log_odds: float = 3.0
@@ -312,7 +312,7 @@ class StateParameters:
     least_moved_share: float = 0.05
     """share of an item's edges that a surface must have to speak for it"""
     changed_sigma: float = 4.0
-    """standard deviations by which a diameter or thickness must differ, or a bore lie aside, to be another"""
+    """standard deviations by which a diameter or thickness must differ, or a bore lie aside, to count as changed"""
     changed_mm: float = 0.8
     """mm likewise: less lies within what small bores and burrs err"""
     changed_wall_mm: float = 1.5

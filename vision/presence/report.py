@@ -139,14 +139,14 @@ def describe(presence: Presence) -> dict[str, Any]:
                 "expected_log_odds": round(float(total["expected"][row]), 3),
                 "visible_pixels": round(float(items.visible_px[row]), 1),
                 "edge_px": round(float(total["edge_px"][row]), 1),
-                "told_px": round(float(total["told_px"][row]), 1),
+                "distinct_px": round(float(total["distinct_px"][row]), 1),
                 "supported_px": round(float(total["supported_px"][row]), 1),
                 "region_px": round(float(total["region_px"][row]), 1),
                 "cameras": {
                     name: {
                         "log_odds": round(float(evidence.log_odds[row, c]), 3),
                         "supported_px": round(float(evidence.supported_px[row, c]), 1),
-                        "told_px": round(float(evidence.told_px[row, c]), 1),
+                        "distinct_px": round(float(evidence.distinct_px[row, c]), 1),
                         "region_px": round(float(evidence.region_px[row, c]), 1),
                     }
                     for c, name in enumerate(presence.cameras)

@@ -12,7 +12,7 @@ from relmodel.arrays import Bools, Floats, Ints
 from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.refine import Refined
-from vision.localisation.views import SMOOTH, ViewArcs, propagate_pose_sigma
+from vision.localisation.views import SMOOTH, ViewArcs
 from vision.presence.presence_parameters import SampleParameters
 from vision.scene.stored_scene import StoredScene
 
@@ -26,9 +26,9 @@ class Samples:
     stands and falls together with the edge, -1 for none: its surfaces, of a part that shows little the part; point (n,
     3): in the world; pixel, direction (n, 2): in the camera without distortion; normal (n, 2, 3): outward, of the two
     surfaces in the world; px_per_mm (n, 2): how far along the image normal (-dy, dx) the edge moves where that surface
-    moves outward and the other stays, zero where the two are nearly tangent; length_px; pose_sigma: px along the image
-    normal; front: how many of the two surfaces face the camera; inside: whether it lies where edges can be found, off
-    the picture's border.
+    moves outward and the other stays, zero where the two are nearly tangent; length_px; front: how
+    many of the two surfaces face the camera; inside: whether it lies where edges can be found, off the picture's
+    border.
     """
 
     camera: Ints
@@ -44,7 +44,6 @@ class Samples:
     normal: Floats
     px_per_mm: Floats
     length_px: Floats
-    pose_sigma: Floats
     front: Ints
     inside: Bools
 
@@ -68,9 +67,7 @@ def collect_samples(
     pieces: list[Samples] = []
     runs = 0
     for number, name in enumerate(rig.cameras):
-        view = views[name]
-        sigma = propagate_pose_sigma(pose, number, view.samples)
-        piece = _of_view(stored, rig, number, indexes[number], pose.world_from_rig, view, sigma)
+        piece = _of_view(stored, rig, number, indexes[number], pose.world_from_rig, views[name])
         kept, run = np.unique(piece.run, return_inverse=True)
         pieces.append(replace(piece, run=runs + run.ravel()))
         runs += len(kept)
@@ -101,7 +98,6 @@ def _of_view(
     index: EdgeIndex,
     world_from_rig: Floats,
     view: ViewArcs,
-    sigma: Floats,
 ) -> Samples:
     name = list(rig.cameras)[number]
     pose = world_from_rig @ rig.rig_from_camera[name]
@@ -134,7 +130,6 @@ def _of_view(
         normal=normal,
         px_per_mm=np.einsum("nki,ni->nk", flow, image_normal),
         length_px=seen.length_px,
-        pose_sigma=sigma,
         front=(np.einsum("nki,ni->nk", normal, pose[:3, 3] - seen.point) > 0).sum(axis=1),
         inside=np.asarray(((seen.pixel > index.edges.low + 1) & (seen.pixel < index.edges.high - 1)).all(axis=1)),
     )
@@ -156,7 +151,7 @@ class Nearby:
     sample's begin.
 
     sample; element: index in its picture's, plus those of the cameras before; offset: px along the image normal, the
-    camera's response shift taken off; contrast: grey; polarity: 1 where it is brighter along the image normal, else -1.
+    camera's response shift taken off; contrast: grey.
     """
 
     first: Ints
@@ -164,7 +159,6 @@ class Nearby:
     element: Ints
     offset: Floats
     contrast: Floats
-    polarity: Floats
 
 
 def find_nearby(samples: Samples, indexes: list[EdgeIndex], response_px: Floats, p: SampleParameters) -> Nearby:
@@ -172,7 +166,7 @@ def find_nearby(samples: Samples, indexes: list[EdgeIndex], response_px: Floats,
     toward its dark side."""
     from vision.presence import nearby_kernels
 
-    limits = np.array([p.reach_px, p.min_cosine, p.max_beside_px])
+    limits = np.array([p.reach_px, p.min_cosine, p.max_along_px])
     pieces, counts, elements = [], [], 0
     for number, index in enumerate(indexes):
         rows = np.flatnonzero(samples.camera == number)
@@ -197,7 +191,7 @@ def find_nearby(samples: Samples, indexes: list[EdgeIndex], response_px: Floats,
         contrast = np.abs(edges.contrast[element])
         # An edge is seen toward its dark side: the true one lies toward the bright.
         offset = offset + polarity * contrast / edges.grey_range * response_px[number]
-        pieces.append((sample, elements + element, offset, contrast, polarity))
+        pieces.append((sample, elements + element, offset, contrast))
         elements += len(edges.position)
     columns = [np.concatenate(column) for column in zip(*pieces, strict=True)]
     # Samples stand camera by camera, so that theirs do as well.

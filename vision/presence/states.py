@@ -38,7 +38,7 @@ REASONS = (
     "its edges are found, which may be chance",
 )
 (
-    FOUND, MISSING, BESIDE, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, REGION, STOPPED, NONE, BY_CHANCE
+    FOUND, MISSING, SHIFTED, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, REGION, STOPPED, NONE, BY_CHANCE
 ) = range(len(REASONS))  # fmt: skip
 
 
@@ -49,7 +49,7 @@ class Evidence:
     region_px: what regions of the picture cover of its surfaces, px."""
 
     edge_px: Floats
-    told_px: Floats
+    distinct_px: Floats
     supported_px: Floats
     log_odds: Floats
     expected: Floats
@@ -98,11 +98,11 @@ def decide(
     evidence = gather_evidence(items, runs, len(cameras))
     evidence, by_region = _add_regions(evidence, items, regions, p)
     displaced = tell_displacements(items, displacements, p)
-    moved = find_moved(items, surfaces, evidence.told_px.sum(axis=1), p.least_moved_share)
+    moved = find_moved(items, surfaces, evidence.distinct_px.sum(axis=1), p.least_moved_share)
     measures = join(measure_items(items, radius, surfaces, moved, p), displaced)
     most_moved = _most_moved(items, surfaces, moved)
     total, expected = evidence.log_odds.sum(axis=1), evidence.expected.sum(axis=1)
-    edge, distinct = evidence.edge_px.sum(axis=1), evidence.told_px.sum(axis=1)
+    edge, distinct = evidence.edge_px.sum(axis=1), evidence.distinct_px.sum(axis=1)
     share = evidence.supported_px.sum(axis=1) / np.maximum(distinct, 1e-9)
     changed, resized = np.zeros((2, len(items)), bool)
     changed[measures.item[measures.changed]] = True
@@ -120,7 +120,7 @@ def decide(
     gone = (total <= -p.contradicted_log_odds) & (expected >= p.contradicted_expected) & (share <= p.contradicted_share)
     settle(gone, CONTRADICTED, MISSING)
     settle(total >= p.least_log_odds, CONFIRMED, FOUND)
-    settle(changed, CHANGED, BESIDE)
+    settle(changed, CHANGED, SHIFTED)
     settle(resized, CHANGED, RESIZED)
     few = (distinct < p.least_px) & ~by_region
     settle(by_region & (state == CONFIRMED) & (share < p.mostly), CONFIRMED, REGION)
@@ -130,7 +130,7 @@ def decide(
     stopped = np.zeros(len(items), bool)
     stopped[openings.item[openings.stopped]] = True
     settle(stopped, CONTRADICTED, STOPPED)
-    # Of what is undecidable nothing is surely another.
+    # No size of an undecidable item counts as changed.
     measures = replace(measures, changed=measures.changed & (state[measures.item] != UNDECIDABLE))
     return Presence(
         items, runs, cameras, evidence, state, reason, *most_moved, measures, distances, openings, unexplained

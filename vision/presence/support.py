@@ -18,8 +18,8 @@ class Support:
     found: whether an edge element lies where the sample is; weight: px that it counts, zero on the picture's border and
     where a predicted edge of other surfaces lies so near that the picture cannot tell the two apart; chance: share of
     the places beside it, off all predicted edges, where an element lies as well; contrast: grey of the strongest that
-    was found, 0 for none. owner (of Beside): the sample nearest to the element, -1 where none lies within the
-    tolerance.
+    was found, 0 for none; owner: of each row of `Nearby` the sample nearest to its element, -1 where none lies within
+    the tolerance.
     """
 
     found: Bools
@@ -30,7 +30,8 @@ class Support:
 
 
 def measure_support(samples: Samples, nearby: Nearby, p: SupportParameters) -> Support:
-    """What the elements beside samples say; an element supports the predicted edges of one surface only, the nearest.
+    """The support by the elements beside samples; an element supports the predicted edges of one surface only, the
+    nearest.
 
     Edges that share a surface, as both rims of a bore in a thin web do, may share their elements, and so may the edges
     of a part that shows little, as the head of a bolt: they stand and fall together.
@@ -50,16 +51,16 @@ def measure_support(samples: Samples, nearby: Nearby, p: SupportParameters) -> S
     contrast = np.zeros(n)
     np.maximum.at(contrast, nearby.sample[own], nearby.contrast[own])
 
-    # Beside: windows as wide as the tolerance, of what no predicted edge accounts for.
+    # Chance: windows as wide as the tolerance, of what no predicted edge accounts for.
     free = nearest[nearby.element] > p.tolerance_px
     chance = np.zeros(n)
-    for place in p.beside_px:
+    for place in p.chance_px:
         seen = np.zeros(n, bool)
         seen[nearby.sample[free & (np.abs(nearby.offset - place) <= p.tolerance_px)]] = True
         chance += seen
     weight = np.where(_are_crowded(samples, p) | ~samples.inside, 0.0, samples.length_px)
     taken = np.where(nearest <= p.tolerance_px, owner, -1)[nearby.element]
-    return Support(found, weight, chance / len(p.beside_px), contrast, taken)
+    return Support(found, weight, chance / len(p.chance_px), contrast, taken)
 
 
 def share_surface(a: Ints, b: Ints) -> Bools:

@@ -26,7 +26,7 @@ class Surfaces:
     most zero where it has not; mm: how far outward the surface lies from where the model has it, nan where it was not
     measured; sigma (mm); shift (s, 3): how far it lies from there in the plane of its normals, mm in the world, of one
     that bends around; shift_sigma (mm), nan for others; inward: whether it bends around a hollow; middle (s, 3), normal
-    (s, 3): mean of its edges in the world, mm, and of its unit normals; told_px: of its edges that can be told from
+    (s, 3): mean of its edges in the world, mm, and of its unit normals; distinct_px: of its edges that can be told from
     others.  opposed: which lie opposite each other.
     """
 
@@ -39,7 +39,7 @@ class Surfaces:
     inward: Bools
     middle: Floats
     normal: Floats
-    told_px: Floats
+    distinct_px: Floats
     opposed: Opposed
 
 
@@ -57,8 +57,8 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     # What is found in place, or was sought and found beside it, or bends around and is found all around.
     found = offsets.weight_px >= p.sizes.least_found * weight[there]
     in_place = supported[there] >= p.sizes.least_found * weight[there]
-    beside_place = sought.mm[there] != 0
-    sure = (offsets.weight_px >= p.sizes.least_px) & (beside_place | in_place | (offsets.closed & found))
+    displaced = sought.mm[there] != 0
+    sure = (offsets.weight_px >= p.sizes.least_px) & (displaced | in_place | (offsets.closed & found))
     kept = there[sure]
     mm, sigma, shift_sigma = np.full((3, count), np.nan)
     shift = np.full((count, 3), np.nan)

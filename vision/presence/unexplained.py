@@ -56,7 +56,7 @@ def find_unexplained(
     p: UnexplainedParameters,
 ) -> Unexplained:
     """Closed curves, long straight edges, curved ones and regions that no predicted edge or blend accounts for, at a
-    pose.  Brush texture, shades and highlights are left out, as extraction tells them."""
+    pose.  Brush texture, shades and highlights are left out, as extraction marks them."""
     pieces = []
     for number, (name, camera) in enumerate(rig.cameras.items()):
         picture, index = pictures[name], indexes[number]

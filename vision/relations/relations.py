@@ -293,8 +293,8 @@ def _parallels(curves: Curves, pairs: _Gaps, p: RelationParameters) -> Relations
     direction, middle = chord / length[:, None], start + 0.5 * chord
     known = np.flatnonzero(pairs.b < len(curves))
     of_point = np.repeat(np.arange(len(curves)), np.diff(curves.offsets))
-    beside = np.column_stack([curves.x, curves.y]) - start[of_point]
-    bow = np.abs(direction[of_point, 0] * beside[:, 1] - direction[of_point, 1] * beside[:, 0])
+    from_start = np.column_stack([curves.x, curves.y]) - start[of_point]
+    bow = np.abs(direction[of_point, 0] * from_start[:, 1] - direction[of_point, 1] * from_start[:, 0])
     lines = (length >= p.min_line) & (curves.salience >= p.min_salience)
     lines[of_point[bow > p.max_bow * length[of_point]]] = False
     known = known[lines[pairs.a[known]] & lines[pairs.b[known]]]

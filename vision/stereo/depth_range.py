@@ -1,4 +1,4 @@
-"""How far off things should be at each place of a picture, from the model and an uncertain pose: the gate of stereo."""
+"""The depth to expect at each place of a picture, from the model and an uncertain pose: the search range of stereo."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def predict_depth_range(
     slack = p.sigmas * np.sqrt(np.einsum("ni,ij,nj->n", jacobian, covariance, jacobian))
     near, far = np.where(seen, depth - slack, np.inf), np.where(seen, depth + slack, -np.inf)
 
-    # How far a point may lie from its predicted pixel, and one cell more, since a cell is known at its middle alone.
+    # The distance of a point from its predicted pixel, and one cell more: the depth of a cell is that of its middle.
     shift = np.sqrt(np.linalg.eigvalsh(covariance[3:, 3:])[-1])
     shift += np.sqrt(np.linalg.eigvalsh(covariance[:3, :3])[-1]) / float(np.median(depth[seen]))
     reach = int(np.ceil(p.sigmas * shift * view.matrix[0, 0] / p.cell_px)) + 1

@@ -1,7 +1,7 @@
-"""Which disparities are looked at, and where: as a prior says, or as the pair itself shows.
+"""The range of disparities to search at each place, from a prior or from the pair itself.
 
-Without a prior every depth from the camera to infinity is open at first.  Pairs of arcs that rows agree on best then
-say how far off things are about them.
+Without a prior every depth from the camera to infinity is open at first.  The pairs of arcs that most rows agree on
+then bound it around them.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class DisparityRange:
 
 
 def range_of_depths(rectification: Rectification, left: Side, depths: DepthRange) -> DisparityRange:
-    """What a range of depths allows."""
+    """The disparities that a range of depths allows."""
     camera = rectification.left.camera
 
     def at(pixels: Floats) -> Floats:
@@ -64,9 +64,9 @@ def range_of_depths(rectification: Rectification, left: Side, depths: DepthRange
 def estimate_range(
     rectification: Rectification, left: Side, right: Side, p: RangeParameters, epipolar: EpipolarParameters
 ) -> DisparityRange:
-    """What the pair itself shows: about each place the disparities of the pairs of arcs nearest to it, widened.
+    """The range from the pair itself: at each place the disparities of the nearest trusted pairs of arcs, widened.
 
-    A repeated pattern can be laid over itself in several ways: of those that rows show first, that is taken which most
+    A repeated pattern matches itself at several shifts.  Of those that the rows show first, the one is taken that most
     pairs of arcs then agree on.
     """
     at = np.column_stack([left.crossings.x, left.crossings.row])

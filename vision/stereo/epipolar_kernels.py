@@ -18,7 +18,7 @@ def match_rows(
     contrast_sigma: float,
     skip: float,
     layers: int,
-    alone: Ints,
+    left_over: Ints,
     best: Floats,
     step: Ints,
     match: Ints,
@@ -29,8 +29,8 @@ def match_rows(
 
     `left`, `right` (n, 3): x, angle and contrast; those of a row lie between two of `left_start`, `right_start`
     (rows + 1), by ascending x.  `bounds` (n, 2): the disparities that each left crossing may have.  Matches of one
-    layer keep their order along the row; what a layer leaves alone is matched anew in the next, since what stands
-    before the rest may reverse the order.  Worked in `alone` (2, most of a row), `best` and `step`, both square and one
+    layer keep their order along the row; what a layer leaves is matched anew in the next, since what stands before
+    the rest may reverse the order.  Worked in `left_over` (2, most of a row), `best` and `step`, both square and one
     larger.
     """
     for row in range(len(left_start) - 1):
@@ -38,20 +38,20 @@ def match_rows(
             n, m = 0, 0
             for i in range(left_start[row], left_start[row + 1]):
                 if match[i] < 0:
-                    alone[0, n] = i
+                    left_over[0, n] = i
                     n += 1
             for j in range(right_start[row], right_start[row + 1]):
                 if partner[j] < 0:
-                    alone[1, m] = j
+                    left_over[1, m] = j
                     m += 1
             for b in range(m + 1):
                 best[0, b] = b * skip
             for a in range(1, n + 1):
-                i = alone[0, a - 1]
+                i = left_over[0, a - 1]
                 low, high = bounds[i, 0], bounds[i, 1]
                 best[a, 0] = a * skip
                 for b in range(1, m + 1):
-                    j = alone[1, b - 1]
+                    j = left_over[1, b - 1]
                     # 0: leave the right one, 1: leave the left one, 2: match
                     least, how = best[a, b - 1] + skip, 0
                     other = best[a - 1, b] + skip
@@ -71,8 +71,8 @@ def match_rows(
             while a > 0 and b > 0:
                 how = step[a, b]
                 if how == 2:
-                    match[alone[0, a - 1]] = alone[1, b - 1]
-                    partner[alone[1, b - 1]] = alone[0, a - 1]
+                    match[left_over[0, a - 1]] = left_over[1, b - 1]
+                    partner[left_over[1, b - 1]] = left_over[0, a - 1]
                 a -= how > 0
                 b -= how != 1
 

@@ -45,7 +45,7 @@ class StereoMatches:
     """What stereo found.  Units: the arcs of the left picture by number, then its regions; labels: those of the right.
 
     votes: of epipolar rows, of the method `pong` alone; solved: the problem with its proof; arcs, regions: how many
-    there are in the left and the right picture; extents: how many rows each arc crosses that both pictures show.
+    there are in the left and the right picture.
     """
 
     parameters: StereoParameters
@@ -54,7 +54,6 @@ class StereoMatches:
     solved: Solved
     arcs: tuple[int, int]
     regions: tuple[int, int]
-    extents: tuple[Ints, Ints]
     triangulated: Triangulated
 
     @property
@@ -78,9 +77,9 @@ class StereoMatches:
 
 
 def check_method(method: str) -> None:
-    """Raises UsageError for a method that is none."""
+    """Raises UsageError for an unknown method."""
     if method not in METHODS:
-        raise UsageError(f"no method of stereo is called {method!r}: there are {', '.join(METHODS)}")
+        raise UsageError(f"invalid method of stereo {method!r}: use one of {', '.join(METHODS)}")
 
 
 def pack_picture(picture: Primitives) -> StereoPicture:
@@ -99,7 +98,7 @@ def match_stereo(
     """Match the primitives of two pictures, taken together by the two `cameras` of the rig.
 
     depth_range: how far off the things seen may be, where something is known of it; else the pair itself says.  Raises
-    InputError where the cameras make no stereo pair, UsageError for a method that is none.
+    InputError where the cameras make no stereo pair, UsageError for an unknown method.
     """
     return match_pictures(rig, pack_picture(left), pack_picture(right), depth_range, parameters, cameras)
 
@@ -133,7 +132,6 @@ def match_pictures(
         solved=solved,
         arcs=(len(left.arcs), len(right.arcs)),
         regions=(len(left.regions), len(right.regions)),
-        extents=(sides[0].extent, sides[1].extent),
         triangulated=triangulate_pairs(rectification, left.arcs, right.arcs, (matched, label[matched]), parameters),
     )
 

@@ -24,10 +24,10 @@ class EpipolarParameters:
     skip: float = 2.0
     """price of a crossing left unmatched"""
     least_rows: int = 3
-    """rows that an arc must cross, and a pair share, to be told by them"""
+    """rows that an arc must cross, and a pair share, to be matched by rows"""
     layers: int = 2
-    """how often what could not keep the order along a row is matched again; the second lifts the recall on random
-    wireframes, where order means little, from .86 to .96"""
+    """rounds of matching what could not keep the order along a row; the second lifts the recall on random wireframes,
+    where order means little, from .86 to .96"""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class RangeParameters:
     """How a pair shows by itself which disparities are to be looked at."""
 
     nearest_baselines: float = 1.0
-    """baselines from the cameras, along their view, from which on things are looked for"""
+    """least depth that is searched, in baselines"""
     rounds: int = 2
     """how often the range is narrowed about each place"""
     least_votes: int = 8
@@ -115,15 +115,15 @@ class AssignmentParameters:
     scale: int = 8
     """integer cost of a nat"""
     most_candidates: int = 8
-    """cheapest labels of a unit that are kept, where they have a price"""
+    """most labels of a unit that are kept, the cheapest, where they have a price"""
     arc_null: float = 2.1
     """nats for an arc without partner: on those seven pairs precision is .971 at a recall of .865; .977 at .837 with
     1.8, .965 at .890 with 2.6"""
     region_null: float = 2.5
     """nats for a region without partner: .954 at .728; .956 at .689 with 2, .941 at .795 with 3"""
     relation_share: float = 0.1
-    """share of the weight of a relation (`vision.relations.tolerances`) that counts besides prices: the
-    relations of one unit tell much the same over and over"""
+    """share of the weight of a relation (`vision.relations.tolerances`) that counts besides prices: the relations of
+    one unit repeat much the same information"""
     null_share: float = 0.7
     """share of the weight of its relations that a unit without partner pays: so much a partner may leave unconfirmed"""
     bare_relation_share: float = 0.25

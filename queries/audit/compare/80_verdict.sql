@@ -1,6 +1,6 @@
 -- What the verdict of a run weighed, and what that was held against.
 -- Takes run; gives name and value.
-SELECT name, CAST(value AS TEXT) AS value FROM verdict_sign WHERE run_id = :run
+SELECT name, CAST(value AS TEXT) AS value FROM verdict_statistic WHERE run_id = :run
 UNION ALL
 SELECT concat('needed: ', name), CAST(value AS TEXT) FROM threshold WHERE run_id = :run AND decision = 'verdict'
 UNION ALL

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from relmodel.errors import InputError, RelmodelError
 
-_HELD = Path("/proc/self/statm")  # pages; the sixth number is what RLIMIT_DATA counts
+_STATM = Path("/proc/self/statm")  # pages; the sixth number is what RLIMIT_DATA counts
 
 
 @contextmanager
@@ -45,11 +45,11 @@ def drop_output() -> None:
 @contextmanager
 def bounded_memory(more: int) -> Iterator[None]:
     """Let the process take `more` bytes beside what it has while the block lasts, on Linux."""
-    if not _HELD.is_file():
+    if not _STATM.is_file():
         yield
         return
     soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    resident = int(_HELD.read_text().split()[5]) * resource.getpagesize()
+    resident = int(_STATM.read_text().split()[5]) * resource.getpagesize()
     limits = [resident + more, *(limit for limit in (soft, hard) if limit != resource.RLIM_INFINITY)]
     resource.setrlimit(resource.RLIMIT_DATA, (min(limits), hard))
     try:

@@ -13,7 +13,7 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.curves import BOX
-from relmodel.loading.parameters import DEFAULTS
+from relmodel.loading.load_parameters import DEFAULTS
 from relmodel.loading.snap.splines import snapped_splines
 from relmodel.model.content_keys import row_count_or_none
 from relmodel.model.model import Shape, Table

@@ -18,7 +18,7 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import matrices
-from relmodel.loading.parameters import DEFAULTS
+from relmodel.loading.load_parameters import DEFAULTS
 from relmodel.loading.snap.geometry import snapped_shapes
 from relmodel.loading.stored_keys import stored_ids
 from relmodel.model.content_keys import ModelKeys

@@ -9,7 +9,7 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.columns import Ragged, stack, take
 from relmodel.geometry.spline_curves import SplineCurves
-from relmodel.loading.parameters import DEFAULTS
+from relmodel.loading.load_parameters import DEFAULTS
 from relmodel.model.content_keys import row_count_or_none
 from relmodel.model.model import Table
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.readers.mesh.parameters import DEFAULTS
+from relmodel.readers.mesh.mesh_parameters import DEFAULTS
 
 _P = DEFAULTS.arcs
 

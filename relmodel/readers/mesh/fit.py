@@ -13,7 +13,7 @@ from itertools import chain
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from relmodel.readers.mesh.parameters import DEFAULTS
+from relmodel.readers.mesh.mesh_parameters import DEFAULTS
 
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus", "facets")
 PLANE, CYLINDER, CONE, SPHERE, TORUS, FREE = range(6)
@@ -40,9 +40,9 @@ def fit_surfaces(
     infinite where none was found.
 
     points (n, 3): group i has those from start[i] to start[i + 1]; every group has some.  normals (m, 3), of any
-    length, which is their weight, at feet (m, 3): as many as are known, by normal_start.  They only tell where to
-    begin: the distances of the points alone are made least (Levenberg-Marquardt).
-    directions (k, 3): unit vectors along which axes of tori may be.
+    length, which is their weight, at feet (m, 3): as many as are known, by normal_start.  They only give the start:
+    Levenberg-Marquardt minimises the distances of the points alone. directions (k, 3): unit vectors along which axes of
+    tori may be.
     """
     count = len(start) - 1
     if count == 0:

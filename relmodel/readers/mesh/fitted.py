@@ -9,7 +9,7 @@ from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.curves import box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.model.model import Table
-from relmodel.readers.mesh.parameters import DEFAULTS
+from relmodel.readers.mesh.mesh_parameters import DEFAULTS
 from relmodel.readers.mesh.segment import Regions
 from relmodel.readers.mesh.triangles import area_normals, mean_planes, rounding
 

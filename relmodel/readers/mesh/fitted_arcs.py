@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.readers.mesh.parameters import DEFAULTS
+from relmodel.readers.mesh.mesh_parameters import DEFAULTS
 
 _P = DEFAULTS.arcs
 

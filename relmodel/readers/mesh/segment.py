@@ -28,7 +28,7 @@ from relmodel.readers.mesh.fit import (
     fit_surfaces,
     normals_at,
 )  # fmt: skip
-from relmodel.readers.mesh.parameters import DEFAULTS
+from relmodel.readers.mesh.mesh_parameters import DEFAULTS
 from relmodel.readers.mesh.triangles import (
     Edges,
     Patches,
@@ -64,7 +64,7 @@ class _Surfaces:
     kind: Ints
     row: Floats
     lean: Floats
-    held: Ints
+    pairs: Ints
 
 
 def segment_mesh(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> Regions:
@@ -195,13 +195,13 @@ class _Segmentation:
 
     def _mark_whole(self, found: _Surfaces, a: Ints, b: Ints, whole: Bools) -> None:
         """Mark patches of candidates that run smoothly into nothing else: no other kind explains more of them."""
-        number, patch = np.divmod(found.held, self.count)
-        held = np.full(self.count, -1)
-        held[patch] = number
+        number, patch = np.divmod(found.pairs, self.count)
+        candidate = np.full(self.count, -1)
+        candidate[patch] = number
         leaves = np.zeros(len(found.kind), bool)
-        leaves[held[a[(held[a] >= 0) & (held[a] != held[b])]]] = True
-        ok = (held >= 0) & ~whole
-        ok[ok] = ~leaves[held[ok]]
+        leaves[candidate[a[(candidate[a] >= 0) & (candidate[a] != candidate[b])]]] = True
+        ok = (candidate >= 0) & ~whole
+        ok[ok] = ~leaves[candidate[ok]]
         whole |= ok
 
     def _joined(self, found: list[_Surfaces]) -> _Surfaces:
@@ -211,7 +211,7 @@ class _Segmentation:
             np.concatenate([np.empty((0, 8)), *(f.row for f in found)]),
             np.concatenate([np.empty(0), *(f.lean for f in found)]),
             np.concatenate(
-                [np.empty(0, np.int64), *(f.held + s * self.count for f, s in zip(found, shift, strict=False))]
+                [np.empty(0, np.int64), *(f.pairs + s * self.count for f, s in zip(found, shift, strict=False))]
             ),
         )
 
@@ -243,8 +243,8 @@ class _Segmentation:
             (away <= level) & (count >= PARAMETERS[kind] + _SPARE[kind]) & ~(np.bincount(number, steep, len(row)) > 0)
         )
         good &= np.maximum.reduceat(sag, groups.indptr[:-1]) > 3 * away
-        held = number * np.int64(self.count) + groups.indices
-        return self._grown(kind, row, held[good[number]], level)
+        pairs = number * np.int64(self.count) + groups.indices
+        return self._grown(kind, row, pairs[good[number]], level)
 
     def _lean(self, number: Ints, patch: Ints, count: int) -> Floats:
         out = np.zeros(count)
@@ -266,15 +266,15 @@ class _Segmentation:
         steep = self.known[patch] & (np.minimum.reduceat(cosine, taken.indptr[:-1]) < np.cos(lean[surface]))
         return np.maximum.reduceat(away, taken.indptr[:-1]), steep
 
-    def _grown(self, kind: int, row: Floats, held: Ints, level: float) -> _Surfaces:
+    def _grown(self, kind: int, row: Floats, pairs: Ints, level: float) -> _Surfaces:
         """Candidates grown over neighbours that lie on them, by twice as many rings each time before they are fitted
         again, until they hold as much as they can."""
         n, kinds = np.int64(self.count), np.full(len(row), kind)
         lean = np.zeros(len(row))
         for rings in _P.rings:
-            if not len(held):
+            if not len(pairs):
                 break
-            number, patch = np.divmod(held, n)
+            number, patch = np.divmod(pairs, n)
             lean = self._lean(number, patch, len(row))
             # A small candidate says only roughly where its surface goes on: it takes what may belong to it, is fitted
             # to that, and leaves what does not.
@@ -285,43 +285,43 @@ class _Segmentation:
                     number,
                     _P.share_of_sag * np.abs(distances(kinds[number], row[number], self.patches.middle[patch])),
                 )
-            before = tried = new = held
+            before = tried = new = pairs
             for _ in range(rings):
-                beside = (self._csr(*np.divmod(new, n), len(row)) @ self.near).tocoo()
-                new = np.setdiff1d(beside.row.astype(np.int64) * n + beside.col, tried, assume_unique=True)
+                around = (self._csr(*np.divmod(new, n), len(row)) @ self.near).tocoo()
+                new = np.setdiff1d(around.row.astype(np.int64) * n + around.col, tried, assume_unique=True)
                 new = new[~self.plane[new % n]]
                 off, steep = self._off(kinds, row, lean, new // n, new % n)
                 tried = np.union1d(tried, new)
                 new = new[(off <= near[new // n]) & ~steep]
                 if not len(new):
                     break
-                held = self._largest(np.union1d(held, new), len(row))
-                new = np.intersect1d(new, held, assume_unique=True)
+                pairs = self._largest(np.union1d(pairs, new), len(row))
+                new = np.intersect1d(new, pairs, assume_unique=True)
             for last in (False, True):
-                number, place = np.unique(held // n, return_inverse=True)
-                groups = self._csr(place, held % n, len(number))
+                number, place = np.unique(pairs // n, return_inverse=True)
+                groups = self._csr(place, pairs % n, len(number))
                 row[number], away, points = self.fit(kind, groups, row[number])
                 if not last:
-                    off = self._off(kinds, row, lean, held // n, held % n)[0]
-                    held = held[off <= np.maximum(2 * level, 0.5 * away[place])]
+                    off = self._off(kinds, row, lean, pairs // n, pairs % n)[0]
+                    pairs = pairs[off <= np.maximum(2 * level, 0.5 * away[place])]
             good = (
                 (away <= 2 * level) & (np.diff(groups.indptr) >= _P.least) & (points >= PARAMETERS[kind] + _SPARE[kind])
             )
-            held = held[good[place]]
-            if rings > 1 and np.array_equal(held, before):
+            pairs = pairs[good[place]]
+            if rings > 1 and np.array_equal(pairs, before):
                 break
-        kept, number = np.unique(held // n, return_inverse=True)
-        return _Surfaces(kinds[kept], row[kept], lean[kept], number.ravel() * n + held % n)
+        kept, number = np.unique(pairs // n, return_inverse=True)
+        return _Surfaces(kinds[kept], row[kept], lean[kept], number.ravel() * n + pairs % n)
 
-    def _largest(self, held: Ints, count: int) -> Ints:
+    def _largest(self, pairs: Ints, count: int) -> Ints:
         """Pairs of the candidates that hold more patches than larger ones of this kind hold of theirs."""
-        number, patch = np.divmod(held, np.int64(self.count))
+        number, patch = np.divmod(pairs, np.int64(self.count))
         rank = np.empty(count, np.int64)
         rank[np.argsort(np.bincount(number, minlength=count), kind="stable")] = np.arange(count)
         best = np.full(self.count, -1)
         np.maximum.at(best, patch, rank[number])
         own = np.bincount(number, best[patch] == rank[number], count)
-        return held[(2 * own >= np.bincount(number, minlength=count))[number]]
+        return pairs[(2 * own >= np.bincount(number, minlength=count))[number]]
 
     def _csr(self, row: Ints, column: Ints, count: int) -> Any:
         from scipy.sparse import csr_array
@@ -331,7 +331,7 @@ class _Segmentation:
     def take(self, new: _Surfaces, kind: Ints, row: Floats, owner: Ints) -> tuple[Ints, Floats, Ints]:
         """Owners of patches after the candidates that explain most have taken what is left, and all surfaces."""
         owner = owner.copy()
-        number, patch = np.divmod(new.held, self.count)
+        number, patch = np.divmod(new.pairs, self.count)
         start = np.searchsorted(number, np.arange(len(new.kind) + 1))
         area = self.patches.area
         worth = np.array([_BONUS[k] for k in new.kind.tolist()]) * np.bincount(number, area[patch], len(new.kind))
@@ -423,9 +423,9 @@ class _Segmentation:
 
     def _sag(self, owner: Ints, kind: Ints, row: Floats) -> Floats:
         """How far the middles of facets stand off their surface at most."""
-        out, held = np.zeros(len(kind)), np.flatnonzero(owner >= 0)
-        o = owner[held]
-        np.maximum.at(out, o, np.abs(distances(kind[o], row[o], self.patches.middle[held])))
+        out, owned = np.zeros(len(kind)), np.flatnonzero(owner >= 0)
+        o = owner[owned]
+        np.maximum.at(out, o, np.abs(distances(kind[o], row[o], self.patches.middle[owned])))
         return out
 
     def rest(self, owner: Ints, curved: int, tolerance: float) -> tuple[Ints, Bools]:
@@ -451,14 +451,14 @@ class _Segmentation:
         np.logical_and.at(flat, sheet, p.flat & (owner < 0))
         bend = open_ & (p.angle < _P.free_rad) & ~inside
         one, two = sheet[p.a[bend]], sheet[p.b[bend]]
-        alone = np.bincount(components(len(area), one, two))[components(len(area), one, two)] <= 2
+        isolated = np.bincount(components(len(area), one, two))[components(len(area), one, two)] <= 2
         neighbour = np.zeros(len(area))
         np.maximum.at(neighbour, one, width[two])
         # Two single triangles that hardly bend are a twisted quad, and its diagonal is no edge.
         single = np.bincount(sheet[p.of_triangle]) == 1
         twisted = np.zeros(len(area), bool)
         twisted[one[single[one] & single[two] & (p.angle[bend] < _P.twist_rad)]] = True
-        plane = flat & ((alone & ~twisted) | (width > _P.wide * neighbour))
+        plane = flat & ((isolated & ~twisted) | (width > _P.wide * neighbour))
         # A facet that is much wider than those about it, or a sliver, is of the free-form region that it runs into.
         into = np.bincount(one[~plane[two]], p.length[bend][~plane[two]], len(area))
         plane &= (np.bincount(sheet[p.of_triangle]) > 2) | (into < _P.into_free * perimeter)

@@ -1,6 +1,6 @@
 """Triangles to surfaces and arcs: regions become surfaces (`regions.py`, `fitted.py`), the edges between them arcs.
 
-Everything is said to be fitted: a mesh only tells of points on the surfaces that it came from.
+Every surface is marked as fitted: a mesh gives only points of the surfaces that it came from.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from relmodel.model.model import ArcSamples, Finding, Mesh, Shape, Table
 from relmodel.readers.mesh.chains import Chains, chain_edges, without_lines
 from relmodel.readers.mesh.fitted import surface_rows
 from relmodel.readers.mesh.fitted_arcs import FittedArcs, fit_arcs
-from relmodel.readers.mesh.parameters import DEFAULTS
+from relmodel.readers.mesh.mesh_parameters import DEFAULTS
 from relmodel.readers.mesh.segment import Regions, fit_faces, segment_mesh, smooth_regions
 from relmodel.readers.mesh.triangles import Edges, components, find_edges, mend_winding, rounding, weld
 from relmodel.readers.splines import polyline, spline_columns

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.readers.mesh.parameters import DEFAULTS
+from relmodel.readers.mesh.mesh_parameters import DEFAULTS
 
 
 @dataclass
@@ -53,9 +53,9 @@ def find_edges(vertices: Floats, triangles: Ints) -> tuple[Edges, bool]:
     ends, one, two = _pairs_of_sides(triangles)
     agree = ends[one, 0] == ends[two, 1]
     one, two = one[agree], two[agree]
-    alone = np.ones(len(ends), bool)
-    alone[one] = alone[two] = False
-    single = np.flatnonzero(alone)
+    unpaired = np.ones(len(ends), bool)
+    unpaired[one] = unpaired[two] = False
+    single = np.flatnonzero(unpaired)
     half = np.concatenate([one, single])
     triangle_a = half // 3
     triangle_b = np.concatenate([two // 3, np.full(len(single), -1)])
@@ -84,8 +84,8 @@ def _pairs_of_sides(triangles: Ints) -> tuple[Ints, Ints, Ints]:
 def mend_winding(vertices: Floats, triangles: Ints) -> tuple[Ints, int]:
     """Triangles, turned over where their neighbours disagree with them about inside and outside; how many were turned.
 
-    Of each body most of the area stays as it is, but one that is closed has its outside outside, unless it lies in the
-    box of another, where it may be a void.  What has one side only, as a Moebius strip, stays as it is.
+    Each body keeps the orientation of most of its area; a closed one is turned outward, unless it lies in the box of
+    another, where it may be a void.  A surface with one side only, such as a Moebius strip, stays as it is.
     """
     m = len(triangles)
     ends, one, two = _pairs_of_sides(triangles)

@@ -24,7 +24,7 @@ class Findings(list[Finding]):
             yield
         except MemoryError:  # a limit, not the item
             raise
-        except Exception as error:  # those of the kernel have no base class of their own
+        except Exception as error:  # the kernel's exceptions share no base class
             said = f"{what} could not be read ({type(error).__name__}: {error})"
             self.append(Finding(kind, said, surface_no=surface_no, arc_no=arc_no))
 

@@ -73,11 +73,11 @@ _ABBREVIATIONS = {
 
 
 class UnreadableError(Exception):
-    """The kernel will not have the file."""
+    """The CAD kernel rejects the file."""
 
 
 class UnknownUnitError(Exception):
-    """Nobody can tell how long the file's unit of length is; the message is its name."""
+    """The file's unit of length is unknown; the message is its name."""
 
 
 def read_document(content: bytes, instances: Instances) -> Model:
@@ -111,7 +111,7 @@ def read_document(content: bytes, instances: Instances) -> Model:
         loader_version=LOADER_VERSION,
     )
     faces = cache(lambda: FacesOfText(model.parts, instances, reader, walk.places))
-    beside: tuple[tuple[str, Callable[[Model], Model]], ...] = (
+    additions: tuple[tuple[str, Callable[[Model], Model]], ...] = (
         ("the identifiers of products", lambda m: _with_numbers(m, instances)),
         ("the names of faces", lambda m: with_face_names(m, instances, faces(), found)),
         ("dimensions, tolerances and datums", lambda m: with_pmi(m, instances, faces(), found)),
@@ -119,7 +119,7 @@ def read_document(content: bytes, instances: Instances) -> Model:
         ("finishes", lambda m: with_finish(m, instances, faces(), found)),
         ("drawn annotations", lambda m: with_annotations(m, instances, found)),
     )
-    for what, add in beside:  # what a file says beside its geometry never costs the geometry
+    for what, add in additions:  # an addition that cannot be read never costs the geometry
         with found.contained(what):
             model = add(model)
     return replace(model, findings=tuple(found))
@@ -153,7 +153,7 @@ class _Child:
     kind: Any
     index: int
     located: np.ndarray[Any, Any]
-    beside: tuple[_Child, ...] = ()  # supplemental parts that go wherever it goes
+    supplements: tuple[_Child, ...] = ()  # supplemental parts that go wherever it goes
 
 
 @dataclass
@@ -226,12 +226,12 @@ class _Walk:
             return None
         name = self.labels.name(label) or "assembly"
         if wrapper and all(one.kind == "part" for one in instances):
-            bodies, beside = self._main(instances)
+            bodies, others = self._main(instances)
             if len(bodies) == 1:
                 name = self.labels.name(label) or self.parts[bodies[0].child].name
-            renamed = {id(one): self._supplemental(one, f"{name} supplemental {i + 1}") for i, one in enumerate(beside)}
+            renamed = {id(one): self._supplemental(one, f"{name} supplemental {i + 1}") for i, one in enumerate(others)}
             if len(bodies) == 1:
-                return self._collapsed(label, name, bodies[0], beside)
+                return self._collapsed(label, name, bodies[0], others)
             instances = [renamed.get(id(one), one) for one in instances]
         self.assemblies.append(Assembly(name, tuple(instances), self.labels.attributes(label)))
         return _Child("assembly", len(self.assemblies) - 1, np.eye(4))
@@ -249,7 +249,7 @@ class _Walk:
             return 2 if body.kind == "wire" else int(body.volume is None)
         return int(not body.solid)
 
-    def _collapsed(self, label: Any, name: str, body: Instance, beside: list[Instance]) -> _Child:
+    def _collapsed(self, label: Any, name: str, body: Instance, supplements: list[Instance]) -> _Child:
         """The one body of a product that the kernel wrapped: it takes the product's name and attributes."""
         part = self.parts[body.child]
         own = {name for name, *_ in part.attributes}
@@ -261,7 +261,7 @@ class _Walk:
             colour=self.labels.colour(label) or body.colour or part.colour,
             attributes=(*part.attributes, *(one for one in self.labels.attributes(label) if one[0] not in own)),
         )
-        others = tuple(_Child("part", one.child, one.parent_from_child) for one in beside)
+        others = tuple(_Child("part", one.child, one.parent_from_child) for one in supplements)
         return _Child("part", body.child, body.parent_from_child, others)
 
     def _supplemental(self, instance: Instance, name: str) -> Instance:
@@ -274,7 +274,7 @@ class _Walk:
         """Instance of a child, named after it where `name` is empty, and of what goes with it."""
         named: Any = self.parts[child.index] if child.kind == "part" else self.assemblies[child.index]
         first = Instance(name or named.name, child.kind, child.index, placed @ child.located, colour)
-        return [first, *(one for other in child.beside for one in self._instances("", other, placed, None))]
+        return [first, *(one for other in child.supplements for one in self._instances("", other, placed, None))]
 
     def _part(self, label: Any, scale: float) -> _Child | None:
         shape = XCAFDoc_ShapeTool.GetShape_s(label)
@@ -287,16 +287,16 @@ class _Walk:
         name = self.labels.name(label) or f"part {len(self.parts) + 1}"
         body, sheet = step_supplemental.without_loose_faces(shape)
         child = self._body(label, body, scale, name, located)
-        beside = []
+        supplements = []
         if sheet is not None:
-            beside.append(self._faced(label, sheet, scale, f"{name} supplemental sheet", located))
+            supplements.append(self._faced(label, sheet, scale, f"{name} supplemental sheet", located))
             self.parts[-1] = replace(self.parts[-1], supplemental=True, material=None)  # that is the body's
         wire = None
         with self.findings.contained(f"the edges of {name} that bound no face", "unread_edges"):
             wire = self._wire(shape, scale, f"{name} supplemental", located)
         if wire is not None:
-            beside.append(wire)
-        return wire if child is None else replace(child, beside=tuple(beside))
+            supplements.append(wire)
+        return wire if child is None else replace(child, supplements=tuple(supplements))
 
     def _body(self, label: Any, shape: Any, scale: float, name: str, located: Any) -> _Child | None:
         """The part of a product; where it has several solids an assembly of them, as the kernel makes of others."""

@@ -20,7 +20,7 @@ from OCP.TopoDS import TopoDS
 
 from relmodel.arrays import Floats
 from relmodel.model.model import Mesh
-from relmodel.readers.step.parameters import DEFAULTS
+from relmodel.readers.step.step_parameters import DEFAULTS
 
 _P = DEFAULTS
 _SWEPT = ("extrusion", "revolution", "offset")

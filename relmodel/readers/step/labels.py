@@ -25,7 +25,7 @@ Made = TypeVar("Made")
 
 
 class Labels:
-    """Reads what labels bear; what cannot be read of one becomes a finding, and is as if it were not there.
+    """Reads the attributes of labels; one that cannot be read becomes a finding and counts as absent.
 
     units: what volumes and areas are to be multiplied by, as the text says of them (`validation_units`).
     """

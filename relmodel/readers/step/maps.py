@@ -12,7 +12,7 @@ from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopExp import TopExp, TopExp_Explorer
 from OCP.TopoDS import TopoDS, TopoDS_Compound
 
-from relmodel.readers.step.parameters import DEFAULTS
+from relmodel.readers.step.step_parameters import DEFAULTS
 
 _P = DEFAULTS
 
@@ -20,7 +20,7 @@ _P = DEFAULTS
 def face_map(shape: Any) -> Any:
     """Faces of a shape, each once wherever it is shared, in the kernel's order; ordinals from 1.
 
-    A face that lost its boundary to damage has no extent, and is none; one of triangles alone has none by nature.
+    A face that lost its boundary to damage has no extent and is left out; one of triangles alone has none by nature.
     """
     every, keys = ShapeMap(), ShapeMap()
     TopExp.MapShapes_s(shape, Type.TopAbs_FACE, every)
@@ -43,13 +43,14 @@ def without_lost_faces(shape: Any) -> Any:
 
 
 def _is_evaluated(face: Any) -> bool:
-    """Whether the kernel has the domain of a face and a point in it; a face of triangles alone has none to be had."""
+    """Whether the kernel evaluates a face in the middle of its domain; a face of triangles alone has none and
+    passes."""
     try:
         surface = BRep_Tool.Surface_s(face)
         if surface is not None:
             u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
             surface.Value((u0 + u1) / 2, (v0 + v1) / 2)
-    except Exception:  # those of the kernel have no base class of their own
+    except Exception:  # the kernel's exceptions share no base class
         return False
     return True
 

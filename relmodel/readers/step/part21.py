@@ -42,7 +42,7 @@ def schema_name(instances: Instances) -> str | None:
 def face_count(instances: Instances) -> int:
     """Faces that the text lists: exact ones; where it has none, those that it gives as triangles.
 
-    Those count too that stand in an instance so broken that it is none.
+    Faces in an instance too broken to parse count too.
     """
     return _listed(instances, EXACT_FACES) or _listed(instances, TRIANGULATED_FACES)
 

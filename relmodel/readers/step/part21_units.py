@@ -62,7 +62,7 @@ def measure(instances: Instances, number: int) -> Measure | None:
 
 
 def unit(instances: Instances, number: int) -> Unit | None:
-    """The unit that an instance is; None where it is not one that can be told."""
+    """The unit that an instance is; None where it is no known unit."""
     record = instances[number]
     if "SI_UNIT" in record:
         return _si(record["SI_UNIT"])

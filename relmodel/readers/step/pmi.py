@@ -139,7 +139,7 @@ class _Reader:
             named = parameters[1] if len(parameters) > 1 else None
         else:
             location = next(n for n in _LOCATIONS if n in record)
-            parameters = record[location] if len(record[location]) > 3 else _relationship(record)
+            parameters = record[location] if len(record[location]) > 3 else record.get("SHAPE_ASPECT_RELATIONSHIP", [])
             aspects = list(zip(parameters[2:4], ("origin", "target"), strict=False))
             named = parameters[0] if parameters else None
         angular = any(n.startswith("ANGULAR") for n in record)
@@ -271,10 +271,6 @@ def product_of(instances: Instances, thing: Any) -> int | None:
         parameters = record.get("SHAPE_ASPECT") or next(iter(record.values()), [])
         thing = next((p for p in parameters if _pointed(p)), None)
     return None
-
-
-def _relationship(record: dict[str, list[Any]]) -> list[Any]:
-    return record.get("SHAPE_ASPECT_RELATIONSHIP", [])
 
 
 def _pointed(value: Any) -> bool:

@@ -115,9 +115,9 @@ class FacesOfText:
                     self._related.setdefault(one, []).append(other)
 
     def places(self, face: int) -> list[tuple[int, int]]:
-        """Part and surface_no of a face by its number; none where the kernel did not bring it through."""
+        """Part and surface_no of a face by its number; empty where the kernel dropped the face."""
         before = self._reader.NbShapes()
-        # What was transferred already is handed out, not made again.
+        # Asked again, the kernel returns what it transferred before.
         ordinal = self._instances.ordinal(face) if self._same else None
         if ordinal is None or not self._reader.TransferOne(ordinal + 1):
             return []
@@ -147,7 +147,7 @@ class FacesOfText:
 
 
 def _face_names(instances: Instances) -> list[tuple[int, str]]:
-    """Names of faces; what most of them are called, such as NONE or the body's name, is none."""
+    """Names of faces; a name that most faces share, such as NONE or the body's name, is dropped."""
     faces = [(face, next(iter(instances[face].values()))) for face in instances.of(*FACES)]
     named = [
         (face, parameters[0].strip()) for face, parameters in faces if parameters and isinstance(parameters[0], str)
@@ -167,7 +167,8 @@ def _represented(instances: Instances, number: int) -> tuple[Reference | None, l
 
 def _property(instances: Instances, number: int, defined: dict[int, str]) -> tuple[int | None, list[Attribute]]:
     """A property and the product that it is of: of a material, as stated, with the unit of the file, and densities in
-    kg/m3 too; finish; what users defined (general properties, such as a revision).  None where it is another's."""
+    kg/m3 too; finish; what users defined (general properties, such as a revision).  None where it belongs to something
+    else."""
     stated, (name, _, thing), items, record = _represented(instances, number)
     attributes: list[Attribute] = []
     if str(name).lower() == _MATERIAL_PROPERTY:

@@ -15,7 +15,7 @@ from OCP.ShapeAnalysis import ShapeAnalysis_CanonicalRecognition
 from relmodel.geometry.curves import vectors
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.model.model import Table
-from relmodel.readers.step.parameters import DEFAULTS
+from relmodel.readers.step.step_parameters import DEFAULTS
 from relmodel.readers.step.tori import tori
 
 _P = DEFAULTS
@@ -67,7 +67,7 @@ def recognised_surface(face: Any) -> tuple[str | None, tuple[float, ...], tuple[
 def _recogniser(shape: Any) -> Any:
     try:
         return ShapeAnalysis_CanonicalRecognition(shape)
-    except Exception:  # those of the kernel have no base class of their own
+    except Exception:  # the kernel's exceptions share no base class
         return None
 
 

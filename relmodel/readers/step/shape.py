@@ -30,9 +30,9 @@ from relmodel.readers.step.boundary import Coedge, forward, is_reversed, loops_o
 from relmodel.readers.step.contained import Findings
 from relmodel.readers.step.geometry import CurveRows, SurfaceRows
 from relmodel.readers.step.maps import edge_map, edge_tolerances, face_map, vertex_of
-from relmodel.readers.step.parameters import DEFAULTS
 from relmodel.readers.step.pcurves import PcurveRows
 from relmodel.readers.step.recognition import recognise_tori
+from relmodel.readers.step.step_parameters import DEFAULTS
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 _P = DEFAULTS
@@ -145,13 +145,13 @@ def _no_basis() -> dict[str, Table]:
 
 
 def _add_edge(rows: CurveRows, edge: Any) -> bool:
-    """Append an edge; False where its curve cannot be had, and a vertex stands for it."""
+    """Append an edge; False where the kernel gives no curve: a vertex then stands for the edge."""
     t0, t1 = BRep_Tool.Range_s(edge)
     degenerate = BRep_Tool.Degenerated_s(edge)
     if not degenerate:
         try:
             rows.add(BRep_Tool.Curve_s(edge, 0.0, 0.0), t0, t1, shape=edge)
-        except Exception:  # those of the kernel have no base class of their own
+        except Exception:  # the kernel's exceptions share no base class
             pass
         else:
             return True

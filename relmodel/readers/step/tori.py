@@ -9,7 +9,7 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.components import unit
 from relmodel.geometry.surfaces import Surfaces
-from relmodel.readers.step.parameters import DEFAULTS
+from relmodel.readers.step.step_parameters import DEFAULTS
 
 _P = DEFAULTS
 

@@ -27,7 +27,7 @@ from relmodel.readers.step import geometry as step_geometry
 from relmodel.readers.step.boundary import is_reversed
 from relmodel.readers.step.face_measures import integrals
 from relmodel.readers.step.maps import compound
-from relmodel.readers.step.parameters import DEFAULTS
+from relmodel.readers.step.step_parameters import DEFAULTS
 
 _P = DEFAULTS
 

@@ -378,7 +378,7 @@ def test_the_answers_of_the_audit_are_those_of_the_rows(store: Store) -> None:
         assert mean["rms_sigmas"] == pytest.approx(np.sqrt(np.average((residual / sigma) ** 2, weights=weight)))
         assert mean["rms_px"] < 0.5 * np.sqrt(np.mean(residual**2))  # outliers, which weigh little, are most of that
 
-    alone = {r["camera"]: r for r in plain_rows(store, "solved_pose", run) if r["kind"] == "alone"}
+    alone = {r["camera"]: r for r in plain_rows(store, "solved_pose", run) if r["kind"] == "single_camera"}
     place = np.array([pose[c] for c in ("m03", "m13", "m23")])
     for r in answers["cameras_solved_apart"]:
         own = alone[r["camera"]]

@@ -105,7 +105,7 @@ def test_the_pose_is_accepted_and_the_changes_are_told(answer: Answer, store: St
     assert answer["verdict"] == "accepted"
     gone = item(answer, feature_at(store, 910, 140))
     assert gone["state"] in ("contradicted", "not_confirmed")
-    assert gone["supported_px"] < 0.3 * gone["told_px"]
+    assert gone["supported_px"] < 0.3 * gone["distinct_px"]
     wide = item(answer, feature_at(store, 1130, 138))
     assert (wide["state"], wide["qif"]) == ("changed", "FAIL")
     (diameter,) = (m for m in wide["measured"] if m["what"] == "diameter")
@@ -211,11 +211,11 @@ def thresholds_are_those_that_decided(store: Store) -> set[str]:
     assert said
     for row in (r for r in rows if r.path in said):
         told, p = said[row.path], DEFAULTS.states
-        assert told.held_against == getattr(p, told.threshold.removeprefix("states."))
-        short = told.found < told.held_against
+        assert told.threshold_value == getattr(p, told.threshold.removeprefix("states."))
+        short = told.found < told.threshold_value
         match told.threshold:
             case "states.least_px":
-                assert (told.found, row.state, short) == (row.told_px, "undecidable", True)
+                assert (told.found, row.state, short) == (row.distinct_px, "undecidable", True)
             case "states.least_expected":
                 assert (told.found, row.state, short) == (row.expected_log_odds, "undecidable", True)
             case "states.contradicted_log_odds":

@@ -87,7 +87,7 @@ def test_minimal_audit_keeps_decisions_and_pictures_of_others_stay(
             (count,) = connection.execute(query).fetchall()[0]
             return int(count)
 
-    for table in ("inspection", "hypothesis", "part_in_view", "verdict_sign", "threshold"):
+    for table in ("inspection", "hypothesis", "part_in_view", "verdict_statistic", "threshold"):
         assert rows(table, again["run"]) == rows(table, first["run"]) > 0
     for table in ("view_arc", "correspondence", "edge_measurement", "problem", "candidate"):
         assert rows(table, again["run"]) == 0 < rows(table, first["run"])

@@ -42,7 +42,7 @@ def test_all_comes_out_again_without_the_pictures(
     values = {(row["step"], row["what"]): row["values"] for row in rows}
     assert values["refinement", "residuals"] > 1000
     assert values["localisation 1", "correspondences"] > 500
-    assert {step.partition(" ")[0] for step, _ in values} == {"stereo", "localisation", "refinement", "verdict"}
+    assert {step.partition(" ")[0] for step, _ in values} == {"stereo", "localisation", "join", "refinement", "verdict"}
 
 
 @pytest.mark.parametrize(

@@ -92,6 +92,6 @@ def test_cameras_go_by_their_names(
 
 def test_what_cannot_be_asked_is_one_sentence(answered: Path, pair: Pair, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["stereo", "--store", str(answered), *pair.options(prior=None), "--method", "census"]) == 2
-    assert "there are pong, relational, star" in capsys.readouterr().err
+    assert "use one of pong, relational, star" in capsys.readouterr().err
     assert main(["stereo", "--store", str(answered), *pair.options()]) == 2
     assert "holds no world" in capsys.readouterr().err

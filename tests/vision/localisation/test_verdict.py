@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -22,3 +24,19 @@ def test_no_more_is_found_than_is_expected_and_zero_has_no_sign(found: float, ac
     assert (verdict.verdict == "accepted") is accepted
     assert f"{min(round(100 * found), 100)}% of the" in verdict.reason
     assert accepted or "contrast of 0.0 along 105 px" in verdict.reason
+
+
+@pytest.mark.parametrize("share", [0.31, 0.7])
+@pytest.mark.parametrize("prior_sigma", [1.0, np.nan])
+@pytest.mark.parametrize("cameras", [1, 2])
+def test_one_picture_without_a_prior_has_to_show_half_of_the_edges(
+    share: float, prior_sigma: float, cameras: int
+) -> None:
+    columns = (prior_sigma, 3000.0, share * 1000.0, 1000.0, 100.0, 2.0, 10.0)
+    gathered = Gathered(*(np.array([value]) for value in columns))
+    by_camera = [(np.eye(4), np.eye(6))] * (cameras if cameras > 1 else 0)
+    p = replace(DEFAULTS.verdict, min_posterior=0.5)
+    verdict = judge(gathered, np.array([0]), 1.0, by_camera, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), p)
+    lacks = cameras == 1 and np.isnan(prior_sigma) and share < 0.5
+    assert verdict.verdict == ("refused" if lacks else "accepted"), verdict.reason
+    assert ("give a prior or a second picture" in verdict.reason) == lacks

@@ -83,7 +83,7 @@ def measured(shift: Floats, missing: bool = False, angle: float = 0.0) -> Displa
                 camera=np.full(n, number), run=view.run, view_run=view.run, kind=np.zeros(n, np.int8),
                 arc=view.samples.arc, surface=surface, kin=surface, point=view.samples.point,
                 pixel=view.samples.pixel, direction=view.samples.direction, normal=np.zeros((n, 2, 3)),
-                px_per_mm=np.zeros((n, 2)), length_px=view.samples.length_px, pose_sigma=np.zeros(n),
+                px_per_mm=np.zeros((n, 2)), length_px=view.samples.length_px,
                 front=np.full(n, 2), inside=np.ones(n, bool),
             )
         )  # fmt: skip

@@ -40,7 +40,6 @@ def samples_at(pixel: Floats, direction: Floats, surface: Ints, arc: Ints) -> Sa
         normal=np.tile([1.0, 0.0, 0.0], (n, 2, 1)),
         px_per_mm=np.ones((n, 2)),
         length_px=np.ones(n),
-        pose_sigma=np.zeros(n),
         front=np.full(n, 2),
         inside=np.ones(n, bool),
     )
@@ -58,7 +57,7 @@ def test_all_elements_along_the_normals_are_listed_and_no_others() -> None:
     for k in range(len(pixel)):
         normal = np.array([-direction[k, 1], direction[k, 0]])
         way = edges.position - pixel[k]
-        near = (np.abs(way @ direction[k]) <= P.max_beside_px) & (np.abs(way @ normal) <= P.reach_px)
+        near = (np.abs(way @ direction[k]) <= P.max_along_px) & (np.abs(way @ normal) <= P.reach_px)
         near &= np.abs(edges.normal @ normal) >= P.min_cosine
         mine = slice(found.first[k], found.first[k + 1])
         assert sorted(found.element[mine]) == np.flatnonzero(near).tolist()
@@ -72,7 +71,6 @@ def test_the_camera_s_response_is_taken_off() -> None:
     there = samples_at(np.array([[50.0, 50.0]]), np.array([[1.0, 0.0]]), np.array([[0, 1]]), np.zeros(1, np.int64))
     found = find_nearby(there, [index], np.array([0.2]), P)
     assert np.allclose(found.offset, 0.0)
-    assert found.polarity.tolist() == [1.0]
 
 
 def two_lines(apart: float, surfaces: tuple[tuple[int, int], tuple[int, int]]) -> tuple[Samples, Nearby]:

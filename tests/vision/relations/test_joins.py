@@ -140,7 +140,7 @@ def test_arcs_beside_each_other_are_what_brute_force_finds() -> None:
             },
         )  # fmt: skip
         found = workspace.columns(
-            connection, "matching/arc_pairs", extraction_id=3, run_id=0, view_no=1, reach=7.0, beside=4.0
+            connection, "matching/arc_pairs", extraction_id=3, run_id=0, view_no=1, reach=7.0, max_along=4.0
         )
     expected = brute_force(arc, place, normal, view_arc, point, direction, 7.0, 4.0)
     got = {
@@ -164,7 +164,7 @@ def brute_force(
     point: Floats,
     direction: Floats,
     reach: float,
-    beside: float,
+    max_along: float,
 ) -> dict[tuple[int, int], tuple[int, float, float, int, int]]:
     hits: dict[tuple[int, int], list[tuple[float, float, int]]] = {}
     for e in range(len(arc)):
@@ -175,7 +175,7 @@ def brute_force(
                 continue
             p = rows[int(np.argmin(apart))]
             off = place[e] - point[p]
-            if abs(off @ direction[p]) < beside:
+            if abs(off @ direction[p]) < max_along:
                 across = off[1] * direction[p, 0] - off[0] * direction[p, 1]
                 sine = min(abs(float(normal[e] @ direction[p])), 1.0)
                 hits.setdefault((int(arc[e]), v), []).append((float(across), math.asin(sine), int(p)))

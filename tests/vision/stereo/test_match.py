@@ -8,9 +8,11 @@ import pytest
 from tests.vision.stereo.scenes import Scene, picture_of, toed_in_rig, wireframe_scene
 from vision.cameras.cameras import Rig
 from vision.extraction.arcs import LINE
-from vision.stereo.crossings import StereoArcs
-from vision.stereo.disparity_range import DepthRange
+from vision.stereo.crossings import StereoArcs, lay_out
+from vision.stereo.disparity_range import DepthRange, estimate_range
 from vision.stereo.match import StereoMatches, match_pictures
+from vision.stereo.rectification import rectify
+from vision.stereo.stereo_parameters import DEFAULTS
 
 RANGE = DepthRange(520.0, 800.0)
 
@@ -37,11 +39,6 @@ def test_partners_are_found(scene: Scene, depths: DepthRange | None) -> None:
 def test_the_range_holds_what_is_seen() -> None:
     """Without a word about depths: what is between 560 and 760 mm is looked for there, in a range that is no wider than
     a half of all."""
-    from vision.stereo.crossings import lay_out
-    from vision.stereo.disparity_range import estimate_range
-    from vision.stereo.rectification import rectify
-    from vision.stereo.stereo_parameters import DEFAULTS
-
     rectification = rectify(toed_in_rig())
     for seed in (1, 2, 3):
         scene = wireframe_scene(toed_in_rig(), seed)
@@ -83,7 +80,8 @@ def test_level_arcs_are_told_by_their_ends() -> None:
     )
     found = match_arcs(straight, lines(0.0, [0, 1, 2]), lines(-200.0, [2, 0, 1]), DepthRange(500.0, 900.0))
     assert found.arc_label.tolist() == [1, 2, 0]
-    assert not found.extents[0].any()
+    sides = lay_out(rectify(straight), lines(0.0, [0, 1, 2]), lines(-200.0, [2, 0, 1]), DEFAULTS.epipolar)
+    assert not sides[0].extent.any()
 
 
 def test_pictures_without_arcs_are_matched_to_nothing() -> None:

@@ -34,11 +34,11 @@ def pinhole(width: int, height: int, intrinsics: Any, distortion: Any, path: Pat
 
 
 def pinhole_of_matrix(
-    width: int, height: int, matrix: Floats, distortion: Any, path: Path, name: str, skew_held: str
+    width: int, height: int, matrix: Floats, distortion: Any, path: Path, name: str, of_format: str
 ) -> Camera:
-    """The same of a matrix (3, 3) in a format that has no skew; `skew_held` names the format."""
+    """The same of a matrix (3, 3) in a format that has no skew; `of_format` names the format."""
     if matrix[0, 1] != 0:
-        raise InputError(f"{path}: {name} has the skew {matrix[0, 1]:g}, which {skew_held} does not apply: correct it")
+        raise InputError(f"{path}: {name} has the skew {matrix[0, 1]:g}, which {of_format} does not apply: correct it")
     if matrix[1, 0] != 0 or not np.array_equal(matrix[2], [0, 0, 1]):
         raise InputError(f"{path}: {name} is no camera matrix: give [fx, 0, cx, 0, fy, cy, 0, 0, 1]")
     return pinhole(width, height, matrix[[0, 1, 0, 1], [0, 1, 2, 2]], distortion, path, name)

@@ -1,7 +1,7 @@
-"""Inspect a stereo pair: say which parts are in view and where the cameras are.
+"""Inspect a stereo pair or one picture: say which parts are in view and where the cameras are.
 
-Without --prior a pair is located by the circles that it shows, wherever in the world it was taken.  Without --right the
-picture of the left camera is used, which needs a prior.  Where the world mounts the rig on an arm, an accepted
+Without --prior a rig that no arm carries is located by the circles that its pictures show, wherever they were taken.
+Without --right the picture of the left camera is used alone.  Where the world mounts the rig on an arm, an accepted
 pose also says how far the arm's base stands from where the world has it, with the joints held unless their sigmas are
 given.  Exit status 0 where the pose is accepted, 1 where it is ambiguous or refused; 5 where it is accepted and
 something is there that --fail-on names.
@@ -38,12 +38,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="cameras and where the rig has them (formats: see relmodel rig)",
     )
     parser.add_argument("--left", type=Path, required=True, metavar="PICTURE", help="picture of the camera left")
-    parser.add_argument("--right", type=Path, metavar="PICTURE", help="picture of the camera right")
+    parser.add_argument("--right", type=Path, metavar="PICTURE", help="picture of the camera right (default: none)")
     parser.add_argument(
         "--prior",
         type=Path,
         metavar="PRIOR.yaml",
-        help="where the rig is thought to be, and how surely (default: a pair is located wherever it was taken)",
+        help="where the rig is thought to be, and how surely (default: where the joints put a rig that the world "
+        "mounts; else the pictures are located wherever they were taken)",
+    )
+    parser.add_argument(
+        "--believe-pictures",
+        action="store_true",
+        help="accept a pose that the pictures show surely where it contradicts the prior (default: it is refused)",
     )
     parser.add_argument(
         "--needs",
@@ -61,7 +67,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=5.0,
         metavar="MM",
-        help="with --joint-sigma: how surely the base stands where the world has it, one sigma an axis (default: 5)",
+        help="how surely the base of an arm that carries the rig stands where the world has it, one sigma an axis: "
+        "counts without --prior and with --joint-sigma (default: 5)",
     )
     parser.add_argument(
         "--base-sigma-deg", type=float, default=0.5, metavar="DEG", help="the same of its rotation (default: 0.5)"
@@ -119,7 +126,8 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--base-sigma-mm and --base-sigma-deg must be above zero: a base is never certain")
     sigmas = assigned(args.joint_sigma, "--joint-sigma")
     base = base_covariance(args.base_sigma_mm, args.base_sigma_deg) if sigmas else None
-    carrier = Carrier(args.on, assigned(args.set, "--set"), sigmas, base)
+    stands = (args.base_sigma_mm, math.radians(args.base_sigma_deg))
+    carrier = Carrier(args.on, assigned(args.set, "--set"), sigmas, base, stands)
     compile_ahead(KERNELS, say)
     with Store.open(store_target(args)) as store, shown() as progress:
         progress(f"{args.left.name}: inspecting", 0, 1)
@@ -141,6 +149,7 @@ def run(args: argparse.Namespace) -> int:
                 DEFAULTS,
                 stereo=replace(DEFAULTS.stereo, method=args.stereo_method),
                 stereo_gate=args.stereo_gate,
+                believe_pictures=args.believe_pictures,
             ),
         )
     print_answer(answer, args.format)

@@ -5,5 +5,5 @@ SELECT concat('the ', a.camera, ' picture alone puts the rig ',
     ' mm from there') AS sentence
 FROM solved_pose AS a
 JOIN pose AS p ON p.run_id = a.run_id
-WHERE a.kind = 'alone' AND a.run_id = :run
+WHERE a.kind = 'single_camera' AND a.run_id = :run
 ORDER BY a.camera

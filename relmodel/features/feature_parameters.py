@@ -11,7 +11,7 @@ from math import pi, radians, sin
 
 @dataclass(frozen=True)
 class CommonParameters:
-    """What all kinds of features are told by."""
+    """Tolerances that all kinds of features share."""
 
     length_mm: float = 1e-3
     """mm, for "on one axis", "of one radius" """
@@ -22,7 +22,7 @@ class CommonParameters:
     whole_turn_rad: float = 1.9 * pi
     """rad from which what is turned counts as closed"""
     draft_rad: float = radians(0.5)
-    """rad from which walls have a draft; they do so alike to a fifth of it"""
+    """rad from which walls have a draft; their drafts agree to a fifth of it"""
     bins: int = 720
     """of the full turn, for the union of angles"""
     most_mesh_surfaces: int = 20_000
@@ -40,11 +40,11 @@ class HoleParameters:
     reach: float = 10.0
     """length of a gap, in diameters, that a drill crosses"""
     air: float = 3.0
-    """and to what is drilled on either side: the walls of a housing are bored one by one"""
+    """length of such a gap to what is drilled on either side: the walls of a housing are bored one by one"""
     within: float = 0.9
     """share of the radius within which there is nothing but air"""
     holds_a_pin_rad: float = 1.2 * pi
-    """turn of a cylinder, at least: what is open further is cut out of a side"""
+    """least turn of a cylinder: one that is open further is cut out of a side"""
 
 
 @dataclass(frozen=True)
@@ -74,10 +74,10 @@ class SlotParameters:
     """Which walls make a slot that runs out at a side."""
 
     leaning: float = sin(radians(60))
-    """sine of what walls may lean, back or over the floor"""
+    """sine of the angle by which walls may lean, back or over the floor"""
     even_rad: float = radians(1)
     """rad by which walls that lean back differ at most"""
-    beside: float = 0.2
+    wall_share: float = 0.2
     """share of a floor's extent that a wall has at least"""
     keeps: float = 0.9
     """length of a leaning wall to that of the floor, at most the inverse of this"""
@@ -156,9 +156,9 @@ class BlendParameters:
     half_turn_rad: float = 0.95 * pi
     """rad: a half cylinder between parallel walls is the end of a slot"""
     slant_rad: tuple[float, float] = (radians(15), radians(75))
-    """of a chamfer to the faces beside it"""
+    """rad between a chamfer and the faces beside it"""
     narrow: float = 0.8
-    """width of a chamfer to that of the faces beside it"""
+    """greatest ratio of a chamfer's width to that of the faces beside it"""
     open_rad: float = 0.3
     """rad without a point: more than one facet of a mesh spans"""
     bent: float = 0.02

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass, field
 
-from relmodel.features.parameters import DEFAULTS as FEATURES
-from relmodel.features.parameters import FeatureParameters
-from relmodel.readers.mesh.parameters import DEFAULTS as MESH
-from relmodel.readers.mesh.parameters import MeshParameters
-from relmodel.readers.step.parameters import DEFAULTS as STEP
-from relmodel.readers.step.parameters import StepParameters
+from relmodel.features.feature_parameters import DEFAULTS as FEATURES
+from relmodel.features.feature_parameters import FeatureParameters
+from relmodel.readers.mesh.mesh_parameters import DEFAULTS as MESH
+from relmodel.readers.mesh.mesh_parameters import MeshParameters
+from relmodel.readers.step.step_parameters import DEFAULTS as STEP
+from relmodel.readers.step.step_parameters import StepParameters
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """The parameters of reading meshes, a class a stage: every number that decides which surfaces and arcs a mesh gives.
 
-Angles in rad, between facets unless told otherwise.  Values without a source named beside them were set by judgement,
+Angles in rad, between facets unless stated otherwise.  Values without a source named beside them were set by judgement,
 and hold on tessellations of the STEP files of the tests.
 """
 

@@ -1,0 +1,142 @@
+"""Where a rig is in a world of a store: what of the world to look for, where the search starts, and what becomes of a
+prior that the pictures contradict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from relmodel.arrays import Bytes, Floats
+from relmodel.errors import InputError
+from relmodel.store import Run, Store
+from vision.cameras.cameras import Needs, Prior, Rig
+from vision.cameras.view_volume import Selection, SelectionParameters, select_in_view
+from vision.constellations.find_poses import find_poses
+from vision.constellations.find_poses_of_one_picture import find_poses_of_one_picture
+from vision.extraction.primitives import Primitives
+from vision.inspection.inspection_parameters import InspectionParameters
+from vision.localisation.hypotheses import Candidates
+from vision.localisation.localise import Localisation, localise
+from vision.localisation.verdict import weigh_against_prior
+from vision.scene.scene import Scene
+from vision.scene.stored_scene import StoredScene, read_scene
+from vision.stereo.match import StereoMatches
+
+
+class Selected(NamedTuple):
+    """What of a world is looked for: its scene, and which placed parts those are."""
+
+    stored: StoredScene
+    selection: Selection
+
+
+class Located(NamedTuple):
+    """What was looked for, the prior that the pose was found with, an open one where none was used, and what was
+    found."""
+
+    selected: Selected
+    prior: Prior
+    found: Localisation
+
+
+def select_parts(
+    store: Store, world_id: int, world: str, rig: Rig, prior: Prior | None, p: SelectionParameters
+) -> Selected:
+    """What of the world may be in view: all of it where nothing is known beforehand.
+
+    Raises InputError where nothing of it lies where the prior looks."""
+    if prior is None:
+        with store.read() as connection:
+            stored = read_scene(store, connection, world_id)
+        count = len(stored.occurrence_id)
+        return Selected(stored, Selection(stored.occurrence_id, np.full(count, -1), np.ones(count, bool)))
+    selection = select_in_view(store, rig, prior, p, world=world)
+    if not len(selection.shown):
+        raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
+    with store.read() as connection:
+        return Selected(read_scene(store, connection, world_id, selection.occurrence_id.tolist()), selection)
+
+
+@dataclass(frozen=True)
+class Sight:
+    """A world of a store, by identity and name, a rig, and what its cameras saw there: what was extracted of pictures
+    and their greys (rows, columns) by camera, and the matches of a pair; what a run makes of it is timed as its steps.
+    """
+
+    run: Run
+    store: Store
+    world_id: int
+    world: str
+    rig: Rig
+    pictures: dict[str, Primitives]
+    greys: dict[str, Bytes | Floats]
+    stereo: StereoMatches | None
+    needs: Needs
+    p: InspectionParameters
+
+    def locate(self, selected: Selected, prior: Prior | None) -> Located:
+        """The rig from the poses of the join; where the pictures do not show the model at these, from a scan of the
+        prior's volume; and where that is refused too, without the prior, which the pictures then contradict."""
+        scene = selected.stored.scene
+        used, starts = self._join(scene, prior)
+        located = Located(selected, used, self._localise(scene, used, starts))
+        if prior is None:
+            return located
+        if self._is_unlikely(located.found) and _explain_enough(starts):
+            scanned = self._localise(scene, prior, replace(starts, enough=np.inf))
+            located = max(located, located._replace(found=scanned), key=lambda it: it.found.verdict.posterior)
+        doubted = self._doubt(prior) if located.found.verdict.verdict == "refused" else None
+        return doubted or located
+
+    def _doubt(self, prior: Prior) -> Located | None:
+        """What the pictures show without the prior; None where that is nothing sure, or agrees with it, and in a world
+        of too many parts to look for them all unasked."""
+        with self.store.read() as connection:
+            (size,) = self.store.rows(connection, "world/size", world_id=self.world_id)
+        if size.parts > self.p.most_parts:
+            return None
+        everything = select_parts(self.store, self.world_id, self.world, self.rig, None, self.p.selection)
+        used, starts = self._join(everything.stored.scene, None)
+        if not _explain_enough(starts):
+            return None
+        found = self._localise(everything.stored.scene, used, starts)
+        if found.best is None or found.verdict.verdict != "accepted":
+            return None
+        pose = found.best.world_from_rig
+        if prior.distance(pose) <= self.p.localisation.verdict.max_sigma:
+            return None
+        verdict = weigh_against_prior(found.verdict, prior, pose, believe_pictures=self.p.believe_pictures)
+        return Located(everything, used, replace(found, verdict=verdict))
+
+    def _is_unlikely(self, found: Localisation) -> bool:
+        return found.verdict.weighed.get("likely", 0.0) < self.p.localisation.verdict.min_posterior
+
+    def _join(self, scene: Scene, prior: Prior | None) -> tuple[Prior, Candidates]:
+        """The poses that the join of circles gives, and what they are perturbations of."""
+        p = self.p.constellations
+        with self.store.read() as connection:
+            if self.stereo is not None:
+                space = self.stereo.triangulated
+                found = find_poses(self.store, connection, scene, self.world_id, space, prior, p)
+            else:
+                (picture,) = self.pictures.values()
+                found = find_poses_of_one_picture(self.store, connection, self.rig, self.world_id, picture, prior, p)
+        self.store.release()
+        self.run.step("join")
+        return found
+
+    def _localise(self, scene: Scene, prior: Prior, starts: Candidates) -> Localisation:
+        partnered = None
+        if self.stereo is not None:
+            partnered = dict(zip(self.rig.cameras, self.stereo.partnered, strict=True))
+        found = localise(
+            scene, self.rig, self.pictures, self.greys, prior, self.needs, self.p.localisation, partnered, starts
+        )
+        self.run.step("localise")
+        return found
+
+
+def _explain_enough(starts: Candidates) -> bool:
+    return bool(len(starts.score)) and float(starts.score.max()) >= starts.enough
