@@ -8,6 +8,7 @@ locked for as long as the run lasts; the system drops that lock with the process
 from __future__ import annotations
 
 import fcntl
+import glob
 import os
 from contextlib import suppress
 from datetime import UTC, datetime
@@ -117,6 +118,7 @@ def mark_dead_runs(store: Database) -> None:
     """Append found_dead to the runs that neither ended nor have a living process."""
     if store.dialect == "duckdb":
         with store.read() as connection:  # to write would be to wait for who reads the file
+            _remove_locks_of_ended(store, connection)
             if not find_dead_runs(store, connection):
                 return
     with store.write() as connection:
@@ -144,3 +146,16 @@ def mark_dead_runs(store: Database) -> None:
         if file is not None:
             with suppress(OSError):
                 file.unlink()
+
+
+def _remove_locks_of_ended(store: Database, connection: Connection) -> None:
+    """Remove the lock files of runs that ended, but whose processes were killed before they did so themselves."""
+    if store.file is None:
+        return
+    beside = store.file.parent.glob(f"{glob.escape(store.file.name)}.run-*")
+    files = {int(file.suffix.removeprefix(".run-")): file for file in beside if file.suffix[5:].isdigit()}
+    if files:
+        for row in store.rows(connection, "run/ended"):
+            if row.run_id in files:
+                with suppress(OSError):
+                    files[row.run_id].unlink(missing_ok=True)

@@ -113,6 +113,14 @@ def test_a_writer_that_is_killed_beside_a_reader_leaves_what_was_committed(duckd
     assert images(duckdb_file) in (told * 5 + 1, told * 5 + 6)
 
 
+def test_a_lock_is_removed_whose_writer_was_killed_just_after_its_run_ended(duckdb_file: Path) -> None:
+    with Store.open(duckdb_file) as store:
+        run = extract(store, 1)
+    Path(f"{duckdb_file}.run-{run}").touch()
+    Store.open(duckdb_file).close()
+    assert images(duckdb_file) == 1
+
+
 @pytest.mark.parametrize("dies", [False, True])
 def test_the_log_of_a_killed_writer_is_taken_in_beside_a_reader(
     dies: bool, duckdb_file: Path, monkeypatch: pytest.MonkeyPatch

@@ -19,7 +19,7 @@ from relmodel.app.cli.main import main
 from relmodel.store import Store
 from relmodel.world.correction import Carrier
 from tests.app.cli.conftest import DEMO, Inspection, Pair, inspected
-from vision.inspection import inspection as inspection_module
+from vision.inspection import locate as locate_module
 from vision.inspection import pictures
 from vision.inspection.demonstration import measure_pose_error, read_truth
 from vision.inspection.inspection_parameters import InspectionParameters
@@ -225,7 +225,7 @@ def test_same_inspection_gives_same_rows(
 
     readers: list[subprocess.CompletedProcess[str]] = []
     monkeypatch.setattr(pictures, "extract", never)
-    monkeypatch.setattr(inspection_module, "localise", read_by_others)
+    monkeypatch.setattr(locate_module, "localise", read_by_others)
     again = inspected(store, *pair.options())
     assert [(read.returncode, "2" in read.stdout) for read in readers] == [(0, True)]
     varying = {"run", "timings_s"}
