@@ -87,6 +87,7 @@ CREATE TABLE hypothesis (  -- A pose of the rig that was considered, refined as 
         -- logarithm: 1 to 3 for a right pose, 0 for chance
     outline_evidence DOUBLE PRECISION NOT NULL,  -- log odds by those pixels that the outline is one; a part of the cost
     distance DOUBLE PRECISION,  -- Mahalanobis distance from the prior; null where there is none
+    is_symmetric BOOLEAN NOT NULL,  -- whether a symmetry of the model leads here from the best: no rival, since nothing tells them apart
     relational_distance BIGINT,  -- what the best labelling of the pictures by what this pose lets them show costs, over all cameras; the margin of
         -- the best over a rival is the difference; null where there was no rival, and of those beyond the first two
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6

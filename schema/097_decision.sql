@@ -47,20 +47,22 @@ CREATE TABLE camera_unknown (  -- What was solved of each camera along with the 
     PRIMARY KEY (run_id, camera, name)
 );
 
-CREATE TABLE solved_pose (  -- Poses of the rig near the best hypothesis, which it rests on: where its last step set out, what each camera's picture
-    -- gives by itself, and what explains the pictures by other components of the model being off their place.
+CREATE TABLE solved_pose (  -- Poses of the rig that go with the best hypothesis: where its last step set out, what each camera's picture gives by
+    -- itself, what explains the pictures by other components of the model being off their place, and those from which a symmetric model
+    -- looks the same.
     run_id BIGINT NOT NULL,  -- the run
     solved_no INTEGER NOT NULL,  -- ordinal in the run, from 0
-    kind TEXT NOT NULL,  -- start: the pose at which the pictures were looked at last; single_camera: that of one camera alone; explanation
+    kind TEXT NOT NULL,  -- start: the pose at which the pictures were looked at last; single_camera: that of one camera alone; explanation;
+        -- equivalent: by a symmetry of the model
     camera TEXT,  -- name of the camera in the rig of a single_camera pose; null of other kinds
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_rig
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
     m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
     covariance DOUBLE PRECISION[] NOT NULL,  -- 6x6 row-major, of a right perturbation in the rig's frame: t mm, then r rad; at the start of what was
         -- measured there, to which that of the pose joins the explanations
-    log_odds DOUBLE PRECISION,  -- natural logarithm: that the model is there by this camera; of an explanation against the best; null at the start
+    log_odds DOUBLE PRECISION,  -- natural logarithm: that the model is there by this camera; of others against the best; null at the start
     PRIMARY KEY (run_id, solved_no),
-    CHECK (kind IN ('start', 'single_camera', 'explanation')),
+    CHECK (kind IN ('start', 'single_camera', 'explanation', 'equivalent')),
     CHECK ((kind = 'single_camera') = (camera IS NOT NULL)),
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
@@ -71,7 +73,7 @@ CREATE TABLE solved_pose (  -- Poses of the rig near the best hypothesis, which 
 CREATE TABLE search_stage (  -- The stages of the search for the pose, and the scores of all poses that each looked at.
     run_id BIGINT NOT NULL,  -- the run
     stage_no INTEGER NOT NULL,  -- ordinal in the run, from 0
-    name TEXT NOT NULL,  -- join (of circles), scan (of the prior's volume, on coarse evidence), climb (on finer), and shift 1 .. (of the best
+    name TEXT NOT NULL,  -- join (of circles), lines (a join of straight edges where circles explain too little), scan (of the prior's volume, on coarse evidence), climb (on finer), and shift 1 .. (of the best
         -- pose by what repeats in the model)
     looked_at INTEGER NOT NULL,  -- poses that it looked at
     least DOUBLE PRECISION,  -- least of their scores: evidence less half the squared distance from the prior; of a join the share of what stereo puts

@@ -226,18 +226,18 @@ JOIN pose AS p ON p.run_id = r.run_id;
 CREATE VIEW why_hypothesis (  -- Each pose that was refined, and why it is the best, a rival of it, or was dropped.
     run_id,  -- the run
     hypothesis_no,  -- the hypothesis
-    rule,  -- best, rival, less_evidence or far_from_prior
+    rule,  -- best, rival, symmetric, less_evidence or far_from_prior
     found,  -- evidence that it gathers in all pictures, of edges and of greys beside outlines
     least,  -- evidence that a rival has more than
     distance,  -- sigmas from the prior; null where there is none
     sentence  -- the decision in words
 ) AS
 WITH gathered AS (
-    SELECT h.run_id, h.hypothesis_no, h.cost, h.distance, coalesce(0.5 * h.distance * h.distance, 0) AS believed,
+    SELECT h.run_id, h.hypothesis_no, h.cost, h.distance, h.is_symmetric, coalesce(0.5 * h.distance * h.distance, 0) AS believed,
         sum(s.found) + h.outline_evidence AS found
     FROM hypothesis AS h
     JOIN hypothesis_support AS s ON s.run_id = h.run_id AND s.hypothesis_no = h.hypothesis_no
-    GROUP BY h.run_id, h.hypothesis_no, h.cost, h.distance, h.outline_evidence
+    GROUP BY h.run_id, h.hypothesis_no, h.cost, h.distance, h.is_symmetric, h.outline_evidence
 ),
 ranked AS (
     SELECT g.*, row_number() OVER (PARTITION BY g.run_id ORDER BY g.cost, g.hypothesis_no) AS place
@@ -258,6 +258,7 @@ judged AS (
         h.prior_odds, r.believed - h.believed AS odds,
         CASE
             WHEN r.hypothesis_no = 0 THEN 'best'
+            WHEN r.is_symmetric THEN 'symmetric'
             WHEN r.hypothesis_no = h.hypothesis_no THEN 'rival'
             WHEN r.found <= h.found - h.margin THEN 'less_evidence'
             WHEN r.believed - h.believed >= h.prior_odds THEN 'far_from_prior'
@@ -274,6 +275,7 @@ SELECT run_id, hypothesis_no, rule, found, least, distance,
         CASE rule
             WHEN 'best' THEN 'it is the best'
             WHEN 'rival' THEN 'it is a rival of the best'
+            WHEN 'symmetric' THEN 'the symmetric model looks from there as from the best'
             WHEN 'less_evidence' THEN concat('dropped, for more than ', CAST(least AS NUMERIC(18, 1)),
                 ' are needed to rival the likeliest')
             ELSE concat('dropped, for the prior speaks against it by ', CAST(odds AS NUMERIC(18, 1)),

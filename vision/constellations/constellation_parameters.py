@@ -26,6 +26,40 @@ class JoinParameters:
 
 
 @dataclass(frozen=True)
+class LineParameters:
+    """Which pairs of straight edges are alike."""
+
+    least_length: float = 12.0
+    """mm: length of an edge, at least"""
+    most_seen: int = 60
+    """edges in space that are related, the longest"""
+    most_of_object: int = 200
+    """edges of an object that are, the longest"""
+    greatest_cosine: float = 0.9
+    """cosine of the angle of two beyond which they are about parallel, and related to no one"""
+    sigmas: float = 3.0
+    """standard deviations by which distance and cosine may differ"""
+    least_mm: float = 1.5
+    """mm by which distances may differ, at least"""
+    bin_mm: float = 8.0
+    """mm by which they may, at most"""
+    least_cosine: float = 0.03
+    """by which cosines may differ, at least"""
+    most_cosine: float = 0.2
+    """by which they may, at most"""
+    most_sigma_mm: float = 4.0
+    """mm: standard deviation of a distance beyond which it says nothing"""
+    most_sigma_cosine: float = 0.1
+    """that of a cosine"""
+    along_mm: float = 6.0
+    """mm by which an edge may be seen beyond its ends"""
+    most_of_relation: int = 64
+    """pairs of the model that a relation is joined with, evenly among all it is like"""
+    most: int = 40_000
+    """joined pairs, the rarest first, after which no further pair of edges is taken"""
+
+
+@dataclass(frozen=True)
 class PoseParameters:
     """Which poses of joined pairs go on."""
 
@@ -162,6 +196,7 @@ class ConstellationParameters:
     """Parameters of finding poses by constellations."""
 
     join: JoinParameters = JoinParameters()
+    lines: LineParameters = LineParameters()
     poses: PoseParameters = PoseParameters()
     ellipses: EllipseParameters = EllipseParameters()
     one_picture: OnePictureParameters = OnePictureParameters()

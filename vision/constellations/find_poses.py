@@ -1,5 +1,5 @@
-"""Poses of the rig, with a prior or without: the join of circles, votes, scores, a fit to the model's arcs, and what
-repeats."""
+"""Poses of the rig, with a prior or without: the join of circles or of straight edges, votes, scores, a fit to the
+model's arcs, and what repeats."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from vision.cameras.cameras import Prior, perturbations
 from vision.constellations.circles import find_scene_circles, read_circles
 from vision.constellations.constellation_parameters import DEFAULTS, ConstellationParameters, PoseParameters
 from vision.constellations.join import join_pairs, solve_poses
+from vision.constellations.lines import find_scene_lines, join_lines, read_lines, solve_line_poses
 from vision.constellations.score import ModelArcs, ScenePoints, sample_scene
 from vision.localisation.hypotheses import Candidates, describe_stage
 from vision.scene.scene import Scene
@@ -29,43 +30,82 @@ def find_poses(
     prior: Prior | None = None,
     p: ConstellationParameters = DEFAULTS,
 ) -> tuple[Prior, Candidates]:
-    """Distinct poses at which circles in space fall on circles of the inspected objects, pair by pair.
+    """Distinct poses at which circles in space fall on circles of the inspected objects, pair by pair; where these
+    explain too little, straight edges on straight edges.
 
     Joined pairs that put the scene of the world in the same place vote together; the poses of most votes, counted and
     weighed by how rare their pairs are, are scored on some of the scene's points, the best of these fitted to the
     model's arcs and scored on more.  Where the model repeats itself about the best, the shifted poses are looked at
-    too.  Poses far from a prior take no part.  The scores of the poses are the shares of what stereo put in space that
+    too.  Poses far from a prior take no part.  The scores of the poses are the shares of what stereo puts in space that
     lies on the model's arcs; the poses are perturbations of the prior, where none is given of an open one
     at the best."""
+    points, arcs = sample_scene(space, p.poses), ModelArcs(scene, p.poses)
+    poses, share, name = np.zeros((0, 4, 4)), np.zeros(0), "join"
+    for stage, solve in (("join", _by_circles), ("lines", _by_lines)):
+        if share.max(initial=0.0) < p.poses.enough:
+            name = stage
+            started, rarity = solve(store, connection, world_id, space, p)
+            fitted, explained = _fit_best(started, rarity, points, arcs, prior, p.poses)
+            poses, share = np.concatenate([poses, fitted]), np.concatenate([share, explained])
+    kept = best_distinct(poses, share, points.middle, p.poses, p.poses.kept)
+    return candidates(name, poses[kept], share[kept], prior, p.poses.enough)
+
+
+def _by_circles(
+    store: Database, connection: Connection, world_id: int, space: Triangulated, p: ConstellationParameters
+) -> tuple[Floats, Floats]:
+    """Poses (k, 4, 4) that joined pairs of circles give, and how rare (k,) each pair is."""
     circles = find_scene_circles(space)
     circles = circles.take((circles.radius >= KEPT.least_radius) & (circles.radius <= KEPT.greatest_radius))
     poses, alike = [np.zeros((0, 4, 4))], [np.zeros(0, np.int64)]
-    objects = store.columns(connection, "constellations/objects", world_id=world_id)
-    for object_id, world_from_object in zip(objects["object_id"].tolist(), matrices(objects), strict=True):
+    for object_id, world_from_object in read_inspected(store, connection, world_id):
         joined = join_pairs(store, connection, object_id, circles, p.join)
         solved = solve_poses(circles, read_circles(store, connection, object_id), joined)
         poses.append(world_from_object @ solved.reshape(-1, 4, 4))
         alike.append(np.repeat(joined.alike, 2))
-    started, rarity = np.concatenate(poses), 1.0 / np.concatenate(alike)
-    if prior is not None:
-        near = are_near(started, prior, p.poses)
-        started, rarity = started[near], rarity[near]
-    if not len(started):
-        return candidates(np.zeros((0, 4, 4)), np.zeros(0), prior, p.poses.enough)
-    points, arcs = sample_scene(space, p.poses), ModelArcs(scene, p.poses)
-    few, many = points.thin(p.poses.few_points), points.thin(p.poses.points)
+    return np.concatenate(poses), 1.0 / np.concatenate(alike)
 
-    voted = started[_vote(started, rarity, points, p.poses)]
-    scored = voted[best_distinct(voted, arcs.score(voted, few), points.middle, p.poses, p.poses.fitted)]
+
+def _by_lines(
+    store: Database, connection: Connection, world_id: int, space: Triangulated, p: ConstellationParameters
+) -> tuple[Floats, Floats]:
+    """Poses (k, 4, 4) that joined pairs of straight edges give, and how rare (k,) each pair is."""
+    seen = find_scene_lines(space, p.lines)
+    poses, alike = [np.zeros((0, 4, 4))], [np.zeros(0, np.int64)]
+    for object_id, world_from_object in read_inspected(store, connection, world_id):
+        edges = read_lines(store, connection, object_id, p.lines)
+        joined = join_lines(store, connection, seen, edges, p.lines)
+        poses.append(world_from_object @ solve_line_poses(seen, edges, joined))
+        alike.append(joined.alike)
+    return np.concatenate(poses), 1.0 / np.concatenate(alike)
+
+
+def read_inspected(store: Database, connection: Connection, world_id: int) -> list[tuple[int, Floats]]:
+    """The inspected objects of a world, each with world_from_object."""
+    objects = store.columns(connection, "constellations/objects", world_id=world_id)
+    return list(zip(objects["object_id"].tolist(), matrices(objects), strict=True))
+
+
+def _fit_best(
+    poses: Floats, rarity: Floats, points: ScenePoints, arcs: ModelArcs, prior: Prior | None, p: PoseParameters
+) -> tuple[Floats, Floats]:
+    """Of poses (k, 4, 4), the likely ones, fitted to the model's arcs, and the shares of the scene they explain."""
+    if prior is not None:
+        near = are_near(poses, prior, p)
+        poses, rarity = poses[near], rarity[near]
+    if not len(poses):
+        return poses, rarity
+    few, many = points.thin(p.few_points), points.thin(p.points)
+    voted = poses[_vote(poses, rarity, points, p)]
+    scored = voted[best_distinct(voted, arcs.score(voted, few), points.middle, p, p.fitted)]
     fitted = arcs.fit(scored, many)
     share = arcs.score(fitted, many)
-    for pose in fitted[_best_ways(fitted, share, p.poses)]:
+    for pose in fitted[_best_ways(fitted, share, p)]:
         again = arcs.fit(arcs.shifted(pose, many), few)
         if prior is not None:
-            again = again[are_near(again, prior, p.poses)]
+            again = again[are_near(again, prior, p)]
         fitted, share = np.concatenate([fitted, again]), np.concatenate([share, arcs.score(again, many)])
-    kept = best_distinct(fitted, share, points.middle, p.poses, p.poses.kept)
-    return candidates(fitted[kept], share[kept], prior, p.poses.enough)
+    return fitted, share
 
 
 def are_near(poses: Floats, prior: Prior, p: PoseParameters) -> Bools:
@@ -76,12 +116,13 @@ def are_near(poses: Floats, prior: Prior, p: PoseParameters) -> Bools:
     return np.asarray(square <= p.gate_sigma**2)
 
 
-def candidates(poses: Floats, share: Floats, given: Prior | None, enough: float) -> tuple[Prior, Candidates]:
-    """What a join gives a localisation: poses (k, 4, 4) of the rig, the best first, as perturbations of the prior given
-    or of an open one at the best, their scores (k,), and the score from which no scan is needed."""
+def candidates(name: str, poses: Floats, share: Floats, given: Prior | None, enough: float) -> tuple[Prior, Candidates]:
+    """What a join, the stage of that name, gives a localisation: poses (k, 4, 4) of the rig, the best first, as
+    perturbations of the prior given or of an open one at the best, their scores (k,), and the score from which no scan
+    is needed."""
     prior = given or Prior.open(poses[0] if len(poses) else np.eye(4))
     delta = perturbations(prior.world_from_rig, poses)
-    stage = describe_stage("join", delta, share, ["goes_on"] * len(share), share)
+    stage = describe_stage(name, delta, share, ["goes_on"] * len(share), share)
     return prior, Candidates(delta, share, [stage], enough)
 
 

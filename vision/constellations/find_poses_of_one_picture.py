@@ -52,7 +52,7 @@ def find_poses_of_one_picture(
     ]
     placed = [_place(unit, model, joined) for model, joined in joins]
     if not sum(len(scene) for scene, _ in placed):
-        return candidates(np.zeros((0, 4, 4)), np.zeros(0), prior, p.one_picture.enough)
+        return candidates("join", np.zeros((0, 4, 4)), np.zeros(0), prior, p.one_picture.enough)
     middle = np.median(np.concatenate([scene.centre for scene, _ in placed]), axis=0)
     poses, scores = [], []
     for world_from_object, (model, joined), where in zip(matrices(objects), joins, placed, strict=True):
@@ -70,7 +70,7 @@ def find_poses_of_one_picture(
     pose, score = np.concatenate(poses), np.concatenate(scores)
     in_rig = rig.rig_from_camera[name] @ np.append(middle, 1.0)
     kept = best_distinct(pose, score, in_rig[:3], p.poses, p.one_picture.kept)
-    return candidates(pose[kept], score[kept], prior, p.one_picture.enough)
+    return candidates("join", pose[kept], score[kept], prior, p.one_picture.enough)
 
 
 def join_ellipses(

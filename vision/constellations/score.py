@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.geometry.transforms import rotation_matrix
 from vision.constellations.constellation_parameters import PoseParameters
+from vision.localisation.align import align_with_lines
 from vision.localisation.alternatives import ArcShapes, describe_arc_shapes, find_displacements
 from vision.scene.scene import Scene
 from vision.stereo.triangulate import CURVES, Triangulated
@@ -118,28 +118,11 @@ class ModelArcs:
     def fit(self, poses: Floats, scene: ScenePoints) -> Floats:
         """Poses (k, 4, 4) led to where the scene's points lie on arcs: steps of least squares on the distances across
         the nearest arcs, each with a smaller reach."""
-        poses = poses.copy()
         for reach in self.p.reaches:
             met = self._meet(poses, scene, reach)
             weight = met.found * scene.weight
             middle = np.einsum("kij,j->ki", poses[:, :3, :3], scene.middle) + poses[:, :3, 3]
-            # A step (t, r) about the middle moves a point x by t + r x (x - middle).
-            arm = met.point - middle[:, None]
-            jacobian = np.zeros((*arm.shape, 6))
-            jacobian[..., range(3), range(3)] = 1
-            jacobian[..., 0, 4], jacobian[..., 0, 5] = arm[..., 2], -arm[..., 1]
-            jacobian[..., 1, 5], jacobian[..., 1, 3] = arm[..., 0], -arm[..., 2]
-            jacobian[..., 2, 3], jacobian[..., 2, 4] = arm[..., 1], -arm[..., 0]
-            along = np.einsum("kni,knij->knj", met.tangent, jacobian)
-            jacobian -= met.tangent[..., :, None] * along[..., None, :]
-            flat = jacobian.reshape(len(poses), 3 * len(scene.weight), 6)
-            scaled = flat * np.repeat(weight, 3, axis=1)[..., None]
-            hessian = scaled.transpose(0, 2, 1) @ flat + np.diag([1e-6] * 3 + [1e-3] * 3)
-            gradient = np.einsum("kni,kn->ki", scaled, met.across.reshape(len(poses), 3 * len(scene.weight)))
-            step = np.linalg.solve(hessian, -gradient[..., None])[..., 0]
-            turn = rotation_matrix(step[:, 3:])
-            poses[:, :3, :3] = turn @ poses[:, :3, :3]
-            poses[:, :3, 3] = middle + step[:, :3] - np.einsum("kij,j->ki", poses[:, :3, :3], scene.middle)
+            poses = align_with_lines(met.point, met.tangent, met.across, weight, middle) @ poses
         return poses
 
     @cached_property

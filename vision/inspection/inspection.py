@@ -80,7 +80,8 @@ class Inspection:
     variants: evidence for each loaded variant of the inspected objects, the likeliest first, where it was weighed.
     selection: the placed parts that any pose which the prior leaves open could show, all where there is none; nothing
     else was considered.
-    hypotheses: (world_from_rig, cost) of the poses considered, the best first.
+    hypotheses: (world_from_rig, cost) of the poses considered, the best first.  equivalent: poses of the rig, beside
+    the best, from which a symmetric model looks the same.
     notes: what was taken for given that the inputs do not say, of the pictures and of the prior, a sentence each.
     """
 
@@ -103,6 +104,7 @@ class Inspection:
     variants: list[VariantEvidence]
     selection: Selection
     hypotheses: list[tuple[Floats, float]]
+    equivalent: list[Floats]
     notes: list[str]
     timings_s: dict[str, float] = field(compare=False)
 
@@ -137,6 +139,7 @@ class Inspection:
             "variants": [variant.to_json() for variant in self.variants],
             "selection": {"parts": len(self.selection.shown), "superfluous": self.selection.superfluous},
             "hypotheses": [{"world_from_rig": plain(pose), "cost": cost} for pose, cost in self.hypotheses],
+            "equivalent": [plain(pose) for pose in self.equivalent],
             "notes": self.notes,
             "timings_s": {name: round(seconds, 4) for name, seconds in self.timings_s.items()},
         }
@@ -411,6 +414,7 @@ def _answer(
         variants=variants,
         selection=selection,
         hypotheses=[(h.world_from_rig, h.cost) for h in found.hypotheses],
+        equivalent=found.equivalent,
         notes=notes,
         timings_s=run.seconds,
     )

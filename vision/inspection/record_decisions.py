@@ -86,7 +86,7 @@ def record_decisions(
             "before": last.own.ravel(),
         },
     )
-    _record_solved(run, connection, last, dict(zip(cameras, found.single_cameras, strict=False)))
+    _record_solved(run, connection, found, last, dict(zip(cameras, found.single_cameras, strict=False)))
 
 
 def _record_search(run: Run, connection: Connection, prior: Prior, stages: list[Stage]) -> None:
@@ -121,8 +121,13 @@ def _record_search(run: Run, connection: Connection, prior: Prior, stages: list[
     )
 
 
-def _record_solved(run: Run, connection: Connection, last: LastStep, by_camera: dict[str, Refined]) -> None:
-    others = last.explanations
+def _record_solved(
+    run: Run, connection: Connection, found: Localisation, last: LastStep, by_camera: dict[str, Refined]
+) -> None:
+    covariance = found.hypotheses[0].covariance
+    equivalent = [Explanation(pose, covariance, 0.0) for pose in found.equivalent]
+    others = [*last.explanations, *equivalent]
+    kinds = ["explanation"] * len(last.explanations) + ["equivalent"] * len(equivalent)
     poses: list[LastStep | Refined | Explanation] = [last, *by_camera.values(), *others]
     run.append(
         connection,
@@ -130,7 +135,7 @@ def _record_solved(run: Run, connection: Connection, last: LastStep, by_camera: 
         {
             "run_id": run.id,
             "solved_no": np.arange(len(poses)),
-            "kind": ["start"] + ["single_camera"] * len(by_camera) + ["explanation"] * len(others),
+            "kind": ["start"] + ["single_camera"] * len(by_camera) + kinds,
             "camera": [None, *by_camera, *[None] * len(others)],
             **matrix_columns([h.world_from_rig for h in poses]),
             "covariance": Ragged.pack([h.covariance for h in poses]),

@@ -159,6 +159,7 @@ def _record_hypotheses(
             "outline_contrast": np.array([h.outlines.mean if h.outlines else 0.0 for h in hypotheses]),
             "outline_evidence": np.array([h.outlines.evidence if h.outlines else 0.0 for h in hypotheses]),
             "distance": np.ma.masked_invalid([h.prior_sigma for h in hypotheses]),
+            "is_symmetric": np.array([h.is_symmetric for h in hypotheses]),
             "relational_distance": relational_distances,
         },
     )

@@ -85,7 +85,10 @@ def replay_verdict(store: Database, connection: Connection, run: int, given: Any
     weighed = store.rows(connection, "replay/weighed", run=run)
     p = _read_thresholds([row for row in weighed if row.what == "threshold"])
     stats = {row.name: row.value for row in weighed if row.what == "statistic"}
-    gathered = ("distance", "evidence", "found", "expected", "outline_length", "outline_contrast", "outline_evidence")
+    gathered = (
+        "distance", "evidence", "found", "expected", "outline_length", "outline_contrast", "outline_evidence",
+        "is_symmetric",
+    )  # fmt: skip
     g = Gathered(*(h[name] for name in gathered))
     standing, tried = find_standing(g, p), matrices(h)
     (found,), by_camera, prior = poses["pose"], poses.get("single_camera", []), _prior(poses)

@@ -133,6 +133,30 @@ class RivalParameters:
 
 
 @dataclass(frozen=True)
+class SymmetryParameters:
+    """When a motion carries the model onto itself."""
+
+    sharp_rad: float = radians(5.0)
+    """rad between the faces of an edge, at least, that counts"""
+    few: int = 600
+    """samples of edges on which a motion is fitted"""
+    reaches_mm: tuple[float, ...] = (8.0, 3.0, 1.0, 0.5)
+    """mm between a moved sample and an edge in each step of the fit, beyond the stretch that a sample stands for"""
+    least_share: float = 0.7
+    """share of these samples that lie on edges in each step; else there is no symmetry"""
+    tolerance_mm: float = 0.25
+    """mm by which any sample may be off its edge at last: less than pictures tell"""
+    alike_mm: float = 20.0
+    """mm that edges at right angles are apart beside their distance, where the nearest is looked for"""
+    parallel: float = 0.97
+    """cosine of the directions of a moved edge and the one it lies on, at least"""
+    most: int = 60
+    """motions of a group at most"""
+    same: float = 0.05
+    """by which numbers of two matrices (mm for shifts) differ if they are one motion"""
+
+
+@dataclass(frozen=True)
 class RefinementParameters:
     """Least squares of predicted arcs on edge elements."""
 
@@ -285,6 +309,7 @@ class LocalisationParameters:
     evidence: EvidenceParameters = field(default_factory=EvidenceParameters)
     search: SearchParameters = field(default_factory=SearchParameters)
     rivals: RivalParameters = field(default_factory=RivalParameters)
+    symmetry: SymmetryParameters = field(default_factory=SymmetryParameters)
     refinement: RefinementParameters = field(default_factory=RefinementParameters)
     support: SupportParameters = field(default_factory=SupportParameters)
     outlines: OutlineParameters = field(default_factory=OutlineParameters)

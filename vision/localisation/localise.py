@@ -31,6 +31,7 @@ from vision.localisation.localisation_parameters import DEFAULTS, LocalisationPa
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.outlines import GreyGrid, lay_grey_grids, measure_outlines
 from vision.localisation.refine import Refined, refine
+from vision.localisation.symmetry import complete_group, find_symmetries
 from vision.localisation.verdict import Gathered, Verdict, decide, find_standing
 from vision.localisation.views import (
     EdgeMeasurements,
@@ -55,6 +56,7 @@ class Localisation:
 
     verdict: what is to be thought of the best hypothesis.  best: the best hypothesis (None when nothing is in view);
     hypotheses: all that were refined, best first.  rivals: those of them that are about as likely as the best.
+    equivalent: the poses (4, 4) of the rig, beside the best, that the model's symmetry makes of it.
     single_cameras: the pose each camera gives by itself, in the rig's order (where there are several).
     edge_indexes: by camera, the edge elements of its picture.  views: by camera, what is seen at the best pose.
     timings_s by step.  stages: what the search kept, and what became of it.
@@ -64,6 +66,7 @@ class Localisation:
     best: Refined | None
     hypotheses: list[Refined]
     rivals: list[Refined]
+    equivalent: list[Floats]
     single_cameras: list[Refined]
     edge_indexes: dict[str, EdgeIndex]
     views: dict[str, View]
@@ -117,31 +120,37 @@ def localise(
     if not hypotheses:
         nothing = _say_why_nothing(rig, prior, len(starts.score) > 0)
         unknown = Verdict("refused", nothing, 0.0, [nothing], prior.sigma_translation_mm, prior.sigma_rotation, "all")
-        return Localisation(unknown, None, [], [], [], indexes, {}, clock.laps)
+        return Localisation(unknown, None, [], [], [], [], indexes, {}, clock.laps)
     # Where the pictures leave several, the one nearest the prior is given first.
     standing = find_standing(Gathered.of(hypotheses), p.verdict)
     rest = np.setdiff1d(np.arange(len(hypotheses)), standing)
     hypotheses = [hypotheses[h] for h in (*standing, *rest)]
-    standing = np.arange(len(standing))
     best = hypotheses[0]
+    motions = find_symmetries(scene, best.world_from_rig, [h.world_from_rig for h in hypotheses[1:]], p.symmetry)
+    hypotheses = [best, *(replace(h, is_symmetric=m is not None) for h, m in zip(hypotheses[1:], motions, strict=True))]
+    equivalent = [m @ best.world_from_rig for m in complete_group([m for m in motions if m is not None], p.symmetry)]
+    standing = find_standing(Gathered.of(hypotheses), p.verdict)
     names = rig.cameras if len(rig.cameras) > 1 else ()
     single = [solver.solve_single_camera(name, best.world_from_rig) for name in names]
     verdict = decide(hypotheses, standing, single, needs, p.verdict)
     clock.lap("verdict")
     views = {name: _view(scene, rig, name, best, indexes[name], p) for name in rig.cameras}
     clock.lap("view")
-    rivals = hypotheses[1 : len(standing)]
-    return Localisation(verdict, best, hypotheses, rivals, single, indexes, views, clock.laps, stages)
+    rivals = [hypotheses[h] for h in standing[1:]]
+    return Localisation(verdict, best, hypotheses, rivals, equivalent[1:], single, indexes, views, clock.laps, stages)
 
 
 def _say_why_nothing(rig: Rig, prior: Prior, is_joined: bool) -> str:
     """Why there is no pose, where a join gave starts or none."""
     if not prior.is_open:
         return "no arc of the model is in view near the prior"
-    pictures, cure = ("pictures", "a prior") if len(rig.cameras) > 1 else ("picture", "a prior or a second picture")
+    if len(rig.cameras) > 1:
+        pictures, looked_at, cure = "pictures", "circles and straight edges", "a prior"
+    else:
+        pictures, looked_at, cure = "picture", "circles", "a prior or a second picture"
     if is_joined:
-        return f"the edges of the {pictures} speak against each pose that the circles give: give {cure}"
-    return f"too few circles of the {pictures} lie to each other as those of the model: give {cure}"
+        return f"the edges of the {pictures} speak against each pose that the {looked_at} give: give {cure}"
+    return f"too few {looked_at} of the {pictures} lie to each other as those of the model: give {cure}"
 
 
 def _is_determined(h: Refined, prior: Prior, p: LocalisationParameters) -> bool:

@@ -48,6 +48,7 @@ class Refined:
     excluded (b,): which of the scene's components are left out because they are not where the model says.
     prior_sigma: its distance from the prior, NaN where nothing is known beforehand.  outlines: the greys beside the
     outlines, where they were asked for.  last_step: where prediction, measurements and support are of.
+    is_symmetric: whether the model, carried onto itself, leads here from the best pose.
     cost: half of the prior's distance squared, less the evidence of edges and outlines.
     """
 
@@ -61,6 +62,7 @@ class Refined:
     prior_sigma: float
     outlines: Outlines | None = None
     last_step: LastStep | None = None
+    is_symmetric: bool = False
 
     @property
     def middle(self) -> Floats:

@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
-from relmodel.arrays import Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.transforms import skew
 from vision.cameras.cameras import Needs, Prior, perturbation
 from vision.localisation.localisation_parameters import VerdictParameters
@@ -50,7 +50,8 @@ class Gathered:
     prior_sigma: distance from the prior, NaN where there is none; evidence: log odds of the edges against chance;
     found, expected: sum of the places' log odds without regard to arcs, and its expectation at the right pose;
     outline_px, outline_contrast, outline_evidence: length of the outlines against the background, contrast of the greys
-    beside them, and the log odds that they are outlines.
+    beside them, and the log odds that they are outlines; is_symmetric: whether a symmetry of the model leads there from
+    the best.
     """
 
     prior_sigma: Floats
@@ -60,6 +61,7 @@ class Gathered:
     outline_px: Floats
     outline_contrast: Floats
     outline_evidence: Floats
+    is_symmetric: Bools
 
     @classmethod
     def of(cls, hypotheses: Sequence[Refined]) -> Gathered:
@@ -70,7 +72,8 @@ class Gathered:
             )
             for h in hypotheses
         ]  # fmt: skip
-        return cls(*np.array(rows, float).T)
+        columns = [*np.array(rows, float).T, np.array([h.is_symmetric for h in hypotheses])]
+        return cls(*columns)
 
     @property
     def believed(self) -> Floats:
@@ -89,7 +92,8 @@ class Gathered:
 
 
 def find_standing(g: Gathered, p: VerdictParameters) -> Ints:
-    """The hypothesis of least cost and those that pictures and prior leave about as likely; nearest the prior first.
+    """The hypothesis of least cost and those that pictures and prior leave about as likely; nearest the prior first,
+    and without those that a symmetry of the model makes of it.
 
     What edges are found is compared without regard to arcs: a whole arc that one of two poses leaves without an edge
     tells them apart, however many arcs light may hide.  Printed edges may be found as well as the object's own: the
@@ -99,6 +103,7 @@ def find_standing(g: Gathered, p: VerdictParameters) -> Ints:
     near = found > found[first] - max(p.rival_share * found[first], p.min_margin)
     near &= g.believed - g.believed[first] < p.prior_odds
     standing = np.array([first, *(h for h in others if near[h])])
+    standing = standing[~g.is_symmetric[standing]]
     return np.asarray(standing[np.argsort(g.believed[standing], kind="stable")])
 
 
@@ -265,6 +270,8 @@ def judge(
                 "no rival pose" + ("" if np.isnan(from_prior) else f", {from_prior:.1f} sigma from the prior")
             ),
         )
+        if g.is_symmetric.any():
+            reason += "; the model is symmetric: from its other poses the rig sees the same"
         if excluded:
             reason += f"; {excluded} components of the model are not where the model says and were left out"
     else:

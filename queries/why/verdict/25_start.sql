@@ -1,13 +1,13 @@
--- Where the search of a pose started: at poses of the join of circles, with the margin to the next, or in a scan.
+-- Where the search of a pose started: at poses of the join of circles or straight edges, with the margin to the next, or in a scan.
 -- Takes run; gives sentence.
 WITH joined AS (
-    SELECT p.pose_no, p.score
+    SELECT p.pose_no, p.score, s.name
     FROM search_pose AS p
     JOIN search_stage AS s ON s.run_id = p.run_id AND s.stage_no = p.stage_no
-    WHERE p.run_id = :run AND s.name = 'join'
+    WHERE p.run_id = :run AND s.name IN ('join', 'lines')
 ),
 best AS (
-    SELECT count(*) AS poses, max(score) AS first_score, max(CASE WHEN pose_no = 1 THEN score END) AS next_score
+    SELECT count(*) AS poses, CASE WHEN max(name) = 'lines' THEN 'straight edges' ELSE 'circles' END AS seen, max(score) AS first_score, max(CASE WHEN pose_no = 1 THEN score END) AS next_score
     FROM joined
 ),
 seen AS (
@@ -19,7 +19,7 @@ scanned AS (
 SELECT concat(
     CASE
         WHEN b.poses = 0 THEN 'no circles of the model lie to each other as those that the pictures show'
-        WHEN s.cameras > 1 THEN concat('circles in the pictures lie to each other as the model''s do at ', b.poses,
+        WHEN s.cameras > 1 THEN concat(b.seen, ' in the pictures lie to each other as the model''s do at ', b.poses,
             ' distinct poses: the best explains ', CAST(100 * b.first_score AS NUMERIC(18, 0)),
             ' percent of what stereo puts in space',
             CASE WHEN b.poses = 1 THEN ''

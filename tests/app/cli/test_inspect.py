@@ -31,7 +31,7 @@ TRUTH = read_truth(DEMO / "pair_00_truth.json")
 KEYS = [
     "run", "verdict", "outcome", "reason", "posterior", "missing", "needs", "sigma", "weakest", "world_from_rig",
     "world_from_camera", "covariance", "base_correction", "parts_in_view", "presence", "variants", "selection",
-    "hypotheses", "notes", "timings_s",
+    "hypotheses", "equivalent", "notes", "timings_s",
 ]  # fmt: skip
 
 WRITTEN = [
