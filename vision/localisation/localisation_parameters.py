@@ -282,9 +282,9 @@ class VerdictParameters:
     """share of the expected evidence beyond which more evidence counts no more"""
     min_posterior: float = 0.9
     """probability from which a pose is accepted"""
-    least_share_anywhere: float = 0.5
-    """share of the expected evidence that a pose has to show which one camera found with no prior: weights and chance
-    are of poses near a prior"""
+    least_share_anywhere: float = 0.6
+    """share of the expected evidence that a pose found with no prior has to show: weights and chance are of poses near
+    one, and of a box much lies on the edges of another"""
     temper: float = 0.05
     """by which differences of evidence between rivals are multiplied"""
     agreement_px: float = 1.0

@@ -140,7 +140,7 @@ def compute_disagreement(poses: Sequence[tuple[Floats, Floats]]) -> float:
     for i, (a, of_a) in enumerate(poses):
         for b, of_b in poses[:i]:
             d = perturbation(a, b)
-            worst = max(worst, float(np.sqrt(d @ np.linalg.solve(of_a + of_b, d))))
+            worst = max(worst, float(np.sqrt(max(d @ np.linalg.solve(of_a + of_b, d), 0.0))))
     return worst
 
 
@@ -246,10 +246,10 @@ def judge(
             f"contrast of {round(stats.outline_contrast, 1) + 0.0:.1f} along {stats.outline_px:.0f} px of outline"
             + (f", cameras solved apart {stats.apart:.1f} sigma from each other" if by_camera else "")
         )
-    if np.isnan(from_prior) and not by_camera and stats.share < p.least_share_anywhere:
+    if np.isnan(from_prior) and stats.share < p.least_share_anywhere:
         missing.append(
-            f"one picture without a prior shows {_share(stats.share)} of the edges expected, and "
-            f"{_share(p.least_share_anywhere)} are needed: give a prior or a second picture"
+            f"{_share(stats.share)} of the edges expected are found, and without a prior "
+            f"{_share(p.least_share_anywhere)} are needed: give a prior" + ("" if by_camera else " or a second picture")
         )
     if from_prior > p.max_sigma:
         missing.append(f"the pose lies {from_prior:.1f} sigma from the prior, which contradicts it")

@@ -7,7 +7,7 @@ WITH joined AS (
     WHERE p.run_id = :run AND s.name IN ('join', 'lines')
 ),
 best AS (
-    SELECT count(*) AS poses, CASE WHEN max(name) = 'lines' THEN 'straight edges' ELSE 'circles' END AS seen, max(score) AS first_score, max(CASE WHEN pose_no = 1 THEN score END) AS next_score
+    SELECT count(*) AS poses, CASE WHEN max(name) = 'lines' THEN 'straight edges or circles' ELSE 'circles' END AS seen, max(score) AS first_score, max(CASE WHEN pose_no = 1 THEN score END) AS next_score
     FROM joined
 ),
 seen AS (
@@ -18,7 +18,7 @@ scanned AS (
 )
 SELECT concat(
     CASE
-        WHEN b.poses = 0 THEN 'no circles of the model lie to each other as those that the pictures show'
+        WHEN b.poses = 0 THEN 'no edges of the model lie to each other as those that the pictures show'
         WHEN s.cameras > 1 THEN concat(b.seen, ' in the pictures lie to each other as the model''s do at ', b.poses,
             ' distinct poses: the best explains ', CAST(100 * b.first_score AS NUMERIC(18, 0)),
             ' percent of what stereo puts in space',

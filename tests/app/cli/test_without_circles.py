@@ -75,5 +75,5 @@ def test_a_box_is_found_by_its_edges_and_its_symmetry_is_said(
     capsys.readouterr()
     assert main(["why", str(answer["run"]), "--verdict", "--store", store]) == 0
     said = capsys.readouterr().out
-    assert "straight edges in the pictures lie to each other as the model's do" in said
+    assert "straight edges or circles in the pictures lie to each other as the model's do" in said
     assert "the symmetric model looks from there as from the best" in said

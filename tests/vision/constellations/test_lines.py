@@ -63,11 +63,11 @@ def alike(scene: Lines, model: Lines, distance: float, cosine: float, along: flo
     for a, b in combinations(range(len(model)), 2):
         turned = 1 if (model.end[a] - model.start[a]) @ (model.end[b] - model.start[b]) >= 0 else -1
         stored[a, b] = described(model, a, b, (1, turned))
-    found = set()
+    found: set[tuple[int, ...]] = set()
     for (i, j), s, t in product(permutations(range(len(scene)), 2), (1, -1), (1, -1)):
         here = described(scene, i, j, (s, t))
-        for (a, b), there in stored.items() if here else ():
-            if there is None or abs(here[1] - there[1]) > distance or abs(here[0] - there[0]) > cosine:
+        for (a, b), there in stored.items():
+            if here is None or there is None or abs(here[1] - there[1]) > distance or abs(here[0] - there[0]) > cosine:
                 continue
             if all(here[k] >= there[k] - along and here[k + 1] <= there[k + 1] + along for k in (2, 4)):
                 found.add((i, j, a, b, s, t))
