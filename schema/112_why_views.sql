@@ -213,8 +213,8 @@ rule AS (
     UNION ALL
     -- With no prior to go by.
     SELECT s.run_id, 6, 'share', s.share, h.least_share, s.share >= h.least_share,
-        concat(CAST(100 * s.share AS NUMERIC(18, 0)), ' percent of the edges expected are found, and without a prior ',
-            CAST(100 * h.least_share AS NUMERIC(18, 0)), ' are needed')
+        concat(CAST(100 * s.share AS NUMERIC(18, 0)), ' percent of the edges expected are found, and ',
+            CAST(100 * h.least_share AS NUMERIC(18, 0)), ' are needed where nothing is known beforehand')
     FROM statistic AS s JOIN held AS h ON h.run_id = s.run_id
     WHERE s.prior_sigma IS NULL OR s.prior_mm IS NOT NULL
 )

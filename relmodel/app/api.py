@@ -48,15 +48,26 @@ class OpenStore(IndexedStore):
         needs: Needs | None = None,
         world: str | None = None,
         carrier: Carrier | None = None,
+        believe_pictures: bool = False,
     ) -> Inspection:
         """Inspect a stereo pair, or the left camera alone: `vision.inspection.inspection.inspect`.
 
-        A notebook shows the answer with the model drawn over the pictures.
+        believe_pictures: accept a pose that the pictures show surely where it contradicts the prior.  A notebook shows
+        the answer with the model drawn over the pictures.
         """
         from relmodel.app.notebook import inspect_with_picture
+        from vision.inspection.inspection_parameters import InspectionParameters
 
         return inspect_with_picture(
-            self, rig=rig, left=left, right=right, prior=prior, needs=needs, world=world, carrier=carrier
+            self,
+            rig=rig,
+            left=left,
+            right=right,
+            prior=prior,
+            needs=needs,
+            world=world,
+            carrier=carrier,
+            parameters=InspectionParameters(believe_pictures=believe_pictures),
         )
 
     def query(self, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> Table:

@@ -9,6 +9,7 @@ tell them apart.  Poses that single cameras give must agree.  An accepted pose i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 
@@ -140,8 +141,8 @@ def compute_disagreement(poses: Sequence[tuple[Floats, Floats]]) -> float:
     for i, (a, of_a) in enumerate(poses):
         for b, of_b in poses[:i]:
             d = perturbation(a, b)
-            worst = max(worst, float(np.sqrt(max(d @ np.linalg.solve(of_a + of_b, d), 0.0))))
-    return worst
+            worst = max(worst, float(d @ np.linalg.solve(of_a + of_b, d)))
+    return math.sqrt(worst)
 
 
 @dataclass(frozen=True)
@@ -248,8 +249,8 @@ def judge(
         )
     if np.isnan(from_prior) and stats.share < p.least_share_anywhere:
         missing.append(
-            f"{_share(stats.share)} of the edges expected are found, and without a prior "
-            f"{_share(p.least_share_anywhere)} are needed: give a prior" + ("" if by_camera else " or a second picture")
+            f"{_share(stats.share)} of the edges expected are found, and {_share(p.least_share_anywhere)} are needed "
+            "where nothing is known beforehand: give a prior" + ("" if by_camera else " or a second picture")
         )
     if from_prior > p.max_sigma:
         missing.append(f"the pose lies {from_prior:.1f} sigma from the prior, which contradicts it")

@@ -15,6 +15,7 @@ import sqlalchemy as sa
 import yaml
 from PIL import Image
 
+import relmodel
 from relmodel.app.cli.main import main
 from relmodel.arrays import Floats
 from relmodel.columns import Columns
@@ -150,8 +151,13 @@ def test_a_prior_that_the_pictures_contradict_is_said_to(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     store = str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
-    given = pair.options(prior=elsewhere) if cameras == 2 else pair.options(prior=elsewhere, right=None)
-    answer = inspected(store, *given, *(["--believe-pictures"] if believed else []))
+    if cameras == 2:
+        given = pair.options(prior=elsewhere)
+        answer = inspected(store, *given, *(["--believe-pictures"] if believed else []))
+    else:
+        with relmodel.open(store, read_only=False) as python:
+            found = python.inspect(rig=pair.rig_file, left=pair.left, prior=elsewhere, believe_pictures=believed)
+        answer = found.to_json()
     said = re.search(r"the pictures put the rig (\d+) mm, ([0-9.]+) sigma, from the prior", answer["reason"])
     assert said is not None, answer["reason"]
     assert [float(value) for value in said.groups()] == pytest.approx([150, 15], abs=1.5)
