@@ -50,6 +50,7 @@ CREATE TABLE problem (  -- One matching problem of a run: units to be given labe
     status TEXT NOT NULL,  -- optimal (the stored proof meets the cost), bounded or stopped
     cost DOUBLE PRECISION NOT NULL,  -- cost of the assignment found
     bound DOUBLE PRECISION NOT NULL,  -- proved lower bound of the cost
+    bound_kept BOOLEAN NOT NULL,  -- whether the duals that prove it are kept (bound_price, bound_message), as on request
     PRIMARY KEY (run_id, problem_no),
     CHECK (kind IN ('stereo', 'localisation')),
     CHECK (status IN ('optimal', 'bounded', 'stopped'))

@@ -1,4 +1,4 @@
--- Matching problems whose bound does not follow from the stored certificate.
+-- Matching problems whose bound does not follow from the stored certificate, where that is kept.
 -- Takes nothing; gives run_id, problem_no, what does not follow, and how many rows say so.
 -- The nodes of the search split the labellings; each that was not split is bounded by duals of its own or of its parent.
 -- Duals bound a node if labels cost at most 0, messages are at least 0, and the two messages of any pair of compatible
@@ -7,7 +7,10 @@
 -- messages and the dual of its label.  A child that takes one state adds what that costs above its unit's least.
 -- Each step is materialised: PostgreSQL would work it out anew for every row that asks.
 WITH RECURSIVE proof AS MATERIALIZED (
-    SELECT DISTINCT run_id, problem_no, proof_no AS node_no FROM search_node
+    SELECT DISTINCT n.run_id, n.problem_no, n.proof_no AS node_no
+    FROM search_node AS n
+    JOIN problem AS p ON p.run_id = n.run_id AND p.problem_no = n.problem_no
+    WHERE p.bound_kept
 ),
 above AS (
     SELECT p.run_id, p.problem_no, p.node_no, n.node_no AS above_no, n.parent_no, n.branch, n.unit_no, n.label_no

@@ -1,9 +1,9 @@
--- How much dearer, at least, is every matching without a pair of arcs that stereo took in the newest inspection of a pair of pictures?
+-- How much dearer, at least, is every matching without a pair of arcs that stereo took, where bounds were last kept?
 WITH asked AS (
     SELECT p.run_id, p.problem_no, p.units_id, p.labels_id, p.cost, coalesce(p.dual_scale, 1) AS dual_scale, n.proof_no
     FROM problem AS p
     JOIN search_node AS n ON n.run_id = p.run_id AND n.problem_no = p.problem_no AND n.branch = 'root'
-    WHERE p.kind = 'stereo' AND p.run_id = (SELECT max(problem.run_id) FROM problem WHERE problem.kind = 'stereo')
+    WHERE p.kind = 'stereo' AND p.run_id = (SELECT max(problem.run_id) FROM problem WHERE problem.kind = 'stereo' AND problem.bound_kept)
 ),
 state AS (  -- what each partner of an arc costs, and none, if no relation confirms it
     SELECT c.unit_no, c.label_no, c.cost + coalesce(r.weight, 0) AS cost

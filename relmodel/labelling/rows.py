@@ -15,9 +15,11 @@ from relmodel.labelling.result import BOUNDED, OPTIMAL, TAKE, MatchingResult, Se
 Columns = dict[str, Any]
 
 
-def result_rows(problem: MatchingProblem, result: MatchingResult) -> dict[str, Columns]:
+def result_rows(problem: MatchingProblem, result: MatchingResult, *, keep_bound: bool = True) -> dict[str, Columns]:
     """Columns by table, in the order in which they may be appended; run_id, problem_no and what else the row of
     `problem` holds (kind, method, units_id, labels_id, parameters) are the caller's to add.
+
+    keep_bound: whether the duals are among them that prove the bound, most of the rows.
 
     Status and bound are what the rows prove: where the proof was too long to be kept, an optimum is stored as bounded.
     Raises ValueError for a result without a proof: of the modes that are measured against, not used.
@@ -28,6 +30,7 @@ def result_rows(problem: MatchingProblem, result: MatchingResult) -> dict[str, C
     if status == OPTIMAL and result.proved < result.cost:
         status = BOUNDED
     cost = labelling_cost(problem, result.label)
+    proofs = result.proofs if keep_bound else ()
     pair = problem.compatibility
     unit, label = problem.candidate_unit, problem.candidate_label
     return {
@@ -37,6 +40,7 @@ def result_rows(problem: MatchingProblem, result: MatchingResult) -> dict[str, C
             "status": [status],
             "cost": [float(result.cost)],
             "bound": [float(result.proved)],
+            "bound_kept": [keep_bound],
         },
         "candidate": {"unit_no": unit, "label_no": label, "cost": problem.candidate_cost.astype(float)},
         "problem_relation": {
@@ -59,18 +63,22 @@ def result_rows(problem: MatchingProblem, result: MatchingResult) -> dict[str, C
         },
         "search_node": _tree(result.tree),
         "bound_price": {
-            "node_no": np.concatenate([np.full(len(p.label), p.node) for p in result.proofs]),
-            "label_no": np.concatenate([p.label for p in result.proofs]),
-            "dual": np.concatenate([p.price for p in result.proofs]).astype(float),
+            "node_no": _joined([np.full(len(p.label), p.node) for p in proofs]),
+            "label_no": _joined([p.label for p in proofs]),
+            "dual": _joined([p.price for p in proofs]).astype(float),
         },
         "bound_message": {
-            "node_no": np.concatenate([np.full(len(p.unit), p.node) for p in result.proofs]),
-            "unit_no": np.concatenate([p.unit for p in result.proofs]),
-            "label_no": np.concatenate([p.unit_label for p in result.proofs]),
-            "neighbour_no": np.concatenate([p.neighbour for p in result.proofs]),
-            "dual": np.concatenate([p.message for p in result.proofs]).astype(float),
+            "node_no": _joined([np.full(len(p.unit), p.node) for p in proofs]),
+            "unit_no": _joined([p.unit for p in proofs]),
+            "label_no": _joined([p.unit_label for p in proofs]),
+            "neighbour_no": _joined([p.neighbour for p in proofs]),
+            "dual": _joined([p.message for p in proofs]).astype(float),
         },
     }
+
+
+def _joined(parts: list[Ints]) -> Ints:
+    return np.concatenate([np.zeros(0, np.int64), *parts])
 
 
 def _reasons(problem: MatchingProblem, label: Ints) -> list[str]:

@@ -312,6 +312,7 @@ def _inspect(
                 ranked,
             ),
             full=call.full_audit,
+            keep_bounds=parameters.keep_bounds,
         )
         record_decisions(run, connection, cameras, used, needs, found, parameters)
         record_digests(run, connection)

@@ -26,6 +26,8 @@ class InspectionParameters:
     """whether a pose that the pictures show surely is accepted where it contradicts the prior"""
     most_parts: int = 20_000
     """placed parts of a world in which the prior is doubted: all of them are then looked for"""
+    keep_bounds: bool = False
+    """whether the duals are kept that prove the bounds of matching problems: some ten thousand rows"""
     matching: MatchingParameters = field(default_factory=MatchingParameters)
     presence: PresenceParameters = field(default_factory=PresenceParameters)
     most_variants: int = 5

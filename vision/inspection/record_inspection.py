@@ -56,9 +56,10 @@ class Inspected:
     variants: list[VariantEvidence]
 
 
-def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: bool = True) -> None:
+def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: bool, keep_bounds: bool) -> None:
     """Append the rows of an inspection within the transaction of `connection`: all, or unless `full` what was decided
-    without the views, correspondences, measurements and stereo matches that it rests on."""
+    without the views, correspondences, measurements and stereo matches that it rests on; the proofs of bounds where
+    `keep_bounds`."""
     _record_verdict(run, connection, it)
     views = it.found.views if full else {}
     view_no = {name: number for number, name in enumerate(views)}
@@ -76,7 +77,7 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
         )
     if full and it.stereo is not None:
         left, right = (it.pictures[name].recorded.unit_set_id for name in ("left", "right"))
-        record_stereo(run, connection, STEREO, left, right, it.stereo)
+        record_stereo(run, connection, STEREO, left, right, it.stereo, keep_bound=keep_bounds)
     _record_hypotheses(run, connection, it.found.hypotheses, it.relational_distances)
     for number, (name, view) in enumerate(views.items()):
         _record_view(run, connection, number, view, it.stored)
@@ -89,6 +90,7 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
             it.matched[name],
             it.stored,
             it.matching,
+            keep_bound=keep_bounds,
         )
     if it.correction is not None:
         _record_correction(run, connection, it.correction)

@@ -26,6 +26,8 @@ def record_match(
     matched: MatchedView,
     stored: StoredScene,
     p: PoseProblemParameters,
+    *,
+    keep_bound: bool,
 ) -> None:
     """Append the units of a view with their relations, the pairs that were considered, and the problem with its
     certificate.  units_id: the set of the picture's units."""
@@ -58,7 +60,7 @@ def record_match(
     run.append(connection, "unit_relation", {"unit_set_id": labels_id, **units.relations})
     _record_pairs(run, connection, view_no, matched)
     solved, problem_key = matched.match.solved, {"run_id": run.id, "problem_no": problem_no}
-    for table, columns in result_rows(solved.problem, solved.result).items():
+    for table, columns in result_rows(solved.problem, solved.result, keep_bound=keep_bound).items():
         if table == "problem":
             columns = {
                 **columns,

@@ -91,7 +91,12 @@ def match_pair(
         raise UsageError(f"both pictures are given to the camera '{left[0]}': name one camera each")
     paths = {name: Path(path) for name, path in (left, right)}
     stereo = replace(parameters.stereo, method=method)
-    recorded = {"extraction": asdict(parameters.extraction), "stereo": asdict(stereo), "left": left[0]}
+    recorded = {
+        "extraction": asdict(parameters.extraction),
+        "stereo": asdict(stereo),
+        "left": left[0],
+        "keep_bounds": parameters.keep_bounds,
+    }
     files = {**paths, **rig_inputs(rig)} | ({} if prior is None else {"prior": prior})
     world_name = "" if prior is None else _world(store, world)
     with Run.begin(store, "stereo", recorded, inputs=digest_inputs(files), packages=PACKAGES) as run:
@@ -109,7 +114,15 @@ def match_pair(
 
         def record(connection: Connection) -> None:
             record_rig(run, connection, cameras)
-            record_stereo(run, connection, 0, one.recorded.unit_set_id, other.recorded.unit_set_id, matches)
+            record_stereo(
+                run,
+                connection,
+                0,
+                one.recorded.unit_set_id,
+                other.recorded.unit_set_id,
+                matches,
+                keep_bound=parameters.keep_bounds,
+            )
             run.finish(connection=connection, last="record")
 
         run.transact(record)

@@ -76,6 +76,7 @@ def solve_rows(workspace: Database, connection: Connection, number: int, rows: P
             "status": "stopped",
             "cost": 0.0,
             "bound": 0.0,
+            "bound_kept": False,
         },
     )
     tolerances: Columns = {

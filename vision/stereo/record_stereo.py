@@ -22,7 +22,14 @@ if TYPE_CHECKING:
 
 
 def record_stereo(
-    run: Run, connection: Connection, problem_no: int, units_id: int, labels_id: int, matches: StereoMatches
+    run: Run,
+    connection: Connection,
+    problem_no: int,
+    units_id: int,
+    labels_id: int,
+    matches: StereoMatches,
+    *,
+    keep_bound: bool,
 ) -> None:
     """Append the problem with its candidates, relations, decisions and certificate, the votes of rows where the method
     has them, and the arcs in space.
@@ -30,7 +37,7 @@ def record_stereo(
     `units_id` and `labels_id` are the unit sets of the left and the right extraction: arcs by number, then regions.
     """
     key = {"run_id": run.id, "problem_no": problem_no}
-    for table, columns in result_rows(matches.solved.problem, matches.solved.result).items():
+    for table, columns in result_rows(matches.solved.problem, matches.solved.result, keep_bound=keep_bound).items():
         if table == "problem":
             columns = {
                 **columns,

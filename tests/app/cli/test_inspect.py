@@ -168,7 +168,7 @@ def test_every_step_has_its_rows(answer: dict[str, Any], store: str, inspection:
     assert said == list(answer["timings_s"])
     recorded = json.loads(recorded) if isinstance(recorded, str) else recorded
     call = {"world": "demo_cell", "carrier": asdict(Carrier()), "keep_images": True, "full_audit": True}
-    assert recorded == json.loads(json.dumps({**call, **asdict(InspectionParameters())}))
+    assert recorded == json.loads(json.dumps({**call, **asdict(InspectionParameters(keep_bounds=True))}))
     assert inspection.overlay.stat().st_size > 10_000
 
 
@@ -226,7 +226,7 @@ def test_same_inspection_gives_same_rows(
     readers: list[subprocess.CompletedProcess[str]] = []
     monkeypatch.setattr(pictures, "extract", never)
     monkeypatch.setattr(locate_module, "localise", read_by_others)
-    again = inspected(store, *pair.options())
+    again = inspected(store, *pair.options(), "--keep-bounds")
     assert [(read.returncode, "2" in read.stdout) for read in readers] == [(0, True)]
     varying = {"run", "timings_s"}
     assert {k: v for k, v in again.items() if k not in varying} == {k: v for k, v in answer.items() if k not in varying}

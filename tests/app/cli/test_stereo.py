@@ -17,11 +17,12 @@ from tests.app.cli.conftest import Pair
 
 @pytest.fixture(scope="module")
 def answered(pair: Pair, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A store with a run of each method."""
+    """A store with a run of each method, the last with the proof of its bound."""
     store = tmp_path_factory.mktemp("stereo") / "store.duckdb"
     assert main(["init", "--store", str(store)]) == 0
     for method in ("pong", "relational", "star"):
-        assert main(["stereo", "--store", str(store), *pair.options(prior=None), "--method", method]) == 0
+        kept = ["--keep-bounds"] if method == "star" else []
+        assert main(["stereo", "--store", str(store), *pair.options(prior=None), "--method", method, *kept]) == 0
     return store
 
 
@@ -58,6 +59,14 @@ def test_each_method_leaves_a_problem_that_holds(answered: Path) -> None:
                 assert {"no_candidate", "not_taken"} <= set(found)
             # one extraction a picture serves all three
             assert connection.execute(sa.select(sa.func.count()).select_from(store.table("extraction"))).scalar() == 2
+
+
+def test_bounds_are_kept_on_request(answered: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with Store.open(str(answered), read_only=True) as store, store.read() as connection:
+        proved = sa.text("SELECT run_id, count(*) > 0 FROM bound_message GROUP BY run_id")
+        assert [tuple(row) for row in connection.execute(proved)] == [(3, True)]
+    assert main(["check", "--store", str(answered)]) == 0
+    assert "2 matching problems: bound not kept" in "".join(capsys.readouterr())
 
 
 def test_matches_are_printed(answered: Path, pair: Pair, capsys: pytest.CaptureFixture[str]) -> None:

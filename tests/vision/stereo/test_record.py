@@ -63,7 +63,7 @@ def recorded(new_store: Callable[[str], str], found: StereoMatches) -> Iterator[
                 run.append(connection, "unit_set", {"id": [n], "kind": "extraction", "extraction_id": [n]})
                 arcs = np.arange(count)
                 run.append(connection, "unit", {"unit_set_id": n, "unit_no": arcs, "kind": "arc", "ref_no": arcs})
-            record_stereo(run, connection, PROBLEM, sets[0], sets[1], found)
+            record_stereo(run, connection, PROBLEM, sets[0], sets[1], found, keep_bound=True)
         yield store, run.id
 
 

@@ -100,6 +100,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
     )
     parser.add_argument(
+        "--keep-bounds",
+        action="store_true",
+        help="keep the rows that prove how good the matches are, for relmodel check to follow",
+    )
+    parser.add_argument(
         "--audit",
         choices=("full", "minimal"),
         default="full",
@@ -150,6 +155,7 @@ def run(args: argparse.Namespace) -> int:
                 stereo=replace(DEFAULTS.stereo, method=args.stereo_method),
                 stereo_gate=args.stereo_gate,
                 believe_pictures=args.believe_pictures,
+                keep_bounds=args.keep_bounds,
             ),
         )
     print_answer(answer, args.format)

@@ -8,6 +8,7 @@ there, bounds it.  Methods: pong (votes of epipolar rows, attributes of arcs and
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from relmodel.app.cli.options import add_format, store_target
@@ -36,6 +37,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
     )
+    parser.add_argument(
+        "--keep-bounds",
+        action="store_true",
+        help="keep the rows that prove how good the matches are, for relmodel check to follow",
+    )
     add_format(parser)
 
 
@@ -48,6 +54,7 @@ def _camera_and_picture(text: str, side: str) -> tuple[str, Path]:
 def run(args: argparse.Namespace) -> int:
     from relmodel.compiled import compile_ahead
     from relmodel.store import Store
+    from vision.inspection.inspection_parameters import DEFAULTS
     from vision.inspection.stereo_pair import KERNELS, match_pair
 
     compile_ahead(KERNELS, say)
@@ -61,6 +68,7 @@ def run(args: argparse.Namespace) -> int:
             prior=args.prior,
             world=args.world,
             keep_images=not args.no_keep_images,
+            parameters=replace(DEFAULTS, keep_bounds=args.keep_bounds),
         )
     for words in answer.notes:
         say(words)
