@@ -165,14 +165,40 @@ CREATE TABLE triangulated_unit (  -- Stereo matches in space: matched arcs as cu
     curve TEXT NOT NULL,  -- line, circle, ellipse (centre + cos t major + sin t minor) or free
     start_x DOUBLE PRECISION NOT NULL, start_y DOUBLE PRECISION NOT NULL, start_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the first end of the part that both images show, in the walk of the left arc, mm, in the rig's frame
     end_x DOUBLE PRECISION NOT NULL, end_y DOUBLE PRECISION NOT NULL, end_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the last end of that part, mm, in the rig's frame
+    edge_probability DOUBLE PRECISION NOT NULL,  -- how probably it is an edge of an object, and not what lies on it: texture, reflections, shadows
     covariance DOUBLE PRECISION[] NOT NULL,  -- covariance of start and end, 6x6 row by row, mm^2, in the rig's frame
     centre_x DOUBLE PRECISION, centre_y DOUBLE PRECISION, centre_z DOUBLE PRECISION,  -- x, y and z of the centre of a circle or ellipse, mm, in the rig's frame; null for other curves
     major_x DOUBLE PRECISION, major_y DOUBLE PRECISION, major_z DOUBLE PRECISION,  -- x, y and z of the major semi-axis, mm, in the rig's frame; of a circle, any radius
     minor_x DOUBLE PRECISION, minor_y DOUBLE PRECISION, minor_z DOUBLE PRECISION,  -- x, y and z of the minor semi-axis, mm, in the rig's frame
+    conic_covariance DOUBLE PRECISION[],  -- covariance of centre, unit normal and radius, 7x7 row by row, mm and rad; null for other curves
     PRIMARY KEY (run_id, problem_no, unit_no),
     CHECK (curve IN ('line', 'circle', 'ellipse', 'free')),
     CHECK (covariance[36] IS NOT NULL AND covariance[37] IS NULL AND covariance[1] > 0 AND covariance[22] > 0),
-    CHECK ((centre_x IS NOT NULL) = (curve IN ('circle', 'ellipse')))
+    CHECK ((centre_x IS NOT NULL) = (curve IN ('circle', 'ellipse'))),
+    CHECK (edge_probability BETWEEN 0 AND 1),
+    CHECK ((conic_covariance IS NOT NULL) = (centre_x IS NOT NULL))
+);
+
+CREATE TABLE space_relation (  -- How circles and straight edges that stereo puts in space lie to each other, two by two: what the join is given, with standard deviations.
+    run_id BIGINT NOT NULL,  -- the run
+    problem_no INTEGER NOT NULL,  -- the stereo problem
+    unit_a INTEGER NOT NULL,  -- the first unit
+    unit_b INTEGER NOT NULL,  -- the second unit
+    kind TEXT NOT NULL,  -- circles or lines
+    distance DOUBLE PRECISION NOT NULL,  -- from centre to centre; of lines from one to the other, its sign that of the turn; mm
+    distance_sigma DOUBLE PRECISION NOT NULL,  -- standard deviation of the distance, mm
+    radius_a DOUBLE PRECISION, radius_b DOUBLE PRECISION,  -- radius of the first and of the second circle, mm
+    radius_a_sigma DOUBLE PRECISION, radius_b_sigma DOUBLE PRECISION,  -- standard deviation of the radius of the first and of the second circle, mm
+    normals DOUBLE PRECISION,  -- cosine of the angle between the normals of circles, which have no sign
+    normals_sigma DOUBLE PRECISION,  -- standard deviation of that cosine
+    rise_a DOUBLE PRECISION, rise_b DOUBLE PRECISION,  -- cosine of the angle between the connecting line and the normal of the first and of the second circle
+    rise_a_sigma DOUBLE PRECISION, rise_b_sigma DOUBLE PRECISION,  -- standard deviation of the cosine of the first and of the second circle
+    cosine DOUBLE PRECISION,  -- cosine of the angle between lines
+    cosine_sigma DOUBLE PRECISION,  -- standard deviation of that cosine
+    alike BIGINT NOT NULL,  -- how many relations of the inspected objects it is like; 0 also where these were too many to be joined
+    PRIMARY KEY (run_id, problem_no, kind, unit_a, unit_b),
+    CHECK (kind IN ('circles', 'lines')),
+    CHECK (alike >= 0)
 );
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
@@ -189,7 +215,8 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('search_node', 'matching', 'primary'),
     ('bound_price', 'matching', 'primary'),
     ('bound_message', 'matching', 'primary'),
-    ('triangulated_unit', 'matching', 'primary');
+    ('triangulated_unit', 'matching', 'primary'),
+    ('space_relation', 'matching', 'redundant');
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('unit_set', 0, ARRAY['extraction_id'], 'extraction', ARRAY['id']),
@@ -203,4 +230,6 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('vote', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('assignment', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('search_node', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
-    ('triangulated_unit', 0, ARRAY['run_id', 'problem_no', 'unit_no'], 'assignment', ARRAY['run_id', 'problem_no', 'unit_no']);
+    ('triangulated_unit', 0, ARRAY['run_id', 'problem_no', 'unit_no'], 'assignment', ARRAY['run_id', 'problem_no', 'unit_no']),
+    ('space_relation', 0, ARRAY['run_id', 'problem_no', 'unit_a'], 'triangulated_unit', ARRAY['run_id', 'problem_no', 'unit_no']),
+    ('space_relation', 1, ARRAY['run_id', 'problem_no', 'unit_b'], 'triangulated_unit', ARRAY['run_id', 'problem_no', 'unit_no']);

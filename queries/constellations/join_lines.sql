@@ -1,8 +1,8 @@
 -- Relations of straight edges in space joined with those of an object's: alike in angle and distance, and an edge that
 -- was seen lies within one of the object.  Relations of the scene with the fewest like them come first, and whole, until
 -- there are `most` of them; of each at most `most_of_relation` are taken, evenly among all.
--- Takes the relations scene_pair (a, b, sign_a, sign_b, cosine, distance, cosine_off and distance_off: by which they may
--- differ, low_a, high_a, low_b, high_b: stretches seen) and model_pair (a, b, cosine, distance, low_a, high_a, low_b,
+-- Takes the relations scene_pair (unit_a, unit_b, sign_a, sign_b, cosine, distance, cosine_off and distance_off: by which they may
+-- differ, low_a, high_a, low_b, high_b: stretches seen) and model_pair (unit_a, unit_b, cosine, distance, low_a, high_a, low_b,
 -- high_b), bin_mm (no distance_off is greater), along_mm (by which an edge may be seen beyond its ends),
 -- most_of_relation, most;
 -- gives unit_a, unit_b, sign_a, sign_b, line_a, line_b, alike (how many pairs of the model the relation is like).
@@ -12,7 +12,7 @@ WITH step AS (
 -- Distances that agree lie in one bin or in neighbouring ones.
 scene AS (
     SELECT s.*, CAST(floor(s.distance / :bin_mm) AS INTEGER) + step.by AS bin,
-        least(s.a, s.b) AS low, greatest(s.a, s.b) AS high
+        least(s.unit_a, s.unit_b) AS low, greatest(s.unit_a, s.unit_b) AS high
     FROM scene_pair AS s
     CROSS JOIN step
 ),
@@ -21,7 +21,7 @@ model AS (
     FROM model_pair
 ),
 matched AS (
-    SELECT s.low, s.high, s.a AS unit_a, s.b AS unit_b, s.sign_a, s.sign_b, m.a AS line_a, m.b AS line_b
+    SELECT s.low, s.high, s.unit_a, s.unit_b, s.sign_a, s.sign_b, m.unit_a AS line_a, m.unit_b AS line_b
     FROM scene AS s
     JOIN model AS m ON m.bin = s.bin
     WHERE abs(m.distance - s.distance) <= s.distance_off

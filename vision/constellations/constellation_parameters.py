@@ -9,14 +9,22 @@ from math import radians
 class JoinParameters:
     """Which pairs of circles are alike; sizes and distances are those that a load relates."""
 
-    radius_mm: float = 1.0
-    """mm by which radii may differ"""
-    radius_share: float = 0.05
-    """share of a radius by which it may differ beyond that"""
-    distance_mm: float = 2.0
-    """mm by which distances of centres may differ"""
-    cosine: float = 0.12
-    """by which cosines of the angles of normals and connecting line may differ"""
+    sigmas: float = 3.0
+    """standard deviations by which relations may differ"""
+    least_radius_mm: float = 0.3
+    """mm by which radii may differ, at least"""
+    least_mm: float = 0.8
+    """mm by which distances of centres may differ, at least"""
+    bin_mm: float = 8.0
+    """mm by which they may, at most"""
+    least_cosine: float = 0.04
+    """by which cosines of the angles of normals and connecting line may differ, at least"""
+    most_cosine: float = 0.25
+    """by which they may, at most"""
+    most_sigma_mm: float = 4.0
+    """mm: standard deviation of a distance beyond which a relation says nothing"""
+    most_sigma_cosine: float = 0.1
+    """that of the cosine of normals"""
     along: float = 0.9
     """cosine of normal and connecting line beyond which they leave a turn about both open"""
     most_of_relation: int = 64

@@ -3,22 +3,39 @@ model's arcs, and what repeats."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.features.circle_relations import DEFAULTS as KEPT
 from relmodel.geometry.transforms import matrices
 from relmodel.store.database import Database
 from vision.cameras.cameras import Prior, perturbations
-from vision.constellations.circles import find_scene_circles, read_circles
+from vision.constellations.circles import Relations, find_scene_circles, read_circles
 from vision.constellations.constellation_parameters import DEFAULTS, ConstellationParameters, PoseParameters
-from vision.constellations.join import join_pairs, solve_poses
-from vision.constellations.lines import find_scene_lines, join_lines, read_lines, solve_line_poses
+from vision.constellations.join import JoinedPairs, count_alike, join_pairs, solve_poses
+from vision.constellations.lines import (
+    JoinedLines,
+    find_scene_lines,
+    join_lines,
+    read_lines,
+    relate_lines,
+    solve_line_poses,
+)
 from vision.constellations.score import ModelArcs, ScenePoints, sample_scene
 from vision.localisation.hypotheses import Candidates, describe_stage
 from vision.scene.scene import Scene
 from vision.stereo.triangulate import Triangulated
+
+
+class Found(NamedTuple):
+    """Poses as perturbations of a prior, and the relations in space, by kind, that they were found by."""
+
+    prior: Prior
+    candidates: Candidates
+    relations: dict[str, Relations]
 
 
 def find_poses(
@@ -29,7 +46,7 @@ def find_poses(
     space: Triangulated,
     prior: Prior | None = None,
     p: ConstellationParameters = DEFAULTS,
-) -> tuple[Prior, Candidates]:
+) -> Found:
     """Distinct poses at which circles in space fall on circles of the inspected objects, pair by pair; where these
     explain too little, straight edges on straight edges.
 
@@ -41,43 +58,74 @@ def find_poses(
     at the best."""
     points, arcs = sample_scene(space, p.poses), ModelArcs(scene, p.poses)
     poses, share, name = np.zeros((0, 4, 4)), np.zeros(0), "join"
-    for stage, solve in (("join", _by_circles), ("lines", _by_lines)):
+    relations: dict[str, Relations] = {}
+    for stage, start in (("join", _start_at_circles), ("lines", _start_at_lines)):
         if share.max(initial=0.0) < p.poses.enough:
             name = stage
-            started, rarity = solve(store, connection, world_id, space, p)
-            fitted, explained = _fit_best(started, rarity, points, arcs, prior, p.poses)
+            started = start(store, connection, read_inspected(store, connection, world_id), space, p)
+            relations[started.kind] = started.relations
+            fitted, explained = _fit_best(started.poses, started.rarity, points, arcs, prior, p.poses)
             poses, share = np.concatenate([poses, fitted]), np.concatenate([share, explained])
     kept = best_distinct(poses, share, points.middle, p.poses, p.poses.kept)
-    return candidates(name, poses[kept], share[kept], prior, p.poses.enough)
+    return Found(*candidates(name, poses[kept], share[kept], prior, p.poses.enough), relations)
 
 
-def _by_circles(
-    store: Database, connection: Connection, world_id: int, space: Triangulated, p: ConstellationParameters
-) -> tuple[Floats, Floats]:
-    """Poses (k, 4, 4) that joined pairs of circles give, and how rare (k,) each pair is."""
-    circles = find_scene_circles(space)
-    circles = circles.take((circles.radius >= KEPT.least_radius) & (circles.radius <= KEPT.greatest_radius))
-    poses, alike = [np.zeros((0, 4, 4))], [np.zeros(0, np.int64)]
-    for object_id, world_from_object in read_inspected(store, connection, world_id):
-        joined = join_pairs(store, connection, object_id, circles, p.join)
-        solved = solve_poses(circles, read_circles(store, connection, object_id), joined)
-        poses.append(world_from_object @ solved.reshape(-1, 4, 4))
-        alike.append(np.repeat(joined.alike, 2))
-    return np.concatenate(poses), 1.0 / np.concatenate(alike)
+class _Started(NamedTuple):
+    """Poses (k, 4, 4) that joined pairs give, how rare (k,) each pair is, and the scene's relations of that kind."""
+
+    poses: Floats
+    rarity: Floats
+    kind: str
+    relations: Relations
 
 
-def _by_lines(
-    store: Database, connection: Connection, world_id: int, space: Triangulated, p: ConstellationParameters
-) -> tuple[Floats, Floats]:
-    """Poses (k, 4, 4) that joined pairs of straight edges give, and how rare (k,) each pair is."""
-    seen = find_scene_lines(space, p.lines)
-    poses, alike = [np.zeros((0, 4, 4))], [np.zeros(0, np.int64)]
-    for object_id, world_from_object in read_inspected(store, connection, world_id):
+_Inspected = list[tuple[int, Floats]]
+
+
+def _start_at_circles(
+    store: Database, connection: Connection, inspected: _Inspected, space: Triangulated, p: ConstellationParameters
+) -> _Started:
+    arcs, circles = find_scene_circles(space)
+    relations = circles.relations(p.join)
+
+    def solve(object_id: int) -> tuple[JoinedPairs, Floats]:
+        joined = join_pairs(store, connection, object_id, relations, p.join)
+        return joined, solve_poses(circles, read_circles(store, connection, object_id), joined)
+
+    return _start("circles", space.left[arcs], relations, inspected, solve)
+
+
+def _start_at_lines(
+    store: Database, connection: Connection, inspected: _Inspected, space: Triangulated, p: ConstellationParameters
+) -> _Started:
+    arcs, seen = find_scene_lines(space, p.lines)
+    relations = relate_lines(seen, p.lines)
+
+    def solve(object_id: int) -> tuple[JoinedLines, Floats]:
         edges = read_lines(store, connection, object_id, p.lines)
-        joined = join_lines(store, connection, seen, edges, p.lines)
-        poses.append(world_from_object @ solve_line_poses(seen, edges, joined))
-        alike.append(joined.alike)
-    return np.concatenate(poses), 1.0 / np.concatenate(alike)
+        joined = join_lines(store, connection, relations, edges, p.lines)
+        return joined, solve_line_poses(seen, edges, joined)[:, None]
+
+    return _start("lines", space.left[arcs], relations, inspected, solve)
+
+
+def _start(
+    kind: str,
+    unit: Ints,
+    relations: Relations,
+    inspected: _Inspected,
+    solve: Callable[[int], tuple[JoinedPairs | JoinedLines, Floats]],
+) -> _Started:
+    """Poses that joined pairs give, of all inspected objects; unit (n,): numbers of the scene's units."""
+    poses, alike, counted = [np.zeros((0, 4, 4))], [np.zeros(0, np.int64)], np.zeros(len(relations["unit_a"]), np.int64)
+    for object_id, world_from_object in inspected:
+        joined, solved = solve(object_id)
+        poses.append((world_from_object @ solved).reshape(-1, 4, 4))
+        alike.append(np.repeat(joined.alike, solved.shape[1]))
+        counted += count_alike(relations, joined)
+    named = {name: unit[relations[name]] for name in ("unit_a", "unit_b")}
+    told = relations | named | {"alike": counted}
+    return _Started(np.concatenate(poses), 1.0 / np.concatenate(alike), kind, told)
 
 
 def read_inspected(store: Database, connection: Connection, world_id: int) -> list[tuple[int, Floats]]:

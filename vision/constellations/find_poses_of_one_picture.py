@@ -19,10 +19,9 @@ from vision.constellations.constellation_parameters import (
     OnePictureParameters,
 )
 from vision.constellations.ellipse_fit import EllipseFit, to_matrices, to_rows
-from vision.constellations.find_poses import are_near, best_distinct, candidates
+from vision.constellations.find_poses import Found, are_near, best_distinct, candidates
 from vision.constellations.join import JoinedPairs, solve_poses
 from vision.extraction.primitives import Primitives
-from vision.localisation.hypotheses import Candidates
 
 
 def find_poses_of_one_picture(
@@ -33,7 +32,7 @@ def find_poses_of_one_picture(
     picture: Primitives,
     prior: Prior | None = None,
     p: ConstellationParameters = DEFAULTS,
-) -> tuple[Prior, Candidates]:
+) -> Found:
     """Distinct poses of a rig of one camera at which ellipses of its picture are circles of the inspected objects.
 
     An ellipse and a radius of an object are a circle in space, and two such circles that lie to each other as two of
@@ -52,7 +51,7 @@ def find_poses_of_one_picture(
     ]
     placed = [_place(unit, model, joined) for model, joined in joins]
     if not sum(len(scene) for scene, _ in placed):
-        return candidates("join", np.zeros((0, 4, 4)), np.zeros(0), prior, p.one_picture.enough)
+        return Found(*candidates("join", np.zeros((0, 4, 4)), np.zeros(0), prior, p.one_picture.enough), {})
     middle = np.median(np.concatenate([scene.centre for scene, _ in placed]), axis=0)
     poses, scores = [], []
     for world_from_object, (model, joined), where in zip(matrices(objects), joins, placed, strict=True):
@@ -70,7 +69,7 @@ def find_poses_of_one_picture(
     pose, score = np.concatenate(poses), np.concatenate(scores)
     in_rig = rig.rig_from_camera[name] @ np.append(middle, 1.0)
     kept = best_distinct(pose, score, in_rig[:3], p.poses, p.one_picture.kept)
-    return candidates("join", pose[kept], score[kept], prior, p.one_picture.enough)
+    return Found(*candidates("join", pose[kept], score[kept], prior, p.one_picture.enough), {})
 
 
 def join_ellipses(
@@ -106,12 +105,12 @@ def _see(ellipses: PictureEllipses, camera: Camera) -> tuple[Columns, Circles]:
         "size_share": np.repeat(ellipses.size_share, 2),
         "tilt": np.repeat(ellipses.tilt, 2),
     }
-    return columns, Circles(centre, normal, np.ones(len(centre)))
+    return columns, Circles.exact(centre, normal, np.ones(len(centre)))
 
 
 def _place(unit: Circles, model: Circles, joined: JoinedPairs) -> tuple[Circles, JoinedPairs]:
     """The circles of the scene that joined pairs name, of the model's radii, and the pairs by rows of them."""
     row, circle = joined.scene.ravel(), joined.model.ravel()
     radius = model.radius[circle]
-    placed = Circles(unit.centre[row] * radius[:, None], unit.normal[row], radius)
+    placed = Circles.exact(unit.centre[row] * radius[:, None], unit.normal[row], radius)
     return placed, JoinedPairs(np.arange(len(row)).reshape(-1, 2), joined.model, joined.alike)

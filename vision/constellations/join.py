@@ -9,8 +9,9 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Floats, Ints
 from relmodel.store.database import Database
-from vision.constellations.circles import Circles
+from vision.constellations.circles import Circles, Relations
 from vision.constellations.constellation_parameters import JoinParameters
+from vision.constellations.lines import JoinedLines
 
 
 @dataclass(frozen=True)
@@ -24,16 +25,28 @@ class JoinedPairs:
 
 
 def join_pairs(
-    store: Database, connection: Connection, object_id: int, scene: Circles, p: JoinParameters
+    store: Database, connection: Connection, object_id: int, relations: Relations, p: JoinParameters
 ) -> JoinedPairs:
-    """Join the relations of circles in space with those of an object: `queries/constellations/join.sql`."""
-    names = ("radius_mm", "radius_share", "distance_mm", "cosine", "most_of_relation", "most")
-    with store.relation(connection, "scene_relation", scene.relations(p)):
+    """Join `Circles.relations` of circles in space with those of an object: `queries/constellations/join.sql`."""
+    names = (
+        "sigmas", "least_radius_mm", "least_mm", "bin_mm", "least_cosine", "most_cosine", "along", "most_of_relation",
+        "most",
+    )  # fmt: skip
+    with store.relation(connection, "scene_relation", relations):
         joined = store.columns(
             connection, "constellations/join", object_id=object_id, **{name: getattr(p, name) for name in names}
         )
     units, circles = (np.stack([joined[f"{n}_a"], joined[f"{n}_b"]], axis=1) for n in ("unit", "circle"))
     return JoinedPairs(units.astype(np.int64), circles.astype(np.int64), joined["alike"].astype(np.int64))
+
+
+def count_alike(relations: Relations, joined: JoinedPairs | JoinedLines) -> Ints:
+    """How many pairs of a model (k,) each relation of a scene is like; 0 for those that were not joined."""
+    a, b = (np.asarray(relations[name], np.int64) for name in ("unit_a", "unit_b"))
+    size = int(max(a.max(initial=-1), b.max(initial=-1))) + 1
+    alike = np.zeros((size, size), np.int64)
+    alike[joined.scene[:, 0], joined.scene[:, 1]] = joined.alike
+    return np.asarray(np.maximum(alike[a, b], alike[b, a]))
 
 
 def solve_poses(scene: Circles, model: Circles, joined: JoinedPairs) -> Floats:

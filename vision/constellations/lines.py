@@ -12,8 +12,8 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import Floats, Ints
-from relmodel.columns import Columns
 from relmodel.store.database import Database
+from vision.constellations.circles import Relations
 from vision.constellations.constellation_parameters import LineParameters
 from vision.stereo.triangulate import CURVES, Triangulated
 
@@ -82,12 +82,25 @@ class _Pairs:
         return np.asarray(np.einsum("ij,ij->i", self.foot_b - self.foot_a, self.across))
 
 
-def find_scene_lines(space: Triangulated, p: LineParameters) -> Lines:
-    """The longest straight ones among matched arcs, in the rig's frame."""
+def find_scene_lines(space: Triangulated, p: LineParameters) -> tuple[Ints, Lines]:
+    """The longest straight ones among matched arcs, in the rig's frame, and which arcs (n,) they are."""
     lines = Lines(space.start, space.end, space.covariance)
     length = np.where(space.curve == CURVES.index("line"), lines.length, 0.0)
     rows = np.argsort(-length, kind="stable")[: p.most_seen]
-    return lines.take(np.sort(rows[length[rows] >= p.least_length]))
+    rows = np.sort(rows[length[rows] >= p.least_length])
+    return rows, lines.take(rows)
+
+
+def relate_lines(lines: Lines, p: LineParameters) -> Relations:
+    """How lines in space lie to each other two by two, those not parallel and sure enough to be joined: unit_a and
+    unit_b, cosine and distance (mm) with their standard deviations, and on which stretches (mm) they were seen, from
+    the foot of the common perpendicular."""
+    pairs = _pair(lines, *np.triu_indices(len(lines), 1), p)
+    found = _describe(pairs, lines)
+    found["distance_sigma"], found["cosine_sigma"] = _sigmas(pairs, lines)
+    found["sign_a"], found["sign_b"] = np.ones(len(pairs.a), np.int64), pairs.turned.astype(np.int64)
+    sure = (found["distance_sigma"] <= p.most_sigma_mm) & (found["cosine_sigma"] <= p.most_sigma_cosine)
+    return {name: values[sure] for name, values in found.items()}
 
 
 def read_lines(store: Database, connection: Connection, object_id: int, p: LineParameters) -> Lines:
@@ -99,10 +112,12 @@ def read_lines(store: Database, connection: Connection, object_id: int, p: LineP
     return Lines(start, end, np.zeros((len(start), 6, 6)))
 
 
-def join_lines(store: Database, connection: Connection, scene: Lines, model: Lines, p: LineParameters) -> JoinedLines:
-    """Join the relations of lines in space with those of an object: `queries/constellations/join_lines.sql`."""
+def join_lines(
+    store: Database, connection: Connection, relations: Relations, model: Lines, p: LineParameters
+) -> JoinedLines:
+    """Join `relate_lines` of lines in space with those of an object: `queries/constellations/join_lines.sql`."""
     with (
-        store.relation(connection, "scene_pair", _describe_seen(scene, p)),
+        store.relation(connection, "scene_pair", _lay_every_way(relations, p)),
         store.relation(connection, "model_pair", _describe(_pair(model, *np.triu_indices(len(model), 1), p), model)),
     ):
         names = ("bin_mm", "along_mm", "most_of_relation", "most")
@@ -149,12 +164,12 @@ def _pair_all(lines: Lines, a: Ints, b: Ints) -> _Pairs:
     return _Pairs(a, b, turned, along_a, along_b, foot_a, foot_b, at_a, at_b)
 
 
-def _describe(pairs: _Pairs, lines: Lines) -> dict[str, Floats | Ints]:
+def _describe(pairs: _Pairs, lines: Lines) -> Relations:
     """Relations of pairs of lines as columns: stretches are from the foot, along the first and the turned second."""
     length_b = pairs.turned * lines.length[pairs.b]
     return {
-        "a": pairs.a,
-        "b": pairs.b,
+        "unit_a": pairs.a,
+        "unit_b": pairs.b,
         "cosine": pairs.cosine,
         "distance": pairs.distance,
         "low_a": -pairs.at_a,
@@ -164,19 +179,18 @@ def _describe(pairs: _Pairs, lines: Lines) -> dict[str, Floats | Ints]:
     }
 
 
-def _describe_seen(lines: Lines, p: LineParameters) -> Columns:
-    """Relations in space, each in every way that the directions, which an edge does not have, may be laid: in both
+def _lay_every_way(relations: Relations, p: LineParameters) -> Relations:
+    """Relations of lines in space in every way that the directions, which an edge does not have, may be laid: in both
     orders, with both lines turned and, where they are about perpendicular, with one; and by how much angle and distance
     may be off."""
-    a, b = np.nonzero(~np.eye(len(lines), dtype=bool))
-    pairs = _pair(lines, a, b, p)
-    found = _describe(pairs, lines)
-    of_distance, of_cosine = _sigmas(pairs, lines)
-    found["distance_off"] = np.clip(p.sigmas * of_distance, p.least_mm, p.bin_mm)
-    found["cosine_off"] = np.clip(p.sigmas * of_cosine, p.least_cosine, p.most_cosine)
-    found["sign_a"], found["sign_b"] = np.ones(len(pairs.a), np.int64), pairs.turned.astype(np.int64)
-    sure = (of_distance <= p.most_sigma_mm) & (of_cosine <= p.most_sigma_cosine)
-    found = {name: values[sure] for name, values in found.items()}
+    found = dict(relations)
+    found["distance_off"] = np.clip(p.sigmas * found["distance_sigma"], p.least_mm, p.bin_mm)
+    found["cosine_off"] = np.clip(p.sigmas * found["cosine_sigma"], p.least_cosine, p.most_cosine)
+    # The second line's direction is the one that was turned towards the first's: so it is from either side.
+    swapped = found | {
+        name: found[name[:-1] + "ba"["ab".index(name[-1])]] for name in found if name[-2:] in ("_a", "_b")
+    }
+    found = {name: np.concatenate([values, swapped[name]]) for name, values in found.items()}
     square = found["cosine"] <= found["cosine_off"]
     turned = {name: values[square] for name, values in found.items()}
     turned |= {name: -turned[name] for name in ("cosine", "distance", "sign_b")}

@@ -33,7 +33,7 @@ class _Met:
 @dataclass(frozen=True)
 class ScenePoints:
     """Points (n, 3) mm along matched arcs in the rig's frame, unit directions (n, 3), and the length (n,) mm each
-    stands for."""
+    stands for, times the probability that it is one of an edge."""
 
     point: Floats
     direction: Floats
@@ -55,9 +55,9 @@ def sample_scene(space: Triangulated, p: PoseParameters) -> ScenePoints:
     straight = np.flatnonzero(space.curve == CURVES.index("line"))
     chord = space.end[straight] - space.start[straight]
     length = np.linalg.norm(chord, axis=1)
-    row, share, weight = _spread(length, p)
-    points = [space.start[straight][row] + share[:, None] * chord[row]]
-    directions = [chord[row] / np.maximum(length[row], 1e-9)[:, None]]
+    rows, share, weight = _spread(length, p)
+    points = [space.start[straight][rows] + share[:, None] * chord[rows]]
+    directions = [chord[rows] / np.maximum(length[rows], 1e-9)[:, None]]
     weights = [weight]
 
     round_ = np.flatnonzero(np.isin(space.curve, [CURVES.index("circle"), CURVES.index("ellipse")]))
@@ -78,7 +78,10 @@ def sample_scene(space: Triangulated, p: PoseParameters) -> ScenePoints:
     tangent = -np.sin(t) * major[row] + np.cos(t) * minor[row]
     directions.append(tangent / np.linalg.norm(tangent, axis=1, keepdims=True))
     weights.append(weight)
-    return ScenePoints(np.concatenate(points), np.concatenate(directions), np.concatenate(weights))
+    arcs = np.concatenate([straight[rows], round_[row]])
+    return ScenePoints(
+        np.concatenate(points), np.concatenate(directions), np.concatenate(weights) * space.edge_probability[arcs]
+    )
 
 
 def _spread(length: Floats, p: PoseParameters) -> tuple[Ints, Floats, Floats]:

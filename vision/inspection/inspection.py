@@ -251,7 +251,7 @@ def _inspect(
     run.step("stereo")
     greys: dict[str, Bytes | Floats] = {name: picture.grey for name, picture in pictures.items()}
     sight = Sight(run, store, call.world_id, call.world, cameras, primitives, greys, stereo, needs, parameters)
-    (stored, selection), used, found = sight.locate(selected, believed)
+    (stored, selection), used, found, relations = sight.locate(selected, believed)
     believed = believed or used
     matched = match_views(
         workspace, stored.scene, cameras, found, primitives, parameters.localisation, parameters.matching
@@ -302,6 +302,7 @@ def _inspect(
                 needs,
                 seen,
                 stereo,
+                relations,
                 found,
                 matched,
                 distances,

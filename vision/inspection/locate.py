@@ -13,7 +13,8 @@ from relmodel.errors import InputError
 from relmodel.store import Run, Store
 from vision.cameras.cameras import Needs, Prior, Rig
 from vision.cameras.view_volume import Selection, SelectionParameters, select_in_view
-from vision.constellations.find_poses import find_poses
+from vision.constellations.circles import Relations
+from vision.constellations.find_poses import Found, find_poses
 from vision.constellations.find_poses_of_one_picture import find_poses_of_one_picture
 from vision.extraction.primitives import Primitives
 from vision.inspection.inspection_parameters import InspectionParameters
@@ -33,12 +34,13 @@ class Selected(NamedTuple):
 
 
 class Located(NamedTuple):
-    """What was looked for, the prior that the pose was found with, an open one where none was used, and what was
-    found."""
+    """What was looked for, the prior that the pose was found with, an open one where none was used, what was found,
+    and the relations in space that the search started at."""
 
     selected: Selected
     prior: Prior
     found: Localisation
+    relations: dict[str, Relations]
 
 
 def select_parts(
@@ -80,8 +82,8 @@ class Sight:
         """The rig from the poses of the join; where the pictures do not show the model at these, from a scan of the
         prior's volume; and where that is refused too, without the prior, which the pictures then contradict."""
         scene = selected.stored.scene
-        used, starts = self._join(scene, prior)
-        located = Located(selected, used, self._localise(scene, used, starts))
+        used, starts, relations = self._join(scene, prior)
+        located = Located(selected, used, self._localise(scene, used, starts), relations)
         if prior is None:
             return located
         if self._is_unlikely(located.found) and _explain_enough(starts):
@@ -98,7 +100,7 @@ class Sight:
         if size.parts > self.p.most_parts:
             return None
         everything = select_parts(self.store, self.world_id, self.world, self.rig, None, self.p.selection)
-        used, starts = self._join(everything.stored.scene, None)
+        used, starts, relations = self._join(everything.stored.scene, None)
         if not _explain_enough(starts):
             return None
         found = self._localise(everything.stored.scene, used, starts)
@@ -108,12 +110,12 @@ class Sight:
         if prior.distance(pose) <= self.p.localisation.verdict.max_sigma:
             return None
         verdict = weigh_against_prior(found.verdict, prior, pose, believe_pictures=self.p.believe_pictures)
-        return Located(everything, used, replace(found, verdict=verdict))
+        return Located(everything, used, replace(found, verdict=verdict), relations)
 
     def _is_unlikely(self, found: Localisation) -> bool:
         return found.verdict.weighed.get("likely", 0.0) < self.p.localisation.verdict.min_posterior
 
-    def _join(self, scene: Scene, prior: Prior | None) -> tuple[Prior, Candidates]:
+    def _join(self, scene: Scene, prior: Prior | None) -> Found:
         """The poses that the join of circles gives, and what they are perturbations of."""
         p = self.p.constellations
         with self.store.read() as connection:

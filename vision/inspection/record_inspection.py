@@ -15,6 +15,8 @@ from relmodel.world.correction import Correction
 from vision.cameras.cameras import Needs, Prior, Rig
 from vision.cameras.record_cameras import record_rig
 from vision.cameras.view_volume import Selection
+from vision.constellations.circles import Relations
+from vision.constellations.record_relations import record_relations
 from vision.inspection.pictures import SeenPicture
 from vision.inspection.record_match import record_match
 from vision.localisation.localise import Localisation, View
@@ -46,6 +48,7 @@ class Inspected:
     needs: Needs
     pictures: dict[str, SeenPicture]
     stereo: StereoMatches | None
+    relations: dict[str, Relations]
     found: Localisation
     matched: dict[str, MatchedView]
     relational_distances: list[int | None]
@@ -78,6 +81,7 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
     if full and it.stereo is not None:
         left, right = (it.pictures[name].recorded.unit_set_id for name in ("left", "right"))
         record_stereo(run, connection, STEREO, left, right, it.stereo, keep_bound=keep_bounds)
+        record_relations(run, connection, STEREO, it.relations)
     _record_hypotheses(run, connection, it.found.hypotheses, it.relational_distances)
     for number, (name, view) in enumerate(views.items()):
         _record_view(run, connection, number, view, it.stored)

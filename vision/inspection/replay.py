@@ -40,8 +40,8 @@ TOLERANCE, OTHER_TOLERANCE = 1e-9, 1e-6
 # The relations that a replay reads.
 READ = {
     "problem", "candidate", "problem_relation", "compatibility", "assignment", "correspondence", "surface_match",
-    "edge_measurement", "solved_pose", "camera_unknown", "hypothesis", "hypothesis_support", "verdict_statistic",
-    "threshold", "inspection",
+    "space_relation", "edge_measurement", "solved_pose", "camera_unknown", "hypothesis", "hypothesis_support",
+    "verdict_statistic", "threshold", "inspection",
 }  # fmt: skip
 
 
@@ -160,11 +160,14 @@ def _replay_join(store: Store, connection: Connection, run: int, given: Any) -> 
         space = read_triangulated(store, connection, run, STEREO)
         selected = store.columns(connection, "replay/selected_parts", run=run)["occurrence_id"]
         scene = read_scene(store, connection, given.world_id, selected.tolist()).scene
-        prior, found = find_poses(store, connection, scene, given.world_id, space, used, p)
+        prior, found, relations = find_poses(store, connection, scene, given.world_id, space, used, p)
     else:
         picture = read_primitives(store, connection, int(cameras["extraction_id"][0]))
         rig = read_recorded_rig(cameras)
-        prior, found = find_poses_of_one_picture(store, connection, rig, given.world_id, picture, used, p)
+        prior, found, relations = find_poses_of_one_picture(store, connection, rig, given.world_id, picture, used, p)
+    related = store.columns(connection, "replay/relations", run=run)
+    for name, values in related.items():
+        yield Compared("join", name, values, np.concatenate([np.zeros(0), *(one[name] for one in relations.values())]))
     yield Compared("join", "poses", matrices(stored), perturb(prior.world_from_rig, found.delta))
     yield Compared("join", "scores", stored["score"], found.score)
 

@@ -73,6 +73,7 @@ def read_triangulated(store: Database, connection: Connection, run: int, problem
     def vectors(name: str) -> Floats:
         return np.stack([rows[f"{name}_{axis}"] for axis in "xyz"], axis=1).astype(float)
 
+    of_conics = np.array([np.full(49, np.nan) if c is None else c for c in rows["conic_covariance"]], float)
     return Triangulated(
         rows["unit_no"].astype(np.int64),
         rows["label_no"].astype(np.int64),
@@ -80,7 +81,8 @@ def read_triangulated(store: Database, connection: Connection, run: int, problem
         vectors("start"),
         vectors("end"),
         np.array(rows["covariance"].tolist(), float).reshape(-1, 6, 6),
-        Conics(vectors("centre"), vectors("major"), vectors("minor")),
+        Conics(vectors("centre"), vectors("major"), vectors("minor"), of_conics.reshape(-1, 7, 7)),
+        rows["edge_probability"],
     )
 
 
@@ -91,7 +93,9 @@ def _curves(space: Triangulated) -> Columns:
     return {
         "unit_no": space.left,
         "curve": [CURVES[curve] for curve in space.curve],
+        "edge_probability": space.edge_probability,
         "covariance": Ragged.pack(list(space.covariance)),
+        "conic_covariance": Ragged.pack([c if np.isfinite(c[0, 0]) else None for c in space.conics.covariance]),
         **{f"{name}_{axis}": at[:, i] for name, at in vectors.items() for i, axis in enumerate("xyz")},
         **{
             f"{name}_{axis}": np.ma.masked_array(at[:, i], ~round_)

@@ -16,8 +16,8 @@ from relmodel.arrays import Floats, Ints
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE
 from vision.stereo.crossings import StereoArcs, cross_rows, pair_crossings
 from vision.stereo.rectification import Rectification
-from vision.stereo.space_conics import Conics, fit_conics
-from vision.stereo.stereo_parameters import DEFAULTS, StereoParameters
+from vision.stereo.space_conics import Conics, DisparityPlanes, fit_conics
+from vision.stereo.stereo_parameters import DEFAULTS, StereoParameters, TriangulationParameters
 
 CURVES = ("line", "circle", "ellipse", "free")
 
@@ -28,7 +28,8 @@ class Triangulated:
 
     `curve` (k,) indexes CURVES.  `start`, `end` (k, 3): ends of the part that both pictures show, in the walk of the
     left arc; `covariance` (k, 6, 6): that of start and end, mm^2, across the curve and along it.  `conics`: the circles
-    and ellipses, NaN for other curves.
+    and ellipses, NaN for other curves.  `edge_probability` (k,): of an edge of an object, and not of what lies on it as
+    texture, reflections, shadows.
     """
 
     left: Ints
@@ -38,6 +39,7 @@ class Triangulated:
     end: Floats
     covariance: Floats
     conics: Conics
+    edge_probability: Floats
 
 
 def triangulate_pairs(
@@ -76,9 +78,8 @@ def triangulate_pairs(
     slope = np.einsum("kej,kj->ke", tangent, fit[:, :2])
     placed = rectification.triangulate(points[ends].reshape(-1, 2), disparity.ravel()).reshape(-1, 2, 3)
 
-    plane = np.column_stack([fit[:, :2], fit[:, 2] - np.einsum("kj,kj->k", fit[:, :2], middle)])
-    plane_sigma = np.sqrt(np.linalg.eigvalsh(spread[:, :2, :2])[:, -1])
-    conics = fit_conics(rectification, points, first, last, plane, plane_sigma, np.flatnonzero(curved), p)
+    planes = DisparityPlanes(fit[:, :3], spread[:, :3, :3], middle)
+    conics = fit_conics(rectification, points, first, last, planes, lateral, shift, np.flatnonzero(curved), p)
     is_conic = np.isfinite(conics.centre[:, 0])
     curve = np.select(
         [line, is_conic & conics.is_circle, is_conic],
@@ -86,7 +87,27 @@ def triangulate_pairs(
         CURVES.index("free"),
     )
     covariance = _end_covariance(jacobian, of_disparity, tangent, slope, lateral, p.end_sigma)
-    return Triangulated(pairs[0], pairs[1], curve, placed[:, 0], placed[:, 1], covariance, conics)
+    return Triangulated(
+        pairs[0],
+        pairs[1],
+        curve,
+        placed[:, 0],
+        placed[:, 1],
+        covariance,
+        conics,
+        _edge_probability(left, right, pairs, p),
+    )
+
+
+def _edge_probability(
+    left: StereoArcs, right: StereoArcs, pairs: tuple[Ints, Ints], p: TriangulationParameters
+) -> Floats:
+    """How probably (k,) matched arcs are edges of an object: the surer and the sharper they are in both pictures."""
+    sigma, width = (
+        np.maximum(getattr(left, name)[pairs[0]], getattr(right, name)[pairs[1]]) for name in ("sigma", "width")
+    )
+    odds = p.edge_odds + p.edge_of_sigma * np.log(sigma + 1e-3) + p.edge_of_width * np.maximum(width - p.edge_width, 0)
+    return np.asarray(1 / (1 + np.exp(-odds)))
 
 
 def _end_covariance(

@@ -18,7 +18,6 @@ from PIL import Image
 import relmodel
 from relmodel.app.cli.main import main
 from relmodel.arrays import Floats
-from relmodel.columns import Columns
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from tests.app.cli.conftest import DEMO, Inspection, Pair, halve, inspected
@@ -26,7 +25,7 @@ from tests.app.cli.slider import BASE
 from tests.json_schema import violations
 from tests.reading import load
 from vision.cameras.record_cameras import read_recorded_rig
-from vision.constellations.circles import Circles
+from vision.constellations.circles import Circles, Relations
 from vision.constellations.constellation_parameters import JoinParameters
 from vision.constellations.find_poses import find_poses
 from vision.constellations.find_poses_of_one_picture import find_poses_of_one_picture
@@ -86,6 +85,26 @@ def test_rows_say_that_there_was_no_prior(found: Inspection) -> None:
     assert joined[0][0] >= 1
 
 
+def test_a_relation_in_space_holds_what_its_circles_hold(found: Inspection) -> None:
+    """Distances between the stored centres, and what the stored covariances leave of them along the line."""
+    question = """
+        SELECT r.distance, r.distance_sigma, r.alike, a.centre_x, a.centre_y, a.centre_z, b.centre_x, b.centre_y,
+            b.centre_z, a.conic_covariance, b.conic_covariance, a.edge_probability
+        FROM space_relation AS r
+        JOIN triangulated_unit AS a USING (run_id, problem_no) JOIN triangulated_unit AS b USING (run_id, problem_no)
+        WHERE r.run_id = :run AND r.kind = 'circles' AND a.unit_no = r.unit_a AND b.unit_no = r.unit_b"""
+    with Store.open(found.store, read_only=True) as store, store.read() as connection:
+        rows = connection.execute(sa.text(question), {"run": found.answer["run"]}).all()
+    assert sum(row.alike > 0 for row in rows) > 20
+    assert min(row.alike for row in rows) == 0
+    for row in rows:
+        line = np.array(row[6:9]) - np.array(row[3:6])
+        assert row.distance == pytest.approx(np.linalg.norm(line))
+        both = sum(np.array(covariance).reshape(7, 7)[:3, :3] for covariance in row[9:11])
+        assert row.distance_sigma == pytest.approx(np.sqrt(line @ both @ line) / row.distance)
+        assert 0 < row.edge_probability < 1
+
+
 def test_every_page_of_it_is_made(found: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     where = ["--store", found.store]
     run = str(found.answer["run"])
@@ -96,6 +115,7 @@ def test_every_page_of_it_is_made(found: Inspection, tmp_path: Path, capsys: pyt
     assert "prior" not in said
     assert "circles in the pictures lie to each other as the model's do" in said
     assert "circles that stereo puts in space lie on circles of the model" in said
+    assert "relations of circles in space are like relations of the model; the rarest: two circles of radius" in said
     assert main(["report", run, "--out", str(tmp_path / "run.html"), *where]) == 0
     assert "from the prior" not in (tmp_path / "run.html").read_text()
     for name in ("answer.json", "scene.glb"):
@@ -204,8 +224,8 @@ def test_the_pose_comes_from_relations_of_the_scene(
     """With the relations of the scene dealt out anew among its pairs of circles the right pose is not found."""
     given = Circles.relations
 
-    def dealt(circles: Circles, p: JoinParameters) -> Columns:
-        columns = {name: np.asarray(values) for name, values in given(circles, p).items()}
+    def dealt(circles: Circles, p: JoinParameters) -> Relations:
+        columns = given(circles, p)
         order = np.random.default_rng(1).permutation(len(columns["distance"]))
         return {name: values if name.startswith("unit") else values[order] for name, values in columns.items()}
 

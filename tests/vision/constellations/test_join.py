@@ -8,6 +8,7 @@ from math import sqrt
 import numpy as np
 import pytest
 
+from relmodel.arrays import Floats
 from relmodel.features.circle_relations import DEFAULTS as CIRCLES
 from relmodel.features.circle_relations import classify, relate
 from relmodel.geometry.transforms import rotation_matrix
@@ -24,12 +25,18 @@ def circles(count: int, seed: int) -> Circles:
     normal = rng.normal(size=(count, 3))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     normal[::2] = [0, 0, 1]  # as of holes drilled from one side
-    return Circles(rng.uniform(-150, 150, (count, 3)), normal, rng.choice([4.0, 6.0, 6.5, 10.0, 24.0], count))
+    radius = rng.choice([4.0, 6.0, 6.5, 10.0, 24.0], count)
+    return Circles(rng.uniform(-150, 150, (count, 3)), normal, radius, known(count))
+
+
+def known(count: int, mm: float = 0.2, rad: float = 0.01) -> Floats:
+    """Covariances of circles as sure as that."""
+    return np.tile(np.diag([mm**2] * 3 + [rad**2] * 3 + [mm**2]), (count, 1, 1))
 
 
 def lattice(across: int, down: int) -> Circles:
     centre = np.array([(30.0 * x, 30.0 * y, 0.0) for x in range(across) for y in range(down)])
-    return Circles(centre, np.tile([0.0, 0.0, 1.0], (len(centre), 1)), np.full(len(centre), 5.0))
+    return Circles(centre, np.tile([0.0, 0.0, 1.0], (len(centre), 1)), np.full(len(centre), 5.0), known(len(centre)))
 
 
 def keep(store: Store, model: Circles) -> None:
@@ -48,35 +55,39 @@ def keep(store: Store, model: Circles) -> None:
 
 
 def moved(model: Circles, rotation: np.ndarray, shift: np.ndarray) -> Circles:
-    return Circles(model.centre @ rotation.T + shift, model.normal @ rotation.T, model.radius)
+    return Circles(model.centre @ rotation.T + shift, model.normal @ rotation.T, model.radius, model.covariance)
 
 
-def alike(scene: Circles, model: Circles, p: JoinParameters) -> set[tuple[int, int, int, int]]:
-    """Ordered pairs of the scene and of the model that agree, by loops; the model's smaller circle comes first."""
+def describe(c: Circles, i: int, j: int) -> tuple[float, ...]:
+    """Both radii, distance, and the cosines of the normals and of each with the connecting line."""
+    line = c.centre[j] - c.centre[i]
+    distance = sqrt(line @ line)
+    cosines = c.normal[i] @ c.normal[j], c.normal[i] @ line / distance, c.normal[j] @ line / distance
+    return (c.radius[i], c.radius[j], distance, *map(abs, cosines))
 
-    def describe(c: Circles, i: int, j: int) -> tuple[float, ...]:
-        line = c.centre[j] - c.centre[i]
-        distance = sqrt(line @ line)
-        return (
-            c.radius[i], c.radius[j], distance, abs(c.normal[i] @ c.normal[j]),
-            abs(c.normal[i] @ line) / distance, abs(c.normal[j] @ line) / distance,
-        )  # fmt: skip
 
+NAMES = ("radius_a", "radius_b", "distance", "normals", "rise_a", "rise_b")
+CLASS = np.array([0.05, 0.05, 0.25, 0.01, 0.01, 0.01])
+"""by which the means of a class may differ from its pairs: half a step"""
+
+
+def alike(scene: Circles, model: Circles, p: JoinParameters, share: float) -> set[tuple[int, int, int, int]]:
+    """Ordered pairs of the scene and of the model that agree, by loops; `share` of a class's width is allowed beyond
+    what the standard deviations allow."""
+    relations = scene.relations(p)
+    least = np.array([p.least_radius_mm] * 2 + [p.least_mm] + [p.least_cosine] * 3)
+    most = np.array([np.inf] * 2 + [p.bin_mm] + [p.most_cosine] * 3)
+    sigma = np.stack([relations[f"{name}_sigma"] for name in NAMES], axis=1)
+    allowed = np.clip(p.sigmas * sigma, least, most) + share * CLASS
     found = set()
-    for i, j in permutations(range(len(scene)), 2):
-        r_a, r_b, distance, *cosines = describe(scene, i, j)
-        if not (CIRCLES.least_distance <= distance <= CIRCLES.greatest_distance) or cosines[1] > p.along:
-            continue
-        for a, b in combinations(range(len(model)), 2):
-            for c, d in ((a, b), (b, a)):
-                q_a, q_b, far, *others = describe(model, c, d)
-                near = abs(q_a - r_a) <= p.radius_mm + p.radius_share * r_a
-                near &= abs(q_b - r_b) <= p.radius_mm + p.radius_share * r_b
-                if (
-                    near
-                    and abs(far - distance) <= p.distance_mm
-                    and np.allclose(cosines, others, rtol=0, atol=p.cosine)
-                ):
+    for low, high, off in zip(relations["unit_a"].tolist(), relations["unit_b"].tolist(), allowed, strict=True):
+        for i, j, within in ((low, high, off), (high, low, off[[1, 0, 2, 3, 5, 4]])):
+            here = np.array(describe(scene, i, j))
+            if here[4] > p.along:
+                continue
+            for c, d in permutations(range(len(model)), 2):
+                there = np.array(describe(model, c, d))
+                if (np.abs(there - here) <= within).all() and there[4] <= p.along + p.least_cosine + share * 0.01:
                     found.add((i, j, c, d))
     return found
 
@@ -84,20 +95,43 @@ def alike(scene: Circles, model: Circles, p: JoinParameters) -> set[tuple[int, i
 def test_the_join_finds_what_loops_find(fresh_store: str) -> None:
     model, p = circles(24, 1), JoinParameters(most=10**6, most_of_relation=10**6)
     scene = moved(circles(24, 1), rotation_matrix(np.array([0.3, -0.2, 0.5])), np.array([10.0, 20.0, 700.0]))
-    scene = Circles(scene.centre + np.random.default_rng(2).normal(0, 0.2, (24, 3)), scene.normal, scene.radius)
+    off = np.random.default_rng(2).normal(0, 0.2, (24, 3))
+    scene = Circles(scene.centre + off, scene.normal, scene.radius, scene.covariance)
     with Store.open(fresh_store) as store:
         keep(store, model)
         with store.read() as connection:
             assert np.allclose(read_circles(store, connection, OBJECT).centre, model.centre)
-            joined = join_pairs(store, connection, OBJECT, scene, p)
+            joined = join_pairs(store, connection, OBJECT, scene.relations(p), p)
     rows = set(map(tuple, np.hstack([joined.scene, joined.model]).tolist()))
-    # A class has the means of its pairs, half a step of each off at most: what lies within that of a limit may differ.
-    surely = alike(scene, model, JoinParameters(distance_mm=1.4, cosine=0.1, radius_mm=0.9))
-    perhaps = alike(scene, model, JoinParameters(distance_mm=2.6, cosine=0.14, radius_mm=1.1))
-    assert rows <= perhaps
-    assert {row for row in surely if ordered(model, row[2], row[3])} <= rows
+    assert rows <= alike(scene, model, p, 1.0)
+    assert {row for row in alike(scene, model, p, -1.0) if ordered(model, row[2], row[3])} <= rows
     true = {(i, j, i, j) for i, j in permutations(range(24), 2)}
     assert rows & true
+
+
+def test_standard_deviations_of_relations_are_those_of_drawn_circles() -> None:
+    """Drawn anew by their covariances, relations differ by as much as is said; by more where an angle is near to none,
+    whose cosine only falls."""
+    rng, truth = np.random.default_rng(4), circles(6, 9)
+    root = rng.normal(0, 0.1, (6, 7, 7)) * np.array([2.0] * 3 + [0.1] * 3 + [2.0])[:, None]
+    across = np.eye(3) - np.einsum("ni,nj->nij", truth.normal, truth.normal)
+    root[:, 3:6] = across @ root[:, 3:6]
+    truth = Circles(truth.centre, truth.normal, truth.radius, root @ root.transpose(0, 2, 1))
+    told = truth.relations(JoinParameters(most_sigma_mm=99.0, most_sigma_cosine=9.0))
+    a, b = told["unit_a"].astype(np.int64), told["unit_b"].astype(np.int64)
+    drawn = []
+    for _ in range(1500):
+        by = np.einsum("nij,nj->ni", root, rng.normal(size=(6, 7)))
+        normal = truth.normal + by[:, 3:6]
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        values = relate(truth.centre + by[:, :3], normal, truth.radius + by[:, 6], a, b)
+        drawn.append([values[name] for name in NAMES])
+    spread = np.sqrt(np.mean(np.square(np.array(drawn) - np.array([told[name] for name in NAMES])), axis=0))
+    ratio = np.array([told[f"{name}_sigma"] for name in NAMES]) / spread
+    sure = np.array([told[name] for name in NAMES]) < 0.97
+    sure[:3] = True
+    np.testing.assert_allclose(ratio[sure], 1.0, atol=0.12)
+    assert (ratio > 0.85).all()
 
 
 def ordered(model: Circles, a: int, b: int) -> bool:
@@ -107,10 +141,11 @@ def ordered(model: Circles, a: int, b: int) -> bool:
 
 def test_rare_pairs_come_first_and_patterns_are_thinned(fresh_store: str) -> None:
     model = lattice(8, 8)
+    few = JoinParameters(most_of_relation=10)
     with Store.open(fresh_store) as store:
         keep(store, model)
         with store.read() as connection:
-            joined = join_pairs(store, connection, OBJECT, lattice(3, 2), JoinParameters(most_of_relation=10))
+            joined = join_pairs(store, connection, OBJECT, lattice(3, 2).relations(few), few)
     assert (np.diff(joined.alike) >= 0).all()
     assert joined.alike.max() > 64
     _, count = np.unique(np.sort(joined.scene, axis=1), axis=0, return_counts=True)
@@ -120,13 +155,13 @@ def test_rare_pairs_come_first_and_patterns_are_thinned(fresh_store: str) -> Non
 
 
 def test_one_of_the_poses_is_the_right_one(fresh_store: str) -> None:
-    model = circles(20, 3)
+    model, p = circles(20, 3), JoinParameters()
     rotation, shift = rotation_matrix(np.array([1.0, 0.4, -0.7])), np.array([5.0, -8.0, 600.0])
     with Store.open(fresh_store) as store:
         keep(store, model)
         with store.read() as connection:
             scene = moved(model, rotation, shift)
-            poses = solve_poses(scene, model, join_pairs(store, connection, OBJECT, scene, JoinParameters()))
+            poses = solve_poses(scene, model, join_pairs(store, connection, OBJECT, scene.relations(p), p))
     truth = np.eye(4)
     truth[:3, :3], truth[:3, 3] = rotation.T, -rotation.T @ shift
     off = np.abs(poses - truth).max(axis=(1, 2, 3)) if poses.ndim == 3 else np.abs(poses - truth).max(axis=(2, 3))

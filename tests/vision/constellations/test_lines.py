@@ -10,7 +10,7 @@ from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from vision.constellations.constellation_parameters import LineParameters
-from vision.constellations.lines import Lines, join_lines, solve_line_poses
+from vision.constellations.lines import Lines, join_lines, relate_lines, solve_line_poses
 
 EVERY = LineParameters(most_of_relation=10**6, most=10**6)
 ROTATION, SHIFT = rotation_matrix(np.array([0.4, -0.7, 1.1])), np.array([30.0, -20.0, 600.0])
@@ -78,7 +78,7 @@ def test_the_join_finds_what_loops_find(fresh_store: str) -> None:
     model = edges(14, 1)
     scene = seen(model, 2)
     with Store.open(fresh_store) as store, store.read() as connection:
-        joined = join_lines(store, connection, scene, model, EVERY)
+        joined = join_lines(store, connection, relate_lines(scene, EVERY), model, EVERY)
     rows = set(map(tuple, np.hstack([joined.scene, joined.model, joined.sign]).tolist()))
     assert len(rows) == len(joined.alike)
     # How far a pair may be off follows from its covariance: between the least allowed and what no pair here exceeds.
@@ -91,7 +91,8 @@ def test_the_join_finds_what_loops_find(fresh_store: str) -> None:
 def test_rare_pairs_come_first_and_each_gives_few(fresh_store: str) -> None:
     model = edges(14, 1)
     with Store.open(fresh_store) as store, store.read() as connection:
-        joined = join_lines(store, connection, seen(model, 2), model, LineParameters(most_of_relation=2))
+        few = LineParameters(most_of_relation=2)
+        joined = join_lines(store, connection, relate_lines(seen(model, 2), few), model, few)
     assert (np.diff(joined.alike) >= 0).all()
     assert joined.alike.max() > 2
     assert np.unique(np.sort(joined.scene, axis=1), axis=0, return_counts=True)[1].max() <= 2
@@ -101,7 +102,7 @@ def test_right_pairs_give_the_right_pose(fresh_store: str) -> None:
     model = edges(14, 3)
     scene = seen(model, 4)
     with Store.open(fresh_store) as store, store.read() as connection:
-        joined = join_lines(store, connection, scene, model, EVERY)
+        joined = join_lines(store, connection, relate_lines(scene, EVERY), model, EVERY)
     poses = solve_line_poses(scene, model, joined)
     truth = np.eye(4)
     truth[:3, :3], truth[:3, 3] = ROTATION.T, -ROTATION.T @ SHIFT

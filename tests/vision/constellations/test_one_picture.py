@@ -43,7 +43,7 @@ def before_the_camera(count: int, seed: int) -> Circles:
     normal -= np.einsum("ij,ij->i", normal, ray)[:, None] * ray
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     lean = rng.uniform(0.1, 1.3, count)[:, None]
-    return Circles(centre, np.sin(lean) * normal - np.cos(lean) * ray, rng.uniform(8, 40, count))
+    return Circles.exact(centre, np.sin(lean) * normal - np.cos(lean) * ray, rng.uniform(8, 40, count))
 
 
 def draw(c: Circles, camera: Camera, count: int = 120) -> Floats:
@@ -90,7 +90,7 @@ def test_one_of_two_circles_is_the_one_that_was_seen(camera: Camera) -> None:
     assert off[rows, way].max() < 1e-3
     assert turned[rows, way].max() < 1e-4
     # The other is seen as the same ellipse: so are points around it.
-    other = Circles(centre[rows, 1 - way], normal[rows, 1 - way], np.ones(len(of)))
+    other = Circles.exact(centre[rows, 1 - way], normal[rows, 1 - way], np.ones(len(of)))
     seen = np.concatenate([draw(other, CAMERA), np.ones((len(of), 120, 1))], axis=2)
     level = np.einsum("nki,nij,nkj->nk", seen, found.conics, seen)
     assert np.abs(level).max() < 1e-6

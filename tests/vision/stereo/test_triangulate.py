@@ -12,6 +12,7 @@ from vision.cameras.cameras import Rig
 from vision.extraction.arcs import ELLIPTIC, LINE
 from vision.stereo.crossings import StereoArcs
 from vision.stereo.rectification import rectify
+from vision.stereo.space_conics import Conics
 from vision.stereo.stereo_parameters import DEFAULTS
 from vision.stereo.triangulate import CURVES, Triangulated, triangulate_pairs
 
@@ -120,7 +121,7 @@ def test_the_covariance_holds_the_truth(kind: str) -> None:
     """Noise of each point, and shifts of each arc of the size that the parameters say, in each picture and in both."""
     p = DEFAULTS.triangulation
     rng = np.random.default_rng(3)
-    curves = []
+    curves, circles = [], []
     for _ in range(300):
         middle = rng.uniform([-120, -100, 580], [120, 100, 720])
         if kind == "lines":
@@ -129,7 +130,9 @@ def test_the_covariance_holds_the_truth(kind: str) -> None:
             curves.append(segment(middle - way, middle + way))
         else:
             radius = rng.uniform(10, 40)
-            curves.append(ellipse(middle, [radius, 0, 0.2 * radius], [0, radius, 0], np.pi))
+            tilted = np.array([1.0, 0, 0.2]) / np.hypot(1.0, 0.2)
+            circles.append((middle, np.cross(tilted, [0, 1.0, 0]), radius))
+            curves.append(ellipse(middle, radius * tilted, [0, radius, 0], np.pi))
     light = float(np.hypot(p.light_sigma, p.local_sigma) / np.sqrt(2))
     found = triangulate(curves, LINE if kind == "lines" else ELLIPTIC, 0.15, light, p.common_sigma)
     held = []
@@ -141,3 +144,19 @@ def test_the_covariance_holds_the_truth(kind: str) -> None:
             off = across @ (end - curve[nearest])
             held.append(off @ np.linalg.solve(across @ found.covariance[k, block, block] @ across.T, off) < 5.99)
     assert np.mean(held) >= 0.9
+    if kind == "circles":
+        off = np.stack([_circle_off(found.conics, k, *circle) for k, circle in enumerate(circles)])
+        sigma = np.sqrt(np.einsum("kii->ki", found.conics.covariance))
+        for values, parts, name in ((off[:, :3], slice(0, 3), "centre"), (off[:, 3:6], slice(3, 6), "normal")):
+            square = np.square(values).sum(axis=1) / np.square(sigma[:, parts]).sum(axis=1)
+            assert np.mean(square < 4.0) > 0.85, name
+            assert np.median(square) > 0.1, name
+        assert np.mean(np.abs(off[:, 6]) < 2 * sigma[:, 6]) > 0.9
+
+
+def _circle_off(found: Conics, k: int, centre: Floats, normal: Floats, radius: float) -> Floats:
+    """By how much (7,) centre, unit normal and radius are off."""
+    turned = np.cross(found.major[k], found.minor[k])
+    turned *= np.sign(turned @ normal) / np.linalg.norm(turned)
+    size = np.linalg.norm(found.major[k])
+    return np.concatenate([found.centre[k] - centre, turned - normal, [size - radius]])
