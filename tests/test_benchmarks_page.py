@@ -10,8 +10,19 @@ import pytest
 from benchmarks import run
 from benchmarks.run import BENCHMARKS, FULL_ONLY, Benchmark, Outcome
 
-# What makes or keeps data that other scripts read, or works over a folder of trials in several steps.
-TOOLS = {"export_problems", "inspection_snapshot", "load_snapshot", "presence", "run", "trials", "variants", "verdict"}
+# What draws a picture of the docs, makes or keeps data that other scripts read, or works over a folder of trials in
+# several steps.
+TOOLS = {
+    "constellation",
+    "export_problems",
+    "inspection_snapshot",
+    "load_snapshot",
+    "presence",
+    "run",
+    "trials",
+    "variants",
+    "verdict",
+}
 
 
 def test_every_benchmark_is_run() -> None:

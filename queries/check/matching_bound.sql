@@ -166,8 +166,8 @@ found AS MATERIALIZED (
     SELECT p.run_id, p.problem_no, 'the bound of the problem', 1
     FROM problem AS p
     LEFT JOIN search_node AS n ON n.run_id = p.run_id AND n.problem_no = p.problem_no
-    GROUP BY p.run_id, p.problem_no, p.bound, p.cost, p.status
-    HAVING count(CASE WHEN n.branch = 'root' THEN 1 END) <> 1
+    GROUP BY p.run_id, p.problem_no, p.bound, p.cost, p.status, p.bound_kept
+    HAVING ((p.bound_kept OR count(n.node_no) > 0) AND count(CASE WHEN n.branch = 'root' THEN 1 END) <> 1)
         OR p.bound > min(CASE WHEN n.status <> 'branched' THEN n.bound END) + 1e-6 * (1 + abs(p.bound))
         OR p.bound > p.cost + 1e-6 * (1 + abs(p.cost))
         OR (p.status = 'optimal' AND abs(p.bound - p.cost) > 1e-6 * (1 + abs(p.cost)))

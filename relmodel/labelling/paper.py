@@ -21,6 +21,7 @@ from itertools import product
 import numpy as np
 
 from relmodel.arrays import Bools, Ints
+from relmodel.errors import UsageError
 from relmodel.labelling.cost import labelling_cost
 from relmodel.labelling.depth_first import DepthFirst, SearchEnded
 from relmodel.labelling.problem import NONE, MatchingProblem
@@ -49,7 +50,7 @@ class FunctionTable:
 
 
 def whole_functions(problem: MatchingProblem) -> FunctionTable:
-    """All whole functions, by unit and label.  Raises ValueError where there are more than MOST_FUNCTIONS."""
+    """All whole functions, by unit and label.  Raises UsageError where there are more than MOST_FUNCTIONS."""
     weight = np.zeros((problem.units, problem.units), np.int64)
     weight[problem.neighbour_unit, problem.neighbour_other] = problem.neighbour_weight
     related = np.zeros((problem.units, problem.units), bool)
@@ -61,7 +62,9 @@ def whole_functions(problem: MatchingProblem) -> FunctionTable:
             confirming[pair[0]].setdefault(other, []).append(int(problem.candidate_label[pair[1]]))
     count = sum(int(np.prod([len(labels) for labels in c.values()], dtype=float)) for c in confirming)
     if count > MOST_FUNCTIONS:
-        raise ValueError(f"{count} whole functions: more than {MOST_FUNCTIONS} are not listed; gate the candidates")
+        raise UsageError(
+            f"the search {MODE!r} would list {count} whole functions, more than {MOST_FUNCTIONS}: choose another search"
+        )
     unit, label, error = np.zeros(count, np.int64), np.full((count, problem.units), NONE), np.zeros(count, np.int64)
     row = 0
     for c, choices in enumerate(confirming):

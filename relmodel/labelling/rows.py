@@ -19,13 +19,11 @@ def result_rows(problem: MatchingProblem, result: MatchingResult, *, keep_bound:
     """Columns by table, in the order in which they may be appended; run_id, problem_no and what else the row of
     `problem` holds (kind, method, units_id, labels_id, parameters) are the caller's to add.
 
-    keep_bound: whether the duals are among them that prove the bound, most of the rows.
+    keep_bound: whether the duals are among them that prove the bound, most of the rows, where the mode gives any.
 
-    Status and bound are what the rows prove: where the proof was too long to be kept, an optimum is stored as bounded.
-    Raises ValueError for a result without a proof: of the modes that are measured against, not used.
+    Status and bound are what the duals prove: where the proof was too long to be kept, an optimum is stored as bounded.
     """
-    if not result.proofs:
-        raise ValueError(f"the mode {result.mode} gives no proof: store what dual_ascent finds")
+    keep_bound = keep_bound and bool(result.proofs)
     status = result.status
     if status == OPTIMAL and result.proved < result.cost:
         status = BOUNDED
@@ -95,8 +93,8 @@ def _reasons(problem: MatchingProblem, label: Ints) -> list[str]:
 
 
 def _tree(tree: tuple[SearchNode, ...]) -> Columns:
-    take = np.array([node.branch == TAKE for node in tree])
-    label = np.array([node.label for node in tree])
+    take = np.array([node.branch == TAKE for node in tree], bool)
+    label = np.array([node.label for node in tree], np.int64)
     return {
         "node_no": np.array([node.node for node in tree]),
         "parent_no": np.ma.masked_equal([node.parent for node in tree], -1),

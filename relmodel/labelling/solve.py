@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from relmodel.errors import UsageError
 from relmodel.labelling import branch_and_bound, forward_checking, functions, paper, star
 from relmodel.labelling.problem import MatchingProblem
 from relmodel.labelling.result import MatchingResult
@@ -9,6 +10,8 @@ from relmodel.labelling.result import MatchingResult
 MODES = (branch_and_bound.MODE, functions.MODE, forward_checking.MODE, paper.MODE, star.MODE)
 
 NODES = 10_000
+DEPTH_FIRST_NODES = 100
+"""nodes of a depth-first mode that cost about as much as one of `dual_ascent`, which has bounds of its own"""
 PROOF_ROWS = 200_000
 
 
@@ -28,19 +31,31 @@ def solve(
     no more than the problem; `paper` is the printed search with whole functions, a heuristic whose mapping is total
     and not injective; `star` is Cheng and Huang's star matching, a heuristic, with the bound of the default.  limit:
     only labellings that cost this or less matter, and 0 asks for a consistent one: a bound above it says that there is
-    none.  nodes and seconds end the search, the latter at the price of runs that differ;
-    proof_rows: duals to be kept for the certificate, beyond which it proves the root's bound alone.
+    none.  nodes (DEPTH_FIRST_NODES times as many of the depth-first modes) and seconds end the search, the latter at
+    the price of runs that differ; proof_rows: duals to be kept for the certificate, beyond which it proves the root's
+    bound alone.
 
-    Equal problems give equal results unless `seconds` ends the search.  Raises ValueError for a mode that is none.
+    Equal problems give equal results unless `seconds` ends the search.  Raises UsageError for a mode that is none.
     """
     if mode == branch_and_bound.MODE:
         return branch_and_bound.search(problem, limit, nodes, seconds, proof_rows)
+    if mode == star.MODE:
+        return star.search(problem, limit, nodes, seconds, proof_rows)
+    nodes *= DEPTH_FIRST_NODES
     if mode == functions.MODE:
         return functions.search(problem, limit, nodes, seconds)
     if mode == forward_checking.MODE:
         return forward_checking.search(problem, limit, nodes, seconds)
     if mode == paper.MODE:
         return paper.search(problem, limit, nodes, seconds)
-    if mode == star.MODE:
-        return star.search(problem, limit, nodes, seconds, proof_rows)
-    raise ValueError(f"no mode of matching is called {mode!r}: there are {', '.join(MODES)}")
+    raise _no_mode(mode)
+
+
+def check_mode(mode: str) -> None:
+    """Raises UsageError for a mode that is none."""
+    if mode not in MODES:
+        raise _no_mode(mode)
+
+
+def _no_mode(mode: str) -> UsageError:
+    return UsageError(f"invalid search {mode!r}: use one of {', '.join(MODES)}")

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from relmodel.errors import UsageError
 from relmodel.labelling import paper
 from relmodel.labelling.cost import labelling_cost
 from relmodel.labelling.problem import NONE, MatchingProblem, matching_problem, without_nulls
@@ -86,5 +87,5 @@ def test_its_labellings_are_total_and_cost_what_is_said() -> None:
 
 def test_too_many_whole_functions_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(paper, "MOST_FUNCTIONS", 4)
-    with pytest.raises(ValueError, match="more than 4 are not listed"):
+    with pytest.raises(UsageError, match="more than 4: choose another search"):
         solve(chain(), "paper")

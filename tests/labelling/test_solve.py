@@ -11,9 +11,10 @@ import pytest
 from scipy.optimize import linear_sum_assignment
 
 from relmodel.arrays import Ints
+from relmodel.errors import UsageError
 from relmodel.labelling import branch_and_bound
 from relmodel.labelling.cost import labelling_cost
-from relmodel.labelling.problem import MatchingProblem, matching_problem, prohibitive_cost, without_nulls
+from relmodel.labelling.problem import NONE, MatchingProblem, matching_problem, prohibitive_cost, without_nulls
 from relmodel.labelling.result import BOUNDED, OPTIMAL, STOPPED, MatchingResult
 from relmodel.labelling.rows import result_rows
 from relmodel.labelling.solve import MODES, solve
@@ -209,12 +210,19 @@ def test_the_verifier_is_not_taken_in(damage: Any) -> None:
     assert proved != (found.cost, found.bound)
 
 
-def test_modes_without_proof_are_not_stored() -> None:
-    problem = scene("gated", 10, 0).problem
-    with pytest.raises(ValueError, match="no proof"):
-        result_rows(problem, solve(problem, "functions"))
-    with pytest.raises(ValueError, match="no mode of matching is called 'best'"):
-        solve(problem, "best")
+@pytest.mark.parametrize("mode", MODES)
+def test_what_every_mode_finds_becomes_rows(mode: str) -> None:
+    problem = replace(scene("gated", 10, 0).problem, injective=mode != "paper")
+    found = solve(problem, mode)
+    rows = result_rows(problem, found)
+    assert rows["problem"]["cost"] == [found.cost]
+    assert rows["problem"]["bound_kept"] == [bool(found.proofs)] == [bool(len(rows["search_node"]["node_no"]))]
+    assert rows["assignment"]["label_no"].filled(NONE).tolist() == found.label.tolist()
+
+
+def test_a_mode_that_is_none_is_refused() -> None:
+    with pytest.raises(UsageError, match="invalid search 'best'"):
+        solve(scene("gated", 10, 0).problem, "best")
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from sqlalchemy import Connection
 from relmodel.arrays import Bytes, Floats
 from relmodel.errors import UsageError
 from relmodel.find.find import world_named
+from relmodel.labelling.solve import check_mode
 from relmodel.store import Run, Store, digest_inputs
 from relmodel.store.digests import record_digests
 from relmodel.world.correction import Carrier, Correction, correct_base, predict_covariance
@@ -230,11 +231,12 @@ def _inspect(
     needs: Needs | None,
     parameters: InspectionParameters,
 ) -> Inspection:
+    check_mode(parameters.matching.pose.search)
     whole = read_rig(rig)
     cameras = whole.only(*paths)
     if len(paths) > 1:
         rectify(cameras)  # refuses a pair that cannot be matched
-        check_method(parameters.stereo.method)
+        check_method(parameters.stereo)
     needs = needs or (read_needs(prior) if prior is not None else None) or DEFAULT_NEEDS
     pictures = read_pictures(paths, cameras)
     run.step("read")

@@ -1,6 +1,6 @@
 """The parameters of an inspection: those of all its stages, as a run records them."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from vision.cameras.view_volume import SelectionParameters
 from vision.constellations.constellation_parameters import ConstellationParameters
@@ -33,6 +33,17 @@ class InspectionParameters:
     most_variants: int = 5
     """other loaded variants that are weighed unasked where something is not as the model says: each takes about as long
     as presence, a second or less"""
+
+
+def choose_methods(parameters: InspectionParameters, *, stereo: str, search: str) -> InspectionParameters:
+    """The parameters with that method of stereo (`vision.stereo.match.METHODS`) and, in stereo and in each view, that
+    search of labellings (`relmodel.labelling.solve.MODES`)."""
+    pose = replace(parameters.matching.pose, search=search)
+    return replace(
+        parameters,
+        stereo=replace(parameters.stereo, method=stereo, search=search),
+        matching=replace(parameters.matching, pose=pose),
+    )
 
 
 DEFAULTS = InspectionParameters()

@@ -13,9 +13,7 @@ from sqlalchemy import Connection
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import matrices
 from relmodel.identity import code_sha256
-from relmodel.labelling.branch_and_bound import MODE as DEFAULT_MODE
 from relmodel.labelling.solve import solve
-from relmodel.labelling.star import MODE as STAR
 from relmodel.labelling.stored import read_problem
 from relmodel.store import Store
 from relmodel.store.runs import package_versions
@@ -31,7 +29,6 @@ from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
 from vision.matching.pose_problem import REASONS, PoseMatch
 from vision.matching.stored_match import match_stored
 from vision.scene.stored_scene import read_scene
-from vision.stereo.match import STARS
 from vision.stereo.record_stereo import read_triangulated
 
 TOLERANCE, OTHER_TOLERANCE = 1e-9, 1e-6
@@ -135,10 +132,8 @@ def _replay_matching(store: Store, connection: Connection, run: int) -> Iterator
         labels = store.columns(connection, "replay/labels", run=run, problem_no=number)["label_no"].astype(float)
         step = f"{problem.kind} {number}"
         if problem.kind == "stereo":
-            mode = STAR if problem.method == STARS else DEFAULT_MODE
-            again = solve(
-                read_problem(store, connection, run, number), mode, nodes=int(parameters["assignment"]["nodes"])
-            )
+            nodes = int(parameters["assignment"]["nodes"])
+            again = solve(read_problem(store, connection, run, number), parameters["search"], nodes=nodes)
         else:
             match = match_stored(store, connection, run, number)
             again = match.solved.result

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ from vision.inspection.pictures import extract_pictures
 from vision.scene.stored_scene import read_scene
 from vision.stereo.depth_range import predict_depth_range
 from vision.stereo.disparity_range import DepthRange
-from vision.stereo.match import METHODS, StereoMatches, check_method, match_stereo
+from vision.stereo.match import StereoMatches, check_method, match_stereo
 from vision.stereo.record_stereo import record_stereo
 from vision.stereo.rectification import rectify
 from vision.stereo.triangulate import CURVES
@@ -74,7 +74,6 @@ def match_pair(
     rig: str | Path,
     left: tuple[str, str | Path],
     right: tuple[str, str | Path],
-    method: str = METHODS[0],
     prior: str | Path | None = None,
     world: str | None = None,
     keep_images: bool = True,
@@ -86,14 +85,13 @@ def match_pair(
     for bad inputs and cameras that make no pair, and the run then ended as failed; UsageError, before anything is
     written, for methods that are none and worlds that are not there.
     """
-    check_method(method)
+    check_method(parameters.stereo)
     if left[0] == right[0]:
         raise UsageError(f"both pictures are given to the camera '{left[0]}': name one camera each")
     paths = {name: Path(path) for name, path in (left, right)}
-    stereo = replace(parameters.stereo, method=method)
     recorded = {
         "extraction": asdict(parameters.extraction),
-        "stereo": asdict(stereo),
+        "stereo": asdict(parameters.stereo),
         "left": left[0],
         "keep_bounds": parameters.keep_bounds,
     }
@@ -109,7 +107,9 @@ def match_pair(
         seen = extract_pictures(run, pictures, parameters.extraction, keep_images=keep_images)
         run.step("extract")
         one, other = (seen[name] for name in paths)
-        matches = match_stereo(cameras, one.primitives, other.primitives, depths, stereo, (left[0], right[0]))
+        matches = match_stereo(
+            cameras, one.primitives, other.primitives, depths, parameters.stereo, (left[0], right[0])
+        )
         run.step("stereo")
 
         def record(connection: Connection) -> None:

@@ -29,6 +29,8 @@ class PoseProblemParameters:
     """Which primitives of a picture may be which parts of a predicted view, and at what price; prices are quarters of a
     natural logarithm of odds, as the weights of relations."""
 
+    search: str = "dual_ascent"
+    """how the best labelling is sought: `relmodel.labelling.solve.MODES`"""
     reach_px: float = 10.0
     """px within which an arc of the picture and one of the view are compared"""
     along_px: float = 4.0

@@ -155,6 +155,7 @@ def match_pairs(
                 tolerances=TOLERANCES,
                 injective=False,
                 nodes=p.nodes,
+                mode=p.search,
             ),
         )
     label = solved.result.label

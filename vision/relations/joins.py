@@ -11,6 +11,7 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Ints
 from relmodel.columns import Columns
+from relmodel.labelling import paper
 from relmodel.labelling.problem import MatchingProblem, matching_problem
 from relmodel.labelling.result import MatchingResult
 from relmodel.labelling.solve import MODES, solve
@@ -25,7 +26,8 @@ class ProblemRows:
 
     unit, label, cost (c,): candidates; null_cost (units,): what no label costs a unit, besides `null_share` of the
     weight of its relations; units, labels: how many there are; units_id, labels_id: their sets in the workspace;
-    injective: no label twice; nodes: after how many the search ends; mode: of `relmodel.labelling.solve`.
+    injective: no label twice (the mode `paper` knows no such limit); nodes: after how many the search ends; mode: of
+    `relmodel.labelling.solve`.
     """
 
     units: int
@@ -61,6 +63,7 @@ def put_relations(workspace: Database, connection: Connection, unit_set_id: int,
 def solve_rows(workspace: Database, connection: Connection, number: int, rows: ProblemRows) -> Solved:
     """Join the relations of both sides over the candidates, strike off what is dominated, and search."""
     problem_key = {"run_id": 0, "problem_no": number}
+    injective = rows.injective and rows.mode != paper.MODE
     workspace.append(
         connection,
         "problem",
@@ -72,7 +75,7 @@ def solve_rows(workspace: Database, connection: Connection, number: int, rows: P
             "units_id": rows.units_id,
             "labels_id": rows.labels_id,
             "parameters": "{}",
-            "injective": rows.injective,
+            "injective": injective,
             "status": "stopped",
             "cost": 0.0,
             "bound": 0.0,
@@ -103,7 +106,7 @@ def solve_rows(workspace: Database, connection: Connection, number: int, rows: P
         _table(candidate, "unit_no", "label_no", "cost"),
         _table(relation, "unit_no", "neighbour_no", "weight"),
         _table(pair, "unit_a", "label_a", "unit_b", "label_b"),
-        injective=rows.injective,
+        injective=injective,
     )
     return Solved(problem, solve(problem, rows.mode, nodes=rows.nodes), dominated, tolerances)
 

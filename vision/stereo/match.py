@@ -11,8 +11,7 @@ from relmodel.arrays import Bools, Ints
 from relmodel.columns import Columns
 from relmodel.errors import UsageError
 from relmodel.labelling.problem import NONE
-from relmodel.labelling.solve import MODES
-from relmodel.labelling.star import MODE as STAR
+from relmodel.labelling.solve import check_mode
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
 from vision.relations.joins import ProblemRows, Solved, put_relations, solve_rows
@@ -27,8 +26,8 @@ from vision.stereo.regions import StereoRegions, compare_regions, pack_regions
 from vision.stereo.stereo_parameters import DEFAULTS, StereoParameters
 from vision.stereo.triangulate import Triangulated, triangulate_pairs
 
-METHODS = ("pong", "relational", "star")
-PONG, RELATIONAL, STARS = METHODS
+METHODS = ("pong", "relational")
+PONG, RELATIONAL = METHODS
 
 
 @dataclass(frozen=True)
@@ -76,10 +75,11 @@ class StereoMatches:
         return np.where(label == NONE, NONE, label - self.arcs[1])
 
 
-def check_method(method: str) -> None:
-    """Raises UsageError for an unknown method."""
-    if method not in METHODS:
-        raise UsageError(f"invalid method of stereo {method!r}: use one of {', '.join(METHODS)}")
+def check_method(parameters: StereoParameters) -> None:
+    """Raises UsageError for an unknown method or search."""
+    if parameters.method not in METHODS:
+        raise UsageError(f"invalid method of stereo {parameters.method!r}: use one of {', '.join(METHODS)}")
+    check_mode(parameters.search)
 
 
 def pack_picture(picture: Primitives) -> StereoPicture:
@@ -112,7 +112,7 @@ def match_pictures(
     cameras: tuple[str, str] = ("left", "right"),
 ) -> StereoMatches:
     """As `match_stereo`."""
-    check_method(parameters.method)
+    check_method(parameters)
     rectification = rectify(rig, *cameras)
     sides = lay_out(rectification, left.arcs, right.arcs, parameters.epipolar)
     if depth_range is None:
@@ -172,6 +172,6 @@ def _solve(
                 },
                 injective=True,
                 nodes=p.nodes,
-                mode=STAR if parameters.method == STARS else MODES[0],
+                mode=parameters.search,
             ),
         )

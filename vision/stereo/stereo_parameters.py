@@ -202,10 +202,11 @@ class DepthRangeParameters:
 
 @dataclass(frozen=True)
 class StereoParameters:
-    """What a stereo match depends on besides pictures, rig and depths: the method (`vision.stereo.match.METHODS`), and
-    a field a step."""
+    """What a stereo match depends on besides pictures, rig and depths: the method (`vision.stereo.match.METHODS`), the
+    search (`relmodel.labelling.solve.MODES`), and a field a step."""
 
     method: str = "pong"
+    search: str = "dual_ascent"
     epipolar: EpipolarParameters = field(default_factory=EpipolarParameters)
     depth_range: DepthRangeParameters = field(default_factory=DepthRangeParameters)
     range: RangeParameters = field(default_factory=RangeParameters)

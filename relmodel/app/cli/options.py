@@ -48,6 +48,17 @@ def add_run(parser: argparse.ArgumentParser) -> None:
     run.add_argument("--run", dest="number", metavar="RUN", help="the same as RUN alone")
 
 
+def add_search(parser: argparse.ArgumentParser) -> None:
+    """`--search`, which every verb that matches has."""
+    parser.add_argument(
+        "--search",
+        default="dual_ascent",
+        metavar="SEARCH",
+        help="how the best match is sought: dual_ascent, functions, forward_checking, paper or star, "
+        "as docs/matching.md has them (default: dual_ascent)",
+    )
+
+
 def add_format(parser: argparse.ArgumentParser) -> None:
     """`--format`, which every verb that prints data has."""
     parser.add_argument(

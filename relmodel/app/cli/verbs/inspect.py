@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from relmodel.app.cli.joints import add_joint_sigmas, add_joints, assigned, base_covariance
-from relmodel.app.cli.options import add_format, store_target
+from relmodel.app.cli.options import add_format, add_search, store_target
 from relmodel.app.cli.output import say
 from relmodel.errors import UsageError
 from relmodel.printing import print_rows
@@ -74,8 +74,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--base-sigma-deg", type=float, default=0.5, metavar="DEG", help="the same of its rotation (default: 0.5)"
     )
     parser.add_argument(
-        "--stereo-method", default="pong", metavar="METHOD", help="how the pair is matched: pong, relational or star"
+        "--stereo-method", default="pong", metavar="METHOD", help="how the pair is matched: pong or relational"
     )
+    add_search(parser)
     parser.add_argument(
         "--stereo-gate", action="store_true", help="let the model at the prior bound the depths of stereo"
     )
@@ -122,7 +123,7 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.world.correction import Carrier
     from vision.cameras.files import parse_needs
     from vision.inspection import KERNELS, inspect
-    from vision.inspection.inspection_parameters import DEFAULTS
+    from vision.inspection.inspection_parameters import DEFAULTS, choose_methods
     from vision.inspection.outcome import parse_not_as_modelled
 
     fail_on = [] if args.fail_on is None else parse_not_as_modelled(args.fail_on, "--fail-on")
@@ -151,8 +152,7 @@ def run(args: argparse.Namespace) -> int:
             overlay=args.overlay,
             crops=args.crops,
             parameters=replace(
-                DEFAULTS,
-                stereo=replace(DEFAULTS.stereo, method=args.stereo_method),
+                choose_methods(DEFAULTS, stereo=args.stereo_method, search=args.search),
                 stereo_gate=args.stereo_gate,
                 believe_pictures=args.believe_pictures,
                 keep_bounds=args.keep_bounds,

@@ -2,7 +2,7 @@
 
 No model is needed: the pair itself says how far off things are.  With --prior the model of the store's world, seen from
 there, bounds it.  Methods: pong (votes of epipolar rows, attributes of arcs and regions, then relations), relational
-(relations alone, within the epipolar geometry), star (the same, by star matching, without proof of its own).
+(relations alone, within the epipolar geometry).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from relmodel.app.cli.options import add_format, store_target
+from relmodel.app.cli.options import add_format, add_search, store_target
 from relmodel.app.cli.output import say
 from relmodel.printing import print_rows
 
@@ -29,7 +29,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             metavar="[CAMERA=]PICTURE",
             help=f"picture, with the name of its camera in the rig (default: {side})",
         )
-    parser.add_argument("--method", default="pong", metavar="METHOD", help="pong, relational or star (default: pong)")
+    parser.add_argument("--method", default="pong", metavar="METHOD", help="pong or relational (default: pong)")
+    add_search(parser)
     parser.add_argument(
         "--prior", type=Path, metavar="PRIOR.yaml", help="where the rig is thought to be: depths from the model"
     )
@@ -54,7 +55,7 @@ def _camera_and_picture(text: str, side: str) -> tuple[str, Path]:
 def run(args: argparse.Namespace) -> int:
     from relmodel.compiled import compile_ahead
     from relmodel.store import Store
-    from vision.inspection.inspection_parameters import DEFAULTS
+    from vision.inspection.inspection_parameters import DEFAULTS, choose_methods
     from vision.inspection.stereo_pair import KERNELS, match_pair
 
     compile_ahead(KERNELS, say)
@@ -64,11 +65,13 @@ def run(args: argparse.Namespace) -> int:
             rig=args.rig,
             left=_camera_and_picture(args.left, "left"),
             right=_camera_and_picture(args.right, "right"),
-            method=args.method,
             prior=args.prior,
             world=args.world,
             keep_images=not args.no_keep_images,
-            parameters=replace(DEFAULTS, keep_bounds=args.keep_bounds),
+            parameters=replace(
+                choose_methods(DEFAULTS, stereo=args.method, search=args.search),
+                keep_bounds=args.keep_bounds,
+            ),
         )
     for words in answer.notes:
         say(words)
