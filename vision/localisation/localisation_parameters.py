@@ -107,7 +107,9 @@ class RivalParameters:
     min_candidate_share: float = 0.3
     """share of the best candidate's score from which others are followed up"""
     candidates: int = 6
-    """candidates at most beside the best"""
+    """candidates beside the best that need no more than that"""
+    min_equal_share: float = 0.9
+    """the same share of the others: they are followed up where the pictures may not tell them from the best"""
     min_evidence_share: float = 0.7
     """share of the best evidence to which a pose must climb to be refined"""
     samples: int = 1200
@@ -120,7 +122,7 @@ class RivalParameters:
     """weight of the prior in it"""
     rounds: int = 3
     """rounds of shifting the best pose, which may change"""
-    max_refined: int = 8
+    max_refined: int = 60
     """hypotheses at most; the likeliest by the prior are followed first"""
     congruent: float = 0.02
     """share to which length and second moments of the tangents of congruent arcs agree"""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -30,7 +30,7 @@ from vision.localisation.hypotheses import (
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.outlines import GreyGrid, lay_grey_grids, measure_outlines
-from vision.localisation.refine import Refined, refine
+from vision.localisation.refine import Refined, refine, refine_roughly
 from vision.localisation.symmetry import complete_group, find_symmetries
 from vision.localisation.verdict import Gathered, Verdict, decide, find_standing
 from vision.localisation.views import (
@@ -208,21 +208,22 @@ class _Solver:
     def hypotheses(self, found: Candidates) -> tuple[list[Refined], list[Stage]]:
         """Distinct refined poses, the one of least cost first: from the search's candidates, and from what repeats in
         the model about the best of them; and the stages that led to them."""
-        start = [perturb(self.prior.world_from_rig, d) for d in found.delta[: 1 + self.p.rivals.candidates]]
-        best = self._refine(start[0])
-        done = [best]
-        worthy = found.score[1 : 1 + self.p.rivals.candidates] > self.p.rivals.min_candidate_share * found.score[0]
-        followed = iter(self._follow([pose for pose, w in zip(start[1:], worthy, strict=True) if w], done))
+        r = self.p.rivals
+        start = perturb(self.prior.world_from_rig, found.delta)
+        done = [self._refine(start[0])]
+        least = np.where(np.arange(1, len(start)) <= r.candidates, r.min_candidate_share, r.min_equal_share)
+        worthy = found.score[1:] > least * found.score[0]
+        followed = iter(self._follow(start[1:][worthy], done))
         rule = ["refined", *(next(followed).rule if w else "little_evidence" for w in worthy)]
         *before, climbed = found.stages
         rule += ["beyond"] * (len(climbed.score) - len(rule))
         stages = [*before, replace(climbed, rule=rule)]
+        self._settle(done)
         shapes = describe_arc_shapes(self.scene)
         asked: list[Refined] = []
         # The best may change as rivals come in: what repeats about the new best is asked too.  Where no prior bounds
         # that, the starts hold it already.
-        for _ in range(0 if self.prior.is_open else self.p.rivals.rounds):
-            done.sort(key=lambda h: h.cost)
+        for _ in range(0 if self.prior.is_open else r.rounds):
             if done[0] in asked:
                 break
             asked.append(done[0])
@@ -231,14 +232,30 @@ class _Solver:
             score = np.array([f.score for f in followed_up])
             delta = perturbations(self.prior.world_from_rig, np.reshape(shifted, (-1, 4, 4)))
             stages.append(describe_stage(f"shift {len(asked)}", delta, score, [f.rule for f in followed_up], score))
+            self._settle(done)
         return done, stages
+
+    def _settle(self, done: list[Refined]) -> None:
+        """Sorts hypotheses by cost, and refines in full the best and, where several stand, the one that is given
+        first."""
+        while True:
+            done.sort(key=lambda h: h.cost)
+            first = done[find_standing(Gathered.of(done), self.p.verdict)[0]]
+            rough = [h for h in (done[0], first) if h.is_rough]
+            if not rough:
+                return
+            done.remove(rough[0])
+            refined = self._refine(rough[0].world_from_rig)
+            if not any(self._same(h, refined.world_from_rig) for h in done):
+                done.append(refined)
 
     def solve_single_camera(self, name: str, pose: Floats) -> Refined:
         own = [self.fine[list(self.rig.cameras).index(name)]]
         return refine(self.near, self.rig.only(name), self.indexes, own, self.prior, pose, self.p)
 
-    def _refine(self, pose: Floats) -> Refined:
-        refined = refine(self.near, self.rig, self.indexes, self.fine, self.prior, pose, self.p)
+    def _refine(self, pose: Floats, *, roughly: bool = False) -> Refined:
+        solve = refine_roughly if roughly else refine
+        refined = solve(self.near, self.rig, self.indexes, self.fine, self.prior, pose, self.p)
         outlines = measure_outlines(self.near, self.rig, self.greys, refined.world_from_rig, self.p.outlines)
         return replace(refined, outlines=outlines)
 
@@ -250,7 +267,7 @@ class _Solver:
         shifts = find_displacements(shapes, seen.arc[sharp], seen.weight[sharp], reach, self.p.rivals)
         return list(shift_poses(self.prior, h.world_from_rig, shifts, self.p.verdict.max_sigma + 1, self.p.rivals))
 
-    def _follow(self, poses: list[Floats], done: list[Refined]) -> list[_Followed]:
+    def _follow(self, poses: Iterable[Floats], done: list[Refined]) -> list[_Followed]:
         """Refines poses that are not among those done and climb to evidence near the best's; appends to `done`, and
         says what became of each."""
         return [self._follow_one(pose, done) for pose in poses]
@@ -274,7 +291,7 @@ class _Solver:
             return _Followed("little_evidence", score)
         if any(self._same(h, polished) for h in done):
             return _Followed("like_a_refined_one", score)
-        new = self._refine(polished)
+        new = self._refine(polished, roughly=True)
         if any(self._same(h, new.world_from_rig) for h in done):
             return _Followed("like_a_refined_one", score)
         done.append(new)

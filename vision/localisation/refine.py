@@ -48,7 +48,8 @@ class Refined:
     excluded (b,): which of the scene's components are left out because they are not where the model says.
     prior_sigma: its distance from the prior, NaN where nothing is known beforehand.  outlines: the greys beside the
     outlines, where they were asked for.  last_step: where prediction, measurements and support are of.
-    is_symmetric: whether the model, carried onto itself, leads here from the best pose.
+    is_symmetric: whether the model, carried onto itself, leads here from the best pose.  is_rough: whether it was only
+    looked at roughly, as rivals are.
     cost: half of the prior's distance squared, less the evidence of edges and outlines.
     """
 
@@ -63,6 +64,7 @@ class Refined:
     outlines: Outlines | None = None
     last_step: LastStep | None = None
     is_symmetric: bool = False
+    is_rough: bool = False
 
     @property
     def middle(self) -> Floats:
@@ -102,7 +104,7 @@ def refine(
     either may be off.  The covariance joins all explanations that determine the pose; the further the pose moves when a
     component is left out, the less likely it is that nothing is off.  The start stays where it has clearly
     more evidence."""
-    fit = Fit(scene, rig, [indexes[n] for n in rig.cameras], fields, prior, describe_unknowns(rig, p.refinement), p)
+    fit = Fit.of(scene, rig, indexes, fields, prior, p)
     none = np.zeros(scene.component_count, bool)
     refined = fit.solve(world_from_rig, none)
     rejected: list[tuple[Refined, float]] = []
@@ -125,15 +127,37 @@ def refine(
         Explanation(h.world_from_rig, h.covariance, odds - p.refinement.temper * max(h.cost - refined.cost, 0.0))
         for h, odds in rejected
     ]
+    return _take_step(refined, fit, explanations)
+
+
+def refine_roughly(
+    scene: Scene,
+    rig: Rig,
+    indexes: dict[str, EdgeIndex],
+    fields: list[Evidence],
+    prior: Prior,
+    world_from_rig: Floats,
+    p: LocalisationParameters = DEFAULTS,
+) -> Refined:
+    """As `refine`, from a pose that is nearly right, by the last rounds alone and with no component left out: enough to
+    compare it with others."""
+    fit = Fit.of(scene, rig, indexes, fields, prior, p)
+    none = np.zeros(scene.component_count, bool)
+    refined = fit.solve(world_from_rig, none, p.refinement.rounds[-p.refinement.near_rounds :])
+    return replace(_take_step(refined, fit, []), is_rough=True)
+
+
+def _take_step(refined: Refined, fit: Fit, explanations: list[Explanation]) -> Refined:
+    """A pose after its last step, with the covariance that the explanations of the pictures leave."""
     pose, own = take_last_step(
-        refined.measurements, refined.world_from_rig, refined.own, prior, fit.unknowns, p.refinement
+        refined.measurements, refined.world_from_rig, refined.own, fit.prior, fit.unknowns, fit.p.refinement
     )
     return replace(
         refined,
         world_from_rig=pose,
         own=own,
         covariance=join_explanations(refined.world_from_rig, refined.covariance, explanations),
-        prior_sigma=prior.distance(pose),
+        prior_sigma=fit.prior.distance(pose),
         last_step=LastStep(refined.world_from_rig, refined.own, refined.covariance, explanations),
     )
 
@@ -204,6 +228,19 @@ class Fit:
     unknowns: CameraUnknowns
     p: LocalisationParameters
     predicted: dict[bytes, Prediction] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        rig: Rig,
+        indexes: dict[str, EdgeIndex],
+        fields: list[Evidence],
+        prior: Prior,
+        p: LocalisationParameters,
+    ) -> Fit:
+        cameras = [indexes[name] for name in rig.cameras]
+        return cls(scene, rig, cameras, fields, prior, describe_unknowns(rig, p.refinement), p)
 
     def predict(self, world_from_rig: Floats) -> Prediction:
         """What the cameras see from a pose; solutions begin where others began or ended."""
