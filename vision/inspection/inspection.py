@@ -28,7 +28,7 @@ from vision.extraction.primitives import Primitives
 from vision.inspection.crops import check_crops, write_crops
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.inspection.locate import Sight, select_parts
-from vision.inspection.matched_views import match_views, measure_relational_distances
+from vision.inspection.matched_views import match_views
 from vision.inspection.outcome import Outcome, read_outcome
 from vision.inspection.overlay import draw_overlay
 from vision.inspection.pictures import extract_pictures
@@ -258,9 +258,6 @@ def _inspect(
     matched = match_views(
         workspace, stored.scene, cameras, found, primitives, parameters.localisation, parameters.matching
     )
-    distances = measure_relational_distances(
-        workspace, stored.scene, cameras, found, matched, primitives, parameters.localisation, parameters.matching
-    )
     run.step("match")
     correction = _correction(mounted, call.carrier, found)
     parts = None
@@ -307,7 +304,6 @@ def _inspect(
                 relations,
                 found,
                 matched,
-                distances,
                 parameters.matching.pose,
                 correction,
                 parts,

@@ -3,6 +3,7 @@ prior that the pictures contradict."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -18,8 +19,10 @@ from vision.constellations.find_poses import Found, find_poses
 from vision.constellations.find_poses_of_one_picture import find_poses_of_one_picture
 from vision.extraction.primitives import Primitives
 from vision.inspection.inspection_parameters import InspectionParameters
+from vision.inspection.matched_views import relate_views
 from vision.localisation.hypotheses import Candidates
 from vision.localisation.localise import Localisation, localise
+from vision.localisation.refine import Refined
 from vision.localisation.verdict import weigh_against_prior
 from vision.scene.scene import Scene
 from vision.scene.stored_scene import StoredScene, read_scene
@@ -133,8 +136,21 @@ class Sight:
         partnered = None
         if self.stereo is not None:
             partnered = dict(zip(self.rig.cameras, self.stereo.partnered, strict=True))
+
+        def relate(poses: Sequence[Refined]) -> list[int]:
+            return relate_views(scene, self.rig, poses, self.pictures, self.p.localisation, self.p.matching)
+
         found = localise(
-            scene, self.rig, self.pictures, self.greys, prior, self.needs, self.p.localisation, partnered, starts
+            scene,
+            self.rig,
+            self.pictures,
+            self.greys,
+            prior,
+            self.needs,
+            self.p.localisation,
+            partnered,
+            starts,
+            relate,
         )
         self.run.step("localise")
         return found

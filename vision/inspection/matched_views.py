@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from relmodel.store.database import Database
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
@@ -13,6 +15,7 @@ from vision.localisation.views import ViewArcs, find_view_arcs, propagate_pose_s
 from vision.matching.matching_parameters import MatchingParameters
 from vision.matching.pose_problem import MatchedView, match_view
 from vision.matching.view_units import describe_view
+from vision.relations.workspace import open_workspace
 from vision.scene.scene import Scene
 
 
@@ -29,46 +32,34 @@ def match_views(
     if found.best is None:
         return {}
     arcs = {name: view.arcs for name, view in found.views.items()}
-    return _match(workspace, 0, scene, rig, found.best, arcs, pictures, localisation, p)
+    return _match(workspace, scene, rig, found.best, arcs, pictures, localisation, p)
 
 
-def measure_relational_distances(
-    workspace: Database,
+def relate_views(
     scene: Scene,
     rig: Rig,
-    found: Localisation,
-    best: dict[str, MatchedView],
+    poses: Sequence[Refined],
     pictures: dict[str, Primitives],
     localisation: LocalisationParameters,
     p: MatchingParameters,
-) -> list[int | None]:
-    """What the best labelling of the pictures by the view of each hypothesis costs, over all cameras; None where it was
-    not asked: of those that are no rivals, and of rivals beyond the first `p.rivals`.
+) -> list[int]:
+    """What the best labelling of the pictures by the views from each pose costs, over all cameras.
 
     All are labellings of the same primitives, so what one costs less is its margin over the other.
     """
-    distances: list[int | None] = [None] * len(found.hypotheses)
-    if not found.rivals:
-        return distances
-    distances[0] = _cost(best)
-    for number, rival in enumerate(found.rivals[: p.rivals], start=1):
+    costs = []
+    for pose in poses:
         arcs = {
-            name: find_view_arcs(scene, camera, rival.world_from_rig @ rig.rig_from_camera[name], localisation)
+            name: find_view_arcs(scene, camera, pose.world_from_rig @ rig.rig_from_camera[name], localisation)
             for name, camera in rig.cameras.items()
         }
-        first = number * len(rig.cameras)
-        matched = _match(workspace, first, scene, rig, rival, arcs, pictures, localisation, p)
-        distances[found.hypotheses.index(rival)] = _cost(matched)
-    return distances
-
-
-def _cost(matched: dict[str, MatchedView]) -> int:
-    return sum(view.match.solved.result.cost for view in matched.values())
+        matched = _match(open_workspace(), scene, rig, pose, arcs, pictures, localisation, p)
+        costs.append(sum(view.match.solved.result.cost for view in matched.values()))
+    return costs
 
 
 def _match(
     workspace: Database,
-    first: int,
     scene: Scene,
     rig: Rig,
     pose: Refined,
@@ -77,11 +68,11 @@ def _match(
     localisation: LocalisationParameters,
     p: MatchingParameters,
 ) -> dict[str, MatchedView]:
-    """The pictures against their views at a pose, as problems from number `first` on."""
+    """The pictures against their views at a pose, a problem of the workspace for each camera."""
     matched = {}
     for number, (name, camera) in enumerate(rig.cameras.items()):
         seen = map_surfaces(scene, camera, pose.world_from_rig @ rig.rig_from_camera[name], localisation)
         sigma = propagate_pose_sigma(pose, number, arcs[name].samples)
         units = describe_view(arcs[name], sigma, camera, seen, p.view)
-        matched[name] = MatchedView(units, match_view(workspace, first + number, pictures[name], units, seen, p.pose))
+        matched[name] = MatchedView(units, match_view(workspace, number, pictures[name], units, seen, p.pose))
     return matched

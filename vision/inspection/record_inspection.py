@@ -51,7 +51,6 @@ class Inspected:
     relations: dict[str, Relations]
     found: Localisation
     matched: dict[str, MatchedView]
-    relational_distances: list[int | None]
     matching: PoseProblemParameters
     correction: Correction | None
     parts: PartsInView | None
@@ -82,7 +81,7 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
         left, right = (it.pictures[name].recorded.unit_set_id for name in ("left", "right"))
         record_stereo(run, connection, STEREO, left, right, it.stereo, keep_bound=keep_bounds)
         record_relations(run, connection, STEREO, it.relations)
-    _record_hypotheses(run, connection, it.found.hypotheses, it.relational_distances)
+    _record_hypotheses(run, connection, it.found.hypotheses)
     for number, (name, view) in enumerate(views.items()):
         _record_view(run, connection, number, view, it.stored)
         record_match(
@@ -147,9 +146,7 @@ def _record_verdict(run: Run, connection: Connection, it: Inspected) -> None:
     )
 
 
-def _record_hypotheses(
-    run: Run, connection: Connection, hypotheses: list[Refined], relational_distances: list[int | None]
-) -> None:
+def _record_hypotheses(run: Run, connection: Connection, hypotheses: list[Refined]) -> None:
     if not hypotheses:
         return
     run.append(
@@ -166,7 +163,7 @@ def _record_hypotheses(
             "outline_evidence": np.array([h.outlines.evidence if h.outlines else 0.0 for h in hypotheses]),
             "distance": np.ma.masked_invalid([h.prior_sigma for h in hypotheses]),
             "is_symmetric": np.array([h.is_symmetric for h in hypotheses]),
-            "relational_distance": relational_distances,
+            "relational_distance": np.ma.masked_invalid([h.relational_distance for h in hypotheses]),
         },
     )
 

@@ -87,9 +87,9 @@ def replay_verdict(store: Database, connection: Connection, run: int, given: Any
     stats = {row.name: row.value for row in weighed if row.what == "statistic"}
     gathered = (
         "distance", "evidence", "found", "expected", "outline_length", "outline_contrast", "outline_evidence",
-        "is_symmetric",
+        "is_symmetric", "relational_distance",
     )  # fmt: skip
-    g = Gathered(*(h[name] for name in gathered))
+    g = Gathered(*(np.asarray(h[name], bool if name == "is_symmetric" else float) for name in gathered))
     standing, tried = find_standing(g, p), matrices(h)
     (found,), by_camera, prior = poses["pose"], poses.get("single_camera", []), _prior(poses)
     rows = store.columns(connection, "replay/measurements", run=run)

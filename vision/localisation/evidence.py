@@ -13,7 +13,7 @@ log(1 - d).  The a-contrario idea is Desolneux, Moisan and Morel's; here the bac
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -78,6 +78,13 @@ class Evidence:
     chance: Floats32
     block: int
     parameters: EvidenceParameters
+
+    def beyond_chance(self) -> Evidence:
+        """The evidence less what is found in the mean anywhere: a pose that shows less of the model, for which no place
+        speaks against it, then gains nothing by that."""
+        seen = self.field != 0
+        mean = self.field.mean(where=seen) if seen.any() else 0.0
+        return replace(self, field=np.where(seen, self.field - np.float32(mean), np.float32(0)))
 
     def expectation(self, pixel: Floats, direction: Floats) -> tuple[Floats, Floats]:
         """Mean and variance (n,) of the evidence that a right prediction gathers at these pixels (n, 2)."""

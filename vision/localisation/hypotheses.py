@@ -235,6 +235,8 @@ def search_poses(
         build_evidence(edges[name], p.search.scan_cell_px, p.search.scan_reach_px, p.search.scan_window, p.evidence)
         for name in rig.cameras
     ]
+    # Far from the right pose most places speak against the model: it must not pay to look past it.
+    coarse, fine = ([e.beyond_chance() for e in fields] for fields in (coarse, fine))
     scanned, scores = _scan(prediction, coarse, prior, p)
     first = keep_distinct(prediction, scanned, scores, p.search.scan_distinct_px, p.search.scan_kept)
     delta, score = climb(

@@ -295,6 +295,8 @@ class VerdictParameters:
     """share of the best pose's evidence by which a rival may fall short of it"""
     min_margin: float = 10.0
     """evidence: likewise, at least"""
+    most_related: int = 4
+    """poses that stand up to which relational matching is asked which of them it is: more repeat each other"""
     prior_odds: float = 8.0
     """log odds by the prior beyond which a pose is no rival: one in 3,000"""
     max_sigma: float = 6.0

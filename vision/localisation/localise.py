@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from relmodel.arrays import Bools, Bytes, Floats
+from relmodel.arrays import Bools, Bytes, Floats, Ints
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, perturbation, perturbations
 from vision.clock import Clock
 from vision.extraction.primitives import Primitives
@@ -40,6 +40,9 @@ from vision.localisation.views import (
     find_view_arcs,
 )
 from vision.scene.scene import Scene
+
+Relate = Callable[[Sequence[Refined]], list[int]]
+"""What the best labelling of the pictures by the views from each of some poses costs."""
 
 
 @dataclass(frozen=True)
@@ -84,12 +87,13 @@ def localise(
     p: LocalisationParameters = DEFAULTS,
     partnered: Mapping[str, Bools] | None = None,
     starts: Candidates | None = None,
+    relate: Relate | None = None,
 ) -> Localisation:
     """The pose of the rig, from what was extracted from its pictures and their greys (rows, columns), by camera.
 
     partnered: of each camera, which arcs (n,) have a partner in stereo, where there is stereo.  starts: poses that a
     join gives, perturbations of the prior, with what each explains; where one explains enough, or the prior is open,
-    they take the place of a scan of the prior's volume.
+    they take the place of a scan of the prior's volume.  relate: tells a few rivals apart by relational matching.
     """
     clock = Clock()
     points = {name: collect_edge_points(pictures[name], camera, p.evidence) for name, camera in rig.cameras.items()}
@@ -121,15 +125,14 @@ def localise(
         nothing = _say_why_nothing(rig, prior, len(starts.score) > 0)
         unknown = Verdict("refused", nothing, 0.0, [nothing], prior.sigma_translation_mm, prior.sigma_rotation, "all")
         return Localisation(unknown, None, [], [], [], [], indexes, {}, clock.laps)
-    # Where the pictures leave several, the one nearest the prior is given first.
-    standing = find_standing(Gathered.of(hypotheses), p.verdict)
-    rest = np.setdiff1d(np.arange(len(hypotheses)), standing)
-    hypotheses = [hypotheses[h] for h in (*standing, *rest)]
+    hypotheses, standing, motions = _order(hypotheses, scene, p)
+    if relate is not None and 1 < len(standing) <= p.verdict.most_related:
+        distance = dict(zip(standing.tolist(), relate([hypotheses[h] for h in standing]), strict=True))
+        hypotheses = [replace(h, relational_distance=distance.get(n, np.nan)) for n, h in enumerate(hypotheses)]
+        hypotheses, standing, motions = _order(hypotheses, scene, p)
+        clock.lap("relate")
     best = hypotheses[0]
-    motions = find_symmetries(scene, best.world_from_rig, [h.world_from_rig for h in hypotheses[1:]], p.symmetry)
-    hypotheses = [best, *(replace(h, is_symmetric=m is not None) for h, m in zip(hypotheses[1:], motions, strict=True))]
     equivalent = [m @ best.world_from_rig for m in complete_group([m for m in motions if m is not None], p.symmetry)]
-    standing = find_standing(Gathered.of(hypotheses), p.verdict)
     names = rig.cameras if len(rig.cameras) > 1 else ()
     single = [solver.solve_single_camera(name, best.world_from_rig) for name in names]
     verdict = decide(hypotheses, standing, single, needs, p.verdict)
@@ -138,6 +141,20 @@ def localise(
     clock.lap("view")
     rivals = [hypotheses[h] for h in standing[1:]]
     return Localisation(verdict, best, hypotheses, rivals, equivalent[1:], single, indexes, views, clock.laps, stages)
+
+
+def _order(
+    hypotheses: list[Refined], scene: Scene, p: LocalisationParameters
+) -> tuple[list[Refined], Ints, list[Floats | None]]:
+    """Hypotheses with those that stand first, the one nearest the prior before the others; which of them stand, those
+    that a symmetry of the model makes of the first left out; and the motions (4, 4) of those symmetries."""
+    standing = find_standing(Gathered.of(hypotheses), p.verdict)
+    rest = np.setdiff1d(np.arange(len(hypotheses)), standing)
+    best, *others = [hypotheses[h] for h in (*standing, *rest)]
+    motions = find_symmetries(scene, best.world_from_rig, [h.world_from_rig for h in others], p.symmetry)
+    others = [replace(h, is_symmetric=m is not None) for h, m in zip(others, motions, strict=True)]
+    ordered = [replace(best, is_symmetric=False), *others]
+    return ordered, find_standing(Gathered.of(ordered), p.verdict), motions
 
 
 def _say_why_nothing(rig: Rig, prior: Prior, is_joined: bool) -> str:

@@ -49,7 +49,8 @@ class Refined:
     prior_sigma: its distance from the prior, NaN where nothing is known beforehand.  outlines: the greys beside the
     outlines, where they were asked for.  last_step: where prediction, measurements and support are of.
     is_symmetric: whether the model, carried onto itself, leads here from the best pose.  is_rough: whether it was only
-    looked at roughly, as rivals are.
+    looked at roughly, as rivals are.  relational_distance: what the best labelling of the pictures by the
+    views from here costs, NaN where it was not asked.
     cost: half of the prior's distance squared, less the evidence of edges and outlines.
     """
 
@@ -65,6 +66,7 @@ class Refined:
     last_step: LastStep | None = None
     is_symmetric: bool = False
     is_rough: bool = False
+    relational_distance: float = float("nan")
 
     @property
     def middle(self) -> Floats:

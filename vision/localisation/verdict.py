@@ -22,6 +22,7 @@ from vision.localisation.localisation_parameters import VerdictParameters
 from vision.localisation.refine import Refined
 
 AXES = ("x", "y", "z")
+LABELLING_SCALE = 4  # costs of a labelling are quarters of a natural logarithm
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class Gathered:
     found, expected: sum of the places' log odds without regard to arcs, and its expectation at the right pose;
     outline_px, outline_contrast, outline_evidence: length of the outlines against the background, contrast of the greys
     beside them, and the log odds that they are outlines; is_symmetric: whether a symmetry of the model leads there from
-    the best.
+    the best; relational_distance: cost of the best labelling of the pictures by the views, NaN where it was not asked.
     """
 
     prior_sigma: Floats
@@ -63,6 +64,7 @@ class Gathered:
     outline_contrast: Floats
     outline_evidence: Floats
     is_symmetric: Bools
+    relational_distance: Floats
 
     @classmethod
     def of(cls, hypotheses: Sequence[Refined]) -> Gathered:
@@ -73,7 +75,11 @@ class Gathered:
             )
             for h in hypotheses
         ]  # fmt: skip
-        columns = [*np.array(rows, float).T, np.array([h.is_symmetric for h in hypotheses])]
+        columns = [
+            *np.array(rows, float).T,
+            np.array([h.is_symmetric for h in hypotheses]),
+            np.array([h.relational_distance for h in hypotheses]),
+        ]
         return cls(*columns)
 
     @property
@@ -87,6 +93,14 @@ class Gathered:
         return np.asarray(self.believed - self.evidence - self.outline_evidence)
 
     @property
+    def related(self) -> Floats:
+        """Log likelihood (h,) of what the views and the pictures have in common as relational matching sees it, against
+        the best; 0 where it was not asked."""
+        if np.isnan(self.relational_distance).all():
+            return np.zeros(len(self.relational_distance))
+        return np.nan_to_num((np.nanmin(self.relational_distance) - self.relational_distance) / LABELLING_SCALE)
+
+    @property
     def share(self) -> Floats:
         """Evidence found over what the right pose is expected to find."""
         return np.asarray(self.found / np.maximum(self.expected, 1e-9))
@@ -98,9 +112,10 @@ def find_standing(g: Gathered, p: VerdictParameters) -> Ints:
 
     What edges are found is compared without regard to arcs: a whole arc that one of two poses leaves without an edge
     tells them apart, however many arcs light may hide.  Printed edges may be found as well as the object's own: the
-    greys beside the outlines count with them."""
-    first, *others = np.argsort(g.cost, kind="stable").tolist()
-    found = g.found + g.outline_evidence
+    greys beside the outlines count with them, and how well relational matching labels the pictures, where it was
+    asked."""
+    first, *others = np.argsort(g.cost - g.related, kind="stable").tolist()
+    found = g.found + g.outline_evidence + g.related
     near = found > found[first] - max(p.rival_share * found[first], p.min_margin)
     near &= g.believed - g.believed[first] < p.prior_odds
     standing = np.array([first, *(h for h in others if near[h])])
@@ -230,7 +245,7 @@ def judge(
     """The rule of `decide` on numbers: the agreement of the best, the poses that single cameras give, the precision of
     the best, and how many components it leaves out."""
     stats = compute_statistics(g, int(standing[0]), agreement, by_camera)
-    costs, believed, from_prior = g.cost[standing], g.believed[standing], stats.prior_sigma
+    costs, believed, from_prior = (g.cost - g.related)[standing], g.believed[standing], stats.prior_sigma
     odds = stats.log_odds(p)
     # Rivals share what the best has in proportion to prior and evidence, which is tempered: neighbouring edges err
     # together.

@@ -67,5 +67,3 @@ class MatchingParameters:
 
     view: ViewParameters = field(default_factory=ViewParameters)
     pose: PoseProblemParameters = field(default_factory=PoseProblemParameters)
-    rivals: int = 2
-    """how many rivals of the best pose are matched too, so that the relations say how much they cost more"""

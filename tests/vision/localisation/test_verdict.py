@@ -19,6 +19,7 @@ def test_no_more_is_found_than_is_expected_and_zero_has_no_sign(found: float, ac
     gathered = Gathered(
         prior_sigma=one, evidence=evidence * one, found=1e3 * found * one, expected=1e3 * one, outline_px=105 * one,
         outline_contrast=-0.04 * one, outline_evidence=0 * one, is_symmetric=np.zeros(1, bool),
+        relational_distance=np.nan * one,
     )  # fmt: skip
     verdict = judge(gathered, np.array([0]), 0.9, [], (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), DEFAULTS.verdict)
     assert (verdict.verdict == "accepted") is accepted
@@ -30,7 +31,7 @@ def test_no_more_is_found_than_is_expected_and_zero_has_no_sign(found: float, ac
 @pytest.mark.parametrize("prior_sigma", [1.0, np.nan])
 @pytest.mark.parametrize("cameras", [1, 2])
 def test_without_a_prior_most_of_the_edges_have_to_be_found(share: float, prior_sigma: float, cameras: int) -> None:
-    columns = (prior_sigma, 3000.0, share * 1000.0, 1000.0, 100.0, 2.0, 10.0, False)
+    columns = (prior_sigma, 3000.0, share * 1000.0, 1000.0, 100.0, 2.0, 10.0, False, np.nan)
     gathered = Gathered(*(np.array([value]) for value in columns))
     by_camera = [(np.eye(4), np.eye(6))] * (cameras if cameras > 1 else 0)
     p = replace(DEFAULTS.verdict, min_posterior=0.5)
