@@ -57,7 +57,7 @@ CREATE TABLE placed_object (  -- What was ever placed in a world under a name: i
     object_id BIGINT NOT NULL  -- the object: what object_node expands
 );
 
--- No key: DuckDB writes the last rows of a table with one anew, whole, whenever some are added.
+-- No key: DuckDB rewrites the last rows of a table with one whenever some are added.
 CREATE TABLE placed_body (  -- Where the placed objects stand: a row for the object and one for each link of the robots in it, as the joint states
     -- place it, with the revisions of the world in which it stands there.
     object_no INTEGER NOT NULL,  -- the placed object
@@ -135,7 +135,7 @@ CREATE TABLE camera (  -- A calibrated camera, by content.
 );
 
 CREATE SEQUENCE rig_id_seq;
-CREATE TABLE rig (  -- Cameras held rigidly together, by content.
+CREATE TABLE rig (  -- Rigidly connected cameras, by content.
     id BIGINT PRIMARY KEY,  -- identity of the rig
     content_key TEXT NOT NULL UNIQUE  -- hash of all its cameras and transforms
 );

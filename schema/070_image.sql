@@ -12,7 +12,7 @@ CREATE TABLE image (  -- A picture, by content.
     CHECK (width > 0 AND height > 0)
 );
 
--- Without keys: a checkpoint writes the last rows of tables with keys anew, whatever their size.
+-- Without keys: a checkpoint rewrites the last rows of tables with keys, whatever their size.
 CREATE TABLE image_blob (  -- The bytes of an image, kept so that a run can be looked at months later.
     image_id BIGINT NOT NULL,  -- the image
     bytes BYTEA NOT NULL  -- the file as it was read

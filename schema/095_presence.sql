@@ -18,9 +18,9 @@ CREATE TABLE presence (  -- The parts, features and surfaces that a view should 
     expected_log_odds DOUBLE PRECISION NOT NULL,  -- what that would be in the mean, were it there: little where little contrast is expected
     visible_pixels DOUBLE PRECISION NOT NULL,  -- pixels it shows, over all cameras
     edge_px DOUBLE PRECISION NOT NULL,  -- length of its sharp edges and outlines in view, px, over all cameras
-    distinct_px DOUBLE PRECISION NOT NULL,  -- of those, what can be told from other edges and from the border of the picture, px
+    distinct_px DOUBLE PRECISION NOT NULL,  -- of those, what can be distinguished from other edges and from the border of the picture, px
     supported_px DOUBLE PRECISION NOT NULL,  -- of those, what edge elements support, px
-    region_px DOUBLE PRECISION NOT NULL,  -- pixels of its surfaces that regions of the pictures cover which lie on them alone (surface_match)
+    region_px DOUBLE PRECISION NOT NULL,  -- pixels of its surfaces that regions of the pictures cover that lie only on them (surface_match)
     moved_mm DOUBLE PRECISION,  -- how far outward that surface of it lies from its place that has moved most surely, mm; null where none has
     moved_sigma_mm DOUBLE PRECISION,  -- standard deviation of that, mm
     moved_log_odds DOUBLE PRECISION,  -- natural logarithm of the odds of that place against the model's
@@ -63,7 +63,7 @@ CREATE TABLE measured_size (  -- Sizes of items that their edges give, whether t
     CHECK (sigma > 0)
 );
 
-CREATE TABLE measured_distance (  -- Distances between the axes of measured holes and bosses that stand beside each other in one plane.
+CREATE TABLE measured_distance (  -- Distances between the axes of neighbouring measured holes and bosses in one plane.
     run_id BIGINT NOT NULL,  -- the run
     distance_no INTEGER NOT NULL,  -- ordinal in the run, from 0
     item_no INTEGER NOT NULL,  -- one feature

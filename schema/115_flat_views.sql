@@ -142,7 +142,7 @@ CREATE VIEW found_state (  -- What inspections say of parts, features and faces 
     log_odds,  -- natural logarithm of how much likelier the pictures are with it than without it
     threshold,  -- name of the threshold that the state hangs on; null where it is none by itself
     threshold_value,  -- its value
-    found,  -- what was held against it
+    found,  -- what was compared with it
     occurrence_id  -- the placed part
 ) AS
 SELECT s.run_id, s.path, s.level, s.state, s.reason, s.log_odds, t.name AS threshold, t.value AS threshold_value,
@@ -162,7 +162,7 @@ LEFT JOIN threshold AS t ON t.run_id = s.run_id AND t.decision = 'presence' AND 
     WHEN 'its edges lie too near to others or to the picture''s border' THEN 'states.least_px'
 END;
 
-CREATE VIEW found_size (  -- What inspections measured, held against the model: sizes of parts and features, and distances between holes and bosses.
+CREATE VIEW found_size (  -- What inspections measured, compared with the model: sizes of parts and features, and distances between holes and bosses.
     run_id,  -- the run
     path,  -- path of the part, with the name of the feature or the number of the face
     other_path,  -- of a distance, path of the other feature; null of sizes

@@ -1,4 +1,4 @@
--- Distances between holes and bosses beside each other that the pictures give, beside the model's.
+-- Measured distances between neighbouring holes and bosses, with the model's.
 -- Takes run_id; gives one row a pair, those first that differ: mm.
 SELECT a.path, b.path AS other_path, m.nominal, m.value, m.sigma, m.changed
 FROM measured_distance AS m

@@ -1,4 +1,4 @@
--- Sizes that the pictures give, beside the model's.
+-- Measured sizes, with the model's.
 -- Takes run_id; gives one row a size, those first that differ: mm.
 SELECT p.path, m.what, m.nominal, m.value, m.sigma, m.unit, m.changed
 FROM measured_size AS m

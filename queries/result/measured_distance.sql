@@ -1,4 +1,4 @@
--- Distances between the axes of holes and bosses beside each other, measured in the pictures.
+-- Distances between the axes of neighbouring holes and bosses, measured in the pictures.
 -- Takes run_id; gives the paths of both, the model's distance, the measured one with its standard deviation, mm, and
 -- whether it is surely another.
 SELECT a.path, b.path AS other_path, m.nominal, m.value, m.sigma, m.changed

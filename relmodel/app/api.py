@@ -1,4 +1,4 @@
-"""A store opened by `relmodel.open`: all that a person does with one in Python, over the modules that do it."""
+"""A store opened by `relmodel.open`: the Python interface over the modules that do the work."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class OpenStore(IndexedStore):
-    """A store that is asked, and filled where it is open for writing; a context manager that closes it.
+    """A store to query, and to fill where it is open for writing; a context manager that closes it.
 
     Lengths are mm and angles rad; transforms `a_from_b` are 4x4 arrays.  What is wrong is raised as InputError (a file
     or number), UsageError (the call) or StoreError (the store), each one sentence.
@@ -50,7 +50,7 @@ class OpenStore(IndexedStore):
         carrier: Carrier | None = None,
         believe_pictures: bool = False,
     ) -> Inspection:
-        """Inspect a stereo pair, or the left camera alone: `vision.inspection.inspection.inspect`.
+        """Inspect a stereo pair, or the picture of the left camera: `vision.inspection.inspection.inspect`.
 
         believe_pictures: accept a pose that the pictures show surely where it contradicts the prior.  A notebook shows
         the answer with the model drawn over the pictures.

@@ -13,7 +13,7 @@ from relmodel.store import Store
 
 
 class IndexedStore(Store):
-    """A store with its volume queries, which stand above what stores know of themselves.
+    """A store with volume queries.
 
     with relmodel.open("cell.duckdb") as store:
         found = store.in_volume(Sphere(50, 30, 10, 9), level="feature", precision="exact")

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 def bring_up_to_date(store: Database) -> None:
     """Make the whole schema in an empty store; bring one of an older version to the newest, in one transaction.  A
-    DuckDB file is made beside its place, so that it is there whole or as it was.
+    DuckDB file is made under another name and then moved, so that it is complete or unchanged.
 
     Raises StoreError where the database holds other tables, or the store is of a newer version.
     """

@@ -31,7 +31,7 @@ from relmodel.world.world_file import WorldFile, read_world_file
 
 _BODY = ("object_no", "body_no", "object_variant_id", "role", "tolerance_mm", *MATRIX_COLUMNS)
 _MOUNT = ("mount_no", "name", "object_no", "link", "object_path", "rig_id", "mounted_no", *MATRIX_COLUMNS)
-_ROUND_OFF_MM = 1e-6  # by which the box of a body is wider than its parts' boxes: those are rounded otherwise
+_ROUND_OFF_MM = 1e-6  # by which the box of a body exceeds its parts' boxes, which are rounded otherwise
 
 # Writes the rig (name in the world file, rig file) within a run's transaction and returns its identity.
 RigWriter = Callable[[Run, Connection, str, Path], int]

@@ -41,7 +41,7 @@ def draw(grey: Floats, strokes: Sequence[Stroke]) -> Bytes:
 
 
 def check_writable(path: str | Path) -> None:
-    """Raises InputError where a picture of this name cannot be written, to be told before it is drawn."""
+    """Raise InputError where a picture of this name cannot be written, before it is drawn."""
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"the overlay {path} is named as no picture: end its name with one of {', '.join(SUFFIXES)}")

@@ -127,7 +127,7 @@ def record_presence(run: Run, connection: Connection, stored: StoredScene, it: P
 
 
 def record_variants(run: Run, connection: Connection, ranked: list[VariantEvidence]) -> None:
-    """Append what the pictures say of variants, in their order; nothing where none was asked for."""
+    """Append the evidence for variants, in their order; nothing where none was asked for."""
     if ranked:
         run.append(
             connection,

@@ -1,8 +1,8 @@
 """What differs between two runs: what they were given, with which code, the step at which they part, and what came out.
 
-Each query of `queries/audit/compare` gives names and values of a run; those that differ are told, in the order of the
-files' names.  From `STEPS` on these are what the run did, step by step, and the first that differs is where the two
-part.
+Each query of `queries/audit/compare` gives names and values of a run; those that differ are reported, in the order of
+the files' names.  From `STEPS` on these are what the run did, step by step, and the first difference is where the two
+runs part.
 """
 
 from __future__ import annotations

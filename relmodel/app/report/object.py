@@ -16,14 +16,14 @@ from relmodel.app.show.picture import Colour, colours_of
 from relmodel.app.show.tree import Tree, read_tree, tree_rows
 from relmodel.store import Store
 
-MOST_ITEMS = 3000  # of the list beside the model
+MOST_ITEMS = 3000  # of the list next to the model
 _COLOURED = ("added", "removed", "changed", "moved")
 _UP = (0, 1, 0)  # of an object: as its drawings show it
 
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry of the list beside the model: what it is called, its part in the scene, and surfaces (None: all)."""
+    """An entry of the list next to the model: what it is called, its part in the scene, and surfaces (None: all)."""
 
     level: str
     name: str

@@ -33,7 +33,7 @@ _ENDS = {
 
 @dataclass(frozen=True)
 class Layer:
-    """What can be drawn over the pictures: the class that its elements are told apart by, and words."""
+    """A layer of drawings over the pictures: the class of its elements, and a label."""
 
     name: str
     words: str

@@ -203,7 +203,7 @@ def test_questions_about_what_is_there_are_answered(answer: Answer, store: Store
 
 
 def thresholds_are_those_that_decided(store: Store) -> set[str]:
-    """The thresholds that `thresholds_of_findings` names, held against the parameters and the states they decide."""
+    """The thresholds that `thresholds_of_findings` names, compared with the parameters and the states they decide."""
     with store.read() as connection:
         text = sa.text((resource_dir("queries") / "examples/thresholds_of_findings.sql").read_text())
         said = {r.path: r for r in connection.execute(text)}

@@ -1,4 +1,4 @@
-"""`relmodel report`: pages of runs, held against the rows that they are made from."""
+"""`relmodel report`: pages of runs, compared with the rows that they are made from."""
 
 from __future__ import annotations
 
