@@ -166,7 +166,7 @@ CREATE VIEW found_size (  -- What inspections measured, compared with the model:
     run_id,  -- the run
     path,  -- path of the part, with the name of the feature or the number of the face
     other_path,  -- of a distance, path of the other feature; null of sizes
-    what,  -- distance, or as in measured_size: diameter, thickness, width, shift, offset, displacement, ...
+    what,  -- as in measured_size: diameter, thickness, width, shift, offset, displacement, distance, ...
     nominal,  -- the model's
     value,  -- the measured one
     difference,  -- value less nominal
@@ -174,15 +174,11 @@ CREATE VIEW found_size (  -- What inspections measured, compared with the model:
     unit,  -- mm, of a turn deg
     changed  -- whether it is surely another than the model's
 ) AS
-SELECT m.run_id, s.path, CAST(NULL AS TEXT) AS other_path, m.what, m.nominal, m.value, m.value - m.nominal AS difference,
+SELECT m.run_id, s.path, o.path AS other_path, m.what, m.nominal, m.value, m.value - m.nominal AS difference,
     m.sigma, m.unit, m.changed
 FROM measured_size AS m
 JOIN presence AS s ON s.run_id = m.run_id AND s.item_no = m.item_no
-UNION ALL
-SELECT m.run_id, a.path, b.path, 'distance', m.nominal, m.value, m.value - m.nominal, m.sigma, 'mm', m.changed
-FROM measured_distance AS m
-JOIN presence AS a ON a.run_id = m.run_id AND a.item_no = m.item_no
-JOIN presence AS b ON b.run_id = m.run_id AND b.item_no = m.other_item_no;
+LEFT JOIN presence AS o ON o.run_id = m.run_id AND o.item_no = m.other_item_no;
 
 CREATE VIEW camera_history (  -- What inspections solved of each camera along with the pose, by rig.
     rig_id,  -- the rig

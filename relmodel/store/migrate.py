@@ -58,9 +58,12 @@ def create_schema(connection: Connection, name: str = "") -> None:
     for script in sql.schema_scripts(connection.dialect.name):
         connection.exec_driver_sql(script)
     connection.exec_driver_sql(sql.comment_statements(connection.dialect.name))
-    connection.execute(sql.query("store/note_schema"), {"sha256": sql.schema_hash(connection.dialect.name)})
-    cell = Path(name or connection.engine.url.database or "").stem
-    connection.execute(sql.query("store/note_identity"), {"store_id": str(uuid4()), "cell": cell})
+    noted = {
+        "store_id": str(uuid4()),
+        "cell": Path(name or connection.engine.url.database or "").stem,
+        "sha256": sql.schema_hash(connection.dialect.name),
+    }
+    connection.execute(sql.query("store/note_identity"), noted)
 
 
 def upgrade(store: Database, revision: str) -> None:

@@ -357,7 +357,7 @@ class QualityParameters:
     saturation: float = 250.0
     """grey from which it is a highlight"""
     min_recorded: float = 0.05
-    """lower values are not worth a row"""
+    """lower values are recorded as 0"""
 
 
 @dataclass(frozen=True)

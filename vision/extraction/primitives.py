@@ -125,8 +125,8 @@ class Primitives:
     tables: Mapping[str, Mapping[str, Any]]
 
     TABLES: ClassVar = (
-        "extraction", "edge_element", "image_arc", "image_arc_quality", "image_arc_point", "image_junction",
-        "image_junction_arc", "image_region", "region_outline", "region_arc", "unit_relation",
+        "extraction", "edge_element", "image_arc", "image_arc_point", "image_junction", "image_junction_arc",
+        "image_region", "region_outline", "region_arc", "unit_relation",
     )  # fmt: skip
 
     @classmethod
@@ -154,7 +154,6 @@ class Primitives:
                 kind=_codes(arc["kind"], KINDS),
                 **{name: _floats(arc[name]) for name in _ARC_FLOATS},
                 closed=np.asarray(arc["closed"], bool),
-                **{name: _quality(tables["image_arc_quality"], name, count) for name in ("texture", "highlight")},
                 offsets=np.searchsorted(owner[: int((owner >= 0).sum())], np.arange(count + 1)),
             ),
             junctions=_junctions(tables),
@@ -205,7 +204,7 @@ class Primitives:
 
 _ARC_FLOATS = (
     "start_x", "start_y", "end_x", "end_y", "centre_x", "centre_y", "radius", "radius2", "axis_angle", "length",
-    "contrast", "width", "sigma", "residual", "significance",
+    "contrast", "width", "sigma", "residual", "significance", "texture", "highlight",
 )  # fmt: skip
 
 
@@ -257,14 +256,6 @@ def _regions(tables: Mapping[str, Mapping[str, Any]]) -> RegionColumns:
 _REGION_FLOATS = (
     "area", "centroid_x", "centroid_y", "x0", "y0", "x1", "y1", "mean", "variance", "saturated_share",
 )  # fmt: skip
-
-
-def _quality(rows: Mapping[str, Any], name: str, count: int) -> Floats:
-    out = np.zeros(count)
-    arc = np.asarray(rows["image_arc_no"], np.int64)
-    kept = (np.asarray(rows["name"]) == name) & (arc < count)
-    out[arc[kept]] = _floats(rows["value"])[kept]
-    return out
 
 
 def _codes(words: Any, names: tuple[str, ...]) -> Ints:

@@ -71,7 +71,6 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
             "image_arc_no": arc_no,
         },
         "image_arc": _arcs(extraction, with_ridges),
-        "image_arc_quality": _quality(extraction),
         "image_arc_point": _points(extraction, with_ridges),
         "image_junction": {
             "junction_no": np.arange(len(junctions), dtype=np.int32),
@@ -144,6 +143,7 @@ def _arcs(extraction: Extraction, arcs: Arcs) -> Columns:
         "sigma": arcs.sigma,
         "residual": arcs.residual,
         "significance": arcs.significance,
+        **_quality(extraction),
         "element_count": arcs.chains.counts,
     }
 
@@ -165,14 +165,8 @@ def _points(extraction: Extraction, arcs: Arcs) -> Columns:
 def _quality(extraction: Extraction) -> Columns:
     both = extraction.quality, extraction.ridge_quality
     quality = {name: np.concatenate([getattr(part, name) for part in both]) for name in ("texture", "highlight")}
-    noted = {
-        name: np.flatnonzero(value >= extraction.parameters.quality.min_recorded) for name, value in quality.items()
-    }
-    return {
-        "image_arc_no": np.concatenate(list(noted.values())).astype(np.int32),
-        "name": np.repeat(np.array(list(noted), dtype=object), [len(arcs) for arcs in noted.values()]),
-        "value": np.concatenate([quality[name][arcs] for name, arcs in noted.items()]),
-    }
+    least = extraction.parameters.quality.min_recorded
+    return {name: np.where(value >= least, value, 0.0) for name, value in quality.items()}
 
 
 def _units(extraction: Extraction) -> dict[str, Columns]:
