@@ -92,7 +92,6 @@ def plate() -> Model:
         | {"loader_version": "1"},
         "object_variant": {"id": [1], "name": "o", "variant": "", "revision": 1, "object_id": 1, "source_id": 1},
         "world": {"id": [1], "name": "w", "revision": 1, "content_key": "w"},
-        "current_world": {"world_id": [1], "name": "w", "revision": 1, "content_key": "w"},
         "object_node": root | transform(0, [0, 0, 0]),
         "object_node/1": nested | transform(90, [10, 0, 0]),
         "object_node/2": leaf | {"page": 0} | transform(90, [10, 0, 5]) | box([9, 0, 5], [10, 2, 5]),
@@ -247,7 +246,6 @@ FAULTS = {
     "occurrence": add_presence,
     "world_link": leave_link,
     "world_mount": mount_nowhere,
-    "current_world": fault("current_world", "revision", 2),
     "element_outside_shape": fault("shape", "x1", 1.99),
 }
 
