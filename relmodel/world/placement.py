@@ -221,7 +221,7 @@ def _write_world(
     run: Run, connection: Connection, name: str, revision: int, content_key: str, previous: int | None
 ) -> int:
     world_id = int(run.store.new_ids(connection, "world", 1)[0])
-    row = {"id": [world_id], "name": name, "revision": revision, "content_key": content_key}
+    row: dict[str, Any] = {"id": [world_id], "name": name, "revision": revision, "content_key": content_key}
     run.append(connection, "world", row)
     if previous is not None:
         run.insert(connection, "world_attribute", "world/keep_attributes", world_id=world_id, previous=previous)

@@ -104,11 +104,13 @@ def record_presence(run: Run, connection: Connection, stored: StoredScene, it: P
 def _seen_through(holes: Openings, count: int, cameras: int) -> dict[str, ColumnValues]:
     """What is seen through holes, as columns (count * cameras,) of items by camera; null of others."""
     at = holes.item * cameras + holes.camera
+    others = np.ones(count * cameras, np.bool_)
+    others[at] = False
 
     def column(values: npt.NDArray[Any]) -> ColumnValues:
-        out = np.ma.masked_all(count * cameras, values.dtype)
+        out = np.zeros(count * cameras, values.dtype)
         out[at] = values
-        return out
+        return np.ma.masked_array(out, others)
 
     return {
         "through_region_no": column(holes.region),
