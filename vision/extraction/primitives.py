@@ -152,7 +152,7 @@ class Primitives:
             ),
             arcs=ArcColumns(
                 kind=_codes(arc["kind"], KINDS),
-                **{name: _floats(arc[name]) for name in _ARC_FLOATS},
+                **{name: _floats(arc[name]) for name in (*ARC_FLOATS, "texture", "highlight")},
                 closed=np.asarray(arc["closed"], bool),
                 offsets=np.searchsorted(owner[: int((owner >= 0).sum())], np.arange(count + 1)),
             ),
@@ -202,9 +202,9 @@ class Primitives:
         )
 
 
-_ARC_FLOATS = (
+ARC_FLOATS = (
     "start_x", "start_y", "end_x", "end_y", "centre_x", "centre_y", "radius", "radius2", "axis_angle", "length",
-    "contrast", "width", "sigma", "residual", "significance", "texture", "highlight",
+    "contrast", "width", "sigma", "residual", "significance",
 )  # fmt: skip
 
 
@@ -243,7 +243,7 @@ def _regions(tables: Mapping[str, Mapping[str, Any]]) -> RegionColumns:
     of_point = np.stack([np.asarray(ring["region_no"], np.int64), np.asarray(ring["ring_no"], np.int64)], axis=1)
     first = np.flatnonzero((np.diff(of_point, axis=0, prepend=-1) != 0).any(axis=1))
     return RegionColumns(
-        **{name: _floats(region[name]) for name in _REGION_FLOATS},
+        **{name: _floats(region[name]) for name in REGION_FLOATS},
         ring_region=of_point[first, 0],
         ring_offsets=np.append(first, len(of_point)),
         outline=np.column_stack([np.asarray(ring["x"], np.int64), np.asarray(ring["y"], np.int64)]),
@@ -253,7 +253,7 @@ def _regions(tables: Mapping[str, Mapping[str, Any]]) -> RegionColumns:
     )
 
 
-_REGION_FLOATS = (
+REGION_FLOATS = (
     "area", "centroid_x", "centroid_y", "x0", "y0", "x1", "y1", "mean", "variance", "saturated_share",
 )  # fmt: skip
 
