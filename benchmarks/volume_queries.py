@@ -89,9 +89,7 @@ class StoreTables(Peer):
             append("shape", shape)
             part: dict[str, Any] = {"id": [1], "content_key": "p", "number": "1", "name": "part", "supplemental": False}
             append("part", {**part, "shape_id": 1})
-            world: dict[str, Any] = {"name": "hall", "revision": 1, "content_key": "w"}
-            append("world", {"id": [1], **world})
-            append("current_world", {"world_id": [1], **world})
+            append("world", {"id": [1], "name": "hall", "revision": 1, "content_key": "w"})
             append("object_node", node | dict(zip(COLUMNS, boxes.T, strict=True)))
             append("object_page", {"object_id": 1, "body_no": 0, **pages})
             append("placed_object", {"object_no": [1], "world": "hall", "name": "hall", "object_id": 1})

@@ -46,7 +46,7 @@ _HOMES = {
 def open(target: str | Path, *, read_only: bool = True) -> OpenStore:
     """A store that exists, a file or a URL, to be asked: `store.in_volume(Sphere(50, 30, 10, 9), level="feature")`.
 
-    Raises StoreError where there is none, it is of another version, or it is held by another process.
+    Raises StoreError where there is none, it is of another version, or it is in use by another process.
     """
     from relmodel.app.api import OpenStore
 
@@ -56,7 +56,7 @@ def open(target: str | Path, *, read_only: bool = True) -> OpenStore:
 def create(target: str | Path) -> OpenStore:
     """A store open for writing, made where there is none and brought up to date where it is older.
 
-    Raises StoreError where the file is no store, of a newer version or held by another process.
+    Raises StoreError where the file is no store, of a newer version or in use by another process.
     """
     from relmodel.app.api import OpenStore
 

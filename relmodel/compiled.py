@@ -52,7 +52,7 @@ _njit: Any = numba.njit
 _config: Any = numba.config
 _PACKAGES = ("relmodel", "vision")
 _PROCESSES = 8  # at most: each takes some 300 MB
-_KEPT = 8  # folders of earlier kernels beside the one in use
+_KEPT = 8  # folders of earlier kernels kept besides the one in use
 _configuring = threading.Lock()
 
 
@@ -79,7 +79,7 @@ def compile_ahead(modules: Sequence[str], tell: Callable[[str], None]) -> None:
     """
     folder = cache_folder()
     if folder is None:
-        tell("compiling kernels for this process alone: there is no folder to keep them (name one in NUMBA_CACHE_DIR)")
+        tell("compiling kernels for this process only: there is no folder to keep them (name one in NUMBA_CACHE_DIR)")
         return
     missing = [module for module in modules if not _mark(folder, module).exists()]
     if not missing:

@@ -1,4 +1,4 @@
-"""Files that people name: whether they can be read or written, told in a sentence before it is tried."""
+"""Files that people name: checked for reading and writing beforehand."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _unreadable(path: Path, what: str, error: OSError) -> InputError:
 
 
 def check_writable(path: Path, what: str) -> None:
-    """Raise InputError where no file can be written at `path`, to be told before it is made; `what` it will be."""
+    """Raise InputError where no file can be written at `path`, before `what` it will hold is computed."""
     if not path.parent.is_dir():
         raise InputError(f"there is no folder {path.parent} for the {what} {path.name}: make it, or name another place")
     if path.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):

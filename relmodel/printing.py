@@ -125,7 +125,7 @@ def _table_cell(value: Any, decimals: int) -> str:
         return visible(value, keep="\n")  # plans go over several lines
     if isinstance(value, float):
         said = f"{value:.{decimals}f}"
-        # What is small beside the others of its column is not nothing.
+        # A value that is small within its column is not zero.
         return f"{value:.3g}" if value and not said.strip("-0.") else said
     if isinstance(value, datetime):
         return value.isoformat(" ", "seconds")

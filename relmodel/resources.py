@@ -1,4 +1,4 @@
-"""Where the project's SQL files and demonstration data lie: in a checkout beside the package, in a wheel inside it."""
+"""Where the project's SQL files and demonstration data lie: next to the package in a checkout, inside it in a wheel."""
 
 from pathlib import Path
 

@@ -20,7 +20,7 @@ _SHOWN = 20  # rows that a notebook shows
 
 
 class Table:
-    """The result of a query: `arrow` is it as an Arrow table; iterating gives its rows as tuples."""
+    """The result of a query, as the Arrow table `arrow`; iteration yields its rows as tuples."""
 
     def __init__(self, arrow: pa.Table) -> None:
         self.arrow = arrow

@@ -28,22 +28,15 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('sds_reference', 0, ARRAY['relation'], 'sds_relation', ARRAY['relation']),
     ('sds_reference', 1, ARRAY['parent'], 'sds_relation', ARRAY['relation']);
 
-CREATE TABLE store_schema (  -- The schema that the store was made with, or brought up to: one row.
-    sha256 TEXT PRIMARY KEY,  -- SHA-256 of the SQL files of schema/ for this engine
-    created_at TIMESTAMPTZ NOT NULL DEFAULT CURRENT_TIMESTAMP  -- when the schema was made in this store
+CREATE TABLE store (  -- Which store this is, so that rows of several stores can lie side by side, and of which schema: one row.
+    id TEXT PRIMARY KEY,  -- a random UUID that the store got when it was made or was named as another cell's; a copy of the file has it too
+    cell TEXT NOT NULL,  -- the cell that the store is of, as relmodel init --cell names it; else what its file or database is called
+    schema_sha256 TEXT NOT NULL,  -- SHA-256 of the SQL files of schema/ for this engine that it was made with, or brought up to
+    created_at TIMESTAMPTZ NOT NULL DEFAULT CURRENT_TIMESTAMP  -- when it was made
 );
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('store_schema', 'catalogue', 'primary');
-
-CREATE TABLE store_identity (  -- Which store this is, so that rows of several stores can lie side by side: one row, random, of no matter to what is
-    -- computed.
-    id TEXT PRIMARY KEY,  -- a UUID that the store got when it was made or was named as another cell's; a copy of the file has it too
-    cell TEXT NOT NULL  -- the cell that the store is of, as relmodel init --cell names it; else what its file or database is called
-);
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('store_identity', 'catalogue', 'primary');
+    ('store', 'catalogue', 'primary');
 
 CREATE TABLE unit_of_measure (  -- The units that relmodel set takes and that views convert by.
     symbol TEXT PRIMARY KEY,  -- how the unit is written

@@ -50,12 +50,12 @@ CREATE TABLE shape_arc_sample (  -- Points along the arcs of a shape with the no
     shape_id BIGINT NOT NULL,  -- the shape
     arc_no INTEGER NOT NULL,  -- the arc
     sample_count INTEGER NOT NULL,  -- number of points
-    parameters DOUBLE PRECISION[] NOT NULL,  -- parameter t of each point; the first and last alone where those between are evenly spaced
-    points DOUBLE PRECISION[] NOT NULL,  -- points, x y z after each other, mm; the first and last alone where those between are evenly spaced on a
+    parameters DOUBLE PRECISION[] NOT NULL,  -- parameter t of each point; only the first and last where those between are evenly spaced
+    points DOUBLE PRECISION[] NOT NULL,  -- points, x y z after each other, mm; only the first and last where those between are evenly spaced on a
         -- straight line
-    tangents REAL[] NOT NULL,  -- unit tangents towards growing t; one alone where all are equal
-    normals_a REAL[] NOT NULL,  -- outward unit normals of surface_a at the points; one alone where all are equal
-    normals_b REAL[] NOT NULL,  -- outward unit normals of surface_b; those of surface_a turned round where there is none (a free edge); one alone
+    tangents REAL[] NOT NULL,  -- unit tangents towards growing t; only one where all are equal
+    normals_a REAL[] NOT NULL,  -- outward unit normals of surface_a at the points; only one where all are equal
+    normals_b REAL[] NOT NULL,  -- outward unit normals of surface_b; those of surface_a turned round where there is none (a free edge); only one
         -- where all are equal
     PRIMARY KEY (shape_id, arc_no),
     CHECK (sample_count > 1)

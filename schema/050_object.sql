@@ -137,7 +137,7 @@ CREATE TABLE load_finding (  -- What a load noticed in its file that is not as i
     surface_id BIGINT,  -- the surface; null where it is of none, or was refused
     arc_id BIGINT,  -- the arc; null where it is of none, or was refused
     value DOUBLE PRECISION,  -- what was measured; null where it is no measure
-    bound DOUBLE PRECISION,  -- what the value was held against; null where it is no measure
+    bound DOUBLE PRECISION,  -- what the value was compared with; null where it is no measure
     unit TEXT,  -- unit of value and bound; null for counts and where they are null
     PRIMARY KEY (run_id, finding_no)
 );

@@ -21,7 +21,7 @@ CREATE TABLE variant_difference (  -- What became of each placed part, and of ea
     shape_b BIGINT,  -- shape of the part after
     element_a INTEGER,  -- feature_no or surface_no in shape_a
     element_b INTEGER,  -- feature_no or surface_no in shape_b
-    differs TEXT,  -- of parts: what differs besides geometry and place (path, number, name, material, colour, attributes, face labels); of changed
+    differs TEXT,  -- of parts: what else differs (path, number, name, material, colour, attributes, face labels); of changed
         -- features: the dimensions, before and after
     dx DOUBLE PRECISION,  -- x of the displacement of the origin where moved or changed, mm; of parts in the object's frame, of others in the shape's
     dy DOUBLE PRECISION,  -- y of the displacement, mm
@@ -52,7 +52,7 @@ CREATE VIEW variant_change (  -- What became of parts, features and surfaces bet
     name_b,  -- name of the feature or surface after
     element_a,  -- feature_no or surface_no before
     element_b,  -- feature_no or surface_no after
-    differs,  -- of parts: what differs besides geometry and place; of changed features: the dimensions, before and after
+    differs,  -- of parts: what else differs; of changed features: the dimensions, before and after
     dx,  -- x of the displacement where moved or changed, mm
     dy,  -- y of the displacement, mm
     dz,  -- z of the displacement, mm

@@ -11,13 +11,15 @@ CREATE TABLE world (  -- A cell and what stands in it; a change is a new revisio
     UNIQUE (name, revision)
 );
 
--- A table, not a view of world: to plan the view took DuckDB a third of all that a question of a small volume takes.
-CREATE TABLE current_world (  -- The newest revision of each world: what a question is asked of unless it names a revision.
-    name TEXT PRIMARY KEY,  -- name of the world
-    world_id BIGINT NOT NULL,  -- identity of its newest revision
-    revision INTEGER NOT NULL,  -- its newest revision
-    content_key TEXT NOT NULL  -- hash of all that the world file says
-);
+CREATE VIEW current_world (  -- The newest revision of each world: what a question is asked of unless it names a revision.
+    name,  -- name of the world
+    world_id,  -- identity of its newest revision
+    revision,  -- its newest revision
+    content_key  -- hash of all that the world file says
+) AS
+SELECT DISTINCT ON (name) name, id AS world_id, revision, content_key
+FROM world
+ORDER BY name, revision DESC;
 
 CREATE TABLE world_attribute (  -- Attribute-value table of worlds; appended to, never changed: current_world_attribute has the newest value of each.
     world_id BIGINT NOT NULL,  -- the revision of a world; the next takes all values over
@@ -57,7 +59,7 @@ CREATE TABLE placed_object (  -- What was ever placed in a world under a name: i
     object_id BIGINT NOT NULL  -- the object: what object_node expands
 );
 
--- No key: DuckDB writes the last rows of a table with one anew, whole, whenever some are added.
+-- No key: DuckDB rewrites the last rows of a table with one whenever some are added.
 CREATE TABLE placed_body (  -- Where the placed objects stand: a row for the object and one for each link of the robots in it, as the joint states
     -- place it, with the revisions of the world in which it stands there.
     object_no INTEGER NOT NULL,  -- the placed object
@@ -135,7 +137,7 @@ CREATE TABLE camera (  -- A calibrated camera, by content.
 );
 
 CREATE SEQUENCE rig_id_seq;
-CREATE TABLE rig (  -- Cameras held rigidly together, by content.
+CREATE TABLE rig (  -- Rigidly connected cameras, by content.
     id BIGINT PRIMARY KEY,  -- identity of the rig
     content_key TEXT NOT NULL UNIQUE  -- hash of all its cameras and transforms
 );
@@ -296,7 +298,7 @@ JOIN occurrence AS c ON c.world_id = w.id AND c.object_no = m.object_no
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('world', 'world', 'primary'),
-    ('current_world', 'world', 'redundant'),
+    ('current_world', 'world', 'view'),
     ('world_attribute', 'world', 'primary'),
     ('current_world_attribute', 'world', 'view'),
     ('placed_object', 'world', 'primary'),
@@ -314,7 +316,6 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('world_attribute', 0, ARRAY['world_id'], 'world', ARRAY['id']),
     ('world_attribute', 1, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('current_world', 0, ARRAY['world_id'], 'world', ARRAY['id']),
     ('placed_object', 0, ARRAY['object_id'], 'object', ARRAY['id']),
     ('placed_body', 0, ARRAY['object_no'], 'placed_object', ARRAY['object_no']),
     ('placed_body', 1, ARRAY['object_variant_id'], 'object_variant', ARRAY['id']),

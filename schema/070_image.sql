@@ -12,7 +12,7 @@ CREATE TABLE image (  -- A picture, by content.
     CHECK (width > 0 AND height > 0)
 );
 
--- Without keys: a checkpoint writes the last rows of tables with keys anew, whatever their size.
+-- Without keys: a checkpoint rewrites the last rows of tables with keys, whatever their size.
 CREATE TABLE image_blob (  -- The bytes of an image, kept so that a run can be looked at months later.
     image_id BIGINT NOT NULL,  -- the image
     bytes BYTEA NOT NULL  -- the file as it was read
@@ -72,17 +72,11 @@ CREATE TABLE image_arc (  -- Arcs of an image: fitted to linked edge elements, f
     residual REAL NOT NULL,  -- rms distance of its edge elements from the fitted curve, px
     significance REAL,  -- minus the decimal logarithm of its number of false alarms a megapixel: how many arcs as good its surroundings would show by
         -- chance; null for ridges and ravines
+    texture REAL NOT NULL,  -- what speaks against it being an edge of the object: probability of brush texture or shading; 0 where little
+    highlight REAL NOT NULL,  -- likewise: share of it along saturated grey; 0 where little
     element_count INTEGER NOT NULL,  -- number of edge elements
     CHECK (kind IN ('line', 'circular', 'elliptic', 'free')),
     CHECK (topography IN ('edge', 'ridge', 'ravine'))
-);
-
--- Without keys, as the edge elements.
-CREATE TABLE image_arc_quality (  -- Attribute-value table of image arcs: what speaks against an arc being an edge of the object.
-    extraction_id BIGINT NOT NULL,  -- the extraction
-    image_arc_no INTEGER NOT NULL,  -- the arc
-    name TEXT NOT NULL,  -- texture, highlight
-    value REAL NOT NULL  -- how strongly, 0 to 1
 );
 
 -- Without keys, as the edge elements.
@@ -158,7 +152,6 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('extraction', 'image', 'primary'),
     ('edge_element', 'image', 'primary'),
     ('image_arc', 'image', 'primary'),
-    ('image_arc_quality', 'image', 'primary'),
     ('image_arc_point', 'image', 'primary'),
     ('image_junction', 'image', 'primary'),
     ('image_junction_arc', 'image', 'primary'),

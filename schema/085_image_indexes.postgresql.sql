@@ -3,7 +3,6 @@
 CREATE INDEX image_blob_image ON image_blob (image_id);
 CREATE UNIQUE INDEX edge_element_key ON edge_element (extraction_id, edge_element_no);
 CREATE UNIQUE INDEX image_arc_key ON image_arc (extraction_id, image_arc_no);
-CREATE INDEX image_arc_quality_extraction ON image_arc_quality (extraction_id);
 CREATE INDEX image_arc_point_extraction ON image_arc_point (extraction_id);
 CREATE INDEX image_junction_extraction ON image_junction (extraction_id);
 CREATE INDEX image_junction_arc_extraction ON image_junction_arc (extraction_id);

@@ -1,6 +1,6 @@
 -- Localisation: predicted views, hypotheses of the rig's pose, correspondences, measurements, and the verdict.
 
-CREATE TABLE inspection (  -- What an inspection run was given, images, rig and prior, and its verdict; pose has the pose beside it.
+CREATE TABLE inspection (  -- What an inspection run was given, images, rig and prior, and its verdict; pose has the pose.
     run_id BIGINT PRIMARY KEY,  -- the run
     world_id BIGINT NOT NULL,  -- the world, pinned to its revision
     rig_id BIGINT NOT NULL,  -- the rig
@@ -31,7 +31,7 @@ CREATE TABLE inspection_image (  -- The images of an inspection, one a camera, a
     camera TEXT NOT NULL,  -- name of the camera in the rig
     image_id BIGINT NOT NULL,  -- its image
     extraction_id BIGINT NOT NULL,  -- the extraction used
-    view_no INTEGER,  -- ordinal of the view in the run, from 0; null where no pose was found, or the run kept its decisions alone
+    view_no INTEGER,  -- ordinal of the view in the run, from 0; null where no pose was found, or the run kept only its decisions
     PRIMARY KEY (run_id, camera),
     UNIQUE (run_id, view_no)
 );
@@ -83,7 +83,7 @@ CREATE TABLE hypothesis (  -- A pose of the rig that was considered, refined as 
     evidence_ratio DOUBLE PRECISION NOT NULL,  -- evidence found in the images over what a right pose would find: about 1 for a right pose, 0 for
         -- chance, below 0 for worse than chance
     outline_length DOUBLE PRECISION NOT NULL,  -- length of the model's outline against the background in all images, px
-    outline_contrast DOUBLE PRECISION NOT NULL,  -- how much likelier the pixels beside that outline are of their own side than of the other, mean
+    outline_contrast DOUBLE PRECISION NOT NULL,  -- how much likelier the pixels next to that outline are of their own side than of the other, mean
         -- logarithm: 1 to 3 for a right pose, 0 for chance
     outline_evidence DOUBLE PRECISION NOT NULL,  -- log odds by those pixels that the outline is one; a part of the cost
     distance DOUBLE PRECISION,  -- Mahalanobis distance from the prior; null where there is none
@@ -136,9 +136,9 @@ CREATE TABLE correspondence (  -- Pairs of visible model arc and image arc, acce
     residual DOUBLE PRECISION NOT NULL,  -- rms distance of the image arc from the projected model arc, px
     gate DOUBLE PRECISION NOT NULL,  -- greatest residual that passes at the uncertainty of pose and arc, px
     angle DOUBLE PRECISION NOT NULL,  -- mean angle between them, rad
-    overlap DOUBLE PRECISION NOT NULL,  -- share of the image arc that lies beside the model arc, 0 to 1
-    first_point INTEGER NOT NULL,  -- first point_no of the view that it lies beside
-    last_point INTEGER NOT NULL,  -- last point_no of the view that it lies beside
+    overlap DOUBLE PRECISION NOT NULL,  -- share of the image arc that lies along the model arc, 0 to 1
+    first_point INTEGER NOT NULL,  -- first point_no of the view that it lies along
+    last_point INTEGER NOT NULL,  -- last point_no of the view that it lies along
     PRIMARY KEY (run_id, hypothesis_no, view_no, view_arc_no, image_arc_no),
     CHECK (accepted = (reason = 'assigned'))
 );
@@ -207,13 +207,13 @@ CREATE TABLE base_correction (  -- Where the base of the arm that carries the ri
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6)
 );
 
-CREATE TABLE joint_correction (  -- The joints with which the base was corrected: held, or corrected along with it.
+CREATE TABLE joint_correction (  -- The joints with which the base was corrected: fixed, or corrected along with it.
     run_id BIGINT NOT NULL,  -- the run
     joint TEXT NOT NULL,  -- name of the joint; fixed joints are left out
     stated_value DOUBLE PRECISION NOT NULL,  -- its value as the world has it, or the call gave it, rad or mm
-    prior_sigma DOUBLE PRECISION,  -- standard deviation of that, rad or mm; null where the joint is held, or follows another
+    prior_sigma DOUBLE PRECISION,  -- standard deviation of that, rad or mm; null where the joint is fixed, or follows another
     value DOUBLE PRECISION NOT NULL,  -- its corrected value, rad or mm
-    sigma DOUBLE PRECISION,  -- standard deviation of that, rad or mm; null where the joint is held, or follows another
+    sigma DOUBLE PRECISION,  -- standard deviation of that, rad or mm; null where the joint is fixed, or follows another
     PRIMARY KEY (run_id, joint),
     CHECK (prior_sigma > 0 AND sigma > 0),
     CHECK ((prior_sigma IS NULL) = (sigma IS NULL))

@@ -18,9 +18,9 @@ CREATE TABLE presence (  -- The parts, features and surfaces that a view should 
     expected_log_odds DOUBLE PRECISION NOT NULL,  -- what that would be in the mean, were it there: little where little contrast is expected
     visible_pixels DOUBLE PRECISION NOT NULL,  -- pixels it shows, over all cameras
     edge_px DOUBLE PRECISION NOT NULL,  -- length of its sharp edges and outlines in view, px, over all cameras
-    distinct_px DOUBLE PRECISION NOT NULL,  -- of those, what can be told from other edges and from the border of the picture, px
+    distinct_px DOUBLE PRECISION NOT NULL,  -- of those, what can be distinguished from other edges and from the border of the picture, px
     supported_px DOUBLE PRECISION NOT NULL,  -- of those, what edge elements support, px
-    region_px DOUBLE PRECISION NOT NULL,  -- pixels of its surfaces that regions of the pictures cover which lie on them alone (surface_match)
+    region_px DOUBLE PRECISION NOT NULL,  -- pixels of its surfaces that regions of the pictures cover that lie only on them (surface_match)
     moved_mm DOUBLE PRECISION,  -- how far outward that surface of it lies from its place that has moved most surely, mm; null where none has
     moved_sigma_mm DOUBLE PRECISION,  -- standard deviation of that, mm
     moved_log_odds DOUBLE PRECISION,  -- natural logarithm of the odds of that place against the model's
@@ -43,38 +43,37 @@ CREATE TABLE presence_camera (  -- What single cameras say of an item.
     distinct_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     supported_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     region_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
-    PRIMARY KEY (run_id, item_no, camera)
+    through_region_no INTEGER,  -- the one region of the camera's picture that fills a hole behind which the model shows nothing: the background, or
+        -- what stops the hole; this and the next five are null of others
+    through_px DOUBLE PRECISION,  -- its area, px
+    through_grey DOUBLE PRECISION,  -- its mean grey, 0..255
+    behind_grey DOUBLE PRECISION,  -- mean grey of the other regions where the model shows nothing, the nearer the more
+    behind_sigma DOUBLE PRECISION,  -- standard deviation of one such region from that
+    stopped BOOLEAN,  -- whether all cameras together show something else than the background
+    PRIMARY KEY (run_id, item_no, camera),
+    CHECK (through_px > 0 AND behind_sigma > 0),
+    CHECK ((through_region_no IS NULL) = (stopped IS NULL))
 );
 
-CREATE TABLE measured_size (  -- Sizes of items that their edges give, whether they differ from the model or not.
+CREATE TABLE measured_size (  -- Sizes of items that their edges give, and distances between them, whether they differ from the model or not.
     run_id BIGINT NOT NULL,  -- the run
     measure_no INTEGER NOT NULL,  -- ordinal in the run, from 0
     item_no INTEGER NOT NULL,  -- the item
-    what TEXT NOT NULL,  -- diameter, thickness, width (between walls of a pocket that face each other), shift (how far aside a bore or pin lies)
+    other_item_no INTEGER,  -- of a distance the other feature; null of others
+    what TEXT NOT NULL,  -- distance (between the axes of neighbouring holes and bosses in one plane), diameter, thickness, width (between walls of a pocket that face each other), shift (how far aside a bore or pin lies)
         -- offset (how far outward a surface lies), or of a part that lies elsewhere displacement, dx, dy, dz (along the world's axes) and turn (about
         -- the normal of its plane, counter-clockwise as the cameras see it)
     nominal DOUBLE PRECISION NOT NULL,  -- the model's
     value DOUBLE PRECISION NOT NULL,  -- the measured one
     sigma DOUBLE PRECISION NOT NULL,  -- its standard deviation
     unit TEXT NOT NULL,  -- mm, of a turn deg
-    changed BOOLEAN NOT NULL,  -- whether it is surely another than the model's: an item is in the state changed where one of its sizes is
+    changed BOOLEAN NOT NULL,  -- whether it is surely another than the model's: an item is in the state changed where one of its sizes is, other
+        -- than a distance
     PRIMARY KEY (run_id, measure_no),
-    CHECK (what IN ('diameter', 'shift', 'thickness', 'width', 'offset', 'displacement', 'dx', 'dy', 'dz', 'turn')),
-    CHECK (sigma > 0)
-);
-
-CREATE TABLE measured_distance (  -- Distances between the axes of measured holes and bosses that stand beside each other in one plane.
-    run_id BIGINT NOT NULL,  -- the run
-    distance_no INTEGER NOT NULL,  -- ordinal in the run, from 0
-    item_no INTEGER NOT NULL,  -- one feature
-    other_item_no INTEGER NOT NULL,  -- the other
-    nominal DOUBLE PRECISION NOT NULL,  -- the model's, mm
-    value DOUBLE PRECISION NOT NULL,  -- the measured one, mm
-    sigma DOUBLE PRECISION NOT NULL,  -- its standard deviation, mm
-    changed BOOLEAN NOT NULL,  -- whether it is surely another than the model's
-    PRIMARY KEY (run_id, distance_no),
-    CHECK (item_no < other_item_no),
-    CHECK (sigma > 0 AND nominal > 0)
+    CHECK (what IN ('distance', 'diameter', 'shift', 'thickness', 'width', 'offset', 'displacement', 'dx', 'dy', 'dz', 'turn')),
+    CHECK (sigma > 0),
+    CHECK ((what = 'distance') = (other_item_no IS NOT NULL)),
+    CHECK (what <> 'distance' OR (item_no < other_item_no AND nominal > 0))
 );
 
 CREATE TABLE unexplained (  -- What a picture shows where the model shows nothing: arcs that form something and belong to no predicted edge, and
@@ -96,21 +95,6 @@ CREATE TABLE unexplained (  -- What a picture shows where the model shows nothin
     CHECK (u0 <= u1 AND v0 <= v1 AND length > 0)
 );
 
-CREATE TABLE seen_through (  -- Holes through which the model shows nothing, and the one region of a picture that fills them: what lies behind the
-    -- object, or what stops them.
-    run_id BIGINT NOT NULL,  -- the run
-    item_no INTEGER NOT NULL,  -- the item
-    camera TEXT NOT NULL,  -- name of the camera in the rig
-    image_region_no INTEGER NOT NULL,  -- the region in the extraction of that camera's picture
-    pixels DOUBLE PRECISION NOT NULL,  -- its area, px
-    grey DOUBLE PRECISION NOT NULL,  -- its mean grey, 0..255
-    behind_grey DOUBLE PRECISION NOT NULL,  -- mean grey of the other regions where the model shows nothing, the nearer the more
-    behind_sigma DOUBLE PRECISION NOT NULL,  -- standard deviation of one such region from that
-    stopped BOOLEAN NOT NULL,  -- whether all cameras together tell that something else is seen than what lies behind
-    PRIMARY KEY (run_id, item_no, camera),
-    CHECK (pixels > 0 AND behind_sigma > 0)
-);
-
 CREATE TABLE variant_evidence (  -- What the pictures say at the pose found of each loaded variant of an inspected object, where something is not as
     -- the model says or it was asked for.
     run_id BIGINT NOT NULL,  -- the run
@@ -130,18 +114,14 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('presence', 'localisation', 'primary'),
     ('presence_camera', 'localisation', 'primary'),
     ('measured_size', 'localisation', 'primary'),
-    ('measured_distance', 'localisation', 'primary'),
     ('unexplained', 'localisation', 'primary'),
-    ('seen_through', 'localisation', 'primary'),
     ('variant_evidence', 'localisation', 'primary');
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('presence', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
     ('presence_camera', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
     ('measured_size', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
-    ('measured_distance', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
-    ('measured_distance', 1, ARRAY['run_id', 'other_item_no'], 'presence', ARRAY['run_id', 'item_no']),
+    ('measured_size', 1, ARRAY['run_id', 'other_item_no'], 'presence', ARRAY['run_id', 'item_no']),
     ('unexplained', 0, ARRAY['run_id', 'camera'], 'inspection_image', ARRAY['run_id', 'camera']),
-    ('seen_through', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
     ('variant_evidence', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
     ('variant_evidence', 1, ARRAY['object_variant_id'], 'object_variant', ARRAY['id']);

@@ -1,6 +1,6 @@
--- What decisions were held against: thresholds as they were, the statistics that a verdict weighed, and what a pose rests on.
+-- What decisions were compared with: thresholds as they were, the statistics that a verdict weighed, and what a pose rests on.
 
-CREATE TABLE threshold (  -- The numbers that the decisions of a run were held against, as they were at the time.
+CREATE TABLE threshold (  -- The numbers that the decisions of a run were compared with, as they were at the time.
     run_id BIGINT NOT NULL,  -- the run
     decision TEXT NOT NULL,  -- what was decided: verdict, correspondence, stereo or presence
     name TEXT NOT NULL,  -- name of the parameter, after that of the stage where the decision has several, as states.least_log_odds; of several in one
@@ -12,7 +12,7 @@ CREATE TABLE threshold (  -- The numbers that the decisions of a run were held a
 CREATE TABLE verdict_statistic (  -- What the verdict of an inspection weighed, in full precision.
     run_id BIGINT NOT NULL,  -- the run
     name TEXT NOT NULL,  -- evidence (log odds against chance), share (evidence found over expected), agreement (share of edges found that lie on the
-        -- arcs), apart (sigmas between the cameras alone), prior_sigma (sigmas from the prior), prior_mm
+        -- arcs), apart (sigmas between the single cameras), prior_sigma (sigmas from the prior), prior_mm
         -- (how far the rig is from it; only where the pose was found without it, for it contradicts the pictures), prior_left_out (1 where the pictures were
         -- to be believed then, else 0), sigma_mm and sigma_rad (of the pose, worst
         -- direction), rivals, excluded (components left out), log_odds and likely (that the model is there, by the pictures), and others that the
@@ -52,7 +52,7 @@ CREATE TABLE solved_pose (  -- Poses of the rig that go with the best hypothesis
     -- looks the same.
     run_id BIGINT NOT NULL,  -- the run
     solved_no INTEGER NOT NULL,  -- ordinal in the run, from 0
-    kind TEXT NOT NULL,  -- start: the pose at which the pictures were looked at last; single_camera: that of one camera alone; explanation;
+    kind TEXT NOT NULL,  -- start: the pose at which the pictures were looked at last; single_camera: that of one camera; explanation;
         -- equivalent: by a symmetry of the model
     camera TEXT,  -- name of the camera in the rig of a single_camera pose; null of other kinds
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_rig

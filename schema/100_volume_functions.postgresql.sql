@@ -2,7 +2,7 @@
 -- name of a world after them where the store holds several.  Lengths in mm, in the world's frame; touching counts.
 -- A body is looked at where the box around its parts meets the box asked for, and of its pages those whose middle, carried
 -- into the world, is within reach of that box: a page and all in it lie in a ball about its middle.  The parts' own boxes
--- then decide.  Stages are materialised, else the planner works every bound out anew wherever it is named.
+-- then decide.  Stages are materialised, else the planner computes every bound again wherever it is named.
 
 CREATE INDEX object_node_page ON object_node (object_id, page);
 CREATE INDEX object_node_node_no ON object_node (object_id, node_no);

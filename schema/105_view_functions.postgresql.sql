@@ -6,7 +6,7 @@
 -- that holds all that the camera sees.  What is given back is that whose box in its shape's frame, as it lies in the
 -- world, meets the ball or is not wholly outside any face of the view or of the box around it.
 
-CREATE FUNCTION sound_ball(radius DOUBLE PRECISION) RETURNS BOOLEAN LANGUAGE plpgsql STABLE STRICT AS $$
+CREATE FUNCTION checked_ball(radius DOUBLE PRECISION) RETURNS BOOLEAN LANGUAGE plpgsql STABLE STRICT AS $$
 BEGIN
     IF radius >= 0 AND radius < CAST('infinity' AS DOUBLE PRECISION) THEN
         RETURN TRUE;
@@ -14,10 +14,10 @@ BEGIN
     RAISE 'the radius of the sphere is below zero or not finite: give one of at least 0 mm';
 END
 $$;
-COMMENT ON FUNCTION sound_ball IS
+COMMENT ON FUNCTION checked_ball IS
     'True where a radius is one, else an error.';
 
-CREATE FUNCTION sound_depths(near DOUBLE PRECISION, far DOUBLE PRECISION) RETURNS BOOLEAN LANGUAGE plpgsql STABLE STRICT AS $$
+CREATE FUNCTION checked_depths(near DOUBLE PRECISION, far DOUBLE PRECISION) RETURNS BOOLEAN LANGUAGE plpgsql STABLE STRICT AS $$
 BEGIN
     IF 0 <= near AND near < far AND far < CAST('infinity' AS DOUBLE PRECISION) THEN
         RETURN TRUE;
@@ -25,7 +25,7 @@ BEGIN
     RAISE 'the view has no depth: give finite depths in mm, 0 <= near < far';
 END
 $$;
-COMMENT ON FUNCTION sound_depths IS
+COMMENT ON FUNCTION checked_depths IS
     'True where two depths of a view are so, else an error.';
 
 CREATE FUNCTION view_box(
@@ -106,7 +106,7 @@ CROSS JOIN LATERAL (
         o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
         o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
 ) AS c
-WHERE sound_ball(radius)
+WHERE checked_ball(radius)
     AND power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
         + power(greatest(o.shape_z0 - c.cz, c.cz - o.shape_z1, 0), 2) <= radius * radius
 $$;
@@ -129,7 +129,7 @@ CROSS JOIN LATERAL (
         o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
         o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
 ) AS c
-WHERE sound_ball(radius)
+WHERE checked_ball(radius)
     AND power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
         + power(greatest(o.shape_z0 - c.cz, c.cz - o.shape_z1, 0), 2) <= radius * radius
 $$;
@@ -198,7 +198,7 @@ CREATE FUNCTION all_in_view(
 SELECT o.world, o.occurrence_id, o.path, o.shape_id, o.element_no, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
 FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
 CROSS JOIN LATERAL all_in_box(in_level, b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS o
-WHERE sound_depths(near, far) AND NOT EXISTS (
+WHERE checked_depths(near, far) AND NOT EXISTS (
     SELECT 1
     FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
     WHERE reach_back(
@@ -227,7 +227,7 @@ SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1
 FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
 CROSS JOIN LATERAL all_in_bounds(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS o
 JOIN part ON part.id = o.part_id
-WHERE sound_depths(near, far) AND NOT EXISTS (
+WHERE checked_depths(near, far) AND NOT EXISTS (
     SELECT 1
     FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
     WHERE reach_back(

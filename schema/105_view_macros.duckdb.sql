@@ -14,16 +14,16 @@ CREATE MACRO beyond(least_x, least_y, least_z, most_x, most_y, most_z) AS
 COMMENT ON MACRO beyond IS
     'The square of the distance of a point from a box, of how far it is before the least and beyond the most bounds.';
 
-CREATE MACRO sound_ball(radius) AS
+CREATE MACRO checked_ball(radius) AS
     CASE WHEN radius >= 0 AND radius < CAST('infinity' AS DOUBLE) THEN 1
         ELSE error('the radius of the sphere is below zero or not finite: give one of at least 0 mm') END;
-COMMENT ON MACRO sound_ball IS
+COMMENT ON MACRO checked_ball IS
     '1 where a radius is one, else an error.';
 
-CREATE MACRO sound_depths(near, far) AS
+CREATE MACRO checked_depths(near, far) AS
     CASE WHEN 0 <= near AND near < far AND far < CAST('infinity' AS DOUBLE) THEN 1
         ELSE error('the view has no depth: give finite depths in mm, 0 <= near < far') END;
-COMMENT ON MACRO sound_depths IS
+COMMENT ON MACRO checked_depths IS
     '1 where two depths of a view are so, else an error.';
 
 CREATE MACRO all_in_bounds_of_ball(at_x, at_y, at_z, radius, in_world := NULL) AS TABLE
@@ -34,7 +34,7 @@ SELECT o.*,
         + o.m21 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_y,
     o.m02 * (CAST(at_x AS DOUBLE) - o.m03) + o.m12 * (CAST(at_y AS DOUBLE) - o.m13)
         + o.m22 * (CAST(at_z AS DOUBLE) - o.m23) AS centre_z
-FROM range(sound_ball(radius))
+FROM range(checked_ball(radius))
 CROSS JOIN all_in_bounds(
     CAST(at_x AS DOUBLE) - radius, CAST(at_y AS DOUBLE) - radius, CAST(at_z AS DOUBLE) - radius,
     CAST(at_x AS DOUBLE) + radius, CAST(at_y AS DOUBLE) + radius, CAST(at_z AS DOUBLE) + radius, in_world
@@ -191,7 +191,7 @@ SELECT o.*, v.low_x, v.low_y, v.low_z, v.high_x, v.high_y, v.high_z, v.near, v.f
     v.forward_x * o.m02 + v.forward_y * o.m12 + v.forward_z * o.m22 AS forward2,
     v.forward_x * (o.m03 - v.c03) + v.forward_y * (o.m13 - v.c13) + v.forward_z * (o.m23 - v.c23) AS forward3
 FROM aimed_view(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS v
-CROSS JOIN range(sound_depths(near, far))
+CROSS JOIN range(checked_depths(near, far))
 CROSS JOIN all_in_bounds(v.low_x, v.low_y, v.low_z, v.high_x, v.high_y, v.high_z, in_world) AS o;
 COMMENT ON MACRO TABLE all_in_bounds_of_view IS
     'Placed parts whose world box meets the box around a view, with its faces in their shapes'' frames.';

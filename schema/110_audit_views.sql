@@ -165,7 +165,7 @@ CREATE VIEW matched_arc (  -- Pairs of model arc and image arc that the best hyp
     image_arc_no,  -- the image arc in the extraction
     residual,  -- rms distance of the image arc from the projected model arc, px
     angle,  -- mean angle between them, rad
-    overlap  -- share of the image arc that lies beside the model arc, 0 to 1
+    overlap  -- share of the image arc that lies along the model arc, 0 to 1
 ) AS
 SELECT
     c.run_id, v.camera, o.name || n.path AS path, a.kind AS view_kind, a.arc_no, a.surface_no, a.occurrence_id,

@@ -11,8 +11,8 @@ CREATE VIEW why_arc (  -- What was decided of each image arc of an inspection an
     element,  -- which edge or outline of the part it is, in words
     taken,  -- whether the pair was taken
     rule,  -- assigned, or which rule the pair failed: orientation, distance, overlap, unrelated, better_elsewhere, covered; no_candidate
-    value,  -- what the rule looks at: degrees between the two, share that lies beside, else px (rms) apart
-    gate,  -- what that was held against, in the same unit
+    value,  -- what the rule looks at: degrees between the two, share that lies along the edge, else px (rms) apart
+    gate,  -- what that was compared with, in the same unit
     sentence  -- the decision in words
 ) AS
 WITH named AS (
@@ -23,7 +23,7 @@ WITH named AS (
     JOIN inspection_image AS i ON i.run_id = a.run_id AND i.view_no = a.view_no
     JOIN placed_node AS o ON o.id = a.occurrence_id
 ),
-held AS (
+criterion AS (
     SELECT run_id, max(CASE name WHEN 'max_angle' THEN value END) AS max_angle,
         max(CASE name WHEN 'min_overlap' THEN value END) AS min_overlap,
         max(CASE name WHEN 'gate_sigma' THEN value END) AS gate_sigma,
@@ -46,7 +46,7 @@ SELECT i.run_id, i.camera, a.image_arc_no, p.view_arc_no, p.path, p.element, coa
         WHEN '' THEN h.reach WHEN 'orientation' THEN degrees(h.max_angle) WHEN 'overlap' THEN h.min_overlap
         ELSE p.gate END AS gate,
     CASE
-        WHEN p.reason IS NULL AND i.view_no IS NULL THEN 'there is no row of what it was held against: no pose was found, or the run kept its decisions alone'
+        WHEN p.reason IS NULL AND i.view_no IS NULL THEN 'there is no row of what it was compared with: no pose was found, or the run kept only its decisions'
         WHEN p.reason IS NULL THEN concat('no edge or outline of the model lies within ',
             CAST(h.reach AS NUMERIC(18, 1)), ' px of it at the pose found')
         ELSE concat(
@@ -57,12 +57,12 @@ SELECT i.run_id, i.camera, a.image_arc_no, p.view_arc_no, p.path, p.element, coa
                 WHEN 'distance' THEN concat('they are ', CAST(p.residual AS NUMERIC(18, 2)),
                     ' px (rms) apart, beyond the gate of ', CAST(p.gate AS NUMERIC(18, 2)), ' px (',
                     CAST(h.gate_sigma AS NUMERIC(18, 1)), ' sigma of pose, arc and edge together)')
-                WHEN 'overlap' THEN concat(CAST(100 * p.overlap AS NUMERIC(18, 0)), ' percent of it lie beside, and ',
+                WHEN 'overlap' THEN concat(CAST(100 * p.overlap AS NUMERIC(18, 0)), ' percent of it lie along the edge, and ',
                     CAST(100 * h.min_overlap AS NUMERIC(18, 0)), ' are needed')
                 ELSE concat('they are ', CAST(p.residual AS NUMERIC(18, 2)), ' px (rms) apart (gate ',
                     CAST(p.gate AS NUMERIC(18, 2)), ' px) at ', CAST(p.angle AS NUMERIC(18, 1)), ' degrees, and ',
                     CAST(100 * p.overlap AS NUMERIC(18, 0)), ' percent of its ', CAST(a.length AS NUMERIC(18, 1)),
-                    ' px lie beside',
+                    ' px lie along the edge',
                     CASE p.reason
                         WHEN 'unrelated' THEN '; but its relations are not those of the edge'
                         WHEN 'better_elsewhere' THEN '; but another edge has its relations at less cost'
@@ -72,7 +72,7 @@ SELECT i.run_id, i.camera, a.image_arc_no, p.view_arc_no, p.path, p.element, coa
     END AS sentence
 FROM inspection_image AS i
 JOIN image_arc AS a ON a.extraction_id = i.extraction_id
-LEFT JOIN held AS h ON h.run_id = i.run_id
+LEFT JOIN criterion AS h ON h.run_id = i.run_id
 LEFT JOIN pair AS p ON p.run_id = i.run_id AND p.camera = i.camera AND p.image_arc_no = a.image_arc_no;
 
 CREATE VIEW why_image_arc (  -- The final decision of each image arc of an inspection, one row an arc: the model arc that it is, else the nearest and
@@ -82,7 +82,7 @@ CREATE VIEW why_image_arc (  -- The final decision of each image arc of an inspe
     image_arc_no,  -- the image arc in the extraction
     matched,  -- whether it was taken for a model arc
     rule,  -- the rule that decided
-    view_arc_no,  -- the model arc that it is, else the one held against it; null where none came near
+    view_arc_no,  -- the model arc that it is, else the one compared with it; null where none came near
     sentence  -- the decision in words
 ) AS
 SELECT w.run_id, w.camera, w.image_arc_no, w.taken AS matched, w.rule, w.view_arc_no, w.sentence
@@ -102,7 +102,7 @@ CREATE VIEW why_view_arc (  -- The final decision of each model arc that a view 
     kind,  -- sharp, smooth or silhouette
     length,  -- its visible length, px
     image_arcs,  -- how many image arcs were taken for it
-    covered,  -- length of those that lies beside it, px
+    covered,  -- length of those that lies along it, px
     rule,  -- matched; no_candidate; or the first by name of the rules that the image arcs near it failed
     sentence  -- the decision in words
 ) AS
@@ -116,7 +116,7 @@ SELECT a.run_id, v.camera, a.view_arc_no, o.path, a.kind, a.length,
         ' of ', o.path, ', ', CAST(a.length AS NUMERIC(18, 1)), ' px long in the ', v.camera, ' picture, ',
         CASE
             WHEN coalesce(c.taken, 0) > 0 THEN concat('is matched with ', c.taken, ' image arcs, ',
-                CAST(c.covered AS NUMERIC(18, 1)), ' px of them beside it')
+                CAST(c.covered AS NUMERIC(18, 1)), ' px of them along it')
             WHEN c.run_id IS NULL THEN 'has no image arc near it'
             ELSE concat('has ', c.near, ' image arcs near it and none was taken: ', c.reason)
         END) AS sentence
@@ -134,12 +134,12 @@ LEFT JOIN (
     GROUP BY c.run_id, c.view_no, c.view_arc_no
 ) AS c ON c.run_id = a.run_id AND c.view_no = a.view_no AND c.view_arc_no = a.view_arc_no;
 
-CREATE VIEW why_verdict (  -- The rules of a verdict, each with what was found and what that was held against; accepted is what passes all.
+CREATE VIEW why_verdict (  -- The rules of a verdict, each with what was found and what that was compared with; accepted is what passes all.
     run_id,  -- the run
     rule_no,  -- ordinal of the rule
     rule,  -- likely, prior, apart, translation, rotation, rivals or share
     value,  -- what was found: probability, sigmas, mm, degrees or how many
-    gate,  -- what that was held against, in the same unit
+    gate,  -- what that was compared with, in the same unit
     holds,  -- whether the pose passes
     verdict,  -- the verdict
     sentence  -- the rule in words
@@ -160,7 +160,7 @@ WITH statistic AS (
     FROM verdict_statistic
     GROUP BY run_id
 ),
-held AS (
+criterion AS (
     SELECT run_id, max(CASE name WHEN 'min_posterior' THEN value END) AS min_posterior,
         max(CASE name WHEN 'max_sigma' THEN value END) AS max_sigma,
         max(CASE name WHEN 'max_apart_sigma' THEN value END) AS max_apart,
@@ -180,7 +180,7 @@ rule AS (
             ' percent of the edges expected, ', CAST(100 * s.agreement AS NUMERIC(18, 0)),
             ' percent of those found on the model''s, a contrast of ', CAST(s.outline_contrast AS NUMERIC(18, 1)),
             ' along ', CAST(s.outline_px AS NUMERIC(18, 0)), ' px of outline') AS sentence
-    FROM statistic AS s JOIN held AS h ON h.run_id = s.run_id
+    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
     UNION ALL
     SELECT s.run_id, 1, 'prior', s.prior_sigma, h.max_sigma, s.prior_sigma <= h.max_sigma OR coalesce(s.prior_left_out, 0) = 1,
         concat('the pose lies ', CAST(s.prior_sigma AS NUMERIC(18, 2)), ' sigma from the prior, and ',
@@ -188,23 +188,23 @@ rule AS (
             CASE WHEN s.prior_mm IS NULL THEN ''
                 ELSE concat('; it was found without it, ', CAST(s.prior_mm AS NUMERIC(18, 0)), ' mm away',
                     CASE WHEN s.prior_left_out = 1 THEN ', and the pictures were to be believed' ELSE '' END) END)
-    FROM statistic AS s JOIN held AS h ON h.run_id = s.run_id
+    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
     WHERE s.prior_sigma IS NOT NULL
     UNION ALL
     SELECT s.run_id, 2, 'apart', s.apart, h.max_apart, s.apart <= h.max_apart,
         concat('the cameras solved apart lie ', CAST(s.apart AS NUMERIC(18, 2)), ' sigma from each other, and ',
             CAST(h.max_apart AS NUMERIC(18, 1)), ' are allowed')
-    FROM statistic AS s JOIN held AS h ON h.run_id = s.run_id
+    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
     UNION ALL
     SELECT s.run_id, 3, 'translation', 2 * s.sigma_mm, h.needs_mm, 2 * s.sigma_mm <= h.needs_mm,
         concat('the place is known to ', CAST(2 * s.sigma_mm AS NUMERIC(18, 3)), ' mm (two sigma, worst direction), and ',
             CAST(h.needs_mm AS NUMERIC(18, 3)), ' mm are needed')
-    FROM statistic AS s JOIN held AS h ON h.run_id = s.run_id
+    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
     UNION ALL
     SELECT s.run_id, 4, 'rotation', degrees(2 * s.sigma_rad), degrees(h.needs_rad), 2 * s.sigma_rad <= h.needs_rad,
         concat('the turn is known to ', CAST(degrees(2 * s.sigma_rad) AS NUMERIC(18, 4)),
             ' degrees (two sigma, worst direction), and ', CAST(degrees(h.needs_rad) AS NUMERIC(18, 4)), ' are needed')
-    FROM statistic AS s JOIN held AS h ON h.run_id = s.run_id
+    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
     UNION ALL
     SELECT s.run_id, 5, 'rivals', s.rivals, 0, s.rivals = 0,
         CASE WHEN s.rivals = 0 THEN 'no other pose explains the pictures about equally well'
@@ -215,7 +215,7 @@ rule AS (
     SELECT s.run_id, 6, 'share', s.share, h.least_share, s.share >= h.least_share,
         concat(CAST(100 * s.share AS NUMERIC(18, 0)), ' percent of the edges expected are found, and ',
             CAST(100 * h.least_share AS NUMERIC(18, 0)), ' are needed where nothing is known beforehand')
-    FROM statistic AS s JOIN held AS h ON h.run_id = s.run_id
+    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
     WHERE s.prior_sigma IS NULL OR s.prior_mm IS NOT NULL
 )
 SELECT r.run_id, r.rule_no, r.rule, r.value, r.gate, r.holds, p.verdict, r.sentence
@@ -226,7 +226,7 @@ CREATE VIEW why_hypothesis (  -- Each pose that was refined, and why it is the b
     run_id,  -- the run
     hypothesis_no,  -- the hypothesis
     rule,  -- best, rival, symmetric, less_evidence or far_from_prior
-    found,  -- evidence that it gathers in all pictures, of edges and of greys beside outlines
+    found,  -- evidence that it gathers in all pictures, of edges and of greys next to outlines
     least,  -- evidence that a rival has more than
     distance,  -- sigmas from the prior; null where there is none
     sentence  -- the decision in words
@@ -242,7 +242,7 @@ ranked AS (
     SELECT g.*, row_number() OVER (PARTITION BY g.run_id ORDER BY g.cost, g.hypothesis_no) AS place
     FROM gathered AS g
 ),
-held AS (
+criterion AS (
     SELECT b.run_id, b.hypothesis_no, b.found, b.believed,
         greatest(max(CASE t.name WHEN 'rival_share' THEN t.value END) * b.found,
             max(CASE t.name WHEN 'min_margin' THEN t.value END)) AS margin,
@@ -264,7 +264,7 @@ judged AS (
             ELSE 'rival'
         END AS rule
     FROM ranked AS r
-    JOIN held AS h ON h.run_id = r.run_id
+    JOIN criterion AS h ON h.run_id = r.run_id
 )
 SELECT run_id, hypothesis_no, rule, found, least, distance,
     concat('pose ', hypothesis_no, ' gathers evidence of ', CAST(found AS NUMERIC(18, 1)),

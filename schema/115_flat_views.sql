@@ -142,7 +142,7 @@ CREATE VIEW found_state (  -- What inspections say of parts, features and faces 
     log_odds,  -- natural logarithm of how much likelier the pictures are with it than without it
     threshold,  -- name of the threshold that the state hangs on; null where it is none by itself
     threshold_value,  -- its value
-    found,  -- what was held against it
+    found,  -- what was compared with it
     occurrence_id  -- the placed part
 ) AS
 SELECT s.run_id, s.path, s.level, s.state, s.reason, s.log_odds, t.name AS threshold, t.value AS threshold_value,
@@ -162,11 +162,11 @@ LEFT JOIN threshold AS t ON t.run_id = s.run_id AND t.decision = 'presence' AND 
     WHEN 'its edges lie too near to others or to the picture''s border' THEN 'states.least_px'
 END;
 
-CREATE VIEW found_size (  -- What inspections measured, held against the model: sizes of parts and features, and distances between holes and bosses.
+CREATE VIEW found_size (  -- What inspections measured, compared with the model: sizes of parts and features, and distances between holes and bosses.
     run_id,  -- the run
     path,  -- path of the part, with the name of the feature or the number of the face
     other_path,  -- of a distance, path of the other feature; null of sizes
-    what,  -- distance, or as in measured_size: diameter, thickness, width, shift, offset, displacement, ...
+    what,  -- as in measured_size: diameter, thickness, width, shift, offset, displacement, distance, ...
     nominal,  -- the model's
     value,  -- the measured one
     difference,  -- value less nominal
@@ -174,15 +174,11 @@ CREATE VIEW found_size (  -- What inspections measured, held against the model: 
     unit,  -- mm, of a turn deg
     changed  -- whether it is surely another than the model's
 ) AS
-SELECT m.run_id, s.path, CAST(NULL AS TEXT) AS other_path, m.what, m.nominal, m.value, m.value - m.nominal AS difference,
+SELECT m.run_id, s.path, o.path AS other_path, m.what, m.nominal, m.value, m.value - m.nominal AS difference,
     m.sigma, m.unit, m.changed
 FROM measured_size AS m
 JOIN presence AS s ON s.run_id = m.run_id AND s.item_no = m.item_no
-UNION ALL
-SELECT m.run_id, a.path, b.path, 'distance', m.nominal, m.value, m.value - m.nominal, m.sigma, 'mm', m.changed
-FROM measured_distance AS m
-JOIN presence AS a ON a.run_id = m.run_id AND a.item_no = m.item_no
-JOIN presence AS b ON b.run_id = m.run_id AND b.item_no = m.other_item_no;
+LEFT JOIN presence AS o ON o.run_id = m.run_id AND o.item_no = m.other_item_no;
 
 CREATE VIEW camera_history (  -- What inspections solved of each camera along with the pose, by rig.
     rig_id,  -- the rig

@@ -5,7 +5,7 @@
 -- candidates that the node allows add up to what the pair saves.  The bound is then the sum of the label duals and of
 -- the least reduced cost of each unit: cost of a state that the node allows, all its relations unconfirmed, less its
 -- messages and the dual of its label.  A child that takes one state adds what that costs above its unit's least.
--- Each step is materialised: PostgreSQL would work it out anew for every row that asks.
+-- Each step is materialised: PostgreSQL would compute it again for every row that asks.
 WITH RECURSIVE proof AS MATERIALIZED (
     SELECT DISTINCT n.run_id, n.problem_no, n.proof_no AS node_no
     FROM search_node AS n

@@ -1,7 +1,7 @@
 -- Placed objects and links that stand twice in a revision of their world, of which only some bodies stand, or whose box
 -- does not hold the pages of their parts.
 -- Takes nothing; gives object_no, body_no and first_revision.
-WITH beside AS (
+WITH neighbour AS (
     SELECT b.object_no, b.body_no, b.first_revision,
         count(*) OVER (PARTITION BY b.object_no, b.first_revision) AS bodies,
         max(coalesce(b.last_revision, 2147483647)) OVER (
@@ -17,7 +17,7 @@ body AS (
     GROUP BY object_id
 )
 SELECT s.object_no, s.body_no, s.first_revision
-FROM beside AS s
+FROM neighbour AS s
 LEFT JOIN placed_object AS p ON p.object_no = s.object_no
 LEFT JOIN body AS n ON n.object_id = p.object_id
 WHERE n.bodies IS NULL OR s.before >= s.first_revision OR s.bodies <> n.bodies

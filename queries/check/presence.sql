@@ -5,9 +5,9 @@ WITH total AS (
     FROM presence_camera AS c
     GROUP BY c.run_id, c.item_no
 ), stopped AS (
-    SELECT DISTINCT t.run_id, t.item_no FROM seen_through AS t WHERE t.stopped
+    SELECT DISTINCT t.run_id, t.item_no FROM presence_camera AS t WHERE t.stopped
 ), another AS (
-    SELECT DISTINCT m.run_id, m.item_no FROM measured_size AS m WHERE m.changed
+    SELECT DISTINCT m.run_id, m.item_no FROM measured_size AS m WHERE m.changed AND m.what <> 'distance'
 )
 SELECT s.run_id, s.item_no, 'cameras do not add up' AS problem
 FROM presence AS s

@@ -1,5 +1,5 @@
 -- The arcs of an extraction in their order.
--- Takes extraction_id; gives kind, topography, start_x, start_y, end_x, end_y, centre_x, centre_y, radius, radius2, axis_angle, length, closed, contrast, width, sigma, residual, significance, element_count.
+-- Takes extraction_id; gives kind, topography, start_x, start_y, end_x, end_y, centre_x, centre_y, radius, radius2, axis_angle, length, closed, contrast, width, sigma, residual, significance, texture, highlight, element_count.
 SELECT kind,
     topography,
     CAST(start_x AS DOUBLE PRECISION) AS start_x,
@@ -18,6 +18,8 @@ SELECT kind,
     CAST(sigma AS DOUBLE PRECISION) AS sigma,
     CAST(residual AS DOUBLE PRECISION) AS residual,
     CAST(significance AS DOUBLE PRECISION) AS significance,
+    CAST(texture AS DOUBLE PRECISION) AS texture,
+    CAST(highlight AS DOUBLE PRECISION) AS highlight,
     element_count
 FROM image_arc
 WHERE extraction_id = :extraction_id

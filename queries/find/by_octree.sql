@@ -21,16 +21,16 @@ near AS MATERIALIZED (  -- bodies that the boxes may meet
     JOIN world AS w ON w.name = p.world AND w.revision BETWEEN b.first_revision AND coalesce(b.last_revision, w.revision)
     WHERE w.id = :world_id
 ),
-walk (volume_no, object_no, object_id, body_no, cell) AS (
-    SELECT b.volume_no, b.object_no, b.object_id, b.body_no, c.cell
+walk (volume_no, object_no, object_id, body_no, cell, nodes) AS (
+    SELECT b.volume_no, b.object_no, b.object_id, b.body_no, c.cell, c.nodes
     FROM near AS b
     JOIN octree_cell AS c ON c.object_id = b.object_id AND c.body_no = b.body_no AND c.parent IS NULL
     UNION ALL
-    SELECT w.volume_no, w.object_no, w.object_id, w.body_no, c.cell
+    SELECT w.volume_no, w.object_no, w.object_id, w.body_no, c.cell, c.nodes
     FROM walk AS w
     JOIN near AS b ON b.volume_no = w.volume_no AND b.object_no = w.object_no AND b.body_no = w.body_no
     JOIN (
-        SELECT object_id, parent, cell, (x0 + x1) / 2 AS x, (y0 + y1) / 2 AS y, (z0 + z1) / 2 AS z,
+        SELECT object_id, parent, cell, nodes, (x0 + x1) / 2 AS x, (y0 + y1) / 2 AS y, (z0 + z1) / 2 AS z,
             (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6 AS reach
         FROM octree_cell
     ) AS c ON c.object_id = w.object_id AND c.parent = w.cell
@@ -39,9 +39,8 @@ walk (volume_no, object_no, object_id, body_no, cell) AS (
         AND b.m20 * c.x + b.m21 * c.y + b.m22 * c.z + b.m23 BETWEEN b.z0 - c.reach AND b.z1 + c.reach
 ),
 listed AS MATERIALIZED (
-    SELECT DISTINCT w.volume_no, w.object_no, w.object_id, w.body_no, e.node_no
+    SELECT DISTINCT w.volume_no, w.object_no, w.object_id, w.body_no, unnest(w.nodes) AS node_no
     FROM walk AS w
-    JOIN octree_entry AS e ON e.object_id = w.object_id AND e.cell = w.cell
 ),
 posed AS MATERIALIZED (
     SELECT b.volume_no, b.x0 AS least_x, b.y0 AS least_y, b.z0 AS least_z,

@@ -1,5 +1,5 @@
 -- Arcs of shapes.
--- Takes shape_ids (array); gives shape_id, arc_no, the surfaces beside it and the columns of arc, sorted.
+-- Takes shape_ids (array); gives shape_id, arc_no, the surfaces on either side and the columns of arc, sorted.
 SELECT h.shape_id, h.arc_no, coalesce(h.surface_a, -1) AS surface_a, coalesce(h.surface_b, -1) AS surface_b,
     h.convexity, h.angle, a.kind, a.recognised_kind,
     a.origin_x, a.origin_y, a.origin_z, a.axis_x_x, a.axis_x_y, a.axis_x_z, a.axis_z_x, a.axis_z_y, a.axis_z_z,

@@ -1,4 +1,4 @@
--- What an inspection was asked and decided, beside its poses, and what made it.
+-- Inputs, decisions and code of an inspection, without its poses.
 -- Takes run; gives one row: world_id, needs (mm, rad), parameters, versions, code_sha256; verdict, reason, posterior, cost and margin,
 -- null where it has no pose; and the middle of what is seen.
 SELECT i.world_id, i.needs_translation_mm, i.needs_rotation, CAST(r.parameters AS TEXT) AS parameters,

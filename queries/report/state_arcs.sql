@@ -1,5 +1,5 @@
--- The state that each model arc of a view is drawn in: the worst of the features that it bounds, of those that could be
--- told; without any, the part's.
+-- The state that each model arc of a view is drawn in: the worst of the features that it bounds, of those that are
+-- decided; without any, the part's.
 -- Takes run_id; gives one row an arc: camera, view_arc_no, state.
 WITH said AS (
     SELECT v.camera, a.view_arc_no, p.state, CASE WHEN p.level = 'part' THEN 10 ELSE 0 END

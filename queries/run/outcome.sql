@@ -1,4 +1,4 @@
--- What stands beside the verdict of an inspection.
+-- The outcome of an inspection in addition to its verdict.
 -- Takes run; gives no row or one.
 SELECT outcome, changed, contradicted, not_confirmed, undecidable, variant
 FROM inspection_outcome

@@ -1,3 +1,3 @@
 -- Let go of the lock that run/hold took.
--- Takes run; gives whether it was held.
+-- Takes run; gives whether it was locked.
 SELECT pg_advisory_unlock(:run)

@@ -1,3 +1,3 @@
 -- SHA-256 of the schema that the store was made with.
 -- Takes nothing; gives sha256.
-SELECT sha256 FROM store_schema
+SELECT schema_sha256 AS sha256 FROM store

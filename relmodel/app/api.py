@@ -1,11 +1,16 @@
-"""A store opened by `relmodel.open`: all that a person does with one in Python, over the modules that do it."""
+"""A store opened by `relmodel.open`: the Python interface over the modules that do the work."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from relmodel.find.indexed_store import IndexedStore
+import numpy.typing as npt
+
+from relmodel.find import find
+from relmodel.find.volumes import Volume
+from relmodel.store import Store
 from relmodel.store.ask import TIME_LIMIT_S, ask_arrow
 from relmodel.table import Table
 
@@ -17,8 +22,8 @@ if TYPE_CHECKING:
     from vision.inspection.inspection import Inspection
 
 
-class OpenStore(IndexedStore):
-    """A store that is asked, and filled where it is open for writing; a context manager that closes it.
+class OpenStore(Store):
+    """A store to query, and to fill where it is open for writing; a context manager that closes it.
 
     Lengths are mm and angles rad; transforms `a_from_b` are 4x4 arrays.  What is wrong is raised as InputError (a file
     or number), UsageError (the call) or StoreError (the store), each one sentence.
@@ -38,6 +43,30 @@ class OpenStore(IndexedStore):
 
         return place_world_with_rigs(self, path)
 
+    def in_volume(
+        self,
+        volume: Volume,
+        *,
+        level: str = "part",
+        world: str | None = None,
+        precision: str = "box",
+        kind: str = "rtree",
+    ) -> dict[str, npt.NDArray[Any]]:
+        """What lies in a volume, by columns: `relmodel.find.find.in_volume`."""
+        return find.in_volume(self, volume, level=level, world=world, precision=precision, kind=kind)
+
+    def in_volumes(
+        self,
+        volumes: Sequence[Volume],
+        *,
+        level: str = "part",
+        world: str | None = None,
+        precision: str = "box",
+        kind: str = "rtree",
+    ) -> dict[str, npt.NDArray[Any]]:
+        """What lies in each of some volumes, by columns: `relmodel.find.find.in_volumes`."""
+        return find.in_volumes(self, volumes, level=level, world=world, precision=precision, kind=kind)
+
     def inspect(
         self,
         *,
@@ -50,7 +79,7 @@ class OpenStore(IndexedStore):
         carrier: Carrier | None = None,
         believe_pictures: bool = False,
     ) -> Inspection:
-        """Inspect a stereo pair, or the left camera alone: `vision.inspection.inspection.inspect`.
+        """Inspect a stereo pair, or the picture of the left camera: `vision.inspection.inspection.inspect`.
 
         believe_pictures: accept a pose that the pictures show surely where it contradicts the prior.  A notebook shows
         the answer with the model drawn over the pictures.

@@ -1,4 +1,4 @@
-"""The kinds of index held against each other on the placed parts of a world."""
+"""Comparison of the kinds of index on the placed parts of a world."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from relmodel.geometry.transforms import rotation_matrix
 from relmodel.progress import Progress, silent
 from relmodel.store import Run, Store
 
-# The range tree takes n log^2 n room: some 10 kB a box at this size.
+# The range tree takes n log^2 n memory: some 10 kB a box at this size.
 LARGEST_RANGETREE = 100_000
 HITS = (0, 10, 100, 10_000)
 STORE = "store"
@@ -98,7 +98,7 @@ def compare(store: Store, world: str | None = None, progress: Progress = silent)
 
 
 def _volumes(boxes: Floats, hits: int, count: int) -> Floats:
-    """Cubes around placed parts that hold about so many boxes; around places beyond all where that is none."""
+    """Cubes around placed parts that contain about so many boxes; for none, cubes beyond all parts."""
     rng = np.random.default_rng(0)
     centre = (boxes[:, :3] + boxes[:, 3:]) / 2
     chosen = rng.choice(centre, count)

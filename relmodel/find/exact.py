@@ -3,8 +3,8 @@
 A surface is in a volume if one of its triangles has a point of it, a feature if one of its surfaces is, an arc if a
 chord between two of its samples has, and a part if a triangle has or, where it is solid, if the volume lies wholly
 inside it.  Volumes are taken as wider by how far the triangles are from the exact geometry (`shape_mesh.deviation_mm`,
-where it is measured) and chords from their arcs, so that nothing that meets a volume is missed.  What has no triangles
-or samples in the store stays in the answer: no geometry speaks against it.
+where it is measured) and chords from their arcs, so that nothing that meets a volume is missed.  Elements without
+triangles or samples in the store stay in the answer.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from relmodel.store import Store
 def exactly_met(
     store: Store, connection: Connection, volumes: Sequence[Volume], level: str, found: Mapping[str, npt.NDArray[Any]]
 ) -> Bools:
-    """Which rows of an answer at precision `box` (columns as `in_volumes` gives them) are in it at `exact` (n,)."""
+    """Which rows of an answer at precision `box` (columns of `in_volumes`) are in it at `exact` (n,)."""
     met = np.ones(len(found["volume_no"]), bool)
     if not len(met):
         return met

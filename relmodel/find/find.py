@@ -7,8 +7,8 @@ At precision `box` an element is in a volume if
 - and its box in the shape's frame, as it lies in the world, meets the volume's ball, if any, and is not wholly outside
   any one of its half-spaces.
 
-That holds every element whose geometry reaches into the volume, and some that only come near.  At precision `exact`
-the geometry is held against the volume: see `relmodel.find.exact`.
+That holds every element whose geometry reaches into the volume, and some that only come near.  At precision `exact` the
+geometry is tested against the volume: see `relmodel.find.exact`.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class FoundRow:
     box: tuple[float, ...]
 
 
-# Kinds of index that are tables of the store; the others are held in process (`planner.WorldIndex`).
+# Kinds of index that are tables of the store; the others live in memory (`planner.WorldIndex`).
 STORED_KINDS = ("rtree", "octree")
 
 
@@ -135,7 +135,7 @@ def find_rows(
 
 
 def world_named(store: Store, connection: Connection, world: str | None) -> tuple[int, str]:
-    """Identity of the newest revision and name of the world asked for; (-1, "") where there is none to take."""
+    """Identity of the newest revision and name of the world asked for; (-1, "") where the store has none."""
     worlds = {row.name: int(row.world_id) for row in store.rows(connection, "world/current")}
     if world is None and len(worlds) > 1:
         raise UsageError(f"the store holds several worlds: name one of {', '.join(worlds)}")

@@ -9,7 +9,7 @@ from relmodel.arrays import Floats, Ints
 from relmodel.find.pairs import among, as_boxes
 from relmodel.find.volumes import VolumeTable
 
-# Hits that an expected volume holds, and what a cell looked up costs beside a box that is tested.
+# Hits of a typical volume, and the cost of looking up a cell relative to testing a box.
 EXPECTED_HITS = (10, 100)
 CELL_COST = 4.0
 _LARGEST_CELLS = 2**20  # along an axis
@@ -22,7 +22,7 @@ class Grid:
     volume looks at the cells that its bounds reach, and at those before them by the longest side of the level.  So
     large boxes do not flood the small cells.  The size of the smallest cells, `cell_mm`, is that of least expected
     cost, the number of cells looked up and of boxes tested by volumes that hold EXPECTED_HITS boxes: large cells test
-    boxes for nothing, small cells are many.  `costs` has what was weighed: (cell size, expected cost) rows.
+    boxes in vain, small cells are many.  `costs` has what was weighed: (cell size, expected cost) rows.
     """
 
     def __init__(self, boxes: npt.ArrayLike) -> None:

@@ -12,7 +12,7 @@ from relmodel.find.volumes import VolumeTable
 
 
 class BoxIndex(Protocol):
-    """Boxes (n, 6: x0 y0 z0 x1 y1 z1) held to be asked which of them meet others; touching counts."""
+    """An index of boxes (n, 6: x0 y0 z0 x1 y1 z1) that says which of them meet others; touching counts."""
 
     def __len__(self) -> int: ...
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from sqlalchemy import Connection
 
+from relmodel.columns import Ragged
 from relmodel.errors import UsageError
 from relmodel.find.find import BOX_COLUMNS, world_named
 from relmodel.find.octree import Octree
@@ -55,7 +56,6 @@ def _append_octree(run: Run, connection: Connection, object_id: int) -> None:
         of = {"object_id": object_id, "body_no": body_no}
         parent = np.ma.array(first + tree.parent, mask=tree.parent < 0)
         bounds = {column: tree.cells[:, i] for i, column in enumerate(BOX_COLUMNS)}
-        run.append(connection, "octree_cell", {**of, "cell": cells, "parent": parent, **bounds})
-        entries = {"cell": np.repeat(cells, np.diff(tree.first_entry)), "node_no": parts["node_no"][rows][tree.entry]}
-        run.append(connection, "octree_entry", {"object_id": object_id, **entries})
+        nodes = Ragged(parts["node_no"][rows][tree.entry], tree.first_entry)
+        run.append(connection, "octree_cell", {**of, "cell": cells, "parent": parent, **bounds, "nodes": nodes})
         first += len(cells)

@@ -13,12 +13,12 @@ from relmodel.arrays import Floats, Ints
 
 PAGE_SIZE = 64
 
-# What has come and gone since boxes were packed is folded in, by packing anew, where it exceeds both.
+# Boxes are repacked where more than both of these were added or removed.
 FOLD_SHARE, FOLD_LEAST = 0.1, 256
 
 
 def outgrown(changed: int, packed: int) -> bool:
-    """Whether so many boxes have come and gone that those which were packed together are to be packed anew."""
+    """Whether enough boxes were added or removed to repack them."""
     return changed > max(FOLD_LEAST, FOLD_SHARE * packed)
 
 
@@ -65,7 +65,7 @@ def page_order(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> Ints:
 def page_boxes(boxes: npt.ArrayLike, page: Ints) -> tuple[Ints, Floats]:
     """How many boxes each page 0 .. max(page) holds (m,), and the boxes that bound them (m, 6).
 
-    `page` (n,) are the pages of `boxes` (n, 6), as `pack` gives them: none is empty.
+    `page` (n,) are the pages of `boxes` (n, 6) from `pack`: none is empty.
     """
     boxes = np.asarray(boxes, float).reshape(-1, 6)
     counts = np.bincount(page)

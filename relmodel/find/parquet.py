@@ -60,9 +60,9 @@ def export_parts(
     `folder` gets a folder for each of `TABLES`, and in it store_id=S: world, its revisions; placed_body, objects and
     links as placed, with the revisions in which they stand there; object_node, the parts in each of these objects,
     once, in its own frame, in folders page_range=R of `pages_per_range` pages each; object_page, the pages' boxes; and
-    element, the boxes of shapes, features, surfaces and arcs in the shapes' frames.  What it holds of other stores
-    stays, what it holds of this one is replaced when all is written.  One page range is in memory at a time.  Raises
-    UsageError where the world is unknown, nothing is placed, or the folder holds something else.
+    element, the boxes of shapes, features, surfaces and arcs in the shapes' frames.  Rows of other stores stay; those
+    of this one are replaced when everything is written.  One page range is in memory at a time.  Raises UsageError
+    where the world is unknown, nothing is placed, or the folder holds something else.
     """
     folder = Path(folder)
     if not _takes_exports(folder):
@@ -114,7 +114,7 @@ def _count_parts(bodies: Mapping[str, Any], pages: Mapping[str, Any]) -> int:
 
 
 def _takes_exports(folder: Path) -> bool:
-    """Whether a folder is not there, or holds nothing but placed parts of stores; hidden files are of no matter."""
+    """Whether a folder does not exist, or contains only placed parts of stores; hidden files are ignored."""
     if not folder.exists():
         return True
     kept = [file for file in folder.iterdir() if not file.name.startswith(".")] if folder.is_dir() else [folder]

@@ -1,4 +1,4 @@
-"""A world held in process, for planners that ask what lies in a volume hundreds of times a minute."""
+"""A world in memory, for planners that ask what lies in a volume hundreds of times a minute."""
 
 from __future__ import annotations
 

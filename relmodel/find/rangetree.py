@@ -17,11 +17,11 @@ class RangeTree:
 
     An interval meets [q0, q1] if it holds q0 or if it begins in (q0, q1].  The first are on one path of a segment tree
     (de Berg et al., "Computational Geometry", chapter 10), the second under O(log n) nodes of a range tree over the
-    beginnings (chapter 5); no box is found twice.  A list has beside each box the greatest z of the boxes up to it, so
-    that a binary search tells whether one of them meets [q0, q1] in z.  Groups of a few boxes are lists without trees.
+    beginnings (chapter 5); no box is found twice.  A list stores for each box the greatest z of the boxes up to it, so
+    that a binary search finds whether one of them meets [q0, q1] in z.  Groups of a few boxes are lists without trees.
 
-    It takes O(n log^2 n) room, some hundred times that of the boxes: it is for questions of existence that must not
-    depend on how the boxes lie.
+    It takes O(n log^2 n) memory, some hundred times that of the boxes: use it for questions of existence whose cost
+    must not depend on the arrangement of the boxes.
     """
 
     def __init__(self, boxes: npt.ArrayLike) -> None:

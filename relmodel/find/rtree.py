@@ -47,10 +47,6 @@ class PackedRTree:
     def __len__(self) -> int:
         return len(self._number)
 
-    def in_box(self, box: npt.ArrayLike) -> Ints:
-        """Numbers of the boxes that meet a box (6,), unsorted."""
-        return self.in_boxes(np.asarray(box, np.float64).reshape(1, 6))[1]
-
     def in_boxes(self, boxes: Floats) -> tuple[Ints, Ints]:
         """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked."""
         from relmodel.find import rtree_kernels

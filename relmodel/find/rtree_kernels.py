@@ -17,7 +17,7 @@ FIRST_ROOM = 64
 
 @helper
 def grown(values: Ints) -> Ints:
-    """The values, and as much room again behind them."""
+    """The values, with their capacity doubled."""
     larger = np.empty(2 * len(values), np.int64)
     for i in range(len(values)):
         larger[i] = values[i]
@@ -89,7 +89,7 @@ def any_in_boxes(boxes: Floats, first_child: Ints, stack_room: int, asked: Float
             depth -= 1
             node = stack[depth]
             first, end = first_child[node], first_child[node + 1]
-            # Without a branch in the loops: whether a row is met cannot be foretold.
+            # Without a branch in the loops: whether a row is met cannot be predicted.
             if first < entries:
                 any_met = False
                 for row in range(first, end):

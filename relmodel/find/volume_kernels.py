@@ -109,7 +109,7 @@ def elements_in_volumes(
 ) -> tuple[Ints, Ints]:
     """Elements of parts that are not wholly outside a volume, for pairs of a volume and a part: (pair, row of `boxes`).
 
-    The volume is carried into the frame of the part's shape by `transforms` (n, 4, 4) and held against the pages
+    The volume is carried into the frame of the part's shape by `transforms` (n, 4, 4) and tested against the pages
     `shape_pages[s]` to `shape_pages[s + 1]` of shape `part_shape[part]`, then against the boxes of the page.
     """
     room = FIRST_ROOM

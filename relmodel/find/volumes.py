@@ -44,8 +44,8 @@ class Volume:
     def half_spaces(self) -> Floats:
         """Outward normals and offsets (k + 6, 4): `planes`, then the faces of `bounds`.
 
-        The latter cut nothing off the volume but tell more boxes to be outside it, as one beside an edge of a frustum
-        that no face of it separates.
+        The latter cut nothing off the volume but exclude more boxes, such as one near an edge of a frustum that no face
+        separates from it.
         """
         return np.concatenate([self.planes, _box_half_spaces(self.bounds)])
 

@@ -1,4 +1,4 @@
-"""Many vectors at once, held as rows of their components (d, n), so that NumPy's inner loops run along the vectors.
+"""Many vectors at once, stored by components (d, n), so that NumPy's inner loops run along the vectors.
 
 As vectors (n, d) such an array is its transpose, which costs nothing; arithmetic on it keeps the order.
 """

@@ -1,9 +1,9 @@
 """Whether one thing is another one carried elsewhere, asked of the elements (faces, edges) that both are made of.
 
-Elements are told apart by what no motion changes: kinds and sizes.  Things may be congruent that have as many of each,
-are as wide, and have the same triple product of means, which a mirror turns over.  A motion is then looked for by the
-centre and two landmarks, and holds only where every element comes to lie on its like; being a rotation, it never takes
-a thing to its mirror image (unless that is the thing itself).
+Elements are classified by what no motion changes: kinds and sizes.  Things can be congruent if they have as many
+elements of each class, are as wide, and have the same triple product of means, which a mirror negates.  A motion is
+then sought by the centre and two landmarks, and accepted only where every element comes to lie on one of its class;
+being a rotation, it never takes a thing to its mirror image (unless they are equal).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Arcs from table rows alone: points, derivatives, lengths and boxes.
+"""Arcs from table rows: points, derivatives, lengths and boxes.
 
 Parameterisation as at the head of `schema/030_surface.sql`; agrees with the CAD kernel to 1e-9 mm.
 """
@@ -22,7 +22,7 @@ BOX = ("x0", "y0", "z0", "x1", "y1", "z1")
 # Gauss-Legendre points of a span; kinds without knots are cut into spans of at most a quarter turn.
 _GAUSS = 20
 _SECANTS = 8
-_LEVEL_MM = 1e-11  # over a span: extremes no further than this from the samples are left alone
+_LEVEL_MM = 1e-11  # over a span: extremes nearer than this to the samples are not refined
 
 
 def vectors(columns: Mapping[str, Any], name: str) -> Floats:

@@ -53,7 +53,7 @@ class Joint:
 
 
 class JointTree:
-    """Links held together by joints, one root; joints are kept with those that carry them before them.
+    """Links connected by joints, one root; parent joints come first.
 
     Raises InputError where a name stands twice or is unknown, a link has two parents, there are several roots, or
     joints close a ring.

@@ -1,4 +1,4 @@
-"""Curves in the (u, v) domain of a surface, from rows of the table `pcurve` alone."""
+"""Curves in the (u, v) domain of a surface, from rows of the table `pcurve`."""
 
 from __future__ import annotations
 

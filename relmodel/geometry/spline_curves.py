@@ -107,7 +107,7 @@ class Spans:
 
 
 class SplineCurves:
-    """Curves told by their number, from columns of the tables `arc_spline` or `pcurve`.
+    """Curves by number, from columns of the tables `arc_spline` or `pcurve`.
 
     columns: degree, periodic, knots, multiplicities, poles, weights (null where not rational).
     rows: which rows of the columns, in order of the curves' numbers.

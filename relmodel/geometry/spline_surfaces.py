@@ -37,7 +37,7 @@ class _Patches:
 
 
 class SplineSurfaces:
-    """Surfaces told by their number."""
+    """Surfaces by number."""
 
     def __init__(self, splines: Sequence[Spline]) -> None:
         self._ways = [_Way([one[0] for one in splines]), _Way([one[1] for one in splines])]

@@ -1,4 +1,4 @@
-"""Surfaces from table rows alone: points, partial derivatives, normals, and parameters of points.
+"""Surfaces from table rows: points, partial derivatives, normals, and parameters of points.
 
 Parameterisation as at the head of `schema/030_surface.sql`, with extrusion C(u) + v D, revolution C(v) turned by u
 about the axis, and offset B(u, v) + d n(u, v); agrees with the CAD kernel to 1e-9 mm.
@@ -101,7 +101,7 @@ class Surfaces:
         return self.located(row, u, v)[1]
 
     def located(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Points (n, 3), mm, and outward unit normals (n, 3), as `normals` gives them."""
+        """Points (n, 3), mm, and outward unit normals (n, 3), as from `normals`."""
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
         at, normal = self._directed(row, u, v)
         return at.points, (normal.T * np.where(self.reversed[row], -1.0, 1.0)).T

@@ -15,7 +15,7 @@ r(u, s) less the least of u: where that reaches the cost of a known labelling, s
 Ascent is by blocks: each unit takes back what its neighbours do not need, then gives its slack on (Kolmogorov's
 sequential order, IEEE PAMI 28, 2006); labels are priced midway between their first and second bidder; the assignment
 under fixed messages gives the best prices at once.  Such ascent can stop short of the best bound: `anneal` starts it
-anew from the messages of a softened minimum.  All values are integers, costs times SCALE, so the bound is exact and a
+again from the messages of a softened minimum.  All values are integers, costs times SCALE, so the bound is exact and a
 cost, being an integer, is at least bound / SCALE rounded up.
 """
 

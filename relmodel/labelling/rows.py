@@ -1,4 +1,4 @@
-"""A problem and its result as rows of the store, from which queries/check works out cost and bound anew."""
+"""A problem and its result as rows of the store, from which queries/check recomputes cost and bound."""
 
 from __future__ import annotations
 

@@ -136,7 +136,7 @@ def soft_price(
             u = candidate_unit[c]
             own = math.exp(min((null_cost[u] - reduced[c]) / temperature, _LARGEST))
             others = total[u] - own
-            if others < 1e-3 * own:  # cancellation: sum anew
+            if others < 1e-3 * own:  # cancellation: sum again
                 others = 1.0 if live[first[-1] + u] else 0.0
                 for o in range(first[u], first[u + 1]):
                     if o != c and live[o]:

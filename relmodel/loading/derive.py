@@ -100,7 +100,7 @@ def _noted(model: Model) -> list[Noted]:
 
 
 def _attempt(what: str, make: Callable[[], Made], failures: list[Noted], shape: int | None = None) -> Made | None:
-    """What `make` gives; None where it fails, which is noted, for that never costs a load."""
+    """The result of `make`; None where it fails, which is a finding and never costs a load."""
     try:
         return make()
     except Exception as error:

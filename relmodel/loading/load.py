@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from relmodel.loading.write.write import LoadReport
     from relmodel.model.model import Model
 
-# Files read side by side; what is read is held in memory until its turn to be stored comes.
+# Files read in parallel; their models stay in memory until they are stored in order.
 READERS = 2
 
 # Heavy libraries that what follows from a model needs.
@@ -62,7 +62,7 @@ def load(
 ) -> LoadReport:
     """Load a STEP, mesh or URDF file under a name and a variant.
 
-    `unit` is asked for where the format states none (STL, OBJ, PLY).  A file that lost faces on reading is refused
+    `unit` is required where the format states none (STL, OBJ, PLY).  A file that lost faces on reading is refused
     unless `allow_partial`; one with findings (`load_finding`) is refused if `strict`. A mesh that is an `occluder`
     stays triangles between crease edges. Geometry that the store holds already is shared; the same content under
     the same name and variant adds nothing. `reader` reads the file (default: in a child process). Raises InputError
@@ -81,7 +81,7 @@ def load_all(
 ) -> Iterator[tuple[Request, LoadReport | InputError]]:
     """Load files in turn, each with its report, or the reason why it was refused; the others are loaded all the same.
 
-    The next files are read meanwhile, so the rows are those of one `load` after another, only sooner.
+    The next files are read meanwhile; the rows are those of one `load` after another.
     """
     waiting = iter(requests)
     steps = 2 * len(requests)
@@ -134,7 +134,7 @@ def _read(reader: Reader, request: Request) -> Model:
 
 
 def _load(store: Store, request: Request, reading: _Reading | InputError, storing: Callable[[], None]) -> LoadReport:
-    """Load what is being read, in a run of its own that begins before; `storing` is told when it is read."""
+    """Load a file that is being read, in a run of its own; `storing` is called when it has been read."""
     from relmodel.loading.load_parameters import DEFAULTS
 
     parameters = {

@@ -12,12 +12,12 @@ from relmodel.readers.step.step_parameters import StepParameters
 
 @dataclass(frozen=True)
 class SnapParameters:
-    """Which numbers differ from the store's by round-off alone."""
+    """Which numbers differ from the store's only by round-off."""
 
     round_off_mm: float = 2e-6
     """mm: as far as the digits of a file reach"""
     place_mm: float = 1e-4
-    """mm of a centroid, which for slivers is known less well than the rest"""
+    """mm of a centroid, which is less exact for slivers"""
     box_mm: float = 1e-5
     """mm of boxes, in which the round-off of several numbers adds up"""
     least_size_mm: float = 1e-3

@@ -14,7 +14,7 @@ EDGE_LABELS = ("name", "colour", "layer")
 
 
 def part_attributes(part: Part) -> list[Attribute]:
-    """Material and colour of a part, and what else its file says of it."""
+    """Material, colour and further attributes of a part."""
     labels = (("material", part.material), ("colour", part.colour))
     return [*((name, value, None) for name, value in labels if value is not None), *part.attributes]
 

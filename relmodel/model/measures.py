@@ -1,4 +1,4 @@
-"""What follows from the rows of a boundary representation alone: lengths, boxes, adjacency, samples along arcs."""
+"""What follows from the rows of a boundary representation: lengths, boxes, adjacency, samples along arcs."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ def adjacency(normals: ArcNormals) -> Table:
 def _hollow(normals: ArcNormals, arc: Ints, t: Floats, normal_a: Floats, tangent: Floats) -> Bools:
     """Whether it is void that lies in the cusp of arcs where both faces leave the same way, their normals opposed.
 
-    The normals alone leave it to round-off; a little way along the faces the one that lies outside of the other tells.
+    The normals at the edge cannot decide; a little way along the faces, the one outside of the other does.
     """
     surfaces = normals.surfaces
     points = normals.curves.evaluate(arc, t)[0] + _CUSP_MM * np.cross(normal_a, tangent)

@@ -21,9 +21,9 @@ Attribute = tuple[str, float | str | bool, str | None]  # name, value, unit of a
 
 @dataclass(frozen=True)
 class Finding:
-    """What was noticed that does not keep a file from being loaded: a row of `load_finding`.
+    """An irregularity that does not prevent loading: a row of `load_finding`.
 
-    kind: a short name such as `open_edge`.  value, bound: what was measured and what it was held against, in `unit`
+    kind: a short name such as `open_edge`.  value, bound: what was measured and what it was compared with, in `unit`
     (None where it is no measure).  surface_no, arc_no: which face or edge of the shape, None where it is the whole.
     """
 

@@ -30,7 +30,7 @@ VALIDATION_SHARE = 0.005
 
 # What numbers that are equal but for round-off may differ by, mm.
 _ROUND_OFF_MM = 1e-5
-# Where along an arc it is held against its surfaces.
+# Where along an arc its distance from its surfaces is measured.
 _SHARES = np.linspace(0.0, 1.0, 5)
 # Columns that the store has of every arc and surface.
 _ALWAYS = {"arcs": ("t0", "t1", "length", *BOX), "surfaces": ("area", *BOX)}
@@ -80,7 +80,7 @@ def _validated_shape(shape: Shape) -> Shape:
     try:
         gap, off = _loop_gaps(shape), _surface_gaps(shape)
     except Exception as error:  # what cannot be measured does not cost a load either
-        said = f"the edges of a shape cannot be held against its faces ({type(error).__name__}: {error})"
+        said = f"the edges of a shape cannot be compared with its faces ({type(error).__name__}: {error})"
         unknown = np.full(row_count_or_none(shape.coedges), np.nan)
         finding = Finding("not_validated", said)
         return replace(shape, coedges=shape.coedges | {"tolerance": unknown}, findings=(*shape.findings, finding))

@@ -1,7 +1,7 @@
 """How a database is reached, and how the file of a DuckDB store is shared with others who have it open.
 
-DuckDB lets several processes read a file, or one alone write it.  Who finds others reading reads with them, and after a
-while writes beside the file (`replacing`), so that they hold nobody up; who writes it is waited for.
+DuckDB lets several processes read a file, or a single one write it.  A reader joins other readers.  A writer waits for
+them briefly, then writes to a copy of the file (`replacing`), so that no reader blocks it.  All wait for a writer.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ from relmodel.store.engine import (
 )
 from relmodel.store.replacing import PATIENCE_S
 
-READERS_S = 3.0  # how long those are waited for who only read it
+READERS_S = 3.0  # how long a writer waits for readers
 
 
 class Access:
     """How a database is reached.
 
-    engine: what connects now.  file: that of a DuckDB store, None of one in memory.  passed: who read it when something
-    was written beside it, and sees nothing of that.
+    engine: what connects now.  file: that of a DuckDB store, None of one in memory.  passed: who reads the file that a
+    copy has replaced, and does not see what was written since.
     """
 
     def __init__(self, engine: Engine) -> None:
@@ -43,8 +43,8 @@ class Access:
         self.passed: str | None = None
 
     def connect(self) -> Connection:
-        """A connection, which only reads where others read a DuckDB file.  Raises StoreError where another process goes
-        on writing it."""
+        """A connection, read-only where others read a DuckDB file.  Raises StoreError where another process keeps
+        writing it."""
         given_up = time.monotonic() + PATIENCE_S
         while True:
             try:
@@ -73,7 +73,7 @@ class Access:
         return self.file.stat().st_ino if self.file is not None and self.file.exists() else None
 
     def _wait(self, error: Exception, given_up: float) -> None:
-        """Wait a moment for who holds the file; raise StoreError where that has lasted too long."""
+        """Wait a moment for the process that has the file open; raise StoreError where that has lasted too long."""
         if not (is_locked(error) or is_open_here(error)):
             raise error
         if is_open_here(error) or time.monotonic() > given_up:
@@ -82,7 +82,7 @@ class Access:
 
     @contextmanager
     def writable(self) -> Iterator[None]:
-        """Have a DuckDB file for writing while the block lasts; a new one beside it where others go on reading it."""
+        """Open a DuckDB file for writing while the block lasts; a copy of it where others keep reading it."""
         if self.file is None or self._take():
             yield
             return
@@ -90,7 +90,7 @@ class Access:
             yield
 
     def _take(self) -> bool:
-        """Take the file for writing; False where others go on reading it."""
+        """Open the file for writing; False where others keep reading it."""
         began = time.monotonic()
         while True:
             try:
@@ -105,7 +105,7 @@ class Access:
 
     @contextmanager
     def turn(self) -> Iterator[None]:
-        """Let go of a DuckDB file, and be the one who may replace it while the block lasts."""
+        """Close a DuckDB file, and have the sole right to replace it while the block lasts."""
         if self.file is not None:
             self.engine.dispose()
         with nullcontext() if self.file is None else replacing.turn(self.file):
@@ -113,8 +113,7 @@ class Access:
 
     @contextmanager
     def replacing(self) -> Iterator[None]:
-        """In a `turn`, have all that is written in the block go to a copy of a DuckDB file, which then takes its
-        place."""
+        """In a `turn`, write to a copy of a DuckDB file in the block; the copy then replaces the file."""
         if self.file is None:
             yield
             return

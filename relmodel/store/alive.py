@@ -1,8 +1,8 @@
 """Whether the process of a run lives.
 
 On PostgreSQL a session of its own holds an advisory lock, which the server drops when the process is gone, on whatever
-machine it was.  A DuckDB file is not held while an inspection computes, so there a small file beside the store is
-locked for as long as the run lasts; the system drops that lock with the process.
+machine it was.  A DuckDB file is closed while an inspection computes, so a small file next to the store is locked for
+as long as the run lasts; the system drops that lock with the process.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class LivenessLock:
         self._descriptor: int | None = None
 
     def hold(self) -> None:
-        """Acquire the lock; acquire it again after a restart of the server.  Raises StoreError where the file beside
-        the store cannot be written."""
+        """Acquire the lock; acquire it again after a restart of the server.  Raises StoreError where the lock file
+        cannot be written."""
         if self._store.dialect == "duckdb":
             self._lock()
         elif not self._asked("run/lives.postgresql"):
@@ -66,7 +66,7 @@ class LivenessLock:
         fcntl.flock(self._descriptor, fcntl.LOCK_EX)
 
     def _asked(self, name: str, **parameters: int) -> bool:
-        """Whether the session is there to be asked; what it is asked holds beyond a transaction."""
+        """Whether the session is alive; its advisory locks outlive transactions."""
         if self._session is None:
             return False
         try:
@@ -108,7 +108,7 @@ def find_dead_runs(store: Database, connection: Connection) -> list[int]:
 
 
 def name_dead_runs(store: Database) -> None:
-    """Let who only reads a DuckDB file see which runs are dead; on PostgreSQL the views see it."""
+    """Show dead runs to a reader of a DuckDB file; on PostgreSQL the views find them."""
     if store.dialect == "duckdb":
         with store.read() as connection:
             store.dead_runs = find_dead_runs(store, connection)
@@ -117,7 +117,7 @@ def name_dead_runs(store: Database) -> None:
 def mark_dead_runs(store: Database) -> None:
     """Append found_dead to the runs that neither ended nor have a living process."""
     if store.dialect == "duckdb":
-        with store.read() as connection:  # to write would be to wait for who reads the file
+        with store.read() as connection:  # a write would wait for readers of the file
             _remove_locks_of_ended(store, connection)
             if not find_dead_runs(store, connection):
                 return

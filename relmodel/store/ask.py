@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 TIME_LIMIT_S = 30.0
 GRACE_S = 0.5
-"""s beyond the limit at which that is cut off which does not end by itself"""
+"""s beyond the limit after which a statement that does not end is cut off"""
 LARGEST_VALUE = 2**25
-"""characters or bytes of one value: to print one takes some times its size"""
+"""characters or bytes of one value: printing one takes several times its size"""
 _LONGEST_S = 86_400.0
 
 Row = Sequence[Any]
@@ -43,14 +43,13 @@ _ONE_QUERY = "give one SELECT, WITH, VALUES, TABLE or EXPLAIN that only reads"
 
 @contextmanager
 def ask(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> Iterator[Answer]:
-    """Names of the columns and rows of a statement's result; rows come as they are taken, while the block lasts.
+    """Names of the columns and rows of a statement's result; rows are fetched as they are read, while the block lasts.
 
-    `store` is open read-only.  Taken is one SELECT, WITH, VALUES, TABLE or EXPLAIN; `time_limit_s` after it began it is
-    stopped, and gives no more rows.  On DuckDB external access is off and the configuration locked from here on; on
-    PostgreSQL the transaction is read-only and rolled back.  Raises InputError with the database's words where the
-    statement is wrong, would write or takes too long, or a value is larger than `LARGEST_VALUE`; StoreError where
-    PostgreSQL's role may reach beyond the database, as a superuser may: the server would not hold a statement back from
-    its files and programs.
+    `store` is open read-only.  Accepts one SELECT, WITH, VALUES, TABLE or EXPLAIN, and stops it after `time_limit_s`.
+    On DuckDB external access is off and the configuration locked from here on; on PostgreSQL the transaction is
+    read-only and rolled back.  Raises InputError with the database's words where the statement is wrong, would write or
+    takes too long, or a value is larger than `LARGEST_VALUE`; StoreError where PostgreSQL's role may reach beyond the
+    database, as a superuser may: the server would let a statement use its files and programs.
     """
     with _asking(store, statement, time_limit_s, confined=True) as (_, names, rows):
         yield names, map(_printable, rows)
@@ -59,8 +58,7 @@ def ask(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> 
 def ask_arrow(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> pa.Table:
     """The result of a statement as an Arrow table, for a program that may do more than ask.
 
-    As `ask`, but the store may be open for writing, and what the statement reaches beyond the database is not looked
-    at: whoever runs a program reads files without it.
+    As `ask`, but the store may be open for writing, and statements may read files: a program could do so anyway.
     """
     with _asking(store, statement, time_limit_s, confined=False) as (cursor, names, rows):
         if store.dialect == "duckdb":
@@ -101,8 +99,8 @@ def _asking(
 
 
 def _sentence(said: BaseException) -> str:
-    """What a database says of a statement, on one line: what is wrong and its hint, but neither the statement again,
-    which DuckDB shows after a blank line, nor all functions of a name."""
+    """A database's error message on one line, with its hint, without the statement, which DuckDB repeats after a blank
+    line, and without the list of functions of that name."""
     first, *others = str(said).strip().partition("\n\n")[0].splitlines()
     hints = [line.removeprefix("HINT:").strip() for line in others if line.startswith(_HINTS)]
     return " ".join([first if first.endswith(("!", ".")) or not hints else f"{first}:", *hints]).rstrip(".")
@@ -160,11 +158,11 @@ def _begin_on_postgresql(
         with _after(time_limit_s + GRACE_S, partial(_cut, driver)):
             yield _answered_by_postgresql(driver, statement)
     finally:
-        connection.invalidate()  # closed: what outlives a rollback, as advisory locks do, ends with it
+        connection.invalidate()  # closed: this ends what outlives a rollback, such as advisory locks
 
 
 def _answered_by_postgresql(driver: Any, statement: str) -> tuple[Any, Generator[Row]]:
-    """All is prepared or streamed, since what is so is one statement."""
+    """Everything is prepared or streamed: only a single statement can be."""
     if _EXPLAIN.match(statement):
         cursor = driver.execute(statement, prepare=True)
         return cursor, (row for row in cursor)

@@ -29,7 +29,7 @@ def append(connection: Connection, table: Table, columns: Columns) -> int:
     if connection.dialect.name == "duckdb":
         _append_arrow(connection, table, columns, count)
     else:
-        _append_copy(connection, table, columns, count)
+        _copy(connection.connection.driver_connection, table.name, columns, count)
     _count(connection, table, count)
     return count
 
@@ -108,10 +108,6 @@ def _decimals(values: npt.NDArray[np.floating], precision: int, scale: int) -> A
     null = np.isnan(units)
     whole = pa.array(np.where(null, 0, units).astype(np.int32), mask=null)
     return pa.Array.from_buffers(pa.decimal32(precision, scale), len(whole), whole.buffers())
-
-
-def _append_copy(connection: Connection, table: Table, columns: Columns, count: int) -> None:
-    _copy(connection.connection.driver_connection, table.name, columns, count)
 
 
 def _copy(driver: Any, table: str, columns: Columns, count: int) -> None:

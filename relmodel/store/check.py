@@ -1,5 +1,5 @@
-"""Integrity of a store: every table read whole, SELECTs that return the rows that offend, and the references of the
-catalogue, the ledger, the digests of inspections and the journal held against what is there."""
+"""Integrity of a store: every table read whole, queries for offending rows, and the references, the ledger, the digests
+of inspections and the journal compared with the tables."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from relmodel.store.store import Store
 
 
 class Finding(NamedTuple):
-    """What one check found: its name, what it looks for, and the rows that offend (none: it passed)."""
+    """The result of a check: its name, what it looks for, and the offending rows (none: it passed)."""
 
     query: str
     description: str
@@ -41,7 +41,7 @@ def check(store: Store) -> list[Finding]:
         ("digests", "Rows of an inspection that are not what it wrote.", partial(find_altered_rows, store)),
         (
             "journal",
-            "Commits that the journal beside the file knows of and the store has lost; where an older copy of the "
+            "Commits that the store's journal lists and the store has lost; where an older copy of the "
             "store was put back on purpose, remove the journal.",
             partial(_journal, store),
         ),
@@ -53,7 +53,7 @@ def check(store: Store) -> list[Finding]:
 
 
 def _found(store: Store, search: Callable[[Connection], list[dict[str, Any]]]) -> list[dict[str, Any]]:
-    """What a search finds, or in its place the words with which the database failed."""
+    """What a search finds, or the error message where the database fails."""
     try:
         with store.read() as connection:
             try:
@@ -63,8 +63,8 @@ def _found(store: Store, search: Callable[[Connection], list[dict[str, Any]]]) -
                 raise
     except (StoreError, DBAPIError) as error:
         if store.dialect == "postgresql" and isinstance(error, StoreError):
-            raise  # a connection or a privilege, which says nothing of the tables
-        store.release()  # until its file is opened anew
+            raise  # a connection or a privilege: no damage of the tables
+        store.release()  # until its file is reopened
         said = getattr(error.__cause__ if isinstance(error, StoreError) else error, "orig", None) or error
         return [{"error": str(said).strip().partition("\n")[0]}]
 

@@ -56,8 +56,8 @@ T = TypeVar("T")
 class Database:
     """What a store is made in.  All reading and writing goes through connections that `read` and `write` give.
 
-    access: how it is reached, and shared with others.  dead_runs: those that its connections to a DuckDB file are told
-    of, where it is open for reading only.
+    access: how it is reached, and shared with others.  dead_runs: runs whose processes are
+    gone, for the views of a DuckDB file that is open for reading.
     """
 
     def __init__(self, engine: Engine, name: str, *, read_only: bool = False) -> None:
@@ -89,14 +89,13 @@ class Database:
             return str(self.rows(connection, "store/revision")[0].version_num)
 
     def release(self) -> None:
-        """Let other processes have a DuckDB file until the next read or write, which takes it again and waits for it
-        where another process has it."""
+        """Close a DuckDB file, for other processes to use, until the next read or write; that waits where another
+        process writes it."""
         if self.dialect == "duckdb" and not self._closed:
             self.engine.dispose()
 
     def connect(self) -> Connection:
-        """A connection that the caller closes; waited for while another process writes the file, as one does that
-        records, or the server restarts."""
+        """A connection that the caller closes; waits while another process writes the file or the server restarts."""
 
         def once() -> Connection:
             with self.failures():
@@ -109,7 +108,7 @@ class Database:
         return self.patiently(once)
 
     def close(self) -> None:
-        """Let go of the database; what is asked of it from here on raises StoreError."""
+        """Close the database; any later use raises StoreError."""
         self._closed = True
         self.engine.dispose()
 
@@ -139,7 +138,7 @@ class Database:
 
     @cached_property
     def _tables(self) -> dict[str, Table]:
-        """Those asked for: to make all hundred takes longer than to open the store."""
+        """Tables made so far: making all hundred takes longer than opening the store."""
         return {}
 
     def table(self, name: str) -> Table:
@@ -162,7 +161,7 @@ class Database:
         return {name: place for place, name in enumerate(TopologicalSorter(parents).static_order())}
 
     def parents_first(self, names: Iterable[str]) -> list[str]:
-        """Names of tables in an order to append in: what is referred to comes first, as foreign keys want it."""
+        """Names of tables in the order in which foreign keys allow appending: referred tables first."""
         return sorted(names, key=lambda name: (self._place.get(name, -1), name))
 
     @contextmanager
@@ -198,9 +197,9 @@ class Database:
 
     @contextmanager
     def _interrupts(self, connection: Connection) -> Iterator[None]:
-        """Ctrl-C while DuckDB is at work, of which its client makes another error, as the KeyboardInterrupt that it is.
+        """Raise Ctrl-C during a DuckDB statement as KeyboardInterrupt: its client raises another error.
 
-        DuckDB works on until it is told, and whoever closed the connection would wait for that.
+        DuckDB has to be interrupted, or closing the connection would wait for it.
         """
         try:
             yield
@@ -212,7 +211,7 @@ class Database:
             raise KeyboardInterrupt from error
 
     def patiently(self, work: Callable[[], T]) -> T:
-        """What `work` gives, tried again some seconds long where a server refuses to serialise it or restarts."""
+        """The result of `work`, retried for some seconds where a server cannot serialise it or restarts."""
         for wait in WAITS_S:
             try:
                 return work()
@@ -222,9 +221,9 @@ class Database:
 
     @contextmanager
     def one_thread(self) -> Iterator[None]:
-        """Have DuckDB work in one thread while the block lasts: with more it copies what is appended twice.
+        """Run DuckDB in one thread while the block lasts: with more it copies appended rows twice.
 
-        For many appends in a row; heavy queries want the threads.
+        For many appends in a row; heavy queries need the threads.
         """
         if self.dialect != "duckdb":
             yield
@@ -238,7 +237,7 @@ class Database:
                 settings.execute(sql.query("run/all_threads.duckdb"))
 
     def _refuse_closed(self) -> None:
-        if self._closed:  # the engine would connect anew
+        if self._closed:  # the engine would reconnect
             raise StoreError(f"the store {self.name} is closed: open it again")
 
     @contextmanager

@@ -54,8 +54,8 @@ def _digested(store: Database, connection: Connection) -> list[str]:
 
 
 def _digests(store: Database, connection: Connection, relation: str, run: int | None = None) -> list[tuple[int, str]]:
-    """Runs, or `run` alone, with the digest of the rows of a relation that they rest on, in whatever order these come;
-    none where no run rests on rows of it."""
+    """Digest by run (or of `run` only) of the rows of a relation that it rests on, independent of their order; none
+    where no run rests on rows of it."""
     table = store.table(relation)
     found = _rests_on(store, table)
     if found is None:

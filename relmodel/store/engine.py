@@ -26,11 +26,11 @@ def store_url(target: str | Path) -> URL:
     if url.get_backend_name() != "duckdb":
         raise StoreError(f"{name!r} is no store that relmodel knows: use a DuckDB file or a postgresql+psycopg:// URL")
     if url.database in (None, "", ":memory:"):
-        raise StoreError(f"{name!r} would be a store in memory alone, lost when its process ends: name a file")
+        raise StoreError(f"{name!r} would be a store in memory only, lost when its process ends: name a file")
     return url
 
 
-PATIENCE_S = 3.0  # how long a store that another process writes is tried to be opened
+PATIENCE_S = 3.0  # s: how long to retry opening a store that another process writes
 PAUSE_S = 0.05
 
 DUCKDB_CONFIG = {
@@ -38,10 +38,10 @@ DUCKDB_CONFIG = {
     # far less room than of the usual 256 KiB.  Of the least, 16 KiB, it no longer packs integers.
     "default_block_size": 32768,
     # The format of the program's default keeps 3 KiB of statistics a column, even of empty tables, and each checkpoint
-    # writes them anew: 3 MB in all.  This one keeps 64 bytes; clients older than it do not open it.
+    # rewrites them: 3 MB in all.  This one keeps 64 bytes; clients older than it do not open it.
     "storage_compatibility_version": "v1.2.0",
     # What is appended to a table without keys stays a row group of its own: to merge it with earlier ones, checkpoints
-    # write them anew and leave as much room behind, 10 MB at once where pictures are many.  Nothing here deletes rows.
+    # rewrite them and leave as much room behind, 10 MB at once where pictures are many.  Nothing here deletes rows.
     "max_vacuum_tasks": 0,
 }
 
@@ -62,13 +62,13 @@ def make_engine(url: URL, *, read_only: bool) -> Engine:
     """Engine of the store, which connects when it is asked to."""
     if url.get_backend_name() == "postgresql":
         options = {"options": "-c default_transaction_read_only=on"} if read_only else {}
-        # Connections that a restart of the server broke are told before they are used.
+        # Finds connections that a restart of the server broke before they are used.
         return create_engine(url, connect_args=options, pool_pre_ping=True)
     return create_engine(url, connect_args={"config": DUCKDB_CONFIG, "read_only": read_only})
 
 
 def reading_engine(url: URL) -> Engine:
-    """Engine by which a DuckDB file is read that others read too; it holds the file only while it is asked."""
+    """Engine that reads a DuckDB file together with other readers; it has the file open only during a statement."""
     return create_engine(url, connect_args={"config": DUCKDB_CONFIG, "read_only": True}, poolclass=NullPool)
 
 
@@ -92,12 +92,12 @@ def connect(url: URL, *, read_only: bool) -> Engine:
 
 
 def is_locked(error: Exception) -> bool:
-    """Whether it is a DuckDB file that another process holds which made the error."""
+    """Whether the error says that another process has the DuckDB file open."""
     return "Could not set lock" in _said(error)
 
 
 def is_open_here(error: Exception) -> bool:
-    """Whether it is a DuckDB file that this process has open in another way which made the error."""
+    """Whether the error says that this process has the DuckDB file open in another mode."""
     return "with a different configuration" in _said(error)
 
 
@@ -131,7 +131,7 @@ def _said(error: Exception) -> str:
 
 
 def _try_connection(engine: Engine) -> None:
-    """Connect once; where another process writes the file, again for a while: an inspection does while it records."""
+    """Connect once; retry for a while where another process writes the file, as an inspection does while it records."""
     file = duckdb_file(engine.url)
     if file is not None and not file.exists():
         return
@@ -157,7 +157,7 @@ def sentence(url: URL, error: Exception) -> str:
         return f"cannot reach the store {url}: {said.strip().splitlines()[0]}"
     if is_locked(error):
         return (
-            f"the store {url.database} is held by {holder(error)}: wait until it ends, end it, or keep the store in "
+            f"the store {url.database} is in use by {holder(error)}: wait until it ends, end it, or keep the store in "
             "PostgreSQL"
         )
     if is_open_here(error):

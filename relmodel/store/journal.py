@@ -1,9 +1,9 @@
-"""A witness of what runs committed, kept beside a DuckDB file.
+"""A journal of what runs committed, kept next to a DuckDB file.
 
-DuckDB opens a file whose write-ahead log was cut short without a word, at an earlier commit.  Nothing inside the store
-can tell; so after each commit of a run a line is appended to the file STORE.journal and brought to disk, and
-`relmodel check` holds the lines against the rows.  A crash between the commit and its line loses the line only.
-PostgreSQL keeps checksums of its own log and needs no witness.
+DuckDB silently opens a file whose write-ahead log was truncated, at an earlier commit, and nothing inside the store
+shows the loss.  So after each commit of a run a line is appended to the file STORE.journal and synced to disk, and
+`relmodel check` compares the lines with the rows.  A crash between the commit and its line loses the line only.
+PostgreSQL keeps checksums of its own log and needs no journal.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def journal_file(store: Database) -> Path | None:
 
 
 def record(store: Database, relation: str, run_id: int, ordinal: int) -> None:
-    """Append a commit to the side file and bring it to disk.  Raises StoreError where that fails."""
+    """Append a commit to the side file and sync it to disk.  Raises StoreError where that fails."""
     file = journal_file(store)
     if file is None:
         return
@@ -60,7 +60,7 @@ def forget(store: Database) -> None:
 
 
 def recorded(store: Database) -> list[Commit]:
-    """The commits that the side file knows of; lines cut short by a crash are passed over."""
+    """The commits in the side file; lines truncated by a crash are skipped."""
     file = journal_file(store)
     if file is None or not file.is_file():
         return []

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 def bring_up_to_date(store: Database) -> None:
     """Make the whole schema in an empty store; bring one of an older version to the newest, in one transaction.  A
-    DuckDB file is made beside its place, so that it is there whole or as it was.
+    DuckDB file is made under another name and then moved, so that it is complete or unchanged.
 
     Raises StoreError where the database holds other tables, or the store is of a newer version.
     """
@@ -58,9 +58,12 @@ def create_schema(connection: Connection, name: str = "") -> None:
     for script in sql.schema_scripts(connection.dialect.name):
         connection.exec_driver_sql(script)
     connection.exec_driver_sql(sql.comment_statements(connection.dialect.name))
-    connection.execute(sql.query("store/note_schema"), {"sha256": sql.schema_hash(connection.dialect.name)})
-    cell = Path(name or connection.engine.url.database or "").stem
-    connection.execute(sql.query("store/note_identity"), {"store_id": str(uuid4()), "cell": cell})
+    noted = {
+        "store_id": str(uuid4()),
+        "cell": Path(name or connection.engine.url.database or "").stem,
+        "sha256": sql.schema_hash(connection.dialect.name),
+    }
+    connection.execute(sql.query("store/note_identity"), noted)
 
 
 def upgrade(store: Database, revision: str) -> None:

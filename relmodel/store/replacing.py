@@ -1,9 +1,9 @@
-"""A DuckDB file that is made beside its place and then put there, whole and at once.
+"""Replacing a DuckDB file atomically by one made under another name.
 
-So a store is made and migrated, and so a transaction is written while others have the file open for reading: they go on
-with the file that they opened.  Beside STORE lie STORE.new, which is being made; STORE.lock, held by who makes it; and
-STORE.whole for a moment, where STORE has a log, which goes with it.  What a process left there that was killed, the
-next one takes up or away.
+Stores are made and migrated in this way, and so is a transaction written while others read the file: readers keep the
+file that they opened.  Next to STORE stand STORE.new, the file in the making; STORE.lock, locked by the process that
+makes it; and briefly STORE.whole, where STORE has a log to go with it.  What a killed process left there is completed
+or removed by the next one.
 """
 
 from __future__ import annotations
@@ -20,12 +20,13 @@ from typing import BinaryIO
 from relmodel.errors import StoreError
 from relmodel.store.engine import PAUSE_S, no_folder
 
-PATIENCE_S = 60.0  # how long a file is waited for that another process writes: most hold it while they record
+PATIENCE_S = 60.0  # s to wait for a file that another process writes: most write it only while they record
 
 
 @contextmanager
 def turn(file: Path) -> Iterator[None]:
-    """Be the one who replaces a file while the block lasts; who else wants to waits.  What others left is cleared."""
+    """Have the sole right to replace a file while the block lasts; others wait.  Leftovers of killed processes are
+    cleared."""
     lock = Path(f"{file}.lock")
     with _as_store_errors(file):
         descriptor = _locked(lock)
@@ -46,11 +47,11 @@ def _locked(lock: Path) -> int:
         with suppress(FileNotFoundError):
             if os.path.samestat(lock.stat(), os.fstat(descriptor)):
                 return descriptor
-        os.close(descriptor)  # who held it has removed it
+        os.close(descriptor)  # the process that had locked it has removed it
 
 
 def recover(file: Path) -> None:
-    """Put a file into its place that a process made whole before it was killed."""
+    """Move a file into place that a process completed before it was killed."""
     if _whole(file).exists():
         with turn(file):
             pass
@@ -58,10 +59,10 @@ def recover(file: Path) -> None:
 
 @contextmanager
 def replacing(file: Path) -> Iterator[Path]:
-    """Where to write what takes the place of a file when the block ends, in a `turn`: a copy of it where it is there.
+    """Path of the file that replaces `file` when the block ends, in a `turn`: a copy where it exists.
 
-    Meanwhile nobody writes the file, and who reads it goes on with what he has.  Raises StoreError where another
-    process writes the file, or nothing can be written beside it.
+    Meanwhile nobody writes the file, and readers keep what they opened.  Raises StoreError where another process writes
+    the file, or its folder cannot be written.
     """
     new, log = _new(file), Path(f"{file}.wal")
     with ExitStack() as stack:
@@ -79,7 +80,7 @@ def replacing(file: Path) -> Iterator[Path]:
                 if Path(f"{new}.wal").exists():
                     raise StoreError(f"the store {file} could not be written whole: see to the room on its disk")
                 _sync(new)
-                if log.exists():  # what it has is in the new file: neither may be there with the other for a moment
+                if log.exists():  # its content is in the new file: the two must never exist together
                     new.replace(_whole(file))
                     _sync(file.parent)
                     _put(file)
@@ -118,13 +119,13 @@ def _locked_for_reading(file: Path) -> Iterator[BinaryIO]:
                 break
             except (BlockingIOError, PermissionError) as error:
                 if time.monotonic() > given_up:
-                    raise StoreError(f"the store {file} is held by another process: wait until it ends") from error
+                    raise StoreError(f"the store {file} is in use by another process: wait until it ends") from error
             time.sleep(PAUSE_S)
         yield source
 
 
 def _copy(source: BinaryIO, file: Path, new: Path) -> None:
-    """Copy by what is open of the file: to close it once more would give up the lock."""
+    """Copy through the open descriptor: closing another one would release the lock."""
     with new.open("wb") as copy:
         shutil.copymode(file, new)
         with suppress(PermissionError):
@@ -138,7 +139,7 @@ def _remove(new: Path) -> None:
 
 
 def _sync(path: Path) -> None:
-    """Bring a file or the names in a folder to disk."""
+    """Sync a file, or the names in a folder, to disk."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -154,6 +155,6 @@ def _as_store_errors(file: Path) -> Iterator[None]:
     except OSError as error:
         raise StoreError(
             no_folder(file)
-            or f"nothing can be written beside the store {file} ({error.strerror}): see to the permissions of its "
+            or f"the folder of the store {file} cannot be written ({error.strerror}): see to the permissions of its "
             "folder and the room on its disk"
         ) from error

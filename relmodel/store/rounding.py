@@ -9,7 +9,7 @@ from relmodel.store.sql import column_types
 
 
 def round_columns(table: str, columns: Columns) -> dict[str, ColumnValues]:
-    """Columns of a table whose floating-point numbers are rounded as the store's types do, once and for all."""
+    """Columns of a table with floating-point numbers rounded to the store's types."""
     types = column_types(table)
 
     def rounded(name: str, values: ColumnValues) -> ColumnValues:

@@ -174,7 +174,7 @@ class Run:
         return run
 
     def inputs(self, connection: Connection, inputs: Mapping[str, tuple[str, str]]) -> None:
-        """Append what the run reads: role -> (file name, SHA-256); for a reader that says what it read."""
+        """Append inputs that become known during the run: role -> (file name, SHA-256)."""
         first = self._count.inputs
         self._count = self._count._replace(inputs=first + len(inputs))
         self.store.append(
@@ -193,7 +193,8 @@ class Run:
     def write(self) -> Iterator[Connection]:
         """A transaction of this run; the ledger of what the store appends in it is committed with it.
 
-        Those of several processes take turns: what one finds missing, to append it, no other appends meanwhile.
+        Transactions of several processes are serialised: what one finds missing and appends, no other appends
+        meanwhile.
         """
         with self._transaction() as connection:
             if self.store.dialect == "postgresql":  # on DuckDB one process writes
@@ -221,8 +222,8 @@ class Run:
     def transact(self, work: Callable[[Connection], T]) -> T:
         """Run `work` in a transaction; return its result.
 
-        Where a server refuses to serialise it, or restarts, it is done again, some seconds long; so what it does but
-        for the transaction may be done twice.
+        Where a server cannot serialise it, or restarts, it is retried for some seconds; side effects outside of the
+        transaction may then happen twice.
         """
         return self._again(self.write, work)
 
@@ -245,7 +246,7 @@ class Run:
 
     @contextmanager
     def _transaction(self) -> Iterator[Connection]:
-        """A transaction that leaves what the run counts as it was where it fails."""
+        """A transaction; where it fails, the run's counts are restored."""
         self._liveness.hold()
         before = self._count
         try:
@@ -270,7 +271,7 @@ class Run:
 
     @property
     def seconds(self) -> dict[str, float]:
-        """How long the steps of each name took that have ended, s, in their order."""
+        """Seconds that the finished steps took, by name, in their order."""
         seconds: dict[str, float] = {}
         for step in self._count.steps:
             seconds[step.name] = seconds.get(step.name, 0.0) + step.seconds
@@ -283,12 +284,12 @@ class Run:
         self._count = self._count._replace(step_began=now, steps=(*self._count.steps, step))
 
     def finish(self, message: str | None = None, connection: Connection | None = None, *, last: str = "rest") -> None:
-        """Say that the run did what it was asked, within `connection`'s transaction if given; `last` names the step
-        that ends with it, where there were steps."""
+        """End the run as finished, within `connection`'s transaction if given; `last` names the step that ends with it,
+        where there were steps."""
         self._end("finished", message, connection, last)
 
     def fail(self, message: str, connection: Connection | None = None) -> None:
-        """Say why the run failed; the step that it was at is called unfinished."""
+        """End the run as failed, with the reason; its last step is called unfinished."""
         self._end("failed", message, connection, "unfinished")
 
     def _end(self, state: str, message: str | None, connection: Connection | None, last: str) -> None:

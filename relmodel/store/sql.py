@@ -17,7 +17,7 @@ DIALECTS = ("duckdb", "postgresql")
 
 @cache
 def schema_scripts(dialect: str) -> tuple[str, ...]:
-    """Texts of the files of `schema/` in their order, without those that bear another dialect's name."""
+    """Texts of the files of `schema/` in their order, without those of other dialects."""
     others = {f".{d}" for d in DIALECTS if d != dialect}
     files = sorted(resource_dir("schema").glob("*.sql"))
     return tuple(f.read_text() for f in files if not others.intersection(f.suffixes))
@@ -44,7 +44,7 @@ _COLUMN = re.compile(r"(?:^    |(?<=, ))([a-z]\w*)\b")
 
 
 def comment_statements(dialect: str) -> str:
-    """COMMENT statements for tables, views and columns, made from the comments that stand beside them in `schema/`.
+    """COMMENT statements for tables, views and columns, made from the comments on their lines in `schema/`.
 
     A comment goes on in the lines of comment below it.  The first row of a transform says what the twelve columns are;
     of columns on one line `x, y and z` stands for the axis of each.

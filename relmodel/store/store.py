@@ -32,7 +32,7 @@ class Store(Database):
     def create(cls, target: str | Path) -> Self:
         """Make a new store with the whole schema, or open the one that is there and bring it up to date.
 
-        Raises StoreError where the file is no relmodel store, is of a newer version or is held by another process.
+        Raises StoreError where the file is no relmodel store, is of a newer version or is in use by another process.
         """
         from relmodel.store.migrate import bring_up_to_date
 
@@ -55,7 +55,7 @@ class Store(Database):
     def open(cls, target: str | Path, *, read_only: bool = False) -> Self:
         """Open a store that exists.
 
-        Raises StoreError where there is none, it is of another version, or it is held by another process.
+        Raises StoreError where there is none, it is of another version, or it is in use by another process.
         """
         with cls._opening(_existing(store_url(target)), read_only=read_only) as store:
             found, known = store.revision, sql.revisions()
@@ -72,14 +72,14 @@ class Store(Database):
         return store
 
     def name_cell(self, cell: str) -> None:
-        """Make it that of a cell; where it was another's, as a copy of its file is, it becomes a store of its own."""
+        """Assign the store to a cell; a store of another cell, such as a copied file, becomes a store of its own."""
         with self.write() as connection:
             connection.execute(sql.query("store/name_cell"), {"store_id": str(uuid4()), "cell": cell})
 
     @classmethod
     @contextmanager
     def _opening(cls, url: URL, *, read_only: bool = False) -> Iterator[Self]:
-        """The store at `url`, closed again where what is done with it fails."""
+        """The store at `url`, closed where the block fails."""
         file = duckdb_file(url)
         if file is not None:
             if file.exists() and not file.is_file() and not file.is_dir():  # a pipe would be waited for
@@ -102,7 +102,7 @@ def _existing(url: URL) -> URL:
 def _check_schema(store: Store) -> None:
     """Raise StoreError where the store was made with another schema of the same revision, as before a release."""
     with store.read() as connection:
-        noted = inspect(connection).has_table("store_schema")
+        noted = inspect(connection).has_table("store")
         made_with = {str(row.sha256) for row in store.rows(connection, "store/schema_hash")} if noted else {"unknown"}
     ours = sql.schema_hash(store.dialect)
     if made_with != {ours}:

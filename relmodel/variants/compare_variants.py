@@ -46,7 +46,7 @@ def compare(
 ) -> Comparison:
     """Compare the newest revisions of two variants, given as (name, variant): a run of kind `diff`, made once.
 
-    Placed parts are told apart by place, path and geometry; features and surfaces within parts whose geometry changed.
+    Placed parts are paired by place, path and geometry; features and surfaces within parts whose geometry changed.
     What stands farther than `reach` mm from where it was counts as removed and added.  Raises UsageError
     where a variant is not loaded, or for a reach that is none.
     """

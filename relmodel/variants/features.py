@@ -34,7 +34,8 @@ class FeatureSet:
 
 
 def feature_set(rows: Mapping[str, Any], members: Mapping[str, Any], sizes: Mapping[str, Any]) -> FeatureSet:
-    """From the columns of the queries `compare/features`, `feature_surfaces` and `feature_dimensions` beside it."""
+    """From the columns of the queries `compare/features`, `compare/feature_surfaces` and
+    `compare/feature_dimensions`."""
     dimensions: dict[int, dict[str, tuple[float, str]]] = {int(i): {} for i in rows["class_id"]}
     for class_id, name, value, unit in zip(*(sizes[c] for c in ("class_id", "name", "value", "unit")), strict=True):
         dimensions[int(class_id)][str(name)] = float(value), str(unit)
@@ -78,7 +79,7 @@ def pair_features(a: FeatureSet, b: FeatureSet, surfaces: Pairs, reach: float) -
     relative = np.einsum("nij,nkj->nik", b.frame[j, :3, :3], a.frame[i, :3, :3])
     angle = np.arccos(np.clip((np.trace(relative, axis1=1, axis2=2) - 1) / 2, -1, 1))
     identical, retrimmed = _kept(a, b, surfaces, i, j)
-    # A square pocket has four frames: what turned on the very surfaces that it had has not.
+    # A square pocket has four frames: with the same surfaces it has not turned.
     stayed = (np.linalg.norm(shift, axis=1) < 10 * TOLERANCE) & ((angle < _TURN) | retrimmed)
     moved = same_class & ~stayed & ~identical
     changed = ~identical & ~moved & ~(retrimmed & same_class)

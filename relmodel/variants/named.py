@@ -1,4 +1,4 @@
-"""The variant of an object that a name and a variant mean."""
+"""Resolving a name and a variant to a loaded variant."""
 
 from __future__ import annotations
 

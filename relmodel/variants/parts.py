@@ -1,4 +1,4 @@
-"""Placed parts of two objects compared: which correspond, and what of them differs besides place and geometry."""
+"""Placed parts of two objects compared: which correspond, and what differs in addition to place and geometry."""
 
 from __future__ import annotations
 
@@ -58,9 +58,9 @@ def placed_parts(store: Store, connection: Connection, object_id: int) -> Placed
 def pair_parts(a: Placed, b: Placed, reach: float) -> tuple[Ints, Ints]:
     """Placed parts that correspond, in order of `a`.
 
-    A shape that stands where it stood is the same whatever it is called now: instances of one part are alike, and
-    exporters number them anew.  Of the rest, first what has the same path (another shape only within reach), then one
-    shape (or one of its size) at its nearest place, then what fills about the same box.
+    A shape at its former place is the same whatever its name: instances of one part are alike, and exporters renumber
+    them.  Of the rest, first what has the same path (another shape only within reach), then one shape (or one of its
+    size) at its nearest place, then what fills about the same box.
     """
     taken = [_stays(a, b)]
     for find in (_same_path, _near):

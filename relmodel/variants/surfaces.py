@@ -62,7 +62,7 @@ def surface_set(rows: Mapping[str, Any], boundary: Floats) -> SurfaceSet:
     kind = np.asarray(rows["recognised_kind"], object)
     origin, axis, centroid = (vectors(rows, name) for name in ("origin", "axis_z", "centroid"))
     outward = np.asarray(rows["direct"], bool) != np.asarray(rows["reversed"], bool)
-    # A spline that is recognised as a plane, say, may carry no frame: it is known by its key alone.
+    # A spline that is recognised as a plane, say, may carry no frame: only its key identifies it.
     known = np.isin(kind.astype(str), _ANALYTIC) & ~np.isnan(origin[:, 0]) & ~np.isnan(axis[:, 0])
     plane = kind == "plane"
     radius, radius2, angle = (np.asarray(rows[c], float) for c in ("radius", "radius2", "semi_angle"))
@@ -139,7 +139,7 @@ def _same(a: SurfaceSet, b: SurfaceSet, free_a: Any, free_b: Any) -> tuple[Ints,
     i, j, distance = near_pairs(_whole(a)[at], _whole(b)[bt], 10 * TOLERANCE)
     i, j = at[i], bt[j]
     good = (np.abs(_whole(a)[i] - _whole(b)[j]) < TOLERANCE).all(axis=1) & _equal_area(a, b, i, j)
-    # A free-form surface is known by area and boundary: the kernel may fit it anew.
+    # A free-form surface is identified by area and boundary: the kernel may refit it.
     good &= _same_support(a, b, i, j) | ((a.kind[i] == "free") & _alike(a, b, i, j))
     i, j = i[good], j[good]
     rows = one_to_one(i, j, distance[good])
@@ -194,7 +194,7 @@ def _retrimmed(a: SurfaceSet, b: SurfaceSet, free_a: Any, free_b: Any) -> tuple[
 
 
 def _moved(a: SurfaceSet, b: SurfaceSet, free_a: Any, free_b: Any, reach: float) -> tuple[Ints, Ints, Floats]:
-    """Parallel surfaces of equal sizes, congruent ones before those that were also trimmed anew."""
+    """Parallel surfaces of equal sizes, congruent ones before those with another boundary."""
     at, bt = np.flatnonzero(free_a), np.flatnonzero(free_b)
     i, j, distance = near_pairs(a.centroid[at], b.centroid[bt], reach)
     i, j = at[i], bt[j]

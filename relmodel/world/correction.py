@@ -1,4 +1,4 @@
-"""From where a mounted rig was found back to the object that carries it: its base, and its joints.
+"""Correction of the base and the joints of the object that carries a rig, from the rig's pose as found.
 
 Perturbations are ordered (t mm, r rad), on the right: T' = T @ [Exp(r), t], in the frame that T takes from; so are
 their covariances.
@@ -27,9 +27,9 @@ class Carrier:
     """What is known of the object that carries a rig when the pictures were taken.
 
     on: its name, where several carry the rig.  joints: values other than the world's.  joint_sigmas: one standard
-    deviation of each joint that is to be corrected; the others are held.  Both rad or mm, or degrees where a name ends
-    in `_deg`.  base_covariance: (6, 6) of the base where the world has it; None: it may be anywhere.  base_sigmas: what
-    a prior by the joints takes for that, one standard deviation along (mm) and about (rad) each axis.
+    deviation of each joint that is to be corrected; the others stay fixed.  Both rad or mm, or degrees where a name
+    ends in `_deg`.  base_covariance: (6, 6) of the base where the world has it; None: it may be anywhere.  base_sigmas:
+    what a prior by the joints takes for that, one standard deviation along (mm) and about (rad) each axis.
     """
 
     on: str | None = None
@@ -100,10 +100,10 @@ def correct_base(
     """The correction of an arm's base, and of joints, from the pose of its rig that was found.
 
     Least squares with priors: the found pose with its covariance (6, 6), joints at their values with `joint_sigmas`
-    (as `Carrier` takes them), the base at its place with `base_covariance` (6, 6).  Joints without a sigma are held.
-    Without a base_covariance the base may be anywhere: then it alone explains the pose, and sigmas of joints only widen
-    its covariance.  (Gauss-Newton; Jacobians of the chain after Lynch and Park, Modern Robotics, 2017, 5.1.)
-    Raises InputError for a sigma or a covariance that is not positive, and joints that do not move.
+    (as `Carrier` takes them), the base at its place with `base_covariance` (6, 6).  Joints without a sigma stay fixed.
+    Without a base_covariance the base may be anywhere: then only the base is corrected, and sigmas of joints widen its
+    covariance.  (Gauss-Newton; Jacobians of the chain after Lynch and Park, Modern Robotics, 2017, 5.1.) Raises
+    InputError for a sigma or a covariance that is not positive, and joints that do not move.
     """
     sigmas = mounted.sigmas(joint_sigmas or {})
     names = list(sigmas)
@@ -157,7 +157,7 @@ def _chain(mounted: MountedRig, values: dict[str, float], names: list[str]) -> t
 
 
 def _followed(mounted: MountedRig, values: dict[str, float]) -> dict[str, float]:
-    """Values with those of joints that follow others set anew."""
+    """Values with those of joints that follow others recomputed."""
     for joint in mounted.tree.joints if mounted.tree is not None else ():
         if joint.mimic is not None:
             values[joint.name] = joint.mimic.factor * values[joint.mimic.joint] + joint.mimic.offset

@@ -31,7 +31,7 @@ from relmodel.world.world_file import WorldFile, read_world_file
 
 _BODY = ("object_no", "body_no", "object_variant_id", "role", "tolerance_mm", *MATRIX_COLUMNS)
 _MOUNT = ("mount_no", "name", "object_no", "link", "object_path", "rig_id", "mounted_no", *MATRIX_COLUMNS)
-_ROUND_OFF_MM = 1e-6  # by which the box of a body is wider than its parts' boxes: those are rounded otherwise
+_ROUND_OFF_MM = 1e-6  # by which the box of a body exceeds its parts' boxes, which are rounded otherwise
 
 # Writes the rig (name in the world file, rig file) within a run's transaction and returns its identity.
 RigWriter = Callable[[Run, Connection, str, Path], int]
@@ -221,12 +221,9 @@ def _write_world(
     run: Run, connection: Connection, name: str, revision: int, content_key: str, previous: int | None
 ) -> int:
     world_id = int(run.store.new_ids(connection, "world", 1)[0])
-    row: dict[str, Any] = {"name": name, "revision": revision, "content_key": content_key}
-    run.append(connection, "world", {"id": [world_id], **row})
-    if previous is None:
-        run.append(connection, "current_world", {"world_id": [world_id], **row})
-    else:
-        connection.execute(sql.query("world/change_current"), {"world_id": world_id, **row})
+    row: dict[str, Any] = {"id": [world_id], "name": name, "revision": revision, "content_key": content_key}
+    run.append(connection, "world", row)
+    if previous is not None:
         run.insert(connection, "world_attribute", "world/keep_attributes", world_id=world_id, previous=previous)
     return world_id
 

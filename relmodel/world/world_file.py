@@ -120,7 +120,7 @@ def read_world_file(path: str | Path) -> WorldFile:
 
 
 def _json(raw: bytes) -> dict[str, Any] | None:
-    """What a file says that is JSON, which is YAML that is read a hundred times faster; None of all else."""
+    """What a file says that is JSON, a subset of YAML that is read a hundred times faster; None for anything else."""
 
     def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         if len(dict(pairs)) < len(pairs):
@@ -309,8 +309,8 @@ def _off_rigid(matrices: Floats) -> Floats:
 
 
 def _sound(entries: list[Any]) -> None:
-    """Put matrices in the place of the poses of a list of objects where all are sound: a thousand are then checked as
-    fast as a few.  Of others each is looked at by itself, which says what is wrong."""
+    """Replace the poses of a list of objects by matrices where all are valid: a thousand are then checked at once.
+    Otherwise each is checked by itself, to say what is wrong."""
     key = "world_from_object"
     posed = [entry for entry in entries if isinstance(entry, dict) and isinstance(entry.get(key), list)]
     try:
@@ -327,7 +327,7 @@ def _inside(path: Path, name: str, where: str) -> Path:
     folder = path.resolve().parent
     file = (folder / name).resolve()
     if not file.is_relative_to(folder):
-        raise InputError(f"{path}: {where} refers to {name!r} outside the world file's folder: put the file beside it")
+        raise InputError(f"{path}: {where} refers to {name!r} outside the world file's folder: put the file there")
     if not file.is_file():
         raise InputError(f"{path}: {where} refers to {name!r}, which is not there: correct the name")
     return file

@@ -95,7 +95,7 @@ def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
                     assert np.array_equal(rows[column], found)
             everything = Box(-1e5, -1e5, -1e5, 1e5, 1e5, 1e5)
             first.append(answers(in_volumes(store, [everything]), 1)[0])
-            wanted = ("object_", "placed_body", "octree", "current_world")
+            wanted = ("object_", "placed_body", "octree")
             queries = (*(f"check/{name}" for name in wanted), "journal")
             assert not [r for f in check(store) if f.query.startswith(queries) for r in f.rows]
         with store.read() as connection:  # every earlier revision is there, as it was

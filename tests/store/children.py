@@ -56,7 +56,7 @@ def extract(store: Store, rows: int) -> int:
 
 
 def extract_for_ever(target: str, pipe: Pipe, runs: int | None = None) -> None:
-    """Run after run while others read the file, without waiting for them; each is told when it has ended."""
+    """Run after run while others read the file, without waiting for them; each reports its end."""
     access.READERS_S = 0.0
     with Store.open(target) as store:
         while runs is None or runs > 0:
@@ -74,7 +74,8 @@ def extract_and_die(target: str) -> None:
 
 
 def die_before_the_last_name(target: str) -> None:
-    """A run that others who read have written beside the file; killed when that is whole, and not in its place."""
+    """A run that is written to a copy because others read the file; killed when the copy is whole and not yet in
+    place."""
     access.READERS_S = 0.0
 
     def put(file: Path) -> None:

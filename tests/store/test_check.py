@@ -92,7 +92,6 @@ def plate() -> Model:
         | {"loader_version": "1"},
         "object_variant": {"id": [1], "name": "o", "variant": "", "revision": 1, "object_id": 1, "source_id": 1},
         "world": {"id": [1], "name": "w", "revision": 1, "content_key": "w"},
-        "current_world": {"world_id": [1], "name": "w", "revision": 1, "content_key": "w"},
         "object_node": root | transform(0, [0, 0, 0]),
         "object_node/1": nested | transform(90, [10, 0, 0]),
         "object_node/2": leaf | {"page": 0} | transform(90, [10, 0, 5]) | box([9, 0, 5], [10, 2, 5]),
@@ -150,18 +149,16 @@ def mount_nowhere(model: Model) -> None:
     model["world_mount"] = mount | {"rig_id": 1, "link": "flange", "object_path": "flange"} | transform(90, [10, 0, 1])
 
 
-def add_octree(model: Model, x1: float, listed: int) -> None:
+def add_octree(model: Model, x1: float, node: int = 2) -> None:
     """An oct-tree of one cell and one inside it."""
     cells = {"object_id": 1, "cell": [1], "body_no": 0, "parent": 0} | box([9, 0, 5], [x1, 2, 5])
-    model["octree_cell"] = {"object_id": 1, "cell": [0], "body_no": 0} | box([9, 0, 5], [10, 2, 5])
-    model["octree_cell/1"] = cells
-    model["octree_entry"] = {"object_id": [1], "cell": listed, "node_no": 2}
+    model["octree_cell"] = {"object_id": 1, "cell": [0], "body_no": 0, "nodes": [[]]} | box([9, 0, 5], [10, 2, 5])
+    model["octree_cell/1"] = cells | {"nodes": [[node]]}
 
 
 def list_in_wrong_cell(model: Model) -> None:
     """A cell that lists a node of none of its bodies."""
-    add_octree(model, 9.5, 1)
-    model["octree_entry"].update(node_no=7)
+    add_octree(model, 9.5, node=7)
 
 
 def add(table: str, **row: Any) -> Callable[[Model], None]:
@@ -208,7 +205,6 @@ FAULTS = {
     "edge_element": add("edge_element", extraction_id=7, edge_element_no=0, **ELEMENT),
     "presence": add_presence,
     "final_decision": leave_feature_undecided,
-    "image_arc_quality": add("image_arc_quality", extraction_id=7, image_arc_no=0, name="texture", value=1.0),
     "image_arc_point": add("image_arc_point", extraction_id=7, image_arc_no=0, point_no=0, x=1.0, y=1.0, sigma=0.1),
     "image_junction": add(
         "image_junction", extraction_id=7, junction_no=0, kind="L", x=1.0, y=1.0, xx=1.0, xy=0.0, yy=1.0
@@ -233,7 +229,7 @@ FAULTS = {
     "matching_bound": add(
         "bound_message", run_id=7, problem_no=0, node_no=0, unit_no=0, label_no=0, neighbour_no=1, dual=-1.0
     ),
-    "octree_cell": lambda model: add_octree(model, 11, 1),
+    "octree_cell": lambda model: add_octree(model, 11),
     "octree_entry": list_in_wrong_cell,
     "loop_open": fault("arc", "end_x", [2.0, 2.02, 0.0, 0.0]),
     "arc_off_surface": fault("surface", "origin_z", 0.02),
@@ -250,7 +246,6 @@ FAULTS = {
     "occurrence": add_presence,
     "world_link": leave_link,
     "world_mount": mount_nowhere,
-    "current_world": fault("current_world", "revision", 2),
     "element_outside_shape": fault("shape", "x1", 1.99),
 }
 

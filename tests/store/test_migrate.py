@@ -143,7 +143,7 @@ def test_older_store_is_refused_until_it_is_migrated(
 def test_store_of_another_schema_is_refused(fresh_store: str) -> None:
     """As one made before a change of schema/ and before the first release."""
     with Store.open(fresh_store) as store, store.write() as connection:
-        connection.execute(sa.text("UPDATE store_schema SET sha256 = 'f00d'"))
+        connection.execute(sa.text("UPDATE store SET schema_sha256 = 'f00d'"))
     for opening in (Store.open, Store.create, Store.migrate):
         with pytest.raises(StoreError, match=r"another schema \(f00d, .*relmodel init"):
             opening(fresh_store)

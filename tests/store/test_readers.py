@@ -157,7 +157,7 @@ def test_who_goes_on_writing_is_named(duckdb_file: Path, monkeypatch: pytest.Mon
             use(store),  # type: ignore[operator]
         ):
             pytest.fail("it is not to be had")
-        assert f"held by process {writer.pid}" in str(refused.value)
+        assert f"in use by process {writer.pid}" in str(refused.value)
         with Run.begin(store, "load", {}):
             pass
 

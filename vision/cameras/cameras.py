@@ -153,7 +153,7 @@ class Rig:
     sigma: dict[str, CalibrationSigma] = field(default_factory=dict)
 
     def only(self, *names: str) -> Rig:
-        """The rig with these cameras alone."""
+        """The rig with only these cameras."""
         for name in names:
             if name not in self.cameras:
                 raise InputError(

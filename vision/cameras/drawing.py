@@ -26,7 +26,6 @@ class Stroke:
 
     segments: Floats
     colour: Rgb
-    thickness: int = 1
 
 
 def draw(grey: Floats, strokes: Sequence[Stroke]) -> Bytes:
@@ -36,12 +35,12 @@ def draw(grey: Floats, strokes: Sequence[Stroke]) -> Bytes:
     canvas = np.repeat(np.clip(grey, 0, 255).astype(np.uint8)[..., None], 3, axis=2)
     for stroke in strokes:
         points = np.rint(np.clip(stroke.segments, -1e4, 1e5) * 2**_SHIFT).astype(np.int32)
-        cv2.polylines(canvas, list(points), False, stroke.colour, stroke.thickness, cv2.LINE_AA, _SHIFT)
+        cv2.polylines(canvas, list(points), False, stroke.colour, 1, cv2.LINE_AA, _SHIFT)
     return canvas
 
 
 def check_writable(path: str | Path) -> None:
-    """Raises InputError where a picture of this name cannot be written, to be told before it is drawn."""
+    """Raise InputError where a picture of this name cannot be written, before it is drawn."""
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise InputError(f"the overlay {path} is named as no picture: end its name with one of {', '.join(SUFFIXES)}")

@@ -23,16 +23,16 @@ MOST_SIGMA = {"translation_mm": 500.0, "rotation_deg": 30.0}
 LEAST_BASELINE_MM = 1.0
 RIG_FORMATS = ("rig", "opencv", "ros", "kalibr", "colmap")
 _YAML = {"rig": own, "opencv": opencv, "ros": ros, "kalibr": kalibr}
-# Formats that say no unit of length: mm where nobody says otherwise.
+# Formats without a unit of length: mm unless stated otherwise.
 UNITLESS = ("opencv", "colmap")
 
 
 def read_rig(path: Path | str, *, unit_mm: float | None = None) -> Rig:
-    """The rig in a file of any of RIG_FORMATS, told apart by what it says, not by its name: the project's own rig file,
+    """The rig in a file of any of RIG_FORMATS, recognised by its content, not by its name: the project's own rig file,
     YAML of OpenCV, CameraInfo of ROS, camchain of Kalibr, or COLMAP's cameras.txt (or its folder).
 
     `unit_mm` is the unit of length of a format that says none, mm.  InputError says in one sentence what is missing,
-    wrong, or not to be held by a rig."""
+    wrong, or not possible in a rig."""
     path = Path(path)
     if colmap.is_model(path):
         form, rig = "colmap", colmap.read(path)

@@ -67,15 +67,15 @@ class Picture:
 
 
 def read_pictures(paths: Mapping[str, Path], rig: Rig) -> dict[str, Picture]:
-    """Pictures by camera of the rig, as `read_picture`.  Those of which the values alone tell the bits have as many as
-    the brightest of them."""
+    """Pictures by camera of the rig, as `read_picture`.  Those whose bits are known only from their values have as many
+    as the brightest of them."""
     read = {name: read_picture(path, rig.cameras[name]) for name, path in paths.items()}
     most = max((picture.bits for picture in read.values() if picture.bits_from == "values"), default=0)
     return {name: replace(it, bits=most) if it.bits_from == "values" else it for name, it in read.items()}
 
 
 def tell_bits(pictures: Iterable[Picture]) -> list[str]:
-    """How many bits were taken of those that have sixteen, and why, a sentence each."""
+    """A sentence on how many of sixteen bits each picture uses, and why."""
     words = {"file": "the file says", "rig": "the rig says", "values": "the values show"}
     return [
         f"{it.file_name}: {it.bits} of 16 bits are used, as {words[it.bits_from]}" for it in pictures if it.depth == 16

@@ -1,4 +1,4 @@
-"""What a camera can see as a volume of the spatial index, widened by what a prior leaves open."""
+"""What a camera can see as a volume of the spatial index, widened by the uncertainty of a prior."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def select_in_view(
     level: str = "part",
     world: str | None = None,
 ) -> Selection:
-    """What of a world any pose that the prior leaves open could show to a camera of the rig."""
+    """What of a world any pose within the prior could show to a camera of the rig."""
     cameras = [(camera, rig.rig_from_camera[name]) for name, camera in rig.cameras.items()]
     whole = [widen_view_volume(camera, pose, prior, p) for camera, pose in cameras]
     found = in_volumes(store, whole, level=level, world=world)

@@ -24,7 +24,7 @@ def place_world_with_rigs(store: Store, path: str | Path, progress: Progress = s
 
 
 def _read_one_file(path: Path) -> Rig:
-    """The rig of one file: whether the world changed is told by its digest."""
+    """The rig of one file: its digest says whether the world changed."""
     if len(rig_inputs(path)) > 1:
         raise InputError(f"the rig {path} is of several files: make it one with relmodel rig convert, and name that")
     return read_rig(path)

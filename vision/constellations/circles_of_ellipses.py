@@ -49,7 +49,7 @@ class PictureEllipses:
 
 
 def find_ellipses(picture: Primitives, camera: Camera, p: EllipseParameters) -> PictureEllipses:
-    """The ellipses that a picture's arcs run along, fitted anew without the camera's distortion; of arcs along one
+    """The ellipses that a picture's arcs run along, refitted without the camera's distortion; of arcs along one
     rim the longest.  Arcs that show too little of an ellipse to say its size are left out."""
     arcs = picture.arcs
     round_ = np.flatnonzero(np.isin(arcs.kind, (CIRCULAR, ELLIPTIC)) & (np.diff(arcs.offsets) >= p.least_elements))

@@ -2,8 +2,8 @@
 
 The closed form of an edge element predicts two plateaus, one on each side of the step.  At the edge of a face they are
 there; a streak of brushed metal has fallen back a few pixels on, and shading has not reached its plateau yet.  Streaks
-besides come in bundles, parallel to each other, where an edge has its surroundings to itself.  Contrast and length,
-which thresholds use, discriminate much less: streaks are long and bright.
+also come in bundles, parallel to each other, while an edge stands by itself.  Contrast and length, which thresholds
+use, discriminate much less: streaks are long and bright.
 
 The ridges of fillets and chamfers differ from those of streaks by their height and, again, by having none parallel.
 """

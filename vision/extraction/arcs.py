@@ -111,8 +111,8 @@ def compute_correlation(scale: float) -> float:
 
 
 def weigh_elements(edges: EdgeElements, chains: Chains, scale: float, p: FittingParameters) -> Floats:
-    """Of each entry of `chains.elements`: one over the variance of its place that noise, the edge itself and what lies
-    beside it give."""
+    """Of each entry of `chains.elements`: one over the variance of its place due to noise, the edge itself and its
+    surroundings."""
     contrast, width, sigma = chains.gather(edges.contrast, edges.width, edges.sigma)
     slope = contrast / np.sqrt(2.0 * np.pi * (width**2 + scale**2))
     return np.asarray(1.0 / (sigma**2 + p.model_sigma**2 + (p.unevenness / slope) ** 2))
@@ -121,7 +121,8 @@ def weigh_elements(edges: EdgeElements, chains: Chains, scale: float, p: Fitting
 def fit_group_ellipses(
     x: Floats, y: Floats, w: Floats, members: Chains, groups: npt.NDArray[np.integer], p: FittingParameters
 ) -> Ellipses:
-    """An ellipse through the members of each row of `groups` (n, arcs); `x`, `y`, `w` run beside `members.elements`."""
+    """An ellipse through the members of each row of `groups` (n, arcs); `x`, `y`, `w` are parallel to
+    `members.elements`."""
     arcs = groups.ravel()
     counts = members.counts[arcs]
     begins = np.concatenate([[0], np.cumsum(counts)[:-1]])
@@ -163,7 +164,7 @@ def _seen_of_ellipses(
 
 
 def fit_members(x: Floats, y: Floats, weight: Floats, members: Chains, kinds: Ints32) -> Floats:
-    """(n, 8): the fit of each arc, as `arc_kernels.fit_arcs` gives it; `x`, `y`, `weight` run beside the members."""
+    """(n, 8): the fit of each arc by `arc_kernels.fit_arcs`; `x`, `y`, `weight` are parallel to the members."""
     from vision.extraction import arc_kernels
 
     out = np.empty((len(members), 8))
@@ -180,9 +181,9 @@ def measure_arcs(
     scale: float,
     p: FittingParameters = _DEFAULTS,
 ) -> Arcs:
-    """Final fits of arcs with these members and of these kinds, as `segmentation.segment_chains` gives them, and the
-    columns that follow from them; `bright_right` says of each edge element whether its bright side is on the right of
-    the walk."""
+    """Final fits of arcs with these members and of these kinds, from `segmentation.segment_chains`, and the columns
+    that follow from them; `bright_right` says of each edge element whether its bright side is on the right of the
+    walk."""
     correlation, w = compute_correlation(scale), weigh_elements(edges, members, scale, p)
     x, y = members.gather(edges.x, edges.y)
     fit = fit_members(x, y, w, members, kinds)

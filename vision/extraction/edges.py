@@ -91,7 +91,7 @@ def detect_edges(
 ) -> EdgeElements:
     """Edge elements of a grey image (rows, columns) at facet scale `sigma` px, thinned to one per edge and pixel.
 
-    Kept is what `p` says (of its scales, `sigma` alone).  `noise` (256,) is the curve of `estimate_noise`, estimated
+    `p` says what is kept (its scales are not used).  `noise` (256,) is the curve of `estimate_noise`, estimated
     when not given.  No element lies within two and a half sigma of the border, where the mirrored picture would
     displace it."""
     from vision.extraction import edge_kernels

@@ -57,8 +57,8 @@ class Extraction:
     `noise` (256,) is the noise over grey; `grey_dark` and `grey_bright` are the levels that 1 % of the picture are
     below and above; `edges` are all elements, `chains` those that were linked and kept; `quality`
     says of each arc what speaks against it; `labels` (rows, columns) index `topography.LABELS`; `ridge_arcs` run along
-    ridges and ravines, their elements those of `ridges`, their quality `ridge_quality`; `timings_s` says how long each
-    stage kept the next waiting."""
+    ridges and ravines, their elements those of `ridges`, their quality `ridge_quality`; `timings_s` says how
+    long each stage delayed the next."""
 
     shape: tuple[int, int]
     parameters: ExtractionParameters
@@ -125,9 +125,9 @@ def extract(
         edges = edges.take(mask.reshape(-1)[edges.pixel])
     lap("edges")
     shape, scale = (grey.shape[0], grey.shape[1]), p.edges.scales[0]
-    # A second thread does what the way from edges over arcs to regions does not need, or not yet.
+    # A second thread does what the path from edges over arcs to regions does not need, or only later.
     with ThreadPoolExecutor(1) as executor:
-        # Weak ones are dropped only when the arcs are known: a bridge or a join can make significant what alone is not.
+        # Weak chains are dropped only when the arcs are known: a bridge or a join can make them significant.
         chains = link(edges, shape, p.linking, min_contrast=p.linking.min_contrast)
         chains = chains.take(chains.counts >= p.linking.min_elements)
         scoring = executor.submit(compute_false_alarm_terms, grey, edges, chains.elements, p.significance)

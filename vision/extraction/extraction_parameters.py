@@ -129,7 +129,7 @@ class SegmentationParameters:
     joined."""
 
     line_price: float = 8.0
-    """nats: description length of a line, beside half its chi-square"""
+    """nats: description length of a line, without half its chi-square"""
     circle_price: float = 11.0
     """nats: of a circular arc"""
     curve_price: float = 20.0
@@ -199,7 +199,7 @@ class FittingParameters:
     model_sigma: float = 0.12
     """px: how far a real edge strays from its curve beyond the noise"""
     unevenness: float = 3.0
-    """grey: how uneven the surfaces beside an edge are; it shifts an edge by that over its slope"""
+    """grey: how uneven the surfaces on both sides of an edge are; it shifts an edge by that over its slope"""
     min_sagitta: float = 0.1
     """px that a circular arc, trimmed at its corners, must still bow out by"""
     min_closed_turn: float = 0.7
@@ -213,7 +213,7 @@ class FittingParameters:
     window: float = 5.0
     """scales: standard deviation of the window along an arc over which its elements are averaged"""
     prior_freedom: float = 5.0
-    """degrees of freedom that the elements' own standard deviations count for beside their scatter"""
+    """degrees of freedom of the elements' own standard deviations, against their scatter"""
     knot_spacing: float = 8.0
     """px between the knots of a free curve"""
 
@@ -237,7 +237,7 @@ class JunctionParameters:
     max_off_sigmas: float = 3.0
     """standard deviations: likewise"""
     min_crossing_angle: float = radians(20.0)
-    """rad: an end that meets another arc at less runs beside it"""
+    """rad: an end that meets another arc at less runs along it"""
     min_straight_angle: float = radians(160.0)
     """rad: two ways at more than this run on into each other"""
     support_distance: float = 1.5
@@ -287,7 +287,7 @@ class RegionParameters:
     min_line_significance: float = -1.0
     """significance from which it is"""
     edge_distance: float = 1.5
-    """px from an edge to where the region beside it is read"""
+    """px from an edge to where the adjacent region is read"""
     meeting: int = 6
     """px within which another arc leaves an end no need to be prolonged"""
     loose_end_reach: int = 4
@@ -325,9 +325,9 @@ class QualityParameters:
     """What speaks against an arc being an edge of the object: log odds by logistic regression on rendered bulkheads."""
 
     step_near: float = 3.1
-    """weight of the mean step `near` px beside the arc over its contrast"""
+    """weight of the mean step `near` px off the arc over its contrast"""
     step_far: float = 9.2
-    """weight of that `far` px beside it"""
+    """weight of that `far` px off it"""
     parallels: float = -2.7
     """weight of the logarithm of the number of parallel elements around"""
     width: float = -2.2
@@ -357,7 +357,7 @@ class QualityParameters:
     saturation: float = 250.0
     """grey from which it is a highlight"""
     min_recorded: float = 0.05
-    """lower values are not worth a row"""
+    """lower values are recorded as 0"""
 
 
 @dataclass(frozen=True)
@@ -365,7 +365,7 @@ class UnitParameters:
     """How arcs and regions become units of matching, and which share a border."""
 
     region_distance: float = 2.5
-    """px from an edge element at which the region beside it is read"""
+    """px from an edge element at which the adjacent region is read"""
     min_border_share: float = 0.15
     """share of an arc's elements that must see a region for the arc to bound it"""
     min_border_elements: int = 10
@@ -389,7 +389,7 @@ class UnitParameters:
 
 @dataclass(frozen=True)
 class ExtractionParameters:
-    """What an extraction depends on besides the picture, a field a stage.
+    """All parameters of an extraction, a field a stage.
 
     `mask`: SHA-256 of the region of interest, set by `extract`; empty where the whole picture is looked at.
     """

@@ -92,7 +92,7 @@ def moments(grey: Floats32, width: int, first: int, taps: Floats32, down: Floats
 
     `grey` is `mirrored`, row by row, `width` wide; `first` counts in the picture; worked in `down` (4, width).
     """
-    reach, one_px = taps.shape[1] - 1, int(np.int64(1))  # no constant, for which numba would compile anew
+    reach, one_px = taps.shape[1] - 1, int(np.int64(1))  # no constant: numba would compile another version for it
     for row in range(out.shape[1]):
         # a stretch of columns at a time: the rows around it stay in the nearest cache for all four
         begin = (first + row + reach) * width

@@ -23,7 +23,7 @@ from relmodel.errors import UsageError
 
 Found = TypeVar("Found")
 
-_BAND = 1 << 15  # pixels whose moments are held at once: they stay in the processor's cache
+_BAND = 1 << 15  # pixels whose moments are computed at once: they stay in the processor's cache
 _THREADS = 2
 
 # The pairs (i, j) of the a_ij, in the order of the rows of `FacetKernels.moments`.

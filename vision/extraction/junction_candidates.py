@@ -57,8 +57,7 @@ def _pixels(place: Floats, shape: tuple[int, ...]) -> Indices:
 
 
 def find_first_polylines(arcs: Arcs, ends: Ends, polylines: Polylines, p: JunctionParameters) -> tuple[Indices, Floats]:
-    """The place on another polyline that each end comes by first, not running beside it, and how far on; -1,
-    infinity."""
+    """The place on another polyline that each end meets first, not running along it, and how far on; -1, infinity."""
     count = len(ends.arc)
     way = np.arange(-p.overrun, p.reach + 1.0)
     ray = ends.curve.points(np.tile(way, (count, 1)))

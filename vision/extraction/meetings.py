@@ -31,7 +31,7 @@ class Meetings:
         return int(self.group.max(initial=-1)) + 1
 
     def take(self, rows: Indices | Bools) -> "Meetings":
-        """Those that `rows` selects, in order of their groups, these numbered anew."""
+        """Those that `rows` selects, in order of their groups, renumbered."""
         rows = np.arange(len(self.group))[rows]
         rows = rows[np.lexsort((self.at[rows], self.arc[rows], self.group[rows]))]
         group = np.unique(self.group[rows], return_inverse=True)[1]

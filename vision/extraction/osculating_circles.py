@@ -73,7 +73,7 @@ class OsculatingCircles:
 def find_osculating_circles(
     arcs: Arcs, point: Indices, x: Floats, y: Floats, p: JunctionParameters
 ) -> OsculatingCircles:
-    """Arcs beside places (`x`, `y`) on their polylines, `point` (n,) the nearest of these; walked from start to end."""
+    """Arcs near places (`x`, `y`) on their polylines, `point` (n,) the nearest of these; walked from start to end."""
     n, arc = len(point), arcs.chains.chain_of_member[point]
     first, last = arcs.offsets[arc], arcs.offsets[arc + 1] - 1
     x, y = x.copy(), y.copy()

@@ -82,7 +82,7 @@ def _arcs(grey: Floats, found: Extraction) -> Bytes:
 
 
 def _regions(grey: Floats, found: Extraction) -> Bytes:
-    """Regions, each in a colour of its own, parted by white lines; black what belongs to none."""
+    """Regions, each in a colour of its own, separated by white lines; black where there is none."""
     labels = found.regions.labels
     canvas = np.concatenate([_palette(len(found.regions)), np.zeros((1, 3), np.uint8)])[labels]
     canvas[:-1][labels[:-1] != labels[1:]] = 255

@@ -125,8 +125,8 @@ class Primitives:
     tables: Mapping[str, Mapping[str, Any]]
 
     TABLES: ClassVar = (
-        "extraction", "edge_element", "image_arc", "image_arc_quality", "image_arc_point", "image_junction",
-        "image_junction_arc", "image_region", "region_outline", "region_arc", "unit_relation",
+        "extraction", "edge_element", "image_arc", "image_arc_point", "image_junction", "image_junction_arc",
+        "image_region", "region_outline", "region_arc", "unit_relation",
     )  # fmt: skip
 
     @classmethod
@@ -152,9 +152,8 @@ class Primitives:
             ),
             arcs=ArcColumns(
                 kind=_codes(arc["kind"], KINDS),
-                **{name: _floats(arc[name]) for name in _ARC_FLOATS},
+                **{name: _floats(arc[name]) for name in (*ARC_FLOATS, "texture", "highlight")},
                 closed=np.asarray(arc["closed"], bool),
-                **{name: _quality(tables["image_arc_quality"], name, count) for name in ("texture", "highlight")},
                 offsets=np.searchsorted(owner[: int((owner >= 0).sum())], np.arange(count + 1)),
             ),
             junctions=_junctions(tables),
@@ -203,7 +202,7 @@ class Primitives:
         )
 
 
-_ARC_FLOATS = (
+ARC_FLOATS = (
     "start_x", "start_y", "end_x", "end_y", "centre_x", "centre_y", "radius", "radius2", "axis_angle", "length",
     "contrast", "width", "sigma", "residual", "significance",
 )  # fmt: skip
@@ -244,7 +243,7 @@ def _regions(tables: Mapping[str, Mapping[str, Any]]) -> RegionColumns:
     of_point = np.stack([np.asarray(ring["region_no"], np.int64), np.asarray(ring["ring_no"], np.int64)], axis=1)
     first = np.flatnonzero((np.diff(of_point, axis=0, prepend=-1) != 0).any(axis=1))
     return RegionColumns(
-        **{name: _floats(region[name]) for name in _REGION_FLOATS},
+        **{name: _floats(region[name]) for name in REGION_FLOATS},
         ring_region=of_point[first, 0],
         ring_offsets=np.append(first, len(of_point)),
         outline=np.column_stack([np.asarray(ring["x"], np.int64), np.asarray(ring["y"], np.int64)]),
@@ -254,17 +253,9 @@ def _regions(tables: Mapping[str, Mapping[str, Any]]) -> RegionColumns:
     )
 
 
-_REGION_FLOATS = (
+REGION_FLOATS = (
     "area", "centroid_x", "centroid_y", "x0", "y0", "x1", "y1", "mean", "variance", "saturated_share",
 )  # fmt: skip
-
-
-def _quality(rows: Mapping[str, Any], name: str, count: int) -> Floats:
-    out = np.zeros(count)
-    arc = np.asarray(rows["image_arc_no"], np.int64)
-    kept = (np.asarray(rows["name"]) == name) & (arc < count)
-    out[arc[kept]] = _floats(rows["value"])[kept]
-    return out
 
 
 def _codes(words: Any, names: tuple[str, ...]) -> Ints:

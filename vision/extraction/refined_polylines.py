@@ -19,7 +19,8 @@ from vision.extraction.linking import Chains
 
 @dataclass(frozen=True)
 class RefinedPolylines:
-    """Points (px) of all arcs packed, beside their elements, and the standard deviation (px) of each across its arc."""
+    """Points (px) of all arcs packed, parallel to their elements, and the standard deviation (px) of each across its
+    arc."""
 
     x: Floats
     y: Floats
@@ -63,7 +64,7 @@ def compute_curvature_bias(radius: Floats, half_spread: Floats) -> Floats:
     for _ in range(5):
         z = seen * disc / spread
         disc = seen / (ive(0, z) / ive(1, z) - 1.0 / z)
-    # a spot smaller than the blur is seen larger than it is, and no more can be told
+    # a spot smaller than the blur is seen larger than it is, by an unknown amount
     return np.asarray(np.where(sound, np.maximum(disc - seen, 0.0), 0.0))
 
 
@@ -97,7 +98,7 @@ def refine_polylines(
 
     The standard deviation counts as independent what lies 2 sqrt(pi) scales apart: exact for equal weights far from the
     ends, where it is sigma (1 + window^2 / scale^2)^(-1/4).  Where the elements of an arc scatter otherwise about its
-    polyline than their own standard deviations say, as they do where noise is no longer small beside the step, it
+    polyline than their own standard deviations say, as they do where noise is no longer small against the step, it
     follows the scatter, the more the longer the arc is."""
     from vision.extraction import polyline_kernels
 

@@ -4,7 +4,7 @@
 missing edge pixel joins two faces there.  `find_leak_proof_regions`, the default, floods the distance from the edges
 from its depths: balls of falling radius are trapped behind gaps narrower than they are (Zhang et al., "Vectorizing
 cartoon animations", 2009), so that a neck parts two regions unless the grey runs on across it, and it is as wide as
-they are or no edge ends beside it."""
+they are or no edge ends there."""
 
 from dataclasses import dataclass
 
@@ -81,7 +81,7 @@ def find_leak_proof_regions(
 
     Then fragments merge with the neighbour that they open to most, if the grey planes of both differ on the border by
     at most `p.max_step`; large regions merge only across a border with hardly any edge on it, which is either wide or
-    no gap in an edge: all edges beside it run on."""
+    no gap in an edge: all edges at it run on."""
     import cv2
 
     if inside is not None:

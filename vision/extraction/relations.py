@@ -48,8 +48,8 @@ class RegionArcs:
 
 
 def find_region_arcs(edges: EdgeElements, arcs: Arcs, regions: Regions, p: UnitParameters = _DEFAULTS) -> RegionArcs:
-    """Regions beside the arcs, where at least `p.min_border_share` of the arc's elements, or `p.min_border_elements` of
-    them, see the region."""
+    """Regions adjacent to the arcs, where at least `p.min_border_share` of the arc's elements, or
+    `p.min_border_elements` of them, see the region."""
     rows, columns = regions.labels.shape
     element, arc = arcs.elements, arcs.chains.chain_of_member
     count = len(regions)

@@ -15,7 +15,7 @@ from vision.extraction.arcs import Arcs, concatenate
 from vision.extraction.end_points import snap_polylines
 from vision.extraction.extract import Extraction
 from vision.extraction.meetings import AT
-from vision.extraction.primitives import Primitives
+from vision.extraction.primitives import ARC_FLOATS, REGION_FLOATS, Primitives
 from vision.relations.relations import KINDS as RELATIONS
 
 Tables = dict[str, dict[str, ColumnValues]]
@@ -71,7 +71,6 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
             "image_arc_no": arc_no,
         },
         "image_arc": _arcs(extraction, with_ridges),
-        "image_arc_quality": _quality(extraction),
         "image_arc_point": _points(extraction, with_ridges),
         "image_junction": {
             "junction_no": np.arange(len(junctions), dtype=np.int32),
@@ -89,19 +88,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
         },
         "image_region": {
             "region_no": region_no,
-            "area": regions.area,
-            "centroid_x": regions.centroid_x,
-            "centroid_y": regions.centroid_y,
-            "x0": regions.x0,
-            "y0": regions.y0,
-            "x1": regions.x1,
-            "y1": regions.y1,
-            "mean": regions.mean,
-            "variance": regions.variance,
-            "slope_x": regions.slope_x,
-            "slope_y": regions.slope_y,
-            "saturated_share": regions.saturated_share,
-            "hole_count": regions.hole_count,
+            **{n: getattr(regions, n) for n in (*REGION_FLOATS, "slope_x", "slope_y", "hole_count")},
         },
         "region_outline": {
             "region_no": regions.ring_region[ring],
@@ -128,22 +115,8 @@ def _arcs(extraction: Extraction, arcs: Arcs) -> Columns:
         "image_arc_no": np.arange(len(arcs), dtype=np.int32),
         "kind": np.array(arc_columns.KINDS, dtype=object)[arcs.kind],
         "topography": np.array(["edge", "ridge", "ravine"], dtype=object)[kinds],
-        "start_x": arcs.start_x,
-        "start_y": arcs.start_y,
-        "end_x": arcs.end_x,
-        "end_y": arcs.end_y,
-        "centre_x": arcs.centre_x,
-        "centre_y": arcs.centre_y,
-        "radius": arcs.radius,
-        "radius2": arcs.radius2,
-        "axis_angle": arcs.axis_angle,
-        "length": arcs.length,
-        "closed": arcs.closed,
-        "contrast": arcs.contrast,
-        "width": arcs.width,
-        "sigma": arcs.sigma,
-        "residual": arcs.residual,
-        "significance": arcs.significance,
+        **{name: getattr(arcs, name) for name in (*ARC_FLOATS, "closed")},
+        **_quality(extraction),
         "element_count": arcs.chains.counts,
     }
 
@@ -165,14 +138,8 @@ def _points(extraction: Extraction, arcs: Arcs) -> Columns:
 def _quality(extraction: Extraction) -> Columns:
     both = extraction.quality, extraction.ridge_quality
     quality = {name: np.concatenate([getattr(part, name) for part in both]) for name in ("texture", "highlight")}
-    noted = {
-        name: np.flatnonzero(value >= extraction.parameters.quality.min_recorded) for name, value in quality.items()
-    }
-    return {
-        "image_arc_no": np.concatenate(list(noted.values())).astype(np.int32),
-        "name": np.repeat(np.array(list(noted), dtype=object), [len(arcs) for arcs in noted.values()]),
-        "value": np.concatenate([quality[name][arcs] for name, arcs in noted.items()]),
-    }
+    least = extraction.parameters.quality.min_recorded
+    return {name: np.where(value >= least, value, 0.0) for name, value in quality.items()}
 
 
 def _units(extraction: Extraction) -> dict[str, Columns]:

@@ -186,7 +186,7 @@ def _pieces_to_members(
 
 
 def _prices(p: SegmentationParameters) -> Floats:
-    """Description lengths (4,) of arcs by kind, beside half their chi-square."""
+    """Description lengths (4,) of arcs by kind, without half their chi-square."""
     prices = np.empty(len(KINDS))
     prices[[LINE, CIRCULAR, FREE, ELLIPTIC]] = p.line_price, p.circle_price, p.curve_price, p.ellipse_price
     return prices
@@ -312,7 +312,8 @@ def _compute_savings(
     fitting: FittingParameters,
 ) -> tuple[Floats, Indices]:
     """How much shorter it is to describe `pairs` (m, 2) of arcs as one, -infinity where none fits, and the kind of that
-    one; `x`, `y`, `w` run beside the members, `fits` those of the arcs, both of a pair together turn by `bend` rad.
+    one; `x`, `y`, `w` are parallel to the members, `fits` are those of the arcs, both of a pair together turn by `bend`
+    rad.
     """
     from vision.extraction import arc_kernels
 

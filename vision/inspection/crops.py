@@ -22,7 +22,7 @@ MOST = 50
 
 
 def check_crops(folder: str | Path) -> None:
-    """Raises InputError where the folder cannot be made, to be told before anything is computed."""
+    """Raise InputError where the folder cannot be made, before anything is computed."""
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -13,7 +13,7 @@ from vision.stereo.stereo_parameters import StereoParameters
 
 @dataclass(frozen=True)
 class InspectionParameters:
-    """What an inspection depends on besides its inputs and the world, a field a stage."""
+    """All parameters of an inspection, a field a stage."""
 
     selection: SelectionParameters = field(default_factory=SelectionParameters)
     extraction: ExtractionParameters = field(default_factory=ExtractionParameters)

@@ -1,4 +1,4 @@
-"""What stands beside the verdict of an inspection: what is not as the model says, and which variant is shown."""
+"""The outcome of an inspection in addition to its verdict: deviations from the model, and which variant is shown."""
 
 from __future__ import annotations
 

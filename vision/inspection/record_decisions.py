@@ -1,4 +1,4 @@
-"""What the decisions of an inspection were held against and what they weighed, as rows: the store's `threshold`,
+"""The thresholds of an inspection's decisions and what its verdict weighed, as rows of `threshold`,
 `verdict_statistic`, `hypothesis_support`, `camera_unknown` and `solved_pose`."""
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ UNKNOWNS = ("response", "centre_u", "centre_v", "focal", "x", "y", "z", "rx", "r
 def record_decisions(
     run: Run, connection: Connection, rig: Rig, prior: Prior, needs: Needs, found: Localisation, p: InspectionParameters
 ) -> None:
-    """Append what the decisions of an inspection were held against and what its verdict weighed."""
+    """Append the thresholds of an inspection's decisions and what its verdict weighed."""
     compared = {
         "verdict": p.localisation.verdict,
         "correspondence": p.matching.pose,

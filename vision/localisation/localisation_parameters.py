@@ -244,7 +244,7 @@ class SupportParameters:
     turned: float = 0.02
     """rad, and share: standard deviation by which such an image is turned and scaled"""
     displaced_cost: float = 5.0
-    """evidence that such a shift costs in each camera: the logarithm of how many places are told apart"""
+    """evidence that such a shift costs in each camera: the logarithm of how many places are distinguished"""
 
 
 @dataclass(frozen=True)
@@ -257,7 +257,7 @@ class OutlineParameters:
     near_px: float = 3.0
     """px from the outline: nearer pixels mix both sides"""
     far_px: float = 6.0
-    """px from the outline: pixels up to there are told inside or outside, by those beyond"""
+    """px from the outline: pixels up to there are classified inside or outside, by those beyond"""
     window_px: float = 24.0
     """px: half side of the window whose pixels are inside or outside for sure"""
     min_cells: float = 8.0

@@ -84,7 +84,7 @@ def _strands(seen: VisibleArcs, rows: Ints) -> Ints:
 
     out = np.zeros(len(seen.arc), np.int64)
     if len(rows):
-        # Surfaces are told apart by a third coordinate that no picture reaches.
+        # A third coordinate beyond any picture's size keeps the surfaces apart.
         at = np.column_stack([seen.pixel[rows], 1e6 * seen.arc[rows]])
         reach = 2.0 * np.maximum(float(seen.length_px[rows].max()), 1.0)
         pairs = cKDTree(at).query_pairs(reach, output_type="ndarray")
@@ -165,7 +165,7 @@ def _nearest_run(p: Prediction, pixel: Floats, rows: Ints, view: ViewArcs) -> In
 
     if not len(rows) or not len(view.run):
         return np.full(len(rows), NO_RUN)
-    # The nearest sample of the same arc: arcs are told apart by a third coordinate that no picture reaches.
+    # The nearest sample of the same arc: a third coordinate beyond any picture's size keeps the arcs apart.
     tree = cKDTree(np.column_stack([view.samples.pixel, 1e6 * view.samples.arc]))
     nearest = tree.query(np.column_stack([pixel[rows], 1e6 * p.arc[rows]]))[1]
     return np.where(view.samples.arc[nearest] == p.arc[rows], view.run[nearest], NO_RUN)

@@ -33,8 +33,8 @@ _DEFAULTS = PoseProblemParameters()
 @dataclass(frozen=True)
 class Pairs:
     """Arcs of a picture with arcs of the view that they come near, as columns: reason (index of REASONS; 0 is taken),
-    rms distance and the gate that it was held against (px), mean angle (rad), share of the image arc beside the model
-    arc, and the points of the view that this covers, first to last."""
+    rms distance and its gate (px), mean angle (rad), share of the image arc beside the model arc, and the points of the
+    view that this covers, first to last."""
 
     image_arc: Ints
     view_arc: Ints

@@ -16,7 +16,7 @@ from vision.relations.workspace import open_workspace
 
 
 def match_stored(store: Database, connection: Connection, run_id: int, problem_no: int) -> PoseMatch:
-    """Decide anew which primitives of a picture are which parts of a view, from the pairs, relations and parameters
+    """Decide again which primitives of a picture are which parts of a view, from the pairs, relations and parameters
     that the store has of a localisation problem.  Raises UsageError where it has no such problem."""
     found = store.rows(connection, "matching/localisation_problem", run_id=run_id, problem_no=problem_no)
     if not found:

@@ -1,4 +1,4 @@
-"""Parts that lie beside their place: by how much in their plane, out of it, and turned about its normal.
+"""Displaced parts: by how much in their plane, out of it, and turned about its normal.
 
 A part, or an assembly of parts that stand together, is moved as one piece until the edges predicted of it lie on those
 of the pictures: least squares with a robust loss over all cameras, from its place and from places around it.  The pose

@@ -1,4 +1,4 @@
-"""Distances between the axes of holes and pins that stand beside each other, as the pictures show them.
+"""Distances between the axes of neighbouring holes and pins, as the pictures show them.
 
 Where a bore lies aside from its place is measured in the plane across its axis (`sizes`); the pose's error is common to
 two bores, so that their distance is known better than the place of either.

@@ -57,7 +57,7 @@ def measure_items(items: Items, radius: Floats, surfaces: Surfaces, moved: Bools
     """All sizes that the displacements of surfaces give, and which surely differ: a feature or surface has changed
     where one of its sizes has.
 
-    moved: as `find_moved` gives.
+    moved: from `find_moved`.
     """
     level, kind = np.array(items.level)[items.member], np.array(items.kind)
     surface, opposed, others = items.surface, surfaces.opposed, np.arange(len(items))

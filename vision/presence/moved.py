@@ -1,11 +1,11 @@
-"""Surfaces that lie beside their place: by how much each has moved along its own normals.
+"""Displaced surfaces: by how much each has moved along its own normals.
 
 A surface that moves outward by d carries its edges along on the surfaces that it meets: a wall is thicker, a bore is
 wider, a floor lies deeper.  So an edge lies where the displacements of its two surfaces put it together, and the
 displacements are sought together: that surface whose displacement the pictures speak for most is moved first, for it
 explains edges of its neighbours too, which then need not move.  What speaks for a displacement are the shares of edges
-found there against those found in place, edge by edge (`runs.compute_log_odds`), so that one long shadow beside one
-edge counts no more than that edge can.  Elements that belong to predicted edges of other surfaces are ignored.  No face
+found there against those found in place, edge by edge (`runs.compute_log_odds`), so that one long shadow near one edge
+counts no more than that edge can.  Elements that belong to predicted edges of other surfaces are ignored.  No face
 moves through the one opposite it: of a rib or a web some thickness is left, of a pocket some width.
 """
 
@@ -26,7 +26,7 @@ from vision.presence.support import Support
 
 @dataclass(frozen=True)
 class Edges:
-    """The predicted edges with what the pictures show beside them; usable: as `find_usable` gives."""
+    """The predicted edges with the edge elements near them; usable: from `find_usable`."""
 
     samples: Samples
     moving: MovingSurfaces
@@ -61,7 +61,7 @@ class Moved:
 
 
 def find_usable(samples: Samples, nearby: Nearby, support: Support, blends: Bools, p: MovedParameters) -> Bools:
-    """Which elements beside samples (m, 2) may be edges of the sample's either surface that has moved: they do not
+    """Which elements near samples (m, 2) may be edges of a displaced surface, either one of the sample's: they do not
     belong to an edge of other surfaces.
 
     blends: which elements lie on a predicted blend: its shine is no edge that has moved.

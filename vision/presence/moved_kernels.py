@@ -31,7 +31,7 @@ def count_found(
 
     sample, side, group: what a group's surface carries, one row a sample; rate: likewise, px along the normal for each
     mm; other: likewise, px by which other surfaces move the sample; weight (n,): px; first (n + 1,), offset: the
-    elements beside samples; usable (elements, 2): for either surface; tolerance: px within which an edge is found,
+    elements near samples; usable (elements, 2): for either surface; tolerance: px within which an edge is found,
     softened by half.  `limits`: greatest offset seen, px within which what is another's hides.
     """
     reach, hidden = limits[0], limits[1]

@@ -54,7 +54,7 @@ def find_tangent(stored: StoredScene, least_cosine: float) -> tuple[Ints, Ints, 
 
 
 def find_moving_surfaces(samples: Samples, tangent: tuple[Ints, Ints, Floats]) -> MovingSurfaces:
-    """The surfaces that carry each sample: its own, and the planes tangent to them, as `find_tangent` gives."""
+    """The surfaces that carry each sample: its own, and the planes tangent to them, from `find_tangent`."""
     sample, side = np.nonzero(samples.surface >= 0)
     surface, rate = samples.surface[sample, side], samples.px_per_mm[sample, side]
     plane, cylinder, normal = tangent

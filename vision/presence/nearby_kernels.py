@@ -39,7 +39,7 @@ def list_elements(
         nx, ny = -dy, dx
         at = 0 if counting else first[i]
         x, y = pixel[i, 0] - low[0], pixel[i, 1] - low[1]
-        # Walk along the axis nearer to the normal; across it only a few pixels lie beside the normal's line.
+        # Walk along the axis nearer to the normal; across it only a few pixels lie near the normal's line.
         upright = abs(ny) > abs(nx)
         major, slope = (ny, nx / ny) if upright else (nx, ny / nx)
         across = (nearby + 0.85) / abs(major)

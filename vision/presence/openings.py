@@ -1,7 +1,7 @@
-"""Holes that are stopped: what is seen through them is of another brightness than what lies behind elsewhere.
+"""Stopped holes: the brightness seen through them differs from that of the background elsewhere.
 
 The rim of a hole that a plug fills is found as the model has it.  But where the model shows nothing behind the hole,
-the picture must show there what it shows beside the object and through other holes, as that is lit near by.
+the picture must show the background as it is seen next to the object and through other holes nearby.
 """
 
 from __future__ import annotations
@@ -90,11 +90,12 @@ def _find_regions(
 def _find_holes(
     items: Items, samples: Samples, shown: SurfaceMap, place: Ints, count: int, p: OpeningParameters
 ) -> Ints:
-    """The item (places,) that each place is seen through, by the edges beside it; -1 for none, as beside the object."""
+    """The item (places,) that each place is seen through, by the edges around it; -1 for none, as outside of the
+    object."""
     bore = np.isin(np.array(items.kind), KINDS)[items.member]
     order = np.argsort(items.surface[bore], kind="stable")
     surface, member = items.surface[bore][order], items.member[bore][order]
-    near = cv2.dilate(place.astype(np.float32), np.ones((3, 3))).astype(np.int64)  # a rim lies beside what it rims
+    near = cv2.dilate(place.astype(np.float32), np.ones((3, 3))).astype(np.int64)  # a rim lies around it
     out = np.full(count, _NONE)
     if not len(surface) or not len(samples.run):
         return out

@@ -15,7 +15,7 @@ from vision.presence.presence_parameters import DisplacedParameters
 from vision.presence.samples import Samples
 from vision.scene.scene import Scene
 
-NEAREST = 6  # elements looked at beside a sample: more lie within a few px only in dense texture
+NEAREST = 6  # elements considered near a sample: more lie within a few px only in dense texture
 ALONG_PX = 1.0  # along the edge, between a sample and the element on its normal
 ENOUGH = 150  # samples of a piece in a camera: more samples add no information
 MIN_COSINE = np.cos(np.radians(20))  # of the angle between their normals

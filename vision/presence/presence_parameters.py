@@ -6,7 +6,7 @@ from math import cos, radians
 
 @dataclass(frozen=True)
 class SampleParameters:
-    """Which edge elements are looked at beside predicted edges."""
+    """Which edge elements near predicted edges are considered."""
 
     reach_px: float = 28.0
     """px along the normal: how far an edge may have moved to be found again"""
@@ -36,7 +36,7 @@ class SupportParameters:
 
 @dataclass(frozen=True)
 class SideParameters:
-    """Where the model is looked at beside predicted edges."""
+    """Where the model is sampled on either side of predicted edges."""
 
     step_px: float = 3.0
     """px off the edge, to clear its tessellation"""
@@ -59,7 +59,7 @@ class RunParameters:
     chance_count: float = 6.0
     """stretches as which chance counts: texture comes in patches"""
     chance_px: float = 60.0
-    """px of an edge at which the chance beside it weighs as much as the whole picture's"""
+    """px of an edge at which the chance near it weighs as much as the whole picture's"""
     least_chance: float = 0.02
     """share that chance finds at least"""
     most_chance: float = 0.6
@@ -77,7 +77,7 @@ class RunParameters:
     flat: float = 0.05
     """sine of the angle within which one side does not rise over the other"""
     usual_runs: float = 1.0
-    """runs as which the picture's mean counts beside the runs that are alike"""
+    """runs as which the picture's mean counts, in addition to the runs that are alike"""
     most_px: float = 60.0
     """px from which a run counts as a whole one"""
     alike_light: float = 6.0
@@ -91,7 +91,7 @@ class RunParameters:
 
 @dataclass(frozen=True)
 class MovedParameters:
-    """Surfaces whose edges are sought beside their place."""
+    """Displaced surfaces."""
 
     reach_mm: float = 15.0
     """mm either way"""
@@ -120,11 +120,11 @@ class MovedParameters:
     least_px: float = 0.8
     """px: a smaller displacement is not clear of the edge's own place"""
     least_distinct_px: float = 40.0
-    """px of edges that can be told from others, at least"""
+    """px of edges that can be distinguished from others, at least"""
     least_log_odds: float = 1.0
     """log odds of moved against in place, for all the displacements tried"""
     rounds: int = 6
-    """times that displacements are weighed anew after some surfaces moved"""
+    """rounds of weighing displacements again after some surfaces moved"""
     sure_log_odds: float = 3.0
     """log odds likewise, for a surface that least squares cannot measure"""
     sure_sigma: float = 4.0
@@ -225,7 +225,7 @@ class TurnedParameters:
 
 @dataclass(frozen=True)
 class DisplacedParameters:
-    """Parts that are sought beside their place, each as one piece."""
+    """Displaced parts, each as one piece."""
 
     least_px: float = 60.0
     """px of edges that a piece shows"""
@@ -252,7 +252,7 @@ class DisplacedParameters:
     shows: float = 0.8
     """probability that an edge shows"""
     least_chance: float = 0.05
-    """share of windows beside edges where chance finds something, at least"""
+    """share of windows near edges where chance finds something, at least"""
     least_log_odds: float = 3.0
     """log odds of there against in place, and of out of the plane against in it"""
     found_px: float = 1.0
@@ -261,7 +261,7 @@ class DisplacedParameters:
     """share of its edges that must be found there: of bolts that have moved .4 to .8 are"""
     least_gain: float = 0.3
     """by how much that must exceed the share found in place: of clips in small pictures, whose edges lie close
-    together, .15 to .25 more are found beside the place of such as have not moved"""
+    together, .15 to .25 more are found at a displacement of such as have not moved"""
     least_mm: float = 1.0
     """mm: less is no displacement"""
     least_sigma: float = 5.0
@@ -292,7 +292,7 @@ class StateParameters:
     """From evidence to states."""
 
     least_px: float = 30.0
-    """px of edges that can be told from others, below which nothing is decided"""
+    """px of edges that can be distinguished from others, below which nothing is decided"""
     least_log_odds: float = 3.0
     """log odds, either way, from which a state is more than undecided: 20 to 1"""
     least_expected: float = 2.0
@@ -352,7 +352,7 @@ class UnexplainedParameters:
 
 @dataclass(frozen=True)
 class PresenceParameters:
-    """What the evidence depends on besides pictures, model and pose, a field a stage."""
+    """All parameters of the evidence, a field a stage."""
 
     samples: SampleParameters = field(default_factory=SampleParameters)
     support: SupportParameters = field(default_factory=SupportParameters)

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 from sqlalchemy import Connection
 
+from relmodel.columns import ColumnValues
 from relmodel.store import Run
 from vision.presence.items import NONE
 from vision.presence.measures import unit_of
+from vision.presence.openings import Openings
 from vision.presence.states import QIF, REASONS, STATES, Presence
 from vision.presence.unexplained import KINDS
 from vision.presence.unexplained import NONE as NOTHING
@@ -58,53 +63,23 @@ def record_presence(run: Run, connection: Connection, stored: StoredScene, it: P
             "distinct_px": evidence.distinct_px.ravel(),
             "supported_px": evidence.supported_px.ravel(),
             "region_px": evidence.region_px.ravel(),
+            **_seen_through(it.openings, count, cameras),
         },
     )
-    sizes = it.measures
+    sizes, apart = it.measures, it.distances
+    what = [*sizes.what, *["distance"] * len(apart.item_a)]
     run.append(
         connection,
         "measured_size",
         {
             "run_id": run.id,
-            "measure_no": np.arange(len(sizes.item)),
-            "item_no": sizes.item,
-            "what": sizes.what,
-            "nominal": sizes.nominal,
-            "value": sizes.value,
-            "sigma": sizes.sigma,
-            "unit": [unit_of(what) for what in sizes.what],
-            "changed": sizes.changed,
-        },
-    )
-    apart = it.distances
-    run.append(
-        connection,
-        "measured_distance",
-        {
-            "run_id": run.id,
-            "distance_no": np.arange(len(apart.item_a)),
-            "item_no": apart.item_a,
-            "other_item_no": apart.item_b,
-            "nominal": apart.nominal,
-            "value": apart.value,
-            "sigma": apart.sigma,
-            "changed": apart.changed,
-        },
-    )
-    holes = it.openings
-    run.append(
-        connection,
-        "seen_through",
-        {
-            "run_id": run.id,
-            "item_no": holes.item,
-            "camera": [it.cameras[c] for c in holes.camera],
-            "image_region_no": holes.region,
-            "pixels": holes.pixels,
-            "grey": holes.grey,
-            "behind_grey": holes.behind,
-            "behind_sigma": holes.sigma,
-            "stopped": holes.stopped,
+            "measure_no": np.arange(len(what)),
+            "item_no": np.concatenate([sizes.item, apart.item_a]),
+            "other_item_no": np.ma.masked_equal(np.concatenate([np.full(len(sizes.item), NONE), apart.item_b]), NONE),
+            "what": what,
+            **{n: np.concatenate([getattr(sizes, n), getattr(apart, n)]) for n in ("nominal", "value", "sigma")},
+            "unit": [unit_of(w) for w in what],
+            "changed": np.concatenate([sizes.changed, apart.changed]),
         },
     )
     more = it.unexplained
@@ -126,8 +101,29 @@ def record_presence(run: Run, connection: Connection, stored: StoredScene, it: P
     )
 
 
+def _seen_through(holes: Openings, count: int, cameras: int) -> dict[str, ColumnValues]:
+    """What is seen through holes, as columns (count * cameras,) of items by camera; null of others."""
+    at = holes.item * cameras + holes.camera
+    others = np.ones(count * cameras, np.bool_)
+    others[at] = False
+
+    def column(values: npt.NDArray[Any]) -> ColumnValues:
+        out = np.zeros(count * cameras, values.dtype)
+        out[at] = values
+        return np.ma.masked_array(out, others)
+
+    return {
+        "through_region_no": column(holes.region),
+        "through_px": column(holes.pixels),
+        "through_grey": column(holes.grey),
+        "behind_grey": column(holes.behind),
+        "behind_sigma": column(holes.sigma),
+        "stopped": column(holes.stopped),
+    }
+
+
 def record_variants(run: Run, connection: Connection, ranked: list[VariantEvidence]) -> None:
-    """Append what the pictures say of variants, in their order; nothing where none was asked for."""
+    """Append the evidence for variants, in their order; nothing where none was asked for."""
     if ranked:
         run.append(
             connection,

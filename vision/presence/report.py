@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -85,6 +86,11 @@ def _describe_failure(presence: Presence, row: int) -> str:
     return f"{path}: {state}, {REASONS[presence.reason[row]]}"
 
 
+def _rounded(columns: Mapping[str, Any], at: int | tuple[int, int], **digits: int) -> dict[str, float]:
+    """The numbers at a place of columns, each rounded to as many digits."""
+    return {name: round(float(columns[name][at]), count) for name, count in digits.items()}
+
+
 def describe(presence: Presence) -> dict[str, Any]:
     """Everything in plain lists and numbers; items parts first, then features and surfaces."""
     items, evidence, sizes, more = presence.items, presence.evidence, presence.measures, presence.unexplained
@@ -94,9 +100,7 @@ def describe(presence: Presence) -> dict[str, Any]:
         measured[row].append(
             {
                 "what": sizes.what[k],
-                "nominal": round(float(sizes.nominal[k]), 4),
-                "value": round(float(sizes.value[k]), 4),
-                "sigma": round(float(sizes.sigma[k]), 4),
+                **_rounded(vars(sizes), k, nominal=4, value=4, sigma=4),
                 "unit": unit_of(sizes.what[k]),
                 "changed": bool(sizes.changed[k]),
             }
@@ -106,9 +110,7 @@ def describe(presence: Presence) -> dict[str, Any]:
         through[row].append(
             {
                 "camera": presence.cameras[presence.openings.camera[k]],
-                "grey": round(float(presence.openings.grey[k]), 1),
-                "behind": round(float(presence.openings.behind[k]), 1),
-                "sigma": round(float(presence.openings.sigma[k]), 2),
+                **_rounded(vars(presence.openings), k, grey=1, behind=1, sigma=2),
                 "stopped": bool(presence.openings.stopped[k]),
             }
         )
@@ -138,17 +140,9 @@ def describe(presence: Presence) -> dict[str, Any]:
                 "log_odds": round(float(total["log_odds"][row]), 3),
                 "expected_log_odds": round(float(total["expected"][row]), 3),
                 "visible_pixels": round(float(items.visible_px[row]), 1),
-                "edge_px": round(float(total["edge_px"][row]), 1),
-                "distinct_px": round(float(total["distinct_px"][row]), 1),
-                "supported_px": round(float(total["supported_px"][row]), 1),
-                "region_px": round(float(total["region_px"][row]), 1),
+                **_rounded(total, row, edge_px=1, distinct_px=1, supported_px=1, region_px=1),
                 "cameras": {
-                    name: {
-                        "log_odds": round(float(evidence.log_odds[row, c]), 3),
-                        "supported_px": round(float(evidence.supported_px[row, c]), 1),
-                        "distinct_px": round(float(evidence.distinct_px[row, c]), 1),
-                        "region_px": round(float(evidence.region_px[row, c]), 1),
-                    }
+                    name: _rounded(vars(evidence), (row, c), log_odds=3, supported_px=1, distinct_px=1, region_px=1)
                     for c, name in enumerate(presence.cameras)
                 },
                 "moved": None
@@ -167,9 +161,7 @@ def describe(presence: Presence) -> dict[str, Any]:
             {
                 "from": items.path[apart.item_a[k]],
                 "to": items.path[apart.item_b[k]],
-                "nominal": round(float(apart.nominal[k]), 4),
-                "value": round(float(apart.value[k]), 4),
-                "sigma": round(float(apart.sigma[k]), 4),
+                **_rounded(vars(apart), k, nominal=4, value=4, sigma=4),
                 "changed": bool(apart.changed[k]),
             }
             for k in range(len(apart.item_a))
@@ -181,8 +173,7 @@ def describe(presence: Presence) -> dict[str, Any]:
                 "image_arc_no": None if more.kind[k] == REGION else int(more.arc[k]),
                 "region_no": int(more.region[k]) if more.kind[k] == REGION else None,
                 "box": [round(float(v), 1) for v in more.box[k]],
-                "length": round(float(more.length[k]), 1),
-                "contrast": round(float(more.contrast[k]), 1),
+                **_rounded(vars(more), k, length=1, contrast=1),
                 "beyond": bool(more.beyond[k]),
             }
             for k in range(len(more.arc))

@@ -22,13 +22,12 @@ class Samples:
     """Samples of visible sharp arcs and silhouettes in all cameras, as columns, run by run.
 
     camera: number in the rig; run: counted over all cameras; view_run: as the camera's view counts it; kind: index of
-    views.KINDS; arc: as views count arcs; surface (n, 2): the scene's surfaces beside it, -1 for none; kin (n, 2): what
-    stands and falls together with the edge, -1 for none: its surfaces, of a part that shows little the part; point (n,
-    3): in the world; pixel, direction (n, 2): in the camera without distortion; normal (n, 2, 3): outward, of the two
-    surfaces in the world; px_per_mm (n, 2): how far along the image normal (-dy, dx) the edge moves where that surface
-    moves outward and the other stays, zero where the two are nearly tangent; length_px; front: how
-    many of the two surfaces face the camera; inside: whether it lies where edges can be found, off the picture's
-    border.
+    views.KINDS; arc: as views count arcs; surface (n, 2): the scene's surfaces on either side, -1 for none; kin (n, 2):
+    what is present or absent together with the edge, -1 for none: its surfaces, of a part that shows little the part;
+    point (n, 3): in the world; pixel, direction (n, 2): in the camera without distortion; normal (n, 2, 3): outward, of
+    the two surfaces in the world; px_per_mm (n, 2): how far along the image normal (-dy, dx) the edge moves where that
+    surface moves outward and the other stays, zero where the two are nearly tangent; length_px; front: how many of the
+    two surfaces face the camera; inside: whether it lies where edges can be found, off the picture's border.
     """
 
     camera: Ints
@@ -78,7 +77,7 @@ def collect_samples(
 
 
 def _find_kin(stored: StoredScene, samples: Samples, p: SampleParameters) -> Ints:
-    """Numbers (n, 2) of what stands and falls together beside each sample: its surfaces, of small parts the part."""
+    """Numbers (n, 2) of what is present or absent together with each sample: its surfaces, of small parts the part."""
     occurrence_of = stored.scene.surface_occurrence
     occurrence = occurrence_of[samples.surface[:, 0]]
     count = len(stored.occurrence_id)
@@ -162,7 +161,7 @@ class Nearby:
 
 
 def find_nearby(samples: Samples, indexes: list[EdgeIndex], response_px: Floats, p: SampleParameters) -> Nearby:
-    """The elements beside all samples; response_px (c,): how far each camera moves an edge of the whole range of grey
+    """The elements near all samples; response_px (c,): how far each camera moves an edge of the whole range of grey
     toward its dark side."""
     from vision.presence import nearby_kernels
 

@@ -1,6 +1,6 @@
-"""How far surfaces lie from where the model has them, by least squares of the edge elements beside their edges.
+"""How far surfaces lie from where the model has them, by least squares of the edge elements near their edges.
 
-Of a surface that bends around, as a bore does, the displacement along its own normals is told apart from a shift in the
+Of a surface that bends around, as a bore does, the displacement along its own normals is separated from a shift in the
 plane that its normals span, which the pose's error makes as well: what remains is half a diameter.
 """
 
@@ -20,7 +20,7 @@ from vision.presence.support import Support
 @dataclass(frozen=True)
 class Offsets:
     """Surfaces measured, as columns: surface; mm: displacement outward; sigma (mm); closed: whether its normals span a
-    plane, so that a shift was told apart; shift (m, 3): that shift in the world, mm; shift_sigma (mm); weight_px: of
+    plane, so that a shift was separated; shift (m, 3): that shift in the world, mm; shift_sigma (mm); weight_px: of
     the edges measured."""
 
     surface: Ints

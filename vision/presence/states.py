@@ -25,7 +25,7 @@ QIF = ("PASS", "FAIL", "FAIL", "INDETERMINATE", "NOT_ANALYZED")
 REASONS = (
     "its edges are found",
     "its edges are not found, where they would show",
-    "its edges are found beside their place",
+    "its edges are found displaced",
     "its size is another",
     "no sharp edge of it is in view",
     "its edges are too short in the picture",
@@ -44,8 +44,8 @@ REASONS = (
 
 @dataclass(frozen=True)
 class Evidence:
-    """What speaks for items, by camera (n, c): px of edges in view, of them px that can be told from others, of those
-    px supported; log_odds: of there against not there; expected: what they would be in the mean, were it there;
+    """Evidence for items, by camera (n, c): px of edges in view, of them px that can be distinguished from others, of
+    those px supported; log_odds: of there against not there; expected: what they would be in the mean, were it there;
     region_px: what regions of the picture cover of its surfaces, px."""
 
     edge_px: Floats
@@ -172,7 +172,7 @@ def _add_regions(
     evidence: Evidence, items: Items, regions: RegionSupport, p: StateParameters
 ) -> tuple[Evidence, Bools]:
     """The evidence with that of regions, and which items have such: surfaces most of whose visible area some camera
-    shows as regions that lie on them alone.  That camera which shows most of it speaks, once."""
+    shows as regions that lie only on them.  Only the camera that shows most of a surface counts."""
     count = len(items)
     covered, shown = (
         np.stack([np.bincount(items.member, column[items.surface], count).astype(float) for column in values.T], axis=1)

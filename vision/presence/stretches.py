@@ -1,7 +1,7 @@
 """Evidence run by run: how likely a predicted edge shows here, and the log odds that it is there.
 
 An edge that is there either shows, and is found along nearly all of its length, or lacks contrast in this light and
-shows in part or not at all; where nothing is, chance finds what it finds beside.  The found share of a run of n
+shows in part or not at all; where nothing is, as much is found by chance as nearby.  The found share of a run of n
 independent stretches is beta-binomial in each case.  How likely an edge shows is not measured where it should be, for
 an edge that is missing has no contrast: it is what edges between alike sides show elsewhere in the same picture.
 """
@@ -24,7 +24,7 @@ class Runs:
     """Predicted edges of all cameras as columns, one row a run.
 
     camera; view_run: as the camera's view counts it; kind; surface (r, 2); visible_px; weight_px: of it what can be
-    told from other edges; found: share of that which is supported; chance: share that chance supports; shows:
+    distinguished from other edges; found: share of that which is supported; chance: share that chance supports; shows:
     probability that such an edge shows; log_odds: of there against not there; expected: what they would be in the mean
     were it there; in_light (r, k): log odds in k lights, equally likely, from one in which few edges show to one
     in which most do: the edges of a thing are seen in the same.

@@ -17,9 +17,9 @@ class Support:
 
     found: whether an edge element lies where the sample is; weight: px that it counts, zero on the picture's border and
     where a predicted edge of other surfaces lies so near that the picture cannot tell the two apart; chance: share of
-    the places beside it, off all predicted edges, where an element lies as well; contrast: grey of the strongest that
-    was found, 0 for none; owner: of each row of `Nearby` the sample nearest to its element, -1 where none lies within
-    the tolerance.
+    the places nearby, off all predicted edges, where an element lies as well; contrast: grey of the strongest that was
+    found, 0 for none; owner: of each row of `Nearby` the sample nearest to its element, -1 where none lies within the
+    tolerance.
     """
 
     found: Bools
@@ -30,11 +30,11 @@ class Support:
 
 
 def measure_support(samples: Samples, nearby: Nearby, p: SupportParameters) -> Support:
-    """The support by the elements beside samples; an element supports the predicted edges of one surface only, the
+    """The support by the elements near samples; an element supports the predicted edges of one surface only, the
     nearest.
 
     Edges that share a surface, as both rims of a bore in a thin web do, may share their elements, and so may the edges
-    of a part that shows little, as the head of a bolt: they stand and fall together.
+    of a part that shows little, as the head of a bolt: they are present or absent together.
     """
     n, away = len(samples.run), np.abs(nearby.offset)
     elements = int(nearby.element.max(initial=-1)) + 1
@@ -69,11 +69,11 @@ def share_surface(a: Ints, b: Ints) -> Bools:
 
 
 def _are_crowded(samples: Samples, p: SupportParameters) -> Bools:
-    """Which samples lie too near to a nearly parallel predicted edge of other surfaces to be told from it."""
+    """Which samples lie too near to a nearly parallel predicted edge of other surfaces to be distinguished from it."""
     from scipy.spatial import cKDTree
 
     out = np.zeros(len(samples.run), bool)
-    # Cameras are told apart by a third coordinate that no picture reaches.
+    # A third coordinate beyond any picture's size keeps the cameras apart.
     at = np.column_stack([samples.pixel, 1e6 * samples.camera])
     i, j = cKDTree(at).query_pairs(p.crowded_px, output_type="ndarray").T
     other = samples.arc[i] != samples.arc[j]

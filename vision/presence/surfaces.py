@@ -1,4 +1,4 @@
-"""The evidence gathered by surface: whether its edges are at their place, beside it, and by how much."""
+"""The evidence gathered by surface: whether its edges are in place or displaced, and by how much."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from vision.scene.stored_scene import StoredScene
 class Surfaces:
     """The scene's surfaces (s,) as their edges show them.
 
-    moved: whether the edges are found beside their place and not there; log_odds: of that against being in place, at
+    moved: whether the edges are found displaced and not in place; log_odds: of that against being in place, at
     most zero where it has not; mm: how far outward the surface lies from where the model has it, nan where it was not
     measured; sigma (mm); shift (s, 3): how far it lies from there in the plane of its normals, mm in the world, of one
     that bends around; shift_sigma (mm), nan for others; inward: whether it bends around a hollow; middle (s, 3), normal
-    (s, 3): mean of its edges in the world, mm, and of its unit normals; distinct_px: of its edges that can be told from
-    others.  opposed: which lie opposite each other.
+    (s, 3): mean of its edges in the world, mm, and of its unit normals; distinct_px: of its edges that can be
+    distinguished from others.  opposed: which lie opposite each other.
     """
 
     moved: Bools
@@ -54,7 +54,7 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     there = np.flatnonzero(weight >= p.sizes.least_px)
     readings = collect_readings(edges, sought.mm, p.moved)
     offsets = _measure(samples, support, readings, there, sought.mm[there], p.sizes)
-    # What is found in place, or was sought and found beside it, or bends around and is found all around.
+    # Surfaces found in place, or found displaced, or bent around and found all around.
     found = offsets.weight_px >= p.sizes.least_found * weight[there]
     in_place = supported[there] >= p.sizes.least_found * weight[there]
     displaced = sought.mm[there] != 0
@@ -64,7 +64,7 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     shift = np.full((count, 3), np.nan)
     mm[kept], sigma[kept] = offsets.mm[sure], offsets.sigma[sure]
     shift[kept], shift_sigma[kept] = offsets.shift[sure], offsets.shift_sigma[sure]
-    # What moves with its corners, its own edges out of sight, lies where the search has it.
+    # A surface that moves with its corners, its own edges out of sight, lies where the search found it.
     unmeasured = ~np.isfinite(mm) & (sought.mm != 0) & (sought.log_odds >= p.moved.sure_log_odds)
     mm[unmeasured], sigma[unmeasured] = sought.mm[unmeasured], sought.sigma[unmeasured]
     moved = (sought.mm != 0) & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))

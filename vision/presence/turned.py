@@ -1,6 +1,6 @@
 """Parts that are turned by any angle about the normal of their plane.
 
-What a turned part shows is not what was predicted of it, so its edges are laid out anew: those of faces turned toward
+A turned part shows other edges than predicted, so its edges are predicted again: those of faces turned toward
 the camera, at every turn and at places around, scored by how near edge elements of any direction lie.
 """
 

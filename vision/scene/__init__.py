@@ -1,1 +1,1 @@
-"""What the pictures are held against: triangles and sampled arcs of a world."""
+"""The model that pictures are compared with: triangles and sampled arcs of a world."""

@@ -83,8 +83,8 @@ class Scene:
         return normal, np.asarray(np.einsum("ij,ij->i", normal, self.vertices[corner]))
 
     def select(self, samples: Ints, lengths: Floats, triangles: Ints) -> Scene:
-        """The scene with these samples (and the arc lengths they stand for) and silhouettes of these triangles alone;
-        everything still occludes."""
+        """The scene with only these samples (and the arc lengths they stand for) and silhouettes of only these
+        triangles; everything still occludes."""
         part = replace(
             self,
             sample_point=self.sample_point[samples],

@@ -202,7 +202,7 @@ def _or_none(numbers: NDArray[Any]) -> Ints:
 
 
 def _number_surfaces(mesh: dict[str, NDArray[Any]], arc: dict[str, NDArray[Any]]) -> Ints:
-    """The scene's surfaces (a, 2) beside each arc, which names them by their numbers in the part's shape."""
+    """The scene's surfaces (a, 2) on either side of each arc, which names them by their numbers in the part's shape."""
     # Occurrence and number as one key; -1 lies below all.
     width = int(max(mesh["surface_no"].max(initial=0), arc["arc_surfaces"].max(initial=0))) + 2
     keys = mesh["surface_occurrence"] * width + mesh["surface_no"] + 1

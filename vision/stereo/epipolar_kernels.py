@@ -29,9 +29,8 @@ def match_rows(
 
     `left`, `right` (n, 3): x, angle and contrast; those of a row lie between two of `left_start`, `right_start`
     (rows + 1), by ascending x.  `bounds` (n, 2): the disparities that each left crossing may have.  Matches of one
-    layer keep their order along the row; what a layer leaves is matched anew in the next, since what stands before
-    the rest may reverse the order.  Worked in `left_over` (2, most of a row), `best` and `step`, both square and one
-    larger.
+    layer keep their order along the row; what a layer leaves is matched in the next, since objects in front of others
+    may reverse the order.  Worked in `left_over` (2, most of a row), `best` and `step`, both square and one larger.
     """
     for row in range(len(left_start) - 1):
         for _ in range(layers):

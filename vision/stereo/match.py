@@ -43,7 +43,7 @@ class StereoPicture:
 class StereoMatches:
     """What stereo found.  Units: the arcs of the left picture by number, then its regions; labels: those of the right.
 
-    votes: of epipolar rows, of the method `pong` alone; solved: the problem with its proof; arcs, regions: how many
+    votes: of epipolar rows, only of the method `pong`; solved: the problem with its proof; arcs, regions: how many
     there are in the left and the right picture.
     """
 

@@ -143,7 +143,7 @@ def _difference(circle: Floats, other: Floats) -> Floats:
 
 
 def _flat_covariance(laid: _Laid, of_pixel: Floats, lateral: Floats, p: TriangulationParameters) -> Floats:
-    """What of centre and radius (n, 7, 7) the points on the plane leave open, and a shift of them all by `lateral` px
+    """Covariance (n, 7, 7) of centre and radius by the points on the plane, and by a shift of them all of `lateral` px
     of `of_pixel` mm each."""
     noise = laid.off + (p.point_sigma * of_pixel) ** 2
     part = (p.local_sigma * of_pixel) ** 2

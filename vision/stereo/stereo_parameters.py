@@ -61,7 +61,8 @@ class EvidenceParameters:
     """What speaks against a pair of arcs, nats, and which pairs are priced at all.
 
     Prices: logistic regression on the candidates of seven rendered pairs (A0, A2, A4, A6, B0, C0, C2), right against
-    wrong by the truth of rendering; on seven others they tell right from wrong with an area under the curve of .945.
+    wrong by the truth of rendering; on seven others they separate right from wrong with an area under the curve of
+    .945.
     """
 
     most_unlike: float = 8.0
@@ -77,7 +78,7 @@ class EvidenceParameters:
     end: float = 0.4
     """nats a unit of log(1 + px) between the rows of the ends that agree better"""
     level_rows: float = 3.0
-    """px by which level arcs may lie on other rows, besides what their heights allow"""
+    """px by which level arcs may lie on other rows, in addition to their heights"""
     level_contrast: float = 0.5
     """nats a squared sigma of contrast, of level arcs; as the following"""
     level_length: float = 0.65
@@ -122,8 +123,8 @@ class AssignmentParameters:
     region_null: float = 2.5
     """nats for a region without partner: .954 at .728; .956 at .689 with 2, .941 at .795 with 3"""
     relation_share: float = 0.1
-    """share of the weight of a relation (`vision.relations.tolerances`) that counts besides prices: the relations of
-    one unit repeat much the same information"""
+    """share of the weight of a relation (`vision.relations.tolerances`) that counts in addition to prices: the
+    relations of one unit repeat much the same information"""
     null_share: float = 0.7
     """share of the weight of its relations that a unit without partner pays: so much a partner may leave unconfirmed"""
     bare_relation_share: float = 0.25
@@ -156,7 +157,7 @@ class TriangulationParameters:
     end_sigma: float = 2.0
     """px along an arc: how exactly its end is cut"""
     gradient_sigma: float = 0.5
-    """standard deviation of the slopes of disparity, px a px, that arcs too straight to tell are held to"""
+    """prior standard deviation of the slopes of disparity, px a px, for arcs too straight to determine them"""
     tangent_reach: int = 8
     """points to both sides whose chord is the tangent at a crossing"""
     least_rise: float = 0.05
@@ -202,8 +203,8 @@ class DepthRangeParameters:
 
 @dataclass(frozen=True)
 class StereoParameters:
-    """What a stereo match depends on besides pictures, rig and depths: the method (`vision.stereo.match.METHODS`), the
-    search (`relmodel.labelling.solve.MODES`), and a field a step."""
+    """All parameters of a stereo match: the method (`vision.stereo.match.METHODS`), the search
+    (`relmodel.labelling.solve.MODES`), and a field a step."""
 
     method: str = "pong"
     search: str = "dual_ascent"

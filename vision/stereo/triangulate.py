@@ -113,8 +113,8 @@ def _edge_probability(
 def _end_covariance(
     jacobian: Floats, of_disparity: Floats, tangent: Floats, slope: Floats, lateral: Floats, end_sigma: float
 ) -> Floats:
-    """Covariance (k, 6, 6) of both ends in space: what their disparities (k, 2, 2) leave open, what shifts them across
-    the arc in the left picture (k,) px, and where along it they are cut; `slope` (k, 2): of disparity along the arc."""
+    """Covariance (k, 6, 6) of both ends in space: from their disparities (k, 2, 2), from shifts across the arc in the
+    left picture (k,) px, and from where along it they are cut; `slope` (k, 2): of disparity along the arc."""
     deep = jacobian[..., 2]
     across = jacobian @ np.stack([-tangent[..., 1], tangent[..., 0], np.zeros_like(slope)], axis=2)[..., None]
     along = jacobian @ np.concatenate([tangent, slope[..., None]], axis=2)[..., None]

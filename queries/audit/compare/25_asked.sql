@@ -1,4 +1,4 @@
--- What a run was asked besides its files.
+-- Options of a run, without its files.
 -- Takes run; gives name and value.
 SELECT 'world' AS name, concat(w.name, ' revision ', w.revision) AS value
 FROM inspection AS i

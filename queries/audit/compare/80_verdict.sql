@@ -1,4 +1,4 @@
--- What the verdict of a run weighed, and what that was held against.
+-- What the verdict of a run weighed, and what that was compared with.
 -- Takes run; gives name and value.
 SELECT name, CAST(value AS TEXT) AS value FROM verdict_statistic WHERE run_id = :run
 UNION ALL

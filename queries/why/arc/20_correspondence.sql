@@ -1,4 +1,4 @@
--- What it was held against of the model, the pair that was taken first.
+-- What it was compared with of the model, the pair that was taken first.
 -- Takes run, camera and arc; gives sentence.
 SELECT sentence
 FROM why_arc

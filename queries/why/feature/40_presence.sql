@@ -15,7 +15,7 @@ FROM (
     SELECT c.item_no, c.camera, concat('the ', c.camera, ' picture: log odds of ', CAST(c.log_odds AS NUMERIC(18, 1)),
         ' of ', CAST(c.expected_log_odds AS NUMERIC(18, 1)), ' expected; edges found on ',
         CAST(c.supported_px AS NUMERIC(18, 0)), ' of ', CAST(c.distinct_px AS NUMERIC(18, 0)),
-        ' px that can be told from others, of ', CAST(c.edge_px AS NUMERIC(18, 0)), ' px in view')
+        ' px that can be distinguished from others, of ', CAST(c.edge_px AS NUMERIC(18, 0)), ' px in view')
     FROM item AS i
     JOIN presence_camera AS c ON c.run_id = i.run_id AND c.item_no = i.item_no
 ) AS said

@@ -1,4 +1,4 @@
--- Each rule of the verdict, with what was found and what that was held against.
+-- Each rule of the verdict, with what was found and what that was compared with.
 -- Takes run; gives sentence.
 SELECT concat(CASE WHEN holds THEN 'passed' ELSE 'failed' END, ' (', rule, '): ', sentence) AS sentence
 FROM why_verdict

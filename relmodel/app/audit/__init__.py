@@ -1,1 +1,1 @@
-"""What runs decided and why, and what differs between two of them: asked of the rows alone."""
+"""What runs decided and why, and what differs between two of them, from rows only."""

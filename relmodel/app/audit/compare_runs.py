@@ -1,8 +1,8 @@
 """What differs between two runs: what they were given, with which code, the step at which they part, and what came out.
 
-Each query of `queries/audit/compare` gives names and values of a run; those that differ are told, in the order of the
-files' names.  From `STEPS` on these are what the run did, step by step, and the first that differs is where the two
-part.
+Each query of `queries/audit/compare` gives names and values of a run; those that differ are reported, in the order of
+the files' names.  From `STEPS` on these are what the run did, step by step, and the first difference is where the two
+runs part.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-from sqlalchemy import Connection
 
 from relmodel.arrays import Floats
 from relmodel.errors import UsageError
@@ -47,7 +46,10 @@ def compare_runs(store: Store, first: int, second: int) -> list[Difference]:
         given, did = list[Difference](), list[Difference]()
         for name in sql.query_names(_FOLDER):
             number, _, section = name.rpartition("/")[2].partition("_")
-            of_both = [_values(store, connection, name, run) for run in (first, second)]
+            of_both = [
+                {str(row.name): _number(row.value) for row in store.rows(connection, name, run=run)}
+                for run in (first, second)
+            ]
             (did if number >= STEPS else given).extend(_differing(section, *of_both))
         recorded = [store.rows(connection, "audit/recorded", run=run)[0] for run in (first, second)]
         for section in ("parameters", "versions"):
@@ -56,10 +58,6 @@ def compare_runs(store: Store, first: int, second: int) -> list[Difference]:
         poses = [store.rows(connection, "audit/pose", run=run) for run in (first, second)]
     part = [Difference("first step that differs", did[0].section, None, None)] if did else []
     return [*given, *part, *did, *(_poses(poses[0][0], poses[1][0]) if all(poses) else ())]
-
-
-def _values(store: Store, connection: Connection, name: str, run: int) -> dict[str, Any]:
-    return {str(row.name): _number(row.value) for row in store.rows(connection, name, run=run)}
 
 
 def _number(text: str | None) -> str | float | None:

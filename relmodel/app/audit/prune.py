@@ -1,4 +1,4 @@
-"""Making room: the rows of inspections, or the bytes of their pictures, taken from the store.
+"""Making room: removing rows of inspections, or the bytes of their pictures, from the store.
 
 The runs themselves stay, with inputs, events and ledger, and say by which run they were pruned.  Pictures and what was
 extracted from them go only where no other run has read them.
@@ -39,7 +39,7 @@ class Pruning:
 def plan_pruning(store: Store, p: Pruning) -> tuple[list[int], dict[str, int]]:
     """The runs that would be pruned, and how many rows of which tables would go.  Raises UsageError where nothing says
     which runs are meant."""
-    with store.write() as connection:  # of temporary tables alone
+    with store.write() as connection:  # writes temporary tables only
         runs = _select(store, connection, p)
         with _asked(store, connection, runs):
             rows = {
@@ -50,7 +50,7 @@ def plan_pruning(store: Store, p: Pruning) -> tuple[list[int], dict[str, int]]:
 
 
 def prune(store: Store, p: Pruning) -> tuple[int, list[int], dict[str, int]]:
-    """Take what `plan_pruning` says, in a run of kind `prune`: its number, the runs, and how many rows went."""
+    """Remove what `plan_pruning` lists, in a run of kind `prune`: its number, the runs, and how many rows went."""
     _check(p)
 
     def take(connection: Connection) -> tuple[int, list[int], dict[str, int]]:
@@ -82,7 +82,7 @@ def _select(store: Store, connection: Connection, p: Pruning) -> list[int]:
 
 @contextmanager
 def _asked(store: Store, connection: Connection, runs: list[int]) -> Iterator[None]:
-    """The keys of what goes as relations: asked_run, asked_image, asked_extraction, asked_unit_set."""
+    """The keys of what is removed, as relations: asked_run, asked_image, asked_extraction, asked_unit_set."""
     with store.relation(connection, "asked_run", {"run_id": _keys(runs)}):
         images = [row.image_id for row in store.rows(connection, "prune/images")]
         with store.relation(connection, "asked_image", {"image_id": _keys(images)}):
@@ -98,7 +98,7 @@ def _keys(numbers: list[int]) -> Ints:
 
 
 def _doomed(store: Store, connection: Connection, what: str) -> list[tuple[str, str, str]]:
-    """Table, key column and relation of keys of what goes, those that refer to others first."""
+    """Table, key column and relation of keys of what is removed, referring tables first."""
     if what == "pictures":
         return [("image_blob", "image_id", "asked_image")]
     relations = [row for row in store.rows(connection, "store/relations") if row.standing != "view"]

@@ -1,4 +1,4 @@
-"""What a command that answers whatever it is asked may take of the machine: time and memory of its own process."""
+"""Limits of a command that runs whatever statement it is given: time and memory of its own process."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _STATM = Path("/proc/self/statm")  # pages; the sixth number is what RLIMIT_DATA
 
 @contextmanager
 def ended_after(seconds: float, error: RelmodelError) -> Iterator[None]:
-    """Raise `error` in the block when it takes longer, where it waits for a reader of stdout too; what that has not
-    taken is dropped then."""
-    if threading.current_thread() is not threading.main_thread():  # which alone has handlers
+    """Raise `error` in the block when it takes longer, even while it waits for a reader of stdout; output not yet read
+    is dropped."""
+    if threading.current_thread() is not threading.main_thread():  # only the main thread has handlers
         yield
         return
 
@@ -38,13 +38,13 @@ def ended_after(seconds: float, error: RelmodelError) -> Iterator[None]:
 
 
 def drop_output() -> None:
-    """Point stdout at nothing: Python would wait for its reader at exit, or complain where it has gone."""
+    """Redirect stdout to nowhere: at exit Python would wait for its reader, or complain where that has gone."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @contextmanager
 def bounded_memory(more: int) -> Iterator[None]:
-    """Let the process take `more` bytes beside what it has while the block lasts, on Linux."""
+    """Limit the process to `more` bytes of additional memory while the block lasts, on Linux."""
     if not _STATM.is_file():
         yield
         return

@@ -1,4 +1,4 @@
-"""Options that say how the joints of a robot stand, and how surely it does."""
+"""Options for the joint values of a robot, and how exactly they are known."""
 
 from __future__ import annotations
 

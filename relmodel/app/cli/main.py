@@ -67,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     input, 4 an internal error, 5 accepted with something that `inspect --fail-on` names, 130 interrupted."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     args = parser(words[0] if words else "").parse_args(words)
-    # Before a verb imports NumPy: the products here are small, and the threads of linear algebra mostly wait.
+    # Before a verb imports NumPy: matrices here are small, and the threads of linear algebra mostly wait.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     output.quiet = args.quiet
     with _interrupts() as came:
@@ -84,15 +84,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 @contextmanager
 def _interrupts() -> Iterator[list[int]]:
-    """Signals of an interrupt, as they come while the block lasts: what was at work may raise an error of its own."""
+    """The interrupts received while the block lasts: interrupted code may raise an error of its own."""
     came: list[int] = []
 
     def note(number: int, _: FrameType | None) -> None:
         came.append(number)
-        logging.disable()  # libraries log what broke off in them; it is said in a sentence here
+        logging.disable()  # libraries log what the interrupt broke; a sentence here says it
         raise KeyboardInterrupt
 
-    if threading.current_thread() is not threading.main_thread():  # which alone has handlers
+    if threading.current_thread() is not threading.main_thread():  # only the main thread has handlers
         yield came
         return
     before = signal.signal(signal.SIGINT, note)
@@ -120,8 +120,7 @@ def _tell(args: argparse.Namespace, error: Exception) -> int:
 
 
 def parser(verb: str = "") -> argparse.ArgumentParser:
-    """The parser of the whole command line, or of one verb of it alone: to make those of all takes longer than most
-    verbs."""
+    """The parser of the whole command line, or of a single verb: building all of them takes longer than most verbs."""
     top = argparse.ArgumentParser(
         prog="relmodel",
         description="A hierarchical relational model of machined objects, and the pose of cameras from it.",

@@ -41,11 +41,11 @@ def add_run(parser: argparse.ArgumentParser) -> None:
     run.add_argument(
         "number",
         nargs="?",
-        default=argparse.SUPPRESS,  # or it would take the place of what --run says
+        default=argparse.SUPPRESS,  # or it would override --run
         metavar="RUN",
         help="the run: its number, or last, the newest inspection (default)",
     )
-    run.add_argument("--run", dest="number", metavar="RUN", help="the same as RUN alone")
+    run.add_argument("--run", dest="number", metavar="RUN", help="the same as RUN")
 
 
 def add_search(parser: argparse.ArgumentParser) -> None:

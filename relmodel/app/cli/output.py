@@ -1,4 +1,4 @@
-"""Words on stderr, beside the progress that stands there; data goes to stdout (relmodel.printing)."""
+"""Messages on stderr, where progress stands too; data goes to stdout (relmodel.printing)."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ import sys
 from relmodel.text import visible
 
 quiet = False
-"""whether words are left unsaid: as the command line was told"""
+"""whether messages are suppressed (--quiet)"""
 
 
 def say(words: str) -> None:
-    """Words for the person at the terminal: what was done, never data."""
+    """A message for the person at the terminal: what was done, never data."""
     if not quiet:
         complain(words)
 
 
 def complain(words: str) -> None:
-    """Words of what went wrong, which are said in any case."""
+    """An error message, which is printed in any case."""
     if sys.stderr.isatty():
         sys.stderr.write("\r\x1b[K")  # a progress bar may stand on the line
     print(visible(words), file=sys.stderr)

@@ -16,7 +16,7 @@ _TICK_S = 0.5
 
 @contextmanager
 def shown() -> Iterator[Progress]:
-    """Show, as long as the block lasts, what it is told; the bar is gone when it ends."""
+    """Show the progress that is reported while the block lasts; the bar is gone when it ends."""
     if output.quiet or not sys.stderr.isatty():
         yield silent
         return
@@ -35,7 +35,7 @@ def shown() -> Iterator[Progress]:
 
 @contextmanager
 def _ticking(bar: object) -> Iterator[None]:
-    """Let the clock of a bar go on while the work says nothing."""
+    """Advance the clock of a bar while no progress is reported."""
     done = Event()
 
     def tick() -> None:

@@ -54,8 +54,8 @@ def read_results(store: Store, connection: Connection, run_id: int) -> dict[str,
 def results_json(tables: dict[str, pa.Table]) -> dict[str, Any]:
     """The tables as plain numbers, texts and lists.
 
-    What was answered, of which store, and when stands on top (a file of it is read as a prior), the other tables are
-    under their names: lists of rows, or one object of what there is one of.  Transforms are 4x4, covariances 6x6.
+    The answer, its store and its time stand on top (such a file serves as a prior), the other tables under their names:
+    lists of rows, or one object for a single row.  Transforms are 4x4, covariances 6x6.
     """
     rows = {name: [_plain_row(name, row) for row in table.to_pylist()] for name, table in tables.items()}
     single = {name: next(iter(rows[name]), None) for name in _SINGLE}
@@ -110,7 +110,7 @@ def write_scene(
 
 
 def _add_cameras(tree: dict[str, Any], cameras: dict[str, dict[str, Any]]) -> None:
-    """Give the nodes of the cameras glTF's own, a camera each: trimesh writes one alone."""
+    """Attach a glTF camera to each camera node: trimesh writes only one."""
     nodes = {node["name"]: node for node in tree["nodes"]}
     tree["cameras"] = []
     for name, c in cameras.items():
@@ -130,7 +130,7 @@ def _calibration(camera: dict[str, Any]) -> dict[str, Any]:
 
 
 def _plain_row(table: str, row: dict[str, Any]) -> dict[str, Any]:
-    """A row with its transform as 4x4 and covariance as 6x6, and times as text; what each carries is said on top."""
+    """A row with its transform as 4x4 and covariance as 6x6, and times as text, without what the top says already."""
     above = () if table == "inspection" else _CARRIED
     out = {name: _plain(value) for name, value in row.items() if name not in (*MATRIX_COLUMNS, *above)}
     if table in _TRANSFORMS:

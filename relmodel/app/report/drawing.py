@@ -12,7 +12,7 @@ _DETAIL_PX = 0.4  # how far a drawn course may leave the points that it stands f
 
 
 def courses(owner: Ints, x: Floats, y: Floats, *, detail: float = _DETAIL_PX) -> dict[int, str]:
-    """SVG path data of each owner's points, px, which follow each other; owners are in runs.
+    """SVG path data of each owner's points, px; the points of an owner are contiguous.
 
     Points that a straight piece passes within `detail` are left out (Douglas and Peucker 1973, by OpenCV).
     """
@@ -30,7 +30,8 @@ def path_data(points: Floats, closed: bool = False) -> str:
 
 
 def histogram(values: Floats, weights: Floats, *, reach: float = 4.0, bins: int = 40) -> Markup:
-    """Residuals over their standard deviations as bars, beside the normal density; the last bars hold what lies beyond.
+    """Histogram of residuals over their standard deviations, with the normal density; the outermost bars include all
+    beyond.
 
     values in standard deviations, weights 0 to 1.
     """

@@ -16,14 +16,14 @@ from relmodel.app.show.picture import Colour, colours_of
 from relmodel.app.show.tree import Tree, read_tree, tree_rows
 from relmodel.store import Store
 
-MOST_ITEMS = 3000  # of the list beside the model
+MOST_ITEMS = 3000  # of the list next to the model
 _COLOURED = ("added", "removed", "changed", "moved")
 _UP = (0, 1, 0)  # of an object: as its drawings show it
 
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry of the list beside the model: what it is called, its part in the scene, and surfaces (None: all)."""
+    """An entry of the list next to the model: what it is called, its part in the scene, and surfaces (None: all)."""
 
     level: str
     name: str
@@ -129,7 +129,11 @@ def diff_page(
         if r.level != "surface"
     ]
     counts = store.rows(connection, "report/change_counts", comparison_id=comparison)
-    facts = [(f"{r.level}s {r.status}", str(r.how_many), "") for r in counts if _is_in_head(r)]
+    facts = [
+        (f"{r.level}s {r.status}", str(r.how_many), "")
+        for r in counts
+        if r.level != "surface" and r.status in _COLOURED
+    ]
     tables = [
         read_table(connection, "How much differs", "report/change_counts", comparison_id=comparison),
         read_table(connection, "What differs", "compare/changes", comparison_id=comparison),
@@ -155,11 +159,6 @@ def _motion(change: Any) -> str:
     if change.distance < 1e-3 < change.angle:
         return f"{np.degrees(change.angle):.3g}°"
     return f"{change.distance:.3g} mm"
-
-
-def _is_in_head(count: Any) -> bool:
-    """Whether the head of the page says it."""
-    return count.level != "surface" and count.status in _COLOURED
 
 
 def _page(

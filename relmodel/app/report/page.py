@@ -1,7 +1,7 @@
 """Pages: templates filled in, with everything that a browser needs inside and nothing that it may fetch.
 
 Names come from files that others made: templates escape all text, JSON lies in an element that is not run, and the
-page's own policy runs the one script whose hash it states, so that no name can bring another.
+page's policy admits only the script whose hash it states, so that no name can inject another.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ def evidence_plots(store: Store, connection: Connection, run: int) -> list[Marku
         lie = residual_map(
             np.stack([u, v], axis=1)[own], np.stack([nu, nv], axis=1)[own], residual[own], row.width, row.height, scale
         )
-        words = f"{row.camera}: residuals of edge points over their sigma, beside what chance alone gives; "
+        words = f"{row.camera}: residuals of edge points over their sigma, with the normal distribution; "
         out.append(
             _figure(
                 words + f"and in the picture, {scale:g} times as long",

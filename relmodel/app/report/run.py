@@ -33,7 +33,7 @@ _ENDS = {
 
 @dataclass(frozen=True)
 class Layer:
-    """What can be drawn over the pictures: the class that its elements are told apart by, and words."""
+    """A layer of drawings over the pictures: the class of its elements, and a label."""
 
     name: str
     words: str
@@ -79,7 +79,7 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         "run.html",
         **(around or {}),
         title=f"run {run}: {word}",
-        over=f"{_kind(row.kind)}, run {run}"
+        over=f"{_KINDS.get(row.kind, row.kind)}, run {run}"
         + (f", world {prior.world} revision {prior.revision}" if prior is not None else "")
         + f", {cell(row.began_at)}",
         word=word,
@@ -120,10 +120,6 @@ _KINDS = {
     "stereo": "Pictures of a pair matched",
     "prune": "Room made in the store",
 }
-
-
-def _kind(kind: str) -> str:
-    return _KINDS.get(kind, kind)
 
 
 def _facts(

@@ -15,7 +15,7 @@ from relmodel.geometry.transforms import apply
 from relmodel.store import Store
 
 MOST_PARTS = 4000  # a page draws them one by one
-MOST_TRIANGLES = 600_000  # 12 bytes each in the page; shapes beyond are drawn by their edges alone
+MOST_TRIANGLES = 600_000  # 12 bytes each in the page; of further shapes only the edges are drawn
 _STEPS = 65535  # positions are whole steps of a shape's box: of 3 m, 0.05 mm
 _PIECES = 20  # straight pieces an edge is drawn with
 _STRAIGHT_MM = 0.05  # an edge that leaves its chord by less is one piece

@@ -1,4 +1,4 @@
-"""What holds the queries of a page back: nothing is written, nothing beyond the store reached, and time is bounded."""
+"""Limits of the queries of a page: they write nothing, reach nothing beyond the store, and have bounded time."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class StoppedError(RelmodelError):
 
 @contextmanager
 def only_reading(store: Store, time_limit_s: float) -> Iterator[None]:
-    """All queries of the block on a store that is open read-only: on DuckDB external access is off and the
+    """Limit all queries of the block on a store that is open read-only: on DuckDB external access is off and the
     configuration locked; what is not done after `time_limit_s` is interrupted.  Raises StoppedError then.
     """
     drivers: list[Any] = []

@@ -118,4 +118,4 @@ class Handler(BaseHTTPRequestHandler):
             self.wfile.write(body)
 
     def log_message(self, format: str, *args: object) -> None:
-        """Requests are not logged: what one looks at is no one else's."""
+        """Requests are not logged: what a person looks at is private."""

@@ -1,11 +1,10 @@
 """Numbers of a model that differ from those of the store by round-off become those of the store.
 
-A content key rounds numbers to a grid, and two that are next to each other may fall into two cells however fine or
-coarse it is: a file that is exported anew, with other last digits, would be added again.  So before keys are made of
-geometry that the store seems to lack, rows are looked for that begin (arcs) or have their centroid (surfaces) in the
-same place, within a cell of the grid or in the next one (`geometry.py`).  Where all that the key is made of agrees to
-round-off, the stored numbers are taken; of several rows those of the nearest.  So are those of placements and
-attributes of what has the same name.
+A content key rounds numbers to a grid, and two nearly equal numbers may fall into two cells of any grid: a file
+exported again, with other last digits, would be added again.  So before keys are made of geometry that the store seems
+to lack, rows are sought that begin (arcs) or have their centroid (surfaces) in the same place, within a cell of the
+grid or in the next one (`geometry.py`).  Where all that the key is made of agrees to round-off, the stored numbers are
+taken; of several rows those of the nearest.  So are those of placements and attributes of what has the same name.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Writing what a load noticed that is not as it should be."""
+"""Writing the findings of a load."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ def append_pmi(run: Run, connection: Connection, parts: Sequence[tuple[int, Part
     if not parts:
         return
     shapes = sorted({ids[keys.shape] for _, _, keys, ids in parts})
-    # A shape that the store held may list its surfaces in another order than the file.
+    # A shape that was stored before may list its surfaces in another order than the file.
     with run.store.relation(connection, "sought", {"id": shapes}):
         rows_of_shapes = run.store.rows(connection, "load/surfaces_of_shapes")
     listed = {(int(row.shape_id), row.content_key): int(row.surface_no) for row in rows_of_shapes}

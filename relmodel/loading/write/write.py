@@ -1,4 +1,4 @@
-"""Writing a model into a store: what the store holds already is pointed to, only what is new is appended."""
+"""Writing a model into a store: stored content is referred to, only new content is appended."""
 
 from __future__ import annotations
 

@@ -406,7 +406,7 @@ def test_stores_without_a_world(
 
 
 def test_stores_that_are_none(pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "in memory alone" in refused(capsys, "inspect", "--store", ":memory:", *pair.options())
+    assert "in memory only" in refused(capsys, "inspect", "--store", ":memory:", *pair.options())
     file = tmp_path / "cell.duckdb"
     assert "there is no store" in refused(capsys, "inspect", "--store", str(file), *pair.options())
     assert not file.exists()
@@ -422,7 +422,7 @@ def test_stores_that_are_none(pair: Pair, tmp_path: Path, capsys: pytest.Capture
 def test_store_held_by_another_process(store: str, pair: Pair, capsys: pytest.CaptureFixture[str]) -> None:
     with held(store, read_only=False) as holder:
         said = refused(capsys, "inspect", "--store", store, *pair.options())
-    assert f"held by process {holder.pid}" in said
+    assert f"in use by process {holder.pid}" in said
 
 
 def test_overlay_that_cannot_be_written_is_told_first(

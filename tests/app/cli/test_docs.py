@@ -292,7 +292,7 @@ def test_python_of_scale_out_runs() -> None:
     with Store.open("demo/cell.duckdb", read_only=True) as store:
         found = in_volumes(store, said["volumes"], level="feature")
         with store.read() as connection:
-            cell = connection.scalar(sa.text("SELECT cell FROM store_identity"))
+            cell = connection.scalar(sa.text("SELECT cell FROM store"))
     assert [row[3:8] for row in said["rows"]] == list(
         zip(*(found[n].tolist() for n in ("volume_no", "occurrence_id", "element_no", "path", "name")), strict=True)
     )

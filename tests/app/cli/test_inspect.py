@@ -65,8 +65,6 @@ WRITTEN = [
     "presence",
     "presence_camera",
     "measured_size",
-    "measured_distance",
-    "seen_through",
 ]
 
 # What differs between two runs of the same: which run it was, when, and how long it took.

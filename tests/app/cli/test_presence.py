@@ -168,7 +168,7 @@ def test_a_feature_has_changed_where_one_of_its_sizes_has(answer: Answer, store:
         told = connection.execute(
             sa.text(
                 "SELECT DISTINCT p.path FROM presence AS p JOIN measured_size AS m ON m.run_id = p.run_id "
-                "AND m.item_no = p.item_no WHERE m.changed AND p.state = 'changed'"
+                "AND m.item_no = p.item_no WHERE m.changed AND m.what <> 'distance' AND p.state = 'changed'"
             )
         ).scalars()
         assert set(told) == {i["path"] for i in items if i["state"] == "changed"}
@@ -203,7 +203,7 @@ def test_questions_about_what_is_there_are_answered(answer: Answer, store: Store
 
 
 def thresholds_are_those_that_decided(store: Store) -> set[str]:
-    """The thresholds that `thresholds_of_findings` names, held against the parameters and the states they decide."""
+    """The thresholds that `thresholds_of_findings` names, compared with the parameters and the states they decide."""
     with store.read() as connection:
         text = sa.text((resource_dir("queries") / "examples/thresholds_of_findings.sql").read_text())
         said = {r.path: r for r in connection.execute(text)}

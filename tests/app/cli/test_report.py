@@ -1,4 +1,4 @@
-"""`relmodel report`: pages of runs, held against the rows that they are made from."""
+"""`relmodel report`: pages of runs, compared with the rows that they are made from."""
 
 from __future__ import annotations
 
@@ -237,7 +237,6 @@ def evil_page(
         "UPDATE run_input SET name = $given",
         "UPDATE inspection SET reason = $given",
         "UPDATE world SET name = $given",
-        "UPDATE current_world SET name = $given",
         "UPDATE placed_object SET world = $given",
         "UPDATE run_event SET message = $given",
         "UPDATE run SET parameters = json_object($given, $given)",

@@ -33,7 +33,7 @@ def inspected(request: pytest.FixtureRequest) -> Inspection:
 def identity_of(target: str) -> tuple[str, str]:
     """The id of a store and its cell."""
     with Store.open(target, read_only=True) as store, store.read() as connection:
-        store_id, cell = connection.exec_driver_sql("SELECT id, cell FROM store_identity").one()
+        store_id, cell = connection.exec_driver_sql("SELECT id, cell FROM store").one()
     return store_id, cell
 
 

@@ -1,4 +1,4 @@
-"""`relmodel why` and `relmodel compare`: what they say of an inspection, held against its rows and its answer."""
+"""`relmodel why` and `relmodel compare`: what they say of an inspection, compared with its rows and its answer."""
 
 from __future__ import annotations
 

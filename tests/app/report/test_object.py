@@ -1,4 +1,4 @@
-"""Pages of objects and of what differs between two variants, held against the parts that they were made from."""
+"""Pages of objects and of what differs between two variants, compared with the parts that they were made from."""
 
 from __future__ import annotations
 

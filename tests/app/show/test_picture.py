@@ -25,7 +25,7 @@ def drawn(corners: Floats, height: int, width: int) -> tuple[Floats, Ints]:
 
 
 def test_each_pixel_shows_the_nearest_triangle_at_its_centre() -> None:
-    """Triangles in a picture and beyond it, held against where the centre of each pixel is in each of them."""
+    """Triangles in a picture and beyond it, compared with where the centre of each pixel is in each of them."""
     corners = np.random.default_rng(4).uniform(-15, 75, (60, 3, 3))
     depth, shown = drawn(corners, 40, 60)
     x, y = np.meshgrid(np.arange(60.0), np.arange(40.0))

@@ -1,4 +1,4 @@
-"""COLMAP's text model: cameras.txt, and rigs.txt or images.txt beside it for where the cameras sit.
+"""COLMAP's text model: cameras.txt, with rigs.txt or images.txt for the poses of the cameras.
 
 Pixel (0.5, 0.5) is the centre of the top-left pixel, so a principal point lies half a pixel further than ours.  With
 one rig in rigs.txt its frame is the rig's; else images.txt has one image a camera, and its world is the rig's frame.
@@ -135,7 +135,7 @@ def _poses_of_rig(path: Path, cameras: set[int]) -> dict[int, Floats] | None:
         return None
     words = rigs[0]
     if len(words) < 4 or words[2] != "CAMERA":
-        raise InputError(f"{path}: the rig's reference is no camera: give a model of cameras alone")
+        raise InputError(f"{path}: the rig's reference is no camera: give a model of cameras only")
     poses = {_whole(words[3], "a SENSOR_ID", path): np.eye(4)}
     at = 4
     while at < len(words):
@@ -148,8 +148,8 @@ def _poses_of_rig(path: Path, cameras: set[int]) -> dict[int, Floats] | None:
 
 
 def _poses_of_images(path: Path, cameras: set[int]) -> tuple[dict[int, Floats] | None, dict[int, str] | None]:
-    """rig_from_camera and names by CAMERA_ID, in the order of the images; None where a camera has not one image alone,
-    and no names where the images' are not clear."""
+    """rig_from_camera and names by CAMERA_ID, in the order of the images; None where a camera has not exactly one
+    image, and no names where the images' are not clear."""
     # Every second line, empty or not, lists the points of an image.
     text = read_text(path, "file of images", MOST_BYTES)
     lines = [line for line in text.splitlines() if not line.lstrip().startswith("#")]

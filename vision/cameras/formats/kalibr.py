@@ -82,7 +82,7 @@ def write(rig: Rig, path: Path) -> None:
 def _camera(entry: dict[str, Any], name: str, path: Path) -> Camera:
     where = f"{name}."
     if entry.get("camera_model") != "pinhole":
-        raise InputError(f"{path}: {where}camera_model is {entry.get('camera_model')!r}: a rig holds pinhole alone")
+        raise InputError(f"{path}: {where}camera_model is {entry.get('camera_model')!r}: a rig holds pinhole only")
     model = entry.get("distortion_model")
     if model not in ("radtan", "none"):
         raise InputError(f"{path}: {where}distortion_model is {model!r}: a rig holds radtan or none")

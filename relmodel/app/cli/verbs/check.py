@@ -26,14 +26,14 @@ def run(args: argparse.Namespace) -> int:
         findings = check(store)
         with store.read() as connection:
             (unproved,) = store.rows(connection, "audit/bounds_not_kept")
-    offending = [(f.query, f.description, _words(row)) for f in findings for row in f.rows]
+    offending = [
+        (f.query, f.description, ", ".join(f"{name} {value}" for name, value in row.items()))
+        for f in findings
+        for row in f.rows
+    ]
     if offending or args.format != "table":
         print_rows(("check", "finds", "row"), offending, args.format)
     if unproved.problems:
         say(f"{unproved.problems} matching problems: bound not kept, so not checked (inspect --keep-bounds keeps it)")
     say(f"{len(findings)} checks, {len(offending)} offending rows")
     return 1 if offending else 0
-
-
-def _words(row: dict[str, object]) -> str:
-    return ", ".join(f"{name} {value}" for name, value in row.items())

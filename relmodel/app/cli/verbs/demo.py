@@ -1,4 +1,4 @@
-"""Run the demonstration: load the bulkhead, place it, inspect a rendered stereo pair, hold the pose against the truth.
+"""Run the demonstration: load the bulkhead, place it, inspect a rendered stereo pair, compare the pose with the truth.
 
 Everything lands in the folder given with --folder: the store, a picture of the model drawn over the images, the report.
 """

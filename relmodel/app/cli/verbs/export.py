@@ -28,7 +28,7 @@ EXAMPLE = """relmodel export bulkhead --variant A -o bulkhead.glb --store cell.d
   relmodel export --run last -o inspection.json --store cell.duckdb
   relmodel export --parquet parts --store cell.duckdb"""
 
-# Names that people give what is written as .glb, as .json or into a folder.
+# Endings of other model formats, which are not written.
 _OTHER_FORMS = (".gltf", ".json", ".xlsx", ".csv", ".parquet", ".obj", ".stl", ".ply", ".3mf", ".step", ".stp")
 
 
@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check(args: argparse.Namespace) -> None:
-    """Refuses options that do not go together."""
+    """Refuse options that do not go together."""
     given = sum(one is not None for one in (args.object, args.number, args.parquet))
     if given != 1 or (args.parquet is None) != (args.out is not None):
         raise UsageError("give an OBJECT or --run RUN and -o FILE or FOLDER, or --parquet FOLDER for the placed parts")

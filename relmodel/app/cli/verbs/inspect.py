@@ -1,8 +1,8 @@
 """Inspect a stereo pair or one picture: say which parts are in view and where the cameras are.
 
 Without --prior a rig that no arm carries is located by the circles that its pictures show, wherever they were taken.
-Without --right the picture of the left camera is used alone.  Where the world mounts the rig on an arm, an accepted
-pose also says how far the arm's base stands from where the world has it, with the joints held unless their sigmas are
+Without --right only the picture of the left camera is used.  Where the world mounts the rig on an arm, an accepted
+pose also says how far the arm's base stands from where the world has it, with the joints fixed unless their sigmas are
 given.  Exit status 0 where the pose is accepted, 1 where it is ambiguous or refused; 5 where it is accepted and
 something is there that --fail-on names.
 """
@@ -103,13 +103,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--keep-bounds",
         action="store_true",
-        help="keep the rows that prove how good the matches are, for relmodel check to follow",
+        help="keep the rows that prove the bounds of the matches, for relmodel check to verify",
     )
     parser.add_argument(
         "--audit",
         choices=("full", "minimal"),
         default="full",
-        help="what is recorded: all that explains the decisions, or for sequences the decisions alone (default: full)",
+        help="what is recorded: all that explains the decisions, or for sequences only the decisions (default: full)",
     )
     add_format(parser)
 
@@ -212,7 +212,7 @@ def print_answer(answer: Inspection, form: str) -> None:
 
 
 def words_of(item: dict[str, Any] | None) -> tuple[str | None, str | None]:
-    """State and reason of an item in view; None of parts that are no reference."""
+    """State and reason of an item in view; None for parts that are no reference."""
     return (None, None) if item is None else (item["state"], item["reason"])
 
 

@@ -1,7 +1,7 @@
-"""Make room: take what inspections found, or the bytes of their pictures; says first what would go, --yes does it.
+"""Make room: remove what inspections found, or the bytes of their pictures; without --yes only lists what would go.
 
 Pictures and what was extracted from them go only where no other run has read them.  The runs stay listed, with inputs,
-steps and messages.  A DuckDB file keeps the room for rows to come; docs/store.md says how to copy it without.
+steps and messages.  A DuckDB file keeps the room for later rows; docs/store.md says how to copy it without.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Show the store in a local web page: runs, objects in 3-D, what lies in a box, questions with parameters.
 
-It listens on this machine alone, writes nothing, and opens the store only while a page is made, so that inspections can
+It listens on this machine only, writes nothing, and opens the store only while a page is made, so that inspections can
 go on.  Every table is there as .json and .csv too.  Ctrl-C ends it.
 """
 

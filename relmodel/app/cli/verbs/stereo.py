@@ -2,7 +2,7 @@
 
 No model is needed: the pair itself says how far off things are.  With --prior the model of the store's world, seen from
 there, bounds it.  Methods: pong (votes of epipolar rows, attributes of arcs and regions, then relations), relational
-(relations alone, within the epipolar geometry).
+(only relations, within the epipolar geometry).
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--keep-bounds",
         action="store_true",
-        help="keep the rows that prove how good the matches are, for relmodel check to follow",
+        help="keep the rows that prove the bounds of the matches, for relmodel check to verify",
     )
     add_format(parser)
 
 
 def _camera_and_picture(text: str, side: str) -> tuple[str, Path]:
-    """As given, or the side's own name where there is none."""
+    """As given, or the side's own name."""
     name, equals, path = text.partition("=")
     return (name, Path(path)) if equals else (side, Path(text))
 

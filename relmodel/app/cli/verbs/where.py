@@ -2,7 +2,7 @@
 
 Prints a prior file for `relmodel inspect --prior`.  With --found, the pose of the rig that an inspection found (its
 answer as JSON, or YAML with world_from_rig and covariance or sigma), prints the correction of the arm's base instead,
-with the joints held unless their sigmas are given: shift_mm is along the world's axes, turn_rad and covariance (mm,
+with the joints fixed unless their sigmas are given: shift_mm is along the world's axes, turn_rad and covariance (mm,
 then rad) along the base's.
 """
 
