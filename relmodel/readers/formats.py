@@ -16,7 +16,8 @@ MESH_FORMATS = (*UNITLESS_FORMATS, "glb", "gltf", "3mf")
 UNITS_MM = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1e3, "in": 25.4, "ft": 304.8}
 
 _LONG_UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "decimeter": "dm", "meter": "m", "inch": "in"}
-_LONG_UNITS |= {"millimetre": "mm", "centimetre": "cm", "metre": "m", "foot": "ft", "inches": "in", "feet": "ft"}
+_LONG_UNITS |= {"micrometre": "um", "millimetre": "mm", "centimetre": "cm", "decimetre": "dm", "metre": "m"}
+_LONG_UNITS |= {"foot": "ft", "inches": "in", "feet": "ft"}
 
 
 def format_of(path: Path) -> str:

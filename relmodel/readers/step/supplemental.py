@@ -26,27 +26,20 @@ from relmodel.readers.step import maps
 
 def without_loose_faces(shape: Any) -> tuple[Any, Any]:
     """The solids of a shape, and its faces that bound none of them; the shape and None where it has but one sort."""
-    solids = _sub_shapes(shape, Type.TopAbs_SOLID)
+    solids = list(maps.sub_shapes(shape, Type.TopAbs_SOLID))
     bounding = ShapeMap()
     for solid in solids:
         TopExp.MapShapes_s(solid, Type.TopAbs_FACE, bounding)
-    faces = maps.face_map(shape)
-    loose = [faces.FindKey(i) for i in range(1, faces.Extent() + 1) if not bounding.Contains(faces.FindKey(i))]
+    loose = [face for face in maps.face_map(shape) if not bounding.Contains(face)]
     return (maps.compound(solids), maps.compound(loose)) if solids and loose else (shape, None)
-
-
-def _sub_shapes(shape: Any, kind: Any) -> list[Any]:
-    keys = ShapeMap()
-    TopExp.MapShapes_s(shape, kind, keys)
-    return [keys.FindKey(i) for i in range(1, keys.Extent() + 1)]
 
 
 def loose_edges(shape: Any) -> list[Any]:
     """Edges of a shape that bound no face."""
-    bounding, faces = ShapeMap(), maps.face_map(shape)
-    for i in range(1, faces.Extent() + 1):
-        TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, bounding)
-    return [edge for edge in _sub_shapes(shape, Type.TopAbs_EDGE) if not bounding.Contains(edge)]
+    bounding = ShapeMap()
+    for face in maps.face_map(shape):
+        TopExp.MapShapes_s(face, Type.TopAbs_EDGE, bounding)
+    return [edge for edge in maps.sub_shapes(shape, Type.TopAbs_EDGE) if not bounding.Contains(edge)]
 
 
 def extract_edges(shape: Any) -> Shape | None:
