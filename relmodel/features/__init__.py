@@ -37,7 +37,7 @@ def recognise(shape: Shape) -> list[Feature]:
     b.blends = blends.rounded(b)
     bevels = blends.bevelled(b)
     b.chamfers = set(bevels)
-    found = holes(b.surfaces, b.graph)
+    found = holes(b.surfaces, b.links)
     features = list(found)
     if b.sides:
         rings, beyond = turned.grooves(b, found)

@@ -8,6 +8,7 @@ from relmodel.arrays import Floats
 from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, lengths, sideways, union
 from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.graph import Boundary, Side, Surfaces
+from relmodel.geometry.clusters import joined
 
 _P = DEFAULTS.blends
 _EXACT = ("plane", "cylinder", "cone", "sphere", "torus")
@@ -75,25 +76,22 @@ def fillets(b: Boundary, taken: set[int]) -> list[Feature]:
 
     The origin of the longest one is the middle of its axis, X along that; of a changing radius, of the edge it rounds.
     """
-    import networkx as nx
-
     s, changing = b.surfaces, running(b)
     radius = (b.blends | full_rounds(b, taken)).items()
     of = {i: r for i, r in radius if i not in taken}
-    chains: nx.Graph[int] = nx.Graph()
-    chains.add_nodes_from(of)
+    edges: list[tuple[int, int]] = []
     lines: dict[tuple[float, ...], int] = {}
     for i in sorted(of):
         smooth = [x.other for x in b.sides[i] if x.convexity == "smooth"]
-        chains.add_edges_from((i, j) for j in smooth if j in chains and abs(of[i] - of[j]) < _P.same_radius_mm)
+        edges += [(i, j) for j in smooth if j in of and abs(of[i] - of[j]) < _P.same_radius_mm]
         if s.kind[i] == "cylinder":
             # One that a hole or a notch has cut is one still: between the same two faces.
             planes = [j for j in smooth if s.kind[j] == "plane"]
             if len(planes) == 2:
                 keys = [(*b.plane_key(pair), round(of[i], 3)) for pair in (planes, planes[::-1])]
-                chains.add_edge(i, lines.setdefault(min(keys), i))
+                edges.append((i, lines.setdefault(min(keys), i)))
     found = []
-    for members in sorted(sorted(component) for component in nx.connected_components(chains)):
+    for members in joined(of, edges):
         longest = max(members, key=lambda i: (round(float(s.area[i]), 6), -i))
         run, centre = s.axis[longest], s.origin[longest]
         measures = lengths(radius=of[longest], length=_total(s, members))

@@ -7,7 +7,7 @@ Computer-Aided Design 20 (2), 1988.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,12 +15,8 @@ import numpy.typing as npt
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, sideways
 from relmodel.features.feature_parameters import DEFAULTS
-from relmodel.geometry.clusters import clusters, unsigned
+from relmodel.geometry.clusters import clusters, components, unsigned
 from relmodel.model.model import Shape, Table
-
-if TYPE_CHECKING:
-    import networkx as nx
-
 
 _ALL = DEFAULTS.common
 
@@ -136,13 +132,14 @@ class Boundary:
     """A shape as features are looked for in it.
 
     Its surfaces are merged from faces that one surface carries; merged_faces: the numbers of those faces of each;
-    vertices (n, 3): of all triangles.
+    vertices (n, 3): of all triangles.  links: of each surface those that share an arc with it, and the convexities of
+    these arcs.
     sides: of each surface, in the order of its loops; blends: radius of each surface that rounds off an edge between
     others (`blends.rounded`); chamfers: surfaces that cut one off.
     """
 
     surfaces: Surfaces
-    graph: nx.MultiGraph[int]
+    links: list[dict[int, set[str]]]
     sides: dict[int, list[Side]]
     merged_faces: list[list[int]]
     vertices: Floats
@@ -237,7 +234,7 @@ def boundary(shape: Shape) -> Boundary:
             if len(faces) > 1 and k in sides:
                 sides[k] = _relooped(shape, sides[k], plane=shape.surfaces["recognised_kind"][faces[0]] == "plane")
     vertices = np.asarray(shape.mesh.vertices, float)
-    return Boundary(describe(shape, face, merged), adjacency_graph(shape, face), sides, merged, vertices)
+    return Boundary(describe(shape, face, merged), _links(shape, face, len(merged)), sides, merged, vertices)
 
 
 def _merged(shape: Shape) -> Ints:
@@ -245,9 +242,6 @@ def _merged(shape: Shape) -> Ints:
 
     Merged ones are numbered in the order of their first faces.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     s = shape.surfaces
     kind = np.asarray(s["recognised_kind"], dtype=str)
     if not shape.arcs:
@@ -278,9 +272,7 @@ def _merged(shape: Shape) -> Ints:
         ],
         False,
     )
-    links = coo_array((np.ones(int(one.sum()), bool), (a[one], b[one])), shape=(len(kind), len(kind)))
-    label = connected_components(links, directed=False)[1]
-    _, first, merged = np.unique(label, return_index=True, return_inverse=True)
+    _, first, merged = np.unique(components(len(kind), a[one], b[one]), return_index=True, return_inverse=True)
     order = np.argsort(np.argsort(first))
     out: Ints = order[merged]
     return out
@@ -288,15 +280,12 @@ def _merged(shape: Shape) -> Ints:
 
 def _relooped(shape: Shape, sides: list[Side], plane: bool) -> list[Side]:
     """Sides of merged faces: loops are what hangs together, of a plane that of the greatest extent is outer."""
-    import networkx as nx
-
     names = [f"{end}_{c}" for end in ("start", "end") for c in "xyz"]
     ends = np.array([[float(shape.arcs[n][x.arc]) for n in names] for x in sides]).reshape(-1, 2, 3)
-    corner = clusters(ends.reshape(-1, 3), LENGTH_TOLERANCE).reshape(-1, 2).tolist()
-    graph: nx.Graph[int] = nx.Graph()
-    graph.add_edges_from((one, two) for one, two in corner)
-    loop_of = {c: n for n, loop in enumerate(nx.connected_components(graph)) for c in loop}
-    loop = [loop_of[c] for c, _ in corner]
+    corner = clusters(ends.reshape(-1, 3), LENGTH_TOLERANCE).reshape(-1, 2)
+    label = components(int(corner.max()) + 1, *corner.T)[corner[:, 0]].tolist()
+    number = {k: n for n, k in enumerate(dict.fromkeys(label))}
+    loop = [number[k] for k in label]
     box = np.array([[float(shape.arcs[n][x.arc]) for n in ("x0", "y0", "z0", "x1", "y1", "z1")] for x in sides])
     size = []
     for n in range(max(loop) + 1):
@@ -357,28 +346,16 @@ def describe(shape: Shape, face: Ints, merged: list[list[int]]) -> Surfaces:
     )
 
 
-def adjacency_graph(shape: Shape, face: Ints) -> nx.MultiGraph[int]:
-    """Graph of whole surfaces with an edge for each arc between two: `arc_no`, `convexity`, `length`."""
-    import networkx as nx
-
-    graph: nx.MultiGraph[int] = nx.MultiGraph()
-    graph.add_nodes_from(range(int(face.max(initial=-1)) + 1))
-    if not shape.arcs:
-        return graph
-    a, b = (np.asarray(shape.arcs[c], np.int64) for c in ("surface_a", "surface_b"))
-    length = np.asarray(shape.arcs["length"], float)
-    convexity = shape.arcs["convexity"]
-    apart = (a >= 0) & (b >= 0)
-    apart[apart] = face[a[apart]] != face[b[apart]]
-    for arc_no in np.flatnonzero(apart).tolist():
-        graph.add_edge(
-            int(face[a[arc_no]]),
-            int(face[b[arc_no]]),
-            arc_no=arc_no,
-            convexity=str(convexity[arc_no]),
-            length=float(length[arc_no]),
-        )
-    return graph
+def _links(shape: Shape, face: Ints, count: int) -> list[dict[int, set[str]]]:
+    out: list[dict[int, set[str]]] = [{} for _ in range(count)]
+    if shape.arcs:
+        a, b = (np.asarray(shape.arcs[c], np.int64) for c in ("surface_a", "surface_b"))
+        for arc in np.flatnonzero((a >= 0) & (b >= 0)).tolist():
+            one, two = int(face[a[arc]]), int(face[b[arc]])
+            if one != two:
+                for i, j in ((one, two), (two, one)):
+                    out[i].setdefault(j, set()).add(str(shape.arcs["convexity"][arc]))
+    return out
 
 
 def _points(table: Table, name: str) -> Floats:

@@ -57,8 +57,6 @@ def openings(b: Boundary, taken: set[int]) -> list[Feature]:
 
 def _cut_at_both_ends(b: Boundary, used: set[int]) -> list[tuple[Floats, list[int]]]:
     """Rings of walls that something has cut at each end: each wall meets the next in a hollow edge or blend, around."""
-    import networkx as nx
-
     s, rings = b.surfaces, []
     tried: set[tuple[int, tuple[float, ...]]] = set()
     for i in sorted(b.sides.keys() - used):
@@ -76,13 +74,19 @@ def _cut_at_both_ends(b: Boundary, used: set[int]) -> list[tuple[Floats, list[in
             tried |= {(k, key) for k in ring or [i]}
             if ring is None:
                 continue
-            graph: nx.Graph[int] = nx.Graph()
-            graph.add_edges_from((k, x.other) for k in ring for x in b.sides[k] if x.other in ring and x.other != k)
-            core = sorted(nx.k_core(graph, 2))
+            core = _core(b, ring)
             if len(core) >= _P.least_walls and _face_all_around(b, core, up):
                 used |= set(ring)
                 rings.append((up, ring))
     return rings
+
+
+def _core(b: Boundary, ring: list[int]) -> list[int]:
+    """The walls of a ring that meet two others at least of these: nothing where the ring is open."""
+    core = set(ring)
+    while loose := {k for k in core if len(b.links[k].keys() & core) < 2}:
+        core -= loose
+    return sorted(core)
 
 
 def _face_all_around(b: Boundary, walls: list[int], up: Floats) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.geometry.clusters import components
 from relmodel.readers.mesh.fit import (
     CONE,
     CYLINDER,
@@ -33,7 +34,6 @@ from relmodel.readers.mesh.triangles import (
     Edges,
     Patches,
     area_normals,
-    components,
     cut_patches,
     expand,
     mean_planes,

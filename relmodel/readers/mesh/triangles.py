@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.geometry.clusters import components
 from relmodel.readers.mesh.mesh_parameters import DEFAULTS
 
 
@@ -114,15 +115,6 @@ def mend_winding(vertices: Floats, triangles: Ints) -> tuple[Ints, int]:
     within = np.all((low < low[inverted, None]) & (high > high[inverted, None]), axis=2).any(axis=1)
     turned ^= np.isin(body, inverted[~within])
     return np.where(turned[:, None], triangles[:, ::-1], triangles), int(turned.sum())
-
-
-def components(count: int, a: Ints, b: Ints) -> Ints:
-    """Label of each of `count` nodes: those that the edges a[i] - b[i] connect share one."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
 def expand(start: Ints, end: Ints) -> tuple[Ints, Ints]:
