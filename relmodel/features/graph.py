@@ -6,6 +6,7 @@ Computer-Aided Design 20 (2), 1988.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -13,8 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, sideways
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import sideways
 from relmodel.geometry.clusters import clusters, components, unsigned
 from relmodel.model.model import Shape, Table
 
@@ -60,6 +62,11 @@ class Surfaces:
             heights = self.points(surface) @ direction
             self._extents[key] = float(heights.min(initial=np.inf)), float(heights.max(initial=-np.inf))
         return self._extents[key]
+
+    def extent(self, surfaces: Iterable[int], direction: Floats) -> tuple[float, float]:
+        """Extent of surfaces together along a direction, from the frame's origin."""
+        low, high = zip(*(self.along(i, direction) for i in surfaces), strict=True)
+        return min(low), max(high)
 
     def draft(self, walls: list[int], up: Floats) -> dict[str, tuple[float, str]]:
         """The dimension `draft_angle` of walls that all lean back by one angle from what is upright.

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, sideways, union
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import cross, frame, off_axis, sideways, union
 from relmodel.features.graph import Surfaces
 from relmodel.geometry.clusters import clusters, joined, unsigned
 
@@ -126,11 +127,8 @@ def _closes(s: Surfaces, links: Links, leader: dict[int, int], member: int, plan
         or np.linalg.norm(np.diff(s.boxes[plane].reshape(2, 3), axis=0)) > 3 * s.radius[member]
     ):
         return False
-    arm = s.points(plane) - s.origin[member]
-    arm -= np.outer(arm @ axis, axis)
-    within = (
-        np.linalg.norm(arm, axis=1).max(initial=np.inf if len(arm) == 0 else 0.0) < s.radius[member] + LENGTH_TOLERANCE
-    )
+    reach = off_axis(s.points(plane), s.origin[member], axis)
+    within = len(reach) > 0 and reach.max() < s.radius[member] + LENGTH_TOLERANCE
     return bool(within and "concave" in links[member][plane])
 
 
@@ -146,9 +144,7 @@ def _hole(s: Surfaces, links: Links, members: list[int], bores: list[list[int]])
     for i in members:
         low, high = s.along(i, axis)
         middle = (low + high) / 2 - zero
-        arm = s.points(i) - origin
-        arm -= np.outer(arm @ axis, axis)
-        reach = np.linalg.norm(arm, axis=1)
+        reach = off_axis(s.points(i), origin, axis)
         on_axis = s.kind[i] in ("cone", "sphere", "torus") and reach.min(initial=np.inf) < 1e-2 * s.radius[narrow[0]]
         if i in narrow:
             roles[i] = "wall"
@@ -168,11 +164,9 @@ def _hole(s: Surfaces, links: Links, members: list[int], bores: list[list[int]])
             wide.append((float(s.radius[i]), middle))
         else:
             roles[i] = "blend"
-    extents = [s.along(i, axis) for i in members if i not in tips]
-    extents += [s.along(i, axis) for i in _rounded_rims(s, links, members)]
-    low, high = min(e[0] for e in extents) - zero, max(e[1] for e in extents) - zero
-    core = [s.along(i, axis) for i in narrow]
-    centre = (min(e[0] for e in core) + max(e[1] for e in core)) / 2 - zero
+    low, high = s.extent([*(i for i in members if i not in tips), *_rounded_rims(s, links, members)], axis)
+    low, high = low - zero, high - zero
+    centre = sum(s.extent(narrow, axis)) / 2 - zero
     # Z out of the material: away from the bottom, else towards the widest end, else towards positive coordinates.
     if bottoms:
         towards = centre - bottoms[0]

@@ -7,21 +7,9 @@ from itertools import pairwise
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.feature import (
-    ANGLE_TOLERANCE,
-    LENGTH_TOLERANCE,
-    Feature,
-    ahead,
-    commonest,
-    cross,
-    frame,
-    lengths,
-    outline_form,
-    rectangle,
-    sideways,
-    union,
-)
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, commonest, lengths, outline_form
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import ahead, angular_gaps, at_level, cross, frame, rectangle, sideways, union
 from relmodel.features.graph import Boundary, Side
 
 _ALL = DEFAULTS.common
@@ -92,9 +80,7 @@ def _core(b: Boundary, ring: list[int]) -> list[int]:
 def _face_all_around(b: Boundary, walls: list[int], up: Floats) -> bool:
     """Whether the normals of walls leave no half turn about `up` free."""
     normal = np.concatenate([b.surfaces.normals(i) for i in walls])
-    u, v = sideways(up)
-    angle = np.sort(np.arctan2(normal @ v, normal @ u))
-    return bool(np.diff(angle, append=angle[0] + 2 * np.pi).max() < np.pi - _ALL.steep)
+    return bool(angular_gaps(normal, up).max() < np.pi - _ALL.steep)
 
 
 def _out_of(b: Boundary, face: int, walls: list[int]) -> Floats | None:
@@ -188,7 +174,7 @@ def _opening(b: Boundary, ring: list[int], up: Floats) -> Feature:
         corners = [float(s.radius[i]) for i in ring if s.kind[i] == "cylinder" and s.concave[i]]
         if corners and slot is None:
             dimensions |= lengths(corner_radius=commonest(corners))
-    pose = frame(x, up, centre + (top - float(centre @ up)) * up)
+    pose = frame(x, up, at_level(centre, up, top))
     form = walls_form(b, ring, pose, either_way=True)
     return Feature(kind, "", dimensions, pose, union(s.boxes[ring]), [(i, "wall") for i in ring], form)
 

@@ -9,18 +9,9 @@ from itertools import combinations
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.feature import (
-    ANGLE_TOLERANCE,
-    LENGTH_TOLERANCE,
-    Feature,
-    commonest,
-    cross,
-    frame,
-    lengths,
-    rectangle,
-    union,
-)
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, commonest, lengths
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import at_level, cross, frame, rectangle, union
 from relmodel.features.graph import Boundary, Side
 from relmodel.features.openings import closed_slot, walls_form
 from relmodel.geometry.clusters import joined
@@ -254,7 +245,7 @@ def _pocket(b: Boundary, floors: list[Floor]) -> Feature | None:
     if corners and slot is None:
         dimensions |= lengths(corner_radius=commonest(corners))
     dimensions |= fillet_radius(b, roles) | b.surfaces.draft(walls, up)
-    shape_from_feature = frame(x, up, centre + (level - float(centre @ up)) * up)
+    shape_from_feature = frame(x, up, at_level(centre, up, level))
     box = union(s.boxes[sorted(roles)])
     if not bend:
         box = prism_box(b, sorted(roles), shape_from_feature, length, width, depth)

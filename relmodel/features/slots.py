@@ -7,17 +7,9 @@ from itertools import combinations
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.feature import (
-    ANGLE_TOLERANCE,
-    LENGTH_TOLERANCE,
-    Feature,
-    ahead,
-    commonest,
-    cross,
-    frame,
-    lengths,
-)
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, commonest, lengths
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import ahead, cross, frame
 from relmodel.features.graph import Boundary
 from relmodel.features.pockets import Floor, fillet_radius, plane_floors, prism_box, rises, top, walls_of
 from relmodel.features.steps import Ledge, floor_of, run_along, steps

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, ahead, cross, frame, lengths, union
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, lengths
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import ahead, cross, frame, union
 from relmodel.features.graph import Boundary
 from relmodel.geometry.clusters import clusters, joined, unsigned
 
@@ -367,16 +368,15 @@ def webs(b: Boundary, pairs: list[Pair], hollows: list[Feature]) -> list[Feature
         least = min(known, key=lambda f: f.dimensions["length"][0] * f.dimensions["width"][0])
         length, width = least.dimensions["length"][0], least.dimensions["width"][0]
         floors = tuple(sorted(i for f in known for i, role in f.surfaces if role == "floor"))
-        under = sum(float(s.area[i]) for i, role in least.surfaces if role == "floor")
-        if pair.thickness > _P.thin_web * min(length, width) or pair.area < _P.under * under or floors in found:
+        own = [i for i, role in least.surfaces if role == "floor"]
+        under = _P.under * sum(float(s.area[i]) for i in own)
+        if pair.thickness > _P.thin_web * min(length, width) or pair.area < under or floors in found:
             continue
         up = least.shape_from_feature[:3, 2]
         middle = least.shape_from_feature[:3, 3] - up * pair.thickness / 2
         members = sorted({*floors, *(i for f, i in zip(at, (pair.first, pair.second), strict=True) if f is not None)})
-        own = [i for i, role in least.surfaces if role == "floor"]
-        box = union(s.boxes[own])
-        box = np.concatenate([np.minimum(box[:3], box[:3] - up * pair.thickness), box[3:]])
-        box[3:] = np.maximum(box[3:], union(s.boxes[own])[3:] - up * pair.thickness)
+        low, high = union(s.boxes[own]).reshape(2, 3)
+        box = np.r_[np.minimum(low, low - up * pair.thickness), np.maximum(high, high - up * pair.thickness)]
         pose = frame(least.shape_from_feature[:3, 0], up, middle)
         dimensions = lengths(thickness=pair.thickness, length=length, width=width)
         found[floors] = Feature("web", "", dimensions, pose, box, [(i, "side") for i in members])

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from relmodel.arrays import Bools
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, frame, lengths, union
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, lengths
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import at_level, frame, union
 from relmodel.features.graph import Boundary
 from relmodel.features.protrusions import coaxial
 
@@ -41,11 +42,9 @@ def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
         }
         if not shafts:
             continue
-        reach = [s.along(k, axis) for k in [i, *planes]]
-        low, high = min(r[0] for r in reach), max(r[1] for r in reach)
+        low, high = s.extent([i, *planes], axis)
         dimensions = lengths(diameter=2 * float(s.radius[i]), thickness=high - low)
-        foot = s.origin[i] + (low - float(s.origin[i] @ axis)) * axis
-        pose = frame(np.eye(3)[np.argmin(np.abs(axis))], axis, foot)
+        pose = frame(np.eye(3)[np.argmin(np.abs(axis))], axis, at_level(s.origin[i], axis, low))
         members = sorted({i, *planes})
         roles = [(k, "rim" if k == i else "face") for k in members]
         found.append(Feature("flange", "", dimensions, pose, union(s.boxes[members]), roles))
@@ -96,8 +95,7 @@ def _around(b: Boundary, floor: int, rounds: Bools) -> tuple[Feature, tuple[int,
         return None
     one, two = shoulders[0][0], shoulders[1][0]
     measures = lengths(diameter=2 * s.radius[floor], width=high - low, depth=s.radius[one] - s.radius[floor])
-    centre = s.origin[floor] + ((low + high) / 2 - float(s.origin[floor] @ axis)) * axis
-    pose = frame(np.eye(3)[np.argmin(np.abs(axis))], axis, centre)
+    pose = frame(np.eye(3)[np.argmin(np.abs(axis))], axis, at_level(s.origin[floor], axis, (low + high) / 2))
     roles = sorted([(floor, "floor"), *((j, "wall") for j in sides)])
     return Feature("groove", "", measures, pose, union(s.boxes[[floor, *sides]]), roles), (one, two)
 
