@@ -17,7 +17,7 @@ from relmodel.arrays import Bools, Floats, Ints
 from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.frames import sideways
-from relmodel.geometry.clusters import clusters, components, unsigned
+from relmodel.geometry.clusters import clusters, components, group_bounds, unsigned
 from relmodel.model.model import Shape, Table
 
 _ALL = DEFAULTS.common
@@ -333,9 +333,6 @@ def describe(shape: Shape, face: Ints, merged: list[list[int]]) -> Surfaces:
     arm = np.where(torus[:, None], arm - ring, arm)
     away = np.bincount(owner, area * np.nan_to_num(np.sum(normal.mean(axis=1) * arm, axis=1)), minlength=n)
     box = np.stack([np.asarray(s[c], float) for c in ("x0", "y0", "z0", "x1", "y1", "z1")], axis=1)
-    low, high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
-    np.minimum.at(low, face, box[:, :3])
-    np.maximum.at(high, face, box[:, 3:])
 
     return Surfaces(
         kind=kind,
@@ -346,7 +343,7 @@ def describe(shape: Shape, face: Ints, merged: list[list[int]]) -> Surfaces:
         semi_angle=np.asarray(s["semi_angle"], float)[first],
         concave=np.isin(kind, ["cylinder", "cone", "sphere", "torus"]) & (away < 0),
         area=np.bincount(face, np.asarray(s["area"], float), minlength=n).astype(np.float64),
-        boxes=np.concatenate([low, high], axis=1),
+        boxes=np.concatenate([group_bounds(box[:, :3], face, n)[0], group_bounds(box[:, 3:], face, n)[1]], axis=1),
         corner=corner,
         normal=normal,
         start=start,

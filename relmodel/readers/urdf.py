@@ -9,6 +9,7 @@ URDF states metres and radians.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
@@ -29,6 +30,11 @@ LOADER_VERSION = "urdf 3"
 MESH_FORMATS = ("stl", "obj", "ply", "glb", "gltf")
 
 _M = 1000.0  # mm in a metre
+_PRIMITIVES: dict[str, tuple[tuple[str, ...], Callable[[Floats], Shape]]] = {
+    "box": (("size",), primitives.box),
+    "cylinder": (("radius", "length"), lambda sizes: primitives.cylinder(*sizes.tolist())),
+    "sphere": (("radius",), lambda sizes: primitives.sphere(*sizes.tolist())),
+}
 _MOST_M = 1e5  # as far as a world file may place an object
 _MOST_BYTES = 64 << 20
 
@@ -193,26 +199,15 @@ class _Reader:
     def _primitive(self, element: Element, where: str) -> int:
         """Index of the shape of a primitive, the same for the same dimensions."""
         tag = str(element.tag)
-        if tag == "box":
-            sizes = self._numbers(element, "size", where, 3)
-        elif tag == "cylinder":
-            sizes = np.concatenate([self._numbers(element, key, where, 1) for key in ("radius", "length")])
-        elif tag == "sphere":
-            sizes = self._numbers(element, "radius", where, 1)
-        else:
+        if tag not in _PRIMITIVES:
             self._refuse(f"{where} has a <{tag}>: use a box, cylinder, sphere or mesh")
+        keys, make = _PRIMITIVES[tag]
+        sizes = np.concatenate([self._numbers(element, key, where, 3 if key == "size" else 1) for key in keys]) * _M
         if not np.all(sizes > 0):
             self._refuse(f"{where} has a {tag} without extent: give dimensions above zero")
-        sizes = sizes * _M
         key = (tag, tuple(sizes.tolist()))
         if key not in self._shape_of:
-            if tag == "box":
-                shape = primitives.box(sizes)
-            elif tag == "cylinder":
-                shape = primitives.cylinder(float(sizes[0]), float(sizes[1]))
-            else:
-                shape = primitives.sphere(float(sizes[0]))
-            self.shapes.append(shape)
+            self.shapes.append(make(sizes))
             self._shape_of[key] = len(self.shapes) - 1
         return self._shape_of[key]
 

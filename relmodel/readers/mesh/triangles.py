@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.geometry.clusters import components
+from relmodel.geometry.clusters import components, group_bounds
 from relmodel.readers.mesh.mesh_parameters import DEFAULTS
 
 
@@ -105,9 +105,7 @@ def mend_winding(vertices: Floats, triangles: Ints) -> tuple[Ints, int]:
     mended = np.bincount(body, turned, count) > 0
 
     corner = vertices[np.where(turned[:, None], triangles[:, ::-1], triangles)]
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, body, corner.min(axis=1))
-    np.maximum.at(high, body, corner.max(axis=1))
+    low, high = group_bounds(corner.reshape(-1, 3), np.repeat(body, 3), count)
     corner -= low[body][:, None]
     volume = np.bincount(body, np.sum(corner[:, 0] * np.cross(corner[:, 1], corner[:, 2]), axis=1), count)
     closed = 2 * np.bincount(body[a], minlength=count) == 3 * np.bincount(body, minlength=count)

@@ -16,6 +16,7 @@ from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopoDS import TopoDS
 
 from relmodel.arrays import Floats
+from relmodel.geometry.clusters import group_bounds
 from relmodel.geometry.curves import BOX, box_columns, vector_columns
 from relmodel.geometry.normals import plane_normals
 from relmodel.model import measures
@@ -189,13 +190,9 @@ def _mark_loops_around(loops: Table, coedges: Table, faces: TrimmedFaces) -> Non
 
 def _arc_boxes(faces: TrimmedFaces, arcs: Table) -> Floats:
     """Boxes (n, 6: x0 y0 z0 x1 y1 z1) of the arcs of each face."""
-    boxes = np.empty((len(faces.surfaces), 6))
-    for i, name in enumerate(BOX):
-        extreme, limit = (np.minimum, np.inf) if i < 3 else (np.maximum, -np.inf)
-        column = np.full(len(boxes), limit)
-        extreme.at(column, faces.surface, arcs[name][faces.arc])
-        boxes[:, i] = column
-    return boxes
+    boxes = np.stack([arcs[name][faces.arc] for name in BOX], axis=1)
+    low, high = group_bounds(boxes, faces.surface, len(faces.surfaces))
+    return np.concatenate([low[:, :3], high[:, 3:]], axis=1)
 
 
 def _centroids(integrals: Floats) -> Floats:
