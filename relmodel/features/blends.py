@@ -198,7 +198,7 @@ def _plane_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
     length = float(np.ptp(s.points(i) @ run))
     if length < width:
         return None
-    # Narrower than the wider face beside it, and than the other one was.
+    # Narrower than the wider face next to it, and than the other one was.
     breadth = {x: float(np.ptp(s.points(x.other) @ cross(s.axis[x.other], run))) for x in (one, two)}
     narrower, wider = sorted((one, two), key=lambda x: breadth[x])
     if width > _P.narrow * breadth[wider] or width > _P.narrow * (breadth[narrower] + width * np.cos(narrower.angle)):

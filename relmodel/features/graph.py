@@ -28,7 +28,7 @@ class Surfaces:
     """The surfaces as recognition sees them, one row for each whole surface.
 
     kind is the recognised one; axis is a plane's outward normal, and the axis of a surface of revolution; concave
-    tells of those (and of spheres) whether the outward normal points to the axis; corner holds the corners of the
+    marks those (and spheres) whose outward normal points to the axis; corner holds the corners of the
     triangles (m, 3 corners, 3), in the order of the surfaces: those of surface i are rows start[i] to start[i + 1].
     """
 
@@ -71,7 +71,7 @@ class Surfaces:
     def draft(self, walls: list[int], up: Floats) -> dict[str, tuple[float, str]]:
         """The dimension `draft_angle` of walls that all lean back by one angle from what is upright.
 
-        What rounds the corner of two such planes leans more in its middle: where there are planes, they tell.
+        What rounds the corner of two such planes leans more in its middle: where there are planes, only they count.
         """
         walls = [i for i in walls if self.kind[i] == "plane"] or walls
         leans = np.concatenate([self.normals(i) @ up for i in walls] or [np.empty(0)])

@@ -173,7 +173,7 @@ def _past_bevel(b: Boundary, wall: int, bevel: int) -> list[int]:
 def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int], beyond: dict[int, int]) -> Feature | None:
     s = b.surfaces
     up, level = s.axis[plane], float(s.origin[plane] @ s.axis[plane])
-    # Rounded corners are walls too; the round or chamfer at the top adds to the height alone.
+    # Rounded corners are walls too; the round or chamfer at the top adds to the height only.
     corners = {x.other for i in walls for x in b.sides.get(i, []) if x.convexity == "smooth"} & b.blends.keys()
     corners = {i for i in corners if not s.concave[i] and np.abs(s.normals(i) @ up).max(initial=0.0) < 0.2}
     walls = sorted({*walls, *corners})

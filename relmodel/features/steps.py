@@ -1,4 +1,4 @@
-"""Steps: floors beside a wall, or in a corner of two, that are open to the other sides."""
+"""Steps: floors at a wall, or in a corner of two, that are open to the other sides."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _P = DEFAULTS.steps
 
 @dataclass
 class Ledge:
-    """A floor that is open to some side, its plane walls, all planes beside it, and hollow cylinders upright on it."""
+    """A floor that is open to some side, its plane walls, all planes next to it, and hollow cylinders upright on it."""
 
     floor: Floor
     walls: list[int]

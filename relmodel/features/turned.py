@@ -18,7 +18,7 @@ _P = DEFAULTS.turned
 def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
     """Discs: short cylinders, convex at both rims, with a narrower one on the axis on at least one side.
 
-    grooved: cylinders beside a groove, which are the shaft.
+    grooved: cylinders next to a groove, which are the shaft.
     """
     s, found = b.surfaces, []
     rounds = np.flatnonzero((s.kind == "cylinder") & ~s.concave & (np.diff(s.start) > 0))
@@ -52,7 +52,7 @@ def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
 
 
 def grooves(b: Boundary, holes: list[Feature]) -> tuple[list[Feature], dict[int, int]]:
-    """Grooves around a shaft and ring grooves in a face, and for the walls beside the first the one beyond.
+    """Grooves around a shaft and ring grooves in a face; of the cylinders next to the former, the opposite ones.
 
     holes: a ring groove's outer wall and floor look like a blind hole.
     """
@@ -73,7 +73,7 @@ def grooves(b: Boundary, holes: list[Feature]) -> tuple[list[Feature], dict[int,
 
 
 def _around(b: Boundary, floor: int, rounds: Bools) -> tuple[Feature, tuple[int, int]] | None:
-    """The groove that has a cylinder for its floor, no wider than the shaft is thick, and the cylinders beside it."""
+    """The groove that has a cylinder for its floor, no wider than the shaft is thick, and the cylinders next to it."""
     s, axis = b.surfaces, b.surfaces.axis[floor]
     sides = [
         j

@@ -68,7 +68,7 @@ def _parse(content: bytes, path: Path) -> Element:
         parser.Parse(content, True)
         return builder.close()
     except (expat.ExpatError, ValueError, LookupError, AssertionError) as error:
-        raise InputError(f"{path.name} is no well-formed XML ({error}): correct it there") from error
+        raise InputError(f"{path.name} is not well-formed XML ({error}): correct it there") from error
 
 
 def _refuse_doctype(path: Path) -> NoReturn:
@@ -142,7 +142,7 @@ class _Reader:
         if kind == "fixed":
             axis, length = np.array([1.0, 0, 0]), 1.0
         if length < 1e-9:
-            self._refuse(f"{where} has an axis of no length: give a direction")
+            self._refuse(f"{where} has an axis of length zero: give a direction")
         unit = _M if kind == "prismatic" else 1.0
         lower, upper = self._limits(element, kind, where, unit)
         mimic_element = element.find("mimic")
@@ -167,7 +167,7 @@ class _Reader:
             self._refuse(f"{where} is {kind} and has no <limit>: add one, or make it continuous")
         lower, upper = (float(self._numbers(limit, key, where, 1, [0.0])[0]) * unit for key in ("lower", "upper"))
         if lower > upper:
-            self._refuse(f"{where} has a lower limit above the upper one: exchange them")
+            self._refuse(f"{where} has a lower limit above the upper one: swap them")
         return lower, upper
 
     def _link(self, link: Element, name: str) -> int:
@@ -258,7 +258,7 @@ class _Reader:
             if not (root / rest).is_file() and (root / package).is_dir():
                 inside = f"{package}/{rest}"
         elif "://" in name:
-            self._refuse(f"{where} names {name!r}: put the mesh beside the URDF and name it relative to it")
+            self._refuse(f"{where} names {name!r}: put the mesh into the URDF's folder and give a path relative to it")
         file = (root / inside).resolve()
         kind = "file's folder" if root == self.folder else "package"
         if not file.is_relative_to(root):
@@ -272,7 +272,7 @@ class _Reader:
         return file
 
     def _package(self, name: str) -> Path:
-        """Root of a ROS package: the one that the URDF lies in, one beside that, or the URDF's own folder.
+        """Root of a ROS package: the the one that holds the URDF, a sibling of that, or the URDF's own folder.
 
         A package is a folder with a package.xml that states its name (https://ros.org/reps/rep-0149.html).
         """
@@ -312,7 +312,7 @@ class _Reader:
             out[:3, :3] = rotation_matrix(yaw * z) @ rotation_matrix(pitch * y) @ rotation_matrix(roll * x)
             xyz = self._numbers(origin, "xyz", where, 3, [0.0, 0.0, 0.0])
             if np.abs(xyz).max() > _MOST_M:
-                self._refuse(f"{where} lies farther off than {_MOST_M / 1e3:g} km: give its origin in metres")
+                self._refuse(f"{where} is farther away than {_MOST_M / 1e3:g} km: give its origin in metres")
             out[:3, 3] = xyz * _M
         return out
 
@@ -321,7 +321,7 @@ class _Reader:
         if not value:
             self._refuse(f"{where} has no {key}: add it")
         if key == "name" and "/" in value:
-            self._refuse(f"{where} has the name {value!r} with a slash, which parts paths: give another name")
+            self._refuse(f"{where} has the name {value!r} with a slash, which separates paths: give another name")
         return value
 
     def _numbers(

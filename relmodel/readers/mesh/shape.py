@@ -29,9 +29,9 @@ def shape_from_triangles(
     """The shape that triangles (m, 3), counter-clockwise from outside, of vertices (n, 3) in mm bound.
 
     Vertices are welded where they coincide; None where no triangle has an area.  `faces` (m,), in rising order, says
-    which face each triangle belongs to where that is known: the surfaces then are the faces that have an area, told
+    which face each triangle belongs to where that is known: the surfaces then are the faces that have an area, fitted
     with the help of the normals (m, 3, 3) at the triangles' corners where these are known too.  Where it is not known,
-    triangles are turned over that contradict their neighbours.  Without `fit` the surfaces are the regions between
+    triangles that contradict their neighbours are turned over.  Without `fit` the surfaces are the regions between
     creases, all of them facets.
     """
     vertices, triangles, kept = weld(vertices, triangles)

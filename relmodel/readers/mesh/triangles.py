@@ -133,7 +133,7 @@ def rounding(vertices: Floats) -> float:
 
 
 def slim(vertices: Floats, triangles: Ints) -> Bools:
-    """Triangles (m,) so thin that their normal tells nothing."""
+    """Triangles (m,) so thin that their normal is not determined."""
     corner = vertices[triangles]
     longest = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max(axis=1)
     height = 2 * np.linalg.norm(area_normals(vertices, triangles), axis=1) / longest
@@ -177,7 +177,7 @@ class Patches:
     a: Ints
     b: Ints
     length: Floats
-    angle: Floats  # without sign
+    angle: Floats  # magnitude
 
 
 def cut_patches(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> Patches:

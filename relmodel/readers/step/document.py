@@ -1,6 +1,6 @@
 """The product structure of a STEP file: assemblies, parts, names, colours, layers, materials, and what is shared.
 
-Imports the CAD kernel: `read.py` tells when it is not there.
+Imports the CAD kernel; `read.py` reports where it is missing.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def read_document(content: bytes, instances: Instances) -> Model:
 
 
 def _with_numbers(model: Model, instances: Instances) -> Model:
-    """The model whose parts have the identifiers of their products for numbers, where a name tells the product."""
+    """The model whose parts have the identifiers of their products for numbers, where a name identifies the product."""
     numbers = part21.product_numbers(instances)
     return replace(model, parts=tuple(replace(p, number=numbers.get(p.name, p.number)) for p in model.parts))
 
@@ -209,7 +209,7 @@ class _Walk:
         return _Child("assembly", len(self.assemblies) - 1, np.eye(4))
 
     def _main(self, instances: list[Instance]) -> tuple[list[Instance], list[Instance]]:
-        """What a product is made of, and what is supplemental: sheets beside solids, wires beside either."""
+        """What a product is made of, and what is supplemental: sheets of a product with solids, wires of either."""
         shapes = [self.shapes[self.parts[one.child].shape] for one in instances]
         rank = [2 if shape.kind == "wire" else int(shape.volume is None) for shape in shapes]
         bodies = [one for one, its in zip(instances, rank, strict=True) if its == min(rank)]

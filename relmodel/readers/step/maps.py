@@ -27,7 +27,7 @@ def sub_shapes(shape: Any, kind: Any) -> Any:
 def face_map(shape: Any) -> Any:
     """Faces of a shape, each once wherever it is shared, in the kernel's order; ordinals from 1.
 
-    A face that lost its boundary to damage has no extent and is left out; one of triangles alone has none by nature.
+    A face that lost its boundary to damage has no extent and is left out; a face of triangles never has a boundary.
     """
     keys = ShapeMap()
     for face in sub_shapes(shape, Type.TopAbs_FACE):
@@ -47,8 +47,7 @@ def without_lost_faces(shape: Any) -> Any:
 
 
 def _is_evaluated(face: Any) -> bool:
-    """Whether the kernel evaluates a face in the middle of its domain; a face of triangles alone has none and
-    passes."""
+    """Whether the kernel evaluates a face in the middle of its domain; true of a face that has only triangles."""
     try:
         surface = BRep_Tool.Surface_s(face)
         if surface is not None:

@@ -1,4 +1,4 @@
-"""What a product has beside its bodies: loose faces, and loose edges, such as construction lines and annotations.
+"""What a product has besides its bodies: loose faces, and loose edges, such as construction lines and annotations.
 
 Runs in the child process of the reader.
 """
@@ -25,7 +25,7 @@ from relmodel.readers.step import maps
 
 
 def without_loose_faces(shape: Any) -> tuple[Any, Any]:
-    """The solids of a shape, and its faces that bound none of them; the shape and None where it has but one sort."""
+    """The solids of a shape, and its faces that bound no solid; the shape and None where it has only one of these."""
     solids = list(maps.sub_shapes(shape, Type.TopAbs_SOLID))
     bounding = ShapeMap()
     for solid in solids:
@@ -102,5 +102,5 @@ def _no_mesh() -> Mesh:
 
 
 def _no_samples() -> ArcSamples:
-    """No samples: nobody looks for the arcs in a picture."""
+    """No samples: these arcs are not matched with pictures."""
     return ArcSamples(np.empty(0, np.int64), *(Ragged.pack([]) for _ in range(5)))
