@@ -312,7 +312,7 @@ class _Reader:
             out[:3, :3] = rotation_matrix(yaw * z) @ rotation_matrix(pitch * y) @ rotation_matrix(roll * x)
             xyz = self._numbers(origin, "xyz", where, 3, [0.0, 0.0, 0.0])
             if np.abs(xyz).max() > _MOST_M:
-                self._refuse(f"{where} is farther away than {_MOST_M / 1e3:g} km: give its origin in metres")
+                self._refuse(f"{where} lies farther off than {_MOST_M / 1e3:g} km: give its origin in metres")
             out[:3, 3] = xyz * _M
         return out
 

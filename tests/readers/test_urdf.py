@@ -160,7 +160,7 @@ def test_a_robot_of_meshes_leaves_nothing_unused(fresh_store: str, tmp_path: Pat
         (visual('<mesh filename="../secret.stl"/>'), "outside the file's folder"),
         (visual('<mesh filename="/etc/passwd"/>'), "outside the file's folder"),
         (visual('<mesh filename="package://p/../../x.stl"/>'), "outside the file's folder"),
-        (visual('<mesh filename="file:///etc/passwd"/>'), "beside the URDF"),
+        (visual('<mesh filename="file:///etc/passwd"/>'), "into the URDF's folder"),
         (visual('<mesh filename="package://p/none.stl"/>'), "not in the file's folder"),
         (visual('<mesh filename="package:///etc/x.stl"/>'), "outside the file's folder"),
         (visual('<mesh filename="package://../x.stl"/>'), "outside the file's folder"),
@@ -210,7 +210,7 @@ def test_a_load_notes_the_meshes_it_read(tmp_path: Path, duckdb_file: Path) -> N
     path = written(tmp_path, visual('<mesh filename="block.stl"/>'))
     with Store.open(duckdb_file) as store:
         load(store, path, name="bot")
-        with pytest.raises(InputError, match="beside the URDF"):
+        with pytest.raises(InputError, match="into the URDF's folder"):
             load(store, written(tmp_path, visual('<mesh filename="http://x/y.stl"/>')), name="bot")
         given = store.table("run_input")
         with store.read() as connection:
