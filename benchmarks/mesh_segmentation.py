@@ -29,10 +29,10 @@ from tabulate import tabulate
 
 sys.path.insert(0, str(Path(__file__).parents[1]))  # for the tests' generator
 
+from relmodel.geometry.clusters import components
 from relmodel.geometry.curves import vectors
 from relmodel.model.model import Shape
 from relmodel.readers.mesh.shape import shape_from_triangles
-from relmodel.readers.mesh.triangles import components
 from relmodel.readers.step import shape as step_shape
 from relmodel.readers.step.read import read_step
 from tests.parts import curved_parts, splined_parts

@@ -12,8 +12,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from relmodel.features import blends, openings, patterns, pockets, protrusions, slots, thin, turned
-from relmodel.features.feature import Feature, feature_class_key, lengths, union
+from relmodel.features.feature import Feature, feature_class_key, lengths
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import union
 from relmodel.features.graph import Boundary, boundary
 from relmodel.features.holes import holes
 from relmodel.model.model import Shape
@@ -37,7 +38,7 @@ def recognise(shape: Shape) -> list[Feature]:
     b.blends = blends.rounded(b)
     bevels = blends.bevelled(b)
     b.chamfers = set(bevels)
-    found = holes(b.surfaces, b.graph)
+    found = holes(b.surfaces, b.links)
     features = list(found)
     if b.sides:
         rings, beyond = turned.grooves(b, found)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, lengths, sideways, union
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, lengths
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import angular_gaps, at_level, cross, frame, union
 from relmodel.features.graph import Boundary, Side, Surfaces
+from relmodel.geometry.clusters import joined
 
 _P = DEFAULTS.blends
 _EXACT = ("plane", "cylinder", "cone", "sphere", "torus")
@@ -75,25 +77,22 @@ def fillets(b: Boundary, taken: set[int]) -> list[Feature]:
 
     The origin of the longest one is the middle of its axis, X along that; of a changing radius, of the edge it rounds.
     """
-    import networkx as nx
-
     s, changing = b.surfaces, running(b)
     radius = (b.blends | full_rounds(b, taken)).items()
     of = {i: r for i, r in radius if i not in taken}
-    chains: nx.Graph[int] = nx.Graph()
-    chains.add_nodes_from(of)
+    edges: list[tuple[int, int]] = []
     lines: dict[tuple[float, ...], int] = {}
     for i in sorted(of):
         smooth = [x.other for x in b.sides[i] if x.convexity == "smooth"]
-        chains.add_edges_from((i, j) for j in smooth if j in chains and abs(of[i] - of[j]) < _P.same_radius_mm)
+        edges += [(i, j) for j in smooth if j in of and abs(of[i] - of[j]) < _P.same_radius_mm]
         if s.kind[i] == "cylinder":
             # One that a hole or a notch has cut is one still: between the same two faces.
             planes = [j for j in smooth if s.kind[j] == "plane"]
             if len(planes) == 2:
                 keys = [(*b.plane_key(pair), round(of[i], 3)) for pair in (planes, planes[::-1])]
-                chains.add_edge(i, lines.setdefault(min(keys), i))
+                edges.append((i, lines.setdefault(min(keys), i)))
     found = []
-    for members in sorted(sorted(component) for component in nx.connected_components(chains)):
+    for members in joined(of, edges):
         longest = max(members, key=lambda i: (round(float(s.area[i]), 6), -i))
         run, centre = s.axis[longest], s.origin[longest]
         measures = lengths(radius=of[longest], length=_total(s, members))
@@ -106,8 +105,8 @@ def fillets(b: Boundary, taken: set[int]) -> list[Feature]:
         elif s.kind[longest] == "sphere":
             run = np.eye(3)[0]
         elif s.kind[longest] == "cylinder":
-            low, high = _extent(s, _in_line(s, longest, members), run)
-            centre = centre + ((low + high) / 2 - float(centre @ run)) * run
+            low, high = s.extent(_in_line(s, longest, members), run)
+            centre = at_level(centre, run, (low + high) / 2)
         normal = s.normals(longest).mean(axis=0)
         normal -= (normal @ run) * run
         if np.linalg.norm(normal) < ANGLE_TOLERANCE:  # all around
@@ -123,7 +122,7 @@ def _total(s: Surfaces, members: list[int]) -> float:
     left, total = [i for i in members if s.kind[i] in ("cylinder", "torus")], 0.0
     while left:
         line = _in_line(s, left[0], left) if s.kind[left[0]] == "cylinder" else left[:1]
-        total += float(np.ptp(_extent(s, line, s.axis[left[0]]))) if len(line) > 1 else _length(s, left[0])
+        total += float(np.ptp(s.extent(line, s.axis[left[0]]))) if len(line) > 1 else _length(s, left[0])
         left = [i for i in left if i not in line]
     return total
 
@@ -135,11 +134,6 @@ def _in_line(s: Surfaces, one: int, members: list[int]) -> list[int]:
     return [
         i for i, d in zip(members, apart, strict=True) if i == one or (s.kind[i] == "cylinder" and d < _P.same_line)
     ]
-
-
-def _extent(s: Surfaces, members: list[int], run: Floats) -> tuple[float, float]:
-    reach = [s.along(i, run) for i in members]
-    return min(r[0] for r in reach), max(r[1] for r in reach)
 
 
 def bevelled(b: Boundary) -> dict[int, Feature]:
@@ -174,8 +168,8 @@ def chamfers(b: Boundary, bevels: dict[int, Feature]) -> list[Feature]:
 def _one_chamfer(s: Surfaces, segments: list[Feature]) -> Feature:
     pose = segments[0].shape_from_feature.copy()
     members = [i for segment in segments for i, _ in segment.surfaces]
-    low, high = _extent(s, members, pose[:3, 0])
-    pose[:3, 3] += ((low + high) / 2 - float(pose[:3, 3] @ pose[:3, 0])) * pose[:3, 0]
+    low, high = s.extent(members, pose[:3, 0])
+    pose[:3, 3] = at_level(pose[:3, 3], pose[:3, 0], (low + high) / 2)
     dimensions = segments[0].dimensions | lengths(length=high - low)
     return Feature("chamfer", "", dimensions, pose, union(s.boxes[members]), [(i, "chamfer") for i in members])
 
@@ -204,7 +198,7 @@ def _plane_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
     length = float(np.ptp(s.points(i) @ run))
     if length < width:
         return None
-    # Narrower than the wider face beside it, and than the other one was.
+    # Narrower than the wider face next to it, and than the other one was.
     breadth = {x: float(np.ptp(s.points(x.other) @ cross(s.axis[x.other], run))) for x in (one, two)}
     narrower, wider = sorted((one, two), key=lambda x: breadth[x])
     if width > _P.narrow * breadth[wider] or width > _P.narrow * (breadth[narrower] + width * np.cos(narrower.angle)):
@@ -226,7 +220,7 @@ def _cone_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
     if max(along) > ANGLE_TOLERANCE or width > _P.narrow * s.radius[cylinder]:
         return None
     measures = lengths(width=width, diameter=2 * s.radius[cylinder]) | {"angle": (min(x.angle for x in slanted), "rad")}
-    middle = s.origin[i] + ((low + high) / 2 - s.origin[i] @ axis) * axis
+    middle = at_level(s.origin[i], axis, (low + high) / 2)
     pose = frame(np.eye(3)[np.argmin(np.abs(axis))], s.axis[plane], middle)
     return Feature("chamfer", "", measures, pose, s.boxes[i], [(i, "chamfer")])
 
@@ -236,8 +230,5 @@ def _length(s: Surfaces, i: int) -> float:
     if s.kind[i] == "cylinder":
         low, high = s.along(i, s.axis[i])
         return high - low
-    u, v = sideways(s.axis[i])
-    arm = s.points(i) - s.origin[i]
-    angle = np.sort(np.arctan2(arm @ v, arm @ u))
-    gap = float(np.diff(angle, append=angle[0] + 2 * np.pi).max())
+    gap = float(angular_gaps(s.points(i) - s.origin[i], s.axis[i]).max())
     return float(s.radius[i] * (2 * np.pi - (gap if gap > _P.open_rad else 0.0)))

@@ -1,8 +1,8 @@
 """Relations of circles in space, two by two: the constellations by which a body is found again.
 
-A relation is what a rigid motion and a mirror leave alone of two circles: both radii, the distance of their centres,
+A relation is what rigid motions and mirroring leave unchanged of two circles: both radii, the distance of the centres,
 the cosines of the angles between the normals and between each normal and the line of the centres.  Normals have no
-sign.  Relations that agree are one class; of a class that repeats through a body only some pairs are kept.
+sense.  Relations that agree are one class; of a class that repeats through a body only some pairs are kept.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a feature is, and the frames and rectangles that features are measured in."""
+"""What a feature is, its class and its form."""
 
 from __future__ import annotations
 
@@ -72,67 +72,7 @@ def lengths(**values: float) -> dict[str, tuple[float, str]]:
     return {name: (float(value), "mm") for name, value in values.items()}
 
 
-def cross(a: Floats, b: Floats) -> Floats:
-    """Cross product of two vectors (3,), many times faster than NumPy's."""
-    a0, a1, a2 = a.tolist()
-    b0, b1, b2 = b.tolist()
-    return np.array([a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0])
-
-
-def sideways(axis: Floats) -> tuple[Floats, Floats]:
-    """Two unit vectors across a unit axis, right-handed with it."""
-    u = cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    u /= np.linalg.norm(u)
-    return u, cross(axis, u)
-
-
-def ahead(direction: Floats) -> Floats:
-    """A direction or its opposite: its first component that is clearly not 0 is positive."""
-    return -direction if direction[np.argmax(np.abs(direction) > 1e-6)] < 0 else direction
-
-
-def rectangle(points: Floats, normal: Floats) -> tuple[Floats, Floats, float, float]:
-    """Least rectangle across `normal` that holds points: direction of its length, its centre, length and width.
-
-    One side of it lies on a side of the convex hull (Freeman and Shapira, CACM 18, 1975).
-    """
-    from shapely import convex_hull, get_coordinates, linestrings
-
-    u, v = sideways(normal)
-    flat = np.column_stack([points @ u, points @ v])
-    hull = get_coordinates(convex_hull(linestrings(flat)))  # one line is faster to make than many points
-    sides = np.diff(hull, axis=0)
-    sides = sides[np.linalg.norm(sides, axis=1) > 1e-9]
-    direction = sides / np.linalg.norm(sides, axis=1, keepdims=True)
-    across = np.column_stack([-direction[:, 1], direction[:, 0]])
-    along = hull @ direction.T
-    crosswise = hull @ across.T
-    extent, breadth = np.ptp(along, axis=0), np.ptp(crosswise, axis=0)
-    # Of rectangles as small as the least one, the first: equal input gives equal frames.
-    best = int(np.argmax(extent * breadth <= (extent * breadth).min() * (1 + 1e-9)))
-    d, a = direction[best], across[best]
-    middle = d * (along[:, best].min() + extent[best] / 2) + a * (crosswise[:, best].min() + breadth[best] / 2)
-    length, width = float(extent[best]), float(breadth[best])
-    if width > length:
-        d, length, width = a, width, length
-    return ahead(d[0] * u + d[1] * v), middle[0] * u + middle[1] * v, length, width
-
-
 def commonest(values: list[float]) -> float:
     """The value that occurs most often, to the class's digits; the least of those that do."""
     rounded = [round(v, _ALL.class_digits) for v in values]
     return min(values, key=lambda v: (-rounded.count(round(v, _ALL.class_digits)), v))
-
-
-def frame(x: Floats, z: Floats, origin: Floats) -> Floats:
-    """shape_from_feature (4, 4) with Z along z and X as near to x as that allows."""
-    x = x - (x @ z) * z
-    x = x / np.linalg.norm(x)
-    out = np.eye(4)
-    out[:3, 0], out[:3, 1], out[:3, 2], out[:3, 3] = x, cross(z, x), z, origin
-    return out
-
-
-def union(boxes: Floats) -> Floats:
-    """The box (6,) around boxes (n, 6)."""
-    return np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])

@@ -1,7 +1,7 @@
 """The parameters of recognition, a class a subject: every number that decides which features, relations and contacts
 a shape has.
 
-Lengths in mm, angles in rad.  Values without a source named beside them are rules of the shop or were set by judgement,
+Lengths in mm, angles in rad.  Values without a named source are rules of the shop or were set by judgement,
 and hold on the parts of the tests.
 """
 
@@ -156,9 +156,9 @@ class BlendParameters:
     half_turn_rad: float = 0.95 * pi
     """rad: a half cylinder between parallel walls is the end of a slot"""
     slant_rad: tuple[float, float] = (radians(15), radians(75))
-    """rad between a chamfer and the faces beside it"""
+    """rad between a chamfer and the faces next to it"""
     narrow: float = 0.8
-    """greatest ratio of a chamfer's width to that of the faces beside it"""
+    """greatest ratio of a chamfer's width to that of the faces next to it"""
     open_rad: float = 0.3
     """rad without a point: more than one facet of a mesh spans"""
     bent: float = 0.02

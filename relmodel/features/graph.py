@@ -6,21 +6,19 @@ Computer-Aided Design 20 (2), 1988.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, sideways
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 from relmodel.features.feature_parameters import DEFAULTS
-from relmodel.geometry.clusters import clusters, unsigned
+from relmodel.features.frames import sideways
+from relmodel.geometry.clusters import clusters, components, group_bounds, unsigned
 from relmodel.model.model import Shape, Table
-
-if TYPE_CHECKING:
-    import networkx as nx
-
 
 _ALL = DEFAULTS.common
 
@@ -30,7 +28,7 @@ class Surfaces:
     """The surfaces as recognition sees them, one row for each whole surface.
 
     kind is the recognised one; axis is a plane's outward normal, and the axis of a surface of revolution; concave
-    tells of those (and of spheres) whether the outward normal points to the axis; corner holds the corners of the
+    marks those (and spheres) whose outward normal points to the axis; corner holds the corners of the
     triangles (m, 3 corners, 3), in the order of the surfaces: those of surface i are rows start[i] to start[i + 1].
     """
 
@@ -65,10 +63,15 @@ class Surfaces:
             self._extents[key] = float(heights.min(initial=np.inf)), float(heights.max(initial=-np.inf))
         return self._extents[key]
 
+    def extent(self, surfaces: Iterable[int], direction: Floats) -> tuple[float, float]:
+        """Extent of surfaces together along a direction, from the frame's origin."""
+        low, high = zip(*(self.along(i, direction) for i in surfaces), strict=True)
+        return min(low), max(high)
+
     def draft(self, walls: list[int], up: Floats) -> dict[str, tuple[float, str]]:
         """The dimension `draft_angle` of walls that all lean back by one angle from what is upright.
 
-        What rounds the corner of two such planes leans more in its middle: where there are planes, they tell.
+        What rounds the corner of two such planes leans more in its middle: where there are planes, only they count.
         """
         walls = [i for i in walls if self.kind[i] == "plane"] or walls
         leans = np.concatenate([self.normals(i) @ up for i in walls] or [np.empty(0)])
@@ -136,13 +139,14 @@ class Boundary:
     """A shape as features are looked for in it.
 
     Its surfaces are merged from faces that one surface carries; merged_faces: the numbers of those faces of each;
-    vertices (n, 3): of all triangles.
+    vertices (n, 3): of all triangles.  links: of each surface those that share an arc with it, and the convexities of
+    these arcs.
     sides: of each surface, in the order of its loops; blends: radius of each surface that rounds off an edge between
     others (`blends.rounded`); chamfers: surfaces that cut one off.
     """
 
     surfaces: Surfaces
-    graph: nx.MultiGraph[int]
+    links: list[dict[int, set[str]]]
     sides: dict[int, list[Side]]
     merged_faces: list[list[int]]
     vertices: Floats
@@ -237,7 +241,7 @@ def boundary(shape: Shape) -> Boundary:
             if len(faces) > 1 and k in sides:
                 sides[k] = _relooped(shape, sides[k], plane=shape.surfaces["recognised_kind"][faces[0]] == "plane")
     vertices = np.asarray(shape.mesh.vertices, float)
-    return Boundary(describe(shape, face, merged), adjacency_graph(shape, face), sides, merged, vertices)
+    return Boundary(describe(shape, face, merged), _links(shape, face, len(merged)), sides, merged, vertices)
 
 
 def _merged(shape: Shape) -> Ints:
@@ -245,9 +249,6 @@ def _merged(shape: Shape) -> Ints:
 
     Merged ones are numbered in the order of their first faces.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     s = shape.surfaces
     kind = np.asarray(s["recognised_kind"], dtype=str)
     if not shape.arcs:
@@ -278,9 +279,7 @@ def _merged(shape: Shape) -> Ints:
         ],
         False,
     )
-    links = coo_array((np.ones(int(one.sum()), bool), (a[one], b[one])), shape=(len(kind), len(kind)))
-    label = connected_components(links, directed=False)[1]
-    _, first, merged = np.unique(label, return_index=True, return_inverse=True)
+    _, first, merged = np.unique(components(len(kind), a[one], b[one]), return_index=True, return_inverse=True)
     order = np.argsort(np.argsort(first))
     out: Ints = order[merged]
     return out
@@ -288,15 +287,12 @@ def _merged(shape: Shape) -> Ints:
 
 def _relooped(shape: Shape, sides: list[Side], plane: bool) -> list[Side]:
     """Sides of merged faces: loops are what hangs together, of a plane that of the greatest extent is outer."""
-    import networkx as nx
-
     names = [f"{end}_{c}" for end in ("start", "end") for c in "xyz"]
     ends = np.array([[float(shape.arcs[n][x.arc]) for n in names] for x in sides]).reshape(-1, 2, 3)
-    corner = clusters(ends.reshape(-1, 3), LENGTH_TOLERANCE).reshape(-1, 2).tolist()
-    graph: nx.Graph[int] = nx.Graph()
-    graph.add_edges_from((one, two) for one, two in corner)
-    loop_of = {c: n for n, loop in enumerate(nx.connected_components(graph)) for c in loop}
-    loop = [loop_of[c] for c, _ in corner]
+    corner = clusters(ends.reshape(-1, 3), LENGTH_TOLERANCE).reshape(-1, 2)
+    label = components(int(corner.max()) + 1, *corner.T)[corner[:, 0]].tolist()
+    number = {k: n for n, k in enumerate(dict.fromkeys(label))}
+    loop = [number[k] for k in label]
     box = np.array([[float(shape.arcs[n][x.arc]) for n in ("x0", "y0", "z0", "x1", "y1", "z1")] for x in sides])
     size = []
     for n in range(max(loop) + 1):
@@ -337,9 +333,6 @@ def describe(shape: Shape, face: Ints, merged: list[list[int]]) -> Surfaces:
     arm = np.where(torus[:, None], arm - ring, arm)
     away = np.bincount(owner, area * np.nan_to_num(np.sum(normal.mean(axis=1) * arm, axis=1)), minlength=n)
     box = np.stack([np.asarray(s[c], float) for c in ("x0", "y0", "z0", "x1", "y1", "z1")], axis=1)
-    low, high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
-    np.minimum.at(low, face, box[:, :3])
-    np.maximum.at(high, face, box[:, 3:])
 
     return Surfaces(
         kind=kind,
@@ -350,35 +343,23 @@ def describe(shape: Shape, face: Ints, merged: list[list[int]]) -> Surfaces:
         semi_angle=np.asarray(s["semi_angle"], float)[first],
         concave=np.isin(kind, ["cylinder", "cone", "sphere", "torus"]) & (away < 0),
         area=np.bincount(face, np.asarray(s["area"], float), minlength=n).astype(np.float64),
-        boxes=np.concatenate([low, high], axis=1),
+        boxes=np.concatenate([group_bounds(box[:, :3], face, n)[0], group_bounds(box[:, 3:], face, n)[1]], axis=1),
         corner=corner,
         normal=normal,
         start=start,
     )
 
 
-def adjacency_graph(shape: Shape, face: Ints) -> nx.MultiGraph[int]:
-    """Graph of whole surfaces with an edge for each arc between two: `arc_no`, `convexity`, `length`."""
-    import networkx as nx
-
-    graph: nx.MultiGraph[int] = nx.MultiGraph()
-    graph.add_nodes_from(range(int(face.max(initial=-1)) + 1))
-    if not shape.arcs:
-        return graph
-    a, b = (np.asarray(shape.arcs[c], np.int64) for c in ("surface_a", "surface_b"))
-    length = np.asarray(shape.arcs["length"], float)
-    convexity = shape.arcs["convexity"]
-    apart = (a >= 0) & (b >= 0)
-    apart[apart] = face[a[apart]] != face[b[apart]]
-    for arc_no in np.flatnonzero(apart).tolist():
-        graph.add_edge(
-            int(face[a[arc_no]]),
-            int(face[b[arc_no]]),
-            arc_no=arc_no,
-            convexity=str(convexity[arc_no]),
-            length=float(length[arc_no]),
-        )
-    return graph
+def _links(shape: Shape, face: Ints, count: int) -> list[dict[int, set[str]]]:
+    out: list[dict[int, set[str]]] = [{} for _ in range(count)]
+    if shape.arcs:
+        a, b = (np.asarray(shape.arcs[c], np.int64) for c in ("surface_a", "surface_b"))
+        for arc in np.flatnonzero((a >= 0) & (b >= 0)).tolist():
+            one, two = int(face[a[arc]]), int(face[b[arc]])
+            if one != two:
+                for i, j in ((one, two), (two, one)):
+                    out[i].setdefault(j, set()).add(str(shape.arcs["convexity"][arc]))
+    return out
 
 
 def _points(table: Table, name: str) -> Floats:

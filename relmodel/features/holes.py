@@ -2,56 +2,49 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, cross, frame, sideways, union
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import cross, frame, off_axis, sideways, union
 from relmodel.features.graph import Surfaces
-from relmodel.geometry.clusters import clusters, unsigned
+from relmodel.geometry.clusters import clusters, joined, unsigned
 
-if TYPE_CHECKING:
-    import networkx as nx
-
+Links = list[dict[int, set[str]]]  # as `Boundary` has them
 
 _P = DEFAULTS.holes
 _SKEW = ANGLE_TOLERANCE**2  # of a cosine
 
 
-def holes(s: Surfaces, graph: nx.MultiGraph[int]) -> list[Feature]:
+def holes(s: Surfaces, links: Links) -> list[Feature]:
     """Stacks of coaxial concave surfaces of revolution around a cylinder that holds a pin."""
-    import networkx as nx
-
-    bores = _bores(s, graph)
+    bores = _bores(s, links)
     if not bores:
         return []
     # Surfaces of revolution on the axis of some bore, and the planes across it that have no other neighbours.
     leader = {i: bore[0] for bore in bores for i in bore}
-    stack: nx.Graph[int] = nx.Graph()
-    for bore in bores:
-        nx.add_path(stack, bore)
-    todo = [i for bore in bores for i in bore]
+    together = [(bore[0], i) for bore in bores for i in bore]
+    todo = list(leader)
     while todo:
         i = todo.pop()
-        for j in graph.neighbors(i):
+        for j in links[i]:
             if j in leader:
                 if _on_axis(s, leader[i], leader[j]):
-                    stack.add_edge(i, j)
-            elif _turned_about(s, leader[i], j) or _closes(s, graph, leader, i, j):
+                    together.append((i, j))
+            elif _turned_about(s, leader[i], j) or _closes(s, links, leader, i, j):
                 leader[j] = leader[i]
-                stack.add_edge(i, j)
+                together.append((i, j))
                 todo.append(j)
     bore_of = {i: bore for bore in bores for i in bore}
     found = []
-    for members in sorted(sorted(component) for component in nx.connected_components(stack)):
+    for members in joined(leader, together):
         own = {bore_of[i][0]: bore_of[i] for i in members if i in bore_of}
-        found.append(_hole(s, graph, members, list(own.values())))
+        found.append(_hole(s, links, members, list(own.values())))
     return found
 
 
-def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
+def _bores(s: Surfaces, links: Links) -> list[list[int]]:
     """Concave cylinders merged where they are one: same axis and radius, touching extents, all around a pin.
 
     One that a pocket, a gap between two ears or another bore interrupts is one still: it is drilled in one go.
@@ -78,10 +71,10 @@ def _bores(s: Surfaces, graph: nx.MultiGraph[int]) -> list[list[int]]:
             cut += max(high - max(low, reach), 0.0)
             reach = max(reach, high)
         bores.append(sorted(bore))
-    return sorted(bore for bore in bores if s.turn(bore) > _P.holds_a_pin_rad and not _are_corners(s, graph, bore))
+    return sorted(bore for bore in bores if s.turn(bore) > _P.holds_a_pin_rad and not _are_corners(s, links, bore))
 
 
-def _are_corners(s: Surfaces, graph: nx.MultiGraph[int], bore: list[int]) -> bool:
+def _are_corners(s: Surfaces, links: Links, bore: list[int]) -> bool:
     """Whether the segments of a bore are far walls of openings around its axis: material comes in between them."""
     axis = s.axis[bore[0]]
 
@@ -92,12 +85,9 @@ def _are_corners(s: Surfaces, graph: nx.MultiGraph[int], bore: list[int]) -> boo
             lies_so = along < ANGLE_TOLERANCE and off < _P.within * s.radius[i]
         else:
             lies_so = s.kind[j] == "cylinder" and along > 1 - _SKEW
-        ways = {edge["convexity"] for edge in graph.get_edge_data(i, j).values()}
-        return bool(lies_so and not ways <= {"convex"} and not _on_axis(s, i, j))
+        return bool(lies_so and not links[i][j] <= {"convex"} and not _on_axis(s, i, j))
 
-    return all(
-        s.turn([i]) < _P.holds_a_pin_rad and any(leads_in(i, j) for j in set(graph.neighbors(i)) - {i}) for i in bore
-    )
+    return all(s.turn([i]) < _P.holds_a_pin_rad and any(leads_in(i, j) for j in links[i]) for i in bore)
 
 
 def _interrupted(s: Surfaces, bore: int, low: float, high: float) -> bool:
@@ -120,7 +110,7 @@ def _turned_about(s: Surfaces, bore: int, other: int) -> bool:
     return bool(s.concave[other] and s.kind[other] in ("cone", "torus", "sphere") and _on_axis(s, bore, other))
 
 
-def _closes(s: Surfaces, graph: nx.MultiGraph[int], leader: dict[int, int], member: int, plane: int) -> bool:
+def _closes(s: Surfaces, links: Links, leader: dict[int, int], member: int, plane: int) -> bool:
     """Whether a plane across the axis has no neighbours but surfaces of the stack: a bottom or a counterbore's step."""
     axis = s.axis[leader[member]]
     if s.kind[plane] != "plane" or not np.linalg.norm(cross(axis, s.axis[plane])) < ANGLE_TOLERANCE:
@@ -128,7 +118,7 @@ def _closes(s: Surfaces, graph: nx.MultiGraph[int], leader: dict[int, int], memb
     # The next bore of a step is in `leader` from the start; a tip or fillet beyond is tried by its own rule.
     if all(
         (k in leader and _on_axis(s, leader[member], leader[k])) or _turned_about(s, leader[member], k)
-        for k in graph.neighbors(plane)
+        for k in links[plane]
     ):
         return True
     # What cuts into the bore cuts its bottom too: that is what lies within the bore.
@@ -137,16 +127,12 @@ def _closes(s: Surfaces, graph: nx.MultiGraph[int], leader: dict[int, int], memb
         or np.linalg.norm(np.diff(s.boxes[plane].reshape(2, 3), axis=0)) > 3 * s.radius[member]
     ):
         return False
-    arm = s.points(plane) - s.origin[member]
-    arm -= np.outer(arm @ axis, axis)
-    within = (
-        np.linalg.norm(arm, axis=1).max(initial=np.inf if len(arm) == 0 else 0.0) < s.radius[member] + LENGTH_TOLERANCE
-    )
-    concave = any(edge["convexity"] == "concave" for edge in graph.get_edge_data(member, plane).values())
-    return bool(within and concave)
+    reach = off_axis(s.points(plane), s.origin[member], axis)
+    within = len(reach) > 0 and reach.max() < s.radius[member] + LENGTH_TOLERANCE
+    return bool(within and "concave" in links[member][plane])
 
 
-def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: list[list[int]]) -> Feature:
+def _hole(s: Surfaces, links: Links, members: list[int], bores: list[list[int]]) -> Feature:
     narrow = min(bores, key=lambda bore: (s.radius[bore[0]], bore))
     axis, origin = s.axis[narrow[0]], s.origin[narrow[0]]
     zero = float(origin @ axis)
@@ -158,13 +144,11 @@ def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: lis
     for i in members:
         low, high = s.along(i, axis)
         middle = (low + high) / 2 - zero
-        arm = s.points(i) - origin
-        arm -= np.outer(arm @ axis, axis)
-        reach = np.linalg.norm(arm, axis=1)
+        reach = off_axis(s.points(i), origin, axis)
         on_axis = s.kind[i] in ("cone", "sphere", "torus") and reach.min(initial=np.inf) < 1e-2 * s.radius[narrow[0]]
         if i in narrow:
             roles[i] = "wall"
-        elif on_axis or (s.kind[i] == "plane" and _ends_at(s, graph, members, i)):
+        elif on_axis or (s.kind[i] == "plane" and _ends_at(s, links, members, i)):
             roles[i] = "bottom"
             bottoms.append(middle)
             if on_axis:
@@ -180,11 +164,9 @@ def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: lis
             wide.append((float(s.radius[i]), middle))
         else:
             roles[i] = "blend"
-    extents = [s.along(i, axis) for i in members if i not in tips]
-    extents += [s.along(i, axis) for i in _rounded_rims(s, graph, members)]
-    low, high = min(e[0] for e in extents) - zero, max(e[1] for e in extents) - zero
-    core = [s.along(i, axis) for i in narrow]
-    centre = (min(e[0] for e in core) + max(e[1] for e in core)) / 2 - zero
+    low, high = s.extent([*(i for i in members if i not in tips), *_rounded_rims(s, links, members)], axis)
+    low, high = low - zero, high - zero
+    centre = sum(s.extent(narrow, axis)) / 2 - zero
     # Z out of the material: away from the bottom, else towards the widest end, else towards positive coordinates.
     if bottoms:
         towards = centre - bottoms[0]
@@ -206,7 +188,7 @@ def _hole(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], bores: lis
     if counterbores:
         widest = max(float(s.radius[i]) for i in counterbores)
         ends = [s.along(i, z) for i in counterbores if widest - s.radius[i] < LENGTH_TOLERANCE]
-        ends += [s.along(i, z) for i in [*enclosed, *_rounded_rims(s, graph, counterbores)]]
+        ends += [s.along(i, z) for i in [*enclosed, *_rounded_rims(s, links, counterbores)]]
         ends += [s.along(i, z) for reach, i in cones if reach > widest + LENGTH_TOLERANCE]
         dimensions["counterbore_diameter"] = (2 * widest, "mm")
         dimensions["counterbore_depth"] = (_topmost(ends), "mm")
@@ -246,23 +228,23 @@ def _topmost(extents: list[tuple[float, float]]) -> float:
     return high - low
 
 
-def _ends_at(s: Surfaces, graph: nx.MultiGraph[int], members: list[int], plane: int) -> bool:
+def _ends_at(s: Surfaces, links: Links, members: list[int], plane: int) -> bool:
     """Whether a plane of the stack is a bottom: a step lies between two radii."""
-    return len({round(float(s.radius[j]), 3) for j in set(graph.neighbors(plane)) & set(members)}) == 1
+    return len({round(float(s.radius[j]), 3) for j in links[plane].keys() & set(members)}) == 1
 
 
-def _rounded_rims(s: Surfaces, graph: nx.MultiGraph[int], members: list[int]) -> list[int]:
+def _rounded_rims(s: Surfaces, links: Links, members: list[int]) -> list[int]:
     """Tori about the axis that lead smoothly out of the hole."""
     return sorted(
         {
             j
             for i in members
             if s.kind[i] == "cylinder"
-            for j in graph.neighbors(i)
+            for j, crossed in links[i].items()
             if s.kind[j] == "torus"
             and not s.concave[j]
             and len(s.points(j))
             and _on_axis(s, i, j)
-            and any(edge["convexity"] == "smooth" for edge in graph.get_edge_data(i, j).values())
+            and "smooth" in crossed
         }
     )

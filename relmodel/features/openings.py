@@ -7,21 +7,9 @@ from itertools import pairwise
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.feature import (
-    ANGLE_TOLERANCE,
-    LENGTH_TOLERANCE,
-    Feature,
-    ahead,
-    commonest,
-    cross,
-    frame,
-    lengths,
-    outline_form,
-    rectangle,
-    sideways,
-    union,
-)
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, commonest, lengths, outline_form
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import ahead, angular_gaps, at_level, cross, frame, rectangle, sideways, union
 from relmodel.features.graph import Boundary, Side
 
 _ALL = DEFAULTS.common
@@ -57,8 +45,6 @@ def openings(b: Boundary, taken: set[int]) -> list[Feature]:
 
 def _cut_at_both_ends(b: Boundary, used: set[int]) -> list[tuple[Floats, list[int]]]:
     """Rings of walls that something has cut at each end: each wall meets the next in a hollow edge or blend, around."""
-    import networkx as nx
-
     s, rings = b.surfaces, []
     tried: set[tuple[int, tuple[float, ...]]] = set()
     for i in sorted(b.sides.keys() - used):
@@ -76,21 +62,25 @@ def _cut_at_both_ends(b: Boundary, used: set[int]) -> list[tuple[Floats, list[in
             tried |= {(k, key) for k in ring or [i]}
             if ring is None:
                 continue
-            graph: nx.Graph[int] = nx.Graph()
-            graph.add_edges_from((k, x.other) for k in ring for x in b.sides[k] if x.other in ring and x.other != k)
-            core = sorted(nx.k_core(graph, 2))
+            core = _core(b, ring)
             if len(core) >= _P.least_walls and _face_all_around(b, core, up):
                 used |= set(ring)
                 rings.append((up, ring))
     return rings
 
 
+def _core(b: Boundary, ring: list[int]) -> list[int]:
+    """The walls of a ring that meet two others at least of these: nothing where the ring is open."""
+    core = set(ring)
+    while loose := {k for k in core if len(b.links[k].keys() & core) < 2}:
+        core -= loose
+    return sorted(core)
+
+
 def _face_all_around(b: Boundary, walls: list[int], up: Floats) -> bool:
     """Whether the normals of walls leave no half turn about `up` free."""
     normal = np.concatenate([b.surfaces.normals(i) for i in walls])
-    u, v = sideways(up)
-    angle = np.sort(np.arctan2(normal @ v, normal @ u))
-    return bool(np.diff(angle, append=angle[0] + 2 * np.pi).max() < np.pi - _ALL.steep)
+    return bool(angular_gaps(normal, up).max() < np.pi - _ALL.steep)
 
 
 def _out_of(b: Boundary, face: int, walls: list[int]) -> Floats | None:
@@ -184,7 +174,7 @@ def _opening(b: Boundary, ring: list[int], up: Floats) -> Feature:
         corners = [float(s.radius[i]) for i in ring if s.kind[i] == "cylinder" and s.concave[i]]
         if corners and slot is None:
             dimensions |= lengths(corner_radius=commonest(corners))
-    pose = frame(x, up, centre + (top - float(centre @ up)) * up)
+    pose = frame(x, up, at_level(centre, up, top))
     form = walls_form(b, ring, pose, either_way=True)
     return Feature(kind, "", dimensions, pose, union(s.boxes[ring]), [(i, "wall") for i in ring], form)
 

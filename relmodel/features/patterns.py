@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from relmodel.features.feature import Feature, feature_class_key, frame, lengths, outline_form, union
+from relmodel.features.feature import Feature, feature_class_key, lengths, outline_form
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import frame, union
 from relmodel.geometry.clusters import clusters
 
 if TYPE_CHECKING:

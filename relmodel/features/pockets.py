@@ -4,24 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.feature import (
-    ANGLE_TOLERANCE,
-    LENGTH_TOLERANCE,
-    Feature,
-    commonest,
-    cross,
-    frame,
-    lengths,
-    rectangle,
-    union,
-)
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, commonest, lengths
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import at_level, cross, frame, rectangle, union
 from relmodel.features.graph import Boundary, Side
 from relmodel.features.openings import closed_slot, walls_form
+from relmodel.geometry.clusters import joined
 
 _ALL = DEFAULTS.common
 _P = DEFAULTS.pockets
@@ -91,10 +84,10 @@ def _cut_open(b: Boundary, floors: list[Floor], pocket_of: dict[int, int], taken
             levels.setdefault(b.plane_key(floor.faces[:1]), []).append(_FloorSegment(floor, own, walls, free))
     found = []
     for segments in levels.values():
-        inside = [joined for joined in _across_another([p for p in segments if p.free]) if not _is_channel(b, joined)]
-        done = {id(floor) for joined in inside for floor in joined}
+        inside = [group for group in _across_another([p for p in segments if p.free]) if not _is_channel(b, group)]
+        done = {id(floor) for group in inside for floor in group}
         rest = _across_another([p for p in segments if id(p.floor) not in done], whatever=True)
-        made = [_pocket(b, joined) for joined in [*inside, *(floors for floors in rest if _is_walled_in(b, floors))]]
+        made = [_pocket(b, group) for group in [*inside, *(floors for floors in rest if _is_walled_in(b, floors))]]
         found += [pocket for pocket in made if pocket is not None]
     return found
 
@@ -128,15 +121,12 @@ def _is_walled_in(b: Boundary, floors: list[Floor]) -> bool:
 
 def _across_another(segments: list[_FloorSegment], *, whatever: bool = False) -> list[list[Floor]]:
     """Segments of one plane that are one floor: between walls of one plane, parted by a deeper pocket, or whatever."""
-    import networkx as nx
-
-    graph: nx.Graph[int] = nx.Graph()
-    graph.add_nodes_from(range(len(segments)))
-    for i, one in enumerate(segments):
-        for j, two in enumerate(segments[:i]):
-            if (whatever or one.own & two.own) and one.walls & two.walls:
-                graph.add_edge(i, j)
-    return [[segments[i].floor for i in sorted(component)] for component in nx.connected_components(graph)]
+    edges = [
+        (i, j)
+        for (i, one), (j, two) in combinations(enumerate(segments), 2)
+        if (whatever or one.own & two.own) and one.walls & two.walls
+    ]
+    return [[segments[i].floor for i in group] for group in joined(range(len(segments)), edges)]
 
 
 def _is_channel(b: Boundary, floors: list[Floor]) -> bool:
@@ -156,16 +146,10 @@ def plane_floors(b: Boundary, taken: set[int]) -> list[Floor]:
 
 def _curved_floors(b: Boundary, taken: set[int]) -> list[Floor]:
     """Curved surfaces with a wall at every side, up along what all the walls run along."""
-    import networkx as nx
-
     s, found = b.surfaces, []
     curved = {i for i in b.sides if s.kind[i] != "plane" and s.start[i] < s.start[i + 1]} - b.blends.keys() - taken
-    curved_faces: nx.Graph[int] = nx.Graph()
-    curved_faces.add_nodes_from(curved)
-    curved_faces.add_edges_from(
-        (i, x.other) for i in curved for x in b.sides[i] if x.convexity == "smooth" and x.other in curved
-    )
-    for faces in sorted(sorted(component) for component in nx.connected_components(curved_faces)):
+    smooth = [(i, x.other) for i in curved for x in b.sides[i] if x.convexity == "smooth" and x.other in curved]
+    for faces in joined(curved, smooth):
         crossed = [b.across(i, x) for i in faces for x in b.sides[i] if x.convexity not in ("seam", "degenerate")]
         crossed = [(kind, others) for kind, others in crossed if not (kind == "smooth" and set(others) <= set(faces))]
         walls = sorted({j for kind, others in crossed for j in others if kind == "concave"})
@@ -261,7 +245,7 @@ def _pocket(b: Boundary, floors: list[Floor]) -> Feature | None:
     if corners and slot is None:
         dimensions |= lengths(corner_radius=commonest(corners))
     dimensions |= fillet_radius(b, roles) | b.surfaces.draft(walls, up)
-    shape_from_feature = frame(x, up, centre + (level - float(centre @ up)) * up)
+    shape_from_feature = frame(x, up, at_level(centre, up, level))
     box = union(s.boxes[sorted(roles)])
     if not bend:
         box = prism_box(b, sorted(roles), shape_from_feature, length, width, depth)

@@ -7,17 +7,9 @@ from itertools import pairwise
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from relmodel.features.feature import (
-    ANGLE_TOLERANCE,
-    LENGTH_TOLERANCE,
-    Feature,
-    frame,
-    lengths,
-    rectangle,
-    sideways,
-    union,
-)
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, lengths
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import angular_gaps, at_level, frame, off_axis, rectangle, union
 from relmodel.features.graph import Boundary
 
 _ALL = DEFAULTS.common
@@ -57,11 +49,8 @@ def _is_one_arc(b: Boundary, ends: list[int]) -> bool:
     axis = s.axis[ends[0]]
     reach = sorted(s.along(i, axis) for i in ends)
     overlap = any(two[0] < one[1] - LENGTH_TOLERANCE for one, two in pairwise(reach))
-    points = np.concatenate([s.points(i) for i in ends]) - s.origin[ends[0]]
-    u, v = sideways(axis)
-    angle = np.sort(np.arctan2(points @ v, points @ u))
-    gaps = np.diff(angle, append=angle[0] + 2 * np.pi)
-    wide = int((gaps > _P.gap_rad).sum())
+    arms = np.concatenate([s.points(i) for i in ends]) - s.origin[ends[0]]
+    wide = int((angular_gaps(arms, axis) > _P.gap_rad).sum())
     return wide == 1 or (wide == 0 and not overlap)
 
 
@@ -101,7 +90,7 @@ def _lug(b: Boundary, hole: Feature, ends: list[int], low: float, high: float) -
     dimensions = lengths(bore_diameter=inner, width=2 * float(s.radius[ends[0]]), thickness=high - low)
     # Of its bore the end that a counterbore may have raised, where that is its own.
     mouth = hole.shape_from_feature[:3, 3]
-    mouth = mouth + (min(float(mouth @ z), high) - float(mouth @ z)) * z
+    mouth = at_level(mouth, z, min(float(mouth @ z), high))
     arm = np.concatenate([s.points(i) for i in ends]).mean(axis=0) - mouth
     pose = frame(arm - (arm @ z) * z, z, mouth)
     solid = [i for i, role in roles.items() if role in ("end", "side", "bore")]
@@ -163,14 +152,12 @@ def _round_bosses(b: Boundary, taken: set[int]) -> list[Feature]:
         if not flat or not feet or abs(up @ axis) < 1 - ANGLE_TOLERANCE:
             continue
         blends = sorted(feet & b.blends.keys())
-        reach = [s.along(j, up) for j in [i, *blends, *tops]]
-        low, high = min(r[0] for r in reach), max(r[1] for r in reach)
-        arm = s.points(i) - s.origin[i]
-        radius = float(np.linalg.norm(arm - np.outer(arm @ axis, axis), axis=1).max())
+        low, high = s.extent([i, *blends, *tops], up)
+        radius = float(off_axis(s.points(i), s.origin[i], axis).max())
         dimensions = lengths(diameter=2 * radius, height=high - low) | s.draft([i], up)
         if blends:
             dimensions |= lengths(fillet_radius=min(b.blends[j] for j in blends))
-        foot = s.origin[i] + (low - float(s.origin[i] @ up)) * up
+        foot = at_level(s.origin[i], up, low)
         roles = [(i, "wall")] + [(j, "blend") for j in blends] + [(j, "top") for j in sorted(tops)]
         members = [j for j, _ in roles]
         pose = frame(np.eye(3)[np.argmin(np.abs(up))], up, foot)
@@ -186,7 +173,7 @@ def _past_bevel(b: Boundary, wall: int, bevel: int) -> list[int]:
 def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int], beyond: dict[int, int]) -> Feature | None:
     s = b.surfaces
     up, level = s.axis[plane], float(s.origin[plane] @ s.axis[plane])
-    # Rounded corners are walls too; the round or chamfer at the top adds to the height alone.
+    # Rounded corners are walls too; the round or chamfer at the top adds to the height only.
     corners = {x.other for i in walls for x in b.sides.get(i, []) if x.convexity == "smooth"} & b.blends.keys()
     corners = {i for i in corners if not s.concave[i] and np.abs(s.normals(i) @ up).max(initial=0.0) < 0.2}
     walls = sorted({*walls, *corners})
@@ -207,10 +194,8 @@ def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int], beyond: di
     )
     kind = "boss"
     if single == len(walls):
-        arm = points - s.origin[walls[0]]
-        arm -= np.outer(arm @ up, up)
         foot = points @ up < (points @ up).min() + LENGTH_TOLERANCE
-        radius = float(np.linalg.norm(arm[foot], axis=1).max())
+        radius = float(off_axis(points[foot], s.origin[walls[0]], up).max())
         dimensions = lengths(diameter=2 * radius, height=height)
         x, centre = np.eye(3)[np.argmin(np.abs(up))], s.origin[walls[0]]
     else:
@@ -223,7 +208,7 @@ def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int], beyond: di
     blends = [b.blends[i] for i in feet if i in b.blends]
     if blends:
         dimensions |= lengths(fillet_radius=min(blends))
-    pose = frame(x, up, centre + (level - float(centre @ up)) * up)
+    pose = frame(x, up, at_level(centre, up, level))
     roles = [(i, "wall") for i in walls] + [(i, "blend") for i in feet if i in b.blends]
     top = [
         x.other for i in walls for x in b.sides.get(i, []) if x.other >= 0 and _is_top(b, x.other, up, level + height)

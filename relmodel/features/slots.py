@@ -7,17 +7,9 @@ from itertools import combinations
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.feature import (
-    ANGLE_TOLERANCE,
-    LENGTH_TOLERANCE,
-    Feature,
-    ahead,
-    commonest,
-    cross,
-    frame,
-    lengths,
-)
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, commonest, lengths
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import ahead, cross, frame
 from relmodel.features.graph import Boundary
 from relmodel.features.pockets import Floor, fillet_radius, plane_floors, prism_box, rises, top, walls_of
 from relmodel.features.steps import Ledge, floor_of, run_along, steps
@@ -269,7 +261,7 @@ def _blends_between(b: Boundary, one: int, two: int) -> set[int]:
 
 
 def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:
-    """With a round bottom: a hollow cylinder alone below one plane, or half of one between two walls."""
+    """With a round bottom: a single hollow cylinder below one plane, or half of one between two walls."""
     s, found = b.surfaces, []
     used = set(taken)
     for i, sides in sorted(b.sides.items()):
@@ -278,7 +270,7 @@ def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:
         around = [x for x in sides if x.other not in (i, -1)]
         up = s.normals(i).mean(axis=0)
         up -= (up @ s.axis[i]) * s.axis[i]
-        # Closed at both ends it is none, nor all around.
+        # A cylinder that is closed at both ends, or all around, is not a slot.
         if np.linalg.norm(up) < ANGLE_TOLERANCE or len({x.other for x in around if x.convexity == "concave"}) > 1:
             continue
         up /= np.linalg.norm(up)

@@ -1,4 +1,4 @@
-"""Steps: floors beside a wall, or in a corner of two, that are open to the other sides."""
+"""Steps: floors at a wall, or in a corner of two, that are open to the other sides."""
 
 from __future__ import annotations
 
@@ -7,17 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.feature import (
-    ANGLE_TOLERANCE,
-    LENGTH_TOLERANCE,
-    Feature,
-    ahead,
-    cross,
-    frame,
-    lengths,
-    rectangle,
-)
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, lengths
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import ahead, at_level, cross, frame, rectangle
 from relmodel.features.graph import Boundary
 from relmodel.features.openings import walls_form
 from relmodel.features.pockets import Floor, fillet_radius, prism_box, top, walls_of
@@ -27,7 +19,7 @@ _P = DEFAULTS.steps
 
 @dataclass
 class Ledge:
-    """A floor that is open to some side, its plane walls, all planes beside it, and hollow cylinders upright on it."""
+    """A floor that is open to some side, its plane walls, all planes next to it, and hollow cylinders upright on it."""
 
     floor: Floor
     walls: list[int]
@@ -146,7 +138,7 @@ def _round_step(b: Boundary, floor: Floor, walls: list[int]) -> Feature | None:
     if depth < LENGTH_TOLERANCE:
         return None
     x, centre, length, width = rectangle(points, up)
-    pose = frame(x, up, centre + (level - float(centre @ up)) * up)
+    pose = frame(x, up, at_level(centre, up, level))
     box = prism_box(b, sorted(roles), pose, length, width, depth)
     dimensions = lengths(length=length, width=width, depth=depth, corner_radius=float(s.radius[walls[0]]))
     return Feature("step", "", dimensions, pose, box, sorted(roles.items()))

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, ahead, cross, frame, lengths, union
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, lengths
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import ahead, cross, frame, union
 from relmodel.features.graph import Boundary
-from relmodel.geometry.clusters import clusters, unsigned
+from relmodel.geometry.clusters import clusters, joined, unsigned
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
@@ -167,7 +168,7 @@ def ribs(b: Boundary, pairs: list[Pair], floors: set[int], taken: set[int]) -> l
             standing.setdefault((*_plane_key(b, pair), len(stands.firm)), []).append(stands)
     found = []
     for segments in standing.values():
-        found += [rib for joined in _joined(b, segments) if (rib := _rib(b, joined)) is not None]
+        found += [rib for line in _in_one_line(b, segments) if (rib := _rib(b, line)) is not None]
     found += _drafted(b, floors | taken | {i for f in found for i, _ in f.surfaces})
     return sorted(found, key=lambda feature: feature.surfaces)
 
@@ -257,24 +258,20 @@ def _tops(b: Boundary, ridge: int, up: Floats) -> bool:
     return bool(len(b.surfaces.points(ridge)) and (b.surfaces.normals(ridge) @ up).max() > 0.5)
 
 
-def _joined(b: Boundary, segments: list[_Standing]) -> list[list[_Standing]]:
+def _in_one_line(b: Boundary, segments: list[_Standing]) -> list[list[_Standing]]:
     """Segments of one middle plane that stand in one line, or on either side of a web."""
-    import networkx as nx
-
-    graph: nx.Graph[int] = nx.Graph()
-    graph.add_nodes_from(range(len(segments)))
     run = cross(segments[0].pair.normal, segments[0].up)
     spans = []
     for segment in segments:
         points = np.concatenate([b.surfaces.points(i) for i in segment.firm]) @ run
         spans.append((float(points.min()), float(points.max())))
     order = sorted(range(len(segments)), key=lambda i: spans[i])
-    last = order[0]
+    last, edges = order[0], []
     for i in order[1:]:
         if spans[i][0] - spans[last][1] < _P.crossing * segments[i].pair.thickness:
-            graph.add_edge(last, i)
+            edges.append((last, i))
         last = max(last, i, key=lambda k: spans[k][1])
-    return [[segments[i] for i in sorted(component)] for component in nx.connected_components(graph)]
+    return [[segments[i] for i in group] for group in joined(range(len(segments)), edges)]
 
 
 def _rib(b: Boundary, segments: list[_Standing]) -> Feature | None:
@@ -371,16 +368,15 @@ def webs(b: Boundary, pairs: list[Pair], hollows: list[Feature]) -> list[Feature
         least = min(known, key=lambda f: f.dimensions["length"][0] * f.dimensions["width"][0])
         length, width = least.dimensions["length"][0], least.dimensions["width"][0]
         floors = tuple(sorted(i for f in known for i, role in f.surfaces if role == "floor"))
-        under = sum(float(s.area[i]) for i, role in least.surfaces if role == "floor")
-        if pair.thickness > _P.thin_web * min(length, width) or pair.area < _P.under * under or floors in found:
+        own = [i for i, role in least.surfaces if role == "floor"]
+        under = _P.under * sum(float(s.area[i]) for i in own)
+        if pair.thickness > _P.thin_web * min(length, width) or pair.area < under or floors in found:
             continue
         up = least.shape_from_feature[:3, 2]
         middle = least.shape_from_feature[:3, 3] - up * pair.thickness / 2
         members = sorted({*floors, *(i for f, i in zip(at, (pair.first, pair.second), strict=True) if f is not None)})
-        own = [i for i, role in least.surfaces if role == "floor"]
-        box = union(s.boxes[own])
-        box = np.concatenate([np.minimum(box[:3], box[:3] - up * pair.thickness), box[3:]])
-        box[3:] = np.maximum(box[3:], union(s.boxes[own])[3:] - up * pair.thickness)
+        low, high = union(s.boxes[own]).reshape(2, 3)
+        box = np.r_[np.minimum(low, low - up * pair.thickness), np.maximum(high, high - up * pair.thickness)]
         pose = frame(least.shape_from_feature[:3, 0], up, middle)
         dimensions = lengths(thickness=pair.thickness, length=length, width=width)
         found[floors] = Feature("web", "", dimensions, pose, box, [(i, "side") for i in members])

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from relmodel.arrays import Bools
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, frame, lengths, union
+from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, lengths
 from relmodel.features.feature_parameters import DEFAULTS
+from relmodel.features.frames import at_level, frame, union
 from relmodel.features.graph import Boundary
 from relmodel.features.protrusions import coaxial
 
@@ -17,7 +18,7 @@ _P = DEFAULTS.turned
 def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
     """Discs: short cylinders, convex at both rims, with a narrower one on the axis on at least one side.
 
-    grooved: cylinders beside a groove, which are the shaft.
+    grooved: cylinders next to a groove, which are the shaft.
     """
     s, found = b.surfaces, []
     rounds = np.flatnonzero((s.kind == "cylinder") & ~s.concave & (np.diff(s.start) > 0))
@@ -41,11 +42,9 @@ def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
         }
         if not shafts:
             continue
-        reach = [s.along(k, axis) for k in [i, *planes]]
-        low, high = min(r[0] for r in reach), max(r[1] for r in reach)
+        low, high = s.extent([i, *planes], axis)
         dimensions = lengths(diameter=2 * float(s.radius[i]), thickness=high - low)
-        foot = s.origin[i] + (low - float(s.origin[i] @ axis)) * axis
-        pose = frame(np.eye(3)[np.argmin(np.abs(axis))], axis, foot)
+        pose = frame(np.eye(3)[np.argmin(np.abs(axis))], axis, at_level(s.origin[i], axis, low))
         members = sorted({i, *planes})
         roles = [(k, "rim" if k == i else "face") for k in members]
         found.append(Feature("flange", "", dimensions, pose, union(s.boxes[members]), roles))
@@ -53,7 +52,7 @@ def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
 
 
 def grooves(b: Boundary, holes: list[Feature]) -> tuple[list[Feature], dict[int, int]]:
-    """Grooves around a shaft and ring grooves in a face, and for the walls beside the first the one beyond.
+    """Grooves around a shaft and ring grooves in a face; of the cylinders next to the former, the opposite ones.
 
     holes: a ring groove's outer wall and floor look like a blind hole.
     """
@@ -74,7 +73,7 @@ def grooves(b: Boundary, holes: list[Feature]) -> tuple[list[Feature], dict[int,
 
 
 def _around(b: Boundary, floor: int, rounds: Bools) -> tuple[Feature, tuple[int, int]] | None:
-    """The groove that has a cylinder for its floor, no wider than the shaft is thick, and the cylinders beside it."""
+    """The groove that has a cylinder for its floor, no wider than the shaft is thick, and the cylinders next to it."""
     s, axis = b.surfaces, b.surfaces.axis[floor]
     sides = [
         j
@@ -96,8 +95,7 @@ def _around(b: Boundary, floor: int, rounds: Bools) -> tuple[Feature, tuple[int,
         return None
     one, two = shoulders[0][0], shoulders[1][0]
     measures = lengths(diameter=2 * s.radius[floor], width=high - low, depth=s.radius[one] - s.radius[floor])
-    centre = s.origin[floor] + ((low + high) / 2 - float(s.origin[floor] @ axis)) * axis
-    pose = frame(np.eye(3)[np.argmin(np.abs(axis))], axis, centre)
+    pose = frame(np.eye(3)[np.argmin(np.abs(axis))], axis, at_level(s.origin[floor], axis, (low + high) / 2))
     roles = sorted([(floor, "floor"), *((j, "wall") for j in sides)])
     return Feature("groove", "", measures, pose, union(s.boxes[[floor, *sides]]), roles), (one, two)
 

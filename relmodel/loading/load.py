@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 READERS = 2
 
 # Heavy libraries that what follows from a model needs.
-_NEEDED = ("relmodel.loading.write.write", "networkx", "scipy.sparse.csgraph", "scipy.spatial", "shapely")
+_NEEDED = ("relmodel.loading.write.write", "scipy.sparse.csgraph", "scipy.spatial", "shapely")
 
 
 @dataclass(frozen=True)

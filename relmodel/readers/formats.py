@@ -16,7 +16,8 @@ MESH_FORMATS = (*UNITLESS_FORMATS, "glb", "gltf", "3mf")
 UNITS_MM = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1e3, "in": 25.4, "ft": 304.8}
 
 _LONG_UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "decimeter": "dm", "meter": "m", "inch": "in"}
-_LONG_UNITS |= {"millimetre": "mm", "centimetre": "cm", "metre": "m", "foot": "ft", "inches": "in", "feet": "ft"}
+_LONG_UNITS |= {"micrometre": "um", "millimetre": "mm", "centimetre": "cm", "decimetre": "dm", "metre": "m"}
+_LONG_UNITS |= {"foot": "ft", "inches": "in", "feet": "ft"}
 
 
 def format_of(path: Path) -> str:
@@ -32,18 +33,18 @@ def format_of(path: Path) -> str:
     if suffix[1:] in MESH_FORMATS:
         return "mesh"
     known = ", ".join([*STEP_SUFFIXES, *(f".{f}" for f in MESH_FORMATS), URDF_SUFFIX])
-    raise InputError(f"{path.name} is of no known format: give a file named {known}, or .step.gz")
+    raise InputError(f"{path.name} is of an unknown format: give a file named {known}, or .step.gz")
 
 
 def check_unit(path: Path, unit: str | None) -> None:
-    """Raise InputError where the file's format asks for a unit and none is given, or the other way round."""
+    """Raise InputError where the format needs a unit and none is given, or states one and another is given."""
     unitless = path.suffix[1:].lower() in UNITLESS_FORMATS
     if unitless and unit is None:
         raise InputError(f"{path.name} states no unit of length: give one, such as --unit mm")
     if not unitless and unit is not None:
         raise InputError(f"{path.name} states its own unit of length: leave --unit out")
     if unit is not None and short_unit(unit) not in UNITS_MM:
-        raise InputError(f"{unit!r} is no unit of length for {path.name}: use one of {', '.join(UNITS_MM)}")
+        raise InputError(f"{unit!r} is not a unit of length for {path.name}: use one of {', '.join(UNITS_MM)}")
 
 
 def short_unit(unit: str) -> str:

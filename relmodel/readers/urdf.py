@@ -9,6 +9,7 @@ URDF states metres and radians.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import NoReturn
@@ -29,6 +30,11 @@ LOADER_VERSION = "urdf 3"
 MESH_FORMATS = ("stl", "obj", "ply", "glb", "gltf")
 
 _M = 1000.0  # mm in a metre
+_PRIMITIVES: dict[str, tuple[tuple[str, ...], Callable[[Floats], Shape]]] = {
+    "box": (("size",), primitives.box),
+    "cylinder": (("radius", "length"), lambda sizes: primitives.cylinder(*sizes.tolist())),
+    "sphere": (("radius",), lambda sizes: primitives.sphere(*sizes.tolist())),
+}
 _MOST_M = 1e5  # as far as a world file may place an object
 _MOST_BYTES = 64 << 20
 
@@ -62,7 +68,7 @@ def _parse(content: bytes, path: Path) -> Element:
         parser.Parse(content, True)
         return builder.close()
     except (expat.ExpatError, ValueError, LookupError, AssertionError) as error:
-        raise InputError(f"{path.name} is no well-formed XML ({error}): correct it there") from error
+        raise InputError(f"{path.name} is not well-formed XML ({error}): correct it there") from error
 
 
 def _refuse_doctype(path: Path) -> NoReturn:
@@ -136,7 +142,7 @@ class _Reader:
         if kind == "fixed":
             axis, length = np.array([1.0, 0, 0]), 1.0
         if length < 1e-9:
-            self._refuse(f"{where} has an axis of no length: give a direction")
+            self._refuse(f"{where} has an axis of length zero: give a direction")
         unit = _M if kind == "prismatic" else 1.0
         lower, upper = self._limits(element, kind, where, unit)
         mimic_element = element.find("mimic")
@@ -161,7 +167,7 @@ class _Reader:
             self._refuse(f"{where} is {kind} and has no <limit>: add one, or make it continuous")
         lower, upper = (float(self._numbers(limit, key, where, 1, [0.0])[0]) * unit for key in ("lower", "upper"))
         if lower > upper:
-            self._refuse(f"{where} has a lower limit above the upper one: exchange them")
+            self._refuse(f"{where} has a lower limit above the upper one: swap them")
         return lower, upper
 
     def _link(self, link: Element, name: str) -> int:
@@ -193,26 +199,15 @@ class _Reader:
     def _primitive(self, element: Element, where: str) -> int:
         """Index of the shape of a primitive, the same for the same dimensions."""
         tag = str(element.tag)
-        if tag == "box":
-            sizes = self._numbers(element, "size", where, 3)
-        elif tag == "cylinder":
-            sizes = np.concatenate([self._numbers(element, key, where, 1) for key in ("radius", "length")])
-        elif tag == "sphere":
-            sizes = self._numbers(element, "radius", where, 1)
-        else:
+        if tag not in _PRIMITIVES:
             self._refuse(f"{where} has a <{tag}>: use a box, cylinder, sphere or mesh")
+        keys, make = _PRIMITIVES[tag]
+        sizes = np.concatenate([self._numbers(element, key, where, 3 if key == "size" else 1) for key in keys]) * _M
         if not np.all(sizes > 0):
             self._refuse(f"{where} has a {tag} without extent: give dimensions above zero")
-        sizes = sizes * _M
         key = (tag, tuple(sizes.tolist()))
         if key not in self._shape_of:
-            if tag == "box":
-                shape = primitives.box(sizes)
-            elif tag == "cylinder":
-                shape = primitives.cylinder(float(sizes[0]), float(sizes[1]))
-            else:
-                shape = primitives.sphere(float(sizes[0]))
-            self.shapes.append(shape)
+            self.shapes.append(make(sizes))
             self._shape_of[key] = len(self.shapes) - 1
         return self._shape_of[key]
 
@@ -263,7 +258,7 @@ class _Reader:
             if not (root / rest).is_file() and (root / package).is_dir():
                 inside = f"{package}/{rest}"
         elif "://" in name:
-            self._refuse(f"{where} names {name!r}: put the mesh beside the URDF and name it relative to it")
+            self._refuse(f"{where} names {name!r}: put the mesh into the URDF's folder and give a path relative to it")
         file = (root / inside).resolve()
         kind = "file's folder" if root == self.folder else "package"
         if not file.is_relative_to(root):
@@ -277,7 +272,7 @@ class _Reader:
         return file
 
     def _package(self, name: str) -> Path:
-        """Root of a ROS package: the one that the URDF lies in, one beside that, or the URDF's own folder.
+        """Root of a ROS package: the the one that holds the URDF, a sibling of that, or the URDF's own folder.
 
         A package is a folder with a package.xml that states its name (https://ros.org/reps/rep-0149.html).
         """
@@ -326,7 +321,7 @@ class _Reader:
         if not value:
             self._refuse(f"{where} has no {key}: add it")
         if key == "name" and "/" in value:
-            self._refuse(f"{where} has the name {value!r} with a slash, which parts paths: give another name")
+            self._refuse(f"{where} has the name {value!r} with a slash, which separates paths: give another name")
         return value
 
     def _numbers(

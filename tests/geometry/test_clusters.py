@@ -8,7 +8,7 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from relmodel.geometry.clusters import clusters
+from relmodel.geometry.clusters import clusters, joined
 
 
 @pytest.mark.parametrize("far", [0.0, 1e6, 1e20])
@@ -32,3 +32,13 @@ def test_groups_are_those_of_all_pairs_however_far_off(far: float) -> None:
 
 def test_zeros_of_both_signs_are_one() -> None:
     assert len(set(clusters(np.array([[0.0, 1.0], [-0.0, 1.0], [-1e-9, 1.0]]), 1e-6).tolist())) == 1
+
+
+def test_joined_nodes_are_the_components_of_their_graph() -> None:
+    rng = np.random.default_rng(5)
+    nodes = rng.permutation(100)[:40].tolist()
+    edges = [(int(a), int(b)) for a, b in rng.choice(nodes, (25, 2))]
+    graph: nx.Graph[int] = nx.Graph(edges)
+    graph.add_nodes_from(nodes)
+    assert joined(nodes, edges) == sorted(sorted(group) for group in nx.connected_components(graph))
+    assert joined([], []) == []

@@ -194,10 +194,10 @@ def test_a_truncated_step_leaves_only_its_report(fresh_store: str, tmp_path: Pat
 @pytest.mark.parametrize(
     ("name", "content", "unit", "said"),
     [
-        ("part.doc", b"x", None, "no known format"),
+        ("part.doc", b"x", None, "an unknown format"),
         ("part.stl", b"", "mm", "is empty"),
         ("part.stl", b"x", None, "--unit mm"),
-        ("part.stl", b"x", "furlong", "no unit of length"),
+        ("part.stl", b"x", "furlong", "not a unit of length"),
         ("part.glb", b"x", "mm", "leave --unit out"),
         ("gone.stl", None, "mm", "there is no file"),
     ],

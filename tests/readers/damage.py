@@ -26,7 +26,7 @@ _REFUSALS = {
         "is not a STEP file",
         "is cut off",
         "holds no face",
-        "no finite number",
+        "not a finite number",
     ),
     "kernel failed": ("could not be read", "kernel does not start", "unit of length"),
     "child killed": ("crashed",),

@@ -74,7 +74,7 @@ def test_a_face_that_cannot_be_evaluated_is_a_lost_one() -> None:
     box, other = BRepPrimAPI_MakeBox(1.0, 2.0, 3.0).Shape(), BRepPrimAPI_MakeBox(4.0, 5.0, 6.0).Shape()
     walk, _ = walked(replaced(box, faces_of(box)[0], without_normal(faces_of(box)[0])), other)
     assert walk.faces.Extent() == 5 + 6
-    first, second = walk.shapes()
+    first, second = walk.shapes
     assert sorted(first.surfaces["area"]) == pytest.approx([2, 2, 3, 3, 6])  # one of 2 x 3 mm is lost
     assert (first.kind, first.arcs["convexity"].count("free")) == ("solid", 4)
     assert second.volume == pytest.approx(120)

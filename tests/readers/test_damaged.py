@@ -69,7 +69,7 @@ def altered(path: Path, pattern: str, new: str, to: Path) -> Path:
         (
             r"#\d+ *= *CONTEXT_DEPENDENT_SHAPE_REPRESENTATION[^;]*;",
             "",
-            "does not say where 1 of 13 components stand",
+            "does not place 1 of 13 components",
         ),
     ],
 )

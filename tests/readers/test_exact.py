@@ -36,14 +36,14 @@ def test_rows_of_a_file_give_the_points_of_the_kernel(
     from relmodel.readers.step.read import read_step
 
     kept: list[tuple[Any, Shape]] = []
-    extract_all = step_shape.extract_all
+    extract = step_shape.extract
 
-    def keep(bodies: list[step_shape.Body]) -> list[Shape]:
-        made = extract_all(bodies)
-        kept.extend((body.shape, shape) for body, shape in zip(bodies, made, strict=True))
+    def keep(body: Any, *labels: dict[int, str]) -> Shape:
+        made = extract(body, *labels)
+        kept.append((body, made))
         return made
 
-    monkeypatch.setattr(step_shape, "extract_all", keep)
+    monkeypatch.setattr(step_shape, "extract", keep)
     read_step(data_dir / name)
     assert kept
     for kernel, shape in kept:

@@ -494,7 +494,7 @@ def test_the_head_of_a_file_says_what_is_wrong_with_it(tmp_path: Path) -> None:
         ("a.3mf", glb, "it does not begin as 3MF does"),
         ("a.ply", glb, "it does not begin as PLY does"),
         ("a.gltf", text[:80], "its JSON ends or goes wrong at line 1, column"),
-        ("b.gltf", text.replace(b"bracket.bin", b"gone.bin"), "it refers to gone.bin, which does not lie beside it"),
+        ("b.gltf", text.replace(b"bracket.bin", b"gone.bin"), "it refers to gone.bin, which is not in its folder"),
         ("b.gltf", text.replace(b"bracket.bin", b"../gone.bin"), "it refers to a file outside its folder"),
     ]
     for name, content, fault in cases:

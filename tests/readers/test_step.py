@@ -367,7 +367,7 @@ def test_numbers_that_are_not_finite_are_refused(radius: str, said: str, tmp_pat
     text = path.read_text()
     assert not shared(path).findings
     path.write_text(re.sub(r"(= CIRCLE\('',#\d+,)4\.", rf"\g<1>{radius}", text, count=1))
-    with pytest.raises(InputError, match=f"has {said}, which is no finite number"):
+    with pytest.raises(InputError, match=f"has {said}, which is not a finite number"):
         shared(path)
 
 

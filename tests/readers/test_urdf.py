@@ -147,7 +147,7 @@ def test_a_robot_of_meshes_leaves_nothing_unused(fresh_store: str, tmp_path: Pat
         (TWO.replace("continuous", "revolute"), "has no <limit>"),
         (TWO.replace('<parent link="a"/>', ""), "no <parent>"),
         (TWO.replace('<parent link="a"/>', '<parent link="c"/>'), "link 'c'"),
-        (TWO.replace("</joint>", '<axis xyz="0 0 0"/></joint>'), "axis of no length"),
+        (TWO.replace("</joint>", '<axis xyz="0 0 0"/></joint>'), "axis of length zero"),
         (TWO.replace("</joint>", '<origin xyz="1 2"/></joint>'), "3 numbers"),
         (TWO.replace("</joint>", '<origin rpy="1 2 nan"/></joint>'), "3 numbers"),
         (TWO.replace("</joint>", '<origin xyz="0 -1e300 0"/></joint>'), "farther off than 100 km"),
@@ -160,7 +160,7 @@ def test_a_robot_of_meshes_leaves_nothing_unused(fresh_store: str, tmp_path: Pat
         (visual('<mesh filename="../secret.stl"/>'), "outside the file's folder"),
         (visual('<mesh filename="/etc/passwd"/>'), "outside the file's folder"),
         (visual('<mesh filename="package://p/../../x.stl"/>'), "outside the file's folder"),
-        (visual('<mesh filename="file:///etc/passwd"/>'), "beside the URDF"),
+        (visual('<mesh filename="file:///etc/passwd"/>'), "into the URDF's folder"),
         (visual('<mesh filename="package://p/none.stl"/>'), "not in the file's folder"),
         (visual('<mesh filename="package:///etc/x.stl"/>'), "outside the file's folder"),
         (visual('<mesh filename="package://../x.stl"/>'), "outside the file's folder"),
@@ -179,10 +179,10 @@ def test_bad_robots_are_refused(body: str, said: str, tmp_path: Path) -> None:
     [
         ('<!DOCTYPE robot [<!ENTITY a "aaaa">]><robot name="&a;"/>', "document type"),
         ('<!DOCTYPE robot SYSTEM "file:///etc/passwd"><robot name="r"/>', "document type"),
-        ('<robot name="&a;"/>', "no well-formed XML"),
-        ('<robot name="a"><link', "no well-formed XML"),
-        ("", "no well-formed XML"),
-        ('<?xml version="1.0" encoding="nonsense"?><robot/>', "no well-formed XML"),
+        ('<robot name="&a;"/>', "not well-formed XML"),
+        ('<robot name="a"><link', "not well-formed XML"),
+        ("", "not well-formed XML"),
+        ('<?xml version="1.0" encoding="nonsense"?><robot/>', "not well-formed XML"),
         ("<sdf/>", "begins with <sdf>"),
     ],
 )
@@ -210,7 +210,7 @@ def test_a_load_notes_the_meshes_it_read(tmp_path: Path, duckdb_file: Path) -> N
     path = written(tmp_path, visual('<mesh filename="block.stl"/>'))
     with Store.open(duckdb_file) as store:
         load(store, path, name="bot")
-        with pytest.raises(InputError, match="beside the URDF"):
+        with pytest.raises(InputError, match="into the URDF's folder"):
             load(store, written(tmp_path, visual('<mesh filename="http://x/y.stl"/>')), name="bot")
         given = store.table("run_input")
         with store.read() as connection:

@@ -15,8 +15,8 @@ _P = DEFAULTS.arcs
 @dataclass
 class Chains:
     """Edges in their order along chains: chain i has edges `edges[offsets[i]:offsets[i + 1]]`, and its vertices (one
-    more than edges) are `vertices[offsets[i] + i : offsets[i + 1] + i + 1]`.  `turned` tells of each of `edges`
-    whether the chain runs against it, so that its side b is to the left of the chain."""
+    more than edges) are `vertices[offsets[i] + i : offsets[i + 1] + i + 1]`.  `turned` marks the edges that the chain
+    runs against, whose side b is to the left of the chain."""
 
     offsets: Ints
     edges: Ints

@@ -41,7 +41,7 @@ def fit_surfaces(
 
     points (n, 3): group i has those from start[i] to start[i + 1]; every group has some.  normals (m, 3), of any
     length, which is their weight, at feet (m, 3): as many as are known, by normal_start.  They only give the start:
-    Levenberg-Marquardt minimises the distances of the points alone. directions (k, 3): unit vectors along which axes of
+    Levenberg-Marquardt then minimises the distances of the points.  directions (k, 3): unit vectors along which axes of
     tori may be.
     """
     count = len(start) - 1
@@ -75,7 +75,7 @@ def fit_surfaces(
         row = np.nan_to_num(row, posinf=0.0, neginf=0.0)
         lost = ~(np.linalg.norm(row[:, 3:6], axis=1) > 0.5)
         row[lost, 3:6] = [0.0, 0.0, 1.0]
-        # Of many points some tell the surface as well: not every n-th, which may be those of one boundary.
+        # A sample of many points determines the surface as well.  Every n-th point might be of one boundary.
         number = np.arange(len(points)) - start[:-1][group]
         some = (number * _GOLDEN) % 1 < (_P.many_points / np.diff(start))[group]
         some_start = np.append(0, np.cumsum(np.bincount(group[some], minlength=count)))

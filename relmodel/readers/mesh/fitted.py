@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.geometry.clusters import group_bounds
 from relmodel.geometry.curves import box_columns, vector_columns
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.model.model import Table
@@ -56,16 +57,12 @@ def surface_rows(vertices: Floats, triangles: Ints, regions: Regions) -> tuple[T
     pointed = (np.linalg.norm(across, axis=1) < 10 * fine).reshape(-1, 3)
     angle = np.where(pointed, np.roll(u.reshape(-1, 3), -1, axis=1), u.reshape(-1, 3))
     u0, u1, turned = _interval(angle, region, count)
-    v0, v1 = np.full(count, np.inf), np.full(count, -np.inf)
-    np.minimum.at(v0, owner, v)
-    np.maximum.at(v1, owner, v)
+    v0, v1 = group_bounds(v, owner, count)
     torus = kind == "torus"
     w0, w1, _ = _interval(v.reshape(-1, 3), region, count)
     v0, v1 = np.where(torus, w0, v0), np.where(torus, w1, v1)
     v1 = np.where((kind == "sphere") & turned, np.pi / 2, v1)  # the axis goes through the region's middle
-    low, high = np.full(count, np.inf), np.full(count, -np.inf)
-    np.minimum.at(low, owner, u)
-    np.maximum.at(high, owner, u)
+    low, high = group_bounds(u, owner, count)
     u0, u1 = np.where(plane, low, u0), np.where(plane, high, u1)
     known = plane | curved
     for name, value in (("u0", u0), ("u1", u1), ("v0", v0), ("v1", v1)):
@@ -83,9 +80,6 @@ def surface_rows(vertices: Floats, triangles: Ints, regions: Regions) -> tuple[T
     corners = Surfaces(table).normals(owner, angle.ravel(), v).reshape(-1, 3, 3)
     loose = ~known[region]
     corners[loose] = _mean_normals(vertices, triangles[loose], region[loose])
-    lowest, highest = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(lowest, region, corner.min(axis=1))
-    np.maximum.at(highest, region, corner.max(axis=1))
     for name in table:
         if name.startswith(("origin", "axis")):
             table[name] = np.where(known, table[name], np.nan)
@@ -94,7 +88,7 @@ def surface_rows(vertices: Floats, triangles: Ints, regions: Regions) -> tuple[T
         "recognised_kind": kind,
         "area": area,
         **vector_columns("centroid", centroid),
-        **box_columns(np.concatenate([lowest, highest], axis=1)),
+        **box_columns(np.concatenate(group_bounds(flat_corner, owner, count), axis=1)),
         "provenance": ["fitted"] * count,
         "residual": residual,
         **{name: [None] * count for name in ("name", "colour", "layer")},

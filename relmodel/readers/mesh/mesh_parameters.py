@@ -1,6 +1,6 @@
 """The parameters of reading meshes, a class a stage: every number that decides which surfaces and arcs a mesh gives.
 
-Angles in rad, between facets unless stated otherwise.  Values without a source named beside them were set by judgement,
+Angles in rad, between facets unless stated otherwise.  Values without a named source were set by judgement,
 and hold on tessellations of the STEP files of the tests.
 """
 
@@ -53,7 +53,7 @@ class SegmentParameters:
     long: float = 0.5
     """of the longest smooth edge of a patch: across those a curved surface goes on"""
     spare_points: tuple[int, ...] = (2, 2, 2, 4)
-    """points more than parameters that tell of a cylinder, cone, sphere, torus"""
+    """points beyond the number of parameters that a cylinder, cone, sphere, torus needs"""
     draws: tuple[int, ...] = (1, 1, 1, 3)
     """of seeds, likewise"""
     bonus: tuple[float, ...] = (1.0, 0.8, 0.6, 0.5)

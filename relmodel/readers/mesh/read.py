@@ -113,8 +113,10 @@ def _check_head(name: str, form: str, content: bytes) -> None:
 
 
 def _fault(error: Exception) -> str:
-    """What is wrong with a file at which a parser raised this: the parser's own words speak of itself, but for those
-    of XML and JSON.  Raises MemoryError where this was the fault."""
+    """What is wrong with a file, by the error that its parser raised.
+
+    Messages of parsers other than those of XML and JSON describe the parser and not the file.  Raises MemoryError where
+    the parser ran out of memory."""
     match error:
         case SyntaxError() if str(error).startswith("unknown error"):  # libxml2 has no words for it
             raise MemoryError from error
@@ -125,16 +127,16 @@ def _fault(error: Exception) -> str:
         case ImportError() | UnicodeDecodeError():  # trimesh would guess the encoding
             return "it is not text in UTF-8"
         case FileNotFoundError():
-            return f"it refers to {error}, which does not lie beside it"
+            return f"it refers to {error}, which is not in its folder"
         case ValueError() if "escapes resolver" in str(error):
             return "it refers to a file outside its folder"
         case zipfile.BadZipFile():
-            return "it is no whole archive"
+            return "it is not a complete archive"
     return "what it says of its meshes is incomplete or does not fit together"
 
 
 def _unpacked_bytes(path: Path) -> int:
-    """What the files of an archive take together when they are unpacked; 0 where it is none."""
+    """Size of all files of an archive after unpacking, bytes; 0 where it is not an archive."""
     try:
         with zipfile.ZipFile(path) as archive:
             return sum(entry.file_size for entry in archive.infolist())
@@ -292,8 +294,8 @@ class _Reader:
 
 def _polar(linear: Floats) -> tuple[Floats, Floats]:
     """Rotation and the rest, `linear = rotation @ rest`: the rest is the identity for a rigid motion."""
-    sign = -1.0 if np.linalg.det(linear) < 0 else 1.0
-    rotation = nearest_rotation(sign * linear)
+    handedness = -1.0 if np.linalg.det(linear) < 0 else 1.0
+    rotation = nearest_rotation(handedness * linear)
     rest = rotation.T @ linear
     return rotation, np.eye(3) if np.allclose(rest, np.eye(3), atol=1e-6) else rest
 

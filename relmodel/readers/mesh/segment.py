@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.geometry.clusters import components
 from relmodel.readers.mesh.fit import (
     CONE,
     CYLINDER,
@@ -33,7 +34,6 @@ from relmodel.readers.mesh.triangles import (
     Edges,
     Patches,
     area_normals,
-    components,
     cut_patches,
     expand,
     mean_planes,
@@ -138,7 +138,7 @@ class _Segmentation:
         self.vertices, self.triangles, self.patches = vertices, triangles, patches
         self.count = len(patches.area)
         of = patches.of_triangle
-        # A sliver tells no normal, and its corners may be anywhere along its neighbours.
+        # The normal of a sliver is not determined, and its corners may be anywhere along its neighbours.
         thin = slim(vertices, triangles)
         self.known = np.bincount(of, ~thin, minlength=self.count) > 0
         thin &= self.known[of]
@@ -184,7 +184,7 @@ class _Segmentation:
             step = (self._csr(a[across], b[across], self.count) + eye_array(self.count, dtype=np.int32)).tocsr()
             left = seeds[~whole[seeds]]
             ring = step[left]
-            for _ in range(3):  # the smallest group that tells
+            for _ in range(3):  # the smallest group that determines the surface
                 enough = np.diff((ring @ self.corners).indptr) >= PARAMETERS[kind] + spare
                 if enough.any():
                     found.append(self._seeded(kind, left[enough], ring[np.flatnonzero(enough)].tocsr(), level))
@@ -431,7 +431,7 @@ class _Segmentation:
     def rest(self, owner: Ints, curved: int, tolerance: float) -> tuple[Ints, Bools]:
         """Owner of each patch, now of all; owners from `curved` on are new, planes or free-form.
 
-        What no curved surface owns is a plane where it is flat and alone, or much wider than the strips that it runs
+        What no curved surface owns is a plane where it is flat and isolated, or much wider than the strips that it runs
         smoothly into: a free-form surface is tessellated into patches about as wide as their neighbours.
         """
         p, count = self.patches, self.count

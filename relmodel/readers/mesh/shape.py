@@ -9,6 +9,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.columns import Ragged
+from relmodel.geometry.clusters import components
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
 from relmodel.model.model import ArcSamples, Finding, Mesh, Shape, Table
 from relmodel.readers.mesh.chains import Chains, chain_edges, without_lines
@@ -16,7 +17,7 @@ from relmodel.readers.mesh.fitted import surface_rows
 from relmodel.readers.mesh.fitted_arcs import FittedArcs, fit_arcs
 from relmodel.readers.mesh.mesh_parameters import DEFAULTS
 from relmodel.readers.mesh.segment import Regions, fit_faces, segment_mesh, smooth_regions
-from relmodel.readers.mesh.triangles import Edges, components, find_edges, mend_winding, rounding, weld
+from relmodel.readers.mesh.triangles import Edges, find_edges, mend_winding, rounding, weld
 from relmodel.readers.splines import polyline, spline_columns
 
 _P = DEFAULTS.arcs
@@ -28,9 +29,9 @@ def shape_from_triangles(
     """The shape that triangles (m, 3), counter-clockwise from outside, of vertices (n, 3) in mm bound.
 
     Vertices are welded where they coincide; None where no triangle has an area.  `faces` (m,), in rising order, says
-    which face each triangle belongs to where that is known: the surfaces then are the faces that have an area, told
+    which face each triangle belongs to where that is known: the surfaces then are the faces that have an area, fitted
     with the help of the normals (m, 3, 3) at the triangles' corners where these are known too.  Where it is not known,
-    triangles are turned over that contradict their neighbours.  Without `fit` the surfaces are the regions between
+    triangles that contradict their neighbours are turned over.  Without `fit` the surfaces are the regions between
     creases, all of them facets.
     """
     vertices, triangles, kept = weld(vertices, triangles)

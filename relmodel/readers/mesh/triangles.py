@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.geometry.clusters import components, group_bounds
 from relmodel.readers.mesh.mesh_parameters import DEFAULTS
 
 
@@ -104,9 +105,7 @@ def mend_winding(vertices: Floats, triangles: Ints) -> tuple[Ints, int]:
     mended = np.bincount(body, turned, count) > 0
 
     corner = vertices[np.where(turned[:, None], triangles[:, ::-1], triangles)]
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, body, corner.min(axis=1))
-    np.maximum.at(high, body, corner.max(axis=1))
+    low, high = group_bounds(corner.reshape(-1, 3), np.repeat(body, 3), count)
     corner -= low[body][:, None]
     volume = np.bincount(body, np.sum(corner[:, 0] * np.cross(corner[:, 1], corner[:, 2]), axis=1), count)
     closed = 2 * np.bincount(body[a], minlength=count) == 3 * np.bincount(body, minlength=count)
@@ -114,15 +113,6 @@ def mend_winding(vertices: Floats, triangles: Ints) -> tuple[Ints, int]:
     within = np.all((low < low[inverted, None]) & (high > high[inverted, None]), axis=2).any(axis=1)
     turned ^= np.isin(body, inverted[~within])
     return np.where(turned[:, None], triangles[:, ::-1], triangles), int(turned.sum())
-
-
-def components(count: int, a: Ints, b: Ints) -> Ints:
-    """Label of each of `count` nodes: those that the edges a[i] - b[i] connect share one."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(a), np.int8), (a, b)), shape=(count, count))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
 def expand(start: Ints, end: Ints) -> tuple[Ints, Ints]:
@@ -143,7 +133,7 @@ def rounding(vertices: Floats) -> float:
 
 
 def slim(vertices: Floats, triangles: Ints) -> Bools:
-    """Triangles (m,) so thin that their normal tells nothing."""
+    """Triangles (m,) so thin that their normal is not determined."""
     corner = vertices[triangles]
     longest = np.linalg.norm(corner - np.roll(corner, 1, axis=1), axis=2).max(axis=1)
     height = 2 * np.linalg.norm(area_normals(vertices, triangles), axis=1) / longest
@@ -187,7 +177,7 @@ class Patches:
     a: Ints
     b: Ints
     length: Floats
-    angle: Floats  # without sign
+    angle: Floats  # magnitude
 
 
 def cut_patches(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> Patches:

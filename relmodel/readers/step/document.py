@@ -1,6 +1,6 @@
 """The product structure of a STEP file: assemblies, parts, names, colours, layers, materials, and what is shared.
 
-Imports the CAD kernel: `read.py` tells when it is not there.
+Imports the CAD kernel; `read.py` reports where it is missing.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_LayerTool, XCAFDoc_ShapeTool
 
 from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Shape
+from relmodel.readers.formats import UNITS_MM, short_unit
 from relmodel.readers.step import geometry as step_geometry
 from relmodel.readers.step import maps, part21
 from relmodel.readers.step import shape as step_shape
@@ -43,33 +44,9 @@ from relmodel.readers.step.properties import FacesOfText, with_face_names, with_
 
 LOADER_VERSION = f"step-6 ocp-{OCP.__version__}"
 
-# Names of length units as the kernel gives them (of SI units in full, of conversion-based ones as in the file).
-UNITS_MM = {
-    "millimetre": 1.0,
-    "metre": 1000.0,
-    "centimetre": 10.0,
-    "decimetre": 100.0,
-    "kilometre": 1e6,
-    "micrometre": 1e-3,
-    "nanometre": 1e-6,
-    "inch": 25.4,
-    "foot": 304.8,
-    "yard": 914.4,
-    "mil": 0.0254,
-    "microinch": 2.54e-5,
-}
-_ABBREVIATIONS = {
-    "mm": "millimetre",
-    "millimeter": "millimetre",
-    "m": "metre",
-    "meter": "metre",
-    "cm": "centimetre",
-    "centimeter": "centimetre",
-    "in": "inch",
-    "inches": "inch",
-    "ft": "foot",
-    "feet": "foot",
-}
+# Length units in full, as the kernel names them.
+_FULL_NAME = {"um": "micrometre", "mm": "millimetre", "cm": "centimetre", "dm": "decimetre", "m": "metre"}
+_FULL_NAME |= {"in": "inch", "ft": "foot"}
 
 
 class UnreadableError(Exception):
@@ -102,7 +79,7 @@ def read_document(content: bytes, instances: Instances) -> Model:
         schema_name=part21.schema_name(instances),
         unit=unit,
         unit_mm=unit_mm,
-        shapes=tuple(walk.shapes()),
+        shapes=tuple(walk.shapes),
         parts=tuple(walk.parts),
         assemblies=tuple(walk.assemblies),
         root=root,
@@ -126,7 +103,7 @@ def read_document(content: bytes, instances: Instances) -> Model:
 
 
 def _with_numbers(model: Model, instances: Instances) -> Model:
-    """The model whose parts have the identifiers of their products for numbers, where a name tells the product."""
+    """The model whose parts have the identifiers of their products for numbers, where a name identifies the product."""
     numbers = part21.product_numbers(instances)
     return replace(model, parts=tuple(replace(p, number=numbers.get(p.name, p.number)) for p in model.parts))
 
@@ -135,10 +112,10 @@ def _unit(reader: Any, instances: Instances) -> tuple[str, float]:
     """Name of the file's unit of length and what it is in mm, by its name or by what the text says it is."""
     lengths, angles, solid_angles = (Sequence_TCollection_AsciiString() for _ in range(3))
     reader.ChangeReader().FileUnits(lengths, angles, solid_angles)
-    names = [name.ToCString().strip().lower() for name in lengths]
-    name = _ABBREVIATIONS.get(names[0], names[0]) if names else ""
-    if name in UNITS_MM:
-        return name, UNITS_MM[name]
+    name = next((str(one.ToCString()).strip().lower() for one in lengths), "")
+    short = short_unit(name)
+    if short in UNITS_MM:
+        return _FULL_NAME[short], UNITS_MM[short]
     for context in instances.of("GLOBAL_UNIT_ASSIGNED_CONTEXT"):
         stated = length_unit(instances, Reference(context))
         if stated is not None:
@@ -163,6 +140,7 @@ class _Walk:
     document: Any
     units: dict[tuple[str, str], float]
     findings: Findings
+    shapes: list[Shape] = field(default_factory=list)
     parts: list[Part] = field(default_factory=list)
     assemblies: list[Assembly] = field(default_factory=list)
 
@@ -173,15 +151,9 @@ class _Walk:
         self.labels = Labels(self.findings, self.units, self._layers)
         self.faces = ShapeMap()  # every distinct face that came through, wherever it is placed
         self._places: dict[int, list[tuple[int, int]]] = {}  # by ordinal in it: part and surface_no
-        self._bodies: list[step_shape.Body | Shape] = []  # the former to be extracted
         self._solids = ShapeMap()  # distinct shapes in a place of their own
         self._shape_of: dict[tuple[int, float], tuple[int, list[int]]] = {}  # shape; face of each surface
         self._done: dict[tuple[str, float], _Child | None] = {}
-
-    def shapes(self) -> list[Shape]:
-        """The shapes that parts refer to; those of the kernel are extracted together."""
-        made = iter(step_shape.extract_all([one for one in self._bodies if isinstance(one, step_shape.Body)]))
-        return [one if isinstance(one, Shape) else next(made) for one in self._bodies]
 
     def root(self) -> int:
         """Walk from the free shapes; the index of the assembly that holds them all."""
@@ -237,17 +209,11 @@ class _Walk:
         return _Child("assembly", len(self.assemblies) - 1, np.eye(4))
 
     def _main(self, instances: list[Instance]) -> tuple[list[Instance], list[Instance]]:
-        """What a product is made of, and what is supplemental: sheets beside solids, wires beside either."""
-        rank = [self._rank(self._bodies[self.parts[one.child].shape]) for one in instances]
+        """What a product is made of, and what is supplemental: sheets of a product with solids, wires of either."""
+        shapes = [self.shapes[self.parts[one.child].shape] for one in instances]
+        rank = [2 if shape.kind == "wire" else int(shape.volume is None) for shape in shapes]
         bodies = [one for one, its in zip(instances, rank, strict=True) if its == min(rank)]
         return bodies, [one for one in instances if not any(one is body for body in bodies)]
-
-    @staticmethod
-    def _rank(body: step_shape.Body | Shape) -> int:
-        """0: encloses a volume, 1: sheet, 2: wire."""
-        if isinstance(body, Shape):
-            return 2 if body.kind == "wire" else int(body.volume is None)
-        return int(not body.solid)
 
     def _collapsed(self, label: Any, name: str, body: Instance, supplements: list[Instance]) -> _Child:
         """The one body of a product that the kernel wrapped: it takes the product's name and attributes."""
@@ -321,12 +287,12 @@ class _Walk:
         key = (self._solids.Add(shape), scale)
         if key not in self._shape_of:
             labels = self._face_labels(label, faces)
-            body: step_shape.Body | Shape = step_shape.Body(_scaled(shape, scale), *labels)
-            face_of = list(range(faces.Extent()))
             if step_tessellated.is_tessellated(faces):
-                body, face_of = step_tessellated.extract(_scaled(shape, scale), *labels)
-            self._bodies.append(body)
-            self._shape_of[key] = len(self._bodies) - 1, face_of
+                made, face_of = step_tessellated.extract(_scaled(shape, scale), *labels)
+            else:
+                made, face_of = step_shape.extract(_scaled(shape, scale), *labels), list(range(len(faces)))
+            self.shapes.append(made)
+            self._shape_of[key] = len(self.shapes) - 1, face_of
         shape_no, face_of = self._shape_of[key]
         self.parts.append(Part(name, name, shape_no, self.labels.material(label), self.labels.colour(label)))
         for surface_no, face in enumerate(face_of):
@@ -340,10 +306,10 @@ class _Walk:
         wire = step_supplemental.extract_edges(_scaled(shape, scale)) if edges else None
         if wire is None:
             return None
-        self._bodies.append(wire)
+        self.shapes.append(wire)
         layers = sorted({layer for layer, on_it in self._on_layers if any(on_it.Contains(edge) for edge in edges)})
         attributes: tuple[Attribute, ...] = (("layer", ", ".join(layers), None),) if layers else ()
-        self.parts.append(Part(name, name, len(self._bodies) - 1, None, None, attributes, supplemental=True))
+        self.parts.append(Part(name, name, len(self.shapes) - 1, None, None, attributes, supplemental=True))
         return _Child("part", len(self.parts) - 1, located)
 
     @cached_property
@@ -380,8 +346,7 @@ class _Walk:
         for shape, one in sorted(subs, key=lambda pair: int(pair[0].ShapeType().value)):
             if shape.ShapeType().value > Type.TopAbs_FACE.value:
                 continue
-            own = maps.face_map(shape)
-            ordinals = [o for i in range(1, own.Extent() + 1) if (o := faces.FindIndex(own.FindKey(i)))]
+            ordinals = [o for face in maps.face_map(shape) if (o := faces.FindIndex(face))]
             if shape.ShapeType() == Type.TopAbs_FACE and (name := self.labels.name(one)):
                 names.update(dict.fromkeys(ordinals, name))
             if colour := self.labels.colour(one):

@@ -37,10 +37,12 @@ from relmodel.readers.step.recognition import (
     FRAME,
     NAN,
     NO_FRAME,
+    SIZES,
     frame_of,
     on_axis,
     recognised_curve,
     recognised_surface,
+    sizes_of,
 )
 
 _CONICS = (
@@ -49,14 +51,13 @@ _CONICS = (
     ("parabola", Geom_Parabola, ("Focal",)),
     ("hyperbola", Geom_Hyperbola, ("MajorRadius", "MinorRadius")),
 )
-# With what gives their radius, radius2 and semi_angle.
-_ANALYTIC = (
-    ("plane", Geom_Plane, ("", "", "")),
-    ("cylinder", Geom_CylindricalSurface, ("Radius", "", "")),
-    ("cone", Geom_ConicalSurface, ("RefRadius", "", "SemiAngle")),
-    ("sphere", Geom_SphericalSurface, ("Radius", "", "")),
-    ("torus", Geom_ToroidalSurface, ("MajorRadius", "MinorRadius", "")),
-)
+_ANALYTIC = {
+    "plane": Geom_Plane,
+    "cylinder": Geom_CylindricalSurface,
+    "cone": Geom_ConicalSurface,
+    "sphere": Geom_SphericalSurface,
+    "torus": Geom_ToroidalSurface,
+}
 
 
 def matrix(trsf: Any) -> Floats:
@@ -179,9 +180,9 @@ class SurfaceRows:
         recognised, direct, frame = None, True, NO_FRAME
         sizes: tuple[float, ...] = (NAN, NAN, NAN)
         swept: tuple[float, ...] | None = None
-        kind, radii = next(((k, radii) for k, form, radii in _ANALYTIC if isinstance(surface, form)), ("spline", ()))
+        kind = next((kind for kind, form in _ANALYTIC.items() if isinstance(surface, form)), "spline")
         if kind != "spline":
-            sizes = tuple(getattr(surface, name)() if name else NAN for name in radii)
+            sizes = sizes_of(surface, SIZES[kind])
             position = surface.Position()
             frame, direct = frame_of(position), position.Direct()
         elif isinstance(surface, Geom_SurfaceOfLinearExtrusion):

@@ -66,15 +66,11 @@ class Labels:
         # The kernel converts volumes and areas where their unit is one it knows, and else hands the file's number on.
         out: list[Attribute] = []
         for kind, what, power in ((XCAFDoc_Volume, "volume", 3), (XCAFDoc_Area, "area", 2)):
-            if label.IsAttribute(kind.GetID_s()):
-                stated = kind()
-                label.FindAttribute(kind.GetID_s(), stated)
+            if (stated := _attribute(label, kind)) is not None:
                 value = float(stated.Get())
                 factor = self._units.get((what, number_key(value)), 1.0)
                 out.append((f"validation {what}", value * factor, f"mm{power}"))
-        if label.IsAttribute(XCAFDoc_Centroid.GetID_s()):
-            centroid = XCAFDoc_Centroid()
-            label.FindAttribute(XCAFDoc_Centroid.GetID_s(), centroid)
+        if (centroid := _attribute(label, XCAFDoc_Centroid)) is not None:
             out += [(f"validation centroid {c}", x, "mm") for c, x in zip("xyz", centroid.Get().Coord(), strict=True)]
         return tuple(out)
 
@@ -88,12 +84,19 @@ def entry(label: Any) -> str:
     return ":".join(reversed(tags))
 
 
-def _name(label: Any) -> str | None:
-    if not label.IsAttribute(TDataStd_Name.GetID_s()):
+def _attribute(label: Any, kind: Any, guid: Any = None) -> Any | None:
+    """The attribute of a kind (and of a GUID of its own, where it has several) of a label; None where it has none."""
+    guid = guid or kind.GetID_s()
+    if not label.IsAttribute(guid):  # FindAttribute would crash
         return None
-    name = TDataStd_Name()
-    label.FindAttribute(TDataStd_Name.GetID_s(), name)
-    return str(name.Get().ToExtString()).strip() or None
+    out = kind()
+    label.FindAttribute(guid, out)
+    return out
+
+
+def _name(label: Any) -> str | None:
+    name = _attribute(label, TDataStd_Name)
+    return None if name is None else str(name.Get().ToExtString()).strip() or None
 
 
 def _colour(label: Any) -> str | None:
@@ -106,17 +109,9 @@ def _colour(label: Any) -> str | None:
 
 
 def _material(label: Any) -> str | None:
-    guid = XCAFDoc.MaterialRefGUID_s()
-    if not label.IsAttribute(guid):
+    node = _attribute(label, TDataStd_TreeNode, XCAFDoc.MaterialRefGUID_s())
+    if node is None or not node.HasFather():
         return None
-    node = TDataStd_TreeNode()
-    label.FindAttribute(guid, node)
-    if not node.HasFather():
-        return None
-    at = node.Father().Label()
-    if not at.IsAttribute(XCAFDoc_Material.GetID_s()):
-        return None
-    material = XCAFDoc_Material()
-    at.FindAttribute(XCAFDoc_Material.GetID_s(), material)
-    name = material.GetName()
-    return str(name.ToCString()) if name is not None else None
+    material = _attribute(node.Father().Label(), XCAFDoc_Material)
+    name = None if material is None else material.GetName()
+    return None if name is None else str(name.ToCString())

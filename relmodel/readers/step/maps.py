@@ -17,15 +17,20 @@ from relmodel.readers.step.step_parameters import DEFAULTS
 _P = DEFAULTS
 
 
+def sub_shapes(shape: Any, kind: Any) -> Any:
+    """Map of the pieces of one kind of a shape, each once, in the kernel's order."""
+    keys = ShapeMap()
+    TopExp.MapShapes_s(shape, kind, keys)
+    return keys
+
+
 def face_map(shape: Any) -> Any:
     """Faces of a shape, each once wherever it is shared, in the kernel's order; ordinals from 1.
 
-    A face that lost its boundary to damage has no extent and is left out; one of triangles alone has none by nature.
+    A face that lost its boundary to damage has no extent and is left out; a face of triangles never has a boundary.
     """
-    every, keys = ShapeMap(), ShapeMap()
-    TopExp.MapShapes_s(shape, Type.TopAbs_FACE, every)
-    for i in range(1, every.Extent() + 1):
-        face = every.FindKey(i)
+    keys = ShapeMap()
+    for face in sub_shapes(shape, Type.TopAbs_FACE):
         if TopExp_Explorer(face, Type.TopAbs_EDGE).More() or BRep_Tool.Surface_s(TopoDS.Face(face)) is None:
             keys.Add(face)
     return keys
@@ -33,9 +38,8 @@ def face_map(shape: Any) -> Any:
 
 def without_lost_faces(shape: Any) -> Any:
     """The shape without the faces that the kernel cannot evaluate, which count as lost."""
-    faces, rest = face_map(shape), None
-    for i in range(1, faces.Extent() + 1):
-        face = faces.FindKey(i)
+    rest = None
+    for face in face_map(shape):
         if not _is_evaluated(TopoDS.Face(face)):
             rest = rest or BRepTools_ReShape()
             rest.Remove(face)
@@ -43,8 +47,7 @@ def without_lost_faces(shape: Any) -> Any:
 
 
 def _is_evaluated(face: Any) -> bool:
-    """Whether the kernel evaluates a face in the middle of its domain; a face of triangles alone has none and
-    passes."""
+    """Whether the kernel evaluates a face in the middle of its domain; true of a face that has only triangles."""
     try:
         surface = BRep_Tool.Surface_s(face)
         if surface is not None:
@@ -57,20 +60,16 @@ def _is_evaluated(face: Any) -> bool:
 
 def solids(shape: Any) -> list[Any]:
     """Solids that all faces of a shape belong to, in the kernel's order; none where there are others."""
-    keys = ShapeMap()
-    TopExp.MapShapes_s(shape, Type.TopAbs_SOLID, keys)
-    found = [keys.FindKey(i) for i in range(1, keys.Extent() + 1)]
-    count = sum(face_map(solid).Extent() for solid in found)
-    return found if count == face_map(shape).Extent() else []
+    found = list(sub_shapes(shape, Type.TopAbs_SOLID))
+    return found if sum(len(face_map(solid)) for solid in found) == len(face_map(shape)) else []
 
 
 def edge_map(faces: Any) -> Any:
     """Edges of the faces of a `face_map`, without those of no turn about a pole or apex, and those of no place."""
     every, keys = ShapeMap(), ShapeMap()
-    for i in range(1, faces.Extent() + 1):
-        TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, every)
-    for i in range(1, every.Extent() + 1):
-        edge = TopoDS.Edge(every.FindKey(i))
+    for face in faces:
+        TopExp.MapShapes_s(face, Type.TopAbs_EDGE, every)
+    for edge in map(TopoDS.Edge, every):
         no_turn = BRep_Tool.Degenerated_s(edge) and np.ptp(BRep_Tool.Range_s(edge)) < _P.no_turn
         if not no_turn and (vertex_of(edge) is not None or BRep_Tool.Curve_s(edge, 0.0, 0.0) is not None):
             keys.Add(edge)
@@ -88,9 +87,8 @@ def edge_tolerances(edges: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
 
     An edge lies within its tolerance of its faces, and ends within that of its vertices: two of them meet in one.
     """
-    out = np.empty(edges.Extent())
-    for i in range(len(out)):
-        edge = TopoDS.Edge(edges.FindKey(i + 1))
+    out = np.empty(len(edges))
+    for i, edge in enumerate(map(TopoDS.Edge, edges)):
         out[i] = BRep_Tool.Tolerance_s(edge)
         for vertex in (TopExp.FirstVertex_s(edge), TopExp.LastVertex_s(edge)):
             if not vertex.IsNull():

@@ -17,7 +17,7 @@ TRIANGULATED_FACES = ("TRIANGULATED_FACE", "COMPLEX_TRIANGULATED_FACE")
 
 _STRING = re.compile(rb"'(?:[^']|'')*'")  # ends at a quote that is not doubled
 _REFERENCE = re.compile(rb"#(\d+)")
-# What stands for a parameter and is none: keywords are followed by a bracket, enumerations stand between dots.
+# A word in the place of a parameter: keywords are followed by a bracket, enumerations stand between dots.
 _WORD = re.compile(rb"[(,]\s*[-+]?([A-Za-z]\w*)\s*[,)]")
 _NOT_A_NUMBER = re.compile(rb"[(,]\s*([-+]?(?:nan|inf|infinity))\s*[,)]", re.IGNORECASE)
 _EXPONENT = re.compile(rb"[\d.][eE]\+?0*(\d{3,})")
@@ -72,7 +72,7 @@ def faces_in_use(instances: Instances) -> int:
 
 
 def product_numbers(instances: Instances) -> dict[str, str]:
-    """Identifier of each product by its name, where one product alone has that name."""
+    """Identifier of each product by its name, where only one product has that name."""
     named: dict[str, list[str]] = {}
     for product in instances.of("PRODUCT"):
         number, name = ([*instances.parameters(product, "PRODUCT"), "", ""])[:2]
@@ -85,7 +85,7 @@ def check_finite(instances: Instances, name: str) -> None:
     """Raise InputError where a number of the text is not finite: the CAD kernel would go on without it."""
     text = instances.text
     if _not_finite(text) and (found := _not_finite(_STRING.sub(b"''", text))):
-        raise InputError(f"{name} has {found.decode()}, which is no finite number: export it again")
+        raise InputError(f"{name} has {found.decode()}, which is not a finite number: export it again")
 
 
 def _not_finite(text: bytes) -> bytes | None:
@@ -117,7 +117,7 @@ def _damage(instances: Instances) -> list[str]:
     usages = len(instances.of("NEXT_ASSEMBLY_USAGE_OCCURRENCE"))
     placed = len(instances.of("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION"))
     if 0 < placed < usages:
-        clauses.append(f"does not say where {usages - placed} of {usages} components stand")
+        clauses.append(f"does not place {usages - placed} of {usages} components")
     return clauses
 
 

@@ -49,7 +49,7 @@ class Instances:
     def __init__(self, text: bytes) -> None:
         if b"/*" in text:
             text = _COMMENT.sub(lambda one: one[1] or b" ", text)
-        # Most instances are points and directions that nobody asks for: of each only its place in the text is kept.
+        # Most instances are points and directions that are never asked for, so only their places in the text are kept.
         self.text = text  # without comments
         self._parsed: dict[int, Record] = {}
         self._named: dict[str, array[int]] = {}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from relmodel.readers.step.part21_instances import Instances, Reference, Typed, references, two
@@ -33,9 +33,10 @@ class Unit:
 
 @dataclass(frozen=True)
 class Measure:
-    """A number with its name and unit; None where the file gives no unit that is known."""
+    """A number with its name, its type in the file (`VOLUME_MEASURE`; empty: none) and its unit (None: not known)."""
 
     name: str
+    type: str
     value: float
     unit: Unit | None
 
@@ -57,8 +58,9 @@ def measure(instances: Instances, number: int) -> Measure | None:
             pointed = isinstance(following, Reference)
             value = _number(one, pointed)
             if value is not None:
-                found = Measure("", value, unit(instances, following) if pointed else None)
-    return None if found is None else Measure(name, found.value, found.unit)
+                of_type = one.name if isinstance(one, Typed) else ""
+                found = Measure("", of_type, value, unit(instances, following) if pointed else None)
+    return None if found is None else replace(found, name=name)
 
 
 def unit(instances: Instances, number: int) -> Unit | None:
@@ -92,32 +94,20 @@ def validation_units(instances: Instances) -> dict[tuple[str, str], float]:
             if len(parameters) < 3:
                 continue
             for item in references(parameters[1]):
-                one = _measure_of(instances, item)
-                if one is None:
+                one = measure(instances, item)
+                if one is None or one.type not in ("VOLUME_MEASURE", "AREA_MEASURE"):
                     continue
-                what, value, stated = one
+                what = one.type.removesuffix("_MEASURE").lower()
                 power = 3 if what == "volume" else 2
-                if stated is not None and stated.dimension == {"length": float(power)}:
-                    factor = stated.factor
+                if one.unit is not None and one.unit.dimension == {"length": float(power)}:
+                    factor = one.unit.factor
                 else:
                     length = length_unit(instances, parameters[2])
                     if length is None:
                         continue
                     factor = length.factor**power
-                out[what, number_key(value)] = factor * 1e3**power
+                out[what, number_key(one.value)] = factor * 1e3**power
     return out
-
-
-def _measure_of(instances: Instances, number: int) -> tuple[str, float, Unit | None] | None:
-    """Whether an instance is a volume or an area, its number, and its unit if it states one."""
-    for parameters in instances[number].values():
-        for one, following in zip(parameters, [*parameters[1:], None], strict=False):
-            if isinstance(one, Typed) and one.name in ("VOLUME_MEASURE", "AREA_MEASURE"):
-                value = _number(one, True)
-                if value is not None:
-                    stated = unit(instances, following) if isinstance(following, Reference) else None
-                    return one.name.removesuffix("_MEASURE").lower(), value, stated
-    return None
 
 
 def number_key(value: float) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 
 from relmodel.model.model import Pmi
 from relmodel.readers.step.contained import Findings
+from relmodel.readers.step.part21 import EXACT_FACES, TRIANGULATED_FACES
 from relmodel.readers.step.part21_instances import Instances, Reference, Typed, references, two
 from relmodel.readers.step.part21_units import Measure, measure
 
@@ -37,7 +38,7 @@ _TOLERANCES = (
 _DATUM_FEATURES = ("DATUM_FEATURE", "PLACED_DATUM_TARGET_FEATURE", "DATUM_TARGET")
 _MADE_OF = ("SHAPE_ASPECT_RELATIONSHIP", "SHAPE_ASPECT_DERIVING_RELATIONSHIP", "SHAPE_ASPECT_ASSOCIATIVITY")
 _USAGES = ("GEOMETRIC_ITEM_SPECIFIC_USAGE", "ITEM_IDENTIFIED_REPRESENTATION_USAGE")
-FACES = ("ADVANCED_FACE", "FACE_SURFACE", "TRIANGULATED_FACE", "COMPLEX_TRIANGULATED_FACE")
+FACES = (*EXACT_FACES, *TRIANGULATED_FACES)
 _SHELLS = ("CLOSED_SHELL", "OPEN_SHELL", "CONNECTED_FACE_SET", "CONNECTED_FACE_SUB_SET", "MANIFOLD_SOLID_BREP")
 
 

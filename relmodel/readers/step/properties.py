@@ -187,7 +187,7 @@ def _property(instances: Instances, number: int, defined: dict[int, str]) -> tup
 def _finish(
     instances: Instances, number: int, defined: dict[int, str], faces_of: Callable[[Any], list[int]]
 ) -> tuple[list[int], str] | None:
-    """Faces and their finish: a surface texture (ISO 10303-1110), or what users call finish; None where it is none."""
+    """Faces and their finish: a surface texture (ISO 10303-1110), or what users call finish; None for anything else."""
     stated, (_, _, thing), items, record = _represented(instances, number)
     if _TEXTURE in record or (stated is not None and defined.get(stated, "").lower() in _FINISH):
         faces, text = faces_of(thing), _texture(instances, items)
@@ -202,7 +202,7 @@ def _texture(instances: Instances, items: list[int]) -> str:
 
 
 def _product_names(instances: Instances) -> dict[int, str]:
-    """Name of the product of each PRODUCT_DEFINITION, where one product alone has that name."""
+    """Name of the product of each PRODUCT_DEFINITION, where only one product has that name."""
     out: dict[int, str] = {}
     for number in instances.of("PRODUCT_DEFINITION"):
         formation = next(iter(references(instances.parameters(number, "PRODUCT_DEFINITION")[2:3])), None)

@@ -26,6 +26,21 @@ NO_FRAME: tuple[float, ...] = (NAN,) * 9
 _HUGE = 1e100
 
 
+# Names of what gives the radius, radius2 and semi-angle of analytic surfaces.
+SIZES = {
+    "plane": ("", "", ""),
+    "cylinder": ("Radius", "", ""),
+    "cone": ("RefRadius", "", "SemiAngle"),
+    "sphere": ("Radius", "", ""),
+    "torus": ("MajorRadius", "MinorRadius", ""),
+}
+
+
+def sizes_of(form: Any, names: tuple[str, ...]) -> tuple[float, ...]:
+    """Sizes of a form of the kernel by the names of its methods; NaN where there is none."""
+    return tuple(getattr(form, name)() if name else NAN for name in names)
+
+
 def frame_of(position: Any) -> tuple[float, ...]:
     """Origin, X and Z axis of a coordinate system of the kernel."""
     return (*position.Location().Coord(), *position.XDirection().Coord(), *position.Direction().Coord())
@@ -47,20 +62,12 @@ def recognised_curve(edge: Any) -> tuple[str | None, tuple[float, ...], float, f
     return None, NO_FRAME, NAN, NAN
 
 
-def recognised_surface(face: Any) -> tuple[str | None, tuple[float, ...], tuple[float, float, float]]:
+def recognised_surface(face: Any) -> tuple[str | None, tuple[float, ...], tuple[float, ...]]:
     """Kind, frame and sizes of the analytic surface that a free-form face lies on, if there is one."""
     look = _recogniser(face)
-    plane, cylinder, cone, sphere = gp_Pln(), gp_Cylinder(), gp_Cone(), gp_Sphere()
-    if look is None:
-        return None, NO_FRAME, (NAN, NAN, NAN)
-    if _is(look.IsPlane, plane):
-        return "plane", frame_of(plane.Position()), (NAN, NAN, NAN)
-    if _is(look.IsCylinder, cylinder):
-        return "cylinder", frame_of(cylinder.Position()), (cylinder.Radius(), NAN, NAN)
-    if _is(look.IsSphere, sphere):
-        return "sphere", frame_of(sphere.Position()), (sphere.Radius(), NAN, NAN)
-    if _is(look.IsCone, cone):
-        return "cone", frame_of(cone.Position()), (cone.RefRadius(), NAN, cone.SemiAngle())
+    for kind, form in (("plane", gp_Pln()), ("cylinder", gp_Cylinder()), ("sphere", gp_Sphere()), ("cone", gp_Cone())):
+        if look is not None and _is(getattr(look, f"Is{kind.title()}"), form):
+            return kind, frame_of(form.Position()), sizes_of(form, SIZES[kind])
     return None, NO_FRAME, (NAN, NAN, NAN)
 
 

@@ -5,21 +5,18 @@ Runs in the child process of the reader.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache
 from typing import Any
 
 import numpy as np
 from OCP.BRep import BRep_Tool
 from OCP.BRepLib import BRepLib
 from OCP.BRepTools import BRepTools
-from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
 from OCP.TopAbs import TopAbs_ShapeEnum as Type
-from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS
 
 from relmodel.arrays import Floats
+from relmodel.geometry.clusters import group_bounds
 from relmodel.geometry.curves import BOX, box_columns, vector_columns
 from relmodel.geometry.normals import plane_normals
 from relmodel.model import measures
@@ -29,7 +26,7 @@ from relmodel.readers.step import face_measures, triangulation
 from relmodel.readers.step.boundary import Coedge, forward, is_reversed, loops_of, pcurve_of
 from relmodel.readers.step.contained import Findings
 from relmodel.readers.step.geometry import CurveRows, SurfaceRows
-from relmodel.readers.step.maps import edge_map, edge_tolerances, face_map, vertex_of
+from relmodel.readers.step.maps import edge_map, edge_tolerances, face_map, sub_shapes, vertex_of
 from relmodel.readers.step.pcurves import PcurveRows
 from relmodel.readers.step.recognition import recognise_tori
 from relmodel.readers.step.step_parameters import DEFAULTS
@@ -40,35 +37,14 @@ _P = DEFAULTS
 Labels = dict[int, str]
 
 
-@dataclass(frozen=True)
-class Body:
-    """A shape of the kernel that has faces.  names, colours, layers: of faces, by their ordinal in `face_map`."""
-
-    shape: Any
-    names: Labels = field(default_factory=dict)
-    colours: Labels = field(default_factory=dict)
-    layers: Labels = field(default_factory=dict)
-
-    @cached_property
-    def solid(self) -> bool:
-        keys = ShapeMap()
-        TopExp.MapShapes_s(self.shape, Type.TopAbs_SOLID, keys)
-        return bool(keys.Extent())
-
-
-def extract_all(bodies: Sequence[Body]) -> list[Shape]:
-    """Columns of each of some bodies."""
-    return [extract(body.shape, body.names, body.colours, body.layers) for body in bodies]
-
-
 def extract(shape: Any, names: Labels, colours: Labels, layers: Labels) -> Shape:
-    """Columns of one shape that has faces."""
+    """Columns of a shape of the kernel that has faces.  names, colours, layers: by the ordinals of `face_map`."""
     findings = Findings()
     with findings.contained("the curves of edges", "unreadable_edge"):
         BRepLib.BuildCurves3d_s(shape)
-    body = Body(shape, names, colours, layers)
+    solid = len(sub_shapes(shape, Type.TopAbs_SOLID)) > 0  # a map is true where it is empty
     face_keys = face_map(shape)
-    faces = [TopoDS.Face(face_keys.FindKey(i)) for i in range(1, face_keys.Extent() + 1)]
+    faces = [TopoDS.Face(face) for face in face_keys]
     edge_keys = edge_map(face_keys)
 
     basis_curves = CurveRows()
@@ -79,8 +55,8 @@ def extract(shape: Any, names: Labels, colours: Labels, layers: Labels) -> Shape
     curve_rows = CurveRows(basis_curves)
     findings += [
         Finding("unreadable_edge", "the CAD kernel gives no curve of an edge", arc_no=i)
-        for i in range(edge_keys.Extent())
-        if not _add_edge(curve_rows, TopoDS.Edge(edge_keys.FindKey(i + 1)))
+        for i, edge in enumerate(edge_keys)
+        if not _add_edge(curve_rows, TopoDS.Edge(edge))
     ]
     surface_columns, arc_columns = surface_rows.columns(), curve_rows.columns()
     kinds = surface_columns["kind"]
@@ -95,7 +71,7 @@ def extract(shape: Any, names: Labels, colours: Labels, layers: Labels) -> Shape
     arc_columns |= measures.arc_measures(curves)
     boxes = _arc_boxes(trimmed, arc_columns)
     size = float(np.linalg.norm(boxes[:, 3:].max(axis=0) - boxes[:, :3].min(axis=0)))
-    mesh, found = triangulation.mesh(shape, faces, edges, surfaces, curves, size, closed=body.solid)
+    mesh, found = triangulation.mesh(shape, faces, edges, surfaces, curves, size, closed=solid)
     findings += found
     face_measures.widen_boxes(boxes, faces, kinds, mesh)
     middle = (boxes[:, 3:].max(axis=0) + boxes[:, :3].min(axis=0)) / 2
@@ -108,8 +84,8 @@ def extract(shape: Any, names: Labels, colours: Labels, layers: Labels) -> Shape
     normals = measures.ArcNormals(trimmed)
     arc_columns |= measures.adjacency(normals)
     return Shape(
-        kind="solid" if body.solid else "sheet",
-        volume=abs(float(integrals[:, 4].sum())) / 3 if body.solid else None,
+        kind="solid" if solid else "sheet",
+        volume=abs(float(integrals[:, 4].sum())) / 3 if solid else None,
         surfaces=surface_columns,
         surface_splines=surface_rows.splines,
         surface_swept=surface_rows.swept,
@@ -214,13 +190,9 @@ def _mark_loops_around(loops: Table, coedges: Table, faces: TrimmedFaces) -> Non
 
 def _arc_boxes(faces: TrimmedFaces, arcs: Table) -> Floats:
     """Boxes (n, 6: x0 y0 z0 x1 y1 z1) of the arcs of each face."""
-    boxes = np.empty((len(faces.surfaces), 6))
-    for i, name in enumerate(BOX):
-        extreme, limit = (np.minimum, np.inf) if i < 3 else (np.maximum, -np.inf)
-        column = np.full(len(boxes), limit)
-        extreme.at(column, faces.surface, arcs[name][faces.arc])
-        boxes[:, i] = column
-    return boxes
+    boxes = np.stack([arcs[name][faces.arc] for name in BOX], axis=1)
+    low, high = group_bounds(boxes, faces.surface, len(faces.surfaces))
+    return np.concatenate([low[:, :3], high[:, 3:]], axis=1)
 
 
 def _centroids(integrals: Floats) -> Floats:

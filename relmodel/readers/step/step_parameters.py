@@ -20,7 +20,7 @@ class StepParameters:
     torus_side: int = 7
     """points each way of the domain that a torus is laid through"""
     torus_close_side: int = 25
-    """and that it is held against"""
+    """and that it is checked against"""
     torus_share: float = 1e-3
     """of the depth of a face within which it is a torus: a shallow one is near to many a surface"""
     around: float = 0.25

@@ -1,4 +1,4 @@
-"""What a product has beside its bodies: loose faces, and loose edges, such as construction lines and annotations.
+"""What a product has besides its bodies: loose faces, and loose edges, such as construction lines and annotations.
 
 Runs in the child process of the reader.
 """
@@ -25,28 +25,21 @@ from relmodel.readers.step import maps
 
 
 def without_loose_faces(shape: Any) -> tuple[Any, Any]:
-    """The solids of a shape, and its faces that bound none of them; the shape and None where it has but one sort."""
-    solids = _sub_shapes(shape, Type.TopAbs_SOLID)
+    """The solids of a shape, and its faces that bound no solid; the shape and None where it has only one of these."""
+    solids = list(maps.sub_shapes(shape, Type.TopAbs_SOLID))
     bounding = ShapeMap()
     for solid in solids:
         TopExp.MapShapes_s(solid, Type.TopAbs_FACE, bounding)
-    faces = maps.face_map(shape)
-    loose = [faces.FindKey(i) for i in range(1, faces.Extent() + 1) if not bounding.Contains(faces.FindKey(i))]
+    loose = [face for face in maps.face_map(shape) if not bounding.Contains(face)]
     return (maps.compound(solids), maps.compound(loose)) if solids and loose else (shape, None)
-
-
-def _sub_shapes(shape: Any, kind: Any) -> list[Any]:
-    keys = ShapeMap()
-    TopExp.MapShapes_s(shape, kind, keys)
-    return [keys.FindKey(i) for i in range(1, keys.Extent() + 1)]
 
 
 def loose_edges(shape: Any) -> list[Any]:
     """Edges of a shape that bound no face."""
-    bounding, faces = ShapeMap(), maps.face_map(shape)
-    for i in range(1, faces.Extent() + 1):
-        TopExp.MapShapes_s(faces.FindKey(i), Type.TopAbs_EDGE, bounding)
-    return [edge for edge in _sub_shapes(shape, Type.TopAbs_EDGE) if not bounding.Contains(edge)]
+    bounding = ShapeMap()
+    for face in maps.face_map(shape):
+        TopExp.MapShapes_s(face, Type.TopAbs_EDGE, bounding)
+    return [edge for edge in maps.sub_shapes(shape, Type.TopAbs_EDGE) if not bounding.Contains(edge)]
 
 
 def extract_edges(shape: Any) -> Shape | None:
@@ -109,5 +102,5 @@ def _no_mesh() -> Mesh:
 
 
 def _no_samples() -> ArcSamples:
-    """No samples: nobody looks for the arcs in a picture."""
+    """No samples: these arcs are not matched with pictures."""
     return ArcSamples(np.empty(0, np.int64), *(Ragged.pack([]) for _ in range(5)))

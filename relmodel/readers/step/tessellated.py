@@ -28,8 +28,7 @@ class NoAreaError(Exception):
 
 def is_tessellated(faces: Any) -> bool:
     """Whether a face of a map of faces has no surface."""
-    every = (TopoDS.Face(faces.FindKey(i)) for i in range(1, faces.Extent() + 1))
-    return any(BRep_Tool.Surface_s(face) is None for face in every)
+    return any(BRep_Tool.Surface_s(TopoDS.Face(face)) is None for face in faces)
 
 
 def extract(
@@ -39,12 +38,10 @@ def extract(
 
     names, colours, layers: of faces, by their ordinal in the map of faces (from 1).
     """
-    keys = maps.face_map(shape)
     vertices, triangles, owner = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)]
     normals = [np.empty((0, 3))]
     start = 0
-    for face_no in range(keys.Extent()):
-        face = TopoDS.Face(keys.FindKey(face_no + 1))
+    for face_no, face in enumerate(map(TopoDS.Face, maps.face_map(shape))):
         location = TopLoc_Location()
         mesh = BRep_Tool.Triangulation_s(face, location)
         if mesh is None or not mesh.NbTriangles():

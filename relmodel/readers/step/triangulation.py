@@ -183,7 +183,7 @@ def _arrays(triangulations: list[Any]) -> list[tuple[Floats, Floats, Ints32]]:
     """Vertices (n, 3), their parameters (n, 2) and triangles (m, 3, from 0) of triangulations with parameters.
 
     Through the kernel's binary form (`BinTools_ShapeSet::WriteTriangulation`, version 4) of faces that have nothing
-    else: to ask for a hundred thousand vertices one by one takes half as long as to make them.
+    else: asking for a hundred thousand vertices one by one takes half as long as making them.
     """
     faces = []
     for one in triangulations:
@@ -199,7 +199,7 @@ def _arrays(triangulations: list[Any]) -> list[tuple[Floats, Floats, Ints32]]:
     for one in triangulations:
         count, triangle_count = np.frombuffer(data, "<i4", 2, at).tolist()
         if (count, triangle_count) != (one.NbNodes(), one.NbTriangles()):
-            raise ValueError("the kernel's binary form of a triangulation is not the one that is known")
+            raise ValueError("the kernel's binary form of a triangulation is of an unknown version")
         at += 2 * 4 + 2 + 8  # the two counts, whether there are parameters and normals, the deflection
         points = np.frombuffer(data, "<f8", 3 * count, at).reshape(-1, 3)
         at += points.nbytes

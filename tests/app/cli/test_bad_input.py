@@ -273,7 +273,7 @@ BAD_STEP: list[tuple[str, Callable[[bytes], bytes], str]] = [
     ("a.step", half, "is cut off"),
     ("a.step.gz", half, "cannot be unpacked"),
     ("a.step", none, "is empty"),
-    ("a.doc", whole, "is of no known format"),
+    ("a.doc", whole, "is of an unknown format"),
 ]
 
 
