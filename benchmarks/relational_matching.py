@@ -50,7 +50,7 @@ class Case(NamedTuple):
 
 def write_problem(path: Path, problem: MatchingProblem, truth: Ints | None = None) -> None:
     """A problem as rows of one Parquet file: `kind` is unit (null cost, true label), candidate, relation (weight) or
-    compatibility; what a kind has no use for is null; the first row's other_label says whether labels may repeat."""
+    compatibility (what it saves); what a kind has no use for is null; the first row's other_label says whether labels may repeat."""
     c, pair = problem, problem.compatibility
     blocks = {
         "unit": (np.arange(c.units), truth, None, np.full(c.units, int(c.injective)), c.null_cost),
@@ -61,7 +61,7 @@ def write_problem(path: Path, problem: MatchingProblem, truth: Ints | None = Non
             c.candidate_label[pair[:, 0]],
             c.candidate_unit[pair[:, 1]],
             c.candidate_label[pair[:, 1]],
-            None,
+            c.saves,
         ),
     }
     tables = [
@@ -88,7 +88,7 @@ def read_problem(path: Path) -> Case:
         int(max(candidates[:, 1].max(initial=-1), units[:, 1].max(initial=-1))) + 1,
         candidates[:, [0, 1, 4]],
         values[kind == "relation"][:, [0, 2, 4]],
-        values[kind == "compatibility"][:, :4],
+        values[kind == "compatibility"][:, :5 if (values[kind == "compatibility"][:, 4] >= 0).all() else 4],
         injective=bool(units[:1, 3].any()),
     )
     known = table.filter(pa.compute.equal(table["kind"], "unit"))["label"].null_count == 0

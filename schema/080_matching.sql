@@ -78,7 +78,7 @@ CREATE TABLE problem_tolerance (  -- How far a relation of labels may differ fro
 );
 
 -- Without keys, as the compatibilities and duals: many rows, and queries/check finds what is there twice.
-CREATE TABLE problem_relation (  -- Neighbours of a unit in a problem, and what it costs when one does not confirm its label.
+CREATE TABLE problem_relation (  -- Neighbours of a unit in a problem, and what it costs when one confirms nothing of its label.
     run_id BIGINT NOT NULL,  -- the run
     problem_no INTEGER NOT NULL,  -- the problem
     unit_no INTEGER NOT NULL,  -- the unit that pays
@@ -94,7 +94,8 @@ CREATE TABLE compatibility (  -- Pairs of candidates that confirm each other, st
     label_a INTEGER NOT NULL,  -- its label
     unit_b INTEGER NOT NULL,  -- the other unit
     label_b INTEGER NOT NULL,  -- its label
-    CHECK (unit_a < unit_b)
+    saves INTEGER NOT NULL,  -- what each of the two units saves of its relation to the other, at most its weight
+    CHECK (unit_a < unit_b AND saves >= 0)
 );
 
 CREATE TABLE vote (  -- Votes of epipolar rows for pairs of arcs in stereo.
