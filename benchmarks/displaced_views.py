@@ -153,8 +153,8 @@ def derive_places(camera: Camera, world_from_camera: Floats, point: Floats, step
 def match(look: Look, p: MatchingParameters) -> PoseMatch:
     """The assignment of the picture to the view."""
     normal = np.stack([-look.view.samples.direction[:, 1], look.view.samples.direction[:, 0]], axis=1)
-    sigma = np.linalg.norm(np.einsum("ni,nij->nj", normal, look.modes), axis=1)
-    units = describe_view(look.view, sigma, look.picture.camera, look.seen, p.view)
+    shift = np.einsum("ni,nij->nj", normal, look.modes)
+    units = describe_view(look.view, shift, look.picture.camera, look.seen, p.view)
     pose = replace(p.pose, reach_px=max(p.pose.reach_px, look.reach))
     with open_workspace() as workspace:
         return match_view(workspace, 0, look.picture.primitives, units, look.seen, pose)
@@ -192,4 +192,4 @@ def count(look: Look, found: PoseMatch) -> Floats:
 
 def bare(p: MatchingParameters) -> MatchingParameters:
     """The same without relations."""
-    return replace(p, pose=replace(p.pose, relation_share=0.0))
+    return replace(p, pose=replace(p.pose, relation_price=0.0))

@@ -34,11 +34,12 @@ _DEFAULTS = ViewParameters()
 class ViewUnits:
     """Units of a view: its arcs by number, then its surfaces.
 
-    points, surfaces: columns of view_point and view_surface without run and view; surface (n,): the scene's surface of
-    each; relations: columns of unit_relation without the set; arcs: how many units are arcs.
+    points, surfaces: columns of view_point and view_surface without run and view; shift (points, 6): how the pose moves
+    each; surface (n,): the scene's surface of each; relations: columns of unit_relation without the set; arcs: how many units are arcs.
     """
 
     points: Columns
+    shift: Floats
     surfaces: Columns
     surface: Ints
     relations: Columns
@@ -47,19 +48,21 @@ class ViewUnits:
 
 def describe_view(
     view: ViewArcs,
-    sigma_px: Floats,
+    shift: Floats,
     camera: Camera,
     seen: SurfaceMap,
     p: ViewParameters = _DEFAULTS,
 ) -> ViewUnits:
-    """Units of what a camera sees; sigma_px (samples,): standard deviation of the view's samples along their
-    normals."""
-    points = _points(view, sigma_px, camera, p)
+    """Units of what a camera sees; shift (samples, 6): px by which a standard deviation of the pose along each axis of its
+    covariance moves the view's samples along their normals."""
+    some = _choose_samples(view, p)
+    points = _points(view, some, np.linalg.norm(shift[some], axis=1), camera)
     surface, areas, columns = _surfaces(seen, p)
     curves = _curves(points, len(view.kind), p)
     relations = concatenate([relate(curves, areas, p.relations), _bounds(points, curves, areas, surface, seen, p)])
     return ViewUnits(
         points,
+        shift[some],
         columns,
         surface,
         round_columns(
@@ -78,11 +81,14 @@ def describe_view(
     )
 
 
-def _points(view: ViewArcs, sigma_px: Floats, camera: Camera, p: ViewParameters) -> Columns:
-    """Points every few px along the arcs, and both ends of each."""
+def _choose_samples(view: ViewArcs, p: ViewParameters) -> Ints:
+    """Samples every few px along the arcs, and both ends of each."""
     step = np.floor(np.cumsum(view.samples.length_px) / p.spacing_px)
     ends = (np.diff(view.run, prepend=-1) != 0) | (np.diff(view.run, append=-1) != 0)
-    some = np.flatnonzero((np.diff(step, prepend=-1) > 0) | ends)
+    return np.flatnonzero((np.diff(step, prepend=-1) > 0) | ends)
+
+
+def _points(view: ViewArcs, some: Ints, sigma: Floats, camera: Camera) -> Columns:
     ideal, direction = view.samples.pixel[some], view.samples.direction[some]
     pixel = camera.distort(camera.normalise(ideal))
     ahead = camera.distort(camera.normalise(ideal + 0.5 * direction))
@@ -98,7 +104,7 @@ def _points(view: ViewArcs, sigma_px: Floats, camera: Camera, p: ViewParameters)
             "y": pixel[:, 1],
             "direction_x": way[:, 0],
             "direction_y": way[:, 1],
-            "sigma": sigma_px[some],
+            "sigma": sigma,
         },
     )
 
