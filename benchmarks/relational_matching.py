@@ -88,7 +88,7 @@ def read_problem(path: Path) -> Case:
         int(max(candidates[:, 1].max(initial=-1), units[:, 1].max(initial=-1))) + 1,
         candidates[:, [0, 1, 4]],
         values[kind == "relation"][:, [0, 2, 4]],
-        values[kind == "compatibility"][:, :5 if (values[kind == "compatibility"][:, 4] >= 0).all() else 4],
+        values[kind == "compatibility"][:, : 5 if (values[kind == "compatibility"][:, 4] >= 0).all() else 4],
         injective=bool(units[:1, 3].any()),
     )
     known = table.filter(pa.compute.equal(table["kind"], "unit"))["label"].null_count == 0

@@ -294,7 +294,8 @@ def choose(data: Path) -> None:
             told.append((tell(*shares), d, share, angle, *shares, weigh(*shares)))
         rows += [[kind, *row] for row in sorted(told, reverse=True)[:3]]
     print(
-        tabulate(rows, headers=["kind", "nats", "px", "share", "rad", "true", "wrong", "log odds"], floatfmt=".3g"), "\n"
+        tabulate(rows, headers=["kind", "nats", "px", "share", "rad", "true", "wrong", "log odds"], floatfmt=".3g"),
+        "\n",
     )
 
 

@@ -67,7 +67,8 @@ CREATE TABLE candidate (  -- Pairs of unit and label that passed the gate, with 
     cost DOUBLE PRECISION NOT NULL,  -- unary cost of the pair
     across DOUBLE PRECISION,  -- how far the unit lies off the label, in the mean, to the left of it, px; null of regions and in stereo
     across_sigma DOUBLE PRECISION,  -- standard deviation of that, the pose known, px
-    shift_1 DOUBLE PRECISION, shift_2 DOUBLE PRECISION, shift_3 DOUBLE PRECISION, shift_4 DOUBLE PRECISION, shift_5 DOUBLE PRECISION, shift_6 DOUBLE PRECISION,  -- how a standard deviation of the pose along each axis of its covariance moves the label to its left, px
+    shift_1 DOUBLE PRECISION, shift_2 DOUBLE PRECISION, shift_3 DOUBLE PRECISION,  -- how a standard deviation of the pose along the first axes of its covariance moves the label to its left, px
+    shift_4 DOUBLE PRECISION, shift_5 DOUBLE PRECISION, shift_6 DOUBLE PRECISION,  -- the same along its other axes, px
     PRIMARY KEY (run_id, problem_no, unit_no, label_no)
 );
 
@@ -130,12 +131,12 @@ related AS (
 whole AS (
     SELECT run_id, problem_no, unit_a, sum(weight) AS weight FROM related GROUP BY run_id, problem_no, unit_a
 )
-SELECT r.run_id, r.problem_no, r.unit_a, r.unit_b,
+SELECT r.run_id, r.problem_no, r.unit_a AS unit_no, r.unit_b AS neighbour_no,
     -- of a unit that all of it is to weigh the same: the mean of the shares that the pair has in both
     CAST(CASE WHEN r.relation_weight IS NULL THEN r.weight
         ELSE greatest(1, floor(0.5 + 0.5 * r.relation_weight
             * (CAST(r.weight AS DOUBLE PRECISION) / a.weight
-                + CAST(r.weight AS DOUBLE PRECISION) / coalesce(b.weight, r.weight)))) END AS INTEGER)
+                + CAST(r.weight AS DOUBLE PRECISION) / coalesce(b.weight, r.weight)))) END AS INTEGER) AS weight
 FROM related AS r
 JOIN whole AS a ON a.run_id = r.run_id AND a.problem_no = r.problem_no AND a.unit_a = r.unit_a
 LEFT JOIN whole AS b ON b.run_id = r.run_id AND b.problem_no = r.problem_no AND b.unit_a = r.unit_b;

@@ -10,16 +10,16 @@ WITH given AS (
 ),
 stated AS (
     SELECT g.run_id, g.problem_no, t.kind, t.distance, t.distance_share, t.angle, t.reach, t.nats,
-        g.parameters -> 'tolerances' -> t.kind AS said
+        (g.parameters -> 'tolerances') -> t.kind AS said
     FROM given AS g
     JOIN problem_tolerance AS t ON t.run_id = g.run_id AND t.problem_no = g.problem_no
 ),
 priced AS (
     SELECT run_id, problem_no, nat_cost, relation_weight,
         CASE WHEN kind = 'localisation' THEN CAST(parameters ->> 'scale' AS DOUBLE PRECISION)
-            ELSE CAST(parameters -> 'assignment' ->> 'scale' AS DOUBLE PRECISION)
-                * CAST(parameters -> 'assignment' ->> CASE WHEN parameters ->> 'method' = 'pong' THEN 'relation_share'
-                    ELSE 'bare_relation_share' END AS DOUBLE PRECISION)
+            ELSE CAST((parameters -> 'assignment') ->> 'scale' AS DOUBLE PRECISION)
+                * CAST((parameters -> 'assignment') ->> (CASE WHEN (parameters ->> 'method') = 'pong' THEN 'relation_share'
+                    ELSE 'bare_relation_share' END) AS DOUBLE PRECISION)
         END AS due_cost,
         CASE WHEN kind = 'localisation' THEN CAST(parameters ->> 'scale' AS DOUBLE PRECISION)
             * CAST(parameters ->> 'relation_price' AS DOUBLE PRECISION) END AS due_weight

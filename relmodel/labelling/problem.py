@@ -74,7 +74,8 @@ class MatchingProblem:
         unit = self.candidate_unit[self.compatibility]
         relation = self.neighbour_unit * self.units + self.neighbour_other
         weight = [
-            _looked_up(relation, self.neighbour_weight, unit[:, a] * self.units + unit[:, b]) for a, b in ((0, 1), (1, 0))
+            _looked_up(relation, self.neighbour_weight, unit[:, a] * self.units + unit[:, b])
+            for a, b in ((0, 1), (1, 0))
         ]
         return np.minimum(np.stack(weight, axis=1), self.saves[:, None])
 

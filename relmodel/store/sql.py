@@ -34,7 +34,9 @@ def table_script(table: str) -> str:
     """The statement of `schema/` that makes a table or a view."""
     script = "\n".join(schema_scripts(DIALECTS[0]))
     name = re.escape(table)
-    made = re.search(rf"^CREATE (TABLE {name} \(.*?^\)|VIEW {name} \(.*?^\) AS$.*?);$", script, re.MULTILINE | re.DOTALL)
+    made = re.search(
+        rf"^CREATE (TABLE {name} \(.*?^\)|VIEW {name} \(.*?^\) AS$.*?);$", script, re.MULTILINE | re.DOTALL
+    )
     if made is None:
         raise ValueError(f"schema/ makes no {table!r}")
     return made[0]

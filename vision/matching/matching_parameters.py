@@ -17,6 +17,12 @@ class ViewParameters:
     """px: surfaces that show less are no units"""
     side_px: float = 4.0
     """px from an arc at which the surface beside it is looked for"""
+    least_turn: float = 0.25
+    """share of an ellipse that an arc must run around to have a centre"""
+    conic_px: float = 0.5
+    """px: rms distance from an ellipse up to which an arc is one"""
+    roundest: float = 0.9
+    """ratio of the axes from which an ellipse has a radius"""
     relations: RelationParameters = field(
         default_factory=lambda: RelationParameters(
             radius=140.0, neighbours=40, region_neighbours=6, least_neighbours=40

@@ -12,6 +12,8 @@ from relmodel.arrays import Floats, Ints
 from relmodel.columns import Columns
 from relmodel.store.rounding import round_columns
 from vision.cameras.cameras import Camera
+from vision.extraction.ellipses import fit_ellipses
+from vision.extraction.relations import relate_neighbours
 from vision.localisation.coverage import SurfaceMap
 from vision.localisation.views import ViewArcs
 from vision.matching.matching_parameters import ViewParameters
@@ -59,7 +61,13 @@ def describe_view(
     points = _points(view, some, np.linalg.norm(shift[some], axis=1), camera)
     surface, areas, columns = _surfaces(seen, p)
     curves = _curves(points, len(view.kind), p)
-    relations = concatenate([relate(curves, areas, p.relations), _bounds(points, curves, areas, surface, seen, p)])
+    relations = concatenate(
+        [
+            relate(curves, areas, p.relations),
+            _bounds(points, curves, areas, surface, seen, p),
+            *_neighbours(curves, areas, surface, seen),
+        ]
+    )
     return ViewUnits(
         points,
         shift[some],
@@ -124,7 +132,18 @@ def _curves(points: Columns, arcs: int, p: ViewParameters) -> Curves:
     step = np.hypot(np.diff(x), np.diff(y)) * (np.diff(run) == 0)
     length = np.bincount(run[1:], step, arcs).astype(float)
     across = np.bincount(run, sigma, arcs) / np.maximum(np.bincount(run, minlength=arcs), 1)
-    unknown = np.full(arcs, np.nan)
+    counts = np.diff(offsets)
+    long = np.flatnonzero(counts >= 6)
+    of_long = np.isin(np.repeat(np.arange(arcs), counts), long)
+    fitted = fit_ellipses(x[of_long], y[of_long], np.ones(int(of_long.sum())), counts[long])
+    girth = 2 * np.pi * np.sqrt(0.5 * (fitted.major**2 + fitted.minor**2))
+    bent = (length[long] >= p.least_turn * girth) & (np.sqrt(fitted.square) <= p.conic_px)  # NaN is neither
+    centre_x, centre_y, centre_sigma, radius = (np.full(arcs, np.nan) for _ in range(4))
+    round_ = long[bent]
+    centre_x[round_], centre_y[round_] = fitted.centre_x[bent], fitted.centre_y[bent]
+    centre_sigma[round_] = np.hypot(across[round_], p.conic_px) * girth[bent] / length[round_]
+    circular = bent & (fitted.minor >= p.roundest * fitted.major)
+    radius[long[circular]] = np.sqrt(fitted.major * fitted.minor)[circular]
     return Curves(
         offsets=offsets.astype(np.int64),
         x=x,
@@ -133,11 +152,11 @@ def _curves(points: Columns, arcs: int, p: ViewParameters) -> Curves:
         end_sigma=np.full(arcs, p.spacing_px),
         angle_sigma=across / np.maximum(length, 1.0),
         salience=length,
-        centre_x=unknown,
-        centre_y=unknown,
-        centre_sigma=unknown,
-        radius=unknown,
-        radius_sigma=unknown,
+        centre_x=centre_x,
+        centre_y=centre_y,
+        centre_sigma=centre_sigma,
+        radius=radius,
+        radius_sigma=centre_sigma,
     )
 
 
@@ -190,6 +209,17 @@ def _surfaces(seen: SurfaceMap, p: ViewParameters) -> tuple[Ints, Areas, Columns
         },
     )
     return surface, areas, columns_
+
+
+def _neighbours(curves: Curves, areas: Areas, surface: Ints, seen: SurfaceMap) -> list[Relations]:
+    """Surfaces that border on each other in the picture, and those that others surround."""
+    number = np.full(int(seen.surface.max(initial=0)) + 2, -1, np.int32)
+    number[surface] = np.arange(len(surface))
+    labels = number[seen.surface]  # the last of `number` stands for none
+    inside = np.ones(len(surface), bool)
+    for rim in (labels[0], labels[-1], labels[:, 0], labels[:, -1]):
+        inside[rim[rim >= 0]] = False
+    return relate_neighbours(labels, inside, len(curves), find_middles(curves, areas), step=float(seen.step))
 
 
 def _bounds(
