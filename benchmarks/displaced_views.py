@@ -1,9 +1,9 @@
 """Pictures assigned to views of poses that are off: precision and recall with relations and without.
 
 `python -m benchmarks.relational_matching --displaced`, RELMODEL_TEST_DATA set.  For each picture of the rendered pairs
-(folder bulkhead) the rig is moved from the truth by draws of an isotropic pose error (10 mm to a degree), scaled so that
-what the view shows moves by so many px in the mean; the pose's covariance is that of the draws, scaled alike, and arcs
-are compared within three of its standard deviations in the picture.
+(folder bulkhead) the rig is moved from the truth by draws of an isotropic pose error (10 mm to a degree), scaled so
+that what the view shows moves by so many px in the mean; the pose's covariance is that of the draws, scaled alike, and
+arcs are compared within three of its standard deviations in the picture.
 
 Truth: a point of an image arc shows a model arc where a visible edge sample of the rendering lies within 1.5 px of it,
 along it, and that sample within 1.5 mm of the model arc's samples in space; an arc shows a model arc that half of its
@@ -50,8 +50,8 @@ REACH = 3.0  # standard deviations
 
 @dataclass(frozen=True)
 class Picture:
-    """One picture of a rendered pair: its camera and pose, its primitives, and the visible edges of the rendering: places
-    (n, 2) px, normals (n, 2), points (n, 3) mm in the world."""
+    """One picture of a rendered pair: its camera and pose, its primitives, and the visible edges of the rendering:
+    places (n, 2) px, normals (n, 2), points (n, 3) mm in the world."""
 
     name: str
     scene: Scene

@@ -50,7 +50,8 @@ class Case(NamedTuple):
 
 def write_problem(path: Path, problem: MatchingProblem, truth: Ints | None = None) -> None:
     """A problem as rows of one Parquet file: `kind` is unit (null cost, true label), candidate, relation (weight) or
-    compatibility (what it saves); what a kind has no use for is null; the first row's other_label says whether labels may repeat."""
+    compatibility (what it saves); what a kind has no use for is null; the first row's other_label says whether labels
+    may repeat."""
     c, pair = problem, problem.compatibility
     blocks = {
         "unit": (np.arange(c.units), truth, None, np.full(c.units, int(c.injective)), c.null_cost),

@@ -11,8 +11,8 @@ Repeat: of the relations between two units of the left picture that both have a 
 have too, whatever the values; `within reach` counts only those that a unit calls upon (`Tolerance.reach`).  Degree:
 relations so found again, median over the left arcs with a partner.  Agree: the share found again within the tolerances
 of `vision.relations.tolerances`, between true partners and where the first unit is given a wrong one: another unit of
-its kind within 60 px of the right one, if an arc within 30 degrees of its direction.  What it tells, in nats, is the logarithm of
-the ratio of the odds of these two shares.
+its kind within 60 px of the right one, if an arc within 30 degrees of its direction.  What it tells, in nats, is the
+logarithm of the ratio of the odds of these two shares.
 
 Chosen on the pairs CHOOSING (`--choose` prints the tolerances that tell most there, as the divergence of Kullback
 and Leibler between the two shares, in nats), reported on the others.

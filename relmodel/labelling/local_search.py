@@ -33,8 +33,8 @@ class LocalSearch:
         saved = np.zeros(p.candidates, np.int64)
         self._kernels.improve(
             p.first_candidate, p.candidate_label, t.base, t.slot_first, t.slot_candidate,
-            t.pair_first, t.pair_slot, t.pair_gain, p.null_cost, start, chosen, np.full(p.labels, NONE, np.int64), saved,
-            p.injective,
+            t.pair_first, t.pair_slot, t.pair_gain, p.null_cost, start, chosen, np.full(p.labels, NONE, np.int64),
+            saved, p.injective,
         )  # fmt: skip
         # Every confirmed pair is saved by both of its ends, and its gain counts once.
         has = chosen != NONE

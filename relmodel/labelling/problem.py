@@ -6,9 +6,9 @@ taken twice.  It costs the sum over the units of
     null_cost(u)                                                       where h(u) is none,
     cost(u, h(u)) + sum of w(u, v) - s over the neighbours v of u      otherwise,
 
-where s is what h(u) and h(v) save by confirming each other, at most w(u, v); labels that do not, and a neighbour without
-a label, save nothing.  This is the relational distance of Shapiro and Haralick (IEEE PAMI 7, 1985) with nulls, unary
-costs, weights, and confirmation by degrees.  All costs are integers, so bounds may be rounded up.
+where s is what h(u) and h(v) save by confirming each other, at most w(u, v); labels that do not, and a neighbour
+without a label, save nothing.  This is the relational distance of Shapiro and Haralick (IEEE PAMI 7, 1985) with nulls,
+unary costs, weights, and confirmation by degrees.  All costs are integers, so bounds may be rounded up.
 """
 
 from __future__ import annotations
@@ -70,7 +70,8 @@ class MatchingProblem:
 
     @cached_property
     def savings(self) -> Ints:
-        """(pairs, 2): what a compatible pair saves of the relation of its first unit to the other, and of the inverse."""
+        """(pairs, 2): what a compatible pair saves of the relation of its first unit to the other, and of the
+        inverse."""
         unit = self.candidate_unit[self.compatibility]
         relation = self.neighbour_unit * self.units + self.neighbour_other
         weight = [

@@ -24,8 +24,8 @@ class SearchTables:
     """CSR tables; the entries of i lie from first[i] to first[i + 1].
 
     base (candidates,); slot_first (candidates + 1,); slot_candidate, slot_other (neighbour), slot_gain (the greatest of
-    its pairs), slot_half (slots,); pair_first (slots + 1,), pair_slot, pair_gain: slots of the neighbour's candidates that
-    this one is compatible with, and what each saves;
+    its pairs), slot_half (slots,); pair_first (slots + 1,), pair_slot, pair_gain: slots of the neighbour's candidates
+    that this one is compatible with, and what each saves;
     half_first (units + 1,), half_twin (halves,); label_first (labels + 1,), label_candidate: candidates by label;
     before, after (candidates,): slots whose neighbour comes before the unit, or after.
     """

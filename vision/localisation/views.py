@@ -94,8 +94,8 @@ def _strands(seen: VisibleArcs, rows: Ints) -> Ints:
 
 
 def propagate_pose(refined: Refined, camera: int, samples: VisibleArcs) -> Floats:
-    """How far (n, 6) px a standard deviation of the pose along each axis of its covariance moves a camera's samples along
-    their normals; the norm of a row is the standard deviation that the pose makes there."""
+    """How far (n, 6) px a standard deviation of the pose along each axis of its covariance moves a camera's samples
+    along their normals; the norm of a row is the standard deviation that the pose makes there."""
     p, rig_from_world = refined.prediction, np.linalg.inv(refined.world_from_rig)
     n = len(samples.arc)
     there = replace(

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field, replace
 from math import radians
 
-from vision.relations.tolerances import FAR, TOLERANCES, Tolerance
 from vision.relations.relation_parameters import RelationParameters
+from vision.relations.tolerances import FAR, TOLERANCES, Tolerance
 
 
 @dataclass(frozen=True)
@@ -33,8 +33,8 @@ class ViewParameters:
 
 @dataclass(frozen=True)
 class PoseProblemParameters:
-    """Which primitives of a picture may be which parts of a predicted view, and at what price in nats, natural logarithms
-    of odds."""
+    """Which primitives of a picture may be which parts of a predicted view, and at what price in nats, natural
+    logarithms of odds."""
 
     search: str = "dual_ascent"
     """how the best labelling is sought: `relmodel.labelling.solve.MODES`"""
@@ -61,8 +61,8 @@ class PoseProblemParameters:
     null_price: float = 3.5
     """price of being no part of the model"""
     relation_price: float = 3.5
-    """what all relations of a primitive weigh together, as they repeat much the same information: with `null_price`, one
-    that nothing confirms is no part of the model; 0 matches without relations"""
+    """what all relations of a primitive weigh together, as they repeat much the same information: with `null_price`,
+    one that nothing confirms is no part of the model; 0 matches without relations"""
     tolerances: dict[str, Tolerance] = field(
         default_factory=lambda: {kind: replace(t, reach=FAR) for kind, t in TOLERANCES.items()}
     )

@@ -37,7 +37,8 @@ class ViewUnits:
     """Units of a view: its arcs by number, then its surfaces.
 
     points, surfaces: columns of view_point and view_surface without run and view; shift (points, 6): how the pose moves
-    each; surface (n,): the scene's surface of each; relations: columns of unit_relation without the set; arcs: how many units are arcs.
+    each; surface (n,): the scene's surface of each; relations: columns of unit_relation without the set; arcs: how
+    many units are arcs.
     """
 
     points: Columns
@@ -55,8 +56,8 @@ def describe_view(
     seen: SurfaceMap,
     p: ViewParameters = _DEFAULTS,
 ) -> ViewUnits:
-    """Units of what a camera sees; shift (samples, 6): px by which a standard deviation of the pose along each axis of its
-    covariance moves the view's samples along their normals."""
+    """Units of what a camera sees; shift (samples, 6): px by which a standard deviation of the pose along each axis of
+    its covariance moves the view's samples along their normals."""
     some = _choose_samples(view, p)
     points = _points(view, some, np.linalg.norm(shift[some], axis=1), camera)
     surface, areas, columns = _surfaces(seen, p)

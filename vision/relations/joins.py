@@ -24,10 +24,11 @@ from vision.relations.tolerances import Tolerance
 class ProblemRows:
     """A problem before its joins.
 
-    unit, label, cost (c,): candidates; places: columns of `candidate` that say how far each is off, where that is known;
-    null_cost (units,): what no label costs a unit, besides `null_share` of the weight of its relations; nat_cost: cost of
-    a nat of a relation; relation_weight: of all relations of a unit, None where each weighs what its kinds do; units, labels: how many there are; units_id, labels_id: their sets in the workspace;
-    injective: no label twice (the mode `paper` knows no such limit); nodes: after how many the search ends; mode: of
+    unit, label, cost (c,): candidates; places: columns of `candidate` that say how far each is off, where that is
+    known; null_cost (units,): what no label costs a unit, besides `null_share` of the weight of its relations;
+    nat_cost: cost of a nat of a relation; relation_weight: of all relations of a unit, None where each weighs what its
+    kinds do; units, labels: how many there are; units_id, labels_id: their sets in the workspace; injective: no label
+    twice (the mode `paper` knows no such limit); nodes: after how many the search ends; mode: of
     `relmodel.labelling.solve`.
     """
 

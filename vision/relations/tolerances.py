@@ -8,11 +8,12 @@ class Tolerance:
     """Of relations of one kind.
 
     The distances of units a and b and of labels k and l differ with a standard deviation of `distance` px plus
-    `distance_share` of the unit side's, their angles with one of `angle` rad (bearings around the circle), besides those
-    that both relations have of their own: so much is due to where arcs are cut and to light.  A unit calls on relations
-    of at most `reach` px only, while its labels may have longer ones: what lies at the rim is not missed for a pixel.
-    `nats` is what full agreement tells, the logarithm of the ratio of the odds of agreement within two standard
-    deviations between true partners and where a is given a wrong label; what is so much less likely confirms nothing.
+    `distance_share` of the unit side's, their angles with one of `angle` rad (bearings around the circle), besides
+    those that both relations have of their own: so much is due to where arcs are cut and to light.  A unit calls on
+    relations of at most `reach` px only, while its labels may have longer ones: what lies at the rim is not missed for
+    a pixel. `nats` is what full agreement tells, the logarithm of the ratio of the odds of agreement within two
+    standard deviations between true partners and where a is given a wrong label; what is so much less likely confirms
+    nothing.
 
     Measured on CHOOSING of `benchmarks/relations.py`, left against right pictures of seven rendered pairs with partners
     by the truth of rendering; wrong labels: others within 60 px, arcs within 30 degrees of the direction.

@@ -32,11 +32,11 @@ def test_alterations_are_noticed_on_postgresql(
 RELATION = "a relation is not what its candidates and tolerances give"
 COMPATIBILITY = "a compatibility is not what the relations give"
 TOLERANCE = "a tolerance is not what the parameters say"
-UNTAKEN = """NOT EXISTS (SELECT 1 FROM assignment AS a WHERE a.run_id = compatibility.run_id
-    AND a.problem_no = compatibility.problem_no AND a.unit_no = unit_a AND a.label_no = label_a)"""
 OF_MATCHING = {
-    f"DELETE FROM compatibility WHERE problem_no = 1 AND {UNTAKEN}": {(1, COMPATIBILITY)},
-    f"UPDATE compatibility SET saves = saves + 1 WHERE problem_no = 0 AND {UNTAKEN}": {(0, COMPATIBILITY)},
+    """DELETE FROM compatibility WHERE problem_no = 1 AND NOT EXISTS (
+        SELECT 1 FROM assignment AS a WHERE a.run_id = compatibility.run_id AND a.problem_no = compatibility.problem_no
+            AND a.unit_no = unit_a AND a.label_no = label_a)""": {(1, COMPATIBILITY)},
+    "UPDATE compatibility SET saves = saves + 1 WHERE problem_no = 0 AND unit_a % 5 = 0": {(0, COMPATIBILITY)},
     """INSERT INTO compatibility (run_id, problem_no, unit_a, label_a, unit_b, label_b, saves)
     SELECT a.run_id, a.problem_no, min(a.unit_no), min(a.label_no), max(b.unit_no), min(b.label_no), 1
     FROM candidate AS a JOIN candidate AS b ON b.run_id = a.run_id AND b.problem_no = a.problem_no
