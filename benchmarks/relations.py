@@ -38,7 +38,7 @@ from vision.cameras.cameras import Camera
 from vision.extraction.arcs import Arcs
 from vision.extraction.extract import Extraction, extract
 from vision.relations.relations import KINDS, Relations
-from vision.relations.tolerances import TOLERANCES, Tolerance
+from vision.relations.tolerances import AGREE, TOLERANCES, Tolerance
 
 CHOOSING = (("A", 0), ("A", 2), ("A", 5), ("A", 7), ("B", 0), ("C", 0), ("C", 3))
 REPORTED = (("A", 1), ("A", 3), ("A", 4), ("A", 6), ("B", 1), ("C", 1), ("C", 2))
@@ -70,9 +70,9 @@ class Carried:
     angle_off: Floats
 
     def agree(self, tolerance: Tolerance) -> Bools:
-        """Whether the labels have the relation, its values within two standard deviations."""
+        """Whether the labels have the relation, its values within AGREE standard deviations."""
         sigma = tolerance.distance + tolerance.distance_share * np.abs(self.distance)
-        return np.asarray((self.distance_off <= 2 * sigma) & (self.angle_off <= 2 * tolerance.angle))
+        return np.asarray((self.distance_off <= AGREE * sigma) & (self.angle_off <= AGREE * tolerance.angle))
 
     def take(self, kept: Bools) -> "Carried":
         """The relations that the mask selects."""
@@ -287,7 +287,9 @@ def choose(data: Path) -> None:
         own, other = (part.take((part.kind == code) & (np.abs(part.distance) <= reach)) for part in (true, false))
         told = []
         for d, share, angle in product(
-            (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 20.0), (0.0, 0.05, 0.1, 0.15, 0.25), (0.05, 0.075, 0.1, 0.15, 0.2, 0.3)
+            (1.5, 3.0, 4.5, 6.0, 9.0, 12.0, 18.0, 30.0),
+            (0.0, 0.075, 0.15, 0.225, 0.375),
+            (0.075, 0.1125, 0.15, 0.225, 0.3, 0.45),
         ):
             tried = Tolerance(d, share, angle, reach, 1.0)
             shares = float(np.mean(own.agree(tried))), float(np.mean(other.agree(tried)))

@@ -27,16 +27,17 @@ class Tolerance:
 
 
 FAR = 1e6  # px: no limit
+AGREE = 4 / 3  # standard deviations within which most is told
 
 TOLERANCES = {
-    "near": Tolerance(2.0, 0.1, 0.2, 80.0, 3.5),
-    "parallel": Tolerance(2.0, 0.15, 0.075, 60.0, 4.0),
-    "junction": Tolerance(1.5, 0.25, 0.3, 3.0, 5.5),
-    "concentric": Tolerance(4.0, 0.15, 0.05, FAR, 3.0),
-    "equal_radius": Tolerance(4.0, 0.15, 0.05, FAR, 3.0),
-    "bounds": Tolerance(12.0, 0.25, 0.3, FAR, 4.0),
-    "adjacent": Tolerance(20.0, 0.25, 0.3, FAR, 3.5),
-    "surrounds": Tolerance(20.0, 0.25, 0.3, FAR, 3.5),
+    "near": Tolerance(3.0, 0.15, 0.3, 80.0, 3.5),
+    "parallel": Tolerance(3.0, 0.225, 0.1125, 60.0, 4.0),
+    "junction": Tolerance(2.25, 0.375, 0.45, 3.0, 5.5),
+    "concentric": Tolerance(6.0, 0.225, 0.075, FAR, 3.0),
+    "equal_radius": Tolerance(6.0, 0.225, 0.075, FAR, 3.0),
+    "bounds": Tolerance(18.0, 0.375, 0.45, FAR, 4.0),
+    "adjacent": Tolerance(30.0, 0.375, 0.45, FAR, 3.5),
+    "surrounds": Tolerance(30.0, 0.375, 0.45, FAR, 3.5),
 }
 """Concentric and surrounds are too rare to be measured (10 and 13 relations of partners): as equal_radius and
 adjacent."""
