@@ -328,6 +328,8 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('problem_tolerance', 'matching', 'primary'),
     ('problem_relation', 'matching', 'redundant'),
     ('compatibility', 'matching', 'redundant'),
+    ('due_relation', 'matching', 'view'),
+    ('due_compatibility', 'matching', 'view'),
     ('vote', 'matching', 'primary'),
     ('assignment', 'matching', 'primary'),
     ('search_node', 'matching', 'primary'),

@@ -128,7 +128,7 @@ def solved_rows(solved: Solved, *, keep_bound: bool) -> dict[str, Columns]:
     tables["problem"] |= {"nat_cost": [rows.nat_cost], "relation_weight": [rows.relation_weight]}
     if rows.places is not None:
         order = np.lexsort((rows.label, rows.unit))
-        tables["candidate"] |= {name: values[order] for name, values in rows.places.items()}
+        tables["candidate"] |= {name: np.ma.asarray(values)[order] for name, values in rows.places.items()}
     return {**tables, "problem_tolerance": solved.tolerances}
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
@@ -53,14 +51,16 @@ def described() -> ViewUnits:
     return describe_view(arcs, np.full((len(arcs.run), 6), 0.01), CAMERA, surfaces())
 
 
+def rows_of(units: ViewUnits) -> dict[tuple[str, int, int], float]:
+    """Distance of each relation by kind and units."""
+    kind, a, b, distance = (
+        np.asarray(units.relations[name]).tolist() for name in ("kind", "unit_a", "unit_b", "distance")
+    )
+    return dict(zip(zip(kind, a, b, strict=True), map(float, distance), strict=True))
+
+
 def test_circles_of_a_view_have_centres_and_radii() -> None:
-    relations = described().relations
-    rows = {
-        (kind, int(a), int(b)): float(distance)
-        for kind, a, b, distance in zip(
-            relations["kind"], relations["unit_a"], relations["unit_b"], relations["distance"], strict=True
-        )
-    }
+    rows = rows_of(described())
     concentric = {key[1:]: value for key, value in rows.items() if key[0] == "concentric"}
     assert set(concentric) == {(0, 1), (1, 0)}
     np.testing.assert_allclose(concentric[0, 1], 5.0, atol=0.02)
@@ -71,18 +71,7 @@ def test_circles_of_a_view_have_centres_and_radii() -> None:
 
 def test_surfaces_of_a_view_border_on_and_surround_each_other() -> None:
     units = described()
-    relations = units.relations
-    of = Counter(
-        (kind, int(a) - units.arcs, int(b) - units.arcs)
-        for kind, a, b in zip(relations["kind"], relations["unit_a"], relations["unit_b"], strict=True)
-    )
-    assert {key[1:] for key in of if key[0] == "adjacent"} == {(0, 1), (1, 0), (1, 2), (2, 1)}
-    assert {key[1:] for key in of if key[0] == "surrounds"} == {(0, 1), (1, 2)}
-    border = next(
-        float(distance)
-        for kind, a, b, distance in zip(
-            relations["kind"], relations["unit_a"], relations["unit_b"], relations["distance"], strict=True
-        )
-        if (kind, a - units.arcs, b - units.arcs) == ("adjacent", 1, 2)
-    )
-    np.testing.assert_allclose(border, 160.0, rtol=0.1)  # ten cells of 4 px on each side
+    rows = {(kind, a - units.arcs, b - units.arcs): value for (kind, a, b), value in rows_of(units).items()}
+    assert {key[1:] for key in rows if key[0] == "adjacent"} == {(0, 1), (1, 0), (1, 2), (2, 1)}
+    assert {key[1:] for key in rows if key[0] == "surrounds"} == {(0, 1), (1, 2)}
+    np.testing.assert_allclose(rows["adjacent", 1, 2], 160.0, rtol=0.1)  # ten cells of 4 px on each side

@@ -121,9 +121,9 @@ def by_hand(
 def places(rows: ProblemRows) -> dict[tuple[int, int], Floats | None]:
     """Of each candidate how far it is off, the standard deviation of that, and how the pose moves it; None if
     unknown."""
-    values = [None] * len(rows.unit)
+    values: list[Floats | None] = [None] * len(rows.unit)
     if rows.places is not None:
-        table = np.ma.stack([rows.places[name] for name in PLACES], axis=1)
+        table = np.ma.stack([np.ma.asarray(rows.places[name]) for name in PLACES], axis=1)
         values = [None if np.ma.getmaskarray(row).any() else np.asarray(row) for row in table]
     return {(int(u), int(k)): v for u, k, v in zip(rows.unit, rows.label, values, strict=True)}
 
