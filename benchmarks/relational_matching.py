@@ -10,12 +10,14 @@ precision are those of the labels against the truth that the problem was made fr
 
 `--data`: problems stored as Parquet (see `read_problem`), benchmarks/data by default, where there are any.  `--truth`:
 so many random instances of up to 9 units in every exact mode against enumeration, with and without null labels.
-`--modes`: selections and nodes of whole functions and of forward checking.
+`--modes`: selections and nodes of whole functions and of forward checking.  `--displaced`: pictures of rendered pairs,
+such as A0 and C3, against views of poses that are off (`benchmarks.displaced_views`), RELMODEL_TEST_DATA set.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -27,6 +29,7 @@ import pyarrow as pa
 from pyarrow import parquet
 from tabulate import tabulate
 
+from benchmarks.displaced_views import PAIRS, displaced
 from benchmarks.peers.matchers import Answer, matchers
 from relmodel.arrays import Ints
 from relmodel.labelling.cost import labelling_cost
@@ -50,7 +53,8 @@ class Case(NamedTuple):
 
 def write_problem(path: Path, problem: MatchingProblem, truth: Ints | None = None) -> None:
     """A problem as rows of one Parquet file: `kind` is unit (null cost, true label), candidate, relation (weight) or
-    compatibility; what a kind has no use for is null; the first row's other_label says whether labels may repeat."""
+    compatibility (what it saves); what a kind has no use for is null; the first row's other_label says whether labels
+    may repeat."""
     c, pair = problem, problem.compatibility
     blocks = {
         "unit": (np.arange(c.units), truth, None, np.full(c.units, int(c.injective)), c.null_cost),
@@ -61,7 +65,7 @@ def write_problem(path: Path, problem: MatchingProblem, truth: Ints | None = Non
             c.candidate_label[pair[:, 0]],
             c.candidate_unit[pair[:, 1]],
             c.candidate_label[pair[:, 1]],
-            None,
+            c.saves,
         ),
     }
     tables = [
@@ -88,7 +92,7 @@ def read_problem(path: Path) -> Case:
         int(max(candidates[:, 1].max(initial=-1), units[:, 1].max(initial=-1))) + 1,
         candidates[:, [0, 1, 4]],
         values[kind == "relation"][:, [0, 2, 4]],
-        values[kind == "compatibility"][:, :4],
+        values[kind == "compatibility"][:, : 5 if (values[kind == "compatibility"][:, 4] >= 0).all() else 4],
         injective=bool(units[:1, 3].any()),
     )
     known = table.filter(pa.compute.equal(table["kind"], "unit"))["label"].null_count == 0
@@ -191,8 +195,12 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=Path(__file__).parent / "data")
     parser.add_argument("--truth", type=int, default=0)
     parser.add_argument("--modes", action="store_true")
+    parser.add_argument("--displaced", nargs="*", metavar="PAIR")
     args = parser.parse_args()
     began = time.perf_counter()
+    if args.displaced is not None:
+        print(displaced(Path(os.environ["RELMODEL_TEST_DATA"]), tuple(args.displaced) or PAIRS))
+        return
     cases = [read_problem(path) for path in sorted(args.data.glob("matching_*.parquet"))]
     cases += generated(args.kinds, args.units, args.seeds)
     if args.truth:

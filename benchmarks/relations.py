@@ -11,8 +11,8 @@ Repeat: of the relations between two units of the left picture that both have a 
 have too, whatever the values; `within reach` counts only those that a unit calls upon (`Tolerance.reach`).  Degree:
 relations so found again, median over the left arcs with a partner.  Agree: the share found again within the tolerances
 of `vision.relations.tolerances`, between true partners and where the first unit is given a wrong one: another unit of
-its kind within 60 px of the right one, if an arc within 30 degrees of its direction.  The weight is that of these two
-shares: 4 times the logarithm of the ratio of their odds, a nat being 4.
+its kind within 60 px of the right one, if an arc within 30 degrees of its direction.  What it tells, in nats, is the
+logarithm of the ratio of the odds of these two shares.
 
 Chosen on the pairs CHOOSING (`--choose` prints the tolerances that tell most there, as the divergence of Kullback
 and Leibler between the two shares, in nats), reported on the others.
@@ -38,7 +38,7 @@ from vision.cameras.cameras import Camera
 from vision.extraction.arcs import Arcs
 from vision.extraction.extract import Extraction, extract
 from vision.relations.relations import KINDS, Relations
-from vision.relations.tolerances import TOLERANCES, Tolerance
+from vision.relations.tolerances import AGREE, TOLERANCES, Tolerance
 
 CHOOSING = (("A", 0), ("A", 2), ("A", 5), ("A", 7), ("B", 0), ("C", 0), ("C", 3))
 REPORTED = (("A", 1), ("A", 3), ("A", 4), ("A", 6), ("B", 1), ("C", 1), ("C", 2))
@@ -70,9 +70,9 @@ class Carried:
     angle_off: Floats
 
     def agree(self, tolerance: Tolerance) -> Bools:
-        """Whether the labels have the relation, its values within the tolerance."""
-        allowed = tolerance.distance + tolerance.distance_share * np.abs(self.distance)
-        return np.asarray((self.distance_off <= allowed) & (self.angle_off <= tolerance.angle))
+        """Whether the labels have the relation, its values within AGREE standard deviations."""
+        sigma = tolerance.distance + tolerance.distance_share * np.abs(self.distance)
+        return np.asarray((self.distance_off <= AGREE * sigma) & (self.angle_off <= AGREE * tolerance.angle))
 
     def take(self, kept: Bools) -> "Carried":
         """The relations that the mask selects."""
@@ -224,10 +224,10 @@ def tell(true: float, false: float) -> float:
     return float(p * np.log(p / q) + (1 - p) * np.log((1 - p) / (1 - q)))
 
 
-def weigh(true: float, false: float) -> int:
-    """Four times the logarithm of the ratio of the odds."""
+def weigh(true: float, false: float) -> float:
+    """The logarithm of the ratio of the odds."""
     p, q = np.clip([true, false], 0.005, 0.995)
-    return round(4 * float(np.log(p / (1 - p)) - np.log(q / (1 - q))))
+    return float(np.log(p / (1 - p)) - np.log(q / (1 - q)))
 
 
 def _concatenate(parts: list[Carried]) -> Carried:
@@ -251,10 +251,10 @@ def report(data: Path, which: tuple[tuple[str, int], ...]) -> None:
         off = [np.nanquantile(values, (0.5, 0.9)) for values in (called.distance_off, called.angle_off)]
         name = kind if of_arcs is None else kind + (" (arcs)" if of_arcs else " (regions)")
         rows.append(
-            [name, len(known.unit), *again, *off[0], *off[1], right, error, weigh(right, error), tolerance.weight]
+            [name, len(known.unit), *again, *off[0], *off[1], right, error, weigh(right, error), tolerance.nats]
         )
     headers = ["kind", "of partners", "repeat", "in reach", "distance off", ".9", "angle off", ".9"]
-    headers += ["true agree", "wrong agree", "weight", "used"]
+    headers += ["true agree", "wrong agree", "nats", "used"]
     print(tabulate(rows, headers=headers, floatfmt=("", ".0f", *[".2f"] * 2, *[".1f"] * 2, *[".2f"] * 4)), "\n")
 
     reach = np.array([TOLERANCES[kind].reach for kind in KINDS])
@@ -287,14 +287,17 @@ def choose(data: Path) -> None:
         own, other = (part.take((part.kind == code) & (np.abs(part.distance) <= reach)) for part in (true, false))
         told = []
         for d, share, angle in product(
-            (2.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 40.0), (0.0, 0.1, 0.2, 0.3, 0.5), (0.1, 0.15, 0.2, 0.3, 0.4, 0.6)
+            (1.5, 3.0, 4.5, 6.0, 9.0, 12.0, 18.0, 30.0),
+            (0.0, 0.075, 0.15, 0.225, 0.375),
+            (0.075, 0.1125, 0.15, 0.225, 0.3, 0.45),
         ):
-            tried = Tolerance(d, share, angle, reach, 1)
+            tried = Tolerance(d, share, angle, reach, 1.0)
             shares = float(np.mean(own.agree(tried))), float(np.mean(other.agree(tried)))
             told.append((tell(*shares), d, share, angle, *shares, weigh(*shares)))
         rows += [[kind, *row] for row in sorted(told, reverse=True)[:3]]
     print(
-        tabulate(rows, headers=["kind", "nats", "px", "share", "rad", "true", "wrong", "weight"], floatfmt=".3g"), "\n"
+        tabulate(rows, headers=["kind", "nats", "px", "share", "rad", "true", "wrong", "log odds"], floatfmt=".3g"),
+        "\n",
     )
 
 

@@ -85,7 +85,7 @@ class Models:
             with Store.open(path) if path.exists() else Store.create(path) as store:
                 with store.read() as connection:
                     worlds = store.columns(connection, "world/current")
-                if not len(worlds["id"]):
+                if not len(worlds["world_id"]):
                     load(store, file, name="object", unit=unit)
                     world = {"world": "cell", "objects": [{"object": "object", "world_from_object": placed.tolist()}]}
                     (self.folder / f"{name}.yaml").write_text(yaml.safe_dump(world))

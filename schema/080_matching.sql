@@ -45,6 +45,9 @@ CREATE TABLE problem (  -- One matching problem of a run: units to be given labe
     labels_id BIGINT NOT NULL,  -- labels that they get
     parameters JSON NOT NULL,  -- parameters of the method, defaults included
     injective BOOLEAN NOT NULL,  -- whether no label may be taken twice
+    nat_cost DOUBLE PRECISION NOT NULL,  -- what a nat of a relation costs, in the integers of the costs
+    relation_weight INTEGER,  -- what all relations of a unit weigh together, about, as they repeat much the same information; null where each weighs
+        -- what its kinds do
     dual_scale INTEGER,  -- duals are costs times this, and costs are integers, so bounds are rounded up; null where costs are real and duals as they
         -- are
     status TEXT NOT NULL,  -- optimal (the stored proof meets the cost), bounded or stopped
@@ -62,23 +65,27 @@ CREATE TABLE candidate (  -- Pairs of unit and label that passed the gate, with 
     unit_no INTEGER NOT NULL,  -- the unit
     label_no INTEGER NOT NULL,  -- the label
     cost DOUBLE PRECISION NOT NULL,  -- unary cost of the pair
+    across DOUBLE PRECISION,  -- how far the unit lies off the label, in the mean, to the left of it, px; null of regions and in stereo
+    across_sigma DOUBLE PRECISION,  -- standard deviation of that, the pose known, px
+    shift_1 DOUBLE PRECISION, shift_2 DOUBLE PRECISION, shift_3 DOUBLE PRECISION,  -- how a standard deviation of the pose along the first axes of its covariance moves the label to its left, px
+    shift_4 DOUBLE PRECISION, shift_5 DOUBLE PRECISION, shift_6 DOUBLE PRECISION,  -- the same along its other axes, px
     PRIMARY KEY (run_id, problem_no, unit_no, label_no)
 );
 
-CREATE TABLE problem_tolerance (  -- How far a relation of labels may differ from that of the units which it confirms, and what a relation weighs.
+CREATE TABLE problem_tolerance (  -- How relations of labels differ from those of the units which they confirm, and what a relation tells.
     run_id BIGINT NOT NULL,  -- the run
     problem_no INTEGER NOT NULL,  -- the problem
     kind TEXT NOT NULL,  -- kind of relation, as in unit_relation; kinds that are not listed count for nothing
-    distance DOUBLE PRECISION NOT NULL,  -- greatest difference of the distances, px, besides the share
-    distance_share DOUBLE PRECISION NOT NULL,  -- greatest difference of the distances as a share of that of the units, added to it
-    angle DOUBLE PRECISION NOT NULL,  -- greatest difference of the angles, rad
+    distance DOUBLE PRECISION NOT NULL,  -- standard deviation of the difference of the distances, besides their own and the share, px
+    distance_share DOUBLE PRECISION NOT NULL,  -- the same as a share of the distance of the units, added to it
+    angle DOUBLE PRECISION NOT NULL,  -- standard deviation of the difference of the angles, besides their own, rad
     reach DOUBLE PRECISION NOT NULL,  -- greatest distance at which a relation of units asks to be confirmed, px; relations of labels confirm at any
-    weight INTEGER NOT NULL,  -- what a relation of the kind costs where it is not confirmed
+    nats DOUBLE PRECISION NOT NULL,  -- what a relation tells that agrees fully; so much less likely than that, it confirms nothing
     PRIMARY KEY (run_id, problem_no, kind)
 );
 
 -- Without keys, as the compatibilities and duals: many rows, and queries/check finds what is there twice.
-CREATE TABLE problem_relation (  -- Neighbours of a unit in a problem, and what it costs when one does not confirm its label.
+CREATE TABLE problem_relation (  -- Neighbours of a unit in a problem, and what it costs when one confirms nothing of its label.
     run_id BIGINT NOT NULL,  -- the run
     problem_no INTEGER NOT NULL,  -- the problem
     unit_no INTEGER NOT NULL,  -- the unit that pays
@@ -94,8 +101,119 @@ CREATE TABLE compatibility (  -- Pairs of candidates that confirm each other, st
     label_a INTEGER NOT NULL,  -- its label
     unit_b INTEGER NOT NULL,  -- the other unit
     label_b INTEGER NOT NULL,  -- its label
-    CHECK (unit_a < unit_b)
+    saves INTEGER NOT NULL,  -- what each of the two units saves of its relation to the other, at most its weight
+    CHECK (unit_a < unit_b AND saves >= 0)
 );
+
+CREATE VIEW due_relation (  -- The relations that a problem has by its candidates, the relations of its units and its tolerances.
+    run_id,  -- the run
+    problem_no,  -- the problem
+    unit_no,  -- the unit that pays
+    neighbour_no,  -- the unit whose label confirms or does not
+    weight  -- what the unit pays, if it has a label, where that confirms nothing
+) AS
+WITH gated AS (
+    SELECT run_id, problem_no, unit_no, max(across) IS NOT NULL AS is_placed
+    FROM candidate GROUP BY run_id, problem_no, unit_no
+),
+related AS (
+    SELECT p.run_id, p.problem_no, p.relation_weight, r.unit_a, r.unit_b,
+        sum(CAST(greatest(1, floor(t.nats * p.nat_cost + 0.5)) AS INTEGER)) AS weight
+    FROM problem AS p
+    JOIN unit_relation AS r ON r.unit_set_id = p.units_id
+    JOIN problem_tolerance AS t ON t.run_id = p.run_id AND t.problem_no = p.problem_no AND t.kind = r.kind
+        AND abs(r.distance) <= t.reach
+    JOIN gated AS a ON a.run_id = p.run_id AND a.problem_no = p.problem_no AND a.unit_no = r.unit_a
+    JOIN gated AS b ON b.run_id = p.run_id AND b.problem_no = p.problem_no AND b.unit_no = r.unit_b
+    WHERE b.is_placed OR NOT a.is_placed  -- arcs are told by each other's places, regions by all
+    GROUP BY p.run_id, p.problem_no, p.relation_weight, r.unit_a, r.unit_b
+),
+whole AS (
+    SELECT run_id, problem_no, unit_a, sum(weight) AS weight FROM related GROUP BY run_id, problem_no, unit_a
+)
+SELECT r.run_id, r.problem_no, r.unit_a AS unit_no, r.unit_b AS neighbour_no,
+    -- of a unit that all of it is to weigh the same: the mean of the shares that the pair has in both
+    CAST(CASE WHEN r.relation_weight IS NULL THEN r.weight
+        ELSE greatest(1, floor(0.5 + 0.5 * r.relation_weight
+            * (CAST(r.weight AS DOUBLE PRECISION) / a.weight
+                + CAST(r.weight AS DOUBLE PRECISION) / coalesce(b.weight, r.weight)))) END AS INTEGER) AS weight
+FROM related AS r
+JOIN whole AS a ON a.run_id = r.run_id AND a.problem_no = r.problem_no AND a.unit_a = r.unit_a
+LEFT JOIN whole AS b ON b.run_id = r.run_id AND b.problem_no = r.problem_no AND b.unit_a = r.unit_b;
+
+CREATE VIEW due_compatibility (  -- The pairs of candidates that confirm each other by the relations of units and labels, and what they save.
+    run_id,  -- the run
+    problem_no,  -- the problem
+    unit_a,  -- the unit of lower number
+    label_a,  -- its label
+    unit_b,  -- the other unit
+    label_b,  -- its label
+    saves  -- what each of the two units saves of its relation to the other
+) AS
+WITH place AS (
+    SELECT run_id, problem_no, unit_no, label_no, across, shift_1, shift_2, shift_3, shift_4, shift_5, shift_6,
+        sqrt(across_sigma * across_sigma + shift_1 * shift_1 + shift_2 * shift_2 + shift_3 * shift_3 + shift_4 * shift_4
+            + shift_5 * shift_5 + shift_6 * shift_6) AS spread
+    FROM candidate
+),
+compared AS (
+    SELECT p.run_id, p.problem_no, p.injective, r.unit_a, a.label_no AS label_a, r.unit_b, b.label_no AS label_b, t.nats,
+        CAST(greatest(1, floor(t.nats * p.nat_cost + 0.5)) AS INTEGER) AS weight,
+        a.across / a.spread AS off_a, b.across / b.spread AS off_b,
+        (a.shift_1 * b.shift_1 + a.shift_2 * b.shift_2 + a.shift_3 * b.shift_3 + a.shift_4 * b.shift_4
+            + a.shift_5 * b.shift_5 + a.shift_6 * b.shift_6) / (a.spread * b.spread) AS correlation,
+        CAST(r.distance AS DOUBLE PRECISION) - CAST(s.distance AS DOUBLE PRECISION) AS longer,
+        t.distance + t.distance_share * abs(CAST(r.distance AS DOUBLE PRECISION)) AS cut,
+        CAST(r.distance_sigma AS DOUBLE PRECISION) AS sigma_r, CAST(s.distance_sigma AS DOUBLE PRECISION) AS sigma_s,
+        -- angles are those of a full turn: 3.1 and -3.1 differ by .08
+        CAST(r.angle AS DOUBLE PRECISION) - CAST(s.angle AS DOUBLE PRECISION)
+            - 2 * pi() * round((CAST(r.angle AS DOUBLE PRECISION) - CAST(s.angle AS DOUBLE PRECISION))
+                / (2 * pi())) AS turned,
+        t.angle AS loose,
+        CAST(r.angle_sigma AS DOUBLE PRECISION) AS turn_r, CAST(s.angle_sigma AS DOUBLE PRECISION) AS turn_s
+    FROM problem AS p
+    JOIN unit_relation AS r ON r.unit_set_id = p.units_id AND (r.unit_a < r.unit_b OR r.kind = 'surrounds')
+    JOIN problem_tolerance AS t ON t.run_id = p.run_id AND t.problem_no = p.problem_no AND t.kind = r.kind
+        AND abs(r.distance) <= t.reach
+    JOIN place AS a ON a.run_id = p.run_id AND a.problem_no = p.problem_no AND a.unit_no = r.unit_a
+    JOIN place AS b ON b.run_id = p.run_id AND b.problem_no = p.problem_no AND b.unit_no = r.unit_b
+    LEFT JOIN unit_relation AS s ON s.unit_set_id = p.labels_id AND s.kind = r.kind
+        AND s.unit_a = a.label_no AND s.unit_b = b.label_no
+),
+agreed AS (
+    SELECT run_id, problem_no,
+        least(unit_a, unit_b) AS unit_a, CASE WHEN unit_a < unit_b THEN label_a ELSE label_b END AS label_a,
+        greatest(unit_a, unit_b) AS unit_b, CASE WHEN unit_a < unit_b THEN label_b ELSE label_a END AS label_b, weight,
+        nats, CASE
+            WHEN injective AND label_a = label_b THEN nats
+            -- How far two arcs are off follows from the pose; that they are off alike is likely, by its covariance, or not.
+            WHEN correlation IS NOT NULL
+                THEN 0.25 * (off_a - CASE WHEN correlation < 0 THEN -off_b ELSE off_b END)
+                    * (off_a - CASE WHEN correlation < 0 THEN -off_b ELSE off_b END) * (1 / (1 - abs(correlation)) - 1)
+            WHEN label_a = label_b THEN 0  -- pieces of one thing
+            WHEN longer IS NULL THEN nats
+            ELSE 0.5 * (longer * longer / (cut * cut + sigma_r * sigma_r + sigma_s * sigma_s)
+                + turned * turned / (loose * loose + turn_r * turn_r + turn_s * turn_s))
+        END AS less_likely
+    FROM compared
+),
+shared AS (  -- whole thousandths, the same in any order
+    SELECT run_id, problem_no, unit_a, label_a, unit_b, label_b,
+        CAST(sum(weight * CAST(floor(0.5 + 1000 * greatest(0, 1 - less_likely / nats)) AS INTEGER)) AS DOUBLE PRECISION)
+            / (1000 * sum(weight)) AS share
+    FROM agreed
+    GROUP BY run_id, problem_no, unit_a, label_a, unit_b, label_b
+),
+saving AS (
+    SELECT c.run_id, c.problem_no, c.unit_a, c.label_a, c.unit_b, c.label_b,
+        CAST(floor(0.5 + c.share * greatest(coalesce(r.weight, 0), coalesce(i.weight, 0))) AS INTEGER) AS saves
+    FROM shared AS c
+    LEFT JOIN problem_relation AS r ON r.run_id = c.run_id AND r.problem_no = c.problem_no
+        AND r.unit_no = c.unit_a AND r.neighbour_no = c.unit_b
+    LEFT JOIN problem_relation AS i ON i.run_id = c.run_id AND i.problem_no = c.problem_no
+        AND i.unit_no = c.unit_b AND i.neighbour_no = c.unit_a
+)
+SELECT run_id, problem_no, unit_a, label_a, unit_b, label_b, saves FROM saving WHERE saves > 0;
 
 CREATE TABLE vote (  -- Votes of epipolar rows for pairs of arcs in stereo.
     run_id BIGINT NOT NULL,  -- the run
@@ -208,8 +326,10 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('problem', 'matching', 'primary'),
     ('candidate', 'matching', 'primary'),
     ('problem_tolerance', 'matching', 'primary'),
-    ('problem_relation', 'matching', 'primary'),
+    ('problem_relation', 'matching', 'redundant'),
     ('compatibility', 'matching', 'redundant'),
+    ('due_relation', 'matching', 'view'),
+    ('due_compatibility', 'matching', 'view'),
     ('vote', 'matching', 'primary'),
     ('assignment', 'matching', 'primary'),
     ('search_node', 'matching', 'primary'),

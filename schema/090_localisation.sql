@@ -136,6 +136,7 @@ CREATE TABLE correspondence (  -- Pairs of visible model arc and image arc, acce
     residual DOUBLE PRECISION NOT NULL,  -- rms distance of the image arc from the projected model arc, px
     gate DOUBLE PRECISION NOT NULL,  -- greatest residual that passes at the uncertainty of pose and arc, px
     angle DOUBLE PRECISION NOT NULL,  -- mean angle between them, rad
+    angle_gate DOUBLE PRECISION NOT NULL,  -- greatest such angle that passes: of a small circle, what the pose may turn it by, rad
     overlap DOUBLE PRECISION NOT NULL,  -- share of the image arc that lies along the model arc, 0 to 1
     first_point INTEGER NOT NULL,  -- first point_no of the view that it lies along
     last_point INTEGER NOT NULL,  -- last point_no of the view that it lies along

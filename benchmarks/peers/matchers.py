@@ -133,18 +133,10 @@ def _affinities(problem: MatchingProblem) -> Floats:
     matrix = np.zeros((problem.units * problem.labels,) * 2)
     matrix[at, at] = np.maximum(problem.null_cost[problem.candidate_unit] - problem.candidate_cost, 0)
     i, j = problem.compatibility.T
-    gain = _gains(problem)
+    gain = problem.savings.sum(axis=1)
     matrix[at[i], at[j]] = gain
     matrix[at[j], at[i]] = gain
     return matrix
-
-
-def _gains(problem: MatchingProblem) -> Floats:
-    """(pairs,): what each compatible pair saves."""
-    weight = np.zeros((problem.units, problem.units))
-    weight[problem.neighbour_unit, problem.neighbour_other] = problem.neighbour_weight
-    i, j = problem.candidate_unit[problem.compatibility].T
-    return np.asarray(weight[i, j] + weight[j, i])
 
 
 def _fusion_moves(problem: MatchingProblem, _: float) -> Answer:
@@ -158,7 +150,7 @@ def _fusion_moves(problem: MatchingProblem, _: float) -> Answer:
     base = problem.candidate_cost + problem.weight_out[unit] - problem.null_cost[unit]
     for u, x, cost in zip(unit.tolist(), problem.candidate_label.tolist(), base.tolist(), strict=True):
         model.add_assignment(u, x, float(cost))
-    for (i, j), gain in zip(problem.compatibility.tolist(), _gains(problem).tolist(), strict=True):
+    for (i, j), gain in zip(problem.compatibility.tolist(), problem.savings.sum(axis=1).tolist(), strict=True):
         model.add_edge(i, j, -gain)
     solution: Any = pylibmgm.solver.solve_gm(model)
     label = np.array([NONE if v is None else v for v in solution.to_list_with_none()], np.int64)

@@ -102,7 +102,8 @@ leaf AS MATERIALIZED (
 ),
 pair AS MATERIALIZED (
     SELECT c.run_id, c.problem_no, c.unit_a, c.label_a, c.unit_b, c.label_b,
-        coalesce(p.dual_scale, 1) * (coalesce(r.weight, 0) + coalesce(i.weight, 0)) AS saves
+        coalesce(p.dual_scale, 1)
+            * (least(c.saves, coalesce(r.weight, 0)) + least(c.saves, coalesce(i.weight, 0))) AS saves
     FROM compatibility AS c
     JOIN problem AS p ON p.run_id = c.run_id AND p.problem_no = c.problem_no
     LEFT JOIN problem_relation AS r ON r.run_id = c.run_id AND r.problem_no = c.problem_no

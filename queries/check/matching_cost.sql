@@ -1,9 +1,9 @@
 -- Matching problems whose assignment is none, or does not cost what is stored.
 -- Takes nothing; gives run_id, problem_no, what does not follow, and how many rows say so.
--- A unit with a label pays the cost of the candidate and the weight of each of its relations that the neighbour's label
--- does not confirm; one without pays its null cost.  Costs may be real: they agree to six digits.
+-- A unit with a label pays the cost of the candidate and of each of its relations the weight less what the neighbour's
+-- label saves; one without pays its null cost.  Costs may be real: they agree to six digits.
 WITH confirmed AS MATERIALIZED (
-    SELECT r.run_id, r.problem_no, r.unit_no, r.neighbour_no
+    SELECT r.run_id, r.problem_no, r.unit_no, r.neighbour_no, c.saves
     FROM problem_relation AS r
     JOIN assignment AS a ON a.run_id = r.run_id AND a.problem_no = r.problem_no AND a.unit_no = r.unit_no
     JOIN assignment AS b ON b.run_id = r.run_id AND b.problem_no = r.problem_no AND b.unit_no = r.neighbour_no
@@ -13,12 +13,12 @@ WITH confirmed AS MATERIALIZED (
         AND c.label_b = CASE WHEN r.unit_no < r.neighbour_no THEN b.label_no ELSE a.label_no END
 ),
 error AS MATERIALIZED (
-    SELECT r.run_id, r.problem_no, r.unit_no, r.neighbour_no, r.weight
+    SELECT r.run_id, r.problem_no, r.unit_no, r.weight - least(r.weight, coalesce(c.saves, 0)) AS weight
     FROM problem_relation AS r
     JOIN assignment AS a ON a.run_id = r.run_id AND a.problem_no = r.problem_no AND a.unit_no = r.unit_no
     LEFT JOIN confirmed AS c ON c.run_id = r.run_id AND c.problem_no = r.problem_no
         AND c.unit_no = r.unit_no AND c.neighbour_no = r.neighbour_no
-    WHERE a.label_no IS NOT NULL AND c.unit_no IS NULL
+    WHERE a.label_no IS NOT NULL
 ),
 error_sum AS MATERIALIZED (
     SELECT run_id, problem_no, unit_no, sum(weight) AS weight FROM error GROUP BY run_id, problem_no, unit_no

@@ -1,7 +1,7 @@
 -- Image arcs beside arcs of a view: each element of an image arc with the nearest point of each arc of the view.
 -- Takes extraction_id, run_id, view_no, reach (px between an element and a point) and max_along (px of it along the arc);
 -- gives image_arc_no, view_arc_no, elements (how many lie beside), of_elements (how many the image arc has), residual
--- (rms distance across, px), angle (mean, rad), sigma (mean of the points, px), first_point and last_point (of the view
+-- (rms distance across, px), across (its mean, to the left of the view arc), angle (mean, rad), sigma (mean of the points, px), first_point and last_point (of the view
 -- arc, the stretch that is covered).
 WITH element AS (
     SELECT
@@ -49,6 +49,7 @@ size AS (
 SELECT
     c.image_arc_no, c.view_arc_no, count(*) AS elements, max(s.elements) AS of_elements,
     sqrt(sum(CAST(round(c.across * c.across * 1e6) AS BIGINT)) / 1e6 / count(*)) AS residual,
+    sum(CAST(round(c.across * 1e6) AS BIGINT)) / 1e6 / count(*) AS across,
     sum(CAST(round(asin(least(c.sine, 1.0)) * 1e6) AS BIGINT)) / 1e6 / count(*) AS angle,
     sum(CAST(round(c.sigma * 1e6) AS BIGINT)) / 1e6 / count(*) AS sigma,
     min(c.point_no) AS first_point, max(c.point_no) AS last_point

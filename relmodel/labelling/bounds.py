@@ -32,6 +32,7 @@ from relmodel.labelling.tables import SearchTables
 SCALE = 1000
 
 _HOTTEST, _COLDEST = 0.3, 0.01  # temperatures, of the mean gain
+_STEEPEST = 300.0  # greatest gain over a temperature: beyond, its exponential is no number
 
 
 @dataclass
@@ -73,7 +74,7 @@ class Bounds:
         self.tables = tables
         problem = self.problem = tables.problem
         self.null_cost = problem.null_cost * SCALE
-        self._gain = tables.slot_gain * SCALE
+        self._most_gain, self._gain = tables.slot_gain * SCALE, tables.pair_gain * SCALE
         contested = np.diff(tables.label_first) > 1
         kept = (contested[problem.candidate_label] & problem.injective).astype(np.int64)
         self._parts = np.maximum(np.maximum(tables.before, tables.after) + kept, 1)
@@ -81,9 +82,9 @@ class Bounds:
         self._work = [np.zeros(problem.labels, np.int64) for _ in range(4)]
 
     def start(self) -> Duals:
-        """Every gain halved between its ends, every state allowed."""
+        """Every gain halved between its ends, or more, every state allowed."""
         problem, tables = self.problem, self.tables
-        message = self._gain // 2
+        message = (self._most_gain + 1) // 2
         reduced = tables.base * SCALE
         np.subtract.at(reduced, tables.slot_candidate, message)
         duals = Duals(
@@ -105,7 +106,7 @@ class Bounds:
         for _ in range(sweeps):
             for backward in (False, True):
                 k.sweep(
-                    first, t.slot_first, t.slot_other, self._gain, t.pair_first, t.pair_slot,
+                    first, t.slot_first, t.slot_other, self._most_gain, t.pair_first, t.pair_slot, self._gain,
                     duals.live, self.null_cost, self._parts, duals.message, duals.reduced, backward,
                 )  # fmt: skip
                 if p.injective:
@@ -123,6 +124,7 @@ class Bounds:
         live = duals.live
         message = np.where(live[t.slot_candidate], duals.message, 0).astype(float)
         price, gain, null_cost = duals.label_dual.astype(float), self._gain.astype(float), self.null_cost.astype(float)
+        most = float(gain.max(initial=0.0))
         reduced = duals.reduced.astype(float)
         total, bid, bidder = np.zeros(p.units), np.zeros(p.candidates), np.zeros(p.candidates, np.int64)
         alive, live_null = live[: p.candidates], live[p.candidates :].astype(float)
@@ -131,7 +133,8 @@ class Bounds:
         to_come = t.half_twin < np.arange(len(t.half_twin))  # after a backward sweep
         given = np.zeros(p.candidates)
         typical = float(np.mean(gain)) if len(gain) else 1.0
-        for temperature in typical * np.geomspace(_HOTTEST, _COLDEST, steps):
+        coldest = max(_COLDEST, most / (_STEEPEST * typical))
+        for temperature in typical * np.geomspace(max(_HOTTEST, coldest), coldest, steps):
             # Weights of the messages as they are, at the new temperature; states without a slot count as well.
             weight = np.where(slot_alive, np.exp(-message / temperature), 0.0)
             factor = np.where(alive, np.exp(-given / temperature), 0.0)
@@ -145,7 +148,7 @@ class Bounds:
             half_weight = np.maximum(half_weight, 1e-300) + np.bincount(t.slot_half, weight, minlength=len(half_unit))
             for backward in (False, True):
                 soft_kernels.soft_sweep(
-                    first, t.slot_first, t.slot_other, gain, t.slot_half, t.pair_first, t.pair_slot, t.half_first,
+                    first, t.slot_first, t.slot_other, t.slot_half, t.pair_first, t.pair_slot, gain, t.half_first,
                     t.half_twin, live, null_cost, message, weight, half_weight, reduced, given, temperature, backward,
                 )  # fmt: skip
                 if p.injective:
@@ -153,7 +156,7 @@ class Bounds:
                         first, p.candidate_unit, t.label_first, t.label_candidate, live, null_cost, price, reduced,
                         total, bid, bidder, temperature,
                     )  # fmt: skip
-        duals.message = np.clip(np.rint(message), 0, self._gain).astype(np.int64)
+        duals.message = np.clip(np.rint(message), 0, self._most_gain).astype(np.int64)
         duals.label_dual = np.rint(price).astype(np.int64)
         duals.reduced = t.base * SCALE - duals.label_dual[p.candidate_label]
         np.subtract.at(duals.reduced, t.slot_candidate, duals.message)

@@ -1,4 +1,4 @@
-"""What a labelling costs, and which relations it leaves unconfirmed."""
+"""What a labelling costs."""
 
 from __future__ import annotations
 
@@ -13,14 +13,11 @@ from relmodel.labelling.problem import NONE, MatchingProblem
 
 @dataclass(frozen=True)
 class LabellingCost:
-    """unit_cost (units,): what each unit pays for its label and its unconfirmed relations, or for having none; total:
-    their sum; error_unit, error_neighbour (errors,): relations (u, v) of units that have a label, which v does not
-    confirm."""
+    """unit_cost (units,): what each unit pays for its label and what is not confirmed of its relations, or for having
+    none; total: their sum."""
 
     unit_cost: Ints
     total: int
-    error_unit: Ints
-    error_neighbour: Ints
 
 
 def labelling_cost(problem: MatchingProblem, label: npt.ArrayLike) -> LabellingCost:
@@ -29,12 +26,8 @@ def labelling_cost(problem: MatchingProblem, label: npt.ArrayLike) -> LabellingC
     has = chosen != NONE
     taken = np.zeros(problem.candidates + 1, bool)  # the last stands for none, and is not taken
     taken[chosen[has]] = True
-    confirmed = problem.compatibility[taken[problem.compatibility].all(axis=1)]
-    unit = problem.candidate_unit[confirmed]
-    key = np.concatenate([unit[:, 0] * problem.units + unit[:, 1], unit[:, 1] * problem.units + unit[:, 0]])
-    relation = problem.neighbour_unit * problem.units + problem.neighbour_other
-    wrong = has[problem.neighbour_unit] & ~np.isin(relation, key)
+    confirmed = taken[problem.compatibility].all(axis=1)
     cost = problem.null_cost.copy()
-    cost[has] = problem.candidate_cost[chosen[has]]
-    np.add.at(cost, problem.neighbour_unit[wrong], problem.neighbour_weight[wrong])
-    return LabellingCost(cost, int(cost.sum()), problem.neighbour_unit[wrong], problem.neighbour_other[wrong])
+    cost[has] = problem.candidate_cost[chosen[has]] + problem.weight_out[has]
+    np.subtract.at(cost, problem.candidate_unit[problem.compatibility[confirmed]], problem.savings[confirmed])
+    return LabellingCost(cost, int(cost.sum()))

@@ -12,7 +12,10 @@ from relmodel.compiled import helper, kernel
 FAR = 1 << 50  # beyond any sum of scaled costs
 
 
-@kernel("void(i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], b1[::1], i8[::1], i8[::1], i8[::1], i8[::1], b1)")
+@kernel(
+    "void(i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], b1[::1], i8[::1], i8[::1], i8[::1], i8[::1], "
+    "b1)"
+)
 def sweep(
     first: Ints,
     slot_first: Ints,
@@ -20,6 +23,7 @@ def sweep(
     slot_gain: Ints,
     pair_first: Ints,
     pair_slot: Ints,
+    pair_gain: Ints,
     live: Bools,
     null_cost: Ints,
     parts: Ints,
@@ -39,7 +43,7 @@ def sweep(
             for s in range(slot_first[c], slot_first[c + 1]):
                 need = 0
                 for k in range(pair_first[s], pair_first[s + 1]):
-                    need = max(need, slot_gain[s] - message[pair_slot[k]])
+                    need = max(need, pair_gain[k] - message[pair_slot[k]])
                 reduced[c] += message[s] - need
                 message[s] = need
             least = min(least, reduced[c])

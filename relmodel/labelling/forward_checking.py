@@ -68,8 +68,8 @@ class _Search:
         after = error + np.concatenate([(mine + self.out[:, u])[p.candidate_unit], mine])
         if state < p.candidates:
             for slot in range(t.slot_first[state], t.slot_first[state + 1]):
-                partners = t.slot_candidate[t.pair_slot[t.pair_first[slot] : t.pair_first[slot + 1]]]
-                after[partners] -= t.slot_gain[slot]
+                pairs = slice(t.pair_first[slot], t.pair_first[slot + 1])
+                after[t.slot_candidate[t.pair_slot[pairs]]] -= t.pair_gain[pairs]
             if p.injective:
                 label = p.candidate_label[state]
                 after[t.label_candidate[t.label_first[label] : t.label_first[label + 1]]] = DEAD

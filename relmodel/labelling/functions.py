@@ -3,7 +3,7 @@
 A function of F(u, l) gives u the label l and each neighbour one that confirms it.  The functions constrain only pairs
 (u, v), so the least error of F(u, l) under what is still allowed is
 
-    error(u, l) = cost(u, l) + sum of w(u, v) over the neighbours v none of whose allowed labels confirms l,
+    error(u, l) = cost(u, l) + sum over the neighbours v of w(u, v) less the most that any of its allowed labels saves,
 
 and functions need not be listed.  Every unit, decided or not, pays at least its least error, so their sum bounds the
 cost.  The search takes the best function of one unit at once, and the rest by Lawler's partition: child 0 takes all of
@@ -40,18 +40,16 @@ class _Search:
         p = self.problem = problem
         self.best = DepthFirst(problem, limit, nodes, seconds)
         self.unit = np.concatenate([p.candidate_unit, np.arange(p.units)])
-        # Each compatibility seen from either end, by candidate and the other's unit: its relation, where there is one.
+        # Each compatibility seen from either end, by candidate and the other's unit: what it saves of its relation.
         pair = np.concatenate([p.compatibility, p.compatibility[:, ::-1]])
-        relation = p.neighbour_unit * p.units + p.neighbour_other
-        wanted = p.candidate_unit[pair[:, 0]] * p.units + p.candidate_unit[pair[:, 1]]
-        there = np.isin(wanted, relation)
-        pair, wanted = pair[there], wanted[there]
-        order = np.lexsort((pair[:, 1], wanted % max(p.units, 1), pair[:, 0]))
-        pair, wanted = pair[order], wanted[order]
-        key, self.start = np.unique(pair[:, 0] * p.units + wanted % max(p.units, 1), return_index=True)
+        saves = p.savings.T.ravel()
+        pair, saves = pair[saves > 0], saves[saves > 0]
+        wanted = p.candidate_unit[pair[:, 1]]
+        order = np.lexsort((pair[:, 1], wanted, pair[:, 0]))
+        pair, wanted, self.saves = pair[order], wanted[order], saves[order]
+        key, self.start = np.unique(pair[:, 0] * p.units + wanted, return_index=True)
         self.partner = pair[:, 1]
         self.slot_candidate, self.slot_other = np.divmod(key, max(p.units, 1))
-        self.slot_weight = p.neighbour_weight[np.searchsorted(relation, wanted[self.start])]
         self.slot_first = np.searchsorted(self.slot_candidate, np.arange(p.candidates + 1))
         self.dearest = p.candidate_cost + p.weight_out[p.candidate_unit]
 
@@ -60,8 +58,8 @@ class _Search:
         p = self.problem
         error = np.concatenate([self.dearest, p.null_cost])
         if len(self.start):
-            confirmable = np.logical_or.reduceat(allowed[self.partner], self.start)
-            np.subtract.at(error, self.slot_candidate[confirmable], self.slot_weight[confirmable])
+            most = np.maximum.reduceat(np.where(allowed[self.partner], self.saves, 0), self.start)
+            np.subtract.at(error, self.slot_candidate, most)
         return np.where(allowed, error, DEAD)
 
     def run(self) -> None:

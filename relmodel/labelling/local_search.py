@@ -32,9 +32,9 @@ class LocalSearch:
         chosen = np.full(p.units, NONE, np.int64)
         saved = np.zeros(p.candidates, np.int64)
         self._kernels.improve(
-            p.first_candidate, p.candidate_label, t.base, t.slot_first, t.slot_candidate, t.slot_gain,
-            t.pair_first, t.pair_slot, p.null_cost, start, chosen, np.full(p.labels, NONE, np.int64), saved,
-            p.injective,
+            p.first_candidate, p.candidate_label, t.base, t.slot_first, t.slot_candidate,
+            t.pair_first, t.pair_slot, t.pair_gain, p.null_cost, start, chosen, np.full(p.labels, NONE, np.int64),
+            saved, p.injective,
         )  # fmt: skip
         # Every confirmed pair is saved by both of its ends, and its gain counts once.
         has = chosen != NONE

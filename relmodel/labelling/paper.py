@@ -1,7 +1,8 @@
 """The printed search with whole functions, as it stands: a heuristic, kept so that its claim can be measured.
 
 A whole function f of F(u, l) gives u the label l and every neighbour that any label of its own can confirm one that
-does.  A table holds an error for each: at first the price of its label and of the neighbours it leaves undefined.  The
+does.  A table holds an error for each: at first the price of its label, of the neighbours it leaves undefined, and what
+the others do not confirm of their relations.  The
 search takes the function of least error among the units that have no label yet, gives its labels to those of its units
 that have none, adds to every other function the number (here: the weight) of units on which the two disagree, and goes
 back where the least errors of the units without label add up to the best that is known.
@@ -35,7 +36,7 @@ MOST_FUNCTIONS = 200_000
 @dataclass(frozen=True)
 class FunctionTable:
     """unit (functions,); label (functions, units): what each function says, -1 where it is undefined; error
-    (functions,): of the label and of undefined neighbours; weight (units, units): of relations, 0 for none."""
+    (functions,): of the label and of what is not confirmed; weight (units, units): of relations, 0 for none."""
 
     unit: Ints
     label: Ints
@@ -55,11 +56,12 @@ def whole_functions(problem: MatchingProblem) -> FunctionTable:
     weight[problem.neighbour_unit, problem.neighbour_other] = problem.neighbour_weight
     related = np.zeros((problem.units, problem.units), bool)
     related[problem.neighbour_unit, problem.neighbour_other] = True
-    confirming: list[dict[int, list[int]]] = [{} for _ in range(problem.candidates)]
-    for pair in np.concatenate([problem.compatibility, problem.compatibility[:, ::-1]]).tolist():
-        other = int(problem.candidate_unit[pair[1]])
-        if related[problem.candidate_unit[pair[0]], other]:
-            confirming[pair[0]].setdefault(other, []).append(int(problem.candidate_label[pair[1]]))
+    confirming: list[dict[int, list[tuple[int, int]]]] = [{} for _ in range(problem.candidates)]
+    both = np.concatenate([problem.compatibility, problem.compatibility[:, ::-1]])
+    for (mine, theirs), saves in zip(both.tolist(), problem.savings.T.ravel().tolist(), strict=True):
+        other = int(problem.candidate_unit[theirs])
+        if related[problem.candidate_unit[mine], other]:
+            confirming[mine].setdefault(other, []).append((int(problem.candidate_label[theirs]), saves))
     count = sum(int(np.prod([len(labels) for labels in c.values()], dtype=float)) for c in confirming)
     if count > MOST_FUNCTIONS:
         raise UsageError(
@@ -69,11 +71,10 @@ def whole_functions(problem: MatchingProblem) -> FunctionTable:
     row = 0
     for c, choices in enumerate(confirming):
         u = int(problem.candidate_unit[c])
-        undefined = problem.weight_out[u] - weight[u, list(choices)].sum()
         for chosen in product(*choices.values()):
             unit[row], label[row, u] = u, problem.candidate_label[c]
-            label[row, list(choices)] = chosen
-            error[row] = problem.candidate_cost[c] + undefined
+            label[row, list(choices)] = [theirs for theirs, _ in chosen]
+            error[row] = problem.candidate_cost[c] + problem.weight_out[u] - sum(saves for _, saves in chosen)
             row += 1
     return FunctionTable(unit, label, error, weight)
 

@@ -4,11 +4,11 @@ A labelling h gives every unit one of its candidate labels or none (-1); where t
 taken twice.  It costs the sum over the units of
 
     null_cost(u)                                                       where h(u) is none,
-    cost(u, h(u)) + sum of w(u, v) over the neighbours v of u          otherwise,
-                    whose label does not confirm h(u)
+    cost(u, h(u)) + sum of w(u, v) - s over the neighbours v of u      otherwise,
 
-A neighbour without a label confirms nothing.  This is the relational distance of Shapiro and Haralick (IEEE PAMI 7,
-1985) with nulls, unary costs and weights.  All costs are integers, so bounds may be rounded up.
+where s is what h(u) and h(v) save by confirming each other, at most w(u, v); labels that do not, and a neighbour
+without a label, save nothing.  This is the relational distance of Shapiro and Haralick (IEEE PAMI 7, 1985) with nulls,
+unary costs, weights, and confirmation by degrees.  All costs are integers, so bounds may be rounded up.
 """
 
 from __future__ import annotations
@@ -33,8 +33,9 @@ class MatchingProblem:
 
     null_cost (units,); labels: their number; candidates, by unit then label: candidate_unit, candidate_label,
     candidate_cost (candidates,); neighbour_unit, neighbour_other, neighbour_weight (neighbours,): ordered pairs (u, v),
-    weight >= 0; compatibility (pairs, 2): numbers of two candidates that confirm each other, the lower first; both
-    relations, (u, v) and (v, u), are confirmed where they exist.  injective: no label twice.
+    weight >= 0; compatibility (pairs, 2): numbers of two candidates that confirm each other, the lower first; saves
+    (pairs,): what that saves of each relation, (u, v) and (v, u), where it exists and weighs so much.  injective: no
+    label twice.
     """
 
     null_cost: Ints
@@ -46,6 +47,7 @@ class MatchingProblem:
     neighbour_other: Ints
     neighbour_weight: Ints
     compatibility: Ints
+    saves: Ints
     injective: bool = True
 
     @property
@@ -65,6 +67,18 @@ class MatchingProblem:
     def weight_out(self) -> Ints:
         """(units,): total weight of a unit's own relations: what a label costs when nothing confirms it."""
         return _sum_at(self.neighbour_unit, self.neighbour_weight, self.units)
+
+    @cached_property
+    def savings(self) -> Ints:
+        """(pairs, 2): what a compatible pair saves of the relation of its first unit to the other, and of the
+        inverse."""
+        unit = self.candidate_unit[self.compatibility]
+        relation = self.neighbour_unit * self.units + self.neighbour_other
+        weight = [
+            _looked_up(relation, self.neighbour_weight, unit[:, a] * self.units + unit[:, b])
+            for a, b in ((0, 1), (1, 0))
+        ]
+        return np.minimum(np.stack(weight, axis=1), self.saves[:, None])
 
     def candidates_of(self, label: npt.ArrayLike) -> Ints:
         """(units,): the number of the candidate that a labelling gives each unit, -1 for none.
@@ -96,7 +110,8 @@ def matching_problem(
     symmetric: bool = False,
 ) -> MatchingProblem:
     """The problem of rows: candidates (n, 3): unit, label, cost; neighbours (n, 3): unit, other unit, weight;
-    compatibilities (n, 4): unit, label, other unit, its label, in either order or both.
+    compatibilities (n, 4 or 5): unit, label, other unit, its label, in either order or both, and what they save of the
+    relations of the two units, all where it is not given.
 
     symmetric: a neighbour row stands for its inverse too; else (u, v) and (v, u) are two relations, each with a weight
     of its own.  Compatibilities of what is no candidate or no neighbour, and of one label with itself in an injective
@@ -104,7 +119,9 @@ def matching_problem(
     what no sum can hold.
     """
     nulls = np.asarray(null_cost, np.int64).ravel()
-    rows, near, pairs = _table(candidates, 3), _table(neighbours, 3), _table(compatibilities, 4)
+    rows, near = _table(candidates, 3), _table(neighbours, 3)
+    by_degrees = np.asarray(compatibilities).shape[-1] == 5
+    pairs = _table(compatibilities, 5 if by_degrees else 4)
     units = len(nulls)
     if symmetric:
         near = np.concatenate([near, near[:, [1, 0, 2]]])
@@ -115,7 +132,9 @@ def matching_problem(
     key = rows[:, 0] * width + rows[:, 1]
     both = np.stack([pairs[:, 0] * width + pairs[:, 1], pairs[:, 2] * width + pairs[:, 3]], axis=1)
     both.sort(axis=1)
-    both = np.unique(both, axis=0)
+    both, which = np.unique(both, axis=0, return_inverse=True)
+    saves = np.zeros(len(both), np.int64)
+    np.maximum.at(saves, which.ravel(), pairs[:, 4] if by_degrees else LARGEST_COST)
     at = np.searchsorted(key, both)
     there = (key[np.minimum(at, max(len(key) - 1, 0))] == both).all(axis=1) if len(key) else np.zeros(len(both), bool)
     unit, label = np.divmod(both, width)
@@ -133,6 +152,7 @@ def matching_problem(
         neighbour_other=near[:, 1].copy(),
         neighbour_weight=near[:, 2].copy(),
         compatibility=np.ascontiguousarray(at[there]),
+        saves=_most(near, units, unit[there], saves[there]),
         injective=injective,
     )
 
@@ -152,6 +172,21 @@ def prohibitive_cost(problem: MatchingProblem) -> int:
     dearest = np.maximum.reduceat(cost, first[has]).clip(min=0).sum() if len(has) else 0
     cheapest = np.minimum.reduceat(cost, first[has]).clip(max=0).sum() if len(has) else 0
     return int(1 + dearest - cheapest + problem.neighbour_weight.sum())
+
+
+def _most(near: Ints, units: int, pair: Ints, saves: Ints) -> Ints:
+    """What pairs of units (n, 2) save, no more than the greater weight of their relations."""
+    relation = near[:, 0] * units + near[:, 1]
+    weight = [_looked_up(relation, near[:, 2], pair[:, a] * units + pair[:, b]) for a, b in ((0, 1), (1, 0))]
+    return np.minimum(saves, np.maximum(*weight))
+
+
+def _looked_up(keys: Ints, values: Ints, wanted: Ints) -> Ints:
+    """Value of each wanted key, 0 where it is not among the sorted keys."""
+    if not len(keys):
+        return np.zeros(len(wanted), np.int64)
+    at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+    return np.where(keys[at] == wanted, values[at], 0).astype(np.int64)
 
 
 def _sum_at(index: Ints, values: Ints, size: int) -> Ints:
@@ -184,8 +219,8 @@ def _check(nulls: Ints, labels: int, rows: Ints, near: Ints, pairs: Ints) -> Non
     within(near[:, :2].ravel(), units, "the unit of a neighbour")
     within(pairs[:, [0, 2]].ravel(), units, "the unit of a compatibility")
     within(pairs[:, [1, 3]].ravel(), labels, "the label of a compatibility")
-    if (near[:, 2] < 0).any():
-        raise ValueError("a weight is negative: confirmation never costs")
+    if (near[:, 2] < 0).any() or (pairs[:, 4:] < 0).any():
+        raise ValueError("a weight or a saving is negative: confirmation never costs")
     if (near[:, 0] == near[:, 1]).any():
         raise ValueError("a unit is its own neighbour")
     for table, what in ((rows, "candidate"), (near, "neighbour")):

@@ -51,6 +51,7 @@ def result_rows(problem: MatchingProblem, result: MatchingResult, *, keep_bound:
             "label_a": label[pair[:, 0]],
             "unit_b": unit[pair[:, 1]],
             "label_b": label[pair[:, 1]],
+            "saves": problem.saves,
         },
         "assignment": {
             "unit_no": np.arange(problem.units),

@@ -13,9 +13,9 @@ def _take(
     candidate_label: Ints,
     slot_first: Ints,
     slot_candidate: Ints,
-    slot_gain: Ints,
     pair_first: Ints,
     pair_slot: Ints,
+    pair_gain: Ints,
     chosen: Ints,
     owner: Ints,
     saved: Ints,
@@ -27,7 +27,7 @@ def _take(
             continue
         for s in range(slot_first[c], slot_first[c + 1]):
             for k in range(pair_first[s], pair_first[s + 1]):
-                saved[slot_candidate[pair_slot[k]]] += sign * slot_gain[s]
+                saved[slot_candidate[pair_slot[k]]] += sign * pair_gain[k]
     if old >= 0 and owner[candidate_label[old]] == u:
         owner[candidate_label[old]] = -1
     if state >= 0:
@@ -45,9 +45,9 @@ def improve(
     base: Ints,
     slot_first: Ints,
     slot_candidate: Ints,
-    slot_gain: Ints,
     pair_first: Ints,
     pair_slot: Ints,
+    pair_gain: Ints,
     null_cost: Ints,
     start: Ints,
     chosen: Ints,
@@ -64,8 +64,8 @@ def improve(
     for u in range(units):
         if start[u] >= 0:
             _take(
-                u, start[u], candidate_label, slot_first, slot_candidate, slot_gain,
-                pair_first, pair_slot, chosen, owner, saved,
+                u, start[u], candidate_label, slot_first, slot_candidate,
+                pair_first, pair_slot, pair_gain, chosen, owner, saved,
             )  # fmt: skip
     fell = 0
     moved = True
@@ -89,14 +89,14 @@ def improve(
                     theirs = chosen[rival]
                     change = saved[theirs] - base[theirs]
                     _take(
-                        rival, -1, candidate_label, slot_first, slot_candidate, slot_gain,
-                        pair_first, pair_slot, chosen, owner, saved,
+                        rival, -1, candidate_label, slot_first, slot_candidate,
+                        pair_first, pair_slot, pair_gain, chosen, owner, saved,
                     )  # fmt: skip
                     change += base[state] - saved[state]
                     change -= base[mine] - saved[mine] if mine >= 0 else null_cost[u]
                     _take(
-                        u, state, candidate_label, slot_first, slot_candidate, slot_gain,
-                        pair_first, pair_slot, chosen, owner, saved,
+                        u, state, candidate_label, slot_first, slot_candidate,
+                        pair_first, pair_slot, pair_gain, chosen, owner, saved,
                     )  # fmt: skip
                     least = null_cost[rival]
                     for d in range(first[rival], first[rival + 1]):
@@ -104,12 +104,12 @@ def improve(
                             least, refuge = base[d] - saved[d], d
                     change += least
                     _take(
-                        u, mine, candidate_label, slot_first, slot_candidate, slot_gain,
-                        pair_first, pair_slot, chosen, owner, saved,
+                        u, mine, candidate_label, slot_first, slot_candidate,
+                        pair_first, pair_slot, pair_gain, chosen, owner, saved,
                     )  # fmt: skip
                     _take(
-                        rival, theirs, candidate_label, slot_first, slot_candidate, slot_gain,
-                        pair_first, pair_slot, chosen, owner, saved,
+                        rival, theirs, candidate_label, slot_first, slot_candidate,
+                        pair_first, pair_slot, pair_gain, chosen, owner, saved,
                     )  # fmt: skip
                 if change < best:
                     best, best_state, best_rival, best_refuge = change, state, rival, refuge
@@ -117,17 +117,17 @@ def improve(
                 continue
             if best_rival >= 0:
                 _take(
-                    best_rival, -1, candidate_label, slot_first, slot_candidate, slot_gain,
-                    pair_first, pair_slot, chosen, owner, saved,
+                    best_rival, -1, candidate_label, slot_first, slot_candidate,
+                    pair_first, pair_slot, pair_gain, chosen, owner, saved,
                 )  # fmt: skip
             _take(
-                u, best_state, candidate_label, slot_first, slot_candidate, slot_gain,
-                pair_first, pair_slot, chosen, owner, saved,
+                u, best_state, candidate_label, slot_first, slot_candidate,
+                pair_first, pair_slot, pair_gain, chosen, owner, saved,
             )  # fmt: skip
             if best_rival >= 0:
                 _take(
-                    best_rival, best_refuge, candidate_label, slot_first, slot_candidate, slot_gain,
-                    pair_first, pair_slot, chosen, owner, saved,
+                    best_rival, best_refuge, candidate_label, slot_first, slot_candidate,
+                    pair_first, pair_slot, pair_gain, chosen, owner, saved,
                 )  # fmt: skip
             fell -= best
             moved = True

@@ -16,17 +16,17 @@ _SLIGHT = 16.0  # bids below minus this many temperatures count for nothing
 
 
 @kernel(
-    "void(i8[::1], i8[::1], i8[::1], f8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], b1[::1], f8[::1], f8[::1], "
+    "void(i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], f8[::1], i8[::1], i8[::1], b1[::1], f8[::1], f8[::1], "
     "f8[::1], f8[::1], f8[::1], f8[::1], f8, b1)"
 )
 def soft_sweep(
     first: Ints,
     slot_first: Ints,
     slot_other: Ints,
-    slot_gain: Floats,
     slot_half: Ints,
     pair_first: Ints,
     pair_slot: Ints,
+    pair_gain: Floats,
     half_first: Ints,
     half_twin: Ints,
     live: Bools,
@@ -54,12 +54,12 @@ def soft_sweep(
             for s in range(slot_first[c], slot_first[c + 1]):
                 joint = 0.0
                 for k in range(pair_first[s], pair_first[s + 1]):
-                    joint += weight[pair_slot[k]]
+                    joint += (math.exp(pair_gain[k] / temperature) - 1.0) * weight[pair_slot[k]]
                 hope = 0.0
                 weight[s] = 1.0
                 if joint > 0.0:
                     twin = half_twin[slot_half[s]]
-                    weight[s] += (math.exp(slot_gain[s] / temperature) - 1.0) * joint / half_weight[twin]
+                    weight[s] += joint / half_weight[twin]
                     hope = temperature * math.log(weight[s])
                     weight[s] = 1.0 / weight[s]
                 reduced[c] += message[s] - hope

@@ -48,7 +48,7 @@ def lay_stars(problem: MatchingProblem) -> tuple[Ints, int]:
     """
     tables = search_tables(problem)
     pair, unit, label = problem.compatibility, problem.candidate_unit, problem.candidate_label
-    gain = _gains(problem)
+    gain = problem.savings.sum(axis=1)
     saves = problem.null_cost[unit] - tables.base  # what a label that nothing confirms saves: mostly less than nothing
     open_, laid = np.ones(problem.candidates, bool), np.zeros(problem.candidates, bool)
     while open_.any():
@@ -68,19 +68,6 @@ def lay_stars(problem: MatchingProblem) -> tuple[Ints, int]:
     found = np.full(problem.units, NONE, np.int64)
     found[unit[laid]] = label[laid]
     return found, int(laid.sum())
-
-
-def _gains(problem: MatchingProblem) -> Ints:
-    """What each compatible pair saves (pairs,): the weights of both relations between the units."""
-    units = problem.candidate_unit[problem.compatibility]
-    relation = problem.neighbour_unit * problem.units + problem.neighbour_other
-    gain = np.zeros(len(units), np.int64)
-    if len(relation):
-        for a, b in ((0, 1), (1, 0)):
-            key = units[:, a] * problem.units + units[:, b]
-            at = np.minimum(np.searchsorted(relation, key), len(relation) - 1)
-            gain += np.where(relation[at] == key, problem.neighbour_weight[at], 0)
-    return gain
 
 
 def _strengths(pair: Ints, gain: Ints, unit: Ints, label: Ints, there: Bools, candidates: int) -> Ints:

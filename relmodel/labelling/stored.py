@@ -29,7 +29,7 @@ def read_problem(store: Database, connection: Connection, run_id: int, problem_n
     candidate = store.columns(connection, "matching/candidates", **key)
     relation = store.columns(connection, "matching/problem_relations", **key)
     pair = store.columns(connection, "matching/compatible_pairs", **key)
-    costs = np.concatenate([nulls["null_cost"], candidate["cost"]])
+    costs = np.concatenate([nulls["null_cost"], candidate["cost"]]).astype(float)
     if (costs != np.rint(costs)).any():
         raise UsageError(
             f"problem {problem_no} of run {run_id} has costs that are no integers: nothing was proved of it"
@@ -40,7 +40,7 @@ def read_problem(store: Database, connection: Connection, run_id: int, problem_n
         labels,
         _table(candidate, "unit_no", "label_no", "cost"),
         _table(relation, "unit_no", "neighbour_no", "weight"),
-        _table(pair, "unit_a", "label_a", "unit_b", "label_b"),
+        _table(pair, "unit_a", "label_a", "unit_b", "label_b", "saves"),
         injective=bool(head[0].injective),
     )
 

@@ -1,7 +1,7 @@
 """A problem laid out for the kernels: candidates of a unit, slots of messages, halves of a pair of units.
 
 The cost is rewritten per unordered pair: base(u, l) is what l costs if nothing confirms it, and a confirmed pair of
-candidates saves the gain of their pair of units, w(u, v) + w(v, u).  So
+candidates saves its gain of the two relations between their units.  So
 
     cost(h) = sum of base(u, h(u)) or null_cost(u) - sum of the gains of confirmed pairs.
 
@@ -23,8 +23,9 @@ from relmodel.labelling.problem import MatchingProblem
 class SearchTables:
     """CSR tables; the entries of i lie from first[i] to first[i + 1].
 
-    base (candidates,); slot_first (candidates + 1,); slot_candidate, slot_other (neighbour), slot_gain, slot_half
-    (slots,); pair_first (slots + 1,), pair_slot: slots of the neighbour's candidates that this one is compatible with;
+    base (candidates,); slot_first (candidates + 1,); slot_candidate, slot_other (neighbour), slot_gain (the greatest of
+    its pairs), slot_half (slots,); pair_first (slots + 1,), pair_slot, pair_gain: slots of the neighbour's candidates
+    that this one is compatible with, and what each saves;
     half_first (units + 1,), half_twin (halves,); label_first (labels + 1,), label_candidate: candidates by label;
     before, after (candidates,): slots whose neighbour comes before the unit, or after.
     """
@@ -38,6 +39,7 @@ class SearchTables:
     slot_half: Ints
     pair_first: Ints
     pair_slot: Ints
+    pair_gain: Ints
     half_first: Ints
     half_twin: Ints
     label_first: Ints
@@ -47,14 +49,12 @@ class SearchTables:
 
 
 def search_tables(problem: MatchingProblem) -> SearchTables:
-    """Lay a problem out.  Pairs of units whose gain is nothing are left out."""
+    """Lay a problem out.  Pairs whose gain is nothing are left out."""
     units = problem.units
-    unit = problem.candidate_unit[problem.compatibility]
-    relation = problem.neighbour_unit * units + problem.neighbour_other
-    gain = _looked_up(relation, problem.neighbour_weight, unit[:, 0] * units + unit[:, 1])
-    gain += _looked_up(relation, problem.neighbour_weight, unit[:, 1] * units + unit[:, 0])
+    gain = problem.savings.sum(axis=1)
     saves = gain > 0
-    pair, unit, gain = problem.compatibility[saves], unit[saves], gain[saves]
+    pair, gain = problem.compatibility[saves], gain[saves]
+    unit = problem.candidate_unit[pair]
 
     # Each compatibility as seen from either end, by candidate, neighbour and the neighbour's candidate.
     mine, other = np.concatenate([pair[:, 0], pair[:, 1]]), np.concatenate([pair[:, 1], pair[:, 0]])
@@ -75,10 +75,11 @@ def search_tables(problem: MatchingProblem) -> SearchTables:
         slot_first=_offsets(slot_candidate, problem.candidates),
         slot_candidate=slot_candidate,
         slot_other=slot_other,
-        slot_gain=gain[at],
+        slot_gain=np.maximum.reduceat(gain, at) if len(at) else gain,
         slot_half=slot_half.astype(np.int64),
         pair_first=_offsets(slot, len(key)),
         pair_slot=pair_slot.astype(np.int64),
+        pair_gain=gain,
         half_first=_offsets(half_unit, units),
         half_twin=np.searchsorted(half_key, half_other * units + half_unit).astype(np.int64),
         label_first=_offsets(problem.candidate_label[by_label], problem.labels),
@@ -90,11 +91,3 @@ def search_tables(problem: MatchingProblem) -> SearchTables:
 
 def _offsets(sorted_numbers: Ints, size: int) -> Ints:
     return np.searchsorted(sorted_numbers, np.arange(size + 1)).astype(np.int64)
-
-
-def _looked_up(keys: Ints, values: Ints, wanted: Ints) -> Ints:
-    """Value of each wanted key, 0 where it is not among the sorted keys."""
-    if not len(keys):
-        return np.zeros(len(wanted), np.int64)
-    at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
-    return np.where(keys[at] == wanted, values[at], 0).astype(np.int64)

@@ -31,11 +31,14 @@ def schema_hash(dialect: str) -> str:
 
 @cache
 def table_script(table: str) -> str:
-    """The statement of `schema/` that makes a table."""
+    """The statement of `schema/` that makes a table or a view."""
     script = "\n".join(schema_scripts(DIALECTS[0]))
-    made = re.search(rf"^CREATE TABLE {re.escape(table)} \(.*?^\);", script, re.MULTILINE | re.DOTALL)
+    name = re.escape(table)
+    made = re.search(
+        rf"^CREATE (TABLE {name} \(.*?^\)|VIEW {name} \(.*?^\) AS$.*?);$", script, re.MULTILINE | re.DOTALL
+    )
     if made is None:
-        raise ValueError(f"schema/ makes no table {table!r}")
+        raise ValueError(f"schema/ makes no {table!r}")
     return made[0]
 
 

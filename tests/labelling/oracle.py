@@ -16,7 +16,8 @@ from relmodel.labelling.problem import MatchingProblem, matching_problem
 
 
 def random_problem(rng: np.random.Generator, most_units: int = 9) -> MatchingProblem:
-    """Few units and labels, any relation, costs that may be negative, weights that may be 0 and differ both ways."""
+    """Few units and labels, any relation, costs that may be negative, weights that may be 0 and differ both ways, pairs
+    that save more or less of them."""
     units, labels = int(rng.integers(1, most_units + 1)), int(rng.integers(1, 7))
     share = rng.uniform(0.2, 0.8) * min(1.0, 14 / (units * labels))
     unit, label = np.nonzero(rng.random((units, labels)) < share)
@@ -29,7 +30,7 @@ def random_problem(rng: np.random.Generator, most_units: int = 9) -> MatchingPro
         labels,
         np.stack([unit, label, rng.integers(-1, 4, len(unit))], axis=1),
         np.stack([a, b, rng.integers(0, 4, len(a))], axis=1),
-        np.stack([unit[i], label[i], unit[j], label[j]], axis=1),
+        np.stack([unit[i], label[i], unit[j], label[j], rng.integers(1, 5, len(i))], axis=1),
         injective=bool(rng.integers(2)),
     )
 
@@ -47,8 +48,11 @@ def enumerated_cost(problem: MatchingProblem, total: bool = False) -> int | None
             strict=True,
         )
     )
-    agree = {((unit[i], label[i]), (unit[j], label[j])) for i, j in problem.compatibility.tolist()}
-    agree |= {(y, x) for x, y in agree}
+    agree = {
+        ((unit[i], label[i]), (unit[j], label[j])): saves
+        for (i, j), saves in zip(problem.compatibility.tolist(), problem.saves.tolist(), strict=True)
+    }
+    agree |= {(y, x): saves for (x, y), saves in agree.items()}
     options: list[list[int]] = [[] if total else [-1] for _ in range(problem.units)]
     for u, x in price:
         options[u].append(x)
@@ -58,7 +62,7 @@ def enumerated_cost(problem: MatchingProblem, total: bool = False) -> int | None
         if problem.injective and len(set(taken)) < len(taken):
             continue
         cost = sum(price[u, x] if x >= 0 else int(problem.null_cost[u]) for u, x in enumerate(h))
-        cost += sum(w for u, v, w in near if h[u] >= 0 and ((u, h[u]), (v, h[v])) not in agree)
+        cost += sum(max(w - agree.get(((u, h[u]), (v, h[v])), 0), 0) for u, v, w in near if h[u] >= 0)
         if best is None or cost < best:
             best = cost
     return best
@@ -73,7 +77,10 @@ def integer_programme(problem: MatchingProblem) -> tuple[Any, list[LinearConstra
         weight[int(u), int(v)] = int(w)
     out = np.bincount(problem.neighbour_unit, problem.neighbour_weight, minlength=n)
     pair = problem.compatibility
-    gain = [weight[int(unit[i]), int(unit[j])] + weight[int(unit[j]), int(unit[i])] for i, j in pair]
+    gain = [
+        min(s, weight[int(unit[i]), int(unit[j])]) + min(s, weight[int(unit[j]), int(unit[i])])
+        for (i, j), s in zip(pair, problem.saves, strict=True)
+    ]
     cost = np.concatenate([problem.candidate_cost + out[unit], problem.null_cost, -np.array(gain, float)])
     size, z = len(cost), c + n + np.arange(len(pair))
     states = csr_array((np.ones(c + n), (np.append(unit, np.arange(n)), np.arange(c + n))), shape=(n, size))
@@ -115,13 +122,15 @@ def verified(rows: Rows) -> tuple[float, int]:
     weight = _keyed(rows["problem_relation"], ("unit_no", "neighbour_no"), "weight")
     null = _keyed(rows["assignment"], ("unit_no",), "null_cost")
     label = {u: _plain(x) for (u,), x in _keyed(rows["assignment"], ("unit_no",), "label_no").items()}
-    agree = list(_keyed(rows["compatibility"], ("unit_a", "label_a", "unit_b", "label_b"), "unit_a"))
-    both = set(agree) | {(v, m, u, x) for u, x, v, m in agree}
+    agree = _keyed(rows["compatibility"], ("unit_a", "label_a", "unit_b", "label_b"), "saves")
+    both = agree | {(v, m, u, x): saved for (u, x, v, m), saved in agree.items()}
 
     taken = [x for x in label.values() if x is not None]
     assert not injective or len(set(taken)) == len(taken)
-    errors = {(u, v) for u, v in weight if label[u] is not None and (u, label[u], v, label[v]) not in both}
-    cost = sum(null[u,] if x is None else price[u, x] for u, x in label.items()) + sum(weight[e] for e in errors)
+    cost = sum(null[u,] if x is None else price[u, x] for u, x in label.items())
+    for (u, v), w in weight.items():
+        if label[u] is not None:
+            cost += max(w - both.get((u, label[u], v, label[v]), 0), 0)
 
     states: dict[tuple[int, int | None], float] = {(u, None): scale * c for (u,), c in null.items()}
     for (u, x), c in price.items():
@@ -159,9 +168,9 @@ def verified(rows: Rows) -> tuple[float, int]:
     def reduced(proof: int) -> dict[tuple[int, int | None], float]:
         """Costs less duals, which must be feasible, of the states that a node allows."""
         there = allowed(proof)
-        for u, x, v, m in agree:
+        for (u, x, v, m), saved in agree.items():
             if (u, x) in there and (v, m) in there:
-                saves = scale * (weight.get((u, v), 0) + weight.get((v, u), 0))
+                saves = scale * (min(saved, weight.get((u, v), 0)) + min(saved, weight.get((v, u), 0)))
                 assert messages.get((proof, u, x, v), 0) + messages.get((proof, v, m, u), 0) >= saves
         spent: dict[tuple[int, int], float] = defaultdict(float)
         for (p, u, x, _), d in messages.items():

@@ -79,8 +79,11 @@ DAMAGES = {
     ),
     "UPDATE bound_price SET dual = dual - 5000 WHERE problem_no = 1": "the bound of a node",
     "UPDATE candidate SET cost = cost + 1 WHERE problem_no = 0": "the cost of a decision",
-    "UPDATE problem_relation SET weight = weight + 1 WHERE problem_no = 0": "messages promise less than a pair saves",
+    "UPDATE problem_relation SET weight = weight + 1 WHERE problem_no = 0": "the cost of a decision",
+    "UPDATE problem_relation SET weight = weight + 4 WHERE problem_no = 0; "
+    "UPDATE compatibility SET saves = saves + 4 WHERE problem_no = 0": "messages promise less than a pair saves",
     "DELETE FROM compatibility WHERE problem_no = 0": "the cost of a decision",
+    "UPDATE compatibility SET saves = 0 WHERE problem_no = 0": "the cost of a decision",
     "UPDATE assignment SET null_cost = null_cost - 3 WHERE problem_no = 0": "the bound of a node",
     "INSERT INTO bound_message SELECT * FROM bound_message WHERE problem_no = 0": "a dual is there twice",
     "INSERT INTO problem_relation SELECT * FROM problem_relation WHERE problem_no = 0": "a relation is there twice",
@@ -108,6 +111,7 @@ def test_stored_problems_are_read_as_they_were(store: Store) -> None:
             for name in ("null_cost", "candidate_unit", "candidate_label", "candidate_cost", "neighbour_unit"):
                 assert np.array_equal(getattr(again, name), getattr(problem, name)), name
             assert np.array_equal(again.compatibility, problem.compatibility)
+            assert np.array_equal(again.saves, problem.saves)
             assert again.injective == problem.injective
         with pytest.raises(UsageError, match="no problem 99"):
             read_problem(store, connection, 1, 99)

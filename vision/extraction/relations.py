@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Floats, Ints, Ints32
+from relmodel.arrays import Bools, Floats, Ints, Ints32
 from vision.extraction.arc_quality import ArcQuality
 from vision.extraction.arcs import CIRCULAR, LINE, Arcs
 from vision.extraction.edges import EdgeElements
@@ -86,9 +86,10 @@ def find_relations(
     curves, areas = pack_curves(arcs, junctions, quality, parameters), pack_areas(regions, p)
     middles = find_middles(curves, areas)
     bounds = _bounds(arcs, regions, borders, middles, p)
-    return concatenate(
-        [relate(curves, areas, parameters.relations), bounds, *_neighbours(len(arcs), regions, middles, p)]
-    )
+    rows, columns = regions.labels.shape
+    inside = (regions.x0 > 0) & (regions.y0 > 0) & (regions.x1 < columns - 1) & (regions.y1 < rows - 1)
+    neighbours = relate_neighbours(regions.labels, inside, len(arcs), middles, p)
+    return concatenate([relate(curves, areas, parameters.relations), bounds, *neighbours])
 
 
 def pack_curves(arcs: Arcs, junctions: Junctions, quality: ArcQuality, parameters: ExtractionParameters) -> Curves:
@@ -148,19 +149,24 @@ def _bounds(arcs: Arcs, regions: Regions, borders: RegionArcs, middles: Middles,
     return relate_both_ways(BOUNDS, arc, region, length, p.border_sigma, *bearing)
 
 
-def _neighbours(first_region: int, regions: Regions, middles: Middles, p: UnitParameters) -> list[Relations]:
-    """Adjacent rows, and surrounds where all that borders on a region is one other and what lies within."""
-    count = max(len(regions), 1)
-    key, length = _border_lengths(regions.labels, count)
+def relate_neighbours(
+    labels: Ints32, inside: Bools, first_region: int, middles: Middles, p: UnitParameters = _DEFAULTS, step: float = 1.0
+) -> list[Relations]:
+    """Adjacent rows, and surrounds where all that borders on a region is one other and what lies within.
+
+    labels: an image of region numbers, -1 for none, `step` px a cell; inside (regions,): which do not touch its rim.
+    Region i is unit `first_region + i`.
+    """
+    count = max(len(inside), 1)
+    key, length = _border_lengths(labels, count)
+    length = step * length
     sigma = np.tile(np.hypot(p.border_sigma, p.slant_sigma * length), 2)
     one, other = np.concatenate([key // count, key % count]), np.concatenate([key % count, key // count])
-    rows, columns = regions.labels.shape
-    inside = (regions.x0 > 0) & (regions.y0 > 0) & (regions.x1 < columns - 1) & (regions.y1 < rows - 1)
     around = np.full(len(one), False)
-    left = np.full(len(regions), True)  # what lies inside others is taken away, from the innermost outwards
+    left = np.full(len(inside), True)  # what lies inside others is taken away, from the innermost outwards
     while True:
         open_ = left[one] & left[other]
-        enclosed = (np.bincount(one[open_], minlength=count)[: len(regions)] == 1) & inside & left
+        enclosed = (np.bincount(one[open_], minlength=count)[: len(inside)] == 1) & inside & left
         if not enclosed.any():
             break
         around |= open_ & enclosed[one]

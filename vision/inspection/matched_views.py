@@ -11,7 +11,7 @@ from vision.localisation.coverage import map_surfaces
 from vision.localisation.localisation_parameters import LocalisationParameters
 from vision.localisation.localise import Localisation
 from vision.localisation.refine import Refined
-from vision.localisation.views import ViewArcs, find_view_arcs, propagate_pose_sigma
+from vision.localisation.views import ViewArcs, find_view_arcs, propagate_pose
 from vision.matching.matching_parameters import MatchingParameters
 from vision.matching.pose_problem import MatchedView, match_view
 from vision.matching.view_units import describe_view
@@ -72,7 +72,7 @@ def _match(
     matched = {}
     for number, (name, camera) in enumerate(rig.cameras.items()):
         seen = map_surfaces(scene, camera, pose.world_from_rig @ rig.rig_from_camera[name], localisation)
-        sigma = propagate_pose_sigma(pose, number, arcs[name].samples)
-        units = describe_view(arcs[name], sigma, camera, seen, p.view)
+        shift = propagate_pose(pose, number, arcs[name].samples)
+        units = describe_view(arcs[name], shift, camera, seen, p.view)
         matched[name] = MatchedView(units, match_view(workspace, number, pictures[name], units, seen, p.pose))
     return matched

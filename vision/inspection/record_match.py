@@ -8,10 +8,10 @@ from dataclasses import asdict
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.labelling.rows import result_rows
 from relmodel.store import Run
 from vision.matching.matching_parameters import PoseProblemParameters
 from vision.matching.pose_problem import REASONS, MatchedView
+from vision.relations.joins import solved_rows
 from vision.scene.stored_scene import StoredScene
 
 BEST = 0  # number of the hypothesis that views and correspondences belong to
@@ -60,7 +60,7 @@ def record_match(
     run.append(connection, "unit_relation", {"unit_set_id": labels_id, **units.relations})
     _record_pairs(run, connection, view_no, matched)
     solved, problem_key = matched.match.solved, {"run_id": run.id, "problem_no": problem_no}
-    for table, columns in result_rows(solved.problem, solved.result, keep_bound=keep_bound).items():
+    for table, columns in solved_rows(solved, keep_bound=keep_bound).items():
         if table == "problem":
             columns = {
                 **columns,
@@ -71,7 +71,6 @@ def record_match(
                 "parameters": json.dumps(asdict(p), sort_keys=True),
             }
         run.append(connection, table, {**problem_key, **columns})
-    run.append(connection, "problem_tolerance", {**problem_key, **solved.tolerances})
 
 
 def _record_pairs(run: Run, connection: Connection, view_no: int, matched: MatchedView) -> None:
@@ -90,6 +89,7 @@ def _record_pairs(run: Run, connection: Connection, view_no: int, matched: Match
             "residual": arcs.residual,
             "gate": arcs.gate,
             "angle": arcs.angle,
+            "angle_gate": arcs.angle_gate,
             "overlap": arcs.overlap,
             "first_point": arcs.first_point,
             "last_point": arcs.last_point,

@@ -175,7 +175,8 @@ def _compare_pairs(
         ("correspondences", "matching/stored_pairs", match.arcs),
         ("matches of surfaces", "matching/stored_surface_pairs", match.surfaces),
     ):
-        stored = store.columns(connection, query, run_id=run, view_no=problem.view_no)["reason"]
+        key = {"run_id": run, "view_no": problem.view_no} | ({"problem_no": number} if pairs is match.arcs else {})
+        stored = store.columns(connection, query, **key)["reason"]
         codes = np.array([REASONS.index(reason) for reason in stored], float)
         yield Compared(step, what, codes, pairs.reason.astype(float))
 

@@ -93,8 +93,9 @@ def _strands(seen: VisibleArcs, rows: Ints) -> Ints:
     return out
 
 
-def propagate_pose_sigma(refined: Refined, camera: int, samples: VisibleArcs) -> Floats:
-    """Standard deviation (n,) px of a camera's samples along their normals that the pose's covariance makes."""
+def propagate_pose(refined: Refined, camera: int, samples: VisibleArcs) -> Floats:
+    """How far (n, 6) px a standard deviation of the pose along each axis of its covariance moves a camera's samples
+    along their normals; the norm of a row is the standard deviation that the pose makes there."""
     p, rig_from_world = refined.prediction, np.linalg.inv(refined.world_from_rig)
     n = len(samples.arc)
     there = replace(
@@ -108,7 +109,8 @@ def propagate_pose_sigma(refined: Refined, camera: int, samples: VisibleArcs) ->
     _, jacobian = project_with_jacobians(there)
     normal = np.stack([-samples.direction[:, 1], samples.direction[:, 0]], axis=1)
     along = np.einsum("ni,nij->nj", normal, jacobian)
-    return np.asarray(np.sqrt(np.einsum("ni,ij,nj->n", along, refined.covariance, along)))
+    size, axes = np.linalg.eigh(refined.covariance)
+    return np.asarray(along @ (axes * np.sqrt(np.maximum(size, 0.0))))
 
 
 @dataclass(frozen=True)

@@ -22,10 +22,11 @@ from vision.localisation.coverage import SurfaceMap
 from vision.matching.matching_parameters import PoseProblemParameters
 from vision.matching.view_units import ViewUnits
 from vision.relations.joins import ProblemRows, Solved, put_relations, solve_rows
-from vision.relations.tolerances import TOLERANCES
 
 REASONS = ("assigned", "orientation", "distance", "overlap", "unrelated", "better_elsewhere", "covered")
 ASSIGNED, ORIENTATION, DISTANCE, OVERLAP, UNRELATED, BETTER_ELSEWHERE, COVERED = range(len(REASONS))
+
+PLACES = ("across", "across_sigma", *(f"shift_{axis}" for axis in range(1, 7)))
 
 _DEFAULTS = PoseProblemParameters()
 
@@ -33,8 +34,10 @@ _DEFAULTS = PoseProblemParameters()
 @dataclass(frozen=True)
 class Pairs:
     """Arcs of a picture with arcs of the view that they come near, as columns: reason (index of REASONS; 0 is taken),
-    rms distance and its gate (px), mean angle (rad), share of the image arc beside the model arc, and the points of the
-    view that this covers, first to last."""
+    rms distance (px) and mean angle (rad) with the gates that they were held against, share of the image arc beside the
+    model arc, and the points of the view that this covers, first to last; how far the image arc lies across in the mean
+    (px, to the left of the model arc), the standard deviation of that where the pose is known, and how a standard
+    deviation of the pose along each axis of its covariance moves the model arc there, `shift` (n, 6) px."""
 
     image_arc: Ints
     view_arc: Ints
@@ -42,9 +45,13 @@ class Pairs:
     residual: Floats
     gate: Floats
     angle: Floats
+    angle_gate: Floats
     overlap: Floats
     first_point: Ints
     last_point: Ints
+    across: Floats
+    across_sigma: Floats
+    shift: Floats
 
     @property
     def accepted(self) -> Bools:
@@ -111,7 +118,7 @@ def match_view(
             connection, "matching/arc_pairs", extraction_id=number, run_id=0, view_no=number, reach=p.reach_px,
             max_along=p.along_px,
         )  # fmt: skip
-    pairs = _judge_arcs(found, picture, p)
+    pairs = _judge_arcs(found, picture, view, p)
     surfaces = _judge_regions(picture, view, seen, p)
     counts = UnitCounts(len(picture.arcs), len(picture.regions), view.arcs, len(view.surface))
     return match_pairs(workspace, number, pairs, surfaces, counts, picture.relations, view.relations, p)
@@ -135,6 +142,7 @@ def match_pairs(
     surfaces = replace(surfaces, reason=_undecided(surfaces.reason))
     units_id, labels_id = 2 * number, 2 * number + 1
     arc, region = pairs.accepted, surfaces.accepted
+    relation_weight = round(p.scale * p.relation_price)
     with workspace.write() as connection:
         put_relations(workspace, connection, units_id, of_picture)
         put_relations(workspace, connection, labels_id, of_view)
@@ -150,12 +158,15 @@ def match_pairs(
                 unit=np.concatenate([pairs.image_arc[arc], counts.image_arcs + surfaces.region[region]]),
                 label=np.concatenate([pairs.view_arc[arc], counts.view_arcs + surfaces.view_surface[region]]),
                 cost=np.concatenate([_price_arcs(pairs, p)[arc], _price_regions(surfaces, p)[region]]),
-                null_cost=np.full(counts.image_arcs + counts.regions, p.null_price),
-                null_share=p.null_share,
-                tolerances=TOLERANCES,
+                null_cost=np.full(counts.image_arcs + counts.regions, round(p.scale * p.null_price)),
+                null_share=0.0,
+                nat_cost=float(p.scale),
+                tolerances=p.tolerances if relation_weight else {},
                 injective=False,
                 nodes=p.nodes,
                 mode=p.search,
+                relation_weight=relation_weight,
+                places=_places(pairs, arc, int(region.sum())),
             ),
         )
     label = solved.result.label
@@ -177,26 +188,44 @@ def _decide(reason: npt.NDArray[np.int8], chosen: Ints, label: Ints) -> None:
     reason[candidate & (chosen != NONE) & (chosen != label)] = BETTER_ELSEWHERE
 
 
-def _judge_arcs(found: dict[str, npt.NDArray[np.generic]], picture: Primitives, p: PoseProblemParameters) -> Pairs:
+def _places(pairs: Pairs, taken: Bools, regions: int) -> Columns:
+    """How far candidates are off, as columns of `candidate`: arcs, then regions, of which nothing is known."""
+    known = np.column_stack([pairs.across[taken], pairs.across_sigma[taken], pairs.shift[taken]])
+    values = np.ma.masked_invalid(np.concatenate([known, np.full((regions, known.shape[1]), np.nan)]))
+    return {name: values[:, i] for i, name in enumerate(PLACES)}
+
+
+def _judge_arcs(
+    found: dict[str, npt.NDArray[np.generic]], picture: Primitives, view: ViewUnits, p: PoseProblemParameters
+) -> Pairs:
     """Those that pass the gates are marked as assigned until the search decides."""
     image_arc = np.asarray(found["image_arc_no"], np.int64)
-    residual, angle, sigma = (np.asarray(found[name], float) for name in ("residual", "angle", "sigma"))
+    residual, angle, sigma, across = (
+        np.asarray(found[name], float) for name in ("residual", "angle", "sigma", "across")
+    )
     overlap = np.asarray(found["elements"], float) / np.maximum(np.asarray(found["of_elements"], float), 1)
     own = np.nan_to_num(picture.arcs.sigma[image_arc])
-    gate = p.gate_sigma * np.sqrt(sigma**2 + own**2 + p.floor_px**2)
+    known = np.hypot(own, p.floor_px)
+    gate = p.gate_sigma * np.hypot(sigma, known)
+    radius = np.nan_to_num(picture.arcs.radius[image_arc], nan=np.inf, posinf=np.inf)
+    angle_gate = p.max_angle + p.gate_sigma * sigma / np.maximum(radius, 1.0)
     reason = np.full(len(image_arc), ASSIGNED, np.int8)
     reason[overlap < p.min_overlap] = OVERLAP
     reason[residual > gate] = DISTANCE
-    reason[angle > p.max_angle] = ORIENTATION
+    reason[angle > angle_gate] = ORIENTATION
     first, last = (np.asarray(found[name], np.int64) for name in ("first_point", "last_point"))
     view_arc = np.asarray(found["view_arc_no"], np.int64)
-    return Pairs(image_arc, view_arc, reason, residual, gate, angle, overlap, first, last)
+    sums = np.concatenate([np.zeros((1, view.shift.shape[1])), np.cumsum(view.shift, axis=0)])
+    shift = (sums[last + 1] - sums[first]) / (last + 1 - first)[:, None]
+    return Pairs(
+        image_arc, view_arc, reason, residual, gate, angle, angle_gate, overlap, first, last, across, known, shift
+    )
 
 
 def _price_arcs(pairs: Pairs, p: PoseProblemParameters) -> Ints:
-    """Minus four times the logarithm of the likelihood of what a pair is off."""
-    off = (p.gate_sigma * pairs.residual / pairs.gate) ** 2 + (pairs.angle / p.angle_sigma) ** 2
-    return np.rint(2.0 * off + p.loose_price * (1.0 - pairs.overlap)).astype(np.int64)
+    """Minus the logarithm of the likelihood of what a pair is off."""
+    off = (p.gate_sigma * pairs.residual / pairs.gate) ** 2 + (3.0 * pairs.angle / pairs.angle_gate) ** 2
+    return np.rint(p.scale * (0.5 * off + p.loose_price * (1.0 - pairs.overlap))).astype(np.int64)
 
 
 def _judge_regions(picture: Primitives, view: ViewUnits, seen: SurfaceMap, p: PoseProblemParameters) -> SurfacePairs:
@@ -221,7 +250,7 @@ def _judge_regions(picture: Primitives, view: ViewUnits, seen: SurfaceMap, p: Po
 
 
 def _price_regions(pairs: SurfacePairs, p: PoseProblemParameters) -> Ints:
-    return np.rint(p.spill_price * (1.0 - pairs.region_share)).astype(np.int64)
+    return np.rint(p.scale * p.spill_price * (1.0 - pairs.region_share)).astype(np.int64)
 
 
 def _strike_covered(pairs: Pairs, p: PoseProblemParameters) -> None:

@@ -12,6 +12,8 @@ from relmodel.arrays import Floats, Ints
 from relmodel.columns import Columns
 from relmodel.store.rounding import round_columns
 from vision.cameras.cameras import Camera
+from vision.extraction.ellipses import fit_ellipses
+from vision.extraction.relations import relate_neighbours
 from vision.localisation.coverage import SurfaceMap
 from vision.localisation.views import ViewArcs
 from vision.matching.matching_parameters import ViewParameters
@@ -34,11 +36,13 @@ _DEFAULTS = ViewParameters()
 class ViewUnits:
     """Units of a view: its arcs by number, then its surfaces.
 
-    points, surfaces: columns of view_point and view_surface without run and view; surface (n,): the scene's surface of
-    each; relations: columns of unit_relation without the set; arcs: how many units are arcs.
+    points, surfaces: columns of view_point and view_surface without run and view; shift (points, 6): how the pose moves
+    each; surface (n,): the scene's surface of each; relations: columns of unit_relation without the set; arcs: how
+    many units are arcs.
     """
 
     points: Columns
+    shift: Floats
     surfaces: Columns
     surface: Ints
     relations: Columns
@@ -47,19 +51,27 @@ class ViewUnits:
 
 def describe_view(
     view: ViewArcs,
-    sigma_px: Floats,
+    shift: Floats,
     camera: Camera,
     seen: SurfaceMap,
     p: ViewParameters = _DEFAULTS,
 ) -> ViewUnits:
-    """Units of what a camera sees; sigma_px (samples,): standard deviation of the view's samples along their
-    normals."""
-    points = _points(view, sigma_px, camera, p)
+    """Units of what a camera sees; shift (samples, 6): px by which a standard deviation of the pose along each axis of
+    its covariance moves the view's samples along their normals."""
+    some = _choose_samples(view, p)
+    points = _points(view, some, np.linalg.norm(shift[some], axis=1), camera)
     surface, areas, columns = _surfaces(seen, p)
     curves = _curves(points, len(view.kind), p)
-    relations = concatenate([relate(curves, areas, p.relations), _bounds(points, curves, areas, surface, seen, p)])
+    relations = concatenate(
+        [
+            relate(curves, areas, p.relations),
+            _bounds(points, curves, areas, surface, seen, p),
+            *_neighbours(curves, areas, surface, seen),
+        ]
+    )
     return ViewUnits(
         points,
+        shift[some],
         columns,
         surface,
         round_columns(
@@ -78,11 +90,14 @@ def describe_view(
     )
 
 
-def _points(view: ViewArcs, sigma_px: Floats, camera: Camera, p: ViewParameters) -> Columns:
-    """Points every few px along the arcs, and both ends of each."""
+def _choose_samples(view: ViewArcs, p: ViewParameters) -> Ints:
+    """Samples every few px along the arcs, and both ends of each."""
     step = np.floor(np.cumsum(view.samples.length_px) / p.spacing_px)
     ends = (np.diff(view.run, prepend=-1) != 0) | (np.diff(view.run, append=-1) != 0)
-    some = np.flatnonzero((np.diff(step, prepend=-1) > 0) | ends)
+    return np.flatnonzero((np.diff(step, prepend=-1) > 0) | ends)
+
+
+def _points(view: ViewArcs, some: Ints, sigma: Floats, camera: Camera) -> Columns:
     ideal, direction = view.samples.pixel[some], view.samples.direction[some]
     pixel = camera.distort(camera.normalise(ideal))
     ahead = camera.distort(camera.normalise(ideal + 0.5 * direction))
@@ -98,7 +113,7 @@ def _points(view: ViewArcs, sigma_px: Floats, camera: Camera, p: ViewParameters)
             "y": pixel[:, 1],
             "direction_x": way[:, 0],
             "direction_y": way[:, 1],
-            "sigma": sigma_px[some],
+            "sigma": sigma,
         },
     )
 
@@ -118,7 +133,18 @@ def _curves(points: Columns, arcs: int, p: ViewParameters) -> Curves:
     step = np.hypot(np.diff(x), np.diff(y)) * (np.diff(run) == 0)
     length = np.bincount(run[1:], step, arcs).astype(float)
     across = np.bincount(run, sigma, arcs) / np.maximum(np.bincount(run, minlength=arcs), 1)
-    unknown = np.full(arcs, np.nan)
+    counts = np.diff(offsets)
+    long = np.flatnonzero(counts >= 6)
+    of_long = np.isin(np.repeat(np.arange(arcs), counts), long)
+    fitted = fit_ellipses(x[of_long], y[of_long], np.ones(int(of_long.sum())), counts[long])
+    girth = 2 * np.pi * np.sqrt(0.5 * (fitted.major**2 + fitted.minor**2))
+    bent = (length[long] >= p.least_turn * girth) & (np.sqrt(fitted.square) <= p.conic_px)  # NaN is neither
+    centre_x, centre_y, centre_sigma, radius = (np.full(arcs, np.nan) for _ in range(4))
+    round_ = long[bent]
+    centre_x[round_], centre_y[round_] = fitted.centre_x[bent], fitted.centre_y[bent]
+    centre_sigma[round_] = np.hypot(across[round_], p.conic_px) * girth[bent] / length[round_]
+    circular = bent & (fitted.minor >= p.roundest * fitted.major)
+    radius[long[circular]] = np.sqrt(fitted.major * fitted.minor)[circular]
     return Curves(
         offsets=offsets.astype(np.int64),
         x=x,
@@ -127,11 +153,11 @@ def _curves(points: Columns, arcs: int, p: ViewParameters) -> Curves:
         end_sigma=np.full(arcs, p.spacing_px),
         angle_sigma=across / np.maximum(length, 1.0),
         salience=length,
-        centre_x=unknown,
-        centre_y=unknown,
-        centre_sigma=unknown,
-        radius=unknown,
-        radius_sigma=unknown,
+        centre_x=centre_x,
+        centre_y=centre_y,
+        centre_sigma=centre_sigma,
+        radius=radius,
+        radius_sigma=centre_sigma,
     )
 
 
@@ -184,6 +210,17 @@ def _surfaces(seen: SurfaceMap, p: ViewParameters) -> tuple[Ints, Areas, Columns
         },
     )
     return surface, areas, columns_
+
+
+def _neighbours(curves: Curves, areas: Areas, surface: Ints, seen: SurfaceMap) -> list[Relations]:
+    """Surfaces that border on each other in the picture, and those that others surround."""
+    number = np.full(int(seen.surface.max(initial=0)) + 2, -1, np.int32)
+    number[surface] = np.arange(len(surface))
+    labels = number[seen.surface]  # the last of `number` stands for none
+    inside = np.ones(len(surface), bool)
+    for rim in (labels[0], labels[-1], labels[:, 0], labels[:, -1]):
+        inside[rim[rim >= 0]] = False
+    return relate_neighbours(labels, inside, len(curves), find_middles(curves, areas), step=float(seen.step))
 
 
 def _bounds(

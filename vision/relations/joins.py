@@ -14,9 +14,9 @@ from relmodel.columns import Columns
 from relmodel.labelling import paper
 from relmodel.labelling.problem import MatchingProblem, matching_problem
 from relmodel.labelling.result import MatchingResult
+from relmodel.labelling.rows import result_rows
 from relmodel.labelling.solve import MODES, solve
 from relmodel.store.database import Database
-from relmodel.store.sql import query
 from vision.relations.tolerances import Tolerance
 
 
@@ -24,9 +24,11 @@ from vision.relations.tolerances import Tolerance
 class ProblemRows:
     """A problem before its joins.
 
-    unit, label, cost (c,): candidates; null_cost (units,): what no label costs a unit, besides `null_share` of the
-    weight of its relations; units, labels: how many there are; units_id, labels_id: their sets in the workspace;
-    injective: no label twice (the mode `paper` knows no such limit); nodes: after how many the search ends; mode: of
+    unit, label, cost (c,): candidates; places: columns of `candidate` that say how far each is off, where that is
+    known; null_cost (units,): what no label costs a unit, besides `null_share` of the weight of its relations;
+    nat_cost: cost of a nat of a relation; relation_weight: of all relations of a unit, None where each weighs what its
+    kinds do; units, labels: how many there are; units_id, labels_id: their sets in the workspace; injective: no label
+    twice (the mode `paper` knows no such limit); nodes: after how many the search ends; mode: of
     `relmodel.labelling.solve`.
     """
 
@@ -39,19 +41,22 @@ class ProblemRows:
     cost: Ints
     null_cost: Ints
     null_share: float
+    nat_cost: float
     tolerances: Mapping[str, Tolerance]
     injective: bool
     nodes: int
     mode: str = MODES[0]
+    relation_weight: int | None = None
+    places: Columns | None = None
 
 
 @dataclass(frozen=True)
 class Solved:
-    """A problem, its solution, and the candidates (d, 2: unit, label) that dominance struck off before."""
+    """A problem, its solution, and what its rows hold besides (`solved_rows`)."""
 
     problem: MatchingProblem
     result: MatchingResult
-    dominated: Ints
+    rows: ProblemRows
     tolerances: Columns
 
 
@@ -61,7 +66,7 @@ def put_relations(workspace: Database, connection: Connection, unit_set_id: int,
 
 
 def solve_rows(workspace: Database, connection: Connection, number: int, rows: ProblemRows) -> Solved:
-    """Join the relations of both sides over the candidates, strike off what is dominated, and search."""
+    """Join the relations of both sides over the candidates, and search."""
     problem_key = {"run_id": 0, "problem_no": number}
     injective = rows.injective and rows.mode != paper.MODE
     workspace.append(
@@ -76,6 +81,8 @@ def solve_rows(workspace: Database, connection: Connection, number: int, rows: P
             "labels_id": rows.labels_id,
             "parameters": "{}",
             "injective": injective,
+            "nat_cost": rows.nat_cost,
+            "relation_weight": rows.relation_weight,
             "status": "stopped",
             "cost": 0.0,
             "bound": 0.0,
@@ -90,40 +97,39 @@ def solve_rows(workspace: Database, connection: Connection, number: int, rows: P
     workspace.append(
         connection,
         "candidate",
-        {**problem_key, "unit_no": rows.unit, "label_no": rows.label, "cost": rows.cost.astype(float)},
+        {
+            **problem_key,
+            "unit_no": rows.unit,
+            "label_no": rows.label,
+            "cost": rows.cost.astype(float),
+            **(rows.places or {}),
+        },
     )
     workspace.insert(connection, "problem_relation", "matching/relations", **problem_key)
     workspace.insert(connection, "compatibility", "matching/compatibilities", **problem_key)
     relation = workspace.columns(connection, "matching/problem_relations", **problem_key)
     weight = np.bincount(relation["unit_no"], relation["weight"], rows.units)
     null_cost = rows.null_cost + np.ceil(rows.null_share * weight - 1e-9).astype(np.int64)
-    dominated = _strike_dominated(workspace, connection, problem_key, null_cost)
-    candidate = workspace.columns(connection, "matching/candidates", **problem_key)
     pair = workspace.columns(connection, "matching/compatible_pairs", **problem_key)
     problem = matching_problem(
         null_cost,
         rows.labels,
-        _table(candidate, "unit_no", "label_no", "cost"),
+        np.stack([rows.unit, rows.label, rows.cost], axis=1),
         _table(relation, "unit_no", "neighbour_no", "weight"),
-        _table(pair, "unit_a", "label_a", "unit_b", "label_b"),
+        _table(pair, "unit_a", "label_a", "unit_b", "label_b", "saves"),
         injective=injective,
     )
-    return Solved(problem, solve(problem, rows.mode, nodes=rows.nodes), dominated, tolerances)
+    return Solved(problem, solve(problem, rows.mode, nodes=rows.nodes), rows, tolerances)
 
 
-def _strike_dominated(workspace: Database, connection: Connection, key: dict[str, int], null_cost: Ints) -> Ints:
-    """Delete dominated candidates and what they confirm, until none is left; those deleted (d, 2)."""
-    struck = [np.zeros((0, 2), np.int64)]
-    prices = {"unit_no": np.arange(len(null_cost)), "null_cost": null_cost}
-    with workspace.relation(connection, "problem_unit", prices):
-        while True:
-            found = workspace.columns(connection, "matching/dominated", **key)
-            if not len(found["unit_no"]):
-                return np.concatenate(struck)
-            struck.append(_table(found, "unit_no", "label_no"))
-            with workspace.relation(connection, "struck", found):
-                connection.execute(query("matching/delete_candidates"), key)
-                connection.execute(query("matching/delete_compatibilities"), key)
+def solved_rows(solved: Solved, *, keep_bound: bool) -> dict[str, Columns]:
+    """As `relmodel.labelling.rows.result_rows`, with what the joins went by."""
+    tables, rows = result_rows(solved.problem, solved.result, keep_bound=keep_bound), solved.rows
+    tables["problem"] |= {"nat_cost": [rows.nat_cost], "relation_weight": [rows.relation_weight]}
+    if rows.places is not None:
+        order = np.lexsort((rows.label, rows.unit))
+        tables["candidate"] |= {name: np.ma.asarray(values)[order] for name, values in rows.places.items()}
+    return {**tables, "problem_tolerance": solved.tolerances}
 
 
 def _table(columns: Columns, *names: str) -> Ints:

@@ -1,4 +1,4 @@
-"""How far two relations of one kind may differ and yet agree, and what it tells that they do."""
+"""How relations of true partners differ, and what it tells that they agree."""
 
 from dataclasses import dataclass
 
@@ -7,11 +7,13 @@ from dataclasses import dataclass
 class Tolerance:
     """Of relations of one kind.
 
-    Those of units a and b and of labels k and l agree if their distances differ by at most `distance` px plus
-    `distance_share` of the unit side's, and their angles by at most `angle` rad (bearings around the circle).  A unit
-    calls on relations of at most `reach` px only, while its labels may have longer ones: what lies at the rim is not
-    missed for a pixel.  `weight` is 4 times the logarithm of the ratio of the odds of agreement between true partners
-    and where a is given a wrong label.
+    The distances of units a and b and of labels k and l differ with a standard deviation of `distance` px plus
+    `distance_share` of the unit side's, their angles with one of `angle` rad (bearings around the circle), besides
+    those that both relations have of their own: so much is due to where arcs are cut and to light.  A unit calls on
+    relations of at most `reach` px only, while its labels may have longer ones: what lies at the rim is not missed for
+    a pixel. `nats` is what full agreement tells, the logarithm of the ratio of the odds of agreement within two
+    standard deviations between true partners and where a is given a wrong label; what is so much less likely confirms
+    nothing.
 
     Measured on CHOOSING of `benchmarks/relations.py`, left against right pictures of seven rendered pairs with partners
     by the truth of rendering; wrong labels: others within 60 px, arcs within 30 degrees of the direction.
@@ -21,20 +23,21 @@ class Tolerance:
     distance_share: float
     angle: float
     reach: float
-    weight: int
+    nats: float
 
 
 FAR = 1e6  # px: no limit
+AGREE = 4 / 3  # standard deviations within which most is told
 
 TOLERANCES = {
-    "near": Tolerance(4.0, 0.2, 0.4, 80.0, 14),
-    "parallel": Tolerance(4.0, 0.3, 0.15, 60.0, 16),
-    "junction": Tolerance(3.0, 0.5, 0.6, 3.0, 22),
-    "concentric": Tolerance(8.0, 0.3, 0.1, FAR, 12),
-    "equal_radius": Tolerance(8.0, 0.3, 0.1, FAR, 12),
-    "bounds": Tolerance(24.0, 0.5, 0.6, FAR, 16),
-    "adjacent": Tolerance(40.0, 0.5, 0.6, FAR, 14),
-    "surrounds": Tolerance(40.0, 0.5, 0.6, FAR, 14),
+    "near": Tolerance(3.0, 0.15, 0.3, 80.0, 3.5),
+    "parallel": Tolerance(3.0, 0.225, 0.1125, 60.0, 4.0),
+    "junction": Tolerance(2.25, 0.375, 0.45, 3.0, 5.5),
+    "concentric": Tolerance(6.0, 0.225, 0.075, FAR, 3.0),
+    "equal_radius": Tolerance(6.0, 0.225, 0.075, FAR, 3.0),
+    "bounds": Tolerance(18.0, 0.375, 0.45, FAR, 4.0),
+    "adjacent": Tolerance(30.0, 0.375, 0.45, FAR, 3.5),
+    "surrounds": Tolerance(30.0, 0.375, 0.45, FAR, 3.5),
 }
-"""Concentric and surrounds are too rare to be measured (10 and 13 relations of partners): weighed as equal_radius and
+"""Concentric and surrounds are too rare to be measured (10 and 13 relations of partners): as equal_radius and
 adjacent."""

@@ -19,13 +19,14 @@ TABLES = (
     "problem_relation",
     "compatibility",
 )
+VIEWS = ("due_relation", "due_compatibility")
 
 
 def open_workspace() -> Database:
-    """An empty database in memory with `TABLES`, as schema/ makes them."""
+    """An empty database in memory with `TABLES` and `VIEWS`, as schema/ makes them."""
     workspace = Database(connect(URL.create("duckdb", database=":memory:"), read_only=False), "memory")
     with workspace.write() as connection:
-        for table in TABLES:
+        for table in TABLES + VIEWS:
             connection.exec_driver_sql(sql.table_script(table))
     for table in TABLES:  # asked for now: in memory there is one connection, and it will be busy
         workspace.table(table)

@@ -15,7 +15,6 @@ from relmodel.labelling.solve import check_mode
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
 from vision.relations.joins import ProblemRows, Solved, put_relations, solve_rows
-from vision.relations.tolerances import TOLERANCES
 from vision.relations.workspace import open_workspace
 from vision.stereo.crossings import StereoArcs, lay_out, pack_arcs
 from vision.stereo.disparity_range import DepthRange, estimate_range, range_of_depths
@@ -166,10 +165,8 @@ def _solve(
                 cost=np.rint(p.scale * both.price).astype(np.int64),
                 null_cost=np.rint(p.scale * null).astype(np.int64),
                 null_share=p.bare_null_share if bare else p.null_share,
-                tolerances={
-                    kind: replace(t, weight=max(1, round(share * p.scale / 4 * t.weight)))
-                    for kind, t in TOLERANCES.items()
-                },
+                nat_cost=share * p.scale,
+                tolerances=parameters.tolerances,
                 injective=True,
                 nodes=p.nodes,
                 mode=parameters.search,

@@ -10,9 +10,9 @@ import numpy as np
 
 from relmodel.arrays import Floats
 from relmodel.columns import Columns, Ragged
-from relmodel.labelling.rows import result_rows
 from relmodel.store.database import Database
 from relmodel.store.runs import Run
+from vision.relations.joins import solved_rows
 from vision.stereo.match import StereoMatches
 from vision.stereo.space_conics import Conics
 from vision.stereo.triangulate import CURVES, Triangulated
@@ -37,7 +37,7 @@ def record_stereo(
     `units_id` and `labels_id` are the unit sets of the left and the right extraction: arcs by number, then regions.
     """
     key = {"run_id": run.id, "problem_no": problem_no}
-    for table, columns in result_rows(matches.solved.problem, matches.solved.result, keep_bound=keep_bound).items():
+    for table, columns in solved_rows(matches.solved, keep_bound=keep_bound).items():
         if table == "problem":
             columns = {
                 **columns,
@@ -48,7 +48,6 @@ def record_stereo(
                 "parameters": json.dumps(asdict(matches.parameters), sort_keys=True),
             }
         run.append(connection, table, {**key, **columns})
-    run.append(connection, "problem_tolerance", {**key, **matches.solved.tolerances})
     if matches.votes is not None:
         votes = matches.votes
         run.append(

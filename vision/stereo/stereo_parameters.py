@@ -6,6 +6,8 @@ one in fifteen changes sign.  Between half and twice these values precision and 
 
 from dataclasses import dataclass, field
 
+from vision.relations.tolerances import TOLERANCES, Tolerance
+
 
 @dataclass(frozen=True)
 class EpipolarParameters:
@@ -123,8 +125,8 @@ class AssignmentParameters:
     region_null: float = 2.5
     """nats for a region without partner: .954 at .728; .956 at .689 with 2, .941 at .795 with 3"""
     relation_share: float = 0.1
-    """share of the weight of a relation (`vision.relations.tolerances`) that counts in addition to prices: the
-    relations of one unit repeat much the same information"""
+    """share of what a relation tells (`vision.relations.tolerances`) that counts in addition to prices: the relations
+    of one unit repeat much the same information"""
     null_share: float = 0.7
     """share of the weight of its relations that a unit without partner pays: so much a partner may leave unconfirmed"""
     bare_relation_share: float = 0.25
@@ -204,10 +206,11 @@ class DepthRangeParameters:
 @dataclass(frozen=True)
 class StereoParameters:
     """All parameters of a stereo match: the method (`vision.stereo.match.METHODS`), the search
-    (`relmodel.labelling.solve.MODES`), and a field a step."""
+    (`relmodel.labelling.solve.MODES`), what relations tell, and a field a step."""
 
     method: str = "pong"
     search: str = "dual_ascent"
+    tolerances: dict[str, Tolerance] = field(default_factory=lambda: dict(TOLERANCES))
     epipolar: EpipolarParameters = field(default_factory=EpipolarParameters)
     depth_range: DepthRangeParameters = field(default_factory=DepthRangeParameters)
     range: RangeParameters = field(default_factory=RangeParameters)

@@ -27,3 +27,53 @@ def test_alterations_are_noticed_on_postgresql(
         assert not any(finding.rows for finding in check(store))
         random = np.random.default_rng(1)
         assert alter(store, postgresql_inspection.answer["run"], relation, random).noticed_by != "nobody"
+
+
+RELATION = "a relation is not what its candidates and tolerances give"
+COMPATIBILITY = "a compatibility is not what the relations give"
+TOLERANCE = "a tolerance is not what the parameters say"
+OF_MATCHING = {
+    """DELETE FROM compatibility WHERE problem_no = 1 AND NOT EXISTS (
+        SELECT 1 FROM assignment AS a WHERE a.run_id = compatibility.run_id AND a.problem_no = compatibility.problem_no
+            AND a.unit_no = unit_a AND a.label_no = label_a)""": {(1, COMPATIBILITY)},
+    "UPDATE compatibility SET saves = saves + 1 WHERE problem_no = 0 AND unit_a % 5 = 0": {(0, COMPATIBILITY)},
+    """INSERT INTO compatibility (run_id, problem_no, unit_a, label_a, unit_b, label_b, saves)
+    SELECT a.run_id, a.problem_no, min(a.unit_no), min(a.label_no), max(b.unit_no), min(b.label_no), 1
+    FROM candidate AS a JOIN candidate AS b ON b.run_id = a.run_id AND b.problem_no = a.problem_no
+    WHERE a.problem_no = 1 AND NOT EXISTS (SELECT 1 FROM problem_relation AS r WHERE r.run_id = a.run_id
+        AND r.problem_no = a.problem_no AND r.unit_no = a.unit_no AND r.neighbour_no = b.unit_no)
+        AND a.unit_no < b.unit_no GROUP BY a.run_id, a.problem_no""": {(1, COMPATIBILITY)},
+    "UPDATE problem_tolerance SET nats = 3 * nats WHERE problem_no = 0": {
+        (0, RELATION), (0, COMPATIBILITY), (0, TOLERANCE),
+    },
+    "UPDATE problem_tolerance SET distance = 3 * distance, angle = 3 * angle WHERE problem_no = 0": {
+        (0, COMPATIBILITY), (0, TOLERANCE),
+    },
+    "DELETE FROM problem_tolerance WHERE problem_no = 2 AND kind = 'near'": {(2, RELATION), (2, COMPATIBILITY)},
+    "UPDATE problem_relation SET weight = weight + 1 WHERE problem_no = 1 AND unit_no % 5 = 0": {
+        (1, RELATION), (1, COMPATIBILITY),
+    },
+    "UPDATE problem SET nat_cost = 2 * nat_cost WHERE problem_no = 0": {
+        (0, RELATION), (0, COMPATIBILITY), (0, "the weight of relations is not what the parameters say"),
+    },
+    "UPDATE candidate SET across = across + 1 WHERE problem_no = 2 AND unit_no % 5 = 0": {(2, COMPATIBILITY)},
+    """UPDATE unit_relation SET distance = distance + 30 WHERE kind = 'bounds' AND unit_set_id = (
+        SELECT labels_id FROM problem WHERE problem_no = 1)""": {(1, COMPATIBILITY)},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("engine", ["inspection", "postgresql_inspection"])
+def test_what_matching_goes_by_is_worked_out_anew(
+    engine: str, request: pytest.FixtureRequest, copy_store: Callable[[str], str]
+) -> None:
+    """By the query that knows nothing of the digests of what was written."""
+    inspected: Inspection = request.getfixturevalue(engine)
+    with Store.open(copy_store(inspected.store)) as store:
+        with store.read() as connection:
+            assert store.rows(connection, "check/matching_rows") == []
+        for change, expected in OF_MATCHING.items():
+            with store.engine.connect() as connection:
+                changed = connection.exec_driver_sql(change.replace("%", "%%") if engine != "inspection" else change)
+                found = {(row.problem_no, row.what) for row in store.rows(connection, "check/matching_rows")}
+                connection.rollback()
+            assert found == expected, (change, changed.rowcount)

@@ -8,17 +8,18 @@ from itertools import product
 import numpy as np
 import pytest
 import sqlalchemy as sa
+from scipy.stats import norm
 
 from relmodel.arrays import Floats, Ints
-from relmodel.labelling.problem import matching_problem
-from relmodel.labelling.solve import solve
+from relmodel.columns import Columns
 from relmodel.store import Store
 from tests.labelling.oracle import enumerated_cost
+from vision.matching.pose_problem import PLACES
 from vision.relations.joins import ProblemRows, put_relations, solve_rows
 from vision.relations.tolerances import Tolerance
 from vision.relations.workspace import open_workspace
 
-TOLERANCES = {"near": Tolerance(2.0, 0.1, 0.3, 40.0, 5), "parallel": Tolerance(1.0, 0.0, 0.2, 1e6, 3)}
+TOLERANCES = {"near": Tolerance(2.0, 0.1, 0.3, 40.0, 5.0), "parallel": Tolerance(1.0, 0.0, 0.2, 1e6, 3.0)}
 Relations = dict[str, list[float] | list[int] | list[str]]
 
 
@@ -38,6 +39,15 @@ def relations(rng: np.random.Generator, places: Floats) -> Relations:
     return {**out, "distance_sigma": [0.1] * count, "angle_sigma": [0.01] * count}
 
 
+def some_places(rng: np.random.Generator, unit: Ints) -> Columns:
+    """As of arcs, the units of even number: off by what a pose does to all, and by themselves."""
+    shift = rng.normal(0, 2.0, (len(unit), 6)) * rng.random((len(unit), 1)) + 3.0
+    across = shift @ rng.normal(size=6) + rng.normal(0, 0.5, len(unit))
+    values = np.column_stack([across, np.full(len(unit), 0.5), shift])
+    masked = np.ma.masked_array(values, np.repeat(unit[:, None] % 2 == 1, len(PLACES), axis=1))
+    return {name: masked[:, i] for i, name in enumerate(PLACES)}
+
+
 def problem(seed: int, injective: bool) -> tuple[ProblemRows, Relations, Relations]:
     """Points and the same points shaken, some gone, some new; candidates are all within reach."""
     rng = np.random.default_rng(seed)
@@ -47,46 +57,95 @@ def problem(seed: int, injective: bool) -> tuple[ProblemRows, Relations, Relatio
     unit, label = np.nonzero(apart < 25)
     rows = ProblemRows(
         units=6, labels=6, units_id=10, labels_id=11, unit=unit, label=label,
-        cost=np.rint(apart[unit, label] / 3).astype(np.int64), null_cost=np.full(6, 4), null_share=0.6,
-        tolerances=TOLERANCES, injective=injective, nodes=1000,
+        cost=np.rint(apart[unit, label] / 3).astype(np.int64), null_cost=np.full(6, 4), null_share=0.6, nat_cost=2.0,
+        tolerances=TOLERANCES, injective=injective, nodes=1000, relation_weight=None if injective else 20,
+        places=None if injective else some_places(rng, unit),
     )  # fmt: skip
     return rows, relations(rng, units), relations(rng, labels)
 
 
 def by_hand(
     rows: ProblemRows, mine: Relations, theirs: Relations
-) -> tuple[dict[tuple[int, int], int], set[tuple[int, ...]]]:
-    """Weights of the related pairs of units, and the pairs of candidates that confirm each other."""
+) -> tuple[dict[tuple[int, int], int], dict[tuple[int, ...], int]]:
+    """Weights of the related pairs of units, and what pairs of candidates save of them."""
     candidates = set(zip(rows.unit.tolist(), rows.label.tolist(), strict=True))
     units = {unit for unit, _ in candidates}
+    place = places(rows)
+    placed = {unit for (unit, _), values in place.items() if values is not None}
     stored = {(k, a, b): (d, t) for k, a, b, d, t in zip(*(theirs[n] for n in list(theirs)[:5]), strict=True)}
-    weights: dict[tuple[int, int], int] = {}
-    confirmed: dict[tuple[int, ...], int] = {}
-    for kind, a, b, d, t in zip(*(mine[name] for name in list(mine)[:5]), strict=True):
-        tolerance = TOLERANCES[str(kind)]
-        if d > tolerance.reach or not {a, b} <= units:
-            continue
-        weights[a, b] = weights.get((a, b), 0) + tolerance.weight
+    called = [
+        (str(kind), int(a), int(b), float(d), float(t))
+        for kind, a, b, d, t in zip(*(mine[name] for name in list(mine)[:5]), strict=True)
+        if d <= TOLERANCES[str(kind)].reach and {a, b} <= units
+    ]
+    raw: dict[tuple[int, int], int] = {}
+    for kind, a, b, _, _ in called:
+        if b in placed or a not in placed:
+            raw[a, b] = raw.get((a, b), 0) + round(TOLERANCES[kind].nats * rows.nat_cost)
+    weights = raw
+    if rows.relation_weight is not None:
+        whole = {u: sum(w for (a, _), w in raw.items() if a == u) for u in units}
+        weights = {
+            (a, b): max(1, math.floor(0.5 + rows.relation_weight * (w / whole[a] + w / (whole[b] or w)) / 2))
+            for (a, b), w in raw.items()
+        }
+    agreed: dict[tuple[int, ...], list[float]] = {}
+    for kind, a, b, d, t in called:
+        tolerance = TOLERANCES[kind]
         for (u, k), (v, m) in product(candidates, repeat=2):
             if (u, v) != (a, b) or u > v:
                 continue
-            if k == m:
-                fits = not rows.injective and (kind != "parallel" or d <= tolerance.distance)
+            there, one, other = stored.get((kind, k, m)), place[u, k], place[v, m]
+            if k == m and rows.injective:
+                less = math.inf
+            elif one is not None and other is not None:
+                less = less_likely_places(one, other)
+            elif k == m:
+                less = 0.0
+            elif there is None:
+                less = math.inf
             else:
-                there = stored.get((kind, k, m))
-                fits = there is not None and (
-                    abs(d - there[0]) <= tolerance.distance + tolerance.distance_share * d
-                    and abs(math.remainder(t - there[1], 2 * math.pi)) <= tolerance.angle
-                )
-            confirmed[u, k, v, m] = confirmed.get((u, k, v, m), 0) + tolerance.weight * fits
-    return weights, {key for key, w in confirmed.items() if w and 2 * w >= weights[key[0], key[2]]}
+                sigma = math.hypot(tolerance.distance + tolerance.distance_share * d, 0.1, 0.1)
+                turned = math.remainder(t - there[1], 2 * math.pi) / math.hypot(tolerance.angle, 0.01, 0.01)
+                less = 0.5 * ((d - there[0]) ** 2 / sigma**2 + turned**2)
+            share = math.floor(0.5 + 1000 * max(0.0, 1 - less / tolerance.nats)) / 1000
+            agreed.setdefault((u, k, v, m), []).append(share * round(tolerance.nats * rows.nat_cost))
+            agreed[u, k, v, m].append(-round(tolerance.nats * rows.nat_cost))
+    saves = {}
+    for (u, k, v, m), parts in agreed.items():
+        share = sum(p for p in parts if p > 0) / -sum(p for p in parts if p < 0)
+        saves[u, k, v, m] = math.floor(0.5 + share * max(weights.get((u, v), 0), weights.get((v, u), 0)))
+    return weights, {key: saved for key, saved in saves.items() if saved}
+
+
+def places(rows: ProblemRows) -> dict[tuple[int, int], Floats | None]:
+    """Of each candidate how far it is off, the standard deviation of that, and how the pose moves it; None if
+    unknown."""
+    values: list[Floats | None] = [None] * len(rows.unit)
+    if rows.places is not None:
+        table: np.ma.MaskedArray = np.ma.stack([np.ma.asarray(rows.places[name]) for name in PLACES], axis=1)
+        values = [None if np.ma.getmaskarray(row).any() else np.asarray(row) for row in table]
+    return {(int(u), int(k)): v for u, k, v in zip(rows.unit, rows.label, values, strict=True)}
+
+
+def less_likely_places(one: Floats, other: Floats) -> float:
+    """By how many nats the difference of two places, in standard deviations, is less likely than none: the density of
+    the normal distribution that the pose's covariance gives it, against that of two places that have nothing in
+    common."""
+    variance = [place[1] ** 2 + place[2:] @ place[2:] for place in (one, other)]
+    correlation = one[2:] @ other[2:] / math.sqrt(variance[0] * variance[1])
+    sign = -1.0 if correlation < 0 else 1.0
+    apart = one[0] / math.sqrt(variance[0]) - sign * other[0] / math.sqrt(variance[1])
+    together, alone = norm(0, math.sqrt(2 - 2 * abs(correlation))), norm(0, math.sqrt(2))
+    at_best = together.logpdf(0) - alone.logpdf(0)
+    return float(at_best - (together.logpdf(apart) - alone.logpdf(apart)))
 
 
 @pytest.mark.parametrize("injective", [True, False])
 @pytest.mark.parametrize("seed", range(4))
 def test_joins_are_what_loops_find_on_both_engines(fresh_store: str, seed: int, injective: bool) -> None:
     rows, mine, theirs = problem(seed, injective)
-    weights, confirmed = by_hand(rows, mine, theirs)
+    weights, saves = by_hand(rows, mine, theirs)
     with Store.open(fresh_store) as store, store.write() as connection:
         if store.dialect == "postgresql":  # a problem of no run: its references are not what is tested
             connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
@@ -95,21 +154,11 @@ def test_joins_are_what_loops_find_on_both_engines(fresh_store: str, seed: int, 
         solved = solve_rows(store, connection, 0, rows)
         asked = "SELECT unit_no, neighbour_no, weight FROM problem_relation"
         assert {(a, b): w for a, b, w in connection.execute(sa.text(asked))} == weights
-    struck = {(u, k) for u, k in solved.dominated.tolist()}
     pair = solved.problem.compatibility
     unit, label = solved.problem.candidate_unit, solved.problem.candidate_label
-    found = {
-        tuple(map(int, p))
-        for p in np.stack([unit[pair[:, 0]], label[pair[:, 0]], unit[pair[:, 1]], label[pair[:, 1]]], 1)
-    }
-    assert found == {c for c in confirmed if not {c[:2], c[2:]} & struck}
-    # What dominance struck off, no optimum needed.
-    table = [(u, k, c) for u, k, c in zip(rows.unit, rows.label, rows.cost, strict=True)]
-    whole = matching_problem(
-        solved.problem.null_cost, rows.labels, np.array(table), np.array([(*k, w) for k, w in weights.items()]),
-        np.array(sorted(confirmed)).reshape(-1, 4), injective=injective,
-    )  # fmt: skip
-    assert solved.result.cost == solve(whole, "forward_checking").cost == enumerated_cost(whole)
+    ends = np.stack([unit[pair[:, 0]], label[pair[:, 0]], unit[pair[:, 1]], label[pair[:, 1]]], axis=1)
+    assert {tuple(key): s for key, s in zip(ends.tolist(), solved.problem.saves.tolist(), strict=True)} == saves
+    assert solved.result.cost == enumerated_cost(solved.problem)
 
 
 def test_arcs_beside_each_other_are_what_brute_force_finds() -> None:

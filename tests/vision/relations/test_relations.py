@@ -216,4 +216,4 @@ def test_nothing_is_related_to_nothing() -> None:
 
 def test_every_kind_has_a_tolerance() -> None:
     assert set(TOLERANCES) == set(KINDS)
-    assert all(tolerance.weight > 0 for tolerance in TOLERANCES.values())
+    assert all(tolerance.nats > 0 for tolerance in TOLERANCES.values())
