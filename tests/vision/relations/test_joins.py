@@ -123,7 +123,7 @@ def places(rows: ProblemRows) -> dict[tuple[int, int], Floats | None]:
     unknown."""
     values: list[Floats | None] = [None] * len(rows.unit)
     if rows.places is not None:
-        table: np.ma.MaskedArray = np.ma.stack([np.ma.asarray(rows.places[name]) for name in PLACES], axis=1)
+        table: Floats = np.ma.stack([np.ma.asarray(rows.places[name]) for name in PLACES], axis=1)
         values = [None if np.ma.getmaskarray(row).any() else np.asarray(row) for row in table]
     return {(int(u), int(k)): v for u, k, v in zip(rows.unit, rows.label, values, strict=True)}
 
