@@ -6,7 +6,7 @@ CREATE SEQUENCE world_id_seq;
 CREATE TABLE world (  -- A cell and what stands in it; a change is a new revision.
     id BIGINT PRIMARY KEY,  -- identity of this revision of the world
     name TEXT NOT NULL,  -- name of the world
-    revision INTEGER NOT NULL,  -- 1 for the first, one more each time the content differs
+    revision INTEGER NOT NULL,  -- 1 for the first, one more each time the content differs; 0 of an object alone, which no file places
     content_key TEXT NOT NULL,  -- hash of all that the world file says
     UNIQUE (name, revision)
 );

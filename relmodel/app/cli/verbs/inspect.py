@@ -1,6 +1,7 @@
 """Inspect a stereo pair or one picture: say which parts are in view and where the cameras are.
 
 Without --prior a rig that no arm carries is located by the circles that its pictures show, wherever they were taken.
+With --against no world is needed: the pictures are held against loaded objects, each by itself.
 Without --right the picture of the left camera is used alone.  Where the world mounts the rig on an arm, an accepted
 pose also says how far the arm's base stands from where the world has it, with the joints held unless their sigmas are
 given.  Exit status 0 where the pose is accepted, 1 where it is ambiguous or refused; 5 where it is accepted and
@@ -58,6 +59,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "says, else 3mm,0.5deg)",
     )
     parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
+    parser.add_argument(
+        "--against",
+        nargs="?",
+        const="",
+        metavar="OBJECTS",
+        help="say which of these loaded objects the pictures show, and where: names separated by commas (without any: "
+        "all); no world is needed",
+    )
     add_joints(parser)
     add_joint_sigmas(
         parser, "correct this joint too; the base then is as sure as --base-sigma-mm and --base-sigma-deg say"
@@ -145,6 +154,9 @@ def run(args: argparse.Namespace) -> int:
             prior=args.prior,
             needs=needs,
             world=args.world,
+            against=None
+            if args.against is None
+            else [name.strip() for name in args.against.split(",") if name.strip()],
             carrier=carrier,
             keep_images=not args.no_keep_images,
             full_audit=args.audit == "full",
@@ -175,6 +187,8 @@ def print_answer(answer: Inspection, form: str) -> None:
         return
     for words in answer.notes:
         say(words)
+    if answer.outcome.shown is not None:
+        say(answer.outcome.shown)
     say(f"run {answer.run}: {answer.outcome.words}")
     say(f"the pose is {answer.verdict}: {answer.reason}")
     if answer.world_from_rig is not None:
