@@ -21,7 +21,6 @@ from vision.localisation.localise import Localisation
 from vision.localisation.verdict import Gathered, Verdict, find_standing
 from vision.presence.variants import VariantEvidence
 
-_VERDICTS = ("refused", "ambiguous", "accepted")
 TOLD_APART = 3.0
 """nats of evidence, 20 to 1, that tell one variant from another, as the view `found_variant` has it"""
 
@@ -73,7 +72,17 @@ class Recognised(NamedTuple):
     variants: list[VariantEvidence]
 
 
+class _Chosen(NamedTuple):
+    """The variant of an object that was localised, and how its variants rank there."""
+
+    candidate: Candidate
+    located: Located
+    variants: list[VariantEvidence]
+
+
 class _Start(NamedTuple):
+    """Where a variant could be."""
+
     candidate: Candidate
     sight: Sight
     selected: Selected
@@ -122,31 +131,18 @@ def recognise(sight: Sight, among: Sequence[Candidate]) -> Recognised:
     in the variant that has most evidence at its pose; others are shown beside it where they explain other edges.
     """
     starts = _join(sight, among)
-    scores = {start.candidate: start.score for start in starts}
-    tried: dict[str, tuple[_Start, Located]] = {}
-    for start in _find_worthy(starts, sight):
-        tried[start.candidate.name] = start, start.locate()
-    first = max(tried.values(), key=lambda it: _rank(it[1].found))
-    shown, variants = _choose_variant(sight, *first, starts)
-    tried[shown[0].candidate.name] = shown
-    states = {start.candidate: _judge(sight, located, shown[1]) for start, located in tried.values()}
-    alike = [c.name for c, state in states.items() if state == "alike"]
-    located = shown[1]._replace(found=doubt(shown[1].found, alike))
-    if located.found.verdict.verdict != "refused":
-        best = max((v.log_odds for v in variants), default=0.0)
-        less = {v.object_variant_id: best - v.log_odds for v in variants if not v.placed}
-        states |= {
-            c: "alike" if less[c.object_variant_id] < TOLD_APART else "outdone"
-            for c in among
-            if c.object_variant_id in less
-        }
-    considered = [
-        _describe(c, scores[c], states.get(c, "left"), next((at for s, at in tried.values() if s.candidate == c), None))
-        for c in among
-    ]
+    chosen = [_choose_variant(sight, start, starts) for start in _find_worthy(starts, sight)]
+    shown = max(chosen, key=lambda it: _rank(it.located.found))
+    considered = {start.candidate: Considered(start.candidate, start.score) for start in starts}
+    for it in chosen:
+        for one, state in _judge_variants(it, _judge(sight, it.located, shown.located), among).items():
+            considered[one] = replace(considered[one], state=state)
+        considered[it.candidate] = _add_pose(considered[it.candidate], it.located.found)
     order = ("shown", "alike", "outdone", "refused", "left")
-    considered.sort(key=lambda it: (order.index(it.state), -(it.score or 0.0)))
-    return Recognised(located, considered, variants)
+    ranked = sorted(considered.values(), key=lambda it: (order.index(it.state), it.candidate != shown.candidate))
+    alike, sure = ({it.candidate.name for it in ranked if it.state == state} for state in ("alike", "shown"))
+    located = shown.located._replace(found=doubt(shown.located.found, sorted(alike - sure)))
+    return Recognised(located, ranked, shown.variants)
 
 
 def doubt(found: Localisation, alike: Sequence[str]) -> Localisation:
@@ -202,31 +198,28 @@ def _find_worthy(starts: Sequence[_Start], sight: Sight) -> list[_Start]:
     return worthy[: sight.p.most_objects] or best[:1]
 
 
-def _rank(found: Localisation) -> tuple[int, float]:
-    """The surer verdict first, then more evidence."""
-    return _VERDICTS.index(found.verdict.verdict), -np.inf if found.best is None else -found.best.cost
+def _rank(found: Localisation) -> tuple[bool, float]:
+    """What is not refused first, then more evidence."""
+    return found.verdict.verdict != "refused", -np.inf if found.best is None else -found.best.cost
 
 
-def _choose_variant(
-    sight: Sight, start: _Start, located: Located, starts: Sequence[_Start]
-) -> tuple[tuple[_Start, Located], list[VariantEvidence]]:
+def _choose_variant(sight: Sight, start: _Start, starts: Sequence[_Start]) -> _Chosen:
     """The variant of an object that has most evidence at the pose found, located anew where it is another."""
+    located = start.locate()
     own = {s.candidate.object_variant_id: s for s in starts if s.candidate.name == start.candidate.name}
     if located.found.verdict.verdict == "refused" or len(own) < 2:
-        return (start, located), []
+        return _Chosen(start.candidate, located, [])
     (stored, selection), _, found, _ = located
     ranked = weigh_variants(sight.store, stored, selection, sight.rig, sight.pictures, found, None, sight.p)
     sight.run.step("variants")
     likeliest = own[ranked[0].object_variant_id]
-    if likeliest is start:
-        return (start, located), ranked
-    again = likeliest.locate()
-    if _rank(again.found) < _rank(located.found):
-        return (start, located), ranked
+    again = located if likeliest is start else likeliest.locate()
+    if likeliest is start or again.found.verdict.verdict == "refused":
+        return _Chosen(start.candidate, located, ranked)
     object_no = int(again.selected.stored.occurrence_id[0]) >> 28
     placed = likeliest.candidate.object_variant_id
     ranked = [replace(v, object_no=object_no, placed=v.object_variant_id == placed) for v in ranked]
-    return (likeliest, again), ranked
+    return _Chosen(likeliest.candidate, again, ranked)
 
 
 def _judge(sight: Sight, located: Located, shown: Located) -> str:
@@ -239,6 +232,24 @@ def _judge(sight: Sight, located: Located, shown: Located) -> str:
     return "alike" if len(find_standing(both, sight.p.localisation.verdict)) > 1 else "outdone"
 
 
+def _judge_variants(it: _Chosen, state: str, among: Sequence[Candidate]) -> dict[Candidate, str]:
+    """What is to be thought of an object's variants that were weighed, by what is thought of the one localised."""
+    states = {it.candidate: state}
+    best = max((v.log_odds for v in it.variants), default=0.0)
+    less = {v.object_variant_id: best - v.log_odds for v in it.variants if state != "refused"}
+    for one in among:
+        if one != it.candidate and one.object_variant_id in less:
+            alike = state != "outdone" and less[one.object_variant_id] < TOLD_APART
+            states[one] = "alike" if alike else "outdone"
+    return states
+
+
+def _add_pose(it: Considered, found: Localisation) -> Considered:
+    verdict, best = found.verdict, found.best
+    pose = None if best is None else best.world_from_rig
+    return replace(it, verdict=verdict.verdict, posterior=verdict.posterior, object_from_rig=pose)
+
+
 def _share_edges(one: Localisation, other: Localisation) -> float:
     """The share of the edges found by one that another found too."""
     edges, others = (
@@ -246,11 +257,3 @@ def _share_edges(one: Localisation, other: Localisation) -> float:
         for found in (one, other)
     )
     return len(edges & others) / max(len(edges), 1)
-
-
-def _describe(candidate: Candidate, score: float | None, state: str, located: Located | None) -> Considered:
-    if located is None:
-        return Considered(candidate, score, state)
-    verdict, best = located.found.verdict, located.found.best
-    pose = None if best is None else best.world_from_rig
-    return Considered(candidate, score, state, verdict.verdict, verdict.posterior, pose)

@@ -143,6 +143,7 @@ def run(args: argparse.Namespace) -> int:
     base = base_covariance(args.base_sigma_mm, args.base_sigma_deg) if sigmas else None
     stands = (args.base_sigma_mm, math.radians(args.base_sigma_deg))
     carrier = Carrier(args.on, assigned(args.set, "--set"), sigmas, base, stands)
+    objects = [name.strip() for name in (args.against or "").split(",") if name.strip()]
     compile_ahead(KERNELS, say)
     with Store.open(store_target(args)) as store, shown() as progress:
         progress(f"{args.left.name}: inspecting", 0, 1)
@@ -154,9 +155,7 @@ def run(args: argparse.Namespace) -> int:
             prior=args.prior,
             needs=needs,
             world=args.world,
-            against=None
-            if args.against is None
-            else [name.strip() for name in args.against.split(",") if name.strip()],
+            against=None if args.against is None else objects,
             carrier=carrier,
             keep_images=not args.no_keep_images,
             full_audit=args.audit == "full",
