@@ -31,7 +31,8 @@ SELECT s.run_id, s.object_no, s.name, s.variant, p.variant AS placed_variant, s.
     concat('the pictures show variant ', s.variant, ' of ', s.name, CASE
         WHEN s.placed_less >= 3 THEN concat(', not ', p.variant)
         WHEN s.alike > 1 THEN ', which they do not tell apart'
-        WHEN w.revision > 0 THEN ', as the world says'
+        WHEN w.revision = 0 THEN ''
+        ELSE ', as the world says'
     END) AS words,
     concat(CASE
         WHEN s.placed_less >= 3 THEN concat('variant ', b.variant, ' explains the pictures better than ', p.variant,
@@ -43,8 +44,8 @@ SELECT s.run_id, s.object_no, s.name, s.variant, p.variant AS placed_variant, s.
     END, CASE WHEN s.placed_less >= 3 THEN '; not as ' || p.variant || ' has it: ' || p.told_by
         ELSE '; not as ' || o.variant || ' has it: ' || o.told_by END) AS evidence
 FROM shown AS s
-JOIN inspection AS i ON i.run_id = s.run_id
-JOIN world AS w ON w.id = i.world_id
+LEFT JOIN inspection AS i ON i.run_id = s.run_id
+LEFT JOIN world AS w ON w.id = i.world_id
 JOIN ranked AS p ON p.run_id = s.run_id AND p.rank_no = s.placed_no
 JOIN ranked AS b ON b.run_id = s.run_id AND b.rank_no = s.best_no
 JOIN ranked AS o ON o.run_id = s.run_id AND o.rank_no = s.best_no + 1;
