@@ -41,8 +41,8 @@ SELECT s.run_id, s.object_no, s.name, s.variant, p.variant AS placed_variant, s.
             p.decided)
         ELSE concat('variant ', b.variant, ' explains the pictures better than ', o.variant, ' by ',
             CAST(o.nats_less AS NUMERIC(18, 0)), ' nats of evidence')
-    END, CASE WHEN s.placed_less >= 3 THEN '; not as ' || p.variant || ' has it: ' || p.told_by
-        ELSE '; not as ' || o.variant || ' has it: ' || o.told_by END) AS evidence
+    END, CASE WHEN s.placed_less >= 3 THEN ' (not as ' || p.variant || ' has it: ' || p.told_by || ')'
+        ELSE ' (not as ' || o.variant || ' has it: ' || o.told_by || ')' END) AS evidence
 FROM shown AS s
 LEFT JOIN inspection AS i ON i.run_id = s.run_id
 LEFT JOIN world AS w ON w.id = i.world_id
