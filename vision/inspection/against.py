@@ -154,7 +154,7 @@ def doubt_verdict(verdict: Verdict, alike: Sequence[str]) -> Verdict:
     """`doubt` of a verdict."""
     if not alike:
         return verdict
-    words = f"{' and '.join(sorted(alike))} explain the same edges about as well"
+    words = f"{' and '.join(alike)} explain{'s' * (len(alike) == 1)} the same edges about as well"
     missing = [*verdict.missing, words]
     return replace(verdict, verdict="ambiguous", reason="; ".join(missing), missing=missing)
 
