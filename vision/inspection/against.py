@@ -112,12 +112,11 @@ def place_candidates(store: Store, run: Run, names: Sequence[str]) -> list[Candi
     asked = [row for row in loaded if row["name"] in (names or known)]
     worlds = place_alone(store, run, asked)
     with store.read() as connection:
-        parts = [store.rows(connection, "world/size", world_id=number)[0].parts for number, _ in worlds]
-    found = [
-        Candidate(int(row["object_variant_id"]), row["name"], row["variant"], *world)
-        for row, world, count in zip(asked, worlds, parts, strict=True)
-        if count
-    ]
+        found = [
+            Candidate(int(row["object_variant_id"]), row["name"], row["variant"], *world)
+            for row, world in zip(asked, worlds, strict=True)
+            if store.rows(connection, "world/size", world_id=world[0])[0].parts
+        ]
     if not found:
         raise UsageError(f"{', '.join(names or known)} hold no part that pictures could show: load what has some")
     return found
@@ -141,17 +140,13 @@ def recognise(sight: Sight, among: Sequence[Candidate]) -> Recognised:
     order = ("shown", "alike", "outdone", "refused", "left")
     ranked = sorted(considered.values(), key=lambda it: (order.index(it.state), it.candidate != shown.candidate))
     alike, sure = ({it.candidate.name for it in ranked if it.state == state} for state in ("alike", "shown"))
-    located = shown.located._replace(found=doubt(shown.located.found, sorted(alike - sure)))
-    return Recognised(located, ranked, shown.variants)
+    found = shown.located.found
+    found = replace(found, verdict=doubt(found.verdict, sorted(alike - sure)))
+    return Recognised(shown.located._replace(found=found), ranked, shown.variants)
 
 
-def doubt(found: Localisation, alike: Sequence[str]) -> Localisation:
-    """What was found where other objects explain the same edges about as well."""
-    return replace(found, verdict=doubt_verdict(found.verdict, alike))
-
-
-def doubt_verdict(verdict: Verdict, alike: Sequence[str]) -> Verdict:
-    """`doubt` of a verdict."""
+def doubt(verdict: Verdict, alike: Sequence[str]) -> Verdict:
+    """The verdict on what is shown where other objects, of these names, explain the same edges about as well."""
     if not alike:
         return verdict
     words = f"{' and '.join(alike)} explain{'s' * (len(alike) == 1)} the same edges about as well"
@@ -191,8 +186,11 @@ def _join(sight: Sight, among: Sequence[Candidate]) -> list[_Start]:
 
 
 def _find_worthy(starts: Sequence[_Start], sight: Sight) -> list[_Start]:
-    """Of the objects whose joins explain most, the best variant."""
-    best = list({start.candidate.name: start for start in reversed(starts)}.values())[::-1]
+    """Of the objects whose joins explain most, the best variant; starts: the best first."""
+    of_object: dict[str, _Start] = {}
+    for start in starts:
+        of_object.setdefault(start.candidate.name, start)
+    best = list(of_object.values())
     least = sight.p.localisation.search.least_share * (best[0].score or 0.0)
     worthy = [start for start in best if start.score is not None and start.score >= least]
     return worthy[: sight.p.most_objects] or best[:1]
