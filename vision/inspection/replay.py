@@ -162,12 +162,7 @@ def _replay_join(store: Store, connection: Connection, run: int, given: Any) -> 
         prior, found, relations = find_poses_of_one_picture(store, connection, rig, given.world_id, picture, used, p)
     related = store.columns(connection, "replay/relations", run=run)
     for name, values in related.items():
-        yield Compared(
-            "join",
-            name,
-            values.astype(float),
-            np.concatenate([np.zeros(0), *(one[name] for one in relations.values())]),
-        )
+        yield Compared("join", name, values, np.concatenate([np.zeros(0), *(one[name] for one in relations.values())]))
     yield Compared("join", "poses", matrices(stored), perturb(prior.world_from_rig, found.delta))
     yield Compared("join", "scores", stored["score"], found.score)
 
