@@ -70,7 +70,7 @@ BENCHMARKS = (
     Benchmark("uncertainty", ("--trials", "12")),
     Benchmark("extraction_cost", needs_data=True),
     Benchmark("stereo_methods", ("--pairs", "A0", "C1"), needs_data=True),
-    Benchmark("without_prior", ("--pairs", "2", "--parts", "A", "B"), needs_data=True),
+    Benchmark("without_prior", ("--pairs", "1"), needs_data=True),
     Benchmark("ablations", ("--pairs", "1", "--sets", "A", "render_box"), needs_data=True),
     Benchmark("features", ("10",)),
     Benchmark("loading", (DEMO,), (DEMO,)),

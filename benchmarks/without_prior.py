@@ -1,13 +1,15 @@
-"""Pairs and single pictures located with no prior, by the right model and by others: where the join of circles puts the
-truth.
+"""Pairs and single pictures held against all objects of one store, with no world and no prior: what is that, and where.
 
-    python -m benchmarks.without_prior [--pairs N] [--cameras both left right]
+    python -m benchmarks.without_prior [--pairs N] [--cameras both left right] [--foreign FOLDER] [--only-foreign]
 
-Of each bulkhead in the folder that RELMODEL_TEST_DATA names the first N pairs (default: all), each inspected without a
-prior against every bulkhead, and each of its pictures alone.  `rank`: place of the truth among the poses of the join,
-within 10 mm and 2 degrees; `score`, `next`: what the best and the next pose explain, of a pair the share of what stereo
-put in space, of one picture the log odds of its ellipses; the error is that of the best hypothesis, whatever the
-verdict, at the point that the pair was rendered about.  Times are of the wall, but `all`: of the processor.
+The store holds the shared bulkheads A and B as variants of one object and C as `lattice`, the demonstration's A and B
+as variants of `demo`, and two small objects.  Pictures are those of the first N pairs of each bulkhead (default: all),
+and those in FOLDER, `small_NNN_left.png` with rig and truth as `examples/render/trials.py` writes them, which show
+nothing that the store holds.  `right`: the answer names what is there, alone or among look-alike variants, or names
+nothing where nothing is.  `score`, `next`: what the best poses of the joins of two objects explain, of a pair the share
+of what stereo put in space, of one picture the log odds of its ellipses; `rank`: place of the truth among the poses of
+the join of what is answered, within 10 mm and 2 degrees; the error is that of the pose, at a point 700 mm before the
+rig.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from time import process_time
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
@@ -29,39 +31,113 @@ from tabulate import tabulate
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import matrices
 from relmodel.loading.load import load
+from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.world.placement import place_world
 from vision.inspection import inspect
 
 NEAR_MM, NEAR_DEG = 10.0, 2.0
 HEADERS = (
-    "model", "pair", "cameras", "verdict", "rank", "score", "next", "mm", "degrees", "join s", "localise s", "all s",
+    "pictures", "cameras", "verdict", "right", "shown", "alike", "score", "next", "rank", "mm", "degrees", "cpu s",
 )  # fmt: skip
 CAMERAS = {"both": ("left", "right"), "left": ("left",), "right": ("right",)}
+DEMO = resource_dir("demo")
+LOADED = {
+    ("bulkhead", "A"): "bulkhead/A/bulkhead_parts.step",
+    ("bulkhead", "B"): "bulkhead/B/bulkhead_parts.step",
+    ("lattice", ""): "bulkhead/C/bulkhead_parts.step",
+    ("assembly", ""): "step/as1-tu-203.stp",
+    ("screw", ""): "step/screw.step",
+}
+
+
+class Truth(NamedTuple):
+    """What pictures show: the object and variant, None where none is loaded; cameras as a rig file has them, but for
+    their poses, and object_from_camera (4, 4), by name."""
+
+    there: tuple[str, str] | None
+    cameras: dict[str, dict[str, Any]]
+    poses: dict[str, Floats]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pairs", type=int, metavar="N")
-    parser.add_argument("--parts", nargs="+", default=["A", "B", "C"], metavar="PART")
-    parser.add_argument("--cameras", nargs="+", default=list(CAMERAS), choices=CAMERAS)
+    parser.add_argument("--cameras", nargs="+", default=["both"], choices=CAMERAS)
+    parser.add_argument("--foreign", type=Path, metavar="FOLDER")
+    parser.add_argument("--only-foreign", action="store_true")
     args = parser.parse_args(arguments)
     data = os.environ.get("RELMODEL_TEST_DATA")
     if not data:
         sys.exit("set RELMODEL_TEST_DATA to the folder of the test data")
+    folders = [] if args.only_foreign else [*(Path(data) / f"bulkhead/{part}/pairs" for part in "ABC"), DEMO]
+    files = [file for folder in folders for file in sorted(folder.glob("pair_*_truth.json"))[: args.pairs]]
+    files += sorted(args.foreign.glob("small_*_truth.json")) if args.foreign else []
     rows = []
-    with tempfile.TemporaryDirectory() as folder:
-        for model in args.parts:
-            store_file = Path(folder) / f"{model}.duckdb"
-            place_part(store_file, Path(data) / "bulkhead" / model)
-            for part in args.parts:
-                for truth in read_truths(Path(data) / "bulkhead" / part)[: args.pairs]:
-                    for cameras in args.cameras:
-                        found = _inspect(store_file, truth, CAMERAS[cameras], part == model)
-                        rows.append((model, f"{part}{truth['pair']}", cameras, *found))
-                        print(*rows[-1], flush=True)
+    with tempfile.TemporaryDirectory() as place, Store.create(Path(place) / "objects.duckdb") as store:
+        for (name, variant), step in LOADED.items():
+            load(store, Path(data) / step, name=name, variant=variant)
+        for variant in "AB":
+            load(store, DEMO / f"bulkhead_{variant}.step.gz", name="demo", variant=variant)
+        for file in files:
+            for cameras in args.cameras:
+                found = _inspect(store, Path(place) / "rig.yaml", file, CAMERAS[cameras])
+                rows.append(("/".join(file.parts[-3:]).removesuffix("_truth.json"), cameras, *found))
+                print(*rows[-1], flush=True)
     print(tabulate(rows, headers=HEADERS, floatfmt=".3f"))
+    print(f"right: {sum(row[3] for row in rows)} of {len(rows)}")
     return 0
+
+
+def read_truth(file: Path) -> Truth:
+    """The truth of a shared pair, of one of the demonstration or of a rendered trial."""
+    it = json.loads(file.read_text())
+    (width, height), shared = it["image_size"], "part_set" in it
+    there: tuple[str, str] | None
+    if shared:
+        there = ("lattice", "") if it["part_set"] == "C" else ("bulkhead", it["part_set"])
+    else:
+        there = ("demo", it["variant"]) if "kind" not in it else None
+    object_from_world = np.linalg.inv(np.array(it["T_world_part" if shared else "world_from_object"]))
+    cameras, poses = {}, {}
+    for name, one in it["cameras"].items():
+        distortion = {"model": "opencv", "coefficients": it["distortion"] if shared else one["distortion"]}
+        matrix = one["K" if shared else "matrix"]
+        cameras[name] = {"width": width, "height": height, "matrix": matrix, "distortion": distortion}
+        poses[name] = object_from_world @ np.array(one["T_world_cam" if shared else "world_from_camera"])
+    return Truth(there, cameras, poses)
+
+
+def _inspect(store: Store, rig: Path, file: Path, seen: tuple[str, ...]) -> tuple[Any, ...]:
+    """What HEADERS name, from `verdict` on.  One picture alone is that of a camera `left` that is the rig."""
+    truth = read_truth(file)
+    first = np.linalg.inv(truth.poses[seen[0]])
+    cameras = {
+        name: truth.cameras[side] | {"rig_from_camera": (first @ truth.poses[side]).tolist()}
+        for name, side in zip(("left", "right"), seen, strict=False)
+    }
+    rig.write_text(yaml.safe_dump({"cameras": cameras}))
+    pictures = [str(file).replace("_truth.json", f"_{side}.png") for side in seen]
+    started = process_time()
+    answer = inspect(store, rig=rig, left=pictures[0], right=(*pictures, None)[1], against=(), keep_images=False)
+    took = process_time() - started
+    named = {state: [] for state in ("shown", "alike")}  # type: dict[str, list[tuple[str, str]]]
+    for it in answer.considered:
+        named.get(it.state, []).append((it.candidate.name, it.candidate.variant))
+    right = named["shown"] == [] if truth.there is None else truth.there in named["shown"] + named["alike"]
+    right &= len({name for name, _ in named["shown"]}) <= 1
+    by_object = {it.candidate.name: it.score or 0.0 for it in reversed(answer.considered)}
+    scores = [*sorted(by_object.values(), reverse=True), np.nan][:2]
+    words = [" ".join("".join(one) for one in named[state]) for state in ("shown", "alike")]
+    errors: tuple[float | None, ...] = None, None, None
+    if truth.there is not None and answer.world_from_rig is not None:
+        with store.read() as connection:
+            joined = store.columns(connection, "replay/joined_poses", run=answer.run)
+        mm, degrees = compute_errors(matrices(joined), truth.poses[seen[0]])
+        near = np.flatnonzero((mm < NEAR_MM) & (degrees < NEAR_DEG))
+        mm, degrees = compute_errors(answer.world_from_rig[None], truth.poses[seen[0]])
+        errors = int(near[0]) + 1 if len(near) else None, float(mm[0]), float(degrees[0])
+    return answer.verdict, right, *words, *scores, *errors, took
 
 
 def read_truths(part: Path) -> list[dict[str, Any]]:
@@ -88,29 +164,6 @@ def write_rig(path: Path, truth: dict[str, Any], seen: Sequence[str] = ("left", 
         cameras[name] = {"width": width, "height": height, "matrix": matrix, "rig_from_camera": pose}
     path.write_text(yaml.safe_dump({"cameras": cameras}))
     return path
-
-
-def _inspect(store_file: Path, truth: dict[str, Any], seen: tuple[str, ...], is_there: bool) -> tuple[Any, ...]:
-    """Verdict, rank, scores, error and times; rank and error where the pictures show the model.  One picture alone is
-    that of a camera `left` that is the rig."""
-    rig = write_rig(store_file.with_name("rig.yaml"), truth, seen)
-    left, *right = (f"{truth['stem']}_{side}.png" for side in seen)
-    with Store.open(store_file) as store:
-        started = process_time()
-        answer = inspect(store, rig=rig, left=left, right=right[0] if right else None, variants=False)
-        took = process_time() - started
-        with store.read() as connection:
-            joined = store.columns(connection, "replay/joined_poses", run=answer.run)
-    score = [*joined["score"].tolist(), np.nan, np.nan]
-    times = [*(answer.timings_s.get(step, np.nan) for step in ("join", "localise")), took]
-    if not is_there or answer.world_from_rig is None:
-        return answer.verdict, None, *score[:2], None, None, *times
-    true = np.array(truth["cameras"][seen[0]]["T_world_cam"])
-    mm, degrees = compute_errors(matrices(joined), true)
-    near = np.flatnonzero((mm < NEAR_MM) & (degrees < NEAR_DEG))
-    rank = int(near[0]) + 1 if len(near) else None
-    best = compute_errors(answer.world_from_rig[None], true)
-    return answer.verdict, rank, *score[:2], float(best[0][0]), float(best[1][0]), *times
 
 
 def compute_errors(poses: Floats, true: Floats) -> tuple[Floats, Floats]:

@@ -6,12 +6,12 @@ CREATE SEQUENCE world_id_seq;
 CREATE TABLE world (  -- A cell and what stands in it; a change is a new revision.
     id BIGINT PRIMARY KEY,  -- identity of this revision of the world
     name TEXT NOT NULL,  -- name of the world
-    revision INTEGER NOT NULL,  -- 1 for the first, one more each time the content differs
+    revision INTEGER NOT NULL,  -- 1 for the first, one more each time the content differs; 0 of an object alone, which no file places
     content_key TEXT NOT NULL,  -- hash of all that the world file says
     UNIQUE (name, revision)
 );
 
-CREATE VIEW current_world (  -- The newest revision of each world: what a question is asked of unless it names a revision.
+CREATE VIEW current_world (  -- The newest revision of each world, but of objects alone: what a question is asked of unless it names a revision.
     name,  -- name of the world
     world_id,  -- identity of its newest revision
     revision,  -- its newest revision
@@ -19,6 +19,7 @@ CREATE VIEW current_world (  -- The newest revision of each world: what a questi
 ) AS
 SELECT DISTINCT ON (name) name, id AS world_id, revision, content_key
 FROM world
+WHERE revision > 0
 ORDER BY name, revision DESC;
 
 CREATE TABLE world_attribute (  -- Attribute-value table of worlds; appended to, never changed: current_world_attribute has the newest value of each.

@@ -105,9 +105,34 @@ CREATE TABLE variant_evidence (  -- What the pictures say at the pose found of e
     log_odds DOUBLE PRECISION NOT NULL,  -- natural logarithm of the odds of its visible edges, of each there against not there, summed
     against INTEGER NOT NULL,  -- how many of its parts and features in view are not as it has them
     decided INTEGER NOT NULL,  -- of how many that are decided
+    told_by TEXT,  -- paths, worst first and five at most, of those that are not as it has them, and that the likeliest variant of the object
+        -- has right or has not: what tells the two apart; null where there are none
     PRIMARY KEY (run_id, rank_no),
     UNIQUE (run_id, object_no, object_variant_id),
     CHECK (against >= 0 AND against <= decided)
+);
+
+CREATE TABLE considered_object (  -- The loaded objects that pictures were held against where no world was given, a row for each variant.
+    run_id BIGINT NOT NULL,  -- the run
+    rank_no INTEGER NOT NULL,  -- ordinal in the run, from 0: what is shown first
+    object_variant_id BIGINT NOT NULL,  -- the variant
+    score DOUBLE PRECISION,  -- what the best pose of its join explains, as search_pose has it; null where the join gave none
+    state TEXT NOT NULL,  -- shown, alike (explains the same edges about as well), outdone (explains them less well), refused, or left (its join
+        -- explains too little beside the best to be followed)
+    verdict TEXT,  -- accepted, ambiguous or refused: of its own pose; null where it was not localised
+    posterior DOUBLE PRECISION,  -- probability that its pose is right; null likewise
+    m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m02 DOUBLE PRECISION, m03 DOUBLE PRECISION,  -- object_from_rig; null where it has no pose
+    m10 DOUBLE PRECISION, m11 DOUBLE PRECISION, m12 DOUBLE PRECISION, m13 DOUBLE PRECISION,
+    m20 DOUBLE PRECISION, m21 DOUBLE PRECISION, m22 DOUBLE PRECISION, m23 DOUBLE PRECISION,
+    PRIMARY KEY (run_id, rank_no),
+    UNIQUE (run_id, object_variant_id),
+    CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
+        AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
+        AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
+        AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
+    CHECK (state IN ('shown', 'alike', 'outdone', 'refused', 'left')),
+    CHECK (verdict IN ('accepted', 'ambiguous', 'refused')),
+    CHECK (posterior BETWEEN 0 AND 1)
 );
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
@@ -115,7 +140,8 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('presence_camera', 'localisation', 'primary'),
     ('measured_size', 'localisation', 'primary'),
     ('unexplained', 'localisation', 'primary'),
-    ('variant_evidence', 'localisation', 'primary');
+    ('variant_evidence', 'localisation', 'primary'),
+    ('considered_object', 'localisation', 'primary');
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('presence', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
@@ -124,4 +150,6 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('measured_size', 1, ARRAY['run_id', 'other_item_no'], 'presence', ARRAY['run_id', 'item_no']),
     ('unexplained', 0, ARRAY['run_id', 'camera'], 'inspection_image', ARRAY['run_id', 'camera']),
     ('variant_evidence', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
-    ('variant_evidence', 1, ARRAY['object_variant_id'], 'object_variant', ARRAY['id']);
+    ('variant_evidence', 1, ARRAY['object_variant_id'], 'object_variant', ARRAY['id']),
+    ('considered_object', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
+    ('considered_object', 1, ARRAY['object_variant_id'], 'object_variant', ARRAY['id']);

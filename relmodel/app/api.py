@@ -76,11 +76,13 @@ class OpenStore(Store):
         prior: str | Path | None = None,
         needs: Needs | None = None,
         world: str | None = None,
+        against: Sequence[str] | None = None,
         carrier: Carrier | None = None,
         believe_pictures: bool = False,
     ) -> Inspection:
         """Inspect a stereo pair, or the picture of the left camera: `vision.inspection.inspection.inspect`.
 
+        against: names of loaded objects, all where there are none: which of them the pictures show, with no world.
         believe_pictures: accept a pose that the pictures show surely where it contradicts the prior.  A notebook shows
         the answer with the model drawn over the pictures.
         """
@@ -95,6 +97,7 @@ class OpenStore(Store):
             prior=prior,
             needs=needs,
             world=world,
+            against=against,
             carrier=carrier,
             parameters=InspectionParameters(believe_pictures=believe_pictures),
         )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -27,7 +27,7 @@ from relmodel.progress import Progress, silent
 from relmodel.store import Run, Store, digest_inputs, sql
 from relmodel.store.database import Database
 from relmodel.world.kinematics import Robots
-from relmodel.world.world_file import WorldFile, read_world_file
+from relmodel.world.world_file import PlacedObject, WorldFile, read_world_file
 
 _BODY = ("object_no", "body_no", "object_variant_id", "role", "tolerance_mm", *MATRIX_COLUMNS)
 _MOUNT = ("mount_no", "name", "object_no", "link", "object_path", "rig_id", "mounted_no", *MATRIX_COLUMNS)
@@ -99,6 +99,30 @@ def _place(store: Store, run: Run, file: WorldFile, write_rig: RigWriter | None,
         return WorldReport(run.id, file.world, world_id, revision, status, int(size.objects), int(size.parts))
 
     return run.transact(write)
+
+
+def place_alone(store: Store, run: Run, objects: Sequence[Mapping[str, Any]]) -> list[tuple[int, str]]:
+    """Identity and name of worlds in which loaded objects, rows of `object/newest`, stand alone, each at its origin,
+    its joints at rest.  Such a world has revision 0, is never a current one, and is placed once."""
+    return run.transact(lambda connection: [_place_alone(store, run, connection, dict(row)) for row in objects])
+
+
+def _place_alone(store: Store, run: Run, connection: Connection, row: dict[str, Any]) -> tuple[int, str]:
+    name = f"{row['name']} (variant {row['variant']}, revision {row['revision']}) alone"
+    known = store.rows(connection, "world/alone", name=name)
+    if known:
+        return int(known[0].world_id), name
+    placed = PlacedObject(row["name"], row["variant"], row["name"], "inspected", np.eye(4), {}, 0.0)
+    file, poses = WorldFile(Path(name), "", name, (placed,), {}, ()), [np.eye(4)]
+    _refuse_cycles(store, connection, file, [row])
+    robots = [Robots(store, connection, int(row["object_id"]))]
+    world_id = int(store.new_ids(connection, "world", 1)[0])
+    key = _content_key(file, [row], poses, {})
+    run.append(connection, "world", {"id": [world_id], "name": name, "revision": 0, "content_key": key})
+    numbers = _numbers(run, connection, file, [row])
+    values = [_joint_values(file, 0, robots[0])]
+    _write_objects(run, connection, file, [row], numbers, poses, robots, values, 0)
+    return world_id, name
 
 
 def _pin(file: WorldFile, loaded: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -84,7 +84,7 @@ def read_recorded_rig(columns: Mapping[str, Any]) -> Rig:
     for name, (i, j) in {"fx": (0, 0), "skew": (0, 1), "cx": (0, 2), "fy": (1, 1), "cy": (1, 2)}.items():
         matrix[:, i, j] = columns[name]
     size = zip(columns["width"].tolist(), columns["height"].tolist(), matrix, columns["distortion"], strict=True)
-    sigma = np.stack([columns[name] for name in _SIGMA], axis=1)
+    sigma = np.stack([columns[name] for name in _SIGMA], axis=1).astype(float)  # of NULLs alone: no numbers
     return Rig(
         dict(zip(names, (Camera(*of) for of in size), strict=True)),
         dict(zip(names, matrices(columns), strict=True)),

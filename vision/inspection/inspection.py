@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ from vision.cameras.record_cameras import find_rig
 from vision.cameras.view_volume import Selection
 from vision.extraction import extract as extraction
 from vision.extraction.primitives import Primitives
+from vision.inspection.against import Considered, place_candidates, recognise
 from vision.inspection.crops import check_crops, write_crops
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.inspection.locate import Sight, select_parts
@@ -42,7 +44,7 @@ from vision.presence.report import describe
 from vision.presence.states import Presence
 from vision.presence.variants import VariantEvidence
 from vision.relations.workspace import open_workspace
-from vision.scene.stored_scene import StoredScene
+from vision.scene.scene import Scene
 from vision.stereo.depth_range import predict_depth_range
 from vision.stereo.match import StereoMatches, check_method, match_stereo
 from vision.stereo.rectification import rectify
@@ -79,6 +81,8 @@ class Inspection:
     the rig not mounted.
     presence: evidence for what is in view; None where the pose is refused.
     variants: evidence for each loaded variant of the inspected objects, the likeliest first, where it was weighed.
+    considered: the loaded objects that the pictures were held against where no world was given, what is shown first;
+    all else is then of the first, in a world where it stands alone at its origin.
     selection: the placed parts that any pose which the prior leaves open could show, all where there is none; nothing
     else was considered.
     hypotheses: (world_from_rig, cost) of the poses considered, the best first.  equivalent: poses of the rig, beside
@@ -103,6 +107,7 @@ class Inspection:
     parts_in_view: list[dict[str, Any]]
     presence: Presence | None
     variants: list[VariantEvidence]
+    considered: list[Considered]
     selection: Selection
     hypotheses: list[tuple[Floats, float]]
     equivalent: list[Floats]
@@ -138,6 +143,7 @@ class Inspection:
             "parts_in_view": self.parts_in_view,
             "presence": None if self.presence is None else describe(self.presence),
             "variants": [variant.to_json() for variant in self.variants],
+            "considered": [it.to_json() for it in self.considered],
             "selection": {"parts": len(self.selection.shown), "superfluous": self.selection.superfluous},
             "hypotheses": [{"world_from_rig": plain(pose), "cost": cost} for pose, cost in self.hypotheses],
             "equivalent": [plain(pose) for pose in self.equivalent],
@@ -160,6 +166,7 @@ def inspect(
     needs: Needs | None = None,
     right: str | Path | None = None,
     world: str | None = None,
+    against: Sequence[str] | None = None,
     carrier: Carrier | None = None,
     keep_images: bool = True,
     full_audit: bool = True,
@@ -172,8 +179,9 @@ def inspect(
 
     rig, prior: files, the rig in any format of `read_rig`; without a prior the rig is taken to be where the joints of
     what carries it put it, and where the world does not mount it a pair is located by the circles that stereo finds,
-    one picture by its ellipses, wherever in the world it was taken; needs: how exactly the pose is needed, else as
-    the prior file says, else the default; left, right: pictures; world: its name, where the store has several;
+    one picture by its ellipses, wherever in the world it was taken; against: names of loaded objects, all where there
+    are none, to say which of them the pictures show, with no world and no prior; needs: how exactly the pose is needed,
+    else as the prior file says, else the default; left, right: pictures; world: its name, where the store has several;
     carrier: how the object stands that carries the rig, which is found by the rig's content; variants: whether to
     weigh all loaded variants of the inspected objects at the pose found, None where something is not as the model
     says and they are few; overlay: a picture of the model drawn over the images, to be written; crops: a folder for
@@ -187,11 +195,21 @@ def inspect(
     if crops is not None:
         check_crops(crops)
     paths = {"left": Path(left)} | ({"right": Path(right)} if right is not None else {})
-    with store.read() as connection:
-        world_id, world_name = world_named(store, connection, world)
-    if world_id < 0:
-        raise UsageError("the store holds no world: place the objects with relmodel world FILE")
-    call = _Call(world_id, world_name, carrier or Carrier(), keep_images, full_audit, variants, overlay, crops)
+    carrier = carrier or Carrier()
+    if against is None:
+        with store.read() as connection:
+            world_id, world_name = world_named(store, connection, world)
+        if world_id < 0:
+            raise UsageError("the store holds no world: place the objects with relmodel world FILE")
+    else:
+        world_id, world_name, against = -1, "", tuple(against)
+        given = (prior, world, variants, parameters.stereo_gate or None, parameters.believe_pictures or None)
+        if carrier.is_given or any(it is not None for it in given):
+            raise UsageError(
+                "pictures that are held against objects have no world, prior or arm, and weigh all variants: leave out "
+                "what says otherwise, or leave out against"
+            )
+    call = _Call(world_id, world_name, against, carrier, keep_images, full_audit, variants, overlay, crops)
     with Run.begin(
         store,
         "inspect",
@@ -208,6 +226,7 @@ class _Call:
 
     world_id: int
     world: str
+    against: tuple[str, ...] | None
     carrier: Carrier
     keep_images: bool
     full_audit: bool
@@ -217,7 +236,7 @@ class _Call:
 
     def parameters(self) -> dict[str, Any]:
         """What a run records of it."""
-        recorded = ("world", "carrier", "keep_images", "full_audit")
+        recorded = ("world", "against", "carrier", "keep_images", "full_audit")
         return {name: value for name, value in asdict(self).items() if name in recorded}
 
 
@@ -240,20 +259,29 @@ def _inspect(
     needs = needs or (read_needs(prior) if prior is not None else None) or DEFAULT_NEEDS
     pictures = read_pictures(paths, cameras)
     run.step("read")
-    mounted = _mounted(store, call.world_id, whole, call.carrier)
-    believed = _believe(prior, mounted, call.carrier)
-    selected = select_parts(store, call.world_id, call.world, cameras, believed, parameters.selection)
+    mounted = believed = selected = None
+    among = [] if call.against is None else place_candidates(store, run, call.against)
+    if call.against is None:
+        mounted = _mounted(store, call.world_id, whole, call.carrier)
+        believed = _believe(prior, mounted, call.carrier)
+        selected = select_parts(store, call.world_id, call.world, cameras, believed, parameters.selection)
     run.step("select")
 
     workspace = open_workspace()
     seen = extract_pictures(run, pictures, parameters.extraction, keep_images=call.keep_images)
     primitives = {name: one.primitives for name, one in seen.items()}
     run.step("extract")
-    stereo = _stereo(selected.stored, cameras, believed, primitives, parameters)
+    stereo = _stereo(None if selected is None else selected.stored.scene, cameras, believed, primitives, parameters)
     run.step("stereo")
     greys: dict[str, Bytes | Floats] = {name: picture.grey for name, picture in pictures.items()}
     sight = Sight(run, store, call.world_id, call.world, cameras, primitives, greys, stereo, needs, parameters)
-    (stored, selection), used, found, relations = sight.locate(selected, believed)
+    considered: list[Considered] = []
+    ranked: list[VariantEvidence] = []
+    if selected is None:
+        located, considered, ranked = recognise(sight, among)
+    else:
+        located = sight.locate(selected, believed)
+    (stored, selection), used, found, relations = located
     believed = believed or used
     matched = match_views(
         workspace, stored.scene, cameras, found, primitives, parameters.localisation, parameters.matching
@@ -279,8 +307,7 @@ def _inspect(
             parameters.presence,
         )
     run.step("presence")
-    ranked: list[VariantEvidence] = []
-    if presence is not None and is_to_be_weighed(presence, call.variants):
+    if presence is not None and call.against is None and is_to_be_weighed(presence, call.variants):
         most = None if call.variants else parameters.most_variants
         ranked = weigh_variants(store, stored, selection, cameras, primitives, found, presence, parameters, most)
         run.step("variants")
@@ -309,6 +336,7 @@ def _inspect(
                 parts,
                 presence,
                 ranked,
+                considered,
             ),
             full=call.full_audit,
             keep_bounds=parameters.keep_bounds,
@@ -321,7 +349,9 @@ def _inspect(
     outcome, notes = read_outcome(store, run.id), tell_bits(pictures.values())
     if prior is None and mounted is not None:
         notes.append(f"no prior was given: the rig is taken to be where {mounted.base} has it")
-    return _answer(run, cameras, needs, found, outcome, correction, parts, presence, ranked, selection, notes)
+    return _answer(
+        run, cameras, needs, found, outcome, correction, parts, presence, ranked, considered, selection, notes
+    )
 
 
 def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> MountedRig | None:
@@ -360,7 +390,7 @@ def _correction(mounted: MountedRig | None, carrier: Carrier, found: Localisatio
 
 
 def _stereo(
-    stored: StoredScene,
+    scene: Scene | None,
     rig: Rig,
     prior: Prior | None,
     pictures: dict[str, Primitives],
@@ -370,10 +400,8 @@ def _stereo(
     if len(pictures) < 2:
         return None
     depths = None
-    if parameters.stereo_gate and prior is not None:
-        depths = predict_depth_range(
-            stored.scene, rig, prior.world_from_rig, prior.covariance, parameters.stereo.depth_range
-        )
+    if parameters.stereo_gate and prior is not None and scene is not None:
+        depths = predict_depth_range(scene, rig, prior.world_from_rig, prior.covariance, parameters.stereo.depth_range)
     return match_stereo(rig, pictures["left"], pictures["right"], depths, parameters.stereo)
 
 
@@ -387,6 +415,7 @@ def _answer(
     parts: PartsInView | None,
     presence: Presence | None,
     variants: list[VariantEvidence],
+    considered: list[Considered],
     selection: Selection,
     notes: list[str],
 ) -> Inspection:
@@ -412,6 +441,7 @@ def _answer(
         parts_in_view=rows,
         presence=presence,
         variants=variants,
+        considered=considered,
         selection=selection,
         hypotheses=[(h.world_from_rig, h.cost) for h in found.hypotheses],
         equivalent=found.equivalent,

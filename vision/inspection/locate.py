@@ -85,12 +85,12 @@ class Sight:
         """The rig from the poses of the join; where the pictures do not show the model at these, from a scan of the
         prior's volume; and where that is refused too, without the prior, which the pictures then contradict."""
         scene = selected.stored.scene
-        used, starts, relations = self._join(scene, prior)
-        located = Located(selected, used, self._localise(scene, used, starts), relations)
+        used, starts, relations = self.join(scene, prior)
+        located = Located(selected, used, self.localise(scene, used, starts), relations)
         if prior is None:
             return located
         if self._is_unlikely(located.found) and _explain_enough(starts):
-            scanned = self._localise(scene, prior, replace(starts, enough=np.inf))
+            scanned = self.localise(scene, prior, replace(starts, enough=np.inf))
             located = max(located, located._replace(found=scanned), key=lambda it: it.found.verdict.posterior)
         doubted = self._doubt(prior) if located.found.verdict.verdict == "refused" else None
         return doubted or located
@@ -103,10 +103,10 @@ class Sight:
         if size.parts > self.p.most_parts:
             return None
         everything = select_parts(self.store, self.world_id, self.world, self.rig, None, self.p.selection)
-        used, starts, relations = self._join(everything.stored.scene, None)
+        used, starts, relations = self.join(everything.stored.scene, None)
         if not _explain_enough(starts):
             return None
-        found = self._localise(everything.stored.scene, used, starts)
+        found = self.localise(everything.stored.scene, used, starts)
         if found.best is None or found.verdict.verdict != "accepted":
             return None
         pose = found.best.world_from_rig
@@ -118,7 +118,7 @@ class Sight:
     def _is_unlikely(self, found: Localisation) -> bool:
         return found.verdict.weighed.get("likely", 0.0) < self.p.localisation.verdict.min_posterior
 
-    def _join(self, scene: Scene, prior: Prior | None) -> Found:
+    def join(self, scene: Scene, prior: Prior | None) -> Found:
         """The poses that the join of circles gives, and what they are perturbations of."""
         p = self.p.constellations
         with self.store.read() as connection:
@@ -132,7 +132,8 @@ class Sight:
         self.run.step("join")
         return found
 
-    def _localise(self, scene: Scene, prior: Prior, starts: Candidates) -> Localisation:
+    def localise(self, scene: Scene, prior: Prior, starts: Candidates) -> Localisation:
+        """The best pose from these starts, with its verdict."""
         partnered = None
         if self.stereo is not None:
             partnered = dict(zip(self.rig.cameras, self.stereo.partnered, strict=True))

@@ -18,7 +18,8 @@ class Outcome:
     words: all of it, as "accepted; 3 changed, 1 contradicted".  changed, contradicted, not_confirmed, undecidable: how
     many parts and features in view are so; None where the pose is refused.  variant: that the pictures show another
     variant than the world has; None where they do not, or none was weighed.  variants: of each object of which several
-    variants were weighed which one is shown, and what says so.
+    variants were weighed which one is shown, and what says so.  shown: which of the objects that the pictures were held
+    against they show; None where a world was given.
     """
 
     words: str
@@ -28,6 +29,7 @@ class Outcome:
     undecidable: int | None
     variant: str | None
     variants: list[str]
+    shown: str | None
 
     @property
     def unchecked(self) -> int | None:
@@ -47,8 +49,9 @@ def read_outcome(store: Store, run: int) -> Outcome:
     with store.read() as connection:
         (row,) = store.rows(connection, "run/outcome", run=run)
         variants = [r.sentence for r in store.rows(connection, "why/verdict/15_variants", run=run)]
+        (shown, *_) = [r.sentence for r in store.rows(connection, "why/verdict/12_against", run=run)] or [None]
     return Outcome(
-        row.outcome, row.changed, row.contradicted, row.not_confirmed, row.undecidable, row.variant, variants
+        row.outcome, row.changed, row.contradicted, row.not_confirmed, row.undecidable, row.variant, variants, shown
     )
 
 

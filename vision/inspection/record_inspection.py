@@ -17,6 +17,7 @@ from vision.cameras.record_cameras import record_rig
 from vision.cameras.view_volume import Selection
 from vision.constellations.circles import Relations
 from vision.constellations.record_relations import record_relations
+from vision.inspection.against import Considered, record_considered
 from vision.inspection.pictures import SeenPicture
 from vision.inspection.record_match import record_match
 from vision.localisation.localise import Localisation, View
@@ -39,7 +40,7 @@ FIRST_OF_VIEWS = 1  # those of its views follow
 @dataclass(frozen=True)
 class Inspected:
     """What an inspection was given and found; pictures and matched views by camera; stereo, correction, parts and
-    presence where there are, variants where asked for."""
+    presence where there are, variants where asked for, what was considered where no world was given."""
 
     stored: StoredScene
     selection: Selection
@@ -56,6 +57,7 @@ class Inspected:
     parts: PartsInView | None
     presence: Presence | None
     variants: list[VariantEvidence]
+    considered: list[Considered]
 
 
 def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: bool, keep_bounds: bool) -> None:
@@ -115,6 +117,7 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
     if it.presence is not None:
         record_presence(run, connection, it.stored, it.presence)
     record_variants(run, connection, it.variants)
+    record_considered(run, connection, it.considered)
 
 
 def _record_verdict(run: Run, connection: Connection, it: Inspected) -> None:

@@ -16,6 +16,7 @@ from relmodel.geometry.transforms import matrices
 from relmodel.store.database import Database
 from vision.cameras.cameras import Needs, Prior, Rig
 from vision.cameras.record_cameras import read_recorded_rig
+from vision.inspection.against import doubt
 from vision.inspection.record_decisions import UNKNOWNS
 from vision.localisation.calibration import describe_unknowns
 from vision.localisation.covariance import compute_covariance
@@ -108,6 +109,7 @@ def replay_verdict(store: Database, connection: Connection, run: int, given: Any
         stated = json.loads(given.parameters).get("believe_pictures", False)
         prior_pose = _as_prior(poses["contradicted"][0])
         again = weigh_against_prior(again, prior_pose, found.world_from_rig, believe_pictures=stated)
+    again = doubt(again, [row.name for row in store.rows(connection, "replay/alike", run=run)])
     margin = g.cost[1:].min() - g.cost[0] if len(tried) > 1 else None
     for what, values, replayed in (
         ("best hypothesis", found.world_from_rig, tried[standing[0]]),

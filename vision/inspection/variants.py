@@ -26,12 +26,12 @@ def weigh_variants(
     rig: Rig,
     pictures: dict[str, Primitives],
     found: Localisation,
-    presence: Presence,
+    presence: Presence | None,
     parameters: InspectionParameters,
     most: int | None = None,
 ) -> list[VariantEvidence]:
     """The evidence at the best pose for each loaded variant of the world's inspected objects; nothing where there are
-    none but those that it has, or more than `most`."""
+    none but those that it has, or more than `most`.  presence: that of those, where it is known already."""
     assert found.best is not None
     among = selection.occurrence_id.tolist()
     out = []
@@ -41,7 +41,7 @@ def weigh_variants(
     if most is not None and not 1 <= others <= most:
         return []
     for row in rows:
-        if row["placed"]:
+        if row["placed"] and presence is not None:
             out.append(weigh_variant(row, presence))
             continue
         with store.read() as connection:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,7 @@ from vision.localisation.refine import Refined
 from vision.localisation.views import find_view_arcs
 from vision.presence.assess import assess
 from vision.presence.presence_parameters import PresenceParameters
-from vision.presence.report import count_against
+from vision.presence.report import count_against, rank_failures
 from vision.presence.states import Presence
 from vision.scene.stored_scene import StoredScene
 
@@ -28,7 +28,8 @@ class VariantEvidence:
 
     object_no: of the world's object; placed: whether it is the world's; log_odds: of its visible edges, of each there
     against not there, summed; against: how many of its features and parts in view are not as it has them; of: how many
-    of them are decided.
+    of them are decided.  told_by: paths, worst first, of those that are not as it has them, and that the likeliest
+    variant has right or has not: what tells the two apart.
     """
 
     object_no: int
@@ -39,6 +40,7 @@ class VariantEvidence:
     log_odds: float
     against: int
     of: int
+    told_by: list[str]
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -48,6 +50,7 @@ class VariantEvidence:
             "log_odds": round(self.log_odds, 3),
             "against": self.against,
             "of": self.of,
+            "told_by": self.told_by,
         }
 
 
@@ -73,12 +76,15 @@ def assess_variant(
 def weigh_variant(variant: Mapping[str, Any], presence: Presence) -> VariantEvidence:
     """The evidence for a variant from what is there and what is not at its place."""
     against, decided = count_against(presence)
+    failures = [presence.items.path[row] for row in rank_failures(presence).tolist()]
     return VariantEvidence(
         int(variant["object_no"]), str(variant["name"]), str(variant["variant"]), int(variant["object_variant_id"]),
-        bool(variant["placed"]), float(np.sum(presence.runs.log_odds)), against, decided,
+        bool(variant["placed"]), float(np.sum(presence.runs.log_odds)), against, decided, failures,
     )  # fmt: skip
 
 
 def rank(variants: list[VariantEvidence]) -> list[VariantEvidence]:
-    """By object, the likeliest first."""
-    return sorted(variants, key=lambda v: (v.object_no, -v.log_odds, v.variant))
+    """By object, the likeliest first; each with what tells it from that."""
+    ranked = sorted(variants, key=lambda v: (v.object_no, -v.log_odds, v.variant))
+    likeliest = {v.object_no: set(v.told_by) for v in reversed(ranked)}
+    return [replace(v, told_by=[path for path in v.told_by if path not in likeliest[v.object_no]]) for v in ranked]

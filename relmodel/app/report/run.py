@@ -73,7 +73,9 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     if pose is not None:
         word = pose.outcome[0].upper() + pose.outcome[1:]
         mood = "warn" if mood == "good" and pose.differs else mood
-        reason = "; ".join([reason, *(r.sentence for r in store.rows(connection, "why/verdict/15_variants", run=run))])
+        shown = store.rows(connection, "why/verdict/12_against", run=run)[:1]
+        variants = store.rows(connection, "why/verdict/15_variants", run=run)
+        reason = "; ".join([reason, *(r.sentence for r in (*shown, *variants))])
     drawn = Markup("").join(p.drawing for p in pictures)
     return render(
         "run.html",

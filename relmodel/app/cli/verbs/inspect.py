@@ -1,6 +1,7 @@
 """Inspect a stereo pair or one picture: say which parts are in view and where the cameras are.
 
 Without --prior a rig that no arm carries is located by the circles that its pictures show, wherever they were taken.
+With --against no world is needed: the pictures are compared with each of the loaded objects that it names.
 Without --right only the picture of the left camera is used.  Where the world mounts the rig on an arm, an accepted
 pose also says how far the arm's base stands from where the world has it, with the joints fixed unless their sigmas are
 given.  Exit status 0 where the pose is accepted, 1 where it is ambiguous or refused; 5 where it is accepted and
@@ -58,6 +59,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "says, else 3mm,0.5deg)",
     )
     parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
+    parser.add_argument(
+        "--against",
+        nargs="?",
+        const="",
+        metavar="OBJECTS",
+        help="say which of these loaded objects the pictures show, and where: names separated by commas (without any: "
+        "all); no world is needed",
+    )
     add_joints(parser)
     add_joint_sigmas(
         parser, "correct this joint too; the base then is as sure as --base-sigma-mm and --base-sigma-deg say"
@@ -134,6 +143,7 @@ def run(args: argparse.Namespace) -> int:
     base = base_covariance(args.base_sigma_mm, args.base_sigma_deg) if sigmas else None
     stands = (args.base_sigma_mm, math.radians(args.base_sigma_deg))
     carrier = Carrier(args.on, assigned(args.set, "--set"), sigmas, base, stands)
+    objects = [name.strip() for name in (args.against or "").split(",") if name.strip()]
     compile_ahead(KERNELS, say)
     with Store.open(store_target(args)) as store, shown() as progress:
         progress(f"{args.left.name}: inspecting", 0, 1)
@@ -145,6 +155,7 @@ def run(args: argparse.Namespace) -> int:
             prior=args.prior,
             needs=needs,
             world=args.world,
+            against=None if args.against is None else objects,
             carrier=carrier,
             keep_images=not args.no_keep_images,
             full_audit=args.audit == "full",
@@ -175,6 +186,8 @@ def print_answer(answer: Inspection, form: str) -> None:
         return
     for words in answer.notes:
         say(words)
+    if answer.outcome.shown is not None:
+        say(answer.outcome.shown)
     say(f"run {answer.run}: {answer.outcome.words}")
     say(f"the pose is {answer.verdict}: {answer.reason}")
     if answer.world_from_rig is not None:

@@ -1,0 +1,163 @@
+"""`relmodel inspect --against`: which of the loaded objects pictures show, and where, with no world."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+
+from examples.render.objects import make_object, write_step
+from relmodel.app.cli.main import main
+from relmodel.geometry.transforms import matrices
+from relmodel.store import Store
+from tests.app.cli.conftest import DEMO, Pair, halve, inspected
+from tests.json_schema import violations
+from tests.reading import load
+from vision.inspection.demonstration import measure_pose_error, read_truth
+
+CHECKOUT = Path(__file__).parents[3]
+
+
+@dataclass(frozen=True)
+class Held:
+    """A store without a world, and the answers of pictures that were held against what it holds."""
+
+    store: str
+    answers: dict[str, dict[str, Any]]
+
+    def options(self) -> list[str]:
+        return ["--store", self.store]
+
+
+@pytest.fixture(scope="session")
+def held(duckdb_template: Path, pair: Pair, make_once: Callable[..., Path]) -> Held:
+    """Two variants of the bulkhead, one of them under another name too, and a flange; a pair of
+    B held against two of them, one of A against the flange, and a picture of A alone against all."""
+
+    def inspect(folder: Path) -> None:
+        store = str(shutil.copy(duckdb_template, folder / "cell.duckdb"))
+        write_step(make_object("flange", np.random.default_rng(1)), folder / "flange.step")
+        with Store.open(store) as opened:
+            for variant in "AB":
+                load(opened, DEMO / f"bulkhead_{variant}.step.gz", name="bulkhead", variant=variant)
+            load(opened, DEMO / "bulkhead_A.step.gz", name="twin")
+            load(opened, folder / "flange.step", name="flange")
+        other = halve("pair_04", folder)
+        answers = {
+            "B": inspected(store, *other.options(prior=None), "--against", "flange,bulkhead"),
+            "foreign": inspected(store, *pair.options(prior=None), "--against", "flange"),
+            "one": inspected(store, *pair.options(prior=None, right=None), "--against"),
+        }
+        (folder / "answers.json").write_text(json.dumps(answers))
+
+    folder = make_once("against", inspect)
+    return Held(str(folder / "cell.duckdb"), json.loads((folder / "answers.json").read_text()))
+
+
+def states_of(answer: dict[str, Any]) -> dict[tuple[str, str], str]:
+    return {(it["object"], it["variant"]): it["state"] for it in answer["considered"]}
+
+
+def check_pose(answer: dict[str, Any], stem: str) -> None:
+    """The pose is that of the rig in the object's frame."""
+    file = DEMO / f"{stem}_truth.json"
+    pose = np.array(json.loads(file.read_text())["world_from_object"]) @ np.array(answer["world_from_rig"])
+    error = measure_pose_error(pose, read_truth(file))
+    assert error.target_mm < 0.5
+    assert error.rotation_deg < 0.1
+
+
+def test_the_object_and_the_variant_are_named_with_where_they_are(held: Held) -> None:
+    answer = held.answers["B"]
+    assert answer["verdict"] == "accepted", answer["reason"]
+    states = states_of(answer)
+    assert list(states)[:2] == [("bulkhead", "B"), ("bulkhead", "A")]
+    assert list(states.values()) == ["shown", "outdone", "left"]
+    assert answer["outcome"]["shown"] == "the pictures show bulkhead (variant B)"
+    check_pose(answer, "pair_04")
+    assert answer["considered"][0]["object_from_rig"] == answer["world_from_rig"]
+
+
+def test_what_tells_the_variants_apart_is_named(held: Held) -> None:
+    likeliest, other = held.answers["B"]["variants"]
+    assert (likeliest["variant"], likeliest["placed"], likeliest["told_by"]) == ("B", True, [])
+    assert other["told_by"]
+    assert len(other["told_by"]) <= other["against"]
+    (words,) = held.answers["B"]["outcome"]["variants"]
+    assert words.startswith("the pictures show variant B of bulkhead: ")
+    assert f"not as A has it: {other['told_by'][0]}" in words
+
+
+def test_none_of_what_is_asked_for(held: Held) -> None:
+    answer = held.answers["foreign"]
+    assert answer["verdict"] == "refused"
+    assert states_of(answer) == {("flange", ""): "refused"}
+    assert answer["outcome"]["shown"] == "the pictures show none of these surely: flange"
+    assert answer["presence"] is None
+
+
+def test_the_same_body_under_two_names_is_not_told_apart(held: Held) -> None:
+    """By one picture, which shows nothing of what tells its variants apart: all are named, and where they are."""
+    answer = held.answers["one"]
+    assert answer["verdict"] == "ambiguous"
+    states = states_of(answer)
+    assert states.pop(("flange", "")) in ("left", "refused")
+    assert list(states.values()) == ["shown", "alike", "alike"]
+    assert " explains the same edges about as well" in answer["reason"]
+    check_pose(answer, "pair_00")
+
+
+def test_rows_say_what_was_considered(held: Held, capsys: pytest.CaptureFixture[str]) -> None:
+    schema = json.loads((CHECKOUT / "docs/json/inspect.schema.json").read_text())
+    for answer in held.answers.values():
+        assert violations(answer, schema) == []
+        with Store.open(held.store, read_only=True) as store, store.read() as connection:
+            question = sa.text("SELECT * FROM considered_object WHERE run_id = :run ORDER BY rank_no")
+            rows = connection.execute(question, {"run": answer["run"]}).mappings().all()
+        assert [row["state"] for row in rows] == [it["state"] for it in answer["considered"]]
+        assert [row["score"] for row in rows] == [it["score"] for it in answer["considered"]]
+        for row, it in zip(rows, answer["considered"], strict=True):
+            if it["object_from_rig"] is not None:
+                pose = matrices({name: np.array([value]) for name, value in row.items() if name[0] == "m"})[0]
+                np.testing.assert_allclose(pose, it["object_from_rig"])
+        assert main(["why", str(answer["run"]), "--verdict", *held.options()]) == 0
+        assert answer["outcome"]["shown"] in capsys.readouterr().out
+    assert main(["replay", str(held.answers["one"]["run"]), *held.options()]) == 0, capsys.readouterr().out
+    assert main(["check", *held.options()]) == 0, capsys.readouterr().out
+
+
+def test_the_store_has_no_world_of_its_own_by_that(held: Held, pair: Pair, capsys: pytest.CaptureFixture[str]) -> None:
+    """What stands alone is no world that anybody placed, and is placed once."""
+    assert main(["inspect", *pair.options(prior=None), *held.options()]) == 2
+    assert "the store holds no world" in capsys.readouterr().err
+    with Store.open(held.store, read_only=True) as store, store.read() as connection:
+        assert connection.scalar(sa.text("SELECT count(*) FROM current_world")) == 0
+        assert connection.scalar(sa.text("SELECT count(*) FROM world")) == 4
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--against", "bulkhead,cup"], "the object 'cup' is not loaded: name some of bulkhead, flange, twin"),
+        (["--against", "--world", "cell"], "have no world, prior or arm"),
+        (["--against", "--variants"], "weigh all variants"),
+        (["--against", "--set", "travel=3"], "have no world, prior or arm"),
+        (["--against", "--believe-pictures"], "have no world, prior or arm"),
+        (["--against", "--prior", str(DEMO / "pair_00_prior.yaml")], "have no world, prior or arm"),
+    ],
+)
+def test_wrong_use_is_one_sentence(
+    options: list[str], words: str, held: Held, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    store = str(shutil.copy(held.store, tmp_path / "cell.duckdb"))
+    assert main(["inspect", *pair.options(prior=None), *options, "--store", store]) == 2
+    said = capsys.readouterr().err
+    assert words in said
+    assert len(said.strip().splitlines()) == 1

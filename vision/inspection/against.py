@@ -1,0 +1,257 @@
+"""Which of the loaded objects pictures show, and where, with no world given: `relmodel inspect --against`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from sqlalchemy import Connection
+
+from relmodel.arrays import Floats
+from relmodel.errors import UsageError
+from relmodel.geometry.transforms import matrix_columns
+from relmodel.store import Run, Store
+from relmodel.world.placement import place_alone
+from vision.constellations.find_poses import Found
+from vision.inspection.locate import Located, Selected, Sight, select_parts
+from vision.inspection.variants import weigh_variants
+from vision.localisation.localise import Localisation
+from vision.localisation.verdict import Gathered, Verdict, find_standing
+from vision.presence.variants import VariantEvidence
+
+TOLD_APART = 3.0
+"""nats of evidence, 20 to 1, that tell one variant from another, as the view `found_variant` has it"""
+
+
+class Candidate(NamedTuple):
+    """A loaded variant of an object, and the world in which it stands alone."""
+
+    object_variant_id: int
+    name: str
+    variant: str
+    world_id: int
+    world: str
+
+
+@dataclass(frozen=True)
+class Considered:
+    """A loaded variant of an object held against the pictures.
+
+    score: what the best pose of its join explains, None where there is none.  state: `shown`; `alike`, which explains
+    the edges that what is shown explains about as well; `outdone`, which explains them less well; `refused`; `left`,
+    whose join explains too little beside the best, or less than that of another variant, to be localised.  verdict,
+    posterior and object_from_rig (4, 4) are of its own localisation, None where there was none.
+    """
+
+    candidate: Candidate
+    score: float | None
+    state: str = "left"
+    verdict: str | None = None
+    posterior: float | None = None
+    object_from_rig: Floats | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "object": self.candidate.name,
+            "variant": self.candidate.variant,
+            "state": self.state,
+            "score": self.score,
+            "verdict": self.verdict,
+            "posterior": self.posterior,
+            "object_from_rig": None if self.object_from_rig is None else self.object_from_rig.tolist(),
+        }
+
+
+class Recognised(NamedTuple):
+    """Where what is shown is, or what comes nearest; all that was considered, and how its variants rank."""
+
+    located: Located
+    considered: list[Considered]
+    variants: list[VariantEvidence]
+
+
+class _Chosen(NamedTuple):
+    """The variant of an object that was localised, and how its variants rank there."""
+
+    candidate: Candidate
+    located: Located
+    variants: list[VariantEvidence]
+
+
+class _Start(NamedTuple):
+    """Where a variant could be."""
+
+    candidate: Candidate
+    sight: Sight
+    selected: Selected
+    found: Found
+
+    @property
+    def score(self) -> float | None:
+        score = self.found.candidates.score
+        return float(score[0]) if len(score) else None
+
+    def locate(self) -> Located:
+        prior, starts, relations = self.found
+        return Located(self.selected, prior, self.sight.localise(self.selected.stored.scene, prior, starts), relations)
+
+
+def place_candidates(store: Store, run: Run, names: Sequence[str]) -> list[Candidate]:
+    """The variants that have any part of the objects of these names, of all that are loaded where there are none, each
+    in a world of its own.  Raises UsageError where an object is not loaded."""
+    with store.read() as connection:
+        loaded = [dict(row._mapping) for row in store.rows(connection, "object/newest")]
+    known = list(dict.fromkeys(row["name"] for row in loaded))
+    if not known:
+        raise UsageError("the store holds no object: load one with relmodel load FILE --object NAME")
+    for name in names:
+        if name not in known:
+            raise UsageError(f"the object {name!r} is not loaded: name some of {', '.join(known)}, or none for all")
+    asked = [row for row in loaded if row["name"] in (names or known)]
+    worlds = place_alone(store, run, asked)
+    with store.read() as connection:
+        found = [
+            Candidate(int(row["object_variant_id"]), row["name"], row["variant"], *world)
+            for row, world in zip(asked, worlds, strict=True)
+            if store.rows(connection, "world/size", world_id=world[0])[0].parts
+        ]
+    if not found:
+        raise UsageError(f"{', '.join(names or known)} hold no part that pictures could show: load what has some")
+    return found
+
+
+def recognise(sight: Sight, among: Sequence[Candidate]) -> Recognised:
+    """Which of some objects the pictures show.
+
+    Every variant is joined with what the pictures show.  The best of each object, of the few whose joins explain most,
+    is localised as an inspection without a prior is.  Of those that are not refused the one of most evidence is shown,
+    in the variant that has most evidence at its pose; others are shown beside it where they explain other edges.
+    """
+    starts = _join(sight, among)
+    chosen = [_choose_variant(sight, start, starts) for start in _find_worthy(starts, sight)]
+    shown = max(chosen, key=lambda it: _rank(it.located.found))
+    considered = {start.candidate: Considered(start.candidate, start.score) for start in starts}
+    for it in chosen:
+        for one, state in _judge_variants(it, _judge(sight, it.located, shown.located), among).items():
+            considered[one] = replace(considered[one], state=state)
+        considered[it.candidate] = _add_pose(considered[it.candidate], it.located.found)
+    order = ("shown", "alike", "outdone", "refused", "left")
+    ranked = sorted(considered.values(), key=lambda it: (order.index(it.state), it.candidate != shown.candidate))
+    alike, sure = ({it.candidate.name for it in ranked if it.state == state} for state in ("alike", "shown"))
+    found = shown.located.found
+    found = replace(found, verdict=doubt(found.verdict, sorted(alike - sure)))
+    return Recognised(shown.located._replace(found=found), ranked, shown.variants)
+
+
+def doubt(verdict: Verdict, alike: Sequence[str]) -> Verdict:
+    """The verdict on what is shown where other objects, of these names, explain the same edges about as well."""
+    if not alike:
+        return verdict
+    words = f"{' and '.join(alike)} explain{'s' * (len(alike) == 1)} the same edges about as well"
+    missing = [*verdict.missing, words]
+    return replace(verdict, verdict="ambiguous", reason="; ".join(missing), missing=missing)
+
+
+def record_considered(run: Run, connection: Connection, considered: Sequence[Considered]) -> None:
+    """Append what objects were held against the pictures, in their order; nothing where a world was given."""
+    if not considered:
+        return
+    poses = [np.full((4, 4), np.nan) if it.object_from_rig is None else it.object_from_rig for it in considered]
+    run.append(
+        connection,
+        "considered_object",
+        {
+            "run_id": run.id,
+            "rank_no": np.arange(len(considered)),
+            "object_variant_id": [it.candidate.object_variant_id for it in considered],
+            "score": [it.score for it in considered],
+            "state": [it.state for it in considered],
+            "verdict": [it.verdict for it in considered],
+            "posterior": [it.posterior for it in considered],
+            **{name: np.ma.masked_invalid(values) for name, values in matrix_columns(poses).items()},
+        },
+    )
+
+
+def _join(sight: Sight, among: Sequence[Candidate]) -> list[_Start]:
+    """Where each of some variants could be, the best explained first."""
+    starts = []
+    for one in among:
+        own = replace(sight, world_id=one.world_id, world=one.world)
+        selected = select_parts(own.store, one.world_id, one.world, own.rig, None, own.p.selection)
+        starts.append(_Start(one, own, selected, own.join(selected.stored.scene, None)))
+    return sorted(starts, key=lambda start: -(start.score or 0.0))
+
+
+def _find_worthy(starts: Sequence[_Start], sight: Sight) -> list[_Start]:
+    """Of the objects whose joins explain most, the best variant; starts: the best first."""
+    of_object: dict[str, _Start] = {}
+    for start in starts:
+        of_object.setdefault(start.candidate.name, start)
+    best = list(of_object.values())
+    least = sight.p.localisation.search.least_share * (best[0].score or 0.0)
+    worthy = [start for start in best if start.score is not None and start.score >= least]
+    return worthy[: sight.p.most_objects] or best[:1]
+
+
+def _rank(found: Localisation) -> tuple[bool, float]:
+    """What is not refused first, then more evidence."""
+    return found.verdict.verdict != "refused", -np.inf if found.best is None else -found.best.cost
+
+
+def _choose_variant(sight: Sight, start: _Start, starts: Sequence[_Start]) -> _Chosen:
+    """The variant of an object that has most evidence at the pose found, located anew where it is another."""
+    located = start.locate()
+    own = {s.candidate.object_variant_id: s for s in starts if s.candidate.name == start.candidate.name}
+    if located.found.verdict.verdict == "refused" or len(own) < 2:
+        return _Chosen(start.candidate, located, [])
+    (stored, selection), _, found, _ = located
+    ranked = weigh_variants(sight.store, stored, selection, sight.rig, sight.pictures, found, None, sight.p)
+    sight.run.step("variants")
+    likeliest = own[ranked[0].object_variant_id]
+    again = located if likeliest is start else likeliest.locate()
+    if likeliest is start or again.found.verdict.verdict == "refused":
+        return _Chosen(start.candidate, located, ranked)
+    object_no = int(again.selected.stored.occurrence_id[0]) >> 28
+    placed = likeliest.candidate.object_variant_id
+    ranked = [replace(v, object_no=object_no, placed=v.object_variant_id == placed) for v in ranked]
+    return _Chosen(likeliest.candidate, again, ranked)
+
+
+def _judge(sight: Sight, located: Located, shown: Located) -> str:
+    """What is to be thought of an object that was localised beside the best."""
+    if located.found.best is None or shown.found.best is None or located.found.verdict.verdict == "refused":
+        return "refused"
+    if located is shown or _share_edges(located.found, shown.found) < sight.p.same_edges:
+        return "shown"
+    both = Gathered.of([shown.found.best, located.found.best])
+    return "alike" if len(find_standing(both, sight.p.localisation.verdict)) > 1 else "outdone"
+
+
+def _judge_variants(it: _Chosen, state: str, among: Sequence[Candidate]) -> dict[Candidate, str]:
+    """What is to be thought of an object's variants that were weighed, by what is thought of the one localised."""
+    states = {it.candidate: state}
+    best = max((v.log_odds for v in it.variants), default=0.0)
+    less = {v.object_variant_id: best - v.log_odds for v in it.variants if state != "refused"}
+    for one in among:
+        if one != it.candidate and one.object_variant_id in less:
+            alike = state != "outdone" and less[one.object_variant_id] < TOLD_APART
+            states[one] = "alike" if alike else "outdone"
+    return states
+
+
+def _add_pose(it: Considered, found: Localisation) -> Considered:
+    verdict, best = found.verdict, found.best
+    pose = None if best is None else best.world_from_rig
+    return replace(it, verdict=verdict.verdict, posterior=verdict.posterior, object_from_rig=pose)
+
+
+def _share_edges(one: Localisation, other: Localisation) -> float:
+    """The share of the edges found by one that another found too."""
+    edges, others = (
+        {(name, *xy) for name, view in found.views.items() for xy in view.measurements.position.tolist()}
+        for found in (one, other)
+    )
+    return len(edges & others) / max(len(edges), 1)
