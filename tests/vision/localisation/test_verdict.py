@@ -9,7 +9,7 @@ import pytest
 
 from vision.cameras.cameras import Needs
 from vision.localisation.localisation_parameters import DEFAULTS
-from vision.localisation.verdict import Gathered, judge
+from vision.localisation.verdict import Gathered, find_standing, judge
 
 
 @pytest.mark.parametrize(("found", "accepted"), [(1.013, True), (1.013, False), (0.4, False)])
@@ -40,3 +40,25 @@ def test_without_a_prior_most_of_the_edges_have_to_be_found(share: float, prior_
     assert verdict.verdict == ("refused" if lacks else "accepted"), verdict.reason
     assert ("give a prior" in verdict.reason) == lacks
     assert ("or a second picture" in verdict.reason) == (lacks and cameras == 1)
+
+
+@pytest.mark.parametrize(
+    ("distances", "standing"),
+    [
+        ([np.nan, np.nan], [0, 1]),  # not asked: the edges do not say which it is
+        ([4000.0, 4000.0], [0, 1]),
+        ([4000.0, 4400.0], [0]),  # 100 nats in favour of the first
+        ([4400.0, 4000.0], [1]),  # and of the second
+    ],
+)
+def test_relational_matching_tells_rivals_apart(distances: list[float], standing: list[int]) -> None:
+    two = np.ones(2)
+    gathered = Gathered(
+        prior_sigma=np.nan * two, evidence=np.array([1000.0, 990.0]), found=np.array([1000.0, 990.0]),
+        expected=1000 * two, outline_px=0 * two, outline_contrast=0 * two, outline_evidence=0 * two,
+        is_symmetric=np.zeros(2, bool), relational_distance=np.array(distances),
+    )  # fmt: skip
+    found = find_standing(gathered, DEFAULTS.verdict)
+    assert found.tolist() == standing
+    verdict = judge(gathered, found, 0.9, [], (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), DEFAULTS.verdict)
+    assert verdict.verdict == ("accepted" if len(standing) == 1 else "ambiguous")
