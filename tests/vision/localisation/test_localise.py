@@ -72,6 +72,15 @@ def test_pose_of_unlike_blocks() -> None:
     assert e[3:].max() < np.radians(0.05)
 
 
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_wide_prior_is_searched_for_the_object_and_not_for_a_view_of_nothing(seed: int) -> None:
+    """Draws from which a climb on evidence that a look past the object leaves at zero ends 50 and 300 mm off."""
+    scene, truth = shown("blocks")
+    found = localise(scene, stereo_rig(), seen("blocks"), pictures("blocks"), off(truth, 100.0, np.radians(10), seed))
+    assert found.verdict.verdict == "accepted", found.verdict.reason
+    assert error(found, truth)[:3].max() < 0.5
+
+
 def test_one_camera_alone() -> None:
     (scene, truth), rig = shown("blocks"), stereo_rig()
     extractions = seen("blocks")
