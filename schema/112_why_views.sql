@@ -24,8 +24,7 @@ WITH named AS (
     JOIN placed_node AS o ON o.id = a.occurrence_id
 ),
 criterion AS (
-    SELECT run_id, max(CASE name WHEN 'max_angle' THEN value END) AS max_angle,
-        max(CASE name WHEN 'min_overlap' THEN value END) AS min_overlap,
+    SELECT run_id, max(CASE name WHEN 'min_overlap' THEN value END) AS min_overlap,
         max(CASE name WHEN 'gate_sigma' THEN value END) AS gate_sigma,
         max(CASE name WHEN 'reach_px' THEN value END) AS reach
     FROM threshold
@@ -34,7 +33,7 @@ criterion AS (
 ),
 pair AS (
     SELECT c.run_id, n.camera, n.extraction_id, c.image_arc_no, c.view_arc_no, n.path, n.element, c.accepted, c.reason,
-        c.residual, c.gate, degrees(c.angle) AS angle, c.overlap
+        c.residual, c.gate, degrees(c.angle) AS angle, degrees(c.angle_gate) AS angle_gate, c.overlap
     FROM correspondence AS c
     JOIN named AS n ON n.run_id = c.run_id AND n.view_no = c.view_no AND n.view_arc_no = c.view_arc_no
     WHERE c.hypothesis_no = 0
@@ -43,7 +42,7 @@ SELECT i.run_id, i.camera, a.image_arc_no, p.view_arc_no, p.path, p.element, coa
     coalesce(p.reason, 'no_candidate') AS rule,
     CASE p.reason WHEN 'orientation' THEN p.angle WHEN 'overlap' THEN p.overlap ELSE p.residual END AS value,
     CASE coalesce(p.reason, '')
-        WHEN '' THEN h.reach WHEN 'orientation' THEN degrees(h.max_angle) WHEN 'overlap' THEN h.min_overlap
+        WHEN '' THEN h.reach WHEN 'orientation' THEN p.angle_gate WHEN 'overlap' THEN h.min_overlap
         ELSE p.gate END AS gate,
     CASE
         WHEN p.reason IS NULL AND i.view_no IS NULL THEN 'there is no row of what it was compared with: no pose was found, or the run kept only its decisions'
@@ -53,7 +52,7 @@ SELECT i.run_id, i.camera, a.image_arc_no, p.view_arc_no, p.path, p.element, coa
             CASE WHEN p.accepted THEN 'it is ' ELSE 'it is not ' END, p.element, ' of ', p.path, ': ',
             CASE p.reason
                 WHEN 'orientation' THEN concat(CAST(p.angle AS NUMERIC(18, 1)), ' degrees lie between the two, and ',
-                    CAST(degrees(h.max_angle) AS NUMERIC(18, 1)), ' are allowed')
+                    CAST(p.angle_gate AS NUMERIC(18, 1)), ' are allowed')
                 WHEN 'distance' THEN concat('they are ', CAST(p.residual AS NUMERIC(18, 2)),
                     ' px (rms) apart, beyond the gate of ', CAST(p.gate AS NUMERIC(18, 2)), ' px (',
                     CAST(h.gate_sigma AS NUMERIC(18, 1)), ' sigma of pose, arc and edge together)')

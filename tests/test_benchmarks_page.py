@@ -14,6 +14,7 @@ from benchmarks.run import BENCHMARKS, FULL_ONLY, Benchmark, Outcome
 # several steps.
 TOOLS = {
     "constellation",
+    "displaced_views",
     "export_problems",
     "inspection_snapshot",
     "load_snapshot",

@@ -251,7 +251,11 @@ def write_step(made: Made, path: Path) -> None:
             TDataStd_Name.Set_s(component, TCollection_ExtendedString(name))
         tool.UpdateAssemblies()
     writer = STEPCAFControl_Writer()  # the setting below exists only once a writer does
-    if not Interface_Static.SetIVal_s("write.step.schema", 5) or not writer.Transfer(document):
-        raise RuntimeError("the kernel could not transfer the object")
-    if writer.Write(str(path)) != IFSelect_RetDone:
-        raise RuntimeError(f"the kernel could not write {path}")
+    before = Interface_Static.IVal_s("write.step.schema")  # of all writers of the process
+    try:
+        if not Interface_Static.SetIVal_s("write.step.schema", 5) or not writer.Transfer(document):
+            raise RuntimeError("the kernel could not transfer the object")
+        if writer.Write(str(path)) != IFSelect_RetDone:
+            raise RuntimeError(f"the kernel could not write {path}")
+    finally:
+        Interface_Static.SetIVal_s("write.step.schema", before)

@@ -51,7 +51,8 @@ class FunctionTable:
 
 
 def whole_functions(problem: MatchingProblem) -> FunctionTable:
-    """All whole functions, by unit and label.  Raises UsageError where there are more than MOST_FUNCTIONS."""
+    """Whole functions, by unit and label: all, or, where these are more than MOST_FUNCTIONS, those that give neighbours
+    the labels that save most, as many as may be.  Raises UsageError where there are too many all the same."""
     weight = np.zeros((problem.units, problem.units), np.int64)
     weight[problem.neighbour_unit, problem.neighbour_other] = problem.neighbour_weight
     related = np.zeros((problem.units, problem.units), bool)
@@ -62,7 +63,12 @@ def whole_functions(problem: MatchingProblem) -> FunctionTable:
         other = int(problem.candidate_unit[theirs])
         if related[problem.candidate_unit[mine], other]:
             confirming[mine].setdefault(other, []).append((int(problem.candidate_label[theirs]), saves))
-    count = sum(int(np.prod([len(labels) for labels in c.values()], dtype=float)) for c in confirming)
+    confirming = [{v: sorted(labels, key=lambda it: (-it[1], it[0])) for v, labels in c.items()} for c in confirming]
+    most = max((len(labels) for c in confirming for labels in c.values()), default=1)
+    while most > 1 and _count(confirming) > MOST_FUNCTIONS:
+        most -= 1
+        confirming = [{v: labels[:most] for v, labels in c.items()} for c in confirming]
+    count = _count(confirming)
     if count > MOST_FUNCTIONS:
         raise UsageError(
             f"the search {MODE!r} would list {count} whole functions, more than {MOST_FUNCTIONS}: choose another search"
@@ -77,6 +83,10 @@ def whole_functions(problem: MatchingProblem) -> FunctionTable:
             error[row] = problem.candidate_cost[c] + problem.weight_out[u] - sum(saves for _, saves in chosen)
             row += 1
     return FunctionTable(unit, label, error, weight)
+
+
+def _count(confirming: list[dict[int, list[tuple[int, int]]]]) -> int:
+    return sum(int(np.prod([len(labels) for labels in c.values()], dtype=float)) for c in confirming)
 
 
 def search(problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None) -> MatchingResult:

@@ -50,6 +50,7 @@ def store(fresh_store: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
                     "units_id": 1,
                     "labels_id": 1,
                     "parameters": "{}",
+                    "nat_cost": 4.0,
                 }
                 for table, columns in result_rows(problem, solve(problem, nodes=nodes)).items():
                     run.append(connection, table, {**key, **(about if table == "problem" else {}), **columns})

@@ -314,7 +314,7 @@ def test_the_answers_of_the_audit_are_those_of_the_rows(store: Store) -> None:
         assert row["taken"] == pair["accepted"] == (rule == "assigned")
         least = held["correspondence", "min_overlap"]
         fails = {
-            "orientation": pair["angle"] > held["correspondence", "max_angle"],
+            "orientation": pair["angle"] > pair["angle_gate"],
             "distance": pair["residual"] > pair["gate"],
             "overlap": pair["overlap"] < least,
         }

@@ -30,7 +30,8 @@ from vision.matching.stored_match import match_stored
 TRUTH = read_truth(DEMO / "pair_00_truth.json")
 KEYS = [
     "run", "verdict", "outcome", "reason", "posterior", "missing", "needs", "sigma", "weakest", "world_from_rig",
-    "world_from_camera", "covariance", "base_correction", "parts_in_view", "presence", "variants", "selection",
+    "world_from_camera", "covariance", "base_correction", "parts_in_view", "presence", "variants", "considered",
+    "selection",
     "hypotheses", "equivalent", "notes", "timings_s",
 ]  # fmt: skip
 
@@ -165,7 +166,13 @@ def test_every_step_has_its_rows(answer: dict[str, Any], store: str, inspection:
         recorded = connection.execute(query, {"run": answer["run"]}).scalar_one()
     assert said == list(answer["timings_s"])
     recorded = json.loads(recorded) if isinstance(recorded, str) else recorded
-    call = {"world": "demo_cell", "carrier": asdict(Carrier()), "keep_images": True, "full_audit": True}
+    call = {
+        "world": "demo_cell",
+        "against": None,
+        "carrier": asdict(Carrier()),
+        "keep_images": True,
+        "full_audit": True,
+    }
     assert recorded == json.loads(json.dumps({**call, **asdict(InspectionParameters(keep_bounds=True))}))
     assert inspection.overlay.stat().st_size > 10_000
 

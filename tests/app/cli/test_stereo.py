@@ -80,7 +80,7 @@ def test_the_searches_of_the_paper_match_a_pair(search: str, answered: Path, pai
                 "FROM problem AS p ORDER BY p.run_id"
             )
         ).all()
-    assert found.cost < 1.05 * best.cost
+    assert found.cost < 1.25 * best.cost
     assert found.matched >= 0.9 * best.matched
     assert main(["check", "--store", target]) == 0
 

@@ -116,7 +116,8 @@ def test_rows_say_what_was_found(recorded: tuple[Store, int], found: StereoMatch
             "a label is taken twice",
         ),
         (
-            "INSERT INTO candidate SELECT run_id, problem_no, 9999, label_no, cost FROM candidate "
+            "INSERT INTO candidate (run_id, problem_no, unit_no, label_no, cost) "
+            "SELECT run_id, problem_no, 9999, label_no, cost FROM candidate "
             "WHERE unit_no = {unit} AND label_no = {label}",
             "a unit has no decision",
         ),
