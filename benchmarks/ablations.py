@@ -5,10 +5,10 @@
 Of each bulkhead in the folder that RELMODEL_TEST_DATA names the first N pairs (default: all), with the prior `large` of
 their truth and without one, and as many single pictures of bodies without circles, from priors some 10 mm and 3 degrees
 off.  `join off`: no relations of circles or straight edges start a pose; `scan off`: no prior's volume is scanned where
-the join explains too little; `matcher off`: presence does not know which regions of the pictures match which surfaces.
-`right`: accepted within .1 mm and .02 degrees of the truth, at a point 700 mm before the rig (of single pictures 5 mm
-and 2 degrees, as they need); `wrong`: accepted and farther than 20 times that (twice); `decided`: parts, features and
-surfaces that are confirmed or found to differ.
+the join explains too little; `matcher off`: nothing tells rivals apart but edges, and presence does not know which
+regions of the pictures match which surfaces.  `right`: accepted within .1 mm and .02 degrees of the truth, at a point
+700 mm before the rig (of single pictures 5 mm and 2 degrees, as they need); `wrong`: accepted and farther than 20 times
+that (twice); `decided`: parts, features and surfaces that are confirmed or found to differ.
 """
 
 from __future__ import annotations
@@ -75,19 +75,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     found: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
     with tempfile.TemporaryDirectory() as folder:
         for name in args.sets:
-            cases = _single_pictures if name in SINGLE else _pairs
+            cases = single_pictures if name in SINGLE else pairs
             for case in cases(Path(data), name, Path(folder), args.pairs):
                 known = "large" if case.prior is not None else "none"
                 # Without a prior there is no volume to scan.
                 for chain in CHAINS if case.prior is not None else [c for c in CHAINS if c != "scan off"]:
-                    one = _inspect(case, chain)
+                    one = inspect_case(case, chain)
                     found.setdefault((name, known, chain), []).append(one)
                     print(case.name, known, chain, one, flush=True)
     print(tabulate([_summarise(*key, them) for key, them in found.items()], headers=HEADERS, floatfmt=".3f"))
     return 0
 
 
-def _pairs(data: Path, part: str, folder: Path, count: int | None) -> Iterator[Case]:
+def pairs(data: Path, part: str, folder: Path, count: int | None) -> Iterator[Case]:
     """Pairs of a bulkhead, each with the prior `large` and without one."""
     store = folder / f"{part}.duckdb"
     place_part(store, data / "bulkhead" / part)
@@ -101,7 +101,7 @@ def _pairs(data: Path, part: str, folder: Path, count: int | None) -> Iterator[C
             yield Case(f"{part}{truth['pair']}", store, cameras, pictures, prior, true)
 
 
-def _single_pictures(data: Path, name: str, folder: Path, count: int | None) -> Iterator[Case]:
+def single_pictures(data: Path, name: str, folder: Path, count: int | None) -> Iterator[Case]:
     """Every fourth picture of a folder with `frames.json` and `model.obj`."""
     store, described = folder / f"{name}.duckdb", json.loads((data / name / "frames.json").read_text())
     (folder / "world.yaml").write_text("world: cell\nobjects: [{object: model}]\n")
@@ -159,18 +159,19 @@ def _chain(chain: str) -> Iterator[InspectionParameters]:
         with patch("vision.localisation.localise.search_poses", lambda *_: nothing):
             yield DEFAULTS
     elif chain == "matcher off":
+        verdict = replace(DEFAULTS.localisation.verdict, most_related=0)
         matched = list(signature(assess).parameters).index("matched")
 
         def assess_without(*given: Any) -> Any:
             return cast(Any, assess)(*given[:matched], {}, *given[matched + 1 :])
 
         with patch("vision.inspection.inspection.assess", assess_without):
-            yield DEFAULTS
+            yield replace(DEFAULTS, localisation=replace(DEFAULTS.localisation, verdict=verdict))
     else:
         yield DEFAULTS
 
 
-def _inspect(case: Case, chain: str) -> dict[str, Any]:
+def inspect_case(case: Case, chain: str) -> dict[str, Any]:
     """Verdict, error, how many parts and features are decided and open, and seconds of processor time."""
     rig, prior = case.store.with_name("rig.yaml"), case.store.with_name("prior.yaml")
     rig.write_text(yaml.safe_dump(case.cameras))
