@@ -108,7 +108,7 @@ class RivalParameters:
     """share of the best candidate's score from which others are followed up"""
     candidates: int = 6
     """candidates beside the best that need no more than that"""
-    min_equal_share: float = 0.9
+    min_equal_share: float = 0.94
     """the same share of the others: they are followed up where the pictures may not tell them from the best"""
     min_evidence_share: float = 0.7
     """share of the best evidence to which a pose must climb to be refined"""
