@@ -239,7 +239,26 @@ def write_step(made: Made, path: Path) -> None:
     document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
     XCAFApp_Application.GetApplication_s().InitDocument(document)
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    # Auto naming, like the schema below, is a setting of the whole process.
+    names_itself = tool.AutoNaming_s()
     tool.SetAutoNaming_s(False)
+    try:
+        _describe(tool, shapes, placed)
+    finally:
+        tool.SetAutoNaming_s(names_itself)
+    writer = STEPCAFControl_Writer()  # the setting below exists only once a writer does
+    before = Interface_Static.IVal_s("write.step.schema")
+    try:
+        if not Interface_Static.SetIVal_s("write.step.schema", 5) or not writer.Transfer(document):
+            raise RuntimeError("the kernel could not transfer the object")
+        if writer.Write(str(path)) != IFSelect_RetDone:
+            raise RuntimeError(f"the kernel could not write {path}")
+    finally:
+        Interface_Static.SetIVal_s("write.step.schema", before)
+
+
+def _describe(tool: Any, shapes: Any, placed: Any) -> None:
+    """The products of an object, and where each is placed, in a document."""
     labels = {product: tool.AddShape(shape, False) for product, shape in shapes.items()}
     for product, label in labels.items():
         TDataStd_Name.Set_s(label, TCollection_ExtendedString(product))
@@ -250,12 +269,3 @@ def write_step(made: Made, path: Path) -> None:
             component = tool.AddComponent(root, labels[product], _location(place))
             TDataStd_Name.Set_s(component, TCollection_ExtendedString(name))
         tool.UpdateAssemblies()
-    writer = STEPCAFControl_Writer()  # the setting below exists only once a writer does
-    before = Interface_Static.IVal_s("write.step.schema")  # of all writers of the process
-    try:
-        if not Interface_Static.SetIVal_s("write.step.schema", 5) or not writer.Transfer(document):
-            raise RuntimeError("the kernel could not transfer the object")
-        if writer.Write(str(path)) != IFSelect_RetDone:
-            raise RuntimeError(f"the kernel could not write {path}")
-    finally:
-        Interface_Static.SetIVal_s("write.step.schema", before)

@@ -71,7 +71,9 @@ def test_what_matching_goes_by_is_worked_out_anew(
     with Store.open(copy_store(inspected.store)) as store:
         with store.read() as connection:
             assert store.rows(connection, "check/matching_rows") == []
-        for change, expected in OF_MATCHING.items():
+        # PostgreSQL asks the same plain SQL, and takes longer: a few changes of each kind of row are enough there.
+        changes = list(OF_MATCHING.items())
+        for change, expected in changes if engine == "inspection" else changes[::4]:
             with store.engine.connect() as connection:
                 changed = connection.exec_driver_sql(change.replace("%", "%%") if engine != "inspection" else change)
                 found = {(row.problem_no, row.what) for row in store.rows(connection, "check/matching_rows")}
