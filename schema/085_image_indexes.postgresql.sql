@@ -10,4 +10,4 @@ CREATE UNIQUE INDEX image_region_key ON image_region (extraction_id, region_no);
 CREATE INDEX region_outline_extraction ON region_outline (extraction_id);
 CREATE INDEX region_arc_extraction ON region_arc (extraction_id);
 CREATE UNIQUE INDEX unit_key ON unit (unit_set_id, unit_no);
-CREATE INDEX unit_relation_unit_set ON unit_relation (unit_set_id);
+CREATE INDEX unit_relation_unit_set ON unit_relation (unit_set_id, unit_a, unit_b);
