@@ -225,6 +225,7 @@ def locate(trial: Trial, stored: StoredScene, kept: Path) -> tuple[dict[str, Pri
     """Extractions, pose and matched views of a trial, from the file `kept` or put there."""
     if not kept.exists():
         extracted = {name: make_primitives(extract(picture)) for name, picture in trial.pictures.items()}
+        assert trial.prior is not None
         located = localise(stored.scene, trial.rig, extracted, trial.pictures, trial.prior)
         with open_workspace() as workspace:
             match = match_views(workspace, stored.scene, trial.rig, located, extracted, LOCALISATION, MATCHING)

@@ -51,7 +51,7 @@ class Trial:
     model: str
     rig: Rig
     pictures: Pictures
-    prior: Prior
+    prior: Prior | None
     world_from_rig: Floats | None
     target: Floats
 
@@ -80,20 +80,23 @@ class Models:
 
     def stored(self, name: str) -> StoredScene:
         if name not in self._stored:
-            file, placed, unit = self.sources[name]
-            path = self.folder / f"{name}.duckdb"
-            with Store.open(path) if path.exists() else Store.create(path) as store:
-                with store.read() as connection:
-                    worlds = store.columns(connection, "world/current")
-                if not len(worlds["world_id"]):
-                    load(store, file, name="object", unit=unit)
-                    world = {"world": "cell", "objects": [{"object": "object", "world_from_object": placed.tolist()}]}
-                    (self.folder / f"{name}.yaml").write_text(yaml.safe_dump(world))
-                    place_world(store, self.folder / f"{name}.yaml")
-                with store.read() as connection:
-                    world_id = int(store.columns(connection, "world/current")["world_id"][0])
-                    self._stored[name] = read_scene(store, connection, world_id)
+            with self.open(name) as store, store.read() as connection:
+                self._stored[name] = read_scene(store, connection, 1)
         return self._stored[name]
+
+    def open(self, name: str) -> Store:
+        """The store of a model, which stands alone in its world 1, `cell`."""
+        file, placed, unit = self.sources[name]
+        path = self.folder / f"{name}.duckdb"
+        if path.exists():
+            return Store.open(path)
+        world = {"world": "cell", "objects": [{"object": "object", "world_from_object": placed.tolist()}]}
+        (self.folder / f"{name}.yaml").write_text(yaml.safe_dump(world))
+        with Store.create(self.folder / f"{name}.part.duckdb") as store:
+            load(store, file, name="object", unit=unit)
+            place_world(store, self.folder / f"{name}.yaml")
+        (self.folder / f"{name}.part.duckdb").rename(path)
+        return Store.open(path)
 
 
 def demonstration(models: Models) -> Iterator[Trial]:
