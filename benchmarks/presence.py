@@ -36,6 +36,7 @@ from vision.extraction.primitives import Primitives
 from vision.extraction.rows import make_primitives
 from vision.inspection.demonstration import Truth, measure_pose_error
 from vision.inspection.matched_views import match_views
+from vision.localisation.coverage import map_views
 from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
 from vision.localisation.localise import Localisation, localise
 from vision.localisation.parts_in_view import find_parts_in_view
@@ -196,10 +197,11 @@ def measure(case: Case, stored: StoredScene, kept: Path) -> dict[str, Any]:
     pictures, found, matched = locate(trial, stored, kept)
     assert found.best is not None
     pose = found.best.world_from_rig
-    parts = find_parts_in_view(stored, trial.rig, pose, LOCALISATION)
+    maps = map_views(stored.scene, trial.rig, pose, LOCALISATION)
+    parts = find_parts_in_view(stored, trial.rig, maps, pose, LOCALISATION)
     began = time.process_time()
     views = {name: view.arcs for name, view in found.views.items()}
-    presence = assess(stored, trial.rig, pictures, found.edge_indexes, found.best, views, parts, matched, LOCALISATION)
+    presence = assess(stored, trial.rig, pictures, found.edge_indexes, found.best, views, maps, parts, matched)
     seconds = time.process_time() - began
     said = describe(presence)
     box = _measure_boxes(stored.scene, presence, case.world_from_object)
@@ -227,8 +229,9 @@ def locate(trial: Trial, stored: StoredScene, kept: Path) -> tuple[dict[str, Pri
         extracted = {name: make_primitives(extract(picture)) for name, picture in trial.pictures.items()}
         assert trial.prior is not None
         located = localise(stored.scene, trial.rig, extracted, trial.pictures, trial.prior)
+        maps = {} if located.best is None else map_views(stored.scene, trial.rig, located.best.world_from_rig)
         with open_workspace() as workspace:
-            match = match_views(workspace, stored.scene, trial.rig, located, extracted, LOCALISATION, MATCHING)
+            match = match_views(workspace, trial.rig, located, maps, extracted, MATCHING)
         kept.write_bytes(pickle.dumps((extracted, located, match)))
     pictures, found, matched = pickle.loads(kept.read_bytes())
     return pictures, found, matched

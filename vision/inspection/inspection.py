@@ -37,6 +37,7 @@ from vision.inspection.pictures import extract_pictures
 from vision.inspection.record_decisions import record_decisions
 from vision.inspection.record_inspection import Inspected, record_inspection
 from vision.inspection.variants import is_to_be_weighed, weigh_variants
+from vision.localisation.coverage import map_views
 from vision.localisation.localise import Localisation
 from vision.localisation.parts_in_view import PartsInView, find_parts_in_view
 from vision.presence.assess import assess
@@ -283,14 +284,15 @@ def _inspect(
         located = sight.locate(selected, believed)
     (stored, selection), used, found, relations = located
     believed = believed or used
-    matched = match_views(
-        workspace, stored.scene, cameras, found, primitives, parameters.localisation, parameters.matching
-    )
+    maps = {}
+    if found.best is not None:
+        maps = map_views(stored.scene, cameras, found.best.world_from_rig, parameters.localisation)
+    matched = match_views(workspace, cameras, found, maps, primitives, parameters.matching)
     run.step("match")
     correction = _correction(mounted, call.carrier, found)
     parts = None
     if found.best is not None and found.verdict.verdict != "refused":
-        parts = find_parts_in_view(stored, cameras, found.best.world_from_rig, parameters.localisation)
+        parts = find_parts_in_view(stored, cameras, maps, found.best.world_from_rig, parameters.localisation)
     run.step("view")
     presence = None
     if parts is not None and found.best is not None:
@@ -301,9 +303,9 @@ def _inspect(
             found.edge_indexes,
             found.best,
             {name: view.arcs for name, view in found.views.items()},
+            maps,
             parts,
             matched,
-            parameters.localisation,
             parameters.presence,
         )
     run.step("presence")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from relmodel.store.database import Database
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
-from vision.localisation.coverage import map_surfaces
+from vision.localisation.coverage import SurfaceMap, map_views
 from vision.localisation.localisation_parameters import LocalisationParameters
 from vision.localisation.localise import Localisation
 from vision.localisation.refine import Refined
@@ -21,18 +21,17 @@ from vision.scene.scene import Scene
 
 def match_views(
     workspace: Database,
-    scene: Scene,
     rig: Rig,
     found: Localisation,
+    maps: dict[str, SurfaceMap],
     pictures: dict[str, Primitives],
-    localisation: LocalisationParameters,
     p: MatchingParameters,
 ) -> dict[str, MatchedView]:
-    """By camera, at the best pose; nothing where none was found."""
+    """By camera, at the best pose, from which the cameras see `maps`; nothing where none was found."""
     if found.best is None:
         return {}
     arcs = {name: view.arcs for name, view in found.views.items()}
-    return _match(workspace, scene, rig, found.best, arcs, pictures, localisation, p)
+    return _match(workspace, rig, found.best, arcs, maps, pictures, p)
 
 
 def relate_views(
@@ -53,26 +52,25 @@ def relate_views(
             name: find_view_arcs(scene, camera, pose.world_from_rig @ rig.rig_from_camera[name], localisation)
             for name, camera in rig.cameras.items()
         }
-        matched = _match(open_workspace(), scene, rig, pose, arcs, pictures, localisation, p)
+        maps = map_views(scene, rig, pose.world_from_rig, localisation)
+        matched = _match(open_workspace(), rig, pose, arcs, maps, pictures, p)
         costs.append(sum(view.match.solved.result.cost for view in matched.values()))
     return costs
 
 
 def _match(
     workspace: Database,
-    scene: Scene,
     rig: Rig,
     pose: Refined,
     arcs: dict[str, ViewArcs],
+    maps: dict[str, SurfaceMap],
     pictures: dict[str, Primitives],
-    localisation: LocalisationParameters,
     p: MatchingParameters,
 ) -> dict[str, MatchedView]:
     """The pictures against their views at a pose, a problem of the workspace for each camera."""
     matched = {}
     for number, (name, camera) in enumerate(rig.cameras.items()):
-        seen = map_surfaces(scene, camera, pose.world_from_rig @ rig.rig_from_camera[name], localisation)
         shift = propagate_pose(pose, number, arcs[name].samples)
-        units = describe_view(arcs[name], shift, camera, seen, p.view)
-        matched[name] = MatchedView(units, match_view(workspace, number, pictures[name], units, seen, p.pose))
+        units = describe_view(arcs[name], shift, camera, maps[name], p.view)
+        matched[name] = MatchedView(units, match_view(workspace, number, pictures[name], units, maps[name], p.pose))
     return matched

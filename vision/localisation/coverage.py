@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from vision.cameras.cameras import Camera
+from vision.cameras.cameras import Camera, Rig
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.scene.scene import Scene
 
@@ -22,18 +22,18 @@ class Coverage:
 
 def measure_coverage(
     scene: Scene,
-    camera: Camera,
+    seen: SurfaceMap,
     world_from_camera: Floats,
     group: Ints,
     surface: Ints,
     group_count: int,
     p: LocalisationParameters = DEFAULTS,
 ) -> Coverage:
-    """Coverage of groups of surfaces; `group[i]` contains `surface[i]`, a surface may be in several groups."""
+    """Coverage of groups of surfaces in what a camera sees at a pose; `group[i]` contains `surface[i]`, a surface may
+    be in several groups."""
     from vision.localisation import coverage_kernels
 
-    rays = lay_rays(camera, p.visibility.coverage_step_px)
-    visible = _visible(scene, rays, world_from_camera)
+    rays, visible = seen.rays, seen.count_pixels(len(scene.surface_occurrence))
     camera_from_world = np.linalg.inv(world_from_camera)
     corners = scene.vertices @ camera_from_world[:3, :3].T + camera_from_world[:3, 3]
     order = np.argsort(group, kind="stable")
@@ -58,13 +58,16 @@ def measure_coverage(
 class RayGrid:
     """Rays of a camera on a regular grid of the picture that it would give without distortion.
 
-    directions (rows, columns, 3) in the camera's frame, z = 1; weight (rows, columns): the area of the real picture
-    that each stands for, px, zero outside it; matrix (3, 3) from directions to cells (x, y) of the grid.
+    directions (rows, columns, 3) in the camera's frame, z = 1; pixel (rows, columns, 2): the place in the real picture;
+    weight (rows, columns): the area of the real picture that each stands for, px, zero outside it; matrix (3, 3) from
+    directions to cells (x, y) of the grid; step: px from one to the next.
     """
 
     directions: Floats
+    pixel: Floats
     weight: Floats
     matrix: Floats
+    step: int
 
     def cells(self, points: Floats) -> Floats:
         """Cells (n, 2) of points (n, 3) before the camera."""
@@ -106,43 +109,29 @@ def lay_rays(camera: Camera, step: int) -> RayGrid:
     inside = front & ((real >= -0.5) & (real <= np.array([camera.width, camera.height]) - 0.5)).all(axis=1)
     to_cells = np.asarray(np.diag([1 / step, 1 / step, 1.0]) @ matrix, float)
     to_cells[:2, 2] -= 0.5 * (step - 1) / step
-    return RayGrid(directions, np.where(inside, float(step**2), 0.0).reshape(len(y), len(x)), to_cells)
-
-
-def _visible(scene: Scene, rays: RayGrid, world_from_camera: Floats) -> Floats:
-    """Pixels (s,) of the picture that show each surface of the scene."""
-    surface = _nearest_surface(scene, rays, world_from_camera)
-    shown = surface >= 0
-    return np.bincount(surface[shown], rays.weight[shown], minlength=len(scene.surface_occurrence)).astype(float)
-
-
-def _nearest_surface(scene: Scene, rays: RayGrid, world_from_camera: Floats) -> Ints:
-    """The surface (rows, columns) that each ray of the picture hits first, -1 for none."""
-    used = rays.weight > 0
-    hit = scene.rays.nearest(world_from_camera[:3, 3], rays.directions[used] @ world_from_camera[:3, :3].T)
-    out = np.full(rays.weight.shape, -1, np.int64)
-    out[used] = np.where(hit >= 0, scene.triangle_surface[hit], -1)
-    return out
+    weight = np.where(inside, float(step**2), 0.0).reshape(len(y), len(x))
+    return RayGrid(directions, real.reshape(len(y), len(x), 2), weight, to_cells, step)
 
 
 @dataclass(frozen=True)
 class SurfaceMap:
-    """Which surface of the scene each place of a picture shows, on a regular grid of the picture without distortion:
-    surface (rows, columns), -1 for none; pixel (rows, columns, 2): the place in the real picture; area (rows, columns):
-    px of it that the place stands for; step: px of the grid without distortion; matrix (3, 3): from directions x/z, y/z
-    of the camera to places (x, y) of the grid."""
+    """Which surface of the scene each place of a picture shows, surface (rows, columns), -1 for none, on the grid of
+    `rays`."""
 
     camera: Camera
+    rays: RayGrid
     surface: Ints
-    pixel: Floats
-    area: Floats
-    step: int
-    matrix: Floats
+
+    def count_pixels(self, surfaces: int) -> Floats:
+        """Pixels (s,) of the picture that show each surface of the scene."""
+        shown = self.surface >= 0
+        return np.bincount(self.surface[shown], self.rays.weight[shown], surfaces).astype(float)
 
     def surface_at(self, pixel: Floats) -> Ints:
         """The surface (n,) at pixels (n, 2) of the real picture; -1 for none, and outside."""
         ideal = self.camera.normalise(self.camera.undistort(pixel))
-        x, y = np.rint(ideal @ self.matrix[:2, :2].T + self.matrix[:2, 2]).astype(np.int64).T
+        matrix = self.rays.matrix
+        x, y = np.rint(ideal @ matrix[:2, :2].T + matrix[:2, 2]).astype(np.int64).T
         rows, columns = self.surface.shape
         inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
         return np.where(inside, self.surface[np.where(inside, y, 0), np.where(inside, x, 0)], -1)
@@ -152,8 +141,19 @@ def map_surfaces(
     scene: Scene, camera: Camera, world_from_camera: Floats, p: LocalisationParameters = DEFAULTS
 ) -> SurfaceMap:
     """The surfaces that a camera sees at a pose."""
-    step = p.visibility.coverage_step_px
-    rays = lay_rays(camera, step)
-    pixel, _ = camera.project(rays.directions.reshape(-1, 3))
-    shown = _nearest_surface(scene, rays, world_from_camera)
-    return SurfaceMap(camera, shown, pixel.reshape(*rays.weight.shape, 2), rays.weight, step, rays.matrix)
+    rays = lay_rays(camera, p.visibility.coverage_step_px)
+    used = rays.weight > 0
+    hit = scene.rays.nearest(world_from_camera[:3, 3], rays.directions[used] @ world_from_camera[:3, :3].T)
+    surface = np.full(rays.weight.shape, -1, np.int64)
+    surface[used] = np.where(hit >= 0, scene.triangle_surface[hit], -1)
+    return SurfaceMap(camera, rays, surface)
+
+
+def map_views(
+    scene: Scene, rig: Rig, world_from_rig: Floats, p: LocalisationParameters = DEFAULTS
+) -> dict[str, SurfaceMap]:
+    """The surfaces that each camera of a rig sees at a pose."""
+    return {
+        name: map_surfaces(scene, camera, world_from_rig @ rig.rig_from_camera[name], p)
+        for name, camera in rig.cameras.items()
+    }

@@ -36,12 +36,18 @@ class EdgeIndex:
         self, pixel: Floats, direction: Floats, reach: float, scale: float, p: RefinementParameters
     ) -> tuple[Floats, Ints]:
         """Offsets (n,) px along the normals (-dy, dx) to the elements found (n,), -1 where there is none."""
+        return self.seek(pixel, direction, (reach, scale, p.min_cosine, p.max_along_px), self.strength)
+
+    def seek(
+        self, pixel: Floats, direction: Floats, limits: tuple[float, float, float, float], strength: Floats
+    ) -> tuple[Floats, Ints]:
+        """As `measure`, with the `limits` of `measure_kernels.nearest_edges`, and how much each element (e,) counts,
+        none where that is 0."""
         from vision.localisation import measure_kernels
 
-        limits = np.array([reach, scale, p.min_cosine, p.max_along_px])
         offset, found = np.empty(len(pixel)), np.empty(len(pixel), np.int64)
         measure_kernels.nearest_edges(
-            pixel, direction, limits, self.edges.position, self.edges.normal, self.strength,
+            pixel, direction, np.array(limits), self.edges.position, self.edges.normal, strength,
             self.start, self.order, np.array([self.columns, self.rows]), self.edges.low, offset, found,
         )  # fmt: skip
         return offset, found

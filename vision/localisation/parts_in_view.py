@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from vision.cameras.cameras import Rig
-from vision.localisation.coverage import measure_coverage
+from vision.localisation.coverage import SurfaceMap, measure_coverage
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.scene.stored_scene import StoredScene
 
@@ -45,10 +46,11 @@ class PartsInView:
 def find_parts_in_view(
     stored: StoredScene,
     rig: Rig,
+    maps: Mapping[str, SurfaceMap],
     world_from_rig: Floats,
     p: LocalisationParameters = DEFAULTS,
 ) -> PartsInView:
-    """What the cameras of a rig see at a pose, parts first, each kind in the order of occurrences."""
+    """What the cameras of a rig see at a pose (maps, by camera), parts first, each kind in the order of occurrences."""
     scene = stored.scene
     occurrences = len(stored.occurrence_id)
     occurrence, feature, paths = list(range(occurrences)), [PART] * occurrences, list(stored.paths)
@@ -70,9 +72,9 @@ def find_parts_in_view(
         surface.append(np.array([by_key[placed, int(n)] for n in rows["surface_no"][mine]], np.int64))
     groups, surfaces = np.concatenate(group), np.concatenate(surface)
     visible, covered = np.zeros(len(paths)), np.zeros(len(paths))
-    for name, camera in rig.cameras.items():
+    for name in rig.cameras:
         found = measure_coverage(
-            scene, camera, world_from_rig @ rig.rig_from_camera[name], groups, surfaces, len(paths), p
+            scene, maps[name], world_from_rig @ rig.rig_from_camera[name], groups, surfaces, len(paths), p
         )
         visible += found.visible
         covered += found.covered

@@ -231,10 +231,10 @@ def _price_arcs(pairs: Pairs, p: PoseProblemParameters) -> Ints:
 def _judge_regions(picture: Primitives, view: ViewUnits, seen: SurfaceMap, p: PoseProblemParameters) -> SurfacePairs:
     """Regions and the surfaces that they lie on, counted on the places of the surface map."""
     count = max(len(view.surface), 1)
-    region = find_regions_at(picture, seen.pixel.reshape(-1, 2))
+    region = find_regions_at(picture, seen.rays.pixel.reshape(-1, 2))
     number = np.full(int(seen.surface.max(initial=0)) + 2, -1)
     number[view.surface] = np.arange(len(view.surface))
-    surface, area = number[seen.surface.ravel()], seen.area.ravel()
+    surface, area = number[seen.surface.ravel()], seen.rays.weight.ravel()
     used = (region >= 0) & (area > 0)
     region_area = np.bincount(region[used], area[used], len(picture.regions))
     both = used & (surface >= 0)

@@ -167,10 +167,10 @@ def _surfaces(seen: SurfaceMap, p: ViewParameters) -> tuple[Ints, Areas, Columns
 
     shown = seen.surface.ravel()
     used = shown >= 0
-    area = np.bincount(shown[used], seen.area.ravel()[used])
+    area = np.bincount(shown[used], seen.rays.weight.ravel()[used])
     surface = np.flatnonzero(area >= p.least_surface_px)
-    weight = seen.area.ravel()[used]
-    pixel = seen.pixel.reshape(-1, 2)[used]
+    weight = seen.rays.weight.ravel()[used]
+    pixel = seen.rays.pixel.reshape(-1, 2)[used]
     moments = np.stack([np.bincount(shown[used], weight * pixel[:, i]) for i in (0, 1)], axis=1)[surface]
     centre = np.asarray(moments / area[surface][:, None], float)
     rings: list[npt.NDArray[np.integer]] = []
@@ -189,12 +189,12 @@ def _surfaces(seen: SurfaceMap, p: ViewParameters) -> tuple[Ints, Areas, Columns
         owner += [number] * len(found)
     offsets = np.concatenate([[0], np.cumsum([len(ring) for ring in rings])]).astype(np.int32)
     cells = np.concatenate(rings) if rings else np.zeros((0, 2), np.int64)
-    outline = seen.pixel[cells[:, 0], cells[:, 1]]
+    outline = seen.rays.pixel[cells[:, 0], cells[:, 1]]
     areas = Areas(
         area=area[surface].astype(float),
         centroid_x=centre[:, 0],
         centroid_y=centre[:, 1],
-        sigma=np.full(len(surface), float(seen.step)),
+        sigma=np.full(len(surface), float(seen.rays.step)),
         ring_region=np.array(owner, np.int32),
         ring_offsets=offsets,
         x=outline[:, 0],
@@ -220,7 +220,7 @@ def _neighbours(curves: Curves, areas: Areas, surface: Ints, seen: SurfaceMap) -
     inside = np.ones(len(surface), bool)
     for rim in (labels[0], labels[-1], labels[:, 0], labels[:, -1]):
         inside[rim[rim >= 0]] = False
-    return relate_neighbours(labels, inside, len(curves), find_middles(curves, areas), step=float(seen.step))
+    return relate_neighbours(labels, inside, len(curves), find_middles(curves, areas), step=float(seen.rays.step))
 
 
 def _bounds(

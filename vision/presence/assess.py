@@ -8,8 +8,7 @@ import numpy as np
 
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
-from vision.localisation.coverage import map_surfaces
-from vision.localisation.localisation_parameters import LocalisationParameters
+from vision.localisation.coverage import SurfaceMap
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.parts_in_view import PartsInView
 from vision.localisation.refine import Refined
@@ -41,15 +40,15 @@ def assess(
     edge_indexes: Mapping[str, EdgeIndex],
     pose: Refined,
     views: Mapping[str, ViewArcs],
+    maps: Mapping[str, SurfaceMap],
     parts: PartsInView,
     matched: Mapping[str, MatchedView],
-    localisation: LocalisationParameters,
     p: PresenceParameters = DEFAULTS,
 ) -> Presence:
     """Evidence and state of every part, feature and surface in view at a pose.
 
-    pictures, edge_indexes, views: by camera; matched: likewise, what relational matching made of them, or nothing: then
-    regions say nothing.
+    pictures, edge_indexes, views, maps: by camera; matched: likewise, what relational matching made of them, or
+    nothing: then regions say nothing.
     """
     indexes = [edge_indexes[name] for name in rig.cameras]
     samples = collect_samples(stored, rig, indexes, pose, views, p.samples)
@@ -57,10 +56,7 @@ def assess(
     support = measure_support(samples, nearby, p.support)
     sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)
     runs = weigh_runs(samples, support, sides, p.runs)
-    seen = [
-        map_surfaces(stored.scene, camera, pose.world_from_rig @ rig.rig_from_camera[name], localisation)
-        for name, camera in rig.cameras.items()
-    ]
+    seen = [maps[name] for name in rig.cameras]
     items = list_items(stored, parts, seen)
     blends = np.concatenate(
         [

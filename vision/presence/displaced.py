@@ -8,6 +8,7 @@ stays fixed: a part that shows much of the view determined the pose, and is left
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,10 +36,11 @@ from vision.scene.stored_scene import StoredScene
 
 @dataclass(frozen=True)
 class Displacements:
-    """Where the edges of parts were found best, as columns: occurrence: the scene's; shift (n, 3), shift_sigma (n, 3):
-    mm in the world, from where the model has it, and standard deviations; distance, sigma: mm, how far that is, and
-    its standard deviation; turn, turn_sigma: rad about the normal of the part's plane; log_odds: of lying there against
-    lying in place; far, turned: whether it surely lies elsewhere, or turned."""
+    """Where the edges of parts were found best, of those parts that may lie elsewhere, as columns: occurrence: the
+    scene's; shift (n, 3), shift_sigma (n, 3): mm in the world, from where the model has it, and standard deviations;
+    distance, sigma: mm, how far that is, and its standard deviation; turn, turn_sigma: rad about the normal of the
+    part's plane; log_odds: of lying there against lying in place; far, turned: whether it surely lies elsewhere, or
+    turned."""
 
     occurrence: Ints
     shift: Floats
@@ -81,11 +83,14 @@ def measure_displacements(
         members = np.flatnonzero(piece_of == piece)
         centre = np.average(samples.point[rows], axis=0, weights=support.weight[rows])
         axes = find_axes(scene, members, np.mean([camera.pose[:3, 3] for camera in cameras], axis=0) - centre)
-        place = _locate(views, centre, axes, chance, p)
-        lost = not place.far and place.found_in_place < p.turned.most_in_place
+        in_place = _weigh(views, centre, axes, np.zeros((1, 4)), chance, p)[0]
+        if in_place.found + p.least_gain > 1:
+            continue  # nowhere else is so much more found that it surely lies there
+        place = _locate(views, centre, axes, chance, in_place, p)
+        lost = not place.far and in_place.found < p.turned.most_in_place
         if lost and shown[piece] >= p.turned.least_px:
             turn = seek_turn(scene, members, axes, cameras, free, p.turned)
-            place = place if turn is None else _locate_turned(turn, place, chance, p)
+            place = place if turn is None else _locate_turned(turn, place, chance, in_place, p)
         found += [(occurrence, place) for occurrence in members.tolist()]
     return _gather(found)
 
@@ -101,71 +106,77 @@ def _own_elements(nearby: Nearby, support: Support, of_sample: Ints, count: int)
 @dataclass(frozen=True)
 class _Place:
     """Where a piece lies: axes (3, 3) as rows; x (4,): mm along them, then rad about the last; covariance (4, 4);
-    log_odds: of there against in place; odds_in_place, found_in_place: of its edges against chance, and their share;
-    far, turned: whether it surely lies elsewhere, or turned."""
+    log_odds: of there against in place; far, turned: whether it surely lies elsewhere, or turned."""
 
     axes: Floats
     x: Floats
     covariance: Floats
     log_odds: float
-    odds_in_place: float
-    found_in_place: float
     far: bool
     turned: bool = False
 
 
-def _locate(views: list[PieceView], centre: Floats, axes: Floats, chance: float, p: DisplacedParameters) -> _Place:
+class _Weighed(NamedTuple):
+    """Of a piece at a place: log odds of its edges against chance, and the share of them found there."""
+
+    odds: float
+    found: float
+
+
+def _locate(
+    views: list[PieceView], centre: Floats, axes: Floats, chance: float, in_place: _Weighed, p: DisplacedParameters
+) -> _Place:
     """The place near the model's where most edges of a piece are found."""
 
-    def weigh(x: Floats) -> tuple[float, float]:
-        return _weigh(views, centre, axes, x, chance, p)
-
     around = p.start_mm * np.stack(np.meshgrid([0.0, 1, -1], [0.0, 1, -1]), axis=-1).reshape(-1, 2)
-    tried = [fit(views, centre, axes, np.array([*start, 0.0, 0.0]), p.seated_mm, p) for start in around]
-    x, covariance = max(tried, key=lambda fitted: weigh(fitted[0])[0])
-    risen, loose = fit(views, centre, axes, x, p.rise_mm, p)
-    if weigh(risen)[0] > weigh(x)[0] + p.least_log_odds:
-        x, covariance = risen, loose
-    (odds, found), (odds_in_place, found_in_place) = weigh(x), weigh(np.zeros(4))
-    log_odds = odds - odds_in_place - float(np.log(len(around)))
+    tried, covariances = fit(views, centre, axes, np.pad(around, [(0, 0), (0, 2)]), p.seated_mm, p)
+    weighed = _weigh(views, centre, axes, tried, chance, p)
+    best = int(np.argmax([there.odds for there in weighed]))
+    x, covariance, there = tried[best], covariances[best], weighed[best]
+    risen, loose = fit(views, centre, axes, x[None], p.rise_mm, p)
+    (above,) = _weigh(views, centre, axes, risen, chance, p)
+    if above.odds > there.odds + p.least_log_odds:
+        x, covariance, there = risen[0], loose[0], above
+    odds, found = there
+    log_odds = odds - in_place.odds - float(np.log(len(around)))
     distance, sigma = measure_distance(x, covariance)
     far = (
         log_odds >= p.least_log_odds
-        and found >= max(p.least_found, found_in_place + p.least_gain)
+        and found >= max(p.least_found, in_place.found + p.least_gain)
         and distance > max(p.least_mm, p.least_sigma * sigma)
     )
-    return _Place(axes, x, covariance, log_odds, odds_in_place, found_in_place, far)
+    return _Place(axes, x, covariance, log_odds, far)
 
 
-def _locate_turned(turn: Turn, place: _Place, chance: float, p: DisplacedParameters) -> _Place:
+def _locate_turned(turn: Turn, place: _Place, chance: float, in_place: _Weighed, p: DisplacedParameters) -> _Place:
     """The place of a piece at a turn; unchanged where its edges are not found there."""
     start = np.array([*turn.aside, 0.0, 0.0])
-    x, covariance = fit(turn.views, turn.centre, place.axes, start, p.seated_mm, p)
-    odds, found = _weigh(turn.views, turn.centre, place.axes, x, chance, p)
-    log_odds = odds - place.odds_in_place - float(np.log(turn.tried))
+    (x,), (covariance,) = fit(turn.views, turn.centre, place.axes, start[None], p.seated_mm, p)
+    ((odds, found),) = _weigh(turn.views, turn.centre, place.axes, x[None], chance, p)
+    log_odds = odds - in_place.odds - float(np.log(turn.tried))
     if log_odds < p.least_log_odds or found < p.turned.least_found:
         return place
     covariance = covariance + np.diag([p.turned.sigma_mm, p.turned.sigma_mm, 0.0, p.turned.sigma]) ** 2
     distance, sigma = measure_distance(x, covariance)
     far = distance > max(p.least_mm, p.least_sigma * sigma)
     x = x + np.array([0.0, 0.0, 0.0, turn.angle])
-    return _Place(place.axes, x, covariance, log_odds, place.odds_in_place, place.found_in_place, far, turned=True)
+    return _Place(place.axes, x, covariance, log_odds, far, turned=True)
 
 
 def _weigh(
     views: list[PieceView], centre: Floats, axes: Floats, x: Floats, chance: float, p: DisplacedParameters
-) -> tuple[float, float]:
-    """Log odds of an edge at each sample displaced by x against chance, and the share of the edges found there."""
+) -> list[_Weighed]:
+    """A piece displaced by each x (m, 4)."""
     # How much denser elements lie on an edge that shows than by chance, which is counted in windows of four px.
     dense = p.shows / (np.sqrt(2 * np.pi) * p.sigma_px) / (max(chance, p.least_chance) / 4)
-    odds = found = total = 0.0
+    odds, found, total = np.zeros(len(x)), np.zeros(len(x)), 0.0
     for view in views:
         residual = np.abs(look(view, centre, axes, x, p.reach_px[0])[1])
         near = np.exp(-0.5 * (np.where(np.isfinite(residual), residual, np.inf) / p.sigma_px) ** 2)
-        odds += float(view.length @ np.log1p(dense * near)) / p.stretch_px
-        found += float(view.length @ (residual <= p.found_px))
+        odds += np.log1p(dense * near) @ view.length / p.stretch_px
+        found += (residual <= p.found_px) @ view.length
         total += float(view.length.sum())
-    return odds, found / max(total, 1e-9)
+    return [_Weighed(*both) for both in zip(odds.tolist(), (found / max(total, 1e-9)).tolist(), strict=True)]
 
 
 def _gather(found: list[tuple[int, _Place]]) -> Displacements:

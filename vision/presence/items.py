@@ -51,8 +51,7 @@ def list_items(stored: StoredScene, parts: PartsInView, seen: Sequence[SurfaceMa
     occurrence, feature_no = occurrence[kept], parts.feature_no[kept]
     visible = np.zeros(len(stored.surface_no))
     for shown in seen:
-        somewhere = shown.surface >= 0
-        visible += np.bincount(shown.surface[somewhere], shown.area[somewhere], len(visible))
+        visible += shown.count_pixels(len(visible))
     faces = np.flatnonzero((visible > 0) & scene.inspected[scene.surface_occurrence])
 
     # Surfaces of a feature stand together; those of a part are of its occurrence.

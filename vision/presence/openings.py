@@ -48,7 +48,7 @@ def look_through(
     camera."""
     pieces = []
     for camera, (picture, shown) in enumerate(zip(pictures, seen, strict=True)):
-        empty = ((shown.surface < 0) & (shown.area > 0)).astype(np.uint8)
+        empty = ((shown.surface < 0) & (shown.rays.weight > 0)).astype(np.uint8)
         count, labels = cv2.connectedComponents(empty, connectivity=4, ltype=cv2.CV_32S)
         place = np.asarray(labels, np.int64)
         opening, region, filled = _find_regions(picture, shown, place, count, p)
@@ -75,8 +75,8 @@ def _find_regions(
 ) -> tuple[Ints, Ints, Floats]:
     """Regions that lie where the model shows nothing: the connected `place` that each lies in, its number, and the
     share of the place that it fills."""
-    area = shown.area.ravel()
-    region = find_regions_at(picture, shown.pixel.reshape(-1, 2))
+    area = shown.rays.weight.ravel()
+    region = find_regions_at(picture, shown.rays.pixel.reshape(-1, 2))
     total = np.bincount(region[region >= 0], area[region >= 0], len(picture.regions))
     both = np.flatnonzero((region >= 0) & (place.ravel() > 0))
     key, which = np.unique(region[both] * count + place.ravel()[both], return_inverse=True)
@@ -100,7 +100,7 @@ def _find_holes(
     if not len(surface) or not len(samples.run):
         return out
     ideal = shown.camera.normalise(samples.pixel)
-    x, y = np.rint(ideal @ shown.matrix[:2, :2].T + shown.matrix[:2, 2]).astype(np.int64).T
+    x, y = np.rint(ideal @ shown.rays.matrix[:2, :2].T + shown.rays.matrix[:2, 2]).astype(np.int64).T
     rows, columns = place.shape
     inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
     nearby = np.where(inside, near[np.where(inside, y, 0), np.where(inside, x, 0)], 0)

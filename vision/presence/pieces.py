@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import cos, radians
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.geometry.transforms import skew
 from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
 from vision.presence.presence_parameters import DisplacedParameters
 from vision.presence.samples import Samples
 from vision.scene.scene import Scene
 
-NEAREST = 6  # elements considered near a sample: more lie within a few px only in dense texture
 ALONG_PX = 1.0  # along the edge, between a sample and the element on its normal
 ENOUGH = 150  # samples of a piece in a camera: more samples add no information
-MIN_COSINE = np.cos(np.radians(20))  # of the angle between their normals
+MIN_COSINE = cos(radians(20))  # of the angle between their normals
 
 
 def find_pieces(paths: Sequence[str]) -> Ints:
@@ -49,25 +49,20 @@ def find_axes(scene: Scene, occurrences: Ints, ahead: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class PieceCamera:
-    """A camera's pose (4, 4) and matrix (3, 3), its elements' places and normals (e, 2), a tree over them, and which of
-    all cameras' elements they are."""
+    """A camera's pose (4, 4) and matrix (3, 3), its elements, and which of all cameras' elements they are."""
 
     pose: Floats
     matrix: Floats
-    position: Floats
-    normal: Floats
-    tree: cKDTree
+    index: EdgeIndex
     elements: slice
 
 
 def list_cameras(rig: Rig, world_from_rig: Floats, indexes: list[EdgeIndex]) -> list[PieceCamera]:
     out, first = [], 0
     for (name, camera), index in zip(rig.cameras.items(), indexes, strict=True):
-        place = index.edges.position
-        pose = world_from_rig @ rig.rig_from_camera[name]
-        elements = slice(first, first + len(place))
-        out.append(PieceCamera(pose, camera.matrix, place, index.edges.normal, cKDTree(place), elements))
-        first += len(place)
+        elements = slice(first, first + len(index.edges.position))
+        out.append(PieceCamera(world_from_rig @ rig.rig_from_camera[name], camera.matrix, index, elements))
+        first = elements.stop
     return out
 
 
@@ -98,49 +93,46 @@ def list_views(samples: Samples, weight: Floats, cameras: list[PieceCamera], fre
 def fit(
     views: list[PieceView], centre: Floats, axes: Floats, start: Floats, rise_mm: float, p: DisplacedParameters
 ) -> tuple[Floats, Floats]:
-    """The displacement (4,) that the elements near a piece's edges agree on, and its covariance (4, 4)."""
+    """The displacements (m, 4) that the elements near a piece's edges agree on, each from a start (m, 4), and their
+    covariances (m, 4, 4)."""
     x = start.copy()
     loose = np.diag(np.array([p.plane_mm, p.plane_mm, rise_mm, p.turn]) ** -2.0)
-    hessian = loose
+    hessian = np.tile(loose, (len(x), 1, 1))
     for reach in p.reach_px:
-        hessian, gradient = loose.copy(), -loose @ x
+        hessian, gradient = np.tile(loose, (len(x), 1, 1)), -x @ loose
         for view in views:
             slope, residual = look(view, centre, axes, x, reach)
             found = np.isfinite(residual)
-            slope, residual = slope[found], residual[found]
-            weight = view.length[found] / (p.stretch_px * p.sigma_px**2 * (1 + (residual / p.scale_px) ** 2) ** 2)
-            hessian += (slope * weight[:, None]).T @ slope
-            gradient += slope.T @ (weight * residual)
-        x = x + np.linalg.solve(hessian, gradient)
+            residual = np.where(found, residual, 0.0)
+            weight = found * view.length / (p.stretch_px * p.sigma_px**2 * (1 + (residual / p.scale_px) ** 2) ** 2)
+            scaled = np.swapaxes(slope * weight[..., None], 1, 2)
+            hessian += scaled @ slope
+            gradient += (scaled @ residual[..., None])[..., 0]
+        x = x + np.linalg.solve(hessian, gradient[..., None])[..., 0]
     return x, np.asarray(np.linalg.inv(hessian))
 
 
 def look(view: PieceView, centre: Floats, axes: Floats, x: Floats, reach_px: float) -> tuple[Floats, Floats]:
-    """Of samples displaced by x: how their edges move along the image normals by each of x (n, 4), how far the nearest
-    element of about their direction lies along it (n,), px, nan where none lies within the reach."""
+    """Of samples displaced by each x (m, 4): how their edges move along the image normals by it (m, n, 4), and how far
+    the nearest element of about their direction lies along these (m, n), px, nan where none lies within the reach."""
     camera = view.camera
-    cosine, sine = np.cos(x[3]), np.sin(x[3])
-    turn = axes.T @ np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1.0]]) @ axes
-    arm = (view.point - centre) @ turn.T
-    seen = (centre + arm + x[:3] @ axes - camera.pose[:3, 3]) @ camera.pose[:3, :3]
-    pixel = (seen / seen[:, 2:] @ camera.matrix.T)[:, :2]
+    cosine, sine, none = np.cos(x[:, 3]), np.sin(x[:, 3]), np.zeros(len(x))
+    in_plane = np.stack([cosine, -sine, none, sine, cosine, none, none, none, none + 1], axis=1).reshape(-1, 3, 3)
+    arm = (view.point - centre) @ np.swapaxes(axes.T @ in_plane @ axes, 1, 2)
+    seen = (centre + arm + (x[:, :3] @ axes)[:, None] - camera.pose[:3, 3]) @ camera.pose[:3, :3]
+    pixel = (seen / seen[..., 2:] @ camera.matrix.T)[..., :2]
     across = np.stack([-view.direction[:, 1], view.direction[:, 0]], axis=1)
     # How much a motion along each of the camera's axes moves the edge.
-    push = across @ camera.matrix[:2, :2] / seen[:, 2:]
-    push = np.concatenate([push, -np.einsum("ni,ni->n", push, seen[:, :2] / seen[:, 2:])[:, None]], axis=1)
+    push = across @ camera.matrix[:2, :2] / seen[..., 2:]
+    push = np.concatenate([push, -(push * seen[..., :2] / seen[..., 2:]).sum(axis=2, keepdims=True)], axis=2)
     push = push @ camera.pose[:3, :3].T
-    slope = np.concatenate([push @ axes.T, np.einsum("ni,ni->n", push, np.cross(axes[2], arm))[:, None]], axis=1)
+    turning = (push * (arm @ skew(axes[2]).T)).sum(axis=2, keepdims=True)
+    slope = np.concatenate([push @ axes.T, turning], axis=2)
 
-    distance, near = camera.tree.query(pixel, k=NEAREST, distance_upper_bound=reach_px + ALONG_PX)
-    near = np.where(np.isfinite(distance), near, 0)
-    apart = camera.position[near] - pixel[:, None]
-    along = np.einsum("nki,ni->nk", apart, across)
-    fits = np.isfinite(distance) & view.free[near] & (np.abs(along) <= reach_px)
-    fits &= np.abs(np.einsum("nki,ni->nk", apart, view.direction)) <= ALONG_PX
-    fits &= np.abs(np.einsum("nki,ni->nk", camera.normal[near], across)) >= MIN_COSINE
-    along = np.where(fits, along, np.inf)
-    nearest = along[np.arange(len(along)), np.argmin(np.abs(along), axis=1)]
-    return slope, np.where(np.isfinite(nearest), nearest, np.nan)
+    at, directions = np.ascontiguousarray(pixel.reshape(-1, 2)), np.tile(view.direction, (len(x), 1))
+    limits = (reach_px, 1.0, MIN_COSINE, ALONG_PX)
+    offset, found = camera.index.seek(at, directions, limits, view.free.astype(float))
+    return slope, np.where(found >= 0, offset, np.nan).reshape(pixel.shape[:2])
 
 
 def measure_distance(x: Floats, covariance: Floats) -> tuple[float, float]:

@@ -84,7 +84,7 @@ def _map_nearness(camera: PieceCamera, free: Bools, near_px: float) -> Floats:
     """By pixel (rows, columns) how near a free element lies, from 1 on one to 0 far away."""
     import cv2
 
-    place = np.rint(camera.position[free]).astype(np.int64)
+    place = np.rint(camera.index.edges.position[free]).astype(np.int64)
     place = place[(place >= 0).all(axis=1)]
     columns, rows = place.max(axis=0, initial=0) + 1
     away = np.full((rows, columns), 255, np.uint8)

@@ -10,6 +10,7 @@ import numpy as np
 
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
+from vision.localisation.coverage import map_views
 from vision.localisation.localisation_parameters import LocalisationParameters
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.parts_in_view import find_parts_in_view
@@ -69,8 +70,9 @@ def assess_variant(
         name: find_view_arcs(stored.scene, camera, pose.world_from_rig @ rig.rig_from_camera[name], localisation)
         for name, camera in rig.cameras.items()
     }
-    parts = find_parts_in_view(stored, rig, pose.world_from_rig, localisation)
-    return weigh_variant(variant, assess(stored, rig, pictures, edge_indexes, pose, views, parts, {}, localisation, p))
+    maps = map_views(stored.scene, rig, pose.world_from_rig, localisation)
+    parts = find_parts_in_view(stored, rig, maps, pose.world_from_rig, localisation)
+    return weigh_variant(variant, assess(stored, rig, pictures, edge_indexes, pose, views, maps, parts, {}, p))
 
 
 def weigh_variant(variant: Mapping[str, Any], presence: Presence) -> VariantEvidence:

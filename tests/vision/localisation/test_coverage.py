@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vision.cameras.cameras import Camera
-from vision.localisation.coverage import measure_coverage
+from vision.localisation.coverage import map_surfaces, measure_coverage
 from vision.scene.scene import Scene
 
 CAMERA = Camera(640, 480, np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]]))
@@ -39,7 +39,7 @@ def squares(*placed: tuple[float, float, float, float]) -> Scene:
 
 def test_areas_and_occlusion() -> None:
     scene = squares((0, 0, 1000, 400), (50, 0, 500, 100), (0, 0, -300, 400))
-    found = measure_coverage(scene, CAMERA, np.eye(4), np.arange(3), np.arange(3), 3)
+    found = measure_coverage(scene, map_surfaces(scene, CAMERA, np.eye(4)), np.eye(4), np.arange(3), np.arange(3), 3)
     behind, before = 200.0**2, 100.0**2  # side in px: 500 * 400 / 1000, 500 * 100 / 500
     assert found.covered == pytest.approx([behind, before, 0], rel=0.03)
     assert found.visible == pytest.approx([behind - before, before, 0], rel=0.03)
@@ -47,7 +47,9 @@ def test_areas_and_occlusion() -> None:
 
 def test_a_group_counts_a_pixel_once() -> None:
     scene = squares((0, 0, 1000, 400), (0, 0, 900, 180))
-    found = measure_coverage(scene, CAMERA, np.eye(4), np.array([0, 0, 1]), np.array([0, 1, 1]), 2)
+    found = measure_coverage(
+        scene, map_surfaces(scene, CAMERA, np.eye(4)), np.eye(4), np.array([0, 0, 1]), np.array([0, 1, 1]), 2
+    )
     assert found.covered == pytest.approx([200.0**2, 100.0**2], rel=0.03)
 
 
@@ -55,7 +57,7 @@ def test_what_reaches_behind_the_camera_is_clipped_at_the_picture() -> None:
     scene = squares((0, 0, 1000, 400))
     tilted = np.array([[5000.0, 100, -2000], [-5000, 100, -2000], [-5000, 100, 9000], [5000, 100, 9000]])
     scene.vertices[:] = tilted
-    found = measure_coverage(scene, CAMERA, np.eye(4), np.array([0]), np.array([0]), 1)
+    found = measure_coverage(scene, map_surfaces(scene, CAMERA, np.eye(4)), np.eye(4), np.array([0]), np.array([0]), 1)
     # A floor 100 mm below the eye up to 9 m away fills the picture from row 239.5 + 500 * 100 / 9000 down.
     assert found.covered[0] == pytest.approx(640 * (480 - 245), rel=0.03)
 
@@ -63,5 +65,5 @@ def test_what_reaches_behind_the_camera_is_clipped_at_the_picture() -> None:
 def test_a_surface_turned_away_covers_nothing() -> None:
     scene = squares((0, 0, 1000, 400))
     scene.triangles[:] = scene.triangles[:, ::-1]
-    found = measure_coverage(scene, CAMERA, np.eye(4), np.array([0]), np.array([0]), 1)
+    found = measure_coverage(scene, map_surfaces(scene, CAMERA, np.eye(4)), np.eye(4), np.array([0]), np.array([0]), 1)
     assert found.covered[0] == 0

@@ -6,7 +6,7 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from vision.cameras.cameras import Camera
-from vision.localisation.coverage import SurfaceMap
+from vision.localisation.coverage import RayGrid, SurfaceMap
 from vision.localisation.views import ViewArcs
 from vision.localisation.visibility import VisibleArcs
 from vision.matching.view_units import ViewUnits, describe_view
@@ -42,7 +42,8 @@ def surfaces() -> SurfaceMap:
     shown = np.zeros(rows.shape, np.int64)
     shown[20:50, 30:70], shown[30:40, 45:55] = 1, 2
     pixel = np.stack([columns, rows], axis=2)
-    return SurfaceMap(CAMERA, shown, pixel, np.full(rows.shape, 16.0), 4, CAMERA.matrix)
+    directions = np.zeros((*rows.shape, 3))
+    return SurfaceMap(CAMERA, RayGrid(directions, pixel, np.full(rows.shape, 16.0), CAMERA.matrix, 4), shown)
 
 
 def described() -> ViewUnits:

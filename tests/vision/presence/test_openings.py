@@ -11,7 +11,7 @@ from vision.cameras.cameras import Camera
 from vision.extraction.extract import extract
 from vision.extraction.primitives import Primitives
 from vision.extraction.rows import make_primitives
-from vision.localisation.coverage import SurfaceMap
+from vision.localisation.coverage import RayGrid, SurfaceMap
 from vision.presence.items import Items
 from vision.presence.openings import Openings, look_through
 from vision.presence.presence_parameters import OpeningParameters
@@ -42,7 +42,8 @@ def surface_map() -> SurfaceMap:
     through = (np.linalg.norm(pixel[:, :, None] - HOLES, axis=-1) < RADIUS).any(axis=2)
     shown = np.where((x > 30) & (y > 30) & ~through, 0, -1)
     matrix = np.array([[500.0 / STEP, 0, 198.5 / STEP], [0, 500.0 / STEP, 148.5 / STEP], [0, 0, 1]])
-    return SurfaceMap(CAMERA, shown, pixel, np.full(x.shape, float(STEP**2)), STEP, matrix)
+    weight = np.full(x.shape, float(STEP**2))
+    return SurfaceMap(CAMERA, RayGrid(np.zeros((*x.shape, 3)), pixel, weight, matrix, STEP), shown)
 
 
 def rims(cameras: int) -> Samples:
