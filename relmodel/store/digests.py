@@ -16,11 +16,18 @@ _OPEN = frozenset({"run_event", "ledger", "pruned_run", "row_digest", "image_blo
 
 def record_digests(run: Run, connection: Connection) -> None:
     """Append digests of what an inspection wrote and of the extractions it read: the last but its end."""
-    digests = {
-        relation: digest
-        for relation in _digested(run.store, connection)
-        for _, digest in _digests(run.store, connection, relation, run.id)
+    held = {
+        name: list(connection.scalars(sa.select(it.c.key).where(it.c.run_id == run.id).order_by(it.c.key)))
+        for name, it in _keys(run.store).items()
     }
+    digests = {}
+    for relation in _digested(run.store, connection):
+        table = run.store.table(relation)
+        if (found := _key_of(table)) is not None:
+            name, column = found
+            asked = sa.select(_digest(run.store, table)).where(column.in_(held[name]))
+            if (digest := connection.scalar(asked)) is not None:
+                digests[relation] = str(digest)
     run.append(
         connection,
         "row_digest",
@@ -53,45 +60,51 @@ def _digested(store: Database, connection: Connection) -> list[str]:
     ]
 
 
-def _digests(store: Database, connection: Connection, relation: str, run: int | None = None) -> list[tuple[int, str]]:
-    """Digest by run (or of `run` only) of the rows of a relation that it rests on, independent of their order; none
-    where no run rests on rows of it."""
+def _digests(store: Database, connection: Connection, relation: str) -> list[tuple[int, str]]:
+    """Digest by run of the rows of a relation that it rests on; none where no run rests on rows of it."""
     table = store.table(relation)
-    found = _rests_on(store, table)
+    found = _key_of(table)
     if found is None:
         return []
-    keys, column = found
-    # Times are left out: how they are written depends on the reader's time zone.
-    words = sa.cast(sa.func.row(*(c for c in table.columns if not isinstance(c.type, sa.TIMESTAMP))), sa.Text)
-    number = sa.func.md5_number_lower(words) if store.dialect == "duckdb" else sa.func.hashtextextended(words, 0)
+    name, column = found
+    keys = _keys(store)[name]
     asked = (
-        sa.select(keys.c.run_id, sa.cast(sa.func.bit_xor(number), sa.Text))
+        sa.select(keys.c.run_id, _digest(store, table))
         .select_from(table.join(keys, column == keys.c.key))
         .group_by(keys.c.run_id)
         .order_by(keys.c.run_id)
     )
-    if run is not None:
-        asked = asked.where(keys.c.run_id == run)
     return [(int(number), str(digest)) for number, digest in connection.execute(asked)]
 
 
-def _rests_on(store: Database, table: Table) -> tuple[sa.Subquery, sa.Column[Any]] | None:
-    """Which rows of a table a run rests on: runs with keys, and the column that holds the key."""
+def _digest(store: Database, table: Table) -> sa.ColumnElement[str]:
+    """The digest of rows of a table, independent of their order; null where there is none."""
+    # Times are left out: how they are written depends on the reader's time zone.
+    words = sa.cast(sa.func.row(*(c for c in table.columns if not isinstance(c.type, sa.TIMESTAMP))), sa.Text)
+    number = sa.func.md5_number_lower(words) if store.dialect == "duckdb" else sa.func.hashtextextended(words, 0)
+    return sa.cast(sa.func.bit_xor(number), sa.Text)
+
+
+def _keys(store: Database) -> dict[str, sa.Subquery]:
+    """By the column that holds a key: runs, and the keys of the rows that they rest on."""
     seen, sets, run = (store.table(name) for name in ("inspection_image", "unit_set", "run"))
     of_sets = sa.select(seen.c.run_id, sets.c.id.label("key")).join_from(
         seen, sets, seen.c.extraction_id == sets.c.extraction_id
     )
-    keys = {
-        "run_id": sa.select(run.c.id.label("run_id"), run.c.id.label("key")),
-        "unit_set_id": of_sets.union(
-            sa.select(sets.c.run_id, sets.c.id.label("key")).where(sets.c.run_id.is_not(None))
-        ),
-        "extraction_id": sa.select(seen.c.run_id, seen.c.extraction_id.label("key")),
-        "image_id": sa.select(seen.c.run_id, seen.c.image_id.label("key")),
+    own_sets = sa.select(sets.c.run_id, sets.c.id.label("key")).where(sets.c.run_id.is_not(None))
+    return {
+        "run_id": sa.select(run.c.id.label("run_id"), run.c.id.label("key")).subquery(),
+        "unit_set_id": of_sets.union(own_sets).subquery(),
+        "extraction_id": sa.select(seen.c.run_id, seen.c.extraction_id.label("key")).subquery(),
+        "image_id": sa.select(seen.c.run_id, seen.c.image_id.label("key")).subquery(),
     }
-    if f"{table.name}_id" in keys:
-        return keys[f"{table.name}_id"].subquery(), table.c.id
+
+
+def _key_of(table: Table) -> tuple[str, sa.Column[Any]] | None:
+    """Which kind of key says what run rests on a row of a table, and the column that holds it."""
+    if table.name in ("run", "unit_set", "extraction", "image"):
+        return f"{table.name}_id", table.c.id
     for name in ("run_id", "unit_set_id", "extraction_id"):
         if name in table.c:
-            return keys[name].subquery(), table.c[name]
+            return name, table.c[name]
     return None

@@ -268,7 +268,7 @@ class _Solver:
 
     def solve_single_camera(self, name: str, pose: Floats) -> Refined:
         own = [self.fine[list(self.rig.cameras).index(name)]]
-        return refine(self.near, self.rig.only(name), self.indexes, own, self.prior, pose, self.p)
+        return refine_roughly(self.near, self.rig.only(name), self.indexes, own, self.prior, pose, self.p)
 
     def _refine(self, pose: Floats, *, roughly: bool = False) -> Refined:
         solve = refine_roughly if roughly else refine
