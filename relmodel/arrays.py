@@ -1,4 +1,4 @@
-"""Types of numeric arrays by what they hold; their shapes and units stand in the docstrings that use them."""
+"""Types of numeric arrays by what they hold, their shapes and units being in the docstrings that use them; sums of rows."""
 
 from __future__ import annotations
 
@@ -15,3 +15,10 @@ Indices: TypeAlias = NDArray[np.intp]
 Bytes: TypeAlias = NDArray[np.uint8]
 Bools: TypeAlias = NDArray[np.bool_]
 Texts: TypeAlias = NDArray[np.object_]
+
+
+def sum_by_group(group: Ints, values: Floats, count: int) -> Floats:
+    """Sums (count, ...) of the rows of `values` (n, ...) that belong to each group (n,)."""
+    columns = values.reshape(len(values), -1).T
+    sums = [np.bincount(group, column, count) for column in columns]
+    return np.stack(sums, axis=1).astype(float).reshape(-1, *values.shape[1:])

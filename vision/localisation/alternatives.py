@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from relmodel.arrays import Floats, Ints
+from relmodel.arrays import Floats, Ints, sum_by_group
 from vision.cameras.cameras import Prior, perturbations
 from vision.localisation.localisation_parameters import DEFAULTS, RivalParameters
 from vision.scene.scene import Scene
@@ -29,12 +29,13 @@ class ArcShapes:
 
 def describe_arc_shapes(scene: Scene) -> ArcShapes:
     """The shapes of a scene's arcs, for congruence up to displacement."""
-    arc, row = np.unique(scene.sample_arc, return_inverse=True)
+    has_samples = np.bincount(scene.sample_arc) > 0
+    arc, row = np.flatnonzero(has_samples), (np.cumsum(has_samples) - 1)[scene.sample_arc]
     t, w = scene.sample_tangent, scene.sample_length
     i, j = np.triu_indices(3)
     columns = np.concatenate([np.ones((len(t), 1)), scene.sample_point, t[:, i] * t[:, j]], axis=1) * w[:, None]
-    sums = np.stack([np.bincount(row, c, minlength=len(arc)) for c in columns.T], axis=1)
-    length = sums[:, 0].astype(float)
+    sums = sum_by_group(row, columns, len(arc))
+    length = sums[:, 0]
     mean = sums[:, 1:] / np.maximum(length, 1e-12)[:, None]
     return ArcShapes(arc.astype(np.int64), length, mean[:, :3], mean[:, 3:])
 

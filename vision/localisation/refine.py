@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints, sum_by_group
 from relmodel.geometry.transforms import rotation_matrix
 from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.localisation.calibration import CameraUnknowns, describe_unknowns
@@ -229,7 +229,7 @@ class Fit:
     prior: Prior
     unknowns: CameraUnknowns
     p: LocalisationParameters
-    predicted: dict[bytes, Prediction] = field(default_factory=dict)
+    predicted: dict[tuple[bytes, int], Prediction] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -244,11 +244,11 @@ class Fit:
         cameras = [indexes[name] for name in rig.cameras]
         return cls(scene, rig, cameras, fields, prior, describe_unknowns(rig, p.refinement), p)
 
-    def predict(self, world_from_rig: Floats) -> Prediction:
+    def predict(self, world_from_rig: Floats, samples: int) -> Prediction:
         """What the cameras see from a pose; solutions begin where others began or ended."""
-        key = world_from_rig.tobytes()
+        key = (world_from_rig.tobytes(), samples)
         if key not in self.predicted:
-            self.predicted[key] = predict(self.scene, self.rig, world_from_rig, self.p.refinement.samples, p=self.p)
+            self.predicted[key] = predict(self.scene, self.rig, world_from_rig, samples, p=self.p)
         return self.predicted[key]
 
     def solve(
@@ -257,7 +257,8 @@ class Fit:
         """The best pose from all components that are not excluded, by all rounds or by those given."""
         p, pose, own = self.p, world_from_rig, self.unknowns.mean
         for reach, scale in rounds or p.refinement.rounds:
-            prediction = self.predict(pose)
+            is_last = (reach, scale) in p.refinement.rounds[-p.refinement.near_rounds :]
+            prediction = self.predict(pose, p.refinement.samples if is_last else p.refinement.first_samples)
             votes = ~excluded[self.scene.component_of_arc[prediction.arc]]
             delta = np.zeros(6)
             if (reach, scale) != p.refinement.rounds[0]:
@@ -278,7 +279,7 @@ class Fit:
     def measure(self, pose: Floats, own: Floats, excluded: Bools) -> Refined:
         """What the pictures say of a pose as it stands."""
         p = self.p
-        prediction = self.predict(pose)
+        prediction = self.predict(pose, p.refinement.samples)
         component = self.scene.component_of_arc[prediction.arc]
         votes = ~excluded[component]
         last = p.refinement.rounds[-1]
@@ -349,9 +350,8 @@ def _find_consensus(
     group = group_by_arc(prediction)[hit]
     jacobian, offset, w = m.jacobian[hit, :6], m.offset[hit], prediction.weight[hit]
     count = int(group.max()) + 1
-    hessians, gradients, length = np.zeros((count, 6, 6)), np.zeros((count, 6)), np.bincount(group, w)
-    np.add.at(hessians, group, jacobian[:, :, None] * jacobian[:, None, :])
-    np.add.at(gradients, group, jacobian * offset[:, None])
+    hessians = sum_by_group(group, jacobian[:, :, None] * jacobian[:, None, :], count)
+    gradients, length = sum_by_group(group, jacobian * offset[:, None], count), np.bincount(group, w)
     usable = np.flatnonzero(length > 0)
     rng = np.random.default_rng(p.refinement.seed)
     size = min(p.refinement.drawn_arcs, len(usable))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Floats, Ints
+from relmodel.arrays import Floats, Ints, sum_by_group
 from vision.presence.samples import Samples
 from vision.scene.stored_scene import StoredScene
 
@@ -43,7 +43,7 @@ def find_tangent(stored: StoredScene, least_cosine: float) -> tuple[Ints, Ints, 
     for side, normal in ((0, scene.sample_normal_a), (1, scene.sample_normal_b)):
         surface = stored.arc_surfaces[arc, side]
         there = surface >= 0
-        np.add.at(total, surface[there], normal[there])
+        total += sum_by_group(surface[there], normal[there], count)
         number += np.bincount(surface[there], minlength=count)
     normal = total / np.maximum(number, 1)[:, None]
     flat = np.linalg.norm(normal, axis=1) > least_cosine

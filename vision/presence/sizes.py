@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints, sum_by_group
 from vision.presence.moved import Readings
 from vision.presence.presence_parameters import SizeParameters
 from vision.presence.samples import Samples
@@ -58,13 +58,10 @@ def measure_offsets(
     group, normal, rate, length, mm = group[near], normal[near], rate[near], length[near], readings.mm[rows][near]
     count_of = length / p.stretch_px
 
-    spread = np.zeros((count, 3, 3))
-    np.add.at(spread, group, normal[:, :, None] * normal[:, None, :] * length[:, None, None])
+    spread = sum_by_group(group, normal[:, :, None] * normal[:, None, :] * length[:, None, None], count)
     total = np.bincount(group, length, count)
     value, vector = np.linalg.eigh(spread / np.maximum(total, 1e-9)[:, None, None])
-    mean = (
-        np.stack([np.bincount(group, length * n, count) for n in normal.T], axis=1) / np.maximum(total, 1e-9)[:, None]
-    )
+    mean = sum_by_group(group, normal * length[:, None], count) / np.maximum(total, 1e-9)[:, None]
     closed = (np.linalg.norm(mean, axis=1) < p.most_mean_normal) & (value[:, 1] > p.least_spread)
     plane = np.where(closed[:, None, None], vector[:, :, 1:], 0.0)
 
@@ -76,9 +73,8 @@ def measure_offsets(
         residual = (mm - np.einsum("ni,ni->n", design, solution[group])) * rate
         weight = count_of / (1 + (residual / p.scale_px) ** 2) ** 2
         scaled = design * (weight * rate**2)[:, None]
-        hessian = np.tile(1e-9 * np.eye(3), (count, 1, 1))
-        np.add.at(hessian, group, design[:, :, None] * scaled[:, None, :])
-        gradient = np.stack([np.bincount(group, column * mm, count) for column in scaled.T], axis=1)
+        hessian = sum_by_group(group, design[:, :, None] * scaled[:, None, :], count) + 1e-9 * np.eye(3)
+        gradient = sum_by_group(group, scaled * mm[:, None], count)
         solution = np.linalg.solve(hessian, gradient[..., None])[..., 0]
     variance = (np.bincount(group, weight * residual**2, count) + p.floor_px**2) / np.maximum(
         np.bincount(group, weight, count), 1.0
