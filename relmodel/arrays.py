@@ -1,4 +1,4 @@
-"""Types of numeric arrays by what they hold, their shapes and units being in the docstrings that use them; sums of rows."""
+"""Types of numeric arrays by what they hold, and sums by group; shapes and units stand in the docstrings of users."""
 
 from __future__ import annotations
 
