@@ -22,7 +22,7 @@ def check_readable(path: Path, what: str = "file", most_bytes: int = MOST_BYTES)
     except OSError as error:
         raise _unreadable(path, what, error) from error
     if not stat.S_ISREG(found.st_mode):
-        raise InputError(f"the {what} {path} is no regular file: name one that is")
+        raise InputError(f"the {what} {path} is not a regular file: name one that is")
     if found.st_size > most_bytes:
         raise InputError(f"the {what} {path} is larger than {most_bytes >> 20} MB: split it, or name another")
 

@@ -93,7 +93,7 @@ class JointTree:
                 leader = self._joint.get(joint.mimic.joint)
                 if leader is None or leader.kind == "fixed" or leader.mimic is not None:
                     raise InputError(
-                        f"joint {joint.name!r} follows {joint.mimic.joint!r}, which is no joint that moves by itself: "
+                        f"joint {joint.name!r} follows {joint.mimic.joint!r}, which is not a joint that moves by itself: "
                         "name one that does"
                     )
 

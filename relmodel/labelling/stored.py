@@ -32,7 +32,7 @@ def read_problem(store: Database, connection: Connection, run_id: int, problem_n
     costs = np.concatenate([nulls["null_cost"], candidate["cost"]]).astype(float)
     if (costs != np.rint(costs)).any():
         raise UsageError(
-            f"problem {problem_no} of run {run_id} has costs that are no integers: nothing was proved of it"
+            f"problem {problem_no} of run {run_id} has costs that are not integers: nothing was proved of it"
         )
     labels = int(np.asarray(candidate["label_no"], np.int64).max(initial=-1)) + 1
     return matching_problem(

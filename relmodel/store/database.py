@@ -79,7 +79,7 @@ class Database:
 
     @property
     def revision(self) -> str | None:
-        """Revision of the schema that the store has; None where it is no relmodel store, or not there."""
+        """Revision of the schema that the store has; None where it is not a relmodel store, or not there."""
         self._refuse_closed()
         if self.file is not None and not self.file.exists():
             return None

@@ -159,9 +159,9 @@ def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         at = f" at line {mark.line + 1}" if mark else ""
-        raise InputError(f"the world file {path} is no YAML{at}: correct it there") from error
+        raise InputError(f"the world file {path} is not valid YAML{at}: correct it there") from error
     if not isinstance(data, dict):
-        raise InputError(f"the world file {path} is no mapping: it needs the keys world and objects")
+        raise InputError(f"the world file {path} is not a mapping: it needs the keys world and objects")
     return data, hashlib.sha256(raw).hexdigest()
 
 
@@ -208,7 +208,7 @@ def _joint_values(entry: dict[str, Any], path: Path, where: str) -> dict[str, fl
     if given is None:
         return {}
     if not isinstance(given, dict):
-        raise InputError(f"{path}: joints of {where} is no mapping: give name: value for each joint")
+        raise InputError(f"{path}: joints of {where} is not a mapping: give name: value for each joint")
     out = {}
     for name, value in given.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
@@ -245,7 +245,7 @@ def _refuse_circles(mounts: tuple[Mount, ...], path: Path) -> None:
 
 def _known_keys(entry: Any, known: tuple[str, ...], path: Path, where: str) -> None:
     if not isinstance(entry, dict):
-        raise InputError(f"{path}: {where} is no mapping: it takes the keys {', '.join(known)}")
+        raise InputError(f"{path}: {where} is not a mapping: it takes the keys {', '.join(known)}")
     unknown = [str(key) for key in entry if key not in known]
     if unknown:
         raise InputError(f"{path}: {where} has the unknown key {unknown[0]!r}: it takes {', '.join(known)}")
@@ -256,7 +256,7 @@ def _list(data: dict[str, Any], key: str, path: Path) -> list[Any]:
     if value is None:
         return []
     if not isinstance(value, list):
-        raise InputError(f"{path}: {key} is no list: begin each entry with a dash")
+        raise InputError(f"{path}: {key} is not a list: begin each entry with a dash")
     return value
 
 

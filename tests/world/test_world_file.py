@@ -75,7 +75,7 @@ MOUNTED = "\nmounts: [{object: a, on: b}]"
         ("world: w\nobjects: [{object: a}]\nworld: v", "key 'world' twice, at line 3"),
         ("world: w\nobjects: [{object: a, role: tool, role: robot}]", "key 'role' twice, at line 2"),
         ("world: w\nobjects: {object: a}", "objects is no list"),
-        ("world: w\nobjects: [a]", r"objects\[0\] is no mapping"),
+        ("world: w\nobjects: [a]", r"objects\[0\] is not a mapping"),
         ("world: w\nobjects: [{name: a}]", r"objects\[0\] lacks object"),
         ("world: w\nobjects: [{object: a, rol: tool}]", "unknown key 'rol'"),
         ("world: w\nobjects: [{object: a, role: hero}]", "unknown role 'hero'"),

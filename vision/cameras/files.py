@@ -129,7 +129,7 @@ def _sigma(data: dict[str, Any], path: Path) -> tuple[float, float]:
     """Standard deviations per axis, mm and rad."""
     sigma = member(data, "sigma", path, "")
     if not isinstance(sigma, dict):
-        raise InputError(f"{path}: 'sigma' is no mapping: give it translation_mm and rotation_deg")
+        raise InputError(f"{path}: 'sigma' is not a mapping: give it translation_mm and rotation_deg")
     values = {}
     for key in ("translation_mm", "rotation_deg"):
         values[key] = float(numbers(sigma, key, path, "sigma.", ()))
@@ -167,7 +167,7 @@ def _needs(data: dict[str, Any], path: Path) -> Needs | None:
     if isinstance(given, str):
         return parse_needs(given, f"{path}: needs")
     if not isinstance(given, dict):
-        raise InputError(f"{path}: 'needs' is no mapping: give it translation_mm and rotation_deg")
+        raise InputError(f"{path}: 'needs' is not a mapping: give it translation_mm and rotation_deg")
     mm, degrees = (float(numbers(given, key, path, "needs.", ())) for key in ("translation_mm", "rotation_deg"))
     return _checked_needs(mm, degrees, f"{path}: needs")
 
@@ -184,7 +184,7 @@ def parse_needs(text: str, name: str) -> Needs:
 
 def _checked_needs(mm: float, degrees: float, name: str) -> Needs:
     if not (0 < mm < float("inf") and 0 < degrees < float("inf")):
-        raise InputError(f"{name} is no accuracy: give it in mm and degrees above zero, as in 5mm,2deg")
+        raise InputError(f"{name} is not an accuracy: give it in mm and degrees above zero, as in 5mm,2deg")
     return Needs(mm, float(np.radians(degrees)))
 
 

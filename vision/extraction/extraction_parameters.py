@@ -56,7 +56,7 @@ class EdgeParameters:
 
     def __post_init__(self) -> None:
         if not 0.0 < self.significance <= 1.0:
-            raise UsageError(f"a significance of {self.significance} is no probability: give one of 0 to 1")
+            raise UsageError(f"a significance of {self.significance} is not a probability: give one of 0 to 1")
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ def assigned(texts: list[str], option: str) -> dict[str, float]:
         except ValueError:
             name = ""
         if not name:
-            raise UsageError(f"{option} {text} is no JOINT=VALUE: give a name, an equals sign and a number")
+            raise UsageError(f"{option} {text} is not JOINT=VALUE: give a name, an equals sign and a number")
     return out
 
 

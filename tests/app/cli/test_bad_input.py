@@ -203,7 +203,7 @@ def a_folder(good: Path, to: Path) -> None:
 
 BAD_PICTURES: list[tuple[Callable[[Path, Path], None], str]] = [
     (nothing, "there is no image"),
-    (a_folder, "is no regular file"),
+    (a_folder, "is not a regular file"),
     (no_picture, "no picture"),
     (empty, "no picture"),
     (truncated, "cannot be read"),
@@ -313,18 +313,18 @@ def a_huge_file(to: Path) -> None:
 
 
 NO_FILES: list[tuple[str, Callable[[Path], None], str]] = [
-    ("load given.step", a_device, "is no regular file"),
-    ("load given.stl --unit mm", os.mkfifo, "is no regular file"),
-    ("load given.step", Path.mkdir, "is no regular file"),
+    ("load given.step", a_device, "is not a regular file"),
+    ("load given.stl --unit mm", os.mkfifo, "is not a regular file"),
+    ("load given.step", Path.mkdir, "is not a regular file"),
     ("load given.glb", a_huge_file, "is larger than 2048 MB"),
-    ("world given.yaml", a_device, "is no regular file"),
+    ("world given.yaml", a_device, "is not a regular file"),
     ("inspect --left given.png", a_huge_file, "is larger than 512 MB"),
-    ("inspect --rig given.yaml", a_device, "is no regular file"),
+    ("inspect --rig given.yaml", a_device, "is not a regular file"),
     ("inspect --prior given.yaml", a_huge_file, "is larger than 64 MB"),
-    ("extract given.png", os.mkfifo, "is no regular file"),
-    ("rig show given.yaml", a_device, "is no regular file"),
-    ("find --polyhedron given.yaml", a_device, "is no regular file"),
-    ("sql --file given.sql", a_device, "is no regular file"),
+    ("extract given.png", os.mkfifo, "is not a regular file"),
+    ("rig show given.yaml", a_device, "is not a regular file"),
+    ("find --polyhedron given.yaml", a_device, "is not a regular file"),
+    ("sql --file given.sql", a_device, "is not a regular file"),
 ]
 
 
@@ -412,11 +412,11 @@ def test_stores_that_are_none(pair: Pair, tmp_path: Path, capsys: pytest.Capture
     assert not file.exists()
     for content in (b"not a database", b"", bytes(100_000)):
         file.write_bytes(content)
-        assert "is no relmodel store" in refused(capsys, "inspect", "--store", str(file), *pair.options())
+        assert "is not a relmodel store" in refused(capsys, "inspect", "--store", str(file), *pair.options())
         assert file.read_bytes() == content
     file.unlink()
     duckdb.connect(str(file)).close()
-    assert "is no relmodel store" in refused(capsys, "inspect", "--store", str(file), *pair.options())
+    assert "is not a relmodel store" in refused(capsys, "inspect", "--store", str(file), *pair.options())
 
 
 def test_store_held_by_another_process(store: str, pair: Pair, capsys: pytest.CaptureFixture[str]) -> None:

@@ -154,7 +154,7 @@ def test_scales_are_named_finest_first(square: Path, capsys: pytest.CaptureFixtu
     assert main(["extract", str(square), "--scales", "1.4,40"]) == 2
     with pytest.raises(SystemExit, match="2"):
         main(["extract", str(square), "--scales", "fine"])
-    assert "'fine' is no list of numbers" in capsys.readouterr().err
+    assert "'fine' is not a list of numbers" in capsys.readouterr().err
 
 
 def test_bits_of_a_camera_are_said_and_stored(
