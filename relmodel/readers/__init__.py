@@ -53,7 +53,7 @@ def read(path: Path, options: ReadOptions = DEFAULTS, *, in_child: bool = True) 
 
     model = _read(path, options)
     if not is_finite(model):
-        raise InputError(f"{path} gives sizes or places that are not finite: export it again")
+        raise InputError(f"{path} has sizes or positions that are not finite: export it again")
     return validated(model)
 
 

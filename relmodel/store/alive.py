@@ -61,7 +61,7 @@ class LivenessLock:
             self._descriptor = os.open(self._file, os.O_WRONLY | os.O_CREAT, 0o666)
         except OSError as error:
             raise StoreError(
-                f"the file {self._file} cannot be written ({error.strerror}): see to the permissions of its folder"
+                f"the file {self._file} cannot be written ({error.strerror}): check the permissions of its folder"
             ) from error
         fcntl.flock(self._descriptor, fcntl.LOCK_EX)
 

@@ -253,7 +253,7 @@ class Database:
             words = str(said).strip().partition("\n")[0]
             if type(said).__name__ in ("InsufficientPrivilege", "ReadOnlySqlTransaction"):
                 raise StoreError(
-                    f"the store {self.name} refuses it ({words}): use a role to which that is granted"
+                    f"the store {self.name} denies this ({words}): use a role with the privilege"
                 ) from error
             ours = type(said).__module__.startswith(("duckdb", "_duckdb", "psycopg"))
             if not ours or not _FAILURES & {kind.__name__ for kind in type(said).__mro__}:
@@ -262,7 +262,7 @@ class Database:
             code = getattr(said, "sqlstate", "") if self.dialect == "postgresql" else ""
             kind = TransientError if code in _TRANSIENT or str(code).startswith("08") else StoreError
             raise kind(
-                f"the store {self.name} failed ({words}): look after its disk, memory or server, and try again"
+                f"the store {self.name} failed ({words}): check its disk, memory or server, and try again"
             ) from error
 
     def rows(self, connection: Connection, name: str, /, **parameters: Any) -> Sequence[Row[Any]]:

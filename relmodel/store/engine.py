@@ -24,7 +24,9 @@ def store_url(target: str | Path) -> URL:
     if url.get_backend_name() == "postgresql":
         return url.set(drivername="postgresql+psycopg")
     if url.get_backend_name() != "duckdb":
-        raise StoreError(f"{name!r} is not a store that relmodel knows: use a DuckDB file or a postgresql+psycopg:// URL")
+        raise StoreError(
+            f"{name!r} is not a store that relmodel knows: use a DuckDB file or a postgresql+psycopg:// URL"
+        )
     if url.database in (None, "", ":memory:"):
         raise StoreError(f"{name!r} would be a store in memory only, lost when its process ends: name a file")
     return url
@@ -177,6 +179,5 @@ def sentence(url: URL, error: Exception) -> str:
         return f"there is no store {url.database}: make one with relmodel init --store {url.database}"
     words = said.strip().splitlines()[0]
     return (
-        f"cannot open the store {url.database} ({words}): see to its permissions, or put a backup in its place "
-        "where it is damaged"
+        f"cannot open the store {url.database} ({words}): check its permissions, or restore a backup if it is damaged"
     )

@@ -114,7 +114,7 @@ def read_world_file(path: str | Path) -> WorldFile:
     mounts = tuple(
         _mount(entry, path, f"mounts[{i}]", rigs, [o.name for o in objects]) for i, entry in enumerate(mount_entries)
     )
-    _unique([m.name for m in mounts if m.kind == "object"], path, "mounts", "an object stands on one thing")
+    _unique([m.name for m in mounts if m.kind == "object"], path, "mounts", "mount an object once")
     _refuse_circles(mounts, path)
     return WorldFile(path, sha256, world, objects, rigs, mounts)
 
@@ -173,7 +173,7 @@ def _placed_object(entry: Any, path: Path, where: str, mounted: set[str]) -> Pla
     instance = _text(entry, "name", path, where, name)
     if "/" in instance:
         raise InputError(
-            f"{path}: {where} has the name {instance!r} with a slash, which parts paths: give another name"
+            f"{path}: {where} has the name {instance!r} with a slash, which separates names in paths: rename it"
         )
     role = _text(entry, "role", path, where, "inspected")
     if role not in ROLES:
@@ -240,7 +240,7 @@ def _refuse_circles(mounts: tuple[Mount, ...], path: Path) -> None:
         while way[-1] in on and way.count(way[-1]) == 1:
             way.append(on[way[-1]])
         if way[-1] == name:
-            raise InputError(f"{path}: mounts go in a circle, {' on '.join(way)}: let one of them stand in the world")
+            raise InputError(f"{path}: mounts form a cycle, {' on '.join(way)}: place one of them in the world")
 
 
 def _known_keys(entry: Any, known: tuple[str, ...], path: Path, where: str) -> None:

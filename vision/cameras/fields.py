@@ -72,7 +72,9 @@ def rigid(matrix: Floats, path: Path, name: str) -> Floats:
     if off <= ROTATION_TOLERANCE and np.linalg.det(r) < 0:
         raise InputError(f"{path}: {name} mirrors, so it is not a rigid transform: give a rotation, mm, and 0 0 0 1")
     if off > ROTATION_TOLERANCE:
-        raise InputError(f"{path}: {name} is not a rigid transform (off by {off:.2g}): give a rotation, mm, and 0 0 0 1")
+        raise InputError(
+            f"{path}: {name} is not a rigid transform (off by {off:.2g}): give a rotation, mm, and 0 0 0 1"
+        )
     u, _, vt = np.linalg.svd(r)
     out = np.eye(4)
     out[:3, :3] = u @ vt

@@ -118,7 +118,7 @@ def read_picture(path: str | Path, camera: Camera | None = None) -> Picture:
                 pixels = np.asarray(image.convert("RGB") if image.mode in _CONVERTED else image)
     except UnidentifiedImageError as error:
         raise InputError(
-            f"the file {path} is not a picture in a format that can be read: give a PNG, TIFF or JPEG file of 8 or 16 bits"
+            f"the file {path} is not a picture in a known format: give a PNG, TIFF or JPEG file of 8 or 16 bits"
         ) from error
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise InputError(f"the image {path} cannot be read ({error}): give a whole PNG, TIFF or JPEG file") from error

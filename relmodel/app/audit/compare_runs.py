@@ -20,7 +20,7 @@ from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices, rotation_vect
 from relmodel.store import Store, sql
 
 _FOLDER = "audit/compare"
-STEPS = "50"  # what the files of a run's steps are numbered from
+STEPS = "50"  # files with this number and above are steps of a run
 _NUMBER = re.compile(r"-?\d+(\.\d*)?([eE][-+]?\d+)?")
 _AXES = ("x", "y", "z")
 _UNITS = ("mm", "mm", "mm", "rad", "rad", "rad")

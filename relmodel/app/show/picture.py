@@ -82,7 +82,7 @@ def write_picture(
     InputError where the picture cannot be written.
     """
     if path.suffix.lower() not in SUFFIXES:
-        raise UsageError(f"the picture {path} is named as none: end its name with one of {', '.join(SUFFIXES)}")
+        raise UsageError(f"the picture {path} has no picture suffix: end its name with one of {', '.join(SUFFIXES)}")
     check_writable(path, "picture")
     scene = _scene(store, connection, tree, _axes(view))
     colours = colours_of(scene.kinds)

@@ -122,7 +122,7 @@ BAD_PRIORS = [
     ("sigma.rotation_deg", None, "'sigma.rotation_deg' is missing"),
     ("sigma.translation_mm", 0, "above zero"),
     ("sigma.translation_mm", float("nan"), "not finite"),
-    ("sigma.translation_mm", 1e9, "leaves everything open"),
+    ("sigma.translation_mm", 1e9, "too wide to be searched"),
     ("sigma.rotation_deg", -1.0, "above zero"),
 ]
 
@@ -432,7 +432,7 @@ def test_overlay_that_cannot_be_written_is_told_first(
     (tmp_path / "folder.png").mkdir()
     for name, says in (
         ("none/a.png", "there is no folder"),
-        ("a.xyz", "named as no picture"),
+        ("a.xyz", "has no picture suffix"),
         ("folder.png", "cannot be written"),
     ):
         said = refused(capsys, "inspect", "--store", store, *pair.options(overlay=tmp_path / name))

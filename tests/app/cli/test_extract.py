@@ -84,8 +84,8 @@ def test_tiny_and_blank_pictures_are_one_region(
     ("name", "sentence"),
     [
         ("none.png", "check its name"),
-        ("empty.png", "no picture of a kind that is read"),
-        ("text.png", "no picture of a kind that is read"),
+        ("empty.png", "not a picture in a known format"),
+        ("text.png", "not a picture in a known format"),
         ("cut.png", "cannot be read"),
         ("cut.jpg", "cannot be read"),
         ("cut.tif", "cannot be read"),

@@ -188,7 +188,7 @@ def boxes(new_store: Callable[[str], str]) -> str:
         (("thing/left", "density", "2.7", "--unit", "mm"), "has the unit mm, which is one of length"),
         (("thing/left", "density", "-3", "--unit", "kg/m3"), "a number above zero"),
         (("thing/left", "density", "heavy"), "a number above zero"),
-        (("thing", "density", "3", "--unit", "kg/m3"), "density is of a part, and object thing is none"),
+        (("thing", "density", "3", "--unit", "kg/m3"), "density applies to a part, and object thing is not one"),
         (("thing/left", "mass", "3", "--unit", "stone"), "the unit 'stone' is unknown: use one of"),
         (("thing/left", "a", "nan"), "give a finite number"),
         (("thing/left", "a", "inf"), "give a finite number"),

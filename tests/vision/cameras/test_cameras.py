@@ -186,7 +186,7 @@ def test_bad_rigs(tmp_path: Path, path: str, value: object, message: str) -> Non
         ("covariance", np.diag([1.0, 1, 1, 1, 1, 0]).tolist(), "positive diagonal"),
         ("covariance", np.ones((6, 6)).tolist(), "positive definite"),
         ("covariance", (np.eye(6) + np.eye(6, k=1)).tolist(), "not symmetric"),
-        ("covariance", np.diag([1e6, 1, 1, 1e-4, 1e-4, 1e-4]).tolist(), "leaves everything open"),
+        ("covariance", np.diag([1e6, 1, 1, 1e-4, 1e-4, 1e-4]).tolist(), "too wide to be searched"),
     ],
 )
 def test_bad_priors(tmp_path: Path, path: str, value: object, message: str) -> None:
