@@ -46,7 +46,7 @@ _KNOWN = {
 
 @dataclass(frozen=True)
 class Owner:
-    """What has an attribute.  id: the world, object or part, of a surface or arc its shape, in which it is
+    """What has an attribute.  id: the world, object or part; of a surface or arc its shape, in which it is number
     `element_no`."""
 
     level: str
@@ -161,7 +161,7 @@ def _check(owner: Owner, name: str, value: Value, unit: str | None, units: dict[
     if number and not math.isfinite(value):  # type: ignore[arg-type]
         raise UsageError(f"the value of {name} is {value}: give a finite number")
     if unit is not None and not number:
-        raise UsageError(f"the value of {name} is {value!r}, no number: leave the unit {unit!r} out")
+        raise UsageError(f"the value of {name} is {value!r}, not a number: leave the unit {unit!r} out")
     if unit is not None and unit not in units:
         raise UsageError(f"the unit {unit!r} is unknown: use one of {', '.join(units)}")
     if name in ("index_kind", "grid_cell_mm") and owner.level == "world":

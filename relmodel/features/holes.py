@@ -47,7 +47,7 @@ def holes(s: Surfaces, links: Links) -> list[Feature]:
 def _bores(s: Surfaces, links: Links) -> list[list[int]]:
     """Concave cylinders merged where they are one: same axis and radius, touching extents, all around a pin.
 
-    One that a pocket, a gap between two ears or another bore interrupts is one still: it is drilled in one go.
+    A bore that a pocket, a gap between two ears or another bore interrupts counts as one: it is drilled in one go.
     """
     rows = np.flatnonzero(s.concave & (s.kind == "cylinder") & (np.diff(s.start) > 0))
     if len(rows) == 0:

@@ -1,4 +1,4 @@
-"""Groups of nearly equal directions, axes and sizes, and of what hangs together."""
+"""Groups of nearly equal directions, axes and sizes, and connected components."""
 
 from __future__ import annotations
 

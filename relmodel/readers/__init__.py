@@ -1,4 +1,4 @@
-"""Readers of model files: STEP, meshes and URDF, each giving a frozen `Model`.
+"""Readers of model files: STEP, meshes and URDF, each returning a frozen `Model`.
 
 `read` is the one way in.  What it needs is imported when it is called, and in the child process where there is one.
 """

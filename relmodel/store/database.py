@@ -54,7 +54,7 @@ T = TypeVar("T")
 
 
 class Database:
-    """What a store is made in.  All reading and writing goes through connections that `read` and `write` give.
+    """What a store is made in.  All reading and writing goes through connections that `read` and `write` return.
 
     access: how it is reached, and shared with others.  dead_runs: runs whose processes are
     gone, for the views of a DuckDB file that is open for reading.

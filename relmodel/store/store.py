@@ -21,7 +21,7 @@ from relmodel.store.replacing import recover
 class Store(Database):
     """One open store.  Use it as a context manager, or call `close`.
 
-    All reading and writing goes through connections that `read` and `write` give:
+    All reading and writing goes through connections that `read` and `write` return:
 
         with Store.open("cell.duckdb") as store, store.write() as connection:
             ids = store.new_ids(connection, "surface", 3)

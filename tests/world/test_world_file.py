@@ -68,8 +68,8 @@ MOUNTED = "\nmounts: [{object: a, on: b}]"
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "no mapping"),
-        ("world: [", "no YAML at line 1"),
+        ("", "not a mapping"),
+        ("world: [", "not valid YAML at line 1"),
         ("world: w", "objects is missing or empty"),
         ("objects: [{object: a}]", "lacks world"),
         ("world: w\nobjects: [{object: a}]\nworld: v", "key 'world' twice, at line 3"),

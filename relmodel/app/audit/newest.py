@@ -1,4 +1,4 @@
-"""The run that is meant by what people call it."""
+"""A run by its number, or as `last`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from relmodel.store import Store
 
 
 def run_named(store: Store, connection: Connection, name: str | None) -> int:
-    """The run of the number that is its name; the newest inspection where none is named, or `last`.
+    """The run of that number; of `last`, or where no name is given, the newest inspection.
 
     Raises UsageError for another name, and where there is no inspection.
     """

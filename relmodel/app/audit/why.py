@@ -1,7 +1,7 @@
 """Why an inspection decided as it did: sentences that follow from its rows.
 
-Each subject is a folder of `queries/why`; its queries are asked in the order of their names, and what each has to say
-is one sentence a row.  So whatever else a run comes to record explains itself by one more query.
+Each subject is a folder of `queries/why`.  Its queries run in the order of their names, and each row is a sentence.
+What runs record in future is explained by one more query.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from relmodel.store import Store, sql
 
 
 class Sentence(NamedTuple):
-    """What a query of a subject says; topic: its name, as `rules` or `correspondence`."""
+    """A sentence from a query of a subject; topic: the query's name, as `rules` or `correspondence`."""
 
     topic: str
     sentence: str

@@ -24,7 +24,7 @@ def add_joints(parser: argparse.ArgumentParser) -> None:
 
 
 def add_joint_sigmas(parser: argparse.ArgumentParser, text: str) -> None:
-    """`--joint-sigma`, helped by `text`."""
+    """`--joint-sigma`, with the help `text`."""
     parser.add_argument("--joint-sigma", action="append", default=[], metavar="JOINT=SIGMA", help=text)
 
 

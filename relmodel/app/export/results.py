@@ -21,7 +21,7 @@ from relmodel.store import Store, sql
 if TYPE_CHECKING:
     import pyarrow as pa
 
-# What the transform of a table's rows is; no table has two.
+# The transform that each table's rows hold; no table has two.
 _TRANSFORMS = {
     "inspection": "world_from_rig",
     "prior": "world_from_rig",

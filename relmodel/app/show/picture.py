@@ -58,7 +58,7 @@ _ENTRY = 190  # px: width of an entry
 
 @dataclass(frozen=True)
 class _Scene:
-    """Triangles as one sees them: x to the right, y up, z away."""
+    """Triangles in the viewer's frame: x to the right, y up, z away."""
 
     corners: Floats  # (n, 3, 3)
     surface: Ints  # number of each triangle's surface, from 1, unlike in each placed part

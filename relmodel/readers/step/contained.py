@@ -1,4 +1,4 @@
-"""What cannot be read of one item of a file costs that item: it becomes a finding, and the rest is read."""
+"""An item of a file that cannot be read becomes a finding, and the rest is read."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Made = TypeVar("Made")
 
 
 class Findings(list[Finding]):
-    """What is noticed on reading."""
+    """Findings made on reading."""
 
     @contextmanager
     def contained(
@@ -29,7 +29,7 @@ class Findings(list[Finding]):
             self.append(Finding(kind, said, surface_no=surface_no, arc_no=arc_no))
 
     def each(self, what: str, items: Iterable[Item], read: Callable[[Item], Made]) -> list[Made]:
-        """What `read` gives of each item, those left out that cannot be read."""
+        """What `read` returns for each item, but for those that cannot be read."""
         out = []
         for item in items:
             with self.contained(what):

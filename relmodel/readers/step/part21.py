@@ -96,7 +96,7 @@ def _not_finite(text: bytes) -> bytes | None:
 
 
 def damage(instances: Instances) -> tuple[Finding, ...]:
-    """What shows that the text has lost or altered instances; nothing in a whole file."""
+    """Signs that the text has lost or altered instances; none in an intact file."""
     return tuple(Finding("damaged_text", f"the file {clause}") for clause in _damage(instances))
 
 

@@ -112,8 +112,8 @@ def test_bad_rig(
 
 BAD_PRIORS = [
     ("world_from_rig.0.3", float("nan"), "not finite"),
-    ("world_from_rig.0.0", 9.0, "no rigid transform"),
-    ("world_from_rig.2", [0.0, 0, 0, 0], "no rigid transform"),
+    ("world_from_rig.0.0", 9.0, "not a rigid transform"),
+    ("world_from_rig.2", [0.0, 0, 0, 0], "not a rigid transform"),
     ("world_from_rig.0.3", 50_000.0, "nothing of the world"),
     ("world_from_rig.0.3", 1e9, "nothing of the world"),
     ("world_from_rig.0.3", 1e300, "nothing of the world"),
