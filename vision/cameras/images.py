@@ -75,7 +75,7 @@ def read_pictures(paths: Mapping[str, Path], rig: Rig) -> dict[str, Picture]:
 
 
 def tell_bits(pictures: Iterable[Picture]) -> list[str]:
-    """A sentence on how many of sixteen bits each picture uses, and why."""
+    """A sentence a picture: how many of sixteen bits it uses, and what says so."""
     words = {"file": "the file says", "rig": "the rig says", "values": "the values show"}
     return [
         f"{it.file_name}: {it.bits} of 16 bits are used, as {words[it.bits_from]}" for it in pictures if it.depth == 16

@@ -4,10 +4,10 @@ A chain's pieces are priced (Rissanen's principle) at a constant for each piece 
 taken as correlated over the operator's reach; dynamic programming over break points finds the cheapest cut.  Pieces of
 different chains are then joined wherever one arc describes both for less; ellipses arise there, from circular pieces.
 
-Light displaces an edge, over lengths beyond the operator's reach.  So a piece counts as curved only if it bows out by
+Light displaces an edge over lengths beyond the operator's reach.  So a piece counts as curved only if it bows out by
 far more than its elements scatter about it, and straight pieces that lie on one line within that displacement are
-joined.  Light also reverses an edge's step where its surroundings change: straight pieces are joined whichever their
-bright sides are.
+joined.  Where the surroundings of an edge change, its bright side may change too: straight pieces are joined whichever
+their bright sides are.
 """
 
 import numpy as np
@@ -339,7 +339,7 @@ def _compute_savings(
     oval[bent] = np.where(tried.minor > p.min_aspect * tried.major, price, np.inf)
     costs = np.stack([line, circle, np.full(len(pairs), np.inf), oval], axis=1)
     kind, least = costs.argmin(axis=1), costs.min(axis=1)
-    # a misfit that long arcs can pay for is still a misfit
+    # long arcs could pay for a misfit, which stays one
     shorter = 2.0 * correlation * (least - _prices(p)[kind]) < p.max_joint_misfit * together
     return np.where(shorter, apart - least - p.gap_price * distance, -np.inf), kind
 

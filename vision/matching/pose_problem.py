@@ -2,7 +2,7 @@
 the labelling that keeps them (queries/matching).
 
 Units are the arcs and regions of the picture, labels the arcs and surfaces of the view: several pieces of the picture
-may be one thing of the model, so a label may be taken more than once.
+may show one arc or surface, so a label may be taken more than once.
 """
 
 from __future__ import annotations

@@ -140,9 +140,9 @@ def decide(
 def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:
     """Sums over the edges of all surfaces of each item, each edge once.
 
-    The edges of a hole, a boss or a duct in a face speak for the face where they are found; where they are not, that
-    says nothing of it: it may be there without them.  Where edges of an item do not show, others of it hide with
-    them: the log odds of all are those in one light, averaged over lights.
+    The edges of a hole, a boss or a duct in a face speak for the face where they are found.  Where they are not found
+    they say nothing of the face, which may be there without them.  Where edges of an item do not show, others of it
+    hide with them: the log odds of all are those in one light, averaged over lights.
     """
     item, run, lent = pair_with_runs(items, runs)
     distinct = ~lent | (runs.log_odds[run] > 0)
