@@ -182,7 +182,7 @@ class TriangulationParameters:
     edge_width: float = 0.9
     """px: beyond this"""
     ellipse_gain: float = 4.0
-    """times that an ellipse's mean square distance must be smaller than a circle's for the arc to be an ellipse"""
+    """how many times smaller than a circle's an ellipse's mean square distance must be for the arc to be one"""
     ellipse_share: float = 0.6
     """least share of an ellipse that must be seen; of less, every arc is the part of a circle"""
     roundest: float = 0.95
