@@ -4,8 +4,8 @@ A surface that moves outward by d carries its edges along on the surfaces that i
 wider, a floor lies deeper.  So an edge lies where the displacements of both of its surfaces put it, and all
 displacements are sought together.  The surface with the most evidence for a displacement is moved first: it explains
 edges of its neighbours too, which then need not move.  The evidence for a displacement is the share of edges found
-there against the share found in place, edge by edge (`stretches.compute_log_odds`), so that one long shadow near one edge
-counts no more than that edge can.  Elements that belong to predicted edges of other surfaces are ignored.  No face
+there against the share found in place, edge by edge (`stretches.compute_log_odds`), so that one long shadow near one
+edge counts no more than that edge can.  Elements that belong to predicted edges of other surfaces are ignored.  No face
 moves through the one opposite it: of a rib or a web some thickness is left, of a pocket some width.
 """
 
