@@ -87,9 +87,11 @@ def segment_chains(
     curves, prices = members.take(free), costs[free]
     if len(curves):
         bent = np.isin(chains.elements, curves.elements)
-        anew = np.logical_or.reduceat(bent, chains.offsets[:-1])
-        others = np.logical_and.reduceat(~np.isin(members.elements, chains.take(anew).elements), members.offsets[:-1])
-        conics, their_kinds, _ = described(chains.take(anew), np.where(np.arange(4) == FREE, np.inf, _prices(p)))
+        with_curves = np.logical_or.reduceat(bent, chains.offsets[:-1])
+        others = np.logical_and.reduceat(
+            ~np.isin(members.elements, chains.take(with_curves).elements), members.offsets[:-1]
+        )
+        conics, their_kinds, _ = described(chains.take(with_curves), np.where(np.arange(4) == FREE, np.inf, _prices(p)))
         members, kinds = _concatenate(members.take(others), conics), np.concatenate([kinds[others], their_kinds])
     fresh, bright_right = np.ones(len(members), np.bool_), np.zeros(len(edges), np.bool_)
     for _ in range(p.join_rounds):
