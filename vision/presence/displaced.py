@@ -187,7 +187,7 @@ def _gather(found: list[tuple[int, _Place]]) -> Displacements:
     )
 
 
-def tell_displacements(items: Items, displacements: Displacements, p: StateParameters) -> Measures:
+def report_displacements(items: Items, displacements: Displacements, p: StateParameters) -> Measures:
     """Sizes of the parts that lie elsewhere: how far, that along the world's axes, and how they are turned."""
     part = np.array([level == "part" for level in items.level])
     rows = np.flatnonzero(

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from sqlalchemy import Connection
 
+from relmodel.app.audit.newest import find_run
 from relmodel.errors import UsageError
 from relmodel.store import Store, sql
 
@@ -58,10 +59,7 @@ def _explain(store: Store, run: int, subject: str, camera: str = "", arc: int = 
 
 
 def _check_run(store: Store, connection: Connection, run: int) -> None:
-    found = store.rows(connection, "audit/run", run=run)
-    if not found:
-        raise UsageError(f"there is no run {run}: relmodel runs lists them")
-    (it,) = found
+    it = find_run(store, connection, run)
     if it.kind != "inspect":
         raise UsageError(f"run {run} is of kind {it.kind}: name one of kind inspect, as relmodel runs lists them")
     pruned = store.rows(connection, "audit/pruned", run=run)

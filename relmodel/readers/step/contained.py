@@ -16,9 +16,7 @@ class Findings(list[Finding]):
     """Findings made on reading."""
 
     @contextmanager
-    def contained(
-        self, what: str, kind: str = "unread_text", surface_no: int | None = None, arc_no: int | None = None
-    ) -> Iterator[None]:
+    def contained(self, what: str, kind: str = "unread_text", surface_no: int | None = None) -> Iterator[None]:
         """Note what fails within as a finding: `what` could not be read."""
         try:
             yield
@@ -26,7 +24,7 @@ class Findings(list[Finding]):
             raise
         except Exception as error:  # the kernel's exceptions share no base class
             said = f"{what} could not be read ({type(error).__name__}: {error})"
-            self.append(Finding(kind, said, surface_no=surface_no, arc_no=arc_no))
+            self.append(Finding(kind, said, surface_no=surface_no))
 
     def each(self, what: str, items: Iterable[Item], read: Callable[[Item], Made]) -> list[Made]:
         """What `read` returns for each item, but for those that cannot be read."""
