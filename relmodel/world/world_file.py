@@ -98,7 +98,7 @@ def read_world_file(path: str | Path) -> WorldFile:
     entries = _list(data, "objects", path)
     if not entries:
         raise InputError(f"{path}: objects is missing or empty: list the objects that stand in the world")
-    _sound(entries)
+    _convert_poses(entries)
     mount_entries = _list(data, "mounts", path)
     mounted = {str(entry["object"]) for entry in mount_entries if isinstance(entry, dict) and "object" in entry}
     objects = tuple(_placed_object(entry, path, f"objects[{i}]", mounted) for i, entry in enumerate(entries))
@@ -275,7 +275,7 @@ def _rigid(entry: dict[str, Any], key: str, path: Path, where: str) -> Floats:
     value = entry.get(key)
     if value is None:
         return np.eye(4)
-    if isinstance(value, np.ndarray):  # found sound by `_sound`
+    if isinstance(value, np.ndarray):  # checked by `_convert_poses`
         return value
     what = f"{path}: {key} of {where}"
     try:
@@ -308,7 +308,7 @@ def _off_rigid(matrices: Floats) -> Floats:
     return np.asarray(np.maximum(np.maximum(squared, np.abs(np.linalg.det(rotation) - 1)), last))
 
 
-def _sound(entries: list[Any]) -> None:
+def _convert_poses(entries: list[Any]) -> None:
     """Replace the poses of a list of objects by matrices where all are valid: a thousand are then checked at once.
     Otherwise each is checked by itself, to say what is wrong."""
     key = "world_from_object"

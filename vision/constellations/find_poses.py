@@ -124,8 +124,8 @@ def _start(
         alike.append(np.repeat(joined.alike, solved.shape[1]))
         counted += count_alike(relations, joined)
     named = {name: unit[relations[name]] for name in ("unit_a", "unit_b")}
-    told = relations | named | {"alike": counted}
-    return _Started(np.concatenate(poses), 1.0 / np.concatenate(alike), kind, told)
+    described = relations | named | {"alike": counted}
+    return _Started(np.concatenate(poses), 1.0 / np.concatenate(alike), kind, described)
 
 
 def read_inspected(store: Database, connection: Connection, world_id: int) -> list[tuple[int, Floats]]:
