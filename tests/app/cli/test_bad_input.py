@@ -204,8 +204,8 @@ def a_folder(good: Path, to: Path) -> None:
 BAD_PICTURES: list[tuple[Callable[[Path, Path], None], str]] = [
     (nothing, "there is no image"),
     (a_folder, "is not a regular file"),
-    (no_picture, "no picture"),
-    (empty, "no picture"),
+    (no_picture, "not a picture"),
+    (empty, "not a picture"),
     (truncated, "cannot be read"),
     (of_another_size, "is 320x240 but its camera 640x480"),
     (of_floats, "neither grey nor colour of 8 or 16 bits"),

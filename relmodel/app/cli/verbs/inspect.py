@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="PRIOR.yaml",
         help="where the rig is thought to be, and how surely (default: where the joints put a rig that the world "
-        "mounts; else the pictures are located wherever they were taken)",
+        "mounts; else nothing is assumed)",
     )
     parser.add_argument(
         "--believe-pictures",
@@ -69,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_joints(parser)
     add_joint_sigmas(
-        parser, "correct this joint too; the base then is as sure as --base-sigma-mm and --base-sigma-deg say"
+        parser, "correct this joint too; --base-sigma-mm and --base-sigma-deg then say how well the base is known"
     )
     parser.add_argument(
         "--base-sigma-mm",
