@@ -22,7 +22,7 @@ def check_readable(path: Path, what: str = "file", most_bytes: int = MOST_BYTES)
     except OSError as error:
         raise _unreadable(path, what, error) from error
     if not stat.S_ISREG(found.st_mode):
-        raise InputError(f"the {what} {path} is no regular file: name one that is")
+        raise InputError(f"the {what} {path} is not a regular file: name one that is")
     if found.st_size > most_bytes:
         raise InputError(f"the {what} {path} is larger than {most_bytes >> 20} MB: split it, or name another")
 
@@ -37,11 +37,11 @@ def read_bytes(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> byte
 
 
 def read_text(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> str:
-    """The text in the `what` at `path`.  Raises InputError as `read_bytes`, and where it is no text."""
+    """The text in the `what` at `path`.  Raises InputError as `read_bytes`, and where it is not text."""
     try:
         return read_bytes(path, what, most_bytes).decode()
     except UnicodeDecodeError as error:
-        raise InputError(f"the {what} {path} is no text in UTF-8: give one that is") from error
+        raise InputError(f"the {what} {path} is not text in UTF-8: save it as UTF-8") from error
 
 
 def _unreadable(path: Path, what: str, error: OSError) -> InputError:

@@ -85,7 +85,7 @@ def _print_table(names: Sequence[str], rows: Iterator[Sequence[Any]], form: str,
             [[_table_cell(v, decimals) for v, (decimals, _) in zip(row, layout, strict=True)] for row in batch],
             headers=heading,
             tablefmt=tablefmt,
-            disable_numparse=True,  # text stays as it is: '007' is no number
+            disable_numparse=True,  # text stays as it is: '007' is not a number
             colalign=[alignment for _, alignment in layout],
             preserve_whitespace=True,  # a tree is indented
         )

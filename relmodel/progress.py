@@ -1,4 +1,4 @@
-"""How far long work is: library code tells, and only the command line shows."""
+"""How far long work is: library code reports it, and only the command line shows it."""
 
 from __future__ import annotations
 
@@ -9,4 +9,4 @@ Progress = Callable[[str, int, int], None]
 
 
 def silent(what: str, done: int, of: int) -> None:
-    """Tell nobody."""
+    """Report to nobody."""

@@ -11,7 +11,7 @@ CREATE TABLE sds_relation (  -- The relations of the store: the level of the hie
 -- Rows, not foreign keys: DuckDB fills the tables of a copy in the order of their names, and deletes no parent in the
 -- transaction that deletes its children.
 CREATE TABLE sds_reference (  -- Which columns refer to the key of which relation: foreign keys on PostgreSQL; relmodel check finds rows whose
-    -- reference leads nowhere. Left out are tables without keys and what refers to an occurrence, which is a view: other checks look after these.
+    -- reference leads nowhere. Tables without keys, and columns that refer to an occurrence, which is a view, have checks of their own.
     relation TEXT NOT NULL,  -- the relation that refers
     reference_no INTEGER NOT NULL,  -- ordinal of the reference in it
     column_names TEXT[] NOT NULL,  -- its columns that refer; a row where one of them is null refers to nothing
@@ -30,7 +30,7 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
 
 CREATE TABLE store (  -- Which store this is, so that rows of several stores can lie side by side, and of which schema: one row.
     id TEXT PRIMARY KEY,  -- a random UUID that the store got when it was made or was named as another cell's; a copy of the file has it too
-    cell TEXT NOT NULL,  -- the cell that the store is of, as relmodel init --cell names it; else what its file or database is called
+    cell TEXT NOT NULL,  -- name of the cell that the store describes, as relmodel init --cell gives it; else that of its file or database
     schema_sha256 TEXT NOT NULL,  -- SHA-256 of the SQL files of schema/ for this engine that it was made with, or brought up to
     created_at TIMESTAMPTZ NOT NULL DEFAULT CURRENT_TIMESTAMP  -- when it was made
 );

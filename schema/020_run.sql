@@ -42,8 +42,8 @@ CREATE TABLE run_event (  -- What happened in a run, appended in order; run_stat
     CHECK (CASE kind WHEN 'ended' THEN state IN ('finished', 'failed') ELSE state = 'killed' END)
 );
 
-CREATE TABLE ledger (  -- How many rows each transaction of a run committed into each relation, or took from it; relmodel check holds it against the
-    -- tables.
+CREATE TABLE ledger (  -- How many rows each transaction of a run committed into each relation, or took from it; relmodel check compares it with
+    -- the tables.
     run_id BIGINT NOT NULL,  -- the run that wrote
     write_no INTEGER NOT NULL,  -- ordinal of the transaction in the run, from 0
     relation TEXT NOT NULL,  -- the table written to
@@ -53,7 +53,7 @@ CREATE TABLE ledger (  -- How many rows each transaction of a run committed into
 );
 
 CREATE TABLE row_digest (  -- Digests of the rows that an inspection rests on, its own and those of the extractions that it read, as they were when it
-    -- ended; relmodel check holds them against the tables.
+    -- ended; relmodel check compares them with the tables.
     run_id BIGINT NOT NULL,  -- the inspection
     relation TEXT NOT NULL,  -- the table
     digest TEXT NOT NULL,  -- exclusive or over 64-bit hashes of the texts of the rows, times left out: of this engine, and of the columns that the

@@ -1,4 +1,4 @@
--- The state of each run.  Whether a process lives is nothing that SQL can tell of a file: relmodel, when it opens one,
+-- The state of each run.  SQL cannot tell whether the process of a run lives: relmodel, when it opens a file,
 -- notes what was killed, or where it only reads names those runs in the variable dead_runs of its connections.
 
 CREATE VIEW run_state (  -- What state each run is in.

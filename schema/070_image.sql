@@ -19,7 +19,7 @@ CREATE TABLE image_blob (  -- The bytes of an image, kept so that a run can be l
 );
 
 CREATE SEQUENCE extraction_id_seq;
-CREATE TABLE extraction (  -- One extraction of arcs and regions from an image; all primitives hang on it.
+CREATE TABLE extraction (  -- One extraction of arcs and regions from an image; all primitives refer to it.
     id BIGINT PRIMARY KEY,  -- identity of the extraction
     image_id BIGINT NOT NULL,  -- the image
     content_key TEXT NOT NULL UNIQUE,  -- hash of image, bits, parameters and version: the same extraction is not made twice

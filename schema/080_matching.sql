@@ -125,7 +125,7 @@ related AS (
         AND abs(r.distance) <= t.reach
     JOIN gated AS a ON a.run_id = p.run_id AND a.problem_no = p.problem_no AND a.unit_no = r.unit_a
     JOIN gated AS b ON b.run_id = p.run_id AND b.problem_no = p.problem_no AND b.unit_no = r.unit_b
-    WHERE b.is_placed OR NOT a.is_placed  -- arcs are told by each other's places, regions by all
+    WHERE b.is_placed OR NOT a.is_placed  -- arcs confirm arcs only; both confirm regions
     GROUP BY p.run_id, p.problem_no, p.relation_weight, r.unit_a, r.unit_b
 ),
 whole AS (

@@ -37,7 +37,7 @@ CREATE TABLE inspection_image (  -- The images of an inspection, one a camera, a
 );
 
 CREATE TABLE selected_part (  -- The placed parts that an inspection considered: those that any pose which the prior leaves open could show, by their
-    -- boxes; nothing else was.
+    -- boxes, and no others.
     run_id BIGINT NOT NULL,  -- the run
     occurrence_id BIGINT NOT NULL,  -- the placed part
     shown BOOLEAN NOT NULL,  -- whether the view of one of the sampled poses holds it too; the others are superfluous as far as that tells
@@ -73,7 +73,7 @@ CREATE TABLE view_surface (  -- A surface that a view predicts to be visible.
     PRIMARY KEY (run_id, view_no, view_surface_no)
 );
 
-CREATE TABLE hypothesis (  -- A pose of the rig that was considered, refined as far as it was worth.
+CREATE TABLE hypothesis (  -- A pose of the rig that was considered, refined roughly or in full.
     run_id BIGINT NOT NULL,  -- the run
     hypothesis_no INTEGER NOT NULL,  -- rank in the run, 0 the best
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_rig

@@ -104,21 +104,21 @@ CREATE TABLE variant_evidence (  -- What the pictures say at the pose found of e
     placed BOOLEAN NOT NULL,  -- whether it is the one that the world has there
     log_odds DOUBLE PRECISION NOT NULL,  -- natural logarithm of the odds of its visible edges, of each there against not there, summed
     against INTEGER NOT NULL,  -- how many of its parts and features in view are not as it has them
-    decided INTEGER NOT NULL,  -- of how many that are decided
-    told_by TEXT,  -- paths, worst first and five at most, of those that are not as it has them, and that the likeliest variant of the object
-        -- has right or has not: what tells the two apart; null where there are none
+    decided INTEGER NOT NULL,  -- how many of its parts and features in view are decided at all
+    distinguished_by TEXT,  -- paths of parts and features that distinguish it from the likeliest variant of the object: not as this one has them, and
+        -- right or absent in that one; worst first, five at most; null where there are none
     PRIMARY KEY (run_id, rank_no),
     UNIQUE (run_id, object_no, object_variant_id),
     CHECK (against >= 0 AND against <= decided)
 );
 
-CREATE TABLE considered_object (  -- The loaded objects that pictures were held against where no world was given, a row for each variant.
+CREATE TABLE considered_object (  -- The loaded objects that the pictures were compared with where no world was given, a row for each variant.
     run_id BIGINT NOT NULL,  -- the run
     rank_no INTEGER NOT NULL,  -- ordinal in the run, from 0: what is shown first
     object_variant_id BIGINT NOT NULL,  -- the variant
     score DOUBLE PRECISION,  -- what the best pose of its join explains, as search_pose has it; null where the join gave none
     state TEXT NOT NULL,  -- shown, alike (explains the same edges about as well), outdone (explains them less well), refused, or left (its join
-        -- explains too little beside the best to be followed)
+        -- explains too little, compared with the best, to be localised)
     verdict TEXT,  -- accepted, ambiguous or refused: of its own pose; null where it was not localised
     posterior DOUBLE PRECISION,  -- probability that its pose is right; null likewise
     m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m02 DOUBLE PRECISION, m03 DOUBLE PRECISION,  -- object_from_rig; null where it has no pose

@@ -11,7 +11,7 @@ CREATE VIEW found_variant (  -- Which variant of an inspected object the picture
     evidence  -- what says so, one sentence
 ) AS
 WITH ranked AS (
-    SELECT e.run_id, e.object_no, e.rank_no, e.placed, e.against, e.decided, e.told_by, v.name,
+    SELECT e.run_id, e.object_no, e.rank_no, e.placed, e.against, e.decided, e.distinguished_by, v.name,
         CASE v.variant WHEN '' THEN '(unnamed)' ELSE v.variant END AS variant,
         max(e.log_odds) OVER (PARTITION BY e.run_id, e.object_no) - e.log_odds AS nats_less
     FROM variant_evidence AS e
@@ -41,8 +41,8 @@ SELECT s.run_id, s.object_no, s.name, s.variant, p.variant AS placed_variant, s.
             p.decided)
         ELSE concat('variant ', b.variant, ' explains the pictures better than ', o.variant, ' by ',
             CAST(o.nats_less AS NUMERIC(18, 0)), ' nats of evidence')
-    END, CASE WHEN s.placed_less >= 3 THEN ' (not as ' || p.variant || ' has it: ' || p.told_by || ')'
-        ELSE ' (not as ' || o.variant || ' has it: ' || o.told_by || ')' END) AS evidence
+    END, CASE WHEN s.placed_less >= 3 THEN ' (not as ' || p.variant || ' has it: ' || p.distinguished_by || ')'
+        ELSE ' (not as ' || o.variant || ' has it: ' || o.distinguished_by || ')' END) AS evidence
 FROM shown AS s
 LEFT JOIN inspection AS i ON i.run_id = s.run_id
 LEFT JOIN world AS w ON w.id = i.world_id

@@ -140,7 +140,7 @@ CREATE VIEW found_state (  -- What inspections say of parts, features and faces 
     state,  -- confirmed, contradicted, changed, not_confirmed or undecidable
     reason,  -- why, one sentence
     log_odds,  -- natural logarithm of how much likelier the pictures are with it than without it
-    threshold,  -- name of the threshold that the state hangs on; null where it is none by itself
+    threshold,  -- name of the threshold that decided the state; null where no single one did
     threshold_value,  -- its value
     found,  -- what was compared with it
     occurrence_id  -- the placed part

@@ -1,3 +1,3 @@
--- Whether the configuration can be changed no more.
+-- Whether the configuration is locked.
 -- Takes nothing; gives one value.
 SELECT current_setting('lock_configuration') AS locked

@@ -1,6 +1,6 @@
 -- Matching problems whose bound does not follow from the stored certificate, where that is kept.
 -- Takes nothing; gives run_id, problem_no, what does not follow, and how many rows say so.
--- The nodes of the search split the labellings; each that was not split is bounded by duals of its own or of its parent.
+-- The nodes of the search split the labellings; each that was not split is bounded by its own or its parent's duals.
 -- Duals bound a node if labels cost at most 0, messages are at least 0, and the two messages of any pair of compatible
 -- candidates that the node allows add up to what the pair saves.  The bound is then the sum of the label duals and of
 -- the least reduced cost of each unit: cost of a state that the node allows, all its relations unconfirmed, less its

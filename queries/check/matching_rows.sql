@@ -1,5 +1,5 @@
--- Matching problems whose relations, compatibilities or tolerances are not those that their parameters, their candidates and
--- the relations of their units give.
+-- Matching problems whose relations, compatibilities or tolerances are not those that their parameters, their
+-- candidates and the relations of their units give.
 -- Takes nothing; gives run_id, problem_no, what does not follow, and how many rows say so.
 -- Problems whose units were pruned with their pictures say nothing.
 WITH given AS (

@@ -1,5 +1,5 @@
--- Nodes of expanded objects whose transform is not that of what contains them times that of an instance of theirs; of a
--- body: whose transform is any.
+-- Nodes of expanded objects whose transform is not that of their container times that of their instance; bodies whose
+-- transform is not the identity.
 -- Takes nothing; gives object_id and path.
 WITH instance AS (
     SELECT object_id AS container, NULL AS child_id, part_id, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23

@@ -1,4 +1,4 @@
--- Surfaces that nothing bounds: exact ones of a shape without a loop, spheres and tori apart.
+-- Surfaces without bounds: exact ones without a loop, but for spheres and tori.
 -- Takes nothing; gives surface_id and kind.
 SELECT s.id AS surface_id, s.kind
 FROM surface AS s

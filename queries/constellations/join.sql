@@ -1,9 +1,9 @@
 -- Relations of circles in space joined with those of an object's circles: alike in both radii, in the distance of the
--- centres and in the angles of normals and connecting line.  Relations of the scene with the fewest pairs like them come
--- first, and whole, until there are `most` of them: what repeats a thousand times says little.  Of each at most
+-- centres and in the angles of normals and connecting line.  Relations of the scene with the fewest pairs like them
+-- come first, and whole, until there are `most` of them: what repeats a thousand times says little.  Of each at most
 -- `most_of_relation` are taken, evenly among all: the others are the same seen from elsewhere along a pattern.
--- Takes object_id, scene_relation (unit_a, unit_b, radius_a, radius_b, distance, normals, rise_a, rise_b, and of each of
--- these its standard deviation, as radius_a_sigma) as a relation, sigmas by which they may differ, least_radius_mm,
+-- Takes object_id, scene_relation (unit_a, unit_b, radius_a, radius_b, distance, normals, rise_a, rise_b, and of each
+-- of these its standard deviation, as radius_a_sigma) as a relation, sigmas by which they may differ, least_radius_mm,
 -- least_mm to bin_mm, least_cosine to most_cosine (by which they may at least, and at most), along (cosine of a normal
 -- and the connecting line beyond which they leave a turn about both open), most_of_relation, most;
 -- gives unit_a, unit_b, circle_a, circle_b, alike (how many pairs of the model the relation is like).

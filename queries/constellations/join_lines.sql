@@ -1,10 +1,10 @@
 -- Relations of straight edges in space joined with those of an object's: alike in angle and distance, and an edge that
--- was seen lies within one of the object.  Relations of the scene with the fewest like them come first, and whole, until
--- there are `most` of them; of each at most `most_of_relation` are taken, evenly among all.
--- Takes the relations scene_pair (unit_a, unit_b, sign_a, sign_b, cosine, distance, cosine_off and distance_off: by which they may
--- differ, low_a, high_a, low_b, high_b: stretches seen) and model_pair (unit_a, unit_b, cosine, distance, low_a, high_a, low_b,
--- high_b), bin_mm (no distance_off is greater), along_mm (by which an edge may be seen beyond its ends),
--- most_of_relation, most;
+-- was seen lies within one of the object.  Relations of the scene with the fewest like them come first, and whole,
+-- until there are `most` of them; of each at most `most_of_relation` are taken, evenly among all.
+-- Takes the relations scene_pair (unit_a, unit_b, sign_a, sign_b, cosine, distance, cosine_off and distance_off: by
+-- which they may differ, low_a, high_a, low_b, high_b: stretches seen) and model_pair (unit_a, unit_b, cosine,
+-- distance, low_a, high_a, low_b, high_b), bin_mm (no distance_off is greater), along_mm (by which an edge may be seen
+-- beyond its ends), most_of_relation, most;
 -- gives unit_a, unit_b, sign_a, sign_b, line_a, line_b, alike (how many pairs of the model the relation is like).
 WITH step AS (
     SELECT -1 AS by UNION ALL SELECT 0 UNION ALL SELECT 1

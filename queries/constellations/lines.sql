@@ -1,5 +1,5 @@
--- The longest straight edges of an object's parts, in its frame; edges of parts that meet along one are given once each.
--- Parts that joints move are left out.
+-- The longest straight edges of an object's parts, in its frame; edges of parts that meet along one are given once
+-- each. Parts that joints move are left out.
 -- Takes object_id, least_length (mm), most; gives start_x .. end_z (mm).
 SELECT
     o.m00 * a.start_x + o.m01 * a.start_y + o.m02 * a.start_z + o.m03 AS start_x,

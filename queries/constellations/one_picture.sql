@@ -1,8 +1,8 @@
--- Circles that ellipses of one picture may be, joined in pairs with pairs of an object's circles.  An ellipse and a radius
--- give a circle in space: so each pair of ellipses is looked at with each pair of radii that the object relates.  What
--- they then are in space, the distance of the centres and the angles of normals and connecting line, has to agree with
--- a class of the object's relations, as well as the sizes of the ellipses say how far off the circles are.
--- Pairs in space with the fewest pairs like them come first, and whole, until there are `most`; of each at most
+-- Circles that ellipses of one picture may be, joined in pairs with pairs of an object's circles.  An ellipse and a
+-- radius give a circle in space: so each pair of ellipses is looked at with each pair of radii that the object relates.
+-- What they then are in space, the distance of the centres and the angles of normals and connecting line, has to agree
+-- with a class of the object's relations, as well as the sizes of the ellipses say how far off the circles are. Pairs
+-- in space with the fewest pairs like them come first, and whole, until there are `most`; of each at most
 -- `most_of_relation` are taken, evenly among all: the others are the same seen from elsewhere along a pattern.
 -- Takes object_id, seen_circle (unit, ellipse_no, x, y, z: centre for the radius 1; nx, ny, nz: unit normal to the
 -- camera; size_share, tilt: standard deviations of the size and of the turn, rad) as a relation, radius_step (mm),

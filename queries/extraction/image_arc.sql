@@ -1,5 +1,6 @@
 -- The arcs of an extraction in their order.
--- Takes extraction_id; gives kind, topography, start_x, start_y, end_x, end_y, centre_x, centre_y, radius, radius2, axis_angle, length, closed, contrast, width, sigma, residual, significance, texture, highlight, element_count.
+-- Takes extraction_id; gives kind, topography, start_x, start_y, end_x, end_y, centre_x, centre_y, radius, radius2,
+-- axis_angle, length, closed, contrast, width, sigma, residual, significance, texture, highlight, element_count.
 SELECT kind,
     topography,
     CAST(start_x AS DOUBLE PRECISION) AS start_x,

@@ -1,5 +1,6 @@
 -- The regions of an extraction.
--- Takes extraction_id; gives area, centroid_x, centroid_y, x0, y0, x1, y1, mean, variance, slope_x, slope_y, saturated_share, hole_count.
+-- Takes extraction_id; gives area, centroid_x, centroid_y, x0, y0, x1, y1, mean, variance, slope_x, slope_y,
+-- saturated_share, hole_count.
 SELECT CAST(area AS DOUBLE PRECISION) AS area,
     CAST(centroid_x AS DOUBLE PRECISION) AS centroid_x,
     CAST(centroid_y AS DOUBLE PRECISION) AS centroid_y,

@@ -1,8 +1,8 @@
 -- Placed parts, or their features, surfaces or arcs, whose world box meets any of some boxes, touching counts.
--- Takes volume_no, x0, y0, z0, x1, y1, z1 (arrays of one length: the boxes, mm, world), world_id and level (part, feature,
--- surface or arc); gives volume_no, occurrence_id, shape_id, element_no (-1 of parts), path of the part, name, the world
--- box x0 .. z1, the box in the shape's frame shape_x0 .. shape_z1 and world_from_occurrence m00 .. m23, sorted by
--- volume_no, occurrence_id, element_no.
+-- Takes volume_no, x0, y0, z0, x1, y1, z1 (arrays of one length: the boxes, mm, world), world_id and level (part,
+-- feature, surface or arc); gives volume_no, occurrence_id, shape_id, element_no (-1 of parts), path of the part, name,
+-- the world box x0 .. z1, the box in the shape's frame shape_x0 .. shape_z1 and world_from_occurrence m00 .. m23,
+-- sorted by volume_no, occurrence_id, element_no.
 WITH asked AS MATERIALIZED (
     SELECT unnest(CAST(:volume_no AS INTEGER[])) AS volume_no,
         unnest(CAST(:x0 AS DOUBLE PRECISION[])) AS x0, unnest(CAST(:y0 AS DOUBLE PRECISION[])) AS y0,

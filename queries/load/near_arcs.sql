@@ -1,5 +1,6 @@
 -- Arcs that begin in given cells of a grid.
--- Takes the relation sought (no: of what is looked for; x, y, z: its cell), cell (mm) and shift (of the grid, in cells);
+-- Takes the relation sought (no: of what is looked for; x, y, z: its cell), cell (mm) and shift (of the grid, in
+-- cells);
 -- gives no, id, what an arc's key is made of and its box, in order of no and id.
 SELECT s.no, a.id, a.kind, a.recognised_kind, a.provenance,
     a.origin_x, a.origin_y, a.origin_z, a.axis_x_x, a.axis_x_y, a.axis_x_z, a.axis_z_x, a.axis_z_y, a.axis_z_z,

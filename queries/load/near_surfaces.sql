@@ -1,5 +1,6 @@
 -- Surfaces whose centroids lie in given cells of a grid.
--- Takes the relation sought (no: of what is looked for; x, y, z: its cell), cell (mm) and shift (of the grid, in cells);
+-- Takes the relation sought (no: of what is looked for; x, y, z: its cell), cell (mm) and shift (of the grid, in
+-- cells);
 -- gives no, id, what a surface's key is made of and its box, in order of no and id.
 SELECT s.no, f.id, f.kind, f.recognised_kind, f.provenance, f.direct, f.reversed,
     f.origin_x, f.origin_y, f.origin_z, f.axis_x_x, f.axis_x_y, f.axis_x_z, f.axis_z_x, f.axis_z_y, f.axis_z_z,

@@ -1,6 +1,6 @@
 -- What objects of given names hold directly.
--- Takes the relation sought (name); gives id and name of the object, child_no and parent_from_child m00 .. m23, in order
--- of id and child_no.
+-- Takes the relation sought (name); gives id and name of the object, child_no and parent_from_child m00 .. m23, in
+-- order of id and child_no.
 SELECT o.id, o.name, c.child_no,
     c.m00, c.m01, c.m02, c.m03,
     c.m10, c.m11, c.m12, c.m13,

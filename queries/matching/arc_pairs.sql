@@ -1,8 +1,9 @@
 -- Image arcs beside arcs of a view: each element of an image arc with the nearest point of each arc of the view.
--- Takes extraction_id, run_id, view_no, reach (px between an element and a point) and max_along (px of it along the arc);
+-- Takes extraction_id, run_id, view_no, reach (px between an element and a point) and max_along (px of it along the
+-- arc);
 -- gives image_arc_no, view_arc_no, elements (how many lie beside), of_elements (how many the image arc has), residual
--- (rms distance across, px), across (its mean, to the left of the view arc), angle (mean, rad), sigma (mean of the points, px), first_point and last_point (of the view
--- arc, the stretch that is covered).
+-- (rms distance across, px), across (its mean, to the left of the view arc), angle (mean, rad), sigma (mean of the
+-- points, px), first_point and last_point (of the view arc, the stretch that is covered).
 WITH element AS (
     SELECT
         e.image_arc_no, e.edge_element_no,

@@ -1,5 +1,5 @@
--- Pairs of arcs of a picture and of a view that were considered at the best hypothesis of a run, and of those that became
--- candidates how far they are off.
+-- Pairs of arcs of a picture and of a view that were considered at the best hypothesis of a run, and of those that
+-- became candidates how far they are off.
 -- Takes run_id, view_no, problem_no; gives image_arc, view_arc, reason, residual, gate, angle, angle_gate, overlap,
 -- first_point, last_point, across, across_sigma, shift_1 to shift_6.
 SELECT d.image_arc_no AS image_arc, d.view_arc_no AS view_arc, d.reason, d.residual, d.gate, d.angle, d.angle_gate,

@@ -1,5 +1,5 @@
 -- Findings of the newest load of a revision of a variant, by part.
--- Takes :name, :variant, :revision; gives part_id (null: of the file as a whole), kind and how_many, in order.
+-- Takes name, variant and revision; gives part_id (null: of the file as a whole), kind and how_many, in order.
 SELECT f.part_id, f.kind, count(*) AS how_many
 FROM load_finding AS f
 WHERE f.run_id = (

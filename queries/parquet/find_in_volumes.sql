@@ -1,16 +1,16 @@
 -- What lies in each of some volumes, asked of the files that relmodel export --parquet writes.
--- Takes no parameter but seven tables.  Of exports, of one store or of many: world, placed_body, object_page, object_node
--- and element, the folders, with the store_id that names theirs.  Of the asker:
--- asked (volume_no, level: part, feature, surface or arc, bounds x0 .. z1, mm, world; ball_x, ball_y, ball_z,
--- ball_radius: null but for spheres) and asked_half_space (volume_no, outward normal nx, ny, nz and d, inside where
--- n . p <= d; no row for boxes and spheres).
--- Gives store_id, cell, world, volume_no, occurrence_id, element_no (-1 of parts), path, name and the world box x0 .. z1,
--- sorted by store_id, world, volume_no, occurrence_id and element_no: the rows of relmodel.find.find.in_volumes at
+-- Takes no parameter but seven tables.  Of exports, of one store or of many: world, placed_body, object_page,
+-- object_node and element, the folders, with the store_id that names theirs.  Of the asker: asked (volume_no, level:
+-- part, feature, surface or arc, bounds x0 .. z1, mm, world; ball_x, ball_y, ball_z, ball_radius: null but for spheres)
+-- and asked_half_space (volume_no, outward normal nx, ny, nz and d, inside where n . p <= d; no row for boxes and
+-- spheres).
+-- Gives store_id, cell, world, volume_no, occurrence_id, element_no (-1 of parts), path, name and the world box x0 ..
+-- z1, sorted by store_id, world, volume_no, occurrence_id and element_no: the rows of relmodel.find.find.in_volumes at
 -- precision box, for the newest revision of every world of every store.  Numbers of objects, shapes and occurrences are
--- those of a store.
--- DuckDB and Spark SQL take it as it stands.  To Spark the hint says that the pages met are few, so that it reads only
--- the folders of their page ranges; it looks for those only where what it joins them with is filtered, hence the
--- a.x0 <= a.x1, and not where that filter is one of pages, bodies or shapes, whose folders it would look for first.
+-- those of a store. DuckDB and Spark SQL take it as it stands.  To Spark the hint says that the pages met are few, so
+-- that it reads only the folders of their page ranges; it looks for those only where what it joins them with is
+-- filtered, hence the a.x0 <= a.x1, and not where that filter is one of pages, bodies or shapes, whose folders it would
+-- look for first.
 WITH near AS (  -- pages whose box, carried into the world, meets the volume's
     SELECT a.*, b.store_id, b.world, b.name AS object_name, b.object_no, b.object_id,
         b.m00, b.m01, b.m02, b.m03,

@@ -1,6 +1,6 @@
 -- Inputs, decisions and code of an inspection, without its poses.
--- Takes run; gives one row: world_id, needs (mm, rad), parameters, versions, code_sha256; verdict, reason, posterior, cost and margin,
--- null where it has no pose; and the middle of what is seen.
+-- Takes run; gives one row: world_id, needs (mm, rad), parameters, versions, code_sha256; verdict, reason, posterior,
+-- cost and margin, null where it has no pose; and the middle of what is seen.
 SELECT i.world_id, i.needs_translation_mm, i.needs_rotation, CAST(r.parameters AS TEXT) AS parameters,
     CAST(r.versions AS TEXT) AS versions, r.code_sha256, p.verdict, p.reason, p.posterior, p.cost, p.margin,
     i.middle_x, i.middle_y, i.middle_z

@@ -1,5 +1,6 @@
 -- The poses of the rig that an inspection was given, went through and came to.
--- Takes run; gives what (prior, contradicted, which is a prior that the pose was found without, start, pose, explanation, single_camera, equivalent), the pose as m00 .. m23, covariance (36) and log_odds.
+-- Takes run; gives what (prior, contradicted, which is a prior that the pose was found without, start, pose,
+-- explanation, single_camera, equivalent), the pose as m00 .. m23, covariance (36) and log_odds.
 WITH poses AS (
     SELECT CASE WHEN EXISTS (SELECT 1 FROM verdict_statistic AS s WHERE s.run_id = :run AND s.name = 'prior_mm')
             THEN 'contradicted' ELSE 'prior' END AS what, 0 AS number,

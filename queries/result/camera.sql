@@ -1,5 +1,6 @@
 -- The cameras that took the pictures of an inspection, and the pictures.
--- Takes run_id; gives per camera its picture, calibration (pixels, OpenCV's distortion) and rig_from_camera as m00 .. m23.
+-- Takes run_id; gives per camera its picture, calibration (pixels, OpenCV's distortion) and rig_from_camera as m00 ..
+-- m23.
 SELECT
     i.camera, p.file_name, p.sha256, c.width, c.height, c.fx, c.fy, c.cx, c.cy, c.skew, c.distortion,
     k.m00, k.m01, k.m02, k.m03, k.m10, k.m11, k.m12, k.m13, k.m20, k.m21, k.m22, k.m23

@@ -1,6 +1,7 @@
 -- What an inspection was asked and what it answered, one row.
 -- Takes run_id; gives when it was, the world, the verdict, what is not as modelled, how surely, what was needed, and
--- world_from_rig as m00 .. m23 with its covariance (36 numbers, row-major, of a right perturbation in the rig's frame, mm then rad).
+-- world_from_rig as m00 .. m23 with its covariance (36 numbers, row-major, of a right perturbation in the rig's frame,
+-- mm then rad).
 SELECT
     r.id AS run, r.began_at, e.seconds, w.name AS world, w.revision AS world_revision, p.verdict, p.reason, p.posterior,
     o.outcome, o.changed, o.contradicted, o.not_confirmed, o.undecidable, o.variant,

@@ -1,3 +1,3 @@
 -- From here on queries of this process run in as many threads as there are processors.
--- Takes and gives nothing.
+-- Takes nothing; gives nothing.
 RESET threads

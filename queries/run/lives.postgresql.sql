@@ -1,3 +1,3 @@
--- Asked to learn whether a session lives; its locks do as long.
+-- Answers while a session lives, and its locks with it.
 -- Takes nothing; gives a row.
 SELECT 1 AS lives

@@ -1,3 +1,3 @@
 -- From here on all queries of this process run in one thread.
--- Takes and gives nothing.
+-- Takes nothing; gives nothing.
 SET threads = 1

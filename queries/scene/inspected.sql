@@ -1,6 +1,6 @@
 -- The parts placed in the world of an inspection.
--- Takes run_id; gives path, shape_id, colour (of the instance, else of the part, or null), whether the cameras saw it at
--- the pose found, and world_from_part as m00 .. m23.
+-- Takes run_id; gives path, shape_id, colour (of the instance, else of the part, or null), whether the cameras saw it
+-- at the pose found, and world_from_part as m00 .. m23.
 SELECT
     o.path, o.shape_id, coalesce(k.colour, a.value_text) AS colour, v.occurrence_id IS NOT NULL AS in_view,
     o.m00, o.m01, o.m02, o.m03, o.m10, o.m11, o.m12, o.m13, o.m20, o.m21, o.m22, o.m23

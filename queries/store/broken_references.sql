@@ -1,6 +1,7 @@
 -- Writes the statement that finds rows whose reference leads nowhere, for all references of the catalogue.
--- Takes nothing; gives statement, whose rows have relation, column_names, parent, row_count and one_key, that of one row.
--- Each key that is referred to is joined once, to all that refer to it: a join for each reference takes twice as long.
+-- Takes nothing; gives statement, whose rows have relation, column_names, parent, row_count and one_key, that of one
+-- row. Each key that is referred to is joined once, to all that refer to it: a join for each reference takes twice as
+-- long.
 WITH pair AS (
     SELECT relation, reference_no, parent, array_to_string(parent_columns, ', ') AS parent_key,
         generate_subscripts(column_names, 1) AS place, unnest(column_names) AS name, unnest(parent_columns) AS parent_name

@@ -33,7 +33,7 @@ class _Known:
     dimension: str | None = None
 
 
-# What views and pictures take to mean something; every other name is free.
+# Names that views and pictures read; every other name is free.
 _KNOWN = {
     "density": _Known(("part",), "density"),
     "mass": _Known(("object", "part"), "mass"),
@@ -46,7 +46,7 @@ _KNOWN = {
 
 @dataclass(frozen=True)
 class Owner:
-    """What has an attribute.  id: the world, object or part, of a surface or arc its shape, in which it is
+    """What has an attribute.  id: the world, object or part; of a surface or arc its shape, in which it is number
     `element_no`."""
 
     level: str
@@ -161,7 +161,7 @@ def _check(owner: Owner, name: str, value: Value, unit: str | None, units: dict[
     if number and not math.isfinite(value):  # type: ignore[arg-type]
         raise UsageError(f"the value of {name} is {value}: give a finite number")
     if unit is not None and not number:
-        raise UsageError(f"the value of {name} is {value!r}, no number: leave the unit {unit!r} out")
+        raise UsageError(f"the value of {name} is {value!r}, not a number: leave the unit {unit!r} out")
     if unit is not None and unit not in units:
         raise UsageError(f"the unit {unit!r} is unknown: use one of {', '.join(units)}")
     if name in ("index_kind", "grid_cell_mm") and owner.level == "world":
@@ -173,18 +173,18 @@ def _check(owner: Owner, name: str, value: Value, unit: str | None, units: dict[
 def _check_known(owner: Owner, name: str, value: Value, unit: str | None, units: dict[str, str]) -> None:
     known = _KNOWN[name]
     if owner.level not in known.levels:
-        raise UsageError(f"{name} is of a {' or '.join(known.levels)}, and {owner.words} is none: name one")
+        raise UsageError(f"{name} applies to a {' or '.join(known.levels)}, and {owner.words} is not one: name one")
     if known.dimension is None:
         if not isinstance(value, str):
             raise UsageError(
-                f"{name} is a text, and {value!r} is none: give its name (with --text if it looks otherwise)"
+                f"{name} takes a text, not {value!r}: give its name (with --text if it looks like a number)"
             )
         if name == "colour" and not _COLOUR.fullmatch(value):
             raise UsageError(f"the colour {value!r} is not #rrggbb: give six hexadecimal digits, as in #c0c0c0")
         return
     fitting = ", ".join(symbol for symbol, dimension in units.items() if dimension == known.dimension)
     if isinstance(value, str | bool) or not value > 0:
-        raise UsageError(f"{name} is a number above zero, and {value!r} is none: give one with its unit ({fitting})")
+        raise UsageError(f"{name} takes a number above zero, not {value!r}: give one with its unit ({fitting})")
     if unit is None or units[unit] != known.dimension:
         given = "has no unit" if unit is None else f"has the unit {unit}, which is one of {units[unit]}"
         raise UsageError(f"the {name} {value:g} {given}: give one of {fitting}")

@@ -86,7 +86,7 @@ def fillets(b: Boundary, taken: set[int]) -> list[Feature]:
         smooth = [x.other for x in b.sides[i] if x.convexity == "smooth"]
         edges += [(i, j) for j in smooth if j in of and abs(of[i] - of[j]) < _P.same_radius_mm]
         if s.kind[i] == "cylinder":
-            # One that a hole or a notch has cut is one still: between the same two faces.
+            # A blend that a hole or a notch cuts in two still lies between the same two faces: it is one.
             planes = [j for j in smooth if s.kind[j] == "plane"]
             if len(planes) == 2:
                 keys = [(*b.plane_key(pair), round(of[i], 3)) for pair in (planes, planes[::-1])]
@@ -154,7 +154,7 @@ def bevelled(b: Boundary) -> dict[int, Feature]:
 
 
 def chamfers(b: Boundary, bevels: dict[int, Feature]) -> list[Feature]:
-    """Chamfers, those in one plane along one edge as one: what a slot has cut is one still."""
+    """Chamfers.  Those in one plane along one edge count as one, which a slot may have cut."""
     s = b.surfaces
     lines: dict[tuple[float, ...], list[Feature]] = {}
     for i, feature in sorted(bevels.items()):

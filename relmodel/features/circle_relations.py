@@ -67,7 +67,7 @@ def select_rare(radius: Floats, p: CircleParameters = DEFAULTS) -> Ints:
 
 
 def _thin(class_of: Ints, pairs: Ints, most: int) -> Ints:
-    """Rows in the order of their classes; of each at most so many, evenly among its rows."""
+    """Rows in the order of their classes, at most so many of each, taken evenly."""
     order = np.argsort(class_of, kind="stable")
     place = np.arange(len(order)) - np.repeat(np.cumsum(pairs) - pairs, pairs)
     count = pairs[class_of[order]]

@@ -43,7 +43,7 @@ class HoleParameters:
     """length of such a gap to what is drilled on either side: the walls of a housing are bored one by one"""
     within: float = 0.9
     """share of the radius within which there is nothing but air"""
-    holds_a_pin_rad: float = 1.2 * pi
+    least_turn_rad: float = 1.2 * pi
     """least turn of a cylinder: one that is open further is cut out of a side"""
 
 

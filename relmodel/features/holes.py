@@ -47,7 +47,7 @@ def holes(s: Surfaces, links: Links) -> list[Feature]:
 def _bores(s: Surfaces, links: Links) -> list[list[int]]:
     """Concave cylinders merged where they are one: same axis and radius, touching extents, all around a pin.
 
-    One that a pocket, a gap between two ears or another bore interrupts is one still: it is drilled in one go.
+    A bore that a pocket, a gap between two ears or another bore interrupts counts as one: it is drilled in one go.
     """
     rows = np.flatnonzero(s.concave & (s.kind == "cylinder") & (np.diff(s.start) > 0))
     if len(rows) == 0:
@@ -71,7 +71,7 @@ def _bores(s: Surfaces, links: Links) -> list[list[int]]:
             cut += max(high - max(low, reach), 0.0)
             reach = max(reach, high)
         bores.append(sorted(bore))
-    return sorted(bore for bore in bores if s.turn(bore) > _P.holds_a_pin_rad and not _are_corners(s, links, bore))
+    return sorted(bore for bore in bores if s.turn(bore) > _P.least_turn_rad and not _are_corners(s, links, bore))
 
 
 def _are_corners(s: Surfaces, links: Links, bore: list[int]) -> bool:
@@ -87,7 +87,7 @@ def _are_corners(s: Surfaces, links: Links, bore: list[int]) -> bool:
             lies_so = s.kind[j] == "cylinder" and along > 1 - _SKEW
         return bool(lies_so and not links[i][j] <= {"convex"} and not _on_axis(s, i, j))
 
-    return all(s.turn([i]) < _P.holds_a_pin_rad and any(leads_in(i, j) for j in links[i]) for i in bore)
+    return all(s.turn([i]) < _P.least_turn_rad and any(leads_in(i, j) for j in links[i]) for i in bore)
 
 
 def _interrupted(s: Surfaces, bore: int, low: float, high: float) -> bool:

@@ -1,4 +1,4 @@
-"""Worlds of stores as Parquet, and volumes as tables, for engines that take a question to many machines.
+"""Worlds of stores as Parquet, and volumes as tables, for engines that spread a query over many machines.
 
 The files keep the two levels of the store: what is in an object once, in its own frame, and the objects as placed.
 `queries/parquet/placed_parts.sql` joins the levels, `queries/parquet/find_in_volumes.sql` asks volumes; DuckDB and

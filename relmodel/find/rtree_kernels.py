@@ -2,7 +2,7 @@
 
 The tree's rows are its n entries, then the nodes level by level, the root last.  `boxes` (m - 1, 6) bound all but the
 root; node n + i has the rows `first_child[i]` to `first_child[i + 1]` below it.  The entries under a row are
-contiguous, `first_entry[row]` to `end_entry[row]`: a node that lies inside the volume gives them all without a look.
+contiguous, `first_entry[row]` to `end_entry[row]`: where a node lies inside the volume all of them do, untested.
 """
 
 from __future__ import annotations

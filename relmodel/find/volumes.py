@@ -243,7 +243,7 @@ class Frustum(Volume):
             )
         if matrix.shape != (3, 3) or not np.isfinite(matrix).all() or min(matrix[0, 0], matrix[1, 1]) <= 0:
             raise InputError(
-                "the camera matrix is none: give [[fx, s, cx], [0, fy, cy], [0, 0, 1]] with fx and fy above 0"
+                "the camera matrix is invalid: give [[fx, s, cx], [0, fy, cy], [0, 0, 1]] with fx and fy above 0"
             )
         if np.abs(np.append(matrix[[1, 2, 2], [0, 0, 1]], matrix[2, 2] - 1)).max() > 0:
             raise InputError("the camera matrix has a wrong lower part: give [[fx, s, cx], [0, fy, cy], [0, 0, 1]]")

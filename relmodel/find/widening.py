@@ -19,7 +19,7 @@ def widened(view: Frustum, covariance: Floats, confidence: float, rig_from_camer
 
     The bounds are in closed form.  A ray within an angle a of a direction with the tangents (u, v) stays below the
     tangent tan(atan u + asin(sin a sqrt(1 + v^2 / (1 + u^2)))).  A rig turned by r moves a camera at c by r x c, give
-    or take |r|^2 |c| / 2.  Raises InputError where the covariance is none.
+    or take |r|^2 |c| / 2.  Raises InputError where the covariance is invalid.
     """
     from scipy.special import chdtri
 
@@ -28,7 +28,7 @@ def widened(view: Frustum, covariance: Floats, confidence: float, rig_from_camer
     slack = 1e-9 * (1 + np.abs(covariance).max()) if finite else 0.0
     if not finite or np.abs(covariance - covariance.T).max() > slack or np.linalg.eigvalsh(covariance)[0] < -slack:
         raise InputError(
-            "the pose's covariance is none: give a symmetric 6x6 matrix, (t mm, r rad), no variance below 0"
+            "the pose's covariance is invalid: give a symmetric 6x6 matrix, (t mm, r rad), no variance below 0"
         )
     if not 0 < confidence < 1:
         raise InputError(f"the confidence of the pose is {confidence}: give one between 0 and 1")

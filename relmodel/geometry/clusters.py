@@ -1,4 +1,4 @@
-"""Groups of nearly equal directions, axes and sizes, and of what hangs together."""
+"""Groups of nearly equal directions, axes and sizes, and connected components."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from math import prod
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints
+from relmodel.arrays import Floats, Ints
 
 
 def unsigned(directions: Floats) -> Floats:
@@ -49,21 +49,15 @@ def group_bounds(values: Floats, group: Ints, count: int) -> tuple[Floats, Float
     return low.T.reshape(shape), high.T.reshape(shape)
 
 
-def clusters(values: Floats, tolerance: float, members: Bools | None = None) -> Ints:
-    """Label of each row (n, k): rows within the tolerance of each other, through others too, share one.
-
-    Rows that are no members have -1.
-    """
+def clusters(values: Floats, tolerance: float) -> Ints:
+    """Label of each row (n, k): rows within the tolerance of each other, through others too, share one."""
     from scipy.spatial import cKDTree
 
-    members = np.ones(len(values), bool) if members is None else members
-    out = np.full(len(values), -1, dtype=np.int64)
-    if not members.any():
-        return out
+    if not len(values):
+        return np.empty(0, np.int64)
     # Equal rows become one point first, so that a large group makes no pairs.
-    cells = np.round(values[members] / (tolerance / 10)) + 0.0  # no -0; as integers, what is far off would overflow
+    cells = np.round(values / (tolerance / 10)) + 0.0  # no -0; as integers, what is far off would overflow
     _, first, inverse = np.unique(cells, axis=0, return_index=True, return_inverse=True)
-    points = values[members][first]
+    points = values[first]
     pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
-    out[members] = components(len(points), *pairs.T)[inverse.ravel()]
-    return out
+    return components(len(points), *pairs.T)[inverse.ravel()]

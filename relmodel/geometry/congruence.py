@@ -1,4 +1,4 @@
-"""Whether one thing is another one carried elsewhere, asked of the elements (faces, edges) that both are made of.
+"""Congruence of two things by their elements (faces, edges): whether a motion takes one to the other.
 
 Elements are classified by what no motion changes: kinds and sizes.  Things can be congruent if they have as many
 elements of each class, are as wide, and have the same triple product of means, which a mirror negates.  A motion is
@@ -120,7 +120,7 @@ def _frame(p: Floats, q: Floats) -> Floats:
 
 
 def _matched(a: Elements, b: Elements, label: tuple[Ints, Ints], motion: Floats, tolerance: float) -> Ints | None:
-    """The element of b where each element of a comes to lie, or None where one finds none of its kind."""
+    """The element of b where each element of a comes to lie, or None where one has no counterpart."""
     from scipy.spatial import cKDTree
 
     def key(points: Floats, labels: Ints) -> Floats:

@@ -63,7 +63,7 @@ class JointTree:
         for what, names in (("link", list(links)), ("joint", [j.name for j in joints])):
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
-                raise InputError(f"the {what} {twice[0]!r} stands twice: give one of them another name")
+                raise InputError(f"the {what} {twice[0]!r} is defined twice: give one of them another name")
         self.links = tuple(links)
         by_child: dict[str, Joint] = {}
         for joint in joints:
@@ -72,19 +72,19 @@ class JointTree:
                     raise InputError(f"joint {joint.name!r} names the link {link!r}, which is not there: add the link")
             if joint.child in by_child:
                 raise InputError(
-                    f"link {joint.child!r} hangs on two joints, {by_child[joint.child].name!r} and {joint.name!r}: "
+                    f"link {joint.child!r} has two parent joints, {by_child[joint.child].name!r} and {joint.name!r}: "
                     "links must form a tree"
                 )
             by_child[joint.child] = joint
         roots = [link for link in links if link not in by_child]
         if len(roots) > 1:
             raise InputError(
-                f"the links {roots[0]!r} and {roots[1]!r} both hang on no joint: join them, one link is the root"
+                f"the links {roots[0]!r} and {roots[1]!r} have no parent joint: join them, one link is the root"
             )
         self.joints = tuple(_ordered(joints, roots))
         if len(self.joints) < len(joints) or not roots:
             ring = next(j for j in joints if j not in self.joints)
-            raise InputError(f"joint {ring.name!r} belongs to a ring of joints: links must form a tree")
+            raise InputError(f"joint {ring.name!r} belongs to a cycle of joints: links must form a tree")
         self.root = roots[0]
         self._joint = {j.name: j for j in self.joints}
         self._above = by_child
@@ -93,8 +93,8 @@ class JointTree:
                 leader = self._joint.get(joint.mimic.joint)
                 if leader is None or leader.kind == "fixed" or leader.mimic is not None:
                     raise InputError(
-                        f"joint {joint.name!r} follows {joint.mimic.joint!r}, which is no joint that moves by itself: "
-                        "name one that does"
+                        f"joint {joint.name!r} follows {joint.mimic.joint!r}, which does not move by itself: name one "
+                        "that does"
                     )
 
     @property
@@ -186,7 +186,7 @@ class JointTree:
 
 
 def _ordered(joints: Sequence[Joint], roots: list[str]) -> list[Joint]:
-    """Joints that hang on the roots, breadth first."""
+    """Joints reached from the roots, breadth first."""
     carried: dict[str, list[Joint]] = {}
     for joint in joints:
         carried.setdefault(joint.parent, []).append(joint)

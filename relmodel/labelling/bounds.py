@@ -32,7 +32,7 @@ from relmodel.labelling.tables import SearchTables
 SCALE = 1000
 
 _HOTTEST, _COLDEST = 0.3, 0.01  # temperatures, of the mean gain
-_STEEPEST = 300.0  # greatest gain over a temperature: beyond, its exponential is no number
+_STEEPEST = 300.0  # greatest gain over a temperature: beyond, its exponential is not a number
 
 
 @dataclass

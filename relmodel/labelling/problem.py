@@ -83,7 +83,7 @@ class MatchingProblem:
     def candidates_of(self, label: npt.ArrayLike) -> Ints:
         """(units,): the number of the candidate that a labelling gives each unit, -1 for none.
 
-        Raises ValueError where a label is no candidate of its unit or is taken twice in an injective problem.
+        Raises ValueError where a label is not a candidate of its unit or is taken twice in an injective problem.
         """
         labels = np.asarray(label, np.int64)
         if labels.shape != (self.units,):
@@ -93,7 +93,7 @@ class MatchingProblem:
         at = np.minimum(np.searchsorted(key, wanted), max(self.candidates - 1, 0))
         has = labels != NONE
         if has.any() and (self.candidates == 0 or (labels[has] >= self.labels).any() or (key[at] != wanted)[has].any()):
-            raise ValueError("a label is no candidate of its unit")
+            raise ValueError("a label is not a candidate of its unit")
         if self.injective and len(np.unique(labels[has])) != has.sum():
             raise ValueError("a label is taken twice")
         return np.where(has, at, NONE).astype(np.int64)
@@ -203,7 +203,7 @@ def _table(rows: npt.ArrayLike, columns: int) -> Ints:
     if table.ndim != 2 or table.shape[1] != columns:
         raise ValueError(f"rows of {columns} columns, given {table.shape}")
     if not np.issubdtype(table.dtype, np.integer):
-        raise ValueError("a cost, weight or number is no integer: scale real costs and round them")
+        raise ValueError("a cost, weight or number is not an integer: scale real costs and round them")
     return table.astype(np.int64)
 
 

@@ -2,8 +2,8 @@
 
 The candidates of a problem, joined where they confirm each other, are a graph.  A candidate and those joined to it are
 its star; a star is as strong as the weight of the relations in it that can hold at once, one for every unit and every
-label.  The strongest star is laid down first; then, again and again, the candidate that most is laid down already
-confirms, by the strength of its own star where several are equal.  What shares a unit or a label with it is struck off.
+label.  The strongest star is accepted first.  Then, repeatedly, the candidate is accepted that the most accepted
+candidates confirm; ties go to the stronger star.  Candidates that share a unit or a label with it are struck off.
 """
 
 from __future__ import annotations
@@ -41,10 +41,10 @@ def search(
 
 
 def lay_stars(problem: MatchingProblem) -> tuple[Ints, int]:
-    """Label of each unit (units,), -1 for none, and how many candidates were laid down.
+    """Label of each unit (units,), -1 for none, and how many candidates were accepted.
 
-    A candidate is laid down while what confirms it, among what is laid down and what still may be, makes it cheaper
-    than no label.
+    A candidate is accepted while what confirms it, among the accepted and those still open, makes it cheaper than no
+    label.
     """
     tables = search_tables(problem)
     pair, unit, label = problem.compatibility, problem.candidate_unit, problem.candidate_label

@@ -27,21 +27,29 @@ def read_problem(store: Database, connection: Connection, run_id: int, problem_n
         raise UsageError(f"run {run_id} has no problem {problem_no}: see the table problem")
     nulls = store.columns(connection, "matching/null_costs", **key)
     candidate = store.columns(connection, "matching/candidates", **key)
-    relation = store.columns(connection, "matching/problem_relations", **key)
-    pair = store.columns(connection, "matching/compatible_pairs", **key)
     costs = np.concatenate([nulls["null_cost"], candidate["cost"]]).astype(float)
     if (costs != np.rint(costs)).any():
         raise UsageError(
-            f"problem {problem_no} of run {run_id} has costs that are no integers: nothing was proved of it"
+            f"problem {problem_no} of run {run_id} has costs that are not integers: nothing was proved of it"
         )
     labels = int(np.asarray(candidate["label_no"], np.int64).max(initial=-1)) + 1
     return matching_problem(
         np.asarray(nulls["null_cost"], np.int64),
         labels,
         _table(candidate, "unit_no", "label_no", "cost"),
+        *read_relations(store, connection, run_id, problem_no),
+        injective=bool(head[0].injective),
+    )
+
+
+def read_relations(store: Database, connection: Connection, run_id: int, problem_no: int) -> tuple[Ints, Ints]:
+    """Neighbours (n, 3) and compatibilities (m, 5) of a problem, as `matching_problem` takes them."""
+    key = {"run_id": run_id, "problem_no": problem_no}
+    relation = store.columns(connection, "matching/problem_relations", **key)
+    pair = store.columns(connection, "matching/compatible_pairs", **key)
+    return (
         _table(relation, "unit_no", "neighbour_no", "weight"),
         _table(pair, "unit_a", "label_a", "unit_b", "label_b", "saves"),
-        injective=bool(head[0].injective),
     )
 
 

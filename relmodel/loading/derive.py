@@ -1,6 +1,6 @@
-"""What follows from a model: sharing, numbers snapped to the store's, keys, features, boxes.
+"""What the store holds of a model, derived: shared shapes, numbers snapped to the store's, keys, features, boxes.
 
-All of it is made before anything is written, from a model that nothing changes.
+All of it is made before anything is written; the model stays as it is.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Made = TypeVar("Made")
 
 @dataclass(frozen=True)
 class DerivedShape:
-    """What follows from a shape, as columns of the tables without the shape's identity.
+    """What is derived from a shape, as columns of the tables without the shape's identity.
 
     class_keys: keys of the features' classes.  box: x0 y0 z0 x1 y1 z1, mm; area: of all surfaces, mm2.
     """
@@ -53,7 +53,7 @@ class Derived:
     """A model ready to be written.
 
     shapes: by number of the shape, of those that the store lacks (the first of equal ones).  findings: of the model and
-    of what follows from it.
+    of the derivation.
     """
 
     model: Model
@@ -63,7 +63,7 @@ class Derived:
 
 
 def derive(model: Model, store: Database, connection: Connection) -> Derived:
-    """What follows from a model for a store, which is read and not written.
+    """Derive from a model what the store will hold; the store is read and not written.
 
     Raises InputError where an assembly contains itself.
     """

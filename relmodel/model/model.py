@@ -1,4 +1,4 @@
-"""What every reader gives, whatever the file was: parts, shapes and assemblies as columns, not yet in a store.
+"""What every reader returns, whatever the file was: parts, shapes and assemblies as columns, not yet in a store.
 
 All of it is frozen, and nothing writes into its tables and arrays: what follows from a model is a new value.
 

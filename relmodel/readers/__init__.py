@@ -1,4 +1,4 @@
-"""Readers of model files: STEP, meshes and URDF, each giving a frozen `Model`.
+"""Readers of model files: STEP, meshes and URDF, each returning a frozen `Model`.
 
 `read` is the one way in.  What it needs is imported when it is called, and in the child process where there is one.
 """
@@ -53,7 +53,7 @@ def read(path: Path, options: ReadOptions = DEFAULTS, *, in_child: bool = True) 
 
     model = _read(path, options)
     if not is_finite(model):
-        raise InputError(f"{path} gives sizes or places that are not finite: export it again")
+        raise InputError(f"{path} has sizes or positions that are not finite: export it again")
     return validated(model)
 
 

@@ -272,7 +272,7 @@ class _Reader:
         return file
 
     def _package(self, name: str) -> Path:
-        """Root of a ROS package: the the one that holds the URDF, a sibling of that, or the URDF's own folder.
+        """Root of a ROS package: the one that holds the URDF, a sibling of that, or the URDF's own folder.
 
         A package is a folder with a package.xml that states its name (https://ros.org/reps/rep-0149.html).
         """
@@ -321,7 +321,7 @@ class _Reader:
         if not value:
             self._refuse(f"{where} has no {key}: add it")
         if key == "name" and "/" in value:
-            self._refuse(f"{where} has the name {value!r} with a slash, which separates paths: give another name")
+            self._refuse(f"{where} has the name {value!r} with a slash, which separates names in paths: rename it")
         return value
 
     def _numbers(

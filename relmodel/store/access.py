@@ -33,8 +33,8 @@ READERS_S = 3.0  # how long a writer waits for readers
 class Access:
     """How a database is reached.
 
-    engine: what connects now.  file: that of a DuckDB store, None of one in memory.  passed: who reads the file that a
-    copy has replaced, and does not see what was written since.
+    engine: what connects now.  file: that of a DuckDB store, None of one in memory.  passed: the processes that still
+    read the file that a copy has replaced; they do not see what was written since.
     """
 
     def __init__(self, engine: Engine) -> None:

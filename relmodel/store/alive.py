@@ -38,10 +38,10 @@ class LivenessLock:
         cannot be written."""
         if self._store.dialect == "duckdb":
             self._lock()
-        elif not self._asked("run/lives.postgresql"):
+        elif not self._query("run/lives.postgresql"):
             self.release()
             self._session = self._store.connect()
-            self._asked("run/hold.postgresql", run=self._run_id)
+            self._query("run/hold.postgresql", run=self._run_id)
 
     def release(self) -> None:
         """Release the lock."""
@@ -50,7 +50,7 @@ class LivenessLock:
             os.close(self._descriptor)
             self._descriptor = None
         if self._session is not None:
-            self._asked("run/release.postgresql", run=self._run_id)
+            self._query("run/release.postgresql", run=self._run_id)
             self._session.close()
             self._session = None
 
@@ -61,12 +61,12 @@ class LivenessLock:
             self._descriptor = os.open(self._file, os.O_WRONLY | os.O_CREAT, 0o666)
         except OSError as error:
             raise StoreError(
-                f"the file {self._file} cannot be written ({error.strerror}): see to the permissions of its folder"
+                f"the file {self._file} cannot be written ({error.strerror}): check the permissions of its folder"
             ) from error
         fcntl.flock(self._descriptor, fcntl.LOCK_EX)
 
-    def _asked(self, name: str, **parameters: int) -> bool:
-        """Whether the session is alive; its advisory locks outlive transactions."""
+    def _query(self, name: str, **parameters: int) -> bool:
+        """Run a query in the session, whose advisory locks outlive transactions; False where the session is lost."""
         if self._session is None:
             return False
         try:
@@ -152,8 +152,8 @@ def _remove_locks_of_ended(store: Database, connection: Connection) -> None:
     """Remove the lock files of runs that ended, but whose processes were killed before they did so themselves."""
     if store.file is None:
         return
-    beside = store.file.parent.glob(f"{glob.escape(store.file.name)}.run-*")
-    files = {int(file.suffix.removeprefix(".run-")): file for file in beside if file.suffix[5:].isdigit()}
+    locks = store.file.parent.glob(f"{glob.escape(store.file.name)}.run-*")
+    files = {int(file.suffix.removeprefix(".run-")): file for file in locks if file.suffix[5:].isdigit()}
     if files:
         for row in store.rows(connection, "run/ended"):
             if row.run_id in files:

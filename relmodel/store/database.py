@@ -54,7 +54,7 @@ T = TypeVar("T")
 
 
 class Database:
-    """What a store is made in.  All reading and writing goes through connections that `read` and `write` give.
+    """What a store is made in.  All reading and writing goes through connections that `read` and `write` return.
 
     access: how it is reached, and shared with others.  dead_runs: runs whose processes are
     gone, for the views of a DuckDB file that is open for reading.
@@ -79,7 +79,7 @@ class Database:
 
     @property
     def revision(self) -> str | None:
-        """Revision of the schema that the store has; None where it is no relmodel store, or not there."""
+        """Revision of the schema that the store has; None where it is not a relmodel store, or not there."""
         self._refuse_closed()
         if self.file is not None and not self.file.exists():
             return None
@@ -253,7 +253,7 @@ class Database:
             words = str(said).strip().partition("\n")[0]
             if type(said).__name__ in ("InsufficientPrivilege", "ReadOnlySqlTransaction"):
                 raise StoreError(
-                    f"the store {self.name} refuses it ({words}): use a role to which that is granted"
+                    f"the store {self.name} denies this ({words}): use a role with the privilege"
                 ) from error
             ours = type(said).__module__.startswith(("duckdb", "_duckdb", "psycopg"))
             if not ours or not _FAILURES & {kind.__name__ for kind in type(said).__mro__}:
@@ -262,7 +262,7 @@ class Database:
             code = getattr(said, "sqlstate", "") if self.dialect == "postgresql" else ""
             kind = TransientError if code in _TRANSIENT or str(code).startswith("08") else StoreError
             raise kind(
-                f"the store {self.name} failed ({words}): look after its disk, memory or server, and try again"
+                f"the store {self.name} failed ({words}): check its disk, memory or server, and try again"
             ) from error
 
     def rows(self, connection: Connection, name: str, /, **parameters: Any) -> Sequence[Row[Any]]:

@@ -19,12 +19,14 @@ def store_url(target: str | Path) -> URL:
         url = make_url(name) if "://" in name else URL.create("duckdb", database=name)
     except ArgumentError as error:
         raise StoreError(
-            f"{name!r} is no store: give a file name or a URL such as postgresql+psycopg://host/db"
+            f"{name!r} is not a store: give a file name or a URL such as postgresql+psycopg://host/db"
         ) from error
     if url.get_backend_name() == "postgresql":
         return url.set(drivername="postgresql+psycopg")
     if url.get_backend_name() != "duckdb":
-        raise StoreError(f"{name!r} is no store that relmodel knows: use a DuckDB file or a postgresql+psycopg:// URL")
+        raise StoreError(
+            f"{name!r} is not a store that relmodel knows: use a DuckDB file or a postgresql+psycopg:// URL"
+        )
     if url.database in (None, "", ":memory:"):
         raise StoreError(f"{name!r} would be a store in memory only, lost when its process ends: name a file")
     return url
@@ -172,11 +174,10 @@ def sentence(url: URL, error: Exception) -> str:
             "read: EXPORT DATABASE with that one and IMPORT DATABASE with 1.5, as docs/store.md says"
         )
     if "not a valid DuckDB database" in said:
-        return f"the file {url.database} is no relmodel store: name another, or make one with relmodel init"
+        return f"the file {url.database} is not a relmodel store: name another, or make one with relmodel init"
     if "does not exist" in said or "No such file" in said:
         return f"there is no store {url.database}: make one with relmodel init --store {url.database}"
     words = said.strip().splitlines()[0]
     return (
-        f"cannot open the store {url.database} ({words}): see to its permissions, or put a backup in its place "
-        "where it is damaged"
+        f"cannot open the store {url.database} ({words}): check its permissions, or restore a backup if it is damaged"
     )

@@ -48,7 +48,7 @@ def record(store: Database, relation: str, run_id: int, ordinal: int) -> None:
             os.close(descriptor)
     except OSError as error:
         raise StoreError(
-            f"the journal {file} cannot be written ({error.strerror}): see to its permissions and the room on the disk"
+            f"the journal {file} cannot be written ({error.strerror}): check its permissions and the space on its disk"
         ) from error
 
 

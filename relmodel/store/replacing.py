@@ -78,7 +78,7 @@ def replacing(file: Path) -> Iterator[Path]:
             yield new
             with _as_store_errors(file):
                 if Path(f"{new}.wal").exists():
-                    raise StoreError(f"the store {file} could not be written whole: see to the room on its disk")
+                    raise StoreError(f"the store {file} could not be written whole: free space on its disk")
                 _sync(new)
                 if log.exists():  # its content is in the new file: the two must never exist together
                     new.replace(_whole(file))
@@ -155,6 +155,6 @@ def _as_store_errors(file: Path) -> Iterator[None]:
     except OSError as error:
         raise StoreError(
             no_folder(file)
-            or f"the folder of the store {file} cannot be written ({error.strerror}): see to the permissions of its "
-            "folder and the room on its disk"
+            or f"the folder of the store {file} cannot be written ({error.strerror}): check the permissions of its "
+            "folder and the free space on its disk"
         ) from error

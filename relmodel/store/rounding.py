@@ -1,4 +1,4 @@
-"""Numbers as the store gives them back: rounded to the types of its columns before anything is computed from them."""
+"""Numbers as the store returns them: rounded to the types of its columns before anything is computed from them."""
 
 from __future__ import annotations
 

@@ -81,8 +81,8 @@ class _Step(NamedTuple):
 
 
 class _Count(NamedTuple):
-    """What a run has said so far: how many events and inputs, whether it ended, when its step began, and the steps
-    before, of which how many are written."""
+    """What a run has recorded so far: how many events and inputs, whether it ended, when its step began, the steps
+    before it, and how many of these are written."""
 
     events: int
     inputs: int

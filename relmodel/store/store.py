@@ -21,7 +21,7 @@ from relmodel.store.replacing import recover
 class Store(Database):
     """One open store.  Use it as a context manager, or call `close`.
 
-    All reading and writing goes through connections that `read` and `write` give:
+    All reading and writing goes through connections that `read` and `write` return:
 
         with Store.open("cell.duckdb") as store, store.write() as connection:
             ids = store.new_ids(connection, "surface", 3)
@@ -32,7 +32,7 @@ class Store(Database):
     def create(cls, target: str | Path) -> Self:
         """Make a new store with the whole schema, or open the one that is there and bring it up to date.
 
-        Raises StoreError where the file is no relmodel store, is of a newer version or is in use by another process.
+        Raises StoreError where the file is not a relmodel store, is of a newer version or is in use by another process.
         """
         from relmodel.store.migrate import bring_up_to_date
 
@@ -83,7 +83,7 @@ class Store(Database):
         file = duckdb_file(url)
         if file is not None:
             if file.exists() and not file.is_file() and not file.is_dir():  # a pipe would be waited for
-                raise StoreError(f"the store {file} is no regular file: name one that is")
+                raise StoreError(f"the store {file} is not a regular file: name one that is")
             recover(file)
         store = cls(connect(url, read_only=read_only), store_name(url), read_only=read_only)
         try:
@@ -113,4 +113,4 @@ def _check_schema(store: Store) -> None:
 
 
 def _no_store(store: Store) -> StoreError:
-    return StoreError(f"{store.name} is no relmodel store: make one with relmodel init --store {store.name}")
+    return StoreError(f"{store.name} is not a relmodel store: make one with relmodel init --store {store.name}")

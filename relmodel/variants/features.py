@@ -73,7 +73,7 @@ def pair_features(a: FeatureSet, b: FeatureSet, surfaces: Pairs, reach: float) -
     i, j = i[rows], j[rows]
 
     same_class = a.class_id[i] == b.class_id[j]
-    for row in np.flatnonzero(~same_class).tolist():  # rounded dimensions part at the edge of a cell
+    for row in np.flatnonzero(~same_class).tolist():  # rounding separates equal dimensions at the edge of a cell
         same_class[row] = not other_dimensions(a, b, int(i[row]), int(j[row]))
     shift = b.frame[j, :3, 3] - a.frame[i, :3, 3]
     relative = np.einsum("nij,nkj->nik", b.frame[j, :3, :3], a.frame[i, :3, :3])

@@ -25,7 +25,7 @@ def one_to_one(i: Ints, j: Ints, *costs: npt.NDArray[Any]) -> Ints:
     rows = np.lexsort((j, i, *reversed(costs)))
     taken = [np.empty(0, np.int64)]
     while len(rows):
-        # What comes first for both of its ends is what a greedy walk would take.
+        # A pair that comes first for both of its ends is one that a greedy walk takes.
         first = np.zeros((2, len(rows)), bool)
         first[0, np.unique(i[rows], return_index=True)[1]] = True
         first[1, np.unique(j[rows], return_index=True)[1]] = True

@@ -1,4 +1,4 @@
-"""Placed parts of two objects compared: which correspond, and what differs in addition to place and geometry."""
+"""Placed parts of two objects compared: which correspond, and what differs besides place and geometry."""
 
 from __future__ import annotations
 

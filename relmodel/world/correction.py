@@ -24,7 +24,7 @@ _CONVERGED = 1e-11
 
 @dataclass(frozen=True)
 class Carrier:
-    """What is known of the object that carries a rig when the pictures were taken.
+    """What is known of the object that carries a rig, at the time of the pictures.
 
     on: its name, where several carry the rig.  joints: values other than the world's.  joint_sigmas: one standard
     deviation of each joint that is to be corrected; the others stay fixed.  Both rad or mm, or degrees where a name
@@ -40,7 +40,7 @@ class Carrier:
 
     @property
     def is_given(self) -> bool:
-        """Whether anything is said of it."""
+        """Whether any of this is given."""
         return self.on is not None or bool(self.joints) or bool(self.joint_sigmas)
 
 

@@ -98,7 +98,7 @@ def read_world_file(path: str | Path) -> WorldFile:
     entries = _list(data, "objects", path)
     if not entries:
         raise InputError(f"{path}: objects is missing or empty: list the objects that stand in the world")
-    _sound(entries)
+    _convert_poses(entries)
     mount_entries = _list(data, "mounts", path)
     mounted = {str(entry["object"]) for entry in mount_entries if isinstance(entry, dict) and "object" in entry}
     objects = tuple(_placed_object(entry, path, f"objects[{i}]", mounted) for i, entry in enumerate(entries))
@@ -114,7 +114,7 @@ def read_world_file(path: str | Path) -> WorldFile:
     mounts = tuple(
         _mount(entry, path, f"mounts[{i}]", rigs, [o.name for o in objects]) for i, entry in enumerate(mount_entries)
     )
-    _unique([m.name for m in mounts if m.kind == "object"], path, "mounts", "an object stands on one thing")
+    _unique([m.name for m in mounts if m.kind == "object"], path, "mounts", "mount an object once")
     _refuse_circles(mounts, path)
     return WorldFile(path, sha256, world, objects, rigs, mounts)
 
@@ -159,9 +159,9 @@ def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         at = f" at line {mark.line + 1}" if mark else ""
-        raise InputError(f"the world file {path} is no YAML{at}: correct it there") from error
+        raise InputError(f"the world file {path} is not valid YAML{at}: correct it there") from error
     if not isinstance(data, dict):
-        raise InputError(f"the world file {path} is no mapping: it needs the keys world and objects")
+        raise InputError(f"the world file {path} is not a mapping: it needs the keys world and objects")
     return data, hashlib.sha256(raw).hexdigest()
 
 
@@ -173,7 +173,7 @@ def _placed_object(entry: Any, path: Path, where: str, mounted: set[str]) -> Pla
     instance = _text(entry, "name", path, where, name)
     if "/" in instance:
         raise InputError(
-            f"{path}: {where} has the name {instance!r} with a slash, which parts paths: give another name"
+            f"{path}: {where} has the name {instance!r} with a slash, which separates names in paths: rename it"
         )
     role = _text(entry, "role", path, where, "inspected")
     if role not in ROLES:
@@ -208,7 +208,7 @@ def _joint_values(entry: dict[str, Any], path: Path, where: str) -> dict[str, fl
     if given is None:
         return {}
     if not isinstance(given, dict):
-        raise InputError(f"{path}: joints of {where} is no mapping: give name: value for each joint")
+        raise InputError(f"{path}: joints of {where} is not a mapping: give name: value for each joint")
     out = {}
     for name, value in given.items():
         if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
@@ -240,12 +240,12 @@ def _refuse_circles(mounts: tuple[Mount, ...], path: Path) -> None:
         while way[-1] in on and way.count(way[-1]) == 1:
             way.append(on[way[-1]])
         if way[-1] == name:
-            raise InputError(f"{path}: mounts go in a circle, {' on '.join(way)}: let one of them stand in the world")
+            raise InputError(f"{path}: mounts form a cycle, {' on '.join(way)}: place one of them in the world")
 
 
 def _known_keys(entry: Any, known: tuple[str, ...], path: Path, where: str) -> None:
     if not isinstance(entry, dict):
-        raise InputError(f"{path}: {where} is no mapping: it takes the keys {', '.join(known)}")
+        raise InputError(f"{path}: {where} is not a mapping: it takes the keys {', '.join(known)}")
     unknown = [str(key) for key in entry if key not in known]
     if unknown:
         raise InputError(f"{path}: {where} has the unknown key {unknown[0]!r}: it takes {', '.join(known)}")
@@ -256,7 +256,7 @@ def _list(data: dict[str, Any], key: str, path: Path) -> list[Any]:
     if value is None:
         return []
     if not isinstance(value, list):
-        raise InputError(f"{path}: {key} is no list: begin each entry with a dash")
+        raise InputError(f"{path}: {key} is not a list: begin each entry with a dash")
     return value
 
 
@@ -275,7 +275,7 @@ def _rigid(entry: dict[str, Any], key: str, path: Path, where: str) -> Floats:
     value = entry.get(key)
     if value is None:
         return np.eye(4)
-    if isinstance(value, np.ndarray):  # found sound by `_sound`
+    if isinstance(value, np.ndarray):  # checked by `_convert_poses`
         return value
     what = f"{path}: {key} of {where}"
     try:
@@ -308,7 +308,7 @@ def _off_rigid(matrices: Floats) -> Floats:
     return np.asarray(np.maximum(np.maximum(squared, np.abs(np.linalg.det(rotation) - 1)), last))
 
 
-def _sound(entries: list[Any]) -> None:
+def _convert_poses(entries: list[Any]) -> None:
     """Replace the poses of a list of objects by matrices where all are valid: a thousand are then checked at once.
     Otherwise each is checked by itself, to say what is wrong."""
     key = "world_from_object"

@@ -109,12 +109,12 @@ def test_what_is_no_tree_is_refused() -> None:
 
     for links, joints, said in (
         ("ab", [joint("j", "a", "c")], "link 'c'"),
-        ("abc", [joint("j", "a", "c"), joint("k", "b", "c")], "hangs on two joints"),
-        ("ab", [], "both hang on no joint"),
-        ("ab", [joint("j", "a", "b"), joint("k", "b", "a")], "ring"),
-        ("abc", [joint("j", "b", "c"), joint("k", "c", "b")], "ring"),
-        ("aab", [joint("j", "a", "b")], "link 'a' stands twice"),
-        ("abc", [joint("j", "a", "b"), joint("j", "b", "c")], "joint 'j' stands twice"),
+        ("abc", [joint("j", "a", "c"), joint("k", "b", "c")], "has two parent joints"),
+        ("ab", [], "have no parent joint"),
+        ("ab", [joint("j", "a", "b"), joint("k", "b", "a")], "cycle"),
+        ("abc", [joint("j", "b", "c"), joint("k", "c", "b")], "cycle"),
+        ("aab", [joint("j", "a", "b")], "link 'a' is defined twice"),
+        ("abc", [joint("j", "a", "b"), joint("j", "b", "c")], "joint 'j' is defined twice"),
         ("ab", [joint("j", "a", "b", Mimic("k", 1, 0))], "follows 'k'"),
     ):
         with pytest.raises(InputError, match=said):

@@ -231,7 +231,7 @@ def test_a_mode_that_is_none_is_refused() -> None:
         ({"candidates": [(0, 0, 1), (0, 0, 2)]}, "a candidate is given twice"),
         ({"candidates": [(3, 0, 1)]}, "the unit of a candidate is not there"),
         ({"candidates": [(0, 2, 1)]}, "the label of a candidate is not there"),
-        ({"candidates": [(0, 0, 0.5)]}, "no integer"),
+        ({"candidates": [(0, 0, 0.5)]}, "not an integer"),
         ({"candidates": [(0, 0, 10**10)]}, "scale the costs down"),
         ({"neighbours": [(0, 0, 1)]}, "its own neighbour"),
         ({"neighbours": [(0, 1, -1)]}, "negative"),
@@ -247,7 +247,7 @@ def test_bad_rows_are_refused(changed: dict[str, Any], said: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("label", "said"), [([1, -1], "no candidate"), ([0, 0], "twice"), ([0], "2 units"), ([9, -1], "no candidate")]
+    ("label", "said"), [([1, -1], "not a candidate"), ([0, 0], "twice"), ([0], "2 units"), ([9, -1], "not a candidate")]
 )
 def test_a_labelling_that_is_none_has_no_cost(label: list[int], said: str) -> None:
     problem = matching_problem([1, 1], 2, [(0, 0, 1), (1, 0, 1), (1, 1, 1)], [], [])

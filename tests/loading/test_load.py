@@ -252,7 +252,7 @@ def test_a_store_that_cannot_be_written_is_told_in_a_sentence(tmp_path: Path, fr
     if store.dialect == "postgresql":
         with (
             Store.open(make_reader(fresh_store)) as store,
-            pytest.raises(StoreError, match=r"^the store .* refuses it \(permission denied for [^\n]*$"),
+            pytest.raises(StoreError, match=r"^the store .* denies this \(permission denied for [^\n]*$"),
         ):
             load(store, tmp_path / "box.stl", name="box", unit="mm")
 

@@ -87,7 +87,7 @@ def test_whatever_cannot_be_read_is_found(
             closed += 1
             assert status == 3, place
             assert said.err.count("\n") == 1
-            assert "put a backup in its place" in said.err
+            assert "restore a backup" in said.err
             continue
         rows = json.loads(said.out)
         found = {row["row"].split()[1].rstrip(",") for row in rows if row["check"] == "tables"}

@@ -114,4 +114,4 @@ def test_a_store_is_not_made_on_a_pipe(tmp_path: Path, capsys: pytest.CaptureFix
     """Which would be waited for without end."""
     os.mkfifo(tmp_path / "pipe")
     assert main(["init", "--store", str(tmp_path / "pipe")]) == 3
-    assert "is no regular file" in capsys.readouterr().err
+    assert "is not a regular file" in capsys.readouterr().err

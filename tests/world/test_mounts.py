@@ -125,7 +125,7 @@ def test_circles_and_second_places_are_refused(fresh_store: str, tmp_path: Path)
         on_tool = {"object": "first", "on": "tool"}
         del said["objects"][2]["world_from_object"]
         file.write_text(yaml.safe_dump(said | {"mounts": [*said["mounts"], on_tool]}))
-        with pytest.raises(InputError, match="in a circle, tool on second on first on tool: let one"):
+        with pytest.raises(InputError, match="form a cycle, tool on second on first on tool: place one"):
             placed(store, file)
         cell(tmp_path)
         file.write_text(file.read_text().replace("link: boom", "link: beam"))

@@ -68,14 +68,14 @@ MOUNTED = "\nmounts: [{object: a, on: b}]"
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "no mapping"),
-        ("world: [", "no YAML at line 1"),
+        ("", "not a mapping"),
+        ("world: [", "not valid YAML at line 1"),
         ("world: w", "objects is missing or empty"),
         ("objects: [{object: a}]", "lacks world"),
         ("world: w\nobjects: [{object: a}]\nworld: v", "key 'world' twice, at line 3"),
         ("world: w\nobjects: [{object: a, role: tool, role: robot}]", "key 'role' twice, at line 2"),
-        ("world: w\nobjects: {object: a}", "objects is no list"),
-        ("world: w\nobjects: [a]", r"objects\[0\] is no mapping"),
+        ("world: w\nobjects: {object: a}", "objects is not a list"),
+        ("world: w\nobjects: [a]", r"objects\[0\] is not a mapping"),
         ("world: w\nobjects: [{name: a}]", r"objects\[0\] lacks object"),
         ("world: w\nobjects: [{object: a, rol: tool}]", "unknown key 'rol'"),
         ("world: w\nobjects: [{object: a, role: hero}]", "unknown role 'hero'"),
@@ -97,7 +97,7 @@ MOUNTED = "\nmounts: [{object: a, on: b}]"
             "not among the file's objects: a",
         ),
         ("world: w\nobjects: [{object: a}]\nmounts: [{object: b, on: a}]", "not among the file's objects: a"),
-        ("world: w\nobjects: [{object: a}]\nmounts: [{object: a, on: a}]", "in a circle, a on a"),
+        ("world: w\nobjects: [{object: a}]\nmounts: [{object: a, on: a}]", "form a cycle, a on a"),
         (
             "world: w\nobjects: [{object: a}, {object: b}]\nmounts: [{object: a, on: b}, {object: a, on: b}]",
             "mounts has the name 'a' twice",

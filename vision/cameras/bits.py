@@ -1,7 +1,7 @@
 """How many bits of sixteen a picture's values fill.
 
-Cameras of 10, 12 or 14 bits write files of sixteen.  White has all bits set that the rig says of the camera, else the
-file of its values, else the least number of bits that holds them.  Values that were shifted up fill sixteen.
+Cameras of 10, 12 or 14 bits write files of sixteen.  White has all bits set.  How many these are the rig says, else the
+file, else the values: the least number of bits that holds them.  Values that were shifted up fill sixteen.
 """
 
 from __future__ import annotations

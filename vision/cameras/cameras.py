@@ -181,18 +181,18 @@ class Prior:
 
     @staticmethod
     def open(world_from_rig: Floats) -> Prior:
-        """No prior at all."""
+        """A prior that says nothing."""
         return Prior(world_from_rig, np.diag(np.full(6, np.inf)))
 
     @cached_property
     def is_open(self) -> bool:
-        """Whether nothing is known."""
+        """Whether nothing is known of the pose."""
         return not np.isfinite(self.covariance).all()
 
     @cached_property
     def information(self) -> Floats:
-        """Inverse (6, 6) of the covariance; where nothing is known so little that no measurement notices it, and normal
-        equations can be solved."""
+        """Inverse (6, 6) of the covariance; where nothing is known, a small matrix that no measurement notices and that
+        keeps normal equations solvable."""
         return np.asarray(1e-6 * np.eye(6) if self.is_open else np.linalg.inv(self.covariance))
 
     @cached_property

@@ -43,7 +43,7 @@ def check_writable(path: str | Path) -> None:
     """Raise InputError where a picture of this name cannot be written, before it is drawn."""
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
-        raise InputError(f"the overlay {path} is named as no picture: end its name with one of {', '.join(SUFFIXES)}")
+        raise InputError(f"the overlay {path} has no picture suffix: end its name with one of {', '.join(SUFFIXES)}")
     paths.check_writable(path, "overlay")
 
 

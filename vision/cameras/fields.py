@@ -24,7 +24,7 @@ def parse_yaml(text: str, path: Path, what: str, loader: Any = None) -> dict[str
     except (yaml.YAMLError, ValueError, RecursionError) as e:
         mark = getattr(e, "problem_mark", None)
         at = f" at line {mark.line + 1}" if mark else ""
-        raise InputError(f"the {what} file {path} is no YAML{at}: correct it there") from e
+        raise InputError(f"the {what} file {path} is not valid YAML{at}: correct it there") from e
     if not isinstance(data, dict):
         raise InputError(f"the {what} file {path} holds no mapping: see the documentation for its form")
     return data
@@ -70,9 +70,11 @@ def rigid(matrix: Floats, path: Path, name: str) -> Floats:
     r = matrix[:3, :3]
     off = max(float(np.abs(r.T @ r - np.eye(3)).max()), float(np.abs(matrix[3] - [0, 0, 0, 1]).max()))
     if off <= ROTATION_TOLERANCE and np.linalg.det(r) < 0:
-        raise InputError(f"{path}: {name} mirrors, so it is no rigid transform: give a rotation, mm, and 0 0 0 1")
+        raise InputError(f"{path}: {name} mirrors, so it is not a rigid transform: give a rotation, mm, and 0 0 0 1")
     if off > ROTATION_TOLERANCE:
-        raise InputError(f"{path}: {name} is no rigid transform (off by {off:.2g}): give a rotation, mm, and 0 0 0 1")
+        raise InputError(
+            f"{path}: {name} is not a rigid transform (off by {off:.2g}): give a rotation, mm, and 0 0 0 1"
+        )
     u, _, vt = np.linalg.svd(r)
     out = np.eye(4)
     out[:3, :3] = u @ vt

@@ -89,8 +89,8 @@ def _in_mm(rig: Rig, unit_mm: float, path: Path) -> Rig:
     apart = np.linalg.norm(places[1:] - places[0], axis=1)
     if ((apart > 0) & (apart < LEAST_BASELINE_MM)).any():
         raise InputError(
-            f"{path}: two cameras are {apart[apart > 0].min():.3g} mm apart, which none are: the file is in another "
-            "unit, so say it to relmodel rig convert with --unit"
+            f"{path}: two cameras are only {apart[apart > 0].min():.3g} mm apart, so the file is in another unit: "
+            "convert it by relmodel rig convert with --unit"
         )
     return Rig(rig.cameras, poses)
 
@@ -129,7 +129,7 @@ def _sigma(data: dict[str, Any], path: Path) -> tuple[float, float]:
     """Standard deviations per axis, mm and rad."""
     sigma = member(data, "sigma", path, "")
     if not isinstance(sigma, dict):
-        raise InputError(f"{path}: 'sigma' is no mapping: give it translation_mm and rotation_deg")
+        raise InputError(f"{path}: 'sigma' is not a mapping: give it translation_mm and rotation_deg")
     values = {}
     for key in ("translation_mm", "rotation_deg"):
         values[key] = float(numbers(sigma, key, path, "sigma.", ()))
@@ -142,7 +142,7 @@ def _sigma(data: dict[str, Any], path: Path) -> tuple[float, float]:
 
 
 def _covariance(data: dict[str, Any], path: Path) -> Floats:
-    """A covariance (6, 6), made exactly symmetric; refused where it is none or leaves everything open."""
+    """A covariance (6, 6), made exactly symmetric; refused where it is invalid or too wide to search."""
     given = numbers(data, "covariance", path, "", (6, 6))
     scale = np.sqrt(np.maximum(np.diag(given), 0))
     if not (scale > 0).all() or np.abs(given - given.T).max() > 1e-6 * scale.max() ** 2:
@@ -157,7 +157,7 @@ def _covariance(data: dict[str, Any], path: Path) -> Floats:
 
 def _refuse_wide(value: float, key: str, name: str, path: Path) -> None:
     if value > MOST_SIGMA[key]:
-        raise InputError(f"{path}: {name} is {value:g}, which leaves everything open: give at most {MOST_SIGMA[key]:g}")
+        raise InputError(f"{path}: {name} is {value:g}, too wide to be searched: give at most {MOST_SIGMA[key]:g}")
 
 
 def _needs(data: dict[str, Any], path: Path) -> Needs | None:
@@ -167,7 +167,7 @@ def _needs(data: dict[str, Any], path: Path) -> Needs | None:
     if isinstance(given, str):
         return parse_needs(given, f"{path}: needs")
     if not isinstance(given, dict):
-        raise InputError(f"{path}: 'needs' is no mapping: give it translation_mm and rotation_deg")
+        raise InputError(f"{path}: 'needs' is not a mapping: give it translation_mm and rotation_deg")
     mm, degrees = (float(numbers(given, key, path, "needs.", ())) for key in ("translation_mm", "rotation_deg"))
     return _checked_needs(mm, degrees, f"{path}: needs")
 
@@ -184,7 +184,7 @@ def parse_needs(text: str, name: str) -> Needs:
 
 def _checked_needs(mm: float, degrees: float, name: str) -> Needs:
     if not (0 < mm < float("inf") and 0 < degrees < float("inf")):
-        raise InputError(f"{name} is no accuracy: give it in mm and degrees above zero, as in 5mm,2deg")
+        raise InputError(f"{name} is not an accuracy: give it in mm and degrees above zero, as in 5mm,2deg")
     return Needs(mm, float(np.radians(degrees)))
 
 
@@ -193,7 +193,7 @@ def _world_from_rig(data: dict[str, Any], path: Path) -> Floats:
 
 
 def _check_view(camera: Camera, path: Path, name: str) -> None:
-    """Refuses a camera that no lens gives: of no or too wide a field, or whose distortion folds the picture over."""
+    """Refuse a camera whose field of view is empty or too wide, or whose distortion folds the picture over."""
     x, y = (np.linspace(-0.5, size - 0.5, 17) for size in (camera.width, camera.height))
     pixels = np.stack(np.meshgrid(x, y), axis=-1)
     with np.errstate(all="ignore"):
@@ -207,5 +207,5 @@ def _check_view(camera: Camera, path: Path, name: str) -> None:
         )
     if np.ptp(xy, axis=0).min() < LEAST_FIELD or np.abs(xy).max() > WIDEST_TANGENT:
         raise InputError(
-            f"{path}: {name} sees a field that no lens gives: give size and matrix in pixels, distortion as OpenCV does"
+            f"{path}: {name} has a field of view that no lens has: give size and matrix in px, distortion as OpenCV"
         )

@@ -75,7 +75,7 @@ def read_pictures(paths: Mapping[str, Path], rig: Rig) -> dict[str, Picture]:
 
 
 def tell_bits(pictures: Iterable[Picture]) -> list[str]:
-    """A sentence on how many of sixteen bits each picture uses, and why."""
+    """A sentence a picture: how many of sixteen bits it uses, and what says so."""
     words = {"file": "the file says", "rig": "the rig says", "values": "the values show"}
     return [
         f"{it.file_name}: {it.bits} of 16 bits are used, as {words[it.bits_from]}" for it in pictures if it.depth == 16
@@ -118,7 +118,7 @@ def read_picture(path: str | Path, camera: Camera | None = None) -> Picture:
                 pixels = np.asarray(image.convert("RGB") if image.mode in _CONVERTED else image)
     except UnidentifiedImageError as error:
         raise InputError(
-            f"the file {path} is no picture of a kind that is read: give a PNG, TIFF or JPEG file of 8 or 16 bits"
+            f"the file {path} is not a picture in a known format: give a PNG, TIFF or JPEG file of 8 or 16 bits"
         ) from error
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise InputError(f"the image {path} cannot be read ({error}): give a whole PNG, TIFF or JPEG file") from error

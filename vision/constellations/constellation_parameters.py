@@ -74,7 +74,7 @@ class PoseParameters:
     enough: float = 0.15
     """share of what stereo puts in space that a pose explains, below which a prior's volume is scanned instead"""
     gate_sigma: float = 5.0
-    """sigmas from the prior, in six dimensions, beyond which a pose takes no part"""
+    """sigmas from the prior, in six dimensions, beyond which a pose is dropped"""
     solved_mm: float = 15.0
     """mm: standard deviation of the rig's place as a joined pair gives it"""
     solved_rad: float = 0.02
@@ -104,7 +104,7 @@ class PoseParameters:
     distinct_rad: float = 0.06
     """rad: and turn it less than this are one"""
     alike_share: float = 0.9
-    """share of what the best pose explains, from which on what repeats about a pose is looked at"""
+    """share of what the best pose explains, from which on a pose is also shifted by what repeats in the model"""
     kept: int = 100
     """distinct poses that go on"""
     sharp_rad: float = radians(5.0)

@@ -53,9 +53,9 @@ def find_poses(
     Joined pairs that put the scene of the world in the same place vote together; the poses of most votes, counted and
     weighed by how rare their pairs are, are scored on some of the scene's points, the best of these fitted to the
     model's arcs and scored on more.  Where the model repeats itself about the best, the shifted poses are looked at
-    too.  Poses far from a prior take no part.  The scores of the poses are the shares of what stereo puts in space that
-    lies on the model's arcs; the poses are perturbations of the prior, where none is given of an open one
-    at the best."""
+    too.  Poses far from a prior are dropped.  The scores of the poses are the shares of what stereo puts in space that
+    lies on the model's arcs; the poses are perturbations of the prior, where none is given of an open one at the
+    best."""
     points, arcs = sample_scene(space, p.poses), ModelArcs(scene, p.poses)
     poses, share, name = np.zeros((0, 4, 4)), np.zeros(0), "join"
     relations: dict[str, Relations] = {}
@@ -124,8 +124,8 @@ def _start(
         alike.append(np.repeat(joined.alike, solved.shape[1]))
         counted += count_alike(relations, joined)
     named = {name: unit[relations[name]] for name in ("unit_a", "unit_b")}
-    told = relations | named | {"alike": counted}
-    return _Started(np.concatenate(poses), 1.0 / np.concatenate(alike), kind, told)
+    described = relations | named | {"alike": counted}
+    return _Started(np.concatenate(poses), 1.0 / np.concatenate(alike), kind, described)
 
 
 def read_inspected(store: Database, connection: Connection, world_id: int) -> list[tuple[int, Floats]]:

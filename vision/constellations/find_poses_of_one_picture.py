@@ -39,7 +39,7 @@ def find_poses_of_one_picture(
     the object give a pose, which is fitted to both ellipses.  Every pose is scored on all ellipses: the log odds of
     finding those that it explains against finding them by chance.  The best are fitted to all that they explain, and
     scored again.  The poses are perturbations of the prior, where none is given of an open one at the best; those far
-    from a prior take no part.  No pose comes of a picture with too few ellipses or an object with too few circles."""
+    from a prior are dropped.  A picture with too few ellipses, or an object with too few circles, gives no pose."""
     ((name, camera),) = rig.cameras.items()
     camera_from_rig = np.linalg.inv(rig.rig_from_camera[name])
     ellipses = find_ellipses(picture, camera, p.ellipses)

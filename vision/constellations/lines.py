@@ -1,8 +1,8 @@
 """Straight edges in space, by stereo and of an object, joined in pairs: how a body without circles is found.
 
-Where an edge seems to end depends on how its picture was cut; so a pair of lines that are not parallel is described by
-what a cut leaves alone: their angle, their distance, and on which stretch of each, from the foot of the common
-perpendicular, an edge was seen: an edge of the body has to hold that."""
+Where an edge seems to end depends on how its arc was cut.  So a pair of lines that are not parallel is described by
+what a cut does not change: their angle, their distance, and the stretch of each on which an edge was seen, from the
+foot of the common perpendicular.  An edge of the body has to contain that stretch."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class EdgeParameters:
 
     def __post_init__(self) -> None:
         if not 0.0 < self.significance <= 1.0:
-            raise UsageError(f"a significance of {self.significance} is no probability: give one of 0 to 1")
+            raise UsageError(f"a significance of {self.significance} is not a probability: give one of 0 to 1")
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class LinkingParameters:
     fill_angle: float = radians(35.0)
     """rad: greatest angle of either tangent to the chord of a gap"""
     near_reach: float = 3.0
-    """px: gaps up to this need no step in the picture"""
+    """px: gaps up to this are bridged without a step in the picture"""
     near_angle: float = pi / 3
     """rad: angle to the chord that is allowed in these"""
     bend_price: float = 2.0
@@ -225,9 +225,9 @@ class JunctionParameters:
     reach: float = 8.0
     """px that an end is prolonged"""
     overrun: float = 3.0
-    """px that it may have run on beyond the junction"""
+    """px that it may have run beyond the junction"""
     max_overrun_share: float = 0.4
-    """share of its arc: likewise"""
+    """share of its arc that it may have run beyond it"""
     end_sigma: float = 3.0
     """px along an arc: where linking stopped says little of where the edge ends"""
     same: float = 1.5
@@ -333,13 +333,13 @@ class QualityParameters:
     width: float = -2.2
     """weight a px of blur"""
     offset: float = -7.7
-    """log odds beside these"""
+    """constant term of the log odds"""
     ridge_height: float = 3.3
     """weight of the logarithm of a ridge's height"""
     ridge_parallels: float = -1.6
     """weight of the logarithm of the number of parallel ridges around"""
     ridge_offset: float = -6.9
-    """log odds beside these"""
+    """constant term of the log odds"""
     near: float = 2.0
     """px"""
     far: float = 4.0

@@ -1,6 +1,6 @@
 """Candidates of junctions: free ends of arcs prolonged to another's end or interior, and arcs that cross.
 
-An end that is prolonged must find a step of its own sign on the way.
+A prolonged end must find a step of its own sign on the way.
 """
 
 from dataclasses import dataclass

@@ -122,9 +122,9 @@ def _merge_meetings(
         fits = (off == 0.0) | (off < worst[meetings.group])
         enough = np.bincount(meetings.group[fits], minlength=meetings.count) > 1
         meetings = meetings.take(fits & enough[meetings.group])
-    sound = np.ones(meetings.count, np.bool_)
-    np.logical_and.at(sound, meetings.group, meetings.misses(arcs, meetings.places(p)[0], p) == 0.0)
-    meetings = meetings.take(sound[meetings.group])
+    fitting = np.ones(meetings.count, np.bool_)
+    np.logical_and.at(fitting, meetings.group, meetings.misses(arcs, meetings.places(p)[0], p) == 0.0)
+    meetings = meetings.take(fitting[meetings.group])
     place, covariance = meetings.places(p)
     along, _ = meetings.curve.locate(*place[meetings.group].T)
     normal = meetings.curve.normals(along[:, None])[:, 0]

@@ -57,15 +57,15 @@ def compute_curvature_bias(radius: Floats, half_spread: Floats) -> Floats:
     """
     from scipy.special import ive
 
-    sound = np.isfinite(radius) & (radius > 0.0)
-    seen = np.where(sound, radius, 1.0)
+    valid = np.isfinite(radius) & (radius > 0.0)
+    seen = np.where(valid, radius, 1.0)
     spread = 1.0 / (0.5 / half_spread + 0.5 / seen**2)
     disc = seen + 0.5 * spread / seen
     for _ in range(5):
         z = seen * disc / spread
         disc = seen / (ive(0, z) / ive(1, z) - 1.0 / z)
     # a spot smaller than the blur is seen larger than it is, by an unknown amount
-    return np.asarray(np.where(sound, np.maximum(disc - seen, 0.0), 0.0))
+    return np.asarray(np.where(valid, np.maximum(disc - seen, 0.0), 0.0))
 
 
 def measure_from_circles(x: Floats, y: Floats, fit: Floats, bias: Floats) -> Deviations:

@@ -244,7 +244,7 @@ def _components(borders: _Borders, regions: Floats, p: RegionParameters) -> Ints
     # Large regions: only where hardly any of a wide border is edge.
     inradius = regions[:, 15]
     large = inradius >= p.large
-    # what only edges that run on leave free is no gap in them
+    # what lies free between edges that run on is no gap in them
     wide = (open_length >= p.min_neck * np.minimum(inradius[a], inradius[b])) | (borders.totals[:, 5] == 0)
     hardly_edge = edge_length <= np.maximum(p.max_edge_share * length, p.border_ends * borders.totals[:, 4])
     joined = large[a] & large[b] & hardly_edge & wide & (step <= 0.5 * p.max_step)

@@ -152,7 +152,7 @@ def _bounds(arcs: Arcs, regions: Regions, borders: RegionArcs, middles: Middles,
 def relate_neighbours(
     labels: Ints32, inside: Bools, first_region: int, middles: Middles, p: UnitParameters = _DEFAULTS, step: float = 1.0
 ) -> list[Relations]:
-    """Adjacent rows, and surrounds where all that borders on a region is one other and what lies within.
+    """Adjacent rows, and surrounds where a region borders only on one other and on what lies within it.
 
     labels: an image of region numbers, -1 for none, `step` px a cell; inside (regions,): which do not touch its rim.
     Region i is unit `first_region + i`.

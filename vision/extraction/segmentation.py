@@ -4,10 +4,10 @@ A chain's pieces are priced (Rissanen's principle) at a constant for each piece 
 taken as correlated over the operator's reach; dynamic programming over break points finds the cheapest cut.  Pieces of
 different chains are then joined wherever one arc describes both for less; ellipses arise there, from circular pieces.
 
-Light displaces an edge, over lengths beyond the operator's reach.  So a piece counts as curved only if it bows out by
+Light displaces an edge over lengths beyond the operator's reach.  So a piece counts as curved only if it bows out by
 far more than its elements scatter about it, and straight pieces that lie on one line within that displacement are
-joined.  Light also reverses an edge's step where its surroundings change: straight pieces are joined whichever their
-bright sides are.
+joined.  Where the surroundings of an edge change, its bright side may change too: straight pieces are joined whichever
+their bright sides are.
 """
 
 import numpy as np
@@ -87,9 +87,11 @@ def segment_chains(
     curves, prices = members.take(free), costs[free]
     if len(curves):
         bent = np.isin(chains.elements, curves.elements)
-        anew = np.logical_or.reduceat(bent, chains.offsets[:-1])
-        others = np.logical_and.reduceat(~np.isin(members.elements, chains.take(anew).elements), members.offsets[:-1])
-        conics, their_kinds, _ = described(chains.take(anew), np.where(np.arange(4) == FREE, np.inf, _prices(p)))
+        with_curves = np.logical_or.reduceat(bent, chains.offsets[:-1])
+        others = np.logical_and.reduceat(
+            ~np.isin(members.elements, chains.take(with_curves).elements), members.offsets[:-1]
+        )
+        conics, their_kinds, _ = described(chains.take(with_curves), np.where(np.arange(4) == FREE, np.inf, _prices(p)))
         members, kinds = _concatenate(members.take(others), conics), np.concatenate([kinds[others], their_kinds])
     fresh, bright_right = np.ones(len(members), np.bool_), np.zeros(len(edges), np.bool_)
     for _ in range(p.join_rounds):
@@ -339,7 +341,7 @@ def _compute_savings(
     oval[bent] = np.where(tried.minor > p.min_aspect * tried.major, price, np.inf)
     costs = np.stack([line, circle, np.full(len(pairs), np.inf), oval], axis=1)
     kind, least = costs.argmin(axis=1), costs.min(axis=1)
-    # a misfit that long arcs can pay for is still a misfit
+    # long arcs could pay for a misfit, which stays one
     shorter = 2.0 * correlation * (least - _prices(p)[kind]) < p.max_joint_misfit * together
     return np.where(shorter, apart - least - p.gap_price * distance, -np.inf), kind
 

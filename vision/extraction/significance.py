@@ -1,11 +1,11 @@
 """The number of false alarms of a chain or arc: how many as strong its surroundings would show by chance.
 
 Desolneux, Moisan, Morel, "Meaningful alignments" (IJCV 40, 2000) and "Edge detection by Helmholtz principle" (JMIV 14,
-2001), for machined metal, whose streaks are no chance alignments of pixels but long themselves.  So the step is
-measured 4 px to either side, where a streak has fallen back and the face beyond an edge has not; the tail of its
-distribution is taken from all steps of like orientation around the place, for streaks run along the lay; and what lies
-within a streak's length counts as one observation, not what lies within the operator's reach.  Fisher's method joins
-the tails along the chain: minus twice the sum of their logarithms is chi-square with two degrees a tail.
+2001), for machined metal, whose streaks are long and not chance alignments of pixels.  So the step is measured 4 px to
+either side, where the step of a streak has faded and that of a face has not; the tail of its distribution is taken from
+all steps of like orientation around the place, for streaks run along the lay; and what lies within a streak's length
+counts as one observation, not what lies within the operator's reach.  Fisher's method joins the tails along the chain:
+minus twice the sum of their logarithms is chi-square with two degrees a tail.
 
 Where edges fill the surroundings these say nothing of texture; a tail is therefore never taken higher than that of an
 exponential distribution of steps of metal.

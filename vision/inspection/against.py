@@ -37,7 +37,7 @@ class Candidate(NamedTuple):
 
 @dataclass(frozen=True)
 class Considered:
-    """A loaded variant of an object held against the pictures.
+    """A loaded variant of an object compared with the pictures.
 
     score: what the best pose of its join explains, None where there is none.  state: `shown`; `alike`, which explains
     the edges that what is shown explains about as well; `outdone`, which explains them less well; `refused`; `left`,
@@ -155,7 +155,7 @@ def doubt(verdict: Verdict, alike: Sequence[str]) -> Verdict:
 
 
 def record_considered(run: Run, connection: Connection, considered: Sequence[Considered]) -> None:
-    """Append what objects were held against the pictures, in their order; nothing where a world was given."""
+    """Append the objects that the pictures were compared with, in their order; nothing where a world was given."""
     if not considered:
         return
     poses = [np.full((4, 4), np.nan) if it.object_from_rig is None else it.object_from_rig for it in considered]

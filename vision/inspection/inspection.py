@@ -82,7 +82,7 @@ class Inspection:
     the rig not mounted.
     presence: evidence for what is in view; None where the pose is refused.
     variants: evidence for each loaded variant of the inspected objects, the likeliest first, where it was weighed.
-    considered: the loaded objects that the pictures were held against where no world was given, what is shown first;
+    considered: the loaded objects that the pictures were compared with where no world was given, what is shown first;
     all else is then of the first, in a world where it stands alone at its origin.
     selection: the placed parts that any pose which the prior leaves open could show, all where there is none; nothing
     else was considered.

@@ -34,7 +34,7 @@ class InspectionParameters:
     """other loaded variants that are weighed unasked where something is not as the model says: each takes about as long
     as presence, a second or less"""
     most_objects: int = 3
-    """objects that are localised, of those that pictures are held against without a world: those of the best joins"""
+    """objects that are localised, of those that pictures are compared with without a world: those of the best joins"""
     same_edges: float = 0.5
     """share of the edges that an object explains from which on another one that explains them is its rival, and does
     not stand beside it"""

@@ -47,7 +47,7 @@ class PoseProblemParameters:
     floor_px: float = 0.5
     """px: standard deviation of edges of real metal beyond their own sigma"""
     max_angle: float = radians(15.0)
-    """rad: greatest mean angle between the two, three standard deviations, besides what the pose may turn circles by"""
+    """rad: greatest mean angle between the two, three standard deviations, plus what the pose may turn circles by"""
     min_overlap: float = 0.3
     """share of the image arc that must lie beside the model arc"""
     scale: int = 32
@@ -59,14 +59,14 @@ class PoseProblemParameters:
     spill_price: float = 6.0
     """price of a region that does not lie on its surface at all, in proportion to what does not"""
     null_price: float = 3.5
-    """price of being no part of the model"""
+    """price of a primitive that is no part of the model"""
     relation_price: float = 3.5
     """what all relations of a primitive weigh together, as they repeat much the same information: with `null_price`,
     one that nothing confirms is no part of the model; 0 matches without relations"""
     tolerances: dict[str, Tolerance] = field(
         default_factory=lambda: {kind: replace(t, reach=FAR) for kind, t in TOLERANCES.items()}
     )
-    """by kind of relation; places of arcs, unlike gaps, are told as well from afar"""
+    """by kind of relation; places of arcs, unlike gaps, are as well known from afar"""
     covered_share: float = 0.5
     """share of its stretch of a model arc that another image arc may cover better before one is a second line beside"""
     nodes: int = 200

@@ -2,7 +2,7 @@
 the labelling that keeps them (queries/matching).
 
 Units are the arcs and regions of the picture, labels the arcs and surfaces of the view: several pieces of the picture
-may be one thing of the model, so a label may be taken more than once.
+may show one arc or surface, so a label may be taken more than once.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ _DEFAULTS = PoseProblemParameters()
 @dataclass(frozen=True)
 class Pairs:
     """Arcs of a picture with arcs of the view that they come near, as columns: reason (index of REASONS; 0 is taken),
-    rms distance (px) and mean angle (rad) with the gates that they were held against, share of the image arc beside the
-    model arc, and the points of the view that this covers, first to last; how far the image arc lies across in the mean
+    rms distance (px) and mean angle (rad) with their gates, share of the image arc beside the model arc, and the
+    points of the view that this covers, first to last; how far the image arc lies across in the mean
     (px, to the left of the model arc), the standard deviation of that where the pose is known, and how a standard
     deviation of the pose along each axis of its covariance moves the model arc there, `shift` (n, 6) px."""
 

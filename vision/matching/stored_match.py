@@ -1,4 +1,4 @@
-"""A stored picture and a stored view matched again, from rows alone."""
+"""A stored picture and a stored view matched again, from rows only."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Displaced parts: by how much in their plane, out of it, and turned about its normal.
 
-A part, or an assembly of parts that stand together, is moved as one piece until the edges predicted of it lie on those
-of the pictures: least squares with a robust loss over all cameras, from its place and from places around it.  The pose
-stays fixed: a part that shows much of the view determined the pose, and is left out.
+A part, or an assembly of parts, is moved as one piece until its predicted edges lie on those of the pictures: least
+squares with a robust loss over all cameras, from its place and from places around it.  The pose stays fixed.  A part
+that makes up much of the view has determined the pose and is left out.
 """
 
 from __future__ import annotations
@@ -198,8 +198,8 @@ def _gather(found: list[tuple[int, _Place]]) -> Displacements:
     )
 
 
-def tell_displacements(items: Items, displacements: Displacements, p: StateParameters) -> Measures:
-    """Of the parts that lie elsewhere how far, along the world's axes too, and how they are turned."""
+def report_displacements(items: Items, displacements: Displacements, p: StateParameters) -> Measures:
+    """Sizes of the parts that lie elsewhere: how far, that along the world's axes, and how they are turned."""
     part = np.array([level == "part" for level in items.level])
     rows = np.flatnonzero(
         part & np.isin(items.occurrence, displacements.occurrence[displacements.far | displacements.turned])

@@ -1,11 +1,11 @@
 """Displaced surfaces: by how much each has moved along its own normals.
 
 A surface that moves outward by d carries its edges along on the surfaces that it meets: a wall is thicker, a bore is
-wider, a floor lies deeper.  So an edge lies where the displacements of its two surfaces put it together, and the
-displacements are sought together: that surface whose displacement the pictures speak for most is moved first, for it
-explains edges of its neighbours too, which then need not move.  What speaks for a displacement are the shares of edges
-found there against those found in place, edge by edge (`runs.compute_log_odds`), so that one long shadow near one edge
-counts no more than that edge can.  Elements that belong to predicted edges of other surfaces are ignored.  No face
+wider, a floor lies deeper.  So an edge lies where the displacements of both of its surfaces put it, and all
+displacements are sought together.  The surface with the most evidence for a displacement is moved first: it explains
+edges of its neighbours too, which then need not move.  The evidence for a displacement is the share of edges found
+there against the share found in place, edge by edge (`stretches.compute_log_odds`), so that one long shadow near one
+edge counts no more than that edge can.  Elements that belong to predicted edges of other surfaces are ignored.  No face
 moves through the one opposite it: of a rib or a web some thickness is left, of a pocket some width.
 """
 

@@ -15,7 +15,7 @@ class SampleParameters:
     max_along_px: float = 0.75
     """px along the edge: an edge has one element a row or column, so that one lies within this of any normal"""
     small_part_px: float = 500.0
-    """px of edges up to which a part counts as one thing: its edges need not be distinguished"""
+    """px of edges up to which the edges of a part need not be distinguished from each other"""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class RunParameters:
     stray: float = 0.1
     """share of the places without an edge where something else is found along it, any share as likely"""
     chance_count: float = 6.0
-    """stretches as which chance counts: texture comes in patches"""
+    """stretches that the estimate of chance is worth: texture comes in patches"""
     chance_px: float = 60.0
     """px of an edge at which the chance near it weighs as much as the whole picture's"""
     least_chance: float = 0.02
@@ -77,14 +77,14 @@ class RunParameters:
     flat: float = 0.05
     """sine of the angle within which one side does not rise over the other"""
     usual_runs: float = 1.0
-    """runs as which the picture's mean counts, in addition to the runs that are alike"""
+    """runs that the picture's mean is worth, in addition to the runs that are alike"""
     most_px: float = 60.0
     """px from which a run counts as a whole one"""
     alike_light: float = 6.0
     """concentration of the beta distribution of the share of a thing's edges that show, about the predicted: the less,
     the more they show, or hide, together"""
     lights: int = 9
-    """quantiles that stand for it"""
+    """quantiles by which it is sampled"""
     levels: int = 20
     """shares at which expectations are summed"""
 
@@ -180,7 +180,7 @@ class OpeningParameters:
     usual_grey: float = 12.0
     """grey levels by which regions of what lies behind differ, one standard deviation"""
     usual_others: float = 1.5
-    """regions as which that counts"""
+    """regions that this estimate is worth"""
     most_px: float = 5000.0
     """px from which a region counts no more than others do"""
     near_px: float = 200.0
@@ -230,7 +230,7 @@ class DisplacedParameters:
     least_px: float = 60.0
     """px of edges that a piece shows"""
     most_share: float = 0.3
-    """share of all edges in view from which the pose hangs on the piece itself"""
+    """share of all edges in view from which the pose depends on the piece itself"""
     start_mm: float = 3.0
     """mm along either axis of its plane from its place: where else the least squares start"""
     reach_px: tuple[float, ...] = (4.0, 3.0, 2.0, 2.0, 1.5, 1.5)
@@ -308,13 +308,13 @@ class StateParameters:
     region_share: float = 0.5
     """share of a surface's visible area that regions must cover to speak for it"""
     region_log_odds: float = 3.0
-    """log odds that they add: so many times more often are surfaces covered that are there than such that are not"""
+    """log odds that they add: how much more often surfaces that are there are covered than surfaces that are not"""
     least_moved_share: float = 0.05
     """share of an item's edges that a surface must have to speak for it"""
     changed_sigma: float = 4.0
     """standard deviations by which a diameter or thickness must differ, or a bore lie aside, to count as changed"""
     changed_mm: float = 0.8
-    """mm likewise: less lies within what small bores and burrs err"""
+    """mm likewise: smaller differences are within the error of small bores and burrs"""
     changed_wall_mm: float = 1.5
     """mm likewise of a thickness: both of its sides err"""
 

@@ -19,7 +19,7 @@ from vision.presence.unexplained import NONE as NOTHING
 from vision.presence.variants import VariantEvidence
 from vision.scene.stored_scene import StoredScene
 
-MOST_TOLD = 5  # parts and features that are named of those that tell two variants apart
+MOST_DISTINGUISHING = 5  # parts and features named, of those that distinguish two variants
 
 
 def record_presence(run: Run, connection: Connection, stored: StoredScene, it: Presence) -> None:
@@ -139,6 +139,6 @@ def record_variants(run: Run, connection: Connection, ranked: list[VariantEviden
                 "log_odds": [v.log_odds for v in ranked],
                 "against": [v.against for v in ranked],
                 "decided": [v.of for v in ranked],
-                "told_by": [", ".join(v.told_by[:MOST_TOLD]) or None for v in ranked],
+                "distinguished_by": [", ".join(v.distinguished_by[:MOST_DISTINGUISHING]) or None for v in ranked],
             },
         )

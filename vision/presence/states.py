@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relmodel.arrays import Bools, Floats, Ints
-from vision.presence.displaced import Displacements, tell_displacements
+from vision.presence.displaced import Displacements, report_displacements
 from vision.presence.distances import Distances
 from vision.presence.items import Items
 from vision.presence.measures import DISPLACED, Measures, find_moved, join, measure_items
@@ -97,7 +97,7 @@ def decide(
     nan for others."""
     evidence = gather_evidence(items, runs, len(cameras))
     evidence, by_region = _add_regions(evidence, items, regions, p)
-    displaced = tell_displacements(items, displacements, p)
+    displaced = report_displacements(items, displacements, p)
     moved = find_moved(items, surfaces, evidence.distinct_px.sum(axis=1), p.least_moved_share)
     measures = join(measure_items(items, radius, surfaces, moved, p), displaced)
     most_moved = _most_moved(items, surfaces, moved)
@@ -140,9 +140,9 @@ def decide(
 def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:
     """Sums over the edges of all surfaces of each item, each edge once.
 
-    The edges of a hole, a boss or a duct in a face speak for the face where they are found; where they are not, that
-    says nothing of it: it may be there without them.  Where edges of an item do not show, others of it hide with
-    them: the log odds of all are those in one light, averaged over lights.
+    The edges of a hole, a boss or a duct in a face speak for the face where they are found.  Where they are not found
+    they say nothing of the face, which may be there without them.  Where edges of an item do not show, others of it
+    hide with them: the log odds of all are those in one light, averaged over lights.
     """
     item, run, lent = pair_with_runs(items, runs)
     distinct = ~lent | (runs.log_odds[run] > 0)

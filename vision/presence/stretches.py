@@ -2,8 +2,9 @@
 
 An edge that is there either shows, and is found along nearly all of its length, or lacks contrast in this light and
 shows in part or not at all; where nothing is, as much is found by chance as nearby.  The found share of a run of n
-independent stretches is beta-binomial in each case.  How likely an edge shows is not measured where it should be, for
-an edge that is missing has no contrast: it is what edges between alike sides show elsewhere in the same picture.
+independent stretches is beta-binomial in each case.  How likely an edge shows cannot be measured at its own place,
+since a missing edge has no contrast: it is the share that edges between similar sides show elsewhere in the same
+picture.
 """
 
 from __future__ import annotations

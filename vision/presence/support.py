@@ -1,4 +1,4 @@
-"""Which predicted samples the pictures support, and how many chance would support."""
+"""Which predicted samples the pictures support, and how many would be supported by chance."""
 
 from __future__ import annotations
 

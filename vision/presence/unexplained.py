@@ -1,4 +1,4 @@
-"""Arcs and regions of a picture that form something and that no predicted edge accounts for.
+"""Arcs and regions of a picture that may be an object and that no predicted edge accounts for.
 
 A region is unexplained where most of its border runs along such arcs: a bolt, a plug, a patch or a part that the model
 does not have.  Its border is then an edge of clear contrast and no edge of the model, so it is of another brightness

@@ -27,10 +27,10 @@ from vision.scene.stored_scene import StoredScene
 class VariantEvidence:
     """What the pictures say of a variant in the place of the one that the world has there.
 
-    object_no: of the world's object; placed: whether it is the world's; log_odds: of its visible edges, of each there
-    against not there, summed; against: how many of its features and parts in view are not as it has them; of: how many
-    of them are decided.  told_by: paths, worst first, of those that are not as it has them, and that the likeliest
-    variant has right or has not: what tells the two apart.
+    object_no: of the world's object; placed: whether it is the world's; log_odds: the sum over its visible edges,
+    each there against not there; against: how many of its features and parts in view are not as it has them; of: how
+    many are decided at all.  distinguished_by: paths, worst first, of those that are not as it has them, and that the
+    likeliest variant has right or does not have.
     """
 
     object_no: int
@@ -41,7 +41,7 @@ class VariantEvidence:
     log_odds: float
     against: int
     of: int
-    told_by: list[str]
+    distinguished_by: list[str]
 
     def to_json(self) -> dict[str, Any]:
         return {
@@ -51,7 +51,7 @@ class VariantEvidence:
             "log_odds": round(self.log_odds, 3),
             "against": self.against,
             "of": self.of,
-            "told_by": self.told_by,
+            "distinguished_by": self.distinguished_by,
         }
 
 
@@ -86,7 +86,10 @@ def weigh_variant(variant: Mapping[str, Any], presence: Presence) -> VariantEvid
 
 
 def rank(variants: list[VariantEvidence]) -> list[VariantEvidence]:
-    """By object, the likeliest first; each with what tells it from that."""
+    """By object, the likeliest first; each with what distinguishes it from that."""
     ranked = sorted(variants, key=lambda v: (v.object_no, -v.log_odds, v.variant))
-    likeliest = {v.object_no: set(v.told_by) for v in reversed(ranked)}
-    return [replace(v, told_by=[path for path in v.told_by if path not in likeliest[v.object_no]]) for v in ranked]
+    likeliest = {v.object_no: set(v.distinguished_by) for v in reversed(ranked)}
+    return [
+        replace(v, distinguished_by=[path for path in v.distinguished_by if path not in likeliest[v.object_no]])
+        for v in ranked
+    ]

@@ -16,6 +16,7 @@ from relmodel.labelling.problem import MatchingProblem, matching_problem
 from relmodel.labelling.result import MatchingResult
 from relmodel.labelling.rows import result_rows
 from relmodel.labelling.solve import MODES, solve
+from relmodel.labelling.stored import read_relations
 from relmodel.store.database import Database
 from vision.relations.tolerances import Tolerance
 
@@ -107,16 +108,15 @@ def solve_rows(workspace: Database, connection: Connection, number: int, rows: P
     )
     workspace.insert(connection, "problem_relation", "matching/relations", **problem_key)
     workspace.insert(connection, "compatibility", "matching/compatibilities", **problem_key)
-    relation = workspace.columns(connection, "matching/problem_relations", **problem_key)
-    weight = np.bincount(relation["unit_no"], relation["weight"], rows.units)
+    relation, pair = read_relations(workspace, connection, **problem_key)
+    weight = np.bincount(relation[:, 0], relation[:, 2], rows.units)
     null_cost = rows.null_cost + np.ceil(rows.null_share * weight - 1e-9).astype(np.int64)
-    pair = workspace.columns(connection, "matching/compatible_pairs", **problem_key)
     problem = matching_problem(
         null_cost,
         rows.labels,
         np.stack([rows.unit, rows.label, rows.cost], axis=1),
-        _table(relation, "unit_no", "neighbour_no", "weight"),
-        _table(pair, "unit_a", "label_a", "unit_b", "label_b", "saves"),
+        relation,
+        pair,
         injective=injective,
     )
     return Solved(problem, solve(problem, rows.mode, nodes=rows.nodes), rows, tolerances)
@@ -130,7 +130,3 @@ def solved_rows(solved: Solved, *, keep_bound: bool) -> dict[str, Columns]:
         order = np.lexsort((rows.label, rows.unit))
         tables["candidate"] |= {name: np.ma.asarray(values)[order] for name, values in rows.places.items()}
     return {**tables, "problem_tolerance": solved.tolerances}
-
-
-def _table(columns: Columns, *names: str) -> Ints:
-    return np.stack([np.asarray(columns[name], np.int64) for name in names], axis=1)

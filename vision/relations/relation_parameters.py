@@ -26,7 +26,7 @@ class RelationParameters:
     region_salience: float = 0.6
     """salience of a region over the root of its area"""
     touch: float = 15.0
-    """px added to gaps when neighbours are ranked, so that not all that touch come first"""
+    """px added to gaps when neighbours are ranked, so that curves that touch do not all come first"""
     min_salience: float = 1.0
     """px: what is less salient is parallel to nothing and meets nothing: streaks are parallel to streaks by the
     hundred"""

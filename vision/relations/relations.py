@@ -1,8 +1,8 @@
 """Relations among the units of one picture or one predicted view: each a distance and an angle with their standard
 deviations, after Shapiro and Haralick (1981).
 
-It knows neither pictures nor models: curves in px of an image and areas with outlines are all there is.  Whether two
-relations agree is decided where they are compared (`tolerances.py`): here is admitted what might.
+It knows neither pictures nor models, only curves in px of an image and areas with outlines.  Whether two relations
+agree is decided where they are compared (`tolerances.py`); here all that might agree are admitted.
 """
 
 from dataclasses import dataclass
@@ -34,9 +34,9 @@ class Curves:
 
     Curve i runs through the points `x`, `y` from `offsets[i]` to `offsets[i + 1]`, two at least, from its start to its
     end.  `sigma` is the standard deviation of its place across, `end_sigma` that of its
-    ends along it (px), `angle_sigma` that of its direction (rad).  `salience` (px) is how much of it one may count on
-    to be seen elsewhere too: its length, less where it is doubtful.  `centre_x`, `centre_y`, `radius` and their
-    standard deviations are NaN for what has none; of an ellipse `radius` is NaN.
+    ends along it (px), `angle_sigma` that of its direction (rad).  `salience` (px) is how much of it other pictures
+    will probably show: its length, less where it is doubtful.  `centre_x`, `centre_y`, `radius` and their standard
+    deviations are NaN for what has none; of an ellipse `radius` is NaN.
     """
 
     offsets: Ints
@@ -137,7 +137,7 @@ class _Segments:
 
 
 def relate(curves: Curves, areas: Areas, parameters: RelationParameters = _DEFAULTS) -> Relations:
-    """Relations of all kinds that follow from places alone, up to the gaps that `parameters` allow."""
+    """Relations of all kinds that follow from places only, up to the gaps that `parameters` allow."""
     p = parameters
     pairs = _find_gaps(_join(curves, areas), len(curves), p)
     middles = find_middles(curves, areas)
@@ -263,7 +263,7 @@ def _gap_sigma(curves: Curves, pairs: _Gaps, sigma: Floats) -> Floats:
 def _near(curves: Curves, areas: Areas, pairs: _Gaps, middles: Middles, p: RelationParameters) -> Relations:
     """Each unit and those nearest to it, the more salient the earlier.
 
-    By the gap alone, streaks and specks would fill most places, other ones in every picture.
+    Ranked by the gap only, streaks and specks would fill most places, and differ in every picture.
     """
     first_area, count = len(curves), len(curves) + len(areas)
     salience = np.concatenate([curves.salience, p.region_salience * np.sqrt(areas.area)])

@@ -1,4 +1,4 @@
-"""How relations of true partners differ, and what it tells that they agree."""
+"""How relations of true partners differ, and how much evidence their agreement is."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,10 @@ class Tolerance:
 
     The distances of units a and b and of labels k and l differ with a standard deviation of `distance` px plus
     `distance_share` of the unit side's, their angles with one of `angle` rad (bearings around the circle), besides
-    those that both relations have of their own: so much is due to where arcs are cut and to light.  A unit calls on
-    relations of at most `reach` px only, while its labels may have longer ones: what lies at the rim is not missed for
-    a pixel. `nats` is what full agreement tells, the logarithm of the ratio of the odds of agreement within two
-    standard deviations between true partners and where a is given a wrong label; what is so much less likely confirms
+    those that both relations have of their own: so much is due to where arcs are cut and to light.  Of a unit only
+    relations of at most `reach` px count, while its labels may have longer ones, so that none at the rim is missed by a
+    pixel. `nats` is the evidence of full agreement: the log ratio of the odds of agreement within two standard
+    deviations, for true partners and for a wrong label of a.  A difference that is less likely by so much confirms
     nothing.
 
     Measured on CHOOSING of `benchmarks/relations.py`, left against right pictures of seven rendered pairs with partners
@@ -27,7 +27,7 @@ class Tolerance:
 
 
 FAR = 1e6  # px: no limit
-AGREE = 4 / 3  # standard deviations within which most is told
+AGREE = 4 / 3  # standard deviations within which agreement is most telling
 
 TOLERANCES = {
     "near": Tolerance(3.0, 0.15, 0.3, 80.0, 3.5),

@@ -14,7 +14,7 @@ from vision.stereo.stereo_parameters import EpipolarParameters
 
 @dataclass(frozen=True)
 class StereoArcs:
-    """What stereo takes of the arcs of one picture: their polylines, packed, and what is known of each.
+    """The arcs of one picture as stereo takes them: packed polylines, and columns of one row an arc.
 
     Arc i runs through the points offsets[i] .. offsets[i + 1] of `points` (m, 2), px.  `contrast` (m,): height of the
     step there, grey levels, positive where the bright side lies left of the walk.  Of each arc (n,): `kind`, an index

@@ -1,7 +1,7 @@
 """The range of disparities to search at each place, from a prior or from the pair itself.
 
 Without a prior every depth from the camera to infinity is open at first.  The pairs of arcs that most rows agree on
-then bound it around them.
+then narrow the range around them.
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ def estimate_range(
 ) -> DisparityRange:
     """The range from the pair itself: at each place the disparities of the nearest trusted pairs of arcs, widened.
 
-    A repeated pattern matches itself at several shifts.  Of those that the rows show first, the one is taken that most
-    pairs of arcs then agree on.
+    A repeated pattern matches itself at several shifts.  The rows propose some; the one is taken that most pairs of
+    arcs agree on.
     """
     at = np.column_stack([left.crossings.x, left.crossings.row])
     most = rectification.focal / p.nearest_baselines

@@ -1,7 +1,7 @@
 """Step 2 of Pong's matcher: what speaks for a pair of arcs by itself, and against it.
 
-Of arcs that cross rows: how many rows vote for the pair, of the shorter one's and of the longer one's; how unlike the
-widths are; how far apart in y the ends are that agree best, as corners are seen in both pictures.  Of arcs along the
+Of arcs that cross rows: how many rows vote for the pair, of the shorter one's and of the longer one's; how much the
+widths differ; how far apart in y the ends are that agree best, as corners are seen in both pictures.  Of arcs along the
 rows, for which nothing votes: contrast, width, length and ends.
 """
 
@@ -20,7 +20,7 @@ from vision.stereo.stereo_parameters import EpipolarParameters, EvidenceParamete
 
 @dataclass(frozen=True)
 class Candidates:
-    """Pairs of a left and a right unit, with the price of each in nats: what speaks against it."""
+    """Pairs of a left and a right unit, with the price of each in nats: the evidence against it."""
 
     left: Ints
     right: Ints

@@ -1,4 +1,4 @@
--- Of the objects that the pictures were held against, which they show; then what became of each.
+-- Which of the objects that the pictures were compared with they show; then what became of each.
 -- Takes run; gives sentence.
 WITH considered AS (
     SELECT c.rank_no, c.score, c.state, c.verdict, c.posterior, v.name,

@@ -1,4 +1,5 @@
--- Where the search of a pose started: at poses of the join of circles or straight edges, with the margin to the next, or in a scan.
+-- Where the search of a pose started: at poses of the join of circles or straight edges, with the margin to the next,
+-- or in a scan.
 -- Takes run; gives sentence.
 WITH joined AS (
     SELECT p.pose_no, p.score, s.name

@@ -14,13 +14,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from relmodel.app.audit.newest import find_run
 from relmodel.arrays import Floats
-from relmodel.errors import UsageError
 from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices, rotation_vector
 from relmodel.store import Store, sql
 
 _FOLDER = "audit/compare"
-STEPS = "50"  # what the files of a run's steps are numbered from
+STEPS = "50"  # files with this number and above are steps of a run
 _NUMBER = re.compile(r"-?\d+(\.\d*)?([eE][-+]?\d+)?")
 _AXES = ("x", "y", "z")
 _UNITS = ("mm", "mm", "mm", "rad", "rad", "rad")
@@ -40,9 +40,7 @@ class Difference(NamedTuple):
 def compare_runs(store: Store, first: int, second: int) -> list[Difference]:
     """What differs between two runs; empty where nothing does.  Raises UsageError where there is no such run."""
     with store.read() as connection:
-        for run in (first, second):
-            if not store.rows(connection, "audit/run", run=run):
-                raise UsageError(f"there is no run {run}: relmodel runs lists them")
+        recorded = [find_run(store, connection, run) for run in (first, second)]
         given, did = list[Difference](), list[Difference]()
         for name in sql.query_names(_FOLDER):
             number, _, section = name.rpartition("/")[2].partition("_")
@@ -51,7 +49,6 @@ def compare_runs(store: Store, first: int, second: int) -> list[Difference]:
                 for run in (first, second)
             ]
             (did if number >= STEPS else given).extend(_differing(section, *of_both))
-        recorded = [store.rows(connection, "audit/recorded", run=run)[0] for run in (first, second)]
         for section in ("parameters", "versions"):
             of_both = [dict(_flat(json.loads(getattr(row, section)))) for row in recorded]
             given += _differing(section, *of_both)

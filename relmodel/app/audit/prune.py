@@ -20,8 +20,8 @@ from relmodel.errors import UsageError
 from relmodel.store import Run, Store
 
 WHAT = ("runs", "pictures")
-_LEVELS = ("localisation", "matching")  # of the tables that hold what an inspection found
-_OF_RUNS = ("threshold",)  # and others that do
+_LEVELS = ("localisation", "matching")  # levels whose tables hold what an inspection found
+_OF_RUNS = ("threshold",)  # further tables of this kind
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def _check(p: Pruning) -> None:
     if p.what not in WHAT:
         raise UsageError(f"{p.what!r} cannot be pruned: name one of {', '.join(WHAT)}")
     if (p.run, p.state, p.verdict, p.older_than_days) == (None, None, None, None):
-        raise UsageError("nothing says which runs to prune: give --run, --state, --verdict or --older-than")
+        raise UsageError("no runs are chosen for pruning: give --run, --state, --verdict or --older-than")
 
 
 def _select(store: Store, connection: Connection, p: Pruning) -> list[int]:

@@ -1,7 +1,7 @@
 """Why an inspection decided as it did: sentences that follow from its rows.
 
-Each subject is a folder of `queries/why`; its queries are asked in the order of their names, and what each has to say
-is one sentence a row.  So whatever else a run comes to record explains itself by one more query.
+Each subject is a folder of `queries/why`.  Its queries run in the order of their names, and each row is a sentence.
+What runs record in future is explained by one more query.
 """
 
 from __future__ import annotations
@@ -11,12 +11,13 @@ from typing import NamedTuple
 
 from sqlalchemy import Connection
 
+from relmodel.app.audit.newest import find_run
 from relmodel.errors import UsageError
 from relmodel.store import Store, sql
 
 
 class Sentence(NamedTuple):
-    """What a query of a subject says; topic: its name, as `rules` or `correspondence`."""
+    """A sentence from a query of a subject; topic: the query's name, as `rules` or `correspondence`."""
 
     topic: str
     sentence: str
@@ -58,10 +59,7 @@ def _explain(store: Store, run: int, subject: str, camera: str = "", arc: int = 
 
 
 def _check_run(store: Store, connection: Connection, run: int) -> None:
-    found = store.rows(connection, "audit/run", run=run)
-    if not found:
-        raise UsageError(f"there is no run {run}: relmodel runs lists them")
-    (it,) = found
+    it = find_run(store, connection, run)
     if it.kind != "inspect":
         raise UsageError(f"run {run} is of kind {it.kind}: name one of kind inspect, as relmodel runs lists them")
     pruned = store.rows(connection, "audit/pruned", run=run)

@@ -24,7 +24,7 @@ def add_joints(parser: argparse.ArgumentParser) -> None:
 
 
 def add_joint_sigmas(parser: argparse.ArgumentParser, text: str) -> None:
-    """`--joint-sigma`, helped by `text`."""
+    """`--joint-sigma`, with the help `text`."""
     parser.add_argument("--joint-sigma", action="append", default=[], metavar="JOINT=SIGMA", help=text)
 
 
@@ -38,7 +38,7 @@ def assigned(texts: list[str], option: str) -> dict[str, float]:
         except ValueError:
             name = ""
         if not name:
-            raise UsageError(f"{option} {text} is no JOINT=VALUE: give a name, an equals sign and a number")
+            raise UsageError(f"{option} {text} is not JOINT=VALUE: give a name, an equals sign and a number")
     return out
 
 

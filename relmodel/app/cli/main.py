@@ -79,7 +79,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if came or isinstance(error, KeyboardInterrupt):
                 print(f"relmodel {args.verb}: {_INTERRUPTED}", file=sys.stderr)
                 return INTERRUPTED
-            return _tell(args, error)
+            return _report(args, error)
 
 
 @contextmanager
@@ -103,7 +103,7 @@ def _interrupts() -> Iterator[list[int]]:
         logging.disable(logging.NOTSET)
 
 
-def _tell(args: argparse.Namespace, error: Exception) -> int:
+def _report(args: argparse.Namespace, error: Exception) -> int:
     """Say what went wrong in a sentence; the exit status."""
     if isinstance(error, RelmodelError):
         print(f"relmodel {args.verb}: {visible(str(error))}", file=sys.stderr)

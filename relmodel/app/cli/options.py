@@ -54,8 +54,8 @@ def add_search(parser: argparse.ArgumentParser) -> None:
         "--search",
         default="dual_ascent",
         metavar="SEARCH",
-        help="how the best match is sought: dual_ascent, functions, forward_checking, paper or star, "
-        "as docs/matching.md has them (default: dual_ascent)",
+        help="the search for the best match: dual_ascent, functions, forward_checking, paper or star, "
+        "described in docs/matching.md (default: dual_ascent)",
     )
 
 

@@ -21,7 +21,7 @@ from relmodel.store import Store, sql
 if TYPE_CHECKING:
     import pyarrow as pa
 
-# What the transform of a table's rows is; no table has two.
+# The transform that each table's rows hold; no table has two.
 _TRANSFORMS = {
     "inspection": "world_from_rig",
     "prior": "world_from_rig",
@@ -42,12 +42,14 @@ def read_results(store: Store, connection: Connection, run_id: int) -> dict[str,
     """The tables of an inspection's results, by name: those of `queries/result`, `inspection` first; every row says of
     which store and run.
 
-    Raises UsageError where the run is no inspection that ended.
+    Raises UsageError where the run is not an inspection that ended.
     """
     names = sorted(sql.query_names("result"), key=lambda name: (name != "result/inspection", name))
     tables = {name.partition("/")[2]: store.arrow(connection, name, run_id=run_id) for name in names}
     if not tables["inspection"].num_rows:
-        raise UsageError(f"the run {run_id} is no inspection with an answer: relmodel runs --kind inspect lists them")
+        raise UsageError(
+            f"the run {run_id} is not an inspection with an answer: relmodel runs --kind inspect lists them"
+        )
     return of_store(store, connection, tables, run=run_id)
 
 

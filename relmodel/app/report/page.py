@@ -34,7 +34,7 @@ _FOLDER = Path(__file__).parent / "templates"
 
 @dataclass(frozen=True)
 class Table:
-    """A table of a page: what a named query gave, and the query.
+    """A table of a page: the result of a named query, and the query.
 
     name: what files of the page's tables know it by.  Of a long one the first rows are shown: the query gives all.
     upright: the one row stands as a column.  folded: shown when its title is clicked.  empty: what is said where there
@@ -64,7 +64,7 @@ class Table:
 
 
 def read_table(connection: Connection, title: str, name: str, /, **parameters: Any) -> Table:
-    """What the named query `queries/NAME.sql` gives."""
+    """The table of the named query `queries/NAME.sql`."""
     found = connection.execute(sql.query(name), parameters)
     columns, rows, own = list(found.keys()), found.all(), name.rpartition("/")[2]
     return Table(title, columns, rows, sql.query(name).text, parameters, sql.description(name), own)
@@ -77,7 +77,7 @@ def render(template: str, **values: Any) -> str:
 
 
 def write_page(path: Path, made: Callable[[], str]) -> None:
-    """Write the page that `made` gives.  Raises InputError where the file cannot be written, before it is made."""
+    """Write the page that `made` returns.  Raises InputError where the file cannot be written, before it is made."""
     check_writable(path, "page")
     text = made()
     try:
@@ -129,7 +129,7 @@ def heading(name: str) -> str:
 
 
 def clauses(sentence: str) -> list[str]:
-    """What semicolons part, but for those within parentheses."""
+    """The clauses of a text, split at semicolons outside parentheses."""
     return re.split(r"; (?![^(]*\))", sentence)
 
 

@@ -11,12 +11,12 @@ from markupsafe import Markup
 from sqlalchemy import Connection
 
 import relmodel
+from relmodel.app.audit.newest import find_run
 from relmodel.app.report.items import STATES, Item, checked, item_data, read_items
 from relmodel.app.report.page import Table, cell, read_table, render
 from relmodel.app.report.pictures import RunPicture, read_pictures
 from relmodel.app.report.plots import evidence_plots, pose_plots, times
 from relmodel.app.report.run_scene import LEGEND, run_scene
-from relmodel.errors import UsageError
 from relmodel.store import Store
 
 # How a run ended, in a word, and what that is for the one who reads: good, warn or bad.
@@ -62,7 +62,7 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
 
     Raises UsageError where there is no such run.
     """
-    row = _read_run(store, connection, run)
+    row = find_run(store, connection, run)
     pose = next(iter(store.rows(connection, "report/pose", run_id=run)), None)
     prior = next(iter(store.rows(connection, "report/prior", run_id=run)), None)
     items = read_items(store, connection, run)
@@ -100,14 +100,6 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         sections=_sections(store, connection, run, pictures),
         footer=f"Made by relmodel {relmodel.__version__} from rows of the store {store.name}.",
     )
-
-
-def _read_run(store: Store, connection: Connection, run: int) -> Any:
-    """The row of a run.  Raises UsageError where there is none."""
-    found = store.rows(connection, "report/run", run_id=run)
-    if not found:
-        raise UsageError(f"there is no run {run}: relmodel runs lists those that there are")
-    return found[0]
 
 
 _NO_MORE = {"running": "This is what it has committed so far.", "finished": "The run ended well."}
@@ -206,7 +198,7 @@ _FOLDED = ("states", "distances", "unexplained", "matched", "rejected", "written
 
 def run_tables(store: Store, connection: Connection, run: int) -> dict[str, Table]:
     """The tables of a run's page by name, those without rows too.  Raises UsageError where there is no such run."""
-    _read_run(store, connection, run)
+    find_run(store, connection, run)
     return {
         name: replace(
             read_table(connection, title, f"report/{name}", run_id=run),

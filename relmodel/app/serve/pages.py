@@ -133,7 +133,7 @@ def _question(connection: Connection, name: str, asked: Mapping[str, str]) -> Li
     values = question.values(asked)
     found = connection.execute(question.query, values)
     columns, rows = list(found.keys()), found.all()
-    table = Table(question.words, columns, rows, question.query.text, values, empty="No row answers it.")
+    table = Table(question.words, columns, rows, question.query.text, values, empty="No rows.")
     return Listing(question.words, table, [Field(n, str(v)) for n, v in values.items()])
 
 

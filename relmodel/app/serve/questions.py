@@ -79,7 +79,7 @@ def _as(default: Value, name: str, said: str) -> Value:
 
 
 def finite(name: str, said: str) -> float:
-    """A number that was said.  Raises UsageError where it is none."""
+    """The number that a text spells.  Raises UsageError where it is not finite."""
     try:
         number = float(said)
     except ValueError:

@@ -58,7 +58,7 @@ _ENTRY = 190  # px: width of an entry
 
 @dataclass(frozen=True)
 class _Scene:
-    """Triangles as one sees them: x to the right, y up, z away."""
+    """Triangles in the viewer's frame: x to the right, y up, z away."""
 
     corners: Floats  # (n, 3, 3)
     surface: Ints  # number of each triangle's surface, from 1, unlike in each placed part
@@ -82,7 +82,7 @@ def write_picture(
     InputError where the picture cannot be written.
     """
     if path.suffix.lower() not in SUFFIXES:
-        raise UsageError(f"the picture {path} is named as none: end its name with one of {', '.join(SUFFIXES)}")
+        raise UsageError(f"the picture {path} has no picture suffix: end its name with one of {', '.join(SUFFIXES)}")
     check_writable(path, "picture")
     scene = _scene(store, connection, tree, _axes(view))
     colours = colours_of(scene.kinds)

@@ -1,4 +1,4 @@
-"""Splines that are one function but for round-off."""
+"""Splines that are one function to round-off."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def append_shapes(
                 owner = "id" if table == "shape" else "shape_id"
                 ids = np.full(row_count_or_none(columns), shape_ids[keys.shape], dtype=np.int64)
                 blocks.setdefault(table, []).append({owner: ids, **columns})
-    for table in run.store.parents_first(blocks):  # let go of as it is written
+    for table in run.store.parents_first(blocks):  # freed as it is written
         given = blocks.pop(table)
         # A mesh is a single great row, and the engine copies what a statement brings more than once.
         for columns in given if table == "shape_mesh" else [stack(given)]:

@@ -277,7 +277,7 @@ class _Reader:
         vertices = vertices @ stretch.T * self.unit_mm
         if not np.all(np.abs(vertices[triangles]) < _MOST_MM):  # NaN too
             raise InputError(
-                f"mesh {self._named(geometry)!r} of the file has vertices that are no numbers or beyond "
+                f"mesh {self._named(geometry)!r} of the file has vertices that are not numbers or beyond "
                 f"{_MOST_MM / 1e6:g} km: check its unit, or export it again"
             )
         if np.linalg.det(stretch) < 0:

@@ -1,4 +1,4 @@
-"""What cannot be read of one item of a file costs that item: it becomes a finding, and the rest is read."""
+"""An item of a file that cannot be read becomes a finding, and the rest is read."""
 
 from __future__ import annotations
 
@@ -13,12 +13,10 @@ Made = TypeVar("Made")
 
 
 class Findings(list[Finding]):
-    """What is noticed on reading."""
+    """Findings made on reading."""
 
     @contextmanager
-    def contained(
-        self, what: str, kind: str = "unread_text", surface_no: int | None = None, arc_no: int | None = None
-    ) -> Iterator[None]:
+    def contained(self, what: str, kind: str = "unread_text", surface_no: int | None = None) -> Iterator[None]:
         """Note what fails within as a finding: `what` could not be read."""
         try:
             yield
@@ -26,10 +24,10 @@ class Findings(list[Finding]):
             raise
         except Exception as error:  # the kernel's exceptions share no base class
             said = f"{what} could not be read ({type(error).__name__}: {error})"
-            self.append(Finding(kind, said, surface_no=surface_no, arc_no=arc_no))
+            self.append(Finding(kind, said, surface_no=surface_no))
 
     def each(self, what: str, items: Iterable[Item], read: Callable[[Item], Made]) -> list[Made]:
-        """What `read` gives of each item, those left out that cannot be read."""
+        """What `read` returns for each item, but for those that cannot be read."""
         out = []
         for item in items:
             with self.contained(what):

@@ -30,7 +30,7 @@ def check_part21(text: bytes, name: str) -> None:
     if b"ISO-10303-21;" not in text[:4096]:
         raise InputError(f"{name} is not a STEP file, as it does not begin with ISO-10303-21: give a Part 21 file")
     if b"END-ISO-10303-21" not in text[-4096:]:
-        raise InputError(f"{name} is cut off, for END-ISO-10303-21 is missing at its end: export or copy it again")
+        raise InputError(f"{name} is cut off, as END-ISO-10303-21 is missing at its end: export or copy it again")
 
 
 def schema_name(instances: Instances) -> str | None:
@@ -96,7 +96,7 @@ def _not_finite(text: bytes) -> bytes | None:
 
 
 def damage(instances: Instances) -> tuple[Finding, ...]:
-    """What shows that the text has lost or altered instances; nothing in a whole file."""
+    """Signs that the text has lost or altered instances; none in an intact file."""
     return tuple(Finding("damaged_text", f"the file {clause}") for clause in _damage(instances))
 
 

@@ -62,7 +62,7 @@ def _by_kernel(content: bytes, instances: Instances, path: Path) -> Model:
         named = f"an unknown unit of length, {error}" if str(error) else "no known unit of length"
         raise InputError(f"{path} is in {named}: export it in one such as the millimetre") from error
     except NoAreaError as error:
-        raise InputError(f"{path} holds triangles without any area only: export it again") from error
+        raise InputError(f"{path} holds only triangles without area: export it again") from error
     except document.UnreadableError as error:
         raise InputError(f"{path} could not be read ({error}): export it again") from error
 

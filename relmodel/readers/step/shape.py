@@ -208,7 +208,5 @@ def _fill_in(integrals: Floats, mesh: Mesh, about: Floats) -> list[Finding]:
         across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
         area = np.linalg.norm(across, axis=1)
         integrals[i] = area.sum(), *(area @ corners.mean(axis=1)), np.sum(across * (corners[:, 0] - about))
-    message = (
-        "the CAD kernel integrates over no such face: area, centroid and its share of the volume are its triangles'"
-    )
+    message = "the CAD kernel cannot integrate over such a face: area, centroid and volume are those of its triangles"
     return [Finding("approximate_area", message, surface_no=i) for i in lost.tolist()]

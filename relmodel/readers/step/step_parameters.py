@@ -22,15 +22,15 @@ class StepParameters:
     torus_close_side: int = 25
     """and that it is checked against"""
     torus_share: float = 1e-3
-    """of the depth of a face within which it is a torus: a shallow one is near to many a surface"""
+    """of the depth of a face within which it is a torus: a shallow face lies near to many surfaces"""
     around: float = 0.25
     """of the extent of a domain: a loop whose ends are further apart goes around the surface"""
     no_turn: float = 1e-6
     """rad of a degenerate edge: kernels put such where round-off leaves a gap between two edges"""
     analytic_error: float = 1e-5
-    """relative error that the kernel's integrals over analytic faces are asked for"""
+    """relative error asked of the kernel's integrals over analytic faces"""
     spline_error: float = 1e-9
-    """and over b-splines, where it reaches less: some 1e-5 at worst"""
+    """the same over b-splines, where the kernel reaches some 1e-5 at worst"""
     once_error: float = 1e-3
     """with which the kernel integrates once between knots; for less it halves, and takes long there"""
     many_knots: int = 16

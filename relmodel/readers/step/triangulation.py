@@ -77,7 +77,7 @@ def mesh(
         if deviation <= bound:
             break
     findings = [
-        Finding("unmeshed_face", "the CAD kernel triangulates no such face", surface_no=i)
+        Finding("unmeshed_face", "the CAD kernel cannot triangulate such a face", surface_no=i)
         for i, (one, _) in enumerate(made)
         if one is None
     ]

@@ -87,12 +87,12 @@ def test_the_object_and_the_variant_are_named_with_where_they_are(held: Held) ->
 
 def test_what_tells_the_variants_apart_is_named(held: Held) -> None:
     likeliest, other = held.answers["B"]["variants"]
-    assert (likeliest["variant"], likeliest["placed"], likeliest["told_by"]) == ("B", True, [])
-    assert other["told_by"]
-    assert len(other["told_by"]) <= other["against"]
+    assert (likeliest["variant"], likeliest["placed"], likeliest["distinguished_by"]) == ("B", True, [])
+    assert other["distinguished_by"]
+    assert len(other["distinguished_by"]) <= other["against"]
     (words,) = held.answers["B"]["outcome"]["variants"]
     assert words.startswith("the pictures show variant B of bulkhead: ")
-    assert f"not as A has it: {other['told_by'][0]}" in words
+    assert f"not as A has it: {other['distinguished_by'][0]}" in words
 
 
 def test_none_of_what_is_asked_for(held: Held) -> None:

@@ -112,8 +112,8 @@ def test_bad_rig(
 
 BAD_PRIORS = [
     ("world_from_rig.0.3", float("nan"), "not finite"),
-    ("world_from_rig.0.0", 9.0, "no rigid transform"),
-    ("world_from_rig.2", [0.0, 0, 0, 0], "no rigid transform"),
+    ("world_from_rig.0.0", 9.0, "not a rigid transform"),
+    ("world_from_rig.2", [0.0, 0, 0, 0], "not a rigid transform"),
     ("world_from_rig.0.3", 50_000.0, "nothing of the world"),
     ("world_from_rig.0.3", 1e9, "nothing of the world"),
     ("world_from_rig.0.3", 1e300, "nothing of the world"),
@@ -122,7 +122,7 @@ BAD_PRIORS = [
     ("sigma.rotation_deg", None, "'sigma.rotation_deg' is missing"),
     ("sigma.translation_mm", 0, "above zero"),
     ("sigma.translation_mm", float("nan"), "not finite"),
-    ("sigma.translation_mm", 1e9, "leaves everything open"),
+    ("sigma.translation_mm", 1e9, "too wide to be searched"),
     ("sigma.rotation_deg", -1.0, "above zero"),
 ]
 
@@ -203,9 +203,9 @@ def a_folder(good: Path, to: Path) -> None:
 
 BAD_PICTURES: list[tuple[Callable[[Path, Path], None], str]] = [
     (nothing, "there is no image"),
-    (a_folder, "is no regular file"),
-    (no_picture, "no picture"),
-    (empty, "no picture"),
+    (a_folder, "is not a regular file"),
+    (no_picture, "not a picture"),
+    (empty, "not a picture"),
     (truncated, "cannot be read"),
     (of_another_size, "is 320x240 but its camera 640x480"),
     (of_floats, "neither grey nor colour of 8 or 16 bits"),
@@ -313,18 +313,18 @@ def a_huge_file(to: Path) -> None:
 
 
 NO_FILES: list[tuple[str, Callable[[Path], None], str]] = [
-    ("load given.step", a_device, "is no regular file"),
-    ("load given.stl --unit mm", os.mkfifo, "is no regular file"),
-    ("load given.step", Path.mkdir, "is no regular file"),
+    ("load given.step", a_device, "is not a regular file"),
+    ("load given.stl --unit mm", os.mkfifo, "is not a regular file"),
+    ("load given.step", Path.mkdir, "is not a regular file"),
     ("load given.glb", a_huge_file, "is larger than 2048 MB"),
-    ("world given.yaml", a_device, "is no regular file"),
+    ("world given.yaml", a_device, "is not a regular file"),
     ("inspect --left given.png", a_huge_file, "is larger than 512 MB"),
-    ("inspect --rig given.yaml", a_device, "is no regular file"),
+    ("inspect --rig given.yaml", a_device, "is not a regular file"),
     ("inspect --prior given.yaml", a_huge_file, "is larger than 64 MB"),
-    ("extract given.png", os.mkfifo, "is no regular file"),
-    ("rig show given.yaml", a_device, "is no regular file"),
-    ("find --polyhedron given.yaml", a_device, "is no regular file"),
-    ("sql --file given.sql", a_device, "is no regular file"),
+    ("extract given.png", os.mkfifo, "is not a regular file"),
+    ("rig show given.yaml", a_device, "is not a regular file"),
+    ("find --polyhedron given.yaml", a_device, "is not a regular file"),
+    ("sql --file given.sql", a_device, "is not a regular file"),
 ]
 
 
@@ -412,11 +412,11 @@ def test_stores_that_are_none(pair: Pair, tmp_path: Path, capsys: pytest.Capture
     assert not file.exists()
     for content in (b"not a database", b"", bytes(100_000)):
         file.write_bytes(content)
-        assert "is no relmodel store" in refused(capsys, "inspect", "--store", str(file), *pair.options())
+        assert "is not a relmodel store" in refused(capsys, "inspect", "--store", str(file), *pair.options())
         assert file.read_bytes() == content
     file.unlink()
     duckdb.connect(str(file)).close()
-    assert "is no relmodel store" in refused(capsys, "inspect", "--store", str(file), *pair.options())
+    assert "is not a relmodel store" in refused(capsys, "inspect", "--store", str(file), *pair.options())
 
 
 def test_store_held_by_another_process(store: str, pair: Pair, capsys: pytest.CaptureFixture[str]) -> None:
@@ -432,7 +432,7 @@ def test_overlay_that_cannot_be_written_is_told_first(
     (tmp_path / "folder.png").mkdir()
     for name, says in (
         ("none/a.png", "there is no folder"),
-        ("a.xyz", "named as no picture"),
+        ("a.xyz", "has no picture suffix"),
         ("folder.png", "cannot be written"),
     ):
         said = refused(capsys, "inspect", "--store", store, *pair.options(overlay=tmp_path / name))

@@ -84,8 +84,8 @@ def test_tiny_and_blank_pictures_are_one_region(
     ("name", "sentence"),
     [
         ("none.png", "check its name"),
-        ("empty.png", "no picture of a kind that is read"),
-        ("text.png", "no picture of a kind that is read"),
+        ("empty.png", "not a picture in a known format"),
+        ("text.png", "not a picture in a known format"),
         ("cut.png", "cannot be read"),
         ("cut.jpg", "cannot be read"),
         ("cut.tif", "cannot be read"),
@@ -154,7 +154,7 @@ def test_scales_are_named_finest_first(square: Path, capsys: pytest.CaptureFixtu
     assert main(["extract", str(square), "--scales", "1.4,40"]) == 2
     with pytest.raises(SystemExit, match="2"):
         main(["extract", str(square), "--scales", "fine"])
-    assert "'fine' is no list of numbers" in capsys.readouterr().err
+    assert "'fine' is not a list of numbers" in capsys.readouterr().err
 
 
 def test_bits_of_a_camera_are_said_and_stored(

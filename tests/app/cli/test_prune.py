@@ -68,7 +68,7 @@ def test_what_would_go_goes_and_all_else_stays(
 
 def test_a_selection_is_asked_for(inspection: Inspection, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["prune", "runs", "--store", inspection.store]) == 2
-    assert "nothing says which runs to prune" in capsys.readouterr().err
+    assert "no runs are chosen for pruning" in capsys.readouterr().err
     for words in (("--older-than", "1"), ("--state", "failed"), ("--verdict", "refused")):
         assert printed(capsys, "prune", "runs", *words, "--store", inspection.store) == {}
     assert "inspection" in printed(capsys, "prune", "runs", "--older-than", "0", "--store", inspection.store)

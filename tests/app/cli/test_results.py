@@ -155,7 +155,7 @@ def test_what_is_no_inspection_is_refused(
     inspection: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for words, said in (
-        (["--run", "1", "-o", "a.json"], "is no inspection"),
+        (["--run", "1", "-o", "a.json"], "is not an inspection"),
         (["--run", "first", "-o", "a.json"], "names no run"),
         (["--run", "last", "-o", "a.csv"], "end its name with .glb or .json"),
         (["bulkhead", "--run", "last", "-o", "a.json"], "OBJECT or --run RUN"),

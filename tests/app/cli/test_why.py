@@ -102,7 +102,7 @@ def test_a_state_is_told_as_the_answer_has_it(of_engine: Inspection) -> None:
     [
         (("99",), "there is no run 99"),
         (("1",), "run 1 is of kind"),
-        (("RUN", "--arc", "17"), "is no CAMERA:NUMBER"),
+        (("RUN", "--arc", "17"), "is not CAMERA:NUMBER"),
         (("RUN", "--arc", "mid:1"), "has no camera mid: name one of left, right"),
         (("RUN", "--arc", "left:99999"), "has no arc 99999: it has arcs 0 to "),
         (("RUN", "--feature", "bulkhead/BODI"), "did you mean bulkhead/BODY?"),

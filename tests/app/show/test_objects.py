@@ -98,10 +98,10 @@ def test_what_has_no_geometry_is_not_exported(
         (["export", "-o", "none/out.glb"], "there is no folder", 3),
         (["export", "-o", "taken"], "cannot be made", 3),
         (["export", "-o", "taken/out.glb"], "there is no folder", 3),
-        (["export", "-o", "out.obj"], "named as a model of another format", 2),
+        (["export", "-o", "out.obj"], "has the suffix of another model format", 2),
         (["show", "--picture", "none/out.png"], "there is no folder", 3),
         (["show", "--picture", "out.txt"], "end its name with one of", 2),
-        (["show", "--picture", "."], "named as none", 2),
+        (["show", "--picture", "."], "has no picture suffix", 2),
     ],
 )
 def test_a_place_that_takes_no_file_is_told(

@@ -115,7 +115,7 @@ def test_needs_of_a_prior_file(tmp_path: Path, given: object) -> None:
 
 @pytest.mark.parametrize("text", ["", "5mm", "5,2", "0mm,1deg", "-1mm,1deg", "nanmm,1deg", "1e999mm,1deg", "1mm,1rad"])
 def test_needs_that_are_none(text: str) -> None:
-    with pytest.raises(InputError, match="no accuracy"):
+    with pytest.raises(InputError, match="not an accuracy"):
         parse_needs(text, "--needs")
 
 
@@ -148,19 +148,19 @@ NAN = [[float("nan"), 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
     [
         ("cameras", None, "'cameras' is missing"),
         ("cameras", {}, "holds no camera"),
-        ("cameras.left", 3, "no mapping"),
+        ("cameras.left", 3, "not a mapping"),
         ("cameras.left.width", None, "width' is missing"),
         ("cameras.left.height", -3, "whole pixels"),
         ("cameras.left.matrix", [[1, 0], [0, 1]], "size 2x2"),
         ("cameras.left.matrix", [[800, 0, 1], [0, "x", 1], [0, 0, 1]], "not made of numbers"),
-        ("cameras.left.matrix", [[-800, 0, 1], [0, 800, 1], [0, 0, 1]], "no camera matrix"),
+        ("cameras.left.matrix", [[-800, 0, 1], [0, 800, 1], [0, 0, 1]], "not a camera matrix"),
         ("cameras.right.rig_from_camera", None, "rig_from_camera' is missing"),
-        ("cameras.right.rig_from_camera", NOT_RIGID, "no rigid transform"),
-        ("cameras.right.rig_from_camera", MIRROR, "no rigid transform"),
+        ("cameras.right.rig_from_camera", NOT_RIGID, "not a rigid transform"),
+        ("cameras.right.rig_from_camera", MIRROR, "not a rigid transform"),
         ("cameras.left.distortion.coefficients", [1, 2, 3], "4, 5, 8, 12 or 14"),
         ("cameras.left.distortion.model", "fisheye", "opencv"),
-        ("cameras.left.sigma", 3, "no mapping of focal_px"),
-        ("cameras.left.sigma", {"focal": 1}, "no mapping of focal_px"),
+        ("cameras.left.sigma", 3, "not a mapping of focal_px"),
+        ("cameras.left.sigma", {"focal": 1}, "not a mapping of focal_px"),
         ("cameras.left.sigma", {"focal_px": -1}, "give 0 to 100"),
         ("sigma", {"rotation_deg": "a"}, "not made of numbers"),
     ],
@@ -176,7 +176,7 @@ def test_bad_rigs(tmp_path: Path, path: str, value: object, message: str) -> Non
     [
         ("world_from_rig", None, "'world_from_rig' is missing"),
         ("world_from_rig", NAN, "not finite"),
-        ("world_from_rig", NOT_RIGID, "no rigid transform"),
+        ("world_from_rig", NOT_RIGID, "not a rigid transform"),
         ("sigma", None, "'sigma' is missing"),
         ("sigma.translation_mm", None, "missing"),
         ("sigma.translation_mm", 0, "above zero"),
@@ -186,7 +186,7 @@ def test_bad_rigs(tmp_path: Path, path: str, value: object, message: str) -> Non
         ("covariance", np.diag([1.0, 1, 1, 1, 1, 0]).tolist(), "positive diagonal"),
         ("covariance", np.ones((6, 6)).tolist(), "positive definite"),
         ("covariance", (np.eye(6) + np.eye(6, k=1)).tolist(), "not symmetric"),
-        ("covariance", np.diag([1e6, 1, 1, 1e-4, 1e-4, 1e-4]).tolist(), "leaves everything open"),
+        ("covariance", np.diag([1e6, 1, 1, 1e-4, 1e-4, 1e-4]).tolist(), "too wide to be searched"),
     ],
 )
 def test_bad_priors(tmp_path: Path, path: str, value: object, message: str) -> None:

@@ -469,7 +469,7 @@ def dumped(data: dict[str, Any], **other: Any) -> str:
         (CV, "'M2' is missing"),
         (CV.replace("image_width: 640\n", ""), "'image_width' is missing"),
         (ONE + "fisheye_model: 1\n", "fisheye_model"),
-        (ONE.replace("rows: 3", "rows: 4"), "camera_matrix is no matrix"),
+        (ONE.replace("rows: 3", "rows: 4"), "camera_matrix is not a matrix"),
         (ONE.replace("700., 0.,", "700., 3.,"), "skew 3"),
         (ONE.replace("cols: 5", "cols: 3").replace("0., 0., 0., 0., 0.", "0., 0., 0."), "has 3 numbers"),
         (ONE.replace("700., 0.,", ".NaN, 0.,"), "finite"),

@@ -238,7 +238,7 @@ def test_masks_of_another_shape_and_parameters_that_are_none_are_refused() -> No
     with pytest.raises(UsageError, match=r"edges\.min_contrast is nan"):
         ExtractionParameters(edges=EdgeParameters(min_contrast=float("nan")))
     for significance in (0.0, -1.0, 2.0):
-        with pytest.raises(UsageError, match="no probability"):
+        with pytest.raises(UsageError, match="not a probability"):
             EdgeParameters(significance=significance)
     with pytest.raises(UsageError, match="outside"):
         extract(np.zeros((20, 20)), ExtractionParameters(edges=EdgeParameters(scales=(0.5,))))

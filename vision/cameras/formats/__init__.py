@@ -1,4 +1,4 @@
-"""Formats of calibrated rigs, a module each: what one cannot hold, it refuses by name.
+"""Formats of calibrated rigs, a module each.  A format refuses by name what it cannot hold.
 
 `parse(data, path)` makes a rig of what a file says, `write(rig, path)` writes one.  Lengths of a rig are mm and pixel
 (0, 0) is the centre of the top-left pixel, whatever the format has.

@@ -135,12 +135,12 @@ def _poses_of_rig(path: Path, cameras: set[int]) -> dict[int, Floats] | None:
         return None
     words = rigs[0]
     if len(words) < 4 or words[2] != "CAMERA":
-        raise InputError(f"{path}: the rig's reference is no camera: give a model of cameras only")
+        raise InputError(f"{path}: the rig's reference is not a camera: give a model of cameras only")
     poses = {_whole(words[3], "a SENSOR_ID", path): np.eye(4)}
     at = 4
     while at < len(words):
         if words[at : at + 1] != ["CAMERA"] or words[at + 2 : at + 3] != ["1"]:
-            raise InputError(f"{path}: a sensor of the rig is no camera, or has no pose: calibrate the rig")
+            raise InputError(f"{path}: a sensor of the rig is not a camera, or has no pose: calibrate the rig")
         sensor_from_rig = _pose(words[at + 3 : at + 3 + _POSE], path)
         poses[_whole(words[at + 1], "a SENSOR_ID", path)] = inverse(sensor_from_rig)
         at += 3 + _POSE

@@ -40,7 +40,7 @@ def pinhole_of_matrix(
     if matrix[0, 1] != 0:
         raise InputError(f"{path}: {name} has the skew {matrix[0, 1]:g}, which {of_format} does not apply: correct it")
     if matrix[1, 0] != 0 or not np.array_equal(matrix[2], [0, 0, 1]):
-        raise InputError(f"{path}: {name} is no camera matrix: give [fx, 0, cx, 0, fy, cy, 0, 0, 1]")
+        raise InputError(f"{path}: {name} is not a camera matrix: give [fx, 0, cx, 0, fy, cy, 0, 0, 1]")
     return pinhole(width, height, matrix[[0, 1, 0, 1], [0, 1, 2, 2]], distortion, path, name)
 
 

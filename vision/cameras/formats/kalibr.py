@@ -31,7 +31,7 @@ def parse(data: dict[str, Any], path: Path) -> Rig:
     while f"cam{len(entries)}" in data:
         entry = data[f"cam{len(entries)}"]
         if not isinstance(entry, dict):
-            raise InputError(f"{path}: cam{len(entries)} is no mapping: give it as Kalibr writes it")
+            raise InputError(f"{path}: cam{len(entries)} is not a mapping: give it as Kalibr writes it")
         entries.append(entry)
     names = default_names(len(entries))
     placed = {

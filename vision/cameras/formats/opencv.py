@@ -45,7 +45,7 @@ class Loader(yaml.SafeLoader):
 
 def _construct_matrix(loader: Loader, node: yaml.Node) -> Matrix:
     if not isinstance(node, yaml.MappingNode):
-        raise yaml.constructor.ConstructorError(None, None, "a matrix that is no mapping", node.start_mark)
+        raise yaml.constructor.ConstructorError(None, None, "a matrix that is not a mapping", node.start_mark)
     said = loader.construct_mapping(node, deep=True)
     return Matrix(said.get("rows"), said.get("cols"), said.get("data"))
 
@@ -69,7 +69,7 @@ _Dumper.add_representer(np.ndarray, _represent_matrix)
 
 
 def without_header(text: str) -> str:
-    """A YAML text without OpenCV's first line `%YAML:1.0`, which is no YAML."""
+    """A YAML text without OpenCV's first line `%YAML:1.0`, which is not valid YAML."""
     return re.sub(r"\A\ufeff?%YAML:[0-9.]+[^\n]*\n?", "\n", text)
 
 
@@ -126,7 +126,7 @@ def _matrix(data: dict[str, Any], key: str, path: Path, *shapes: tuple[int, int]
     try:
         values = np.array(stated.data, float).reshape(int(stated.rows), int(stated.cols))
     except (AttributeError, TypeError, ValueError, OverflowError) as e:
-        raise InputError(f"{path}: {key} is no matrix: give !!opencv-matrix with rows, cols, dt and data") from e
+        raise InputError(f"{path}: {key} is not a matrix: give !!opencv-matrix with rows, cols, dt and data") from e
     if not np.isfinite(values).all() or (shapes and values.shape not in shapes):
         wanted = " or ".join(f"{rows}x{cols}" for rows, cols in shapes) or "its"
         raise InputError(f"{path}: {key} is not made of {wanted} finite numbers: correct it")

@@ -29,12 +29,16 @@ def parse(data: dict[str, Any], path: Path) -> Rig:
     for name, entry in entries.items():
         where = f"cameras.{name}."
         if not isinstance(entry, dict):
-            raise InputError(f"{path}: cameras.{name} is no mapping: give it width, height, matrix and rig_from_camera")
+            raise InputError(
+                f"{path}: cameras.{name} is not a mapping: give it width, height, matrix and rig_from_camera"
+            )
         width, height = (pixel_count(entry, key, path, where) for key in ("width", "height"))
         matrix = numbers(entry, "matrix", path, where, (3, 3))
         lower = [matrix[1, 0], matrix[2, 0], matrix[2, 1], matrix[2, 2] - 1]
         if matrix[0, 0] <= 0 or matrix[1, 1] <= 0 or np.abs(lower).max() > 1e-9:
-            raise InputError(f"{path}: {where}matrix is no camera matrix: give [[fx, s, cx], [0, fy, cy], [0, 0, 1]]")
+            raise InputError(
+                f"{path}: {where}matrix is not a camera matrix: give [[fx, s, cx], [0, fy, cy], [0, 0, 1]]"
+            )
         cameras[str(name)] = Camera(width, height, matrix, _distortion(entry, path, where), _bits(entry, path, where))
         poses[str(name)] = rigid(
             numbers(entry, "rig_from_camera", path, where, (4, 4)), path, f"{where}rig_from_camera"
@@ -81,7 +85,9 @@ def _calibration_sigma(entry: dict[str, Any], matrix: Floats, path: Path, where:
     given = entry["sigma"]
     names = tuple(MOST_CALIBRATION_SIGMA)
     if not isinstance(given, dict) or not set(given) <= set(names):
-        raise InputError(f"{path}: {where}sigma is no mapping of {', '.join(names)}: give standard deviations by name")
+        raise InputError(
+            f"{path}: {where}sigma is not a mapping of {', '.join(names)}: give standard deviations by name"
+        )
     values = {}
     for key, most in MOST_CALIBRATION_SIGMA.items():
         values[key] = float(numbers(given, key, path, f"{where}sigma.", ())) if key in given else 0.0

@@ -1,6 +1,6 @@
-"""Check the store: that all of it can be read, integrity of the model, and that nothing committed has vanished.
+"""Check the store: that every table can be read, the model is consistent, and no commit is lost.
 
-Prints the rows that offend and the tables that cannot be read, and ends with status 1 where there are any.
+Prints the offending rows and the tables that cannot be read; the exit status is then 1.
 """
 
 from __future__ import annotations

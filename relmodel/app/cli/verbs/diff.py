@@ -22,7 +22,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--object", metavar="NAME", help="name of the object of both")
     parser.add_argument("--level", choices=("part", "feature", "surface"), help="only this level")
     parser.add_argument(
-        "--reach", type=float, default=100.0, help="how far a thing may move and be the same, mm (default: 100)"
+        "--reach",
+        type=float,
+        default=100.0,
+        help="how far a thing may move and still count as the same, mm (default: 100)",
     )
     add_format(parser)
 

@@ -82,7 +82,7 @@ def _check(args: argparse.Namespace) -> None:
     ends = (".glb",) if args.number is None else (".glb", ".json")
     if args.out is not None and args.out.suffix.lower() in set(_OTHER_FORMS) - set(ends):
         raise UsageError(
-            f"{args.out} is named as a model of another format: end its name with {' or '.join(ends)}, or name a folder"
+            f"{args.out} has the suffix of another model format: use {' or '.join(ends)}, or name a folder"
         )
 
 

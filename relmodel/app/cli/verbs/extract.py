@@ -60,7 +60,7 @@ def _scales(text: str) -> tuple[float, ...]:
     try:
         return tuple(float(scale) for scale in text.split(","))
     except ValueError as error:
-        raise argparse.ArgumentTypeError(f"{text!r} is no list of numbers: give px, as in 1,1.4,2") from error
+        raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers: give px, as in 1,1.4,2") from error
 
 
 def run(args: argparse.Namespace) -> int:

@@ -14,8 +14,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--cell",
         metavar="NAME",
-        help="the cell that the store is of, which exported rows carry (default: what its file or database is called); "
-        "a copy of a store that is given another cell's name becomes a store of its own",
+        help="name of the cell that the store describes, written to every exported row (default: the name of its file "
+        "or database); a copy of a store that is given another name counts as another store",
     )
 
 

@@ -45,12 +45,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="PRIOR.yaml",
         help="where the rig is thought to be, and how surely (default: where the joints put a rig that the world "
-        "mounts; else the pictures are located wherever they were taken)",
+        "mounts; else nothing is assumed)",
     )
     parser.add_argument(
         "--believe-pictures",
         action="store_true",
-        help="accept a pose that the pictures show surely where it contradicts the prior (default: it is refused)",
+        help="accept a pose that the pictures show surely although it contradicts the prior (default: refuse it)",
     )
     parser.add_argument(
         "--needs",
@@ -69,25 +69,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_joints(parser)
     add_joint_sigmas(
-        parser, "correct this joint too; the base then is as sure as --base-sigma-mm and --base-sigma-deg say"
+        parser, "correct this joint too; --base-sigma-mm and --base-sigma-deg then say how well the base is known"
     )
     parser.add_argument(
         "--base-sigma-mm",
         type=float,
         default=5.0,
         metavar="MM",
-        help="how surely the base of an arm that carries the rig stands where the world has it, one sigma an axis: "
-        "counts without --prior and with --joint-sigma (default: 5)",
+        help="how well the place of the base of the rig's arm is known, one sigma an axis: used without --prior and "
+        "with --joint-sigma (default: 5)",
     )
     parser.add_argument(
-        "--base-sigma-deg", type=float, default=0.5, metavar="DEG", help="the same of its rotation (default: 0.5)"
+        "--base-sigma-deg", type=float, default=0.5, metavar="DEG", help="the same for its rotation (default: 0.5)"
     )
     parser.add_argument(
         "--stereo-method", default="pong", metavar="METHOD", help="how the pair is matched: pong or relational"
     )
     add_search(parser)
     parser.add_argument(
-        "--stereo-gate", action="store_true", help="let the model at the prior bound the depths of stereo"
+        "--stereo-gate", action="store_true", help="limit the depths of stereo to those that the model has at the prior"
     )
     parser.add_argument(
         "--variants",
@@ -99,12 +99,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--fail-on",
         metavar="WORDS",
         help="end an accepted pose with exit status 5 where parts or features are changed, contradicted or unchecked "
-        "(not confirmed or undecidable), or the pictures show another variant: some of changed,contradicted,variant,"
-        "unchecked",
+        "(not confirmed or undecidable), or the pictures show another variant: a list such as changed,contradicted,"
+        "variant,unchecked",
     )
-    parser.add_argument("--overlay", type=Path, metavar="PICTURE", help="write the model drawn over the images here")
     parser.add_argument(
-        "--crops", type=Path, metavar="FOLDER", help="write pictures of what is not as the model says here, worst first"
+        "--overlay", type=Path, metavar="PICTURE", help="write the images with the model drawn over them"
+    )
+    parser.add_argument(
+        "--crops",
+        type=Path,
+        metavar="FOLDER",
+        help="write pictures of what is not as the model says, worst first, into this folder",
     )
     parser.add_argument(
         "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"

@@ -31,10 +31,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "files", nargs="+", type=Path, metavar="FILE", help="STEP (.gz too), OBJ, STL, PLY, GLB, 3MF, URDF"
     )
-    parser.add_argument("--object", metavar="NAME", help="name that the object is given (default: that of the file)")
+    parser.add_argument("--object", metavar="NAME", help="name of the object (default: that of the file)")
     parser.add_argument("--variant", help="name of the variant, of a single file")
     parser.add_argument("--unit", help="length unit of files that do not say it: mm, cm, m, inch, ...")
-    parser.add_argument("--allow-partial", action="store_true", help="take what is left of a file that lost faces")
+    parser.add_argument("--allow-partial", action="store_true", help="load the rest of a file of which faces are lost")
     parser.add_argument("--strict", action="store_true", help="refuse a file with findings, such as edges off faces")
     parser.add_argument("--occluder", action="store_true", help="keep a mesh as triangles: it is not inspected")
     parser.add_argument(
@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=300.0,
         metavar="SECONDS",
-        help="how long the reading of a file may take (default: 300)",
+        help="how long reading a file may take (default: 300)",
     )
 
 

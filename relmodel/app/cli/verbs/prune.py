@@ -21,10 +21,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--run", dest="number", metavar="RUN", help="this run: its number, or last, the newest inspection"
     )
-    parser.add_argument("--state", choices=("finished", "failed", "killed"), help="those in this state")
-    parser.add_argument("--verdict", choices=("accepted", "ambiguous", "refused"), help="those of this verdict")
-    parser.add_argument("--older-than", type=float, metavar="DAYS", help="those that began longer ago")
-    parser.add_argument("--yes", action="store_true", help="remove it; else only list what would go")
+    parser.add_argument("--state", choices=("finished", "failed", "killed"), help="runs in this state")
+    parser.add_argument("--verdict", choices=("accepted", "ambiguous", "refused"), help="runs with this verdict")
+    parser.add_argument("--older-than", type=float, metavar="DAYS", help="runs that began longer ago")
+    parser.add_argument("--yes", action="store_true", help="remove the rows; without it they are only listed")
     add_format(parser)
 
 
@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
             said = f"{len(runs)} runs were pruned (run {number})"
         else:
             runs, rows = plan_pruning(store, asked)
-            said = f"{len(runs)} runs would be pruned: --yes does it"
+            said = f"{len(runs)} runs would be pruned: --yes prunes them"
     print_rows(("relation", "rows"), rows.items(), args.format)
     say(f"{said}: {', '.join(map(str, runs))}" if runs else said)
     return 0

@@ -29,10 +29,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sigma-mm", type=float, default=5.0, help="how surely the rig is there: one sigma an axis (default: 5)"
     )
-    parser.add_argument("--sigma-deg", type=float, default=0.5, help="the same of its rotation (default: 0.5)")
+    parser.add_argument("--sigma-deg", type=float, default=0.5, help="the same for its rotation (default: 0.5)")
     parser.add_argument("--found", type=Path, metavar="POSE", help="the pose found: JSON of inspect, or YAML")
     add_joint_sigmas(
-        parser, "with --found: correct this joint too; the base then is as sure as --sigma-mm and --sigma-deg say"
+        parser, "with --found: correct this joint too; --sigma-mm and --sigma-deg then say how well the base is known"
     )
 
 

@@ -53,5 +53,5 @@ def run(args: argparse.Namespace) -> int:
 def _arc(text: str) -> tuple[str, int]:
     camera, _, number = text.rpartition(":")
     if not camera or not number.isdigit():
-        raise UsageError(f"--arc {text} is no CAMERA:NUMBER: give the camera's name and the arc's number, as left:17")
+        raise UsageError(f"--arc {text} is not CAMERA:NUMBER: give the camera's name and the arc's number, as left:17")
     return camera, int(number)

@@ -18,7 +18,7 @@ function makeViewer(canvas, scene, picked) {
       uniform mat4 clip; uniform mat4 place; uniform vec3 lo; uniform vec3 size; in vec3 at; out vec3 seen;
       void main() { vec4 p = place * vec4(lo + size * at, 1.0); seen = p.xyz; gl_Position = clip * p; }`, `#version 300 es
       precision highp float; uniform vec4 colour; uniform vec3 eye; uniform float lit; in vec3 seen; out vec4 shown;
-      void main() { float light = 1.0;  // a line has no normal: what comes of it is no number
+      void main() { float light = 1.0;  // a line has no normal: what comes of it is not a number
         if (lit > 0.0) light = 0.35 + 0.65 * abs(dot(normalize(cross(dFdx(seen), dFdy(seen))), normalize(eye - seen)));
         shown = vec4(colour.rgb * light, colour.a); }`);
     where = Object.fromEntries(["clip", "place", "lo", "size", "colour", "eye", "lit"].map(n => [n, gl.getUniformLocation(program, n)]));
