@@ -231,15 +231,9 @@ CREATE TABLE circle_relation (  -- How two circles of an object lie to each othe
     normals REAL NOT NULL,  -- cosine of the angle between the normals
     rise_a REAL NOT NULL,  -- cosine of the angle between the smaller circle's normal and the line of the centres
     rise_b REAL NOT NULL,  -- cosine of that of the greater
+    circle_a INTEGER[] NOT NULL,  -- the smaller circles of its pairs; of a class of very many some, evenly among all
+    circle_b INTEGER[] NOT NULL,  -- the greater of each, in the same order
     PRIMARY KEY (object_id, class_no)
-);
-
-CREATE TABLE circle_pair (  -- Pairs of circles of each class; of a class of very many some, evenly among all.
-    object_id BIGINT NOT NULL,  -- the object
-    class_no INTEGER NOT NULL,  -- the class
-    circle_a INTEGER NOT NULL,  -- the smaller circle
-    circle_b INTEGER NOT NULL,  -- the greater
-    PRIMARY KEY (object_id, class_no, circle_a, circle_b)
 );
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
@@ -254,7 +248,6 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('object_page', 'object', 'redundant'),
     ('circle', 'object', 'redundant'),
     ('circle_relation', 'object', 'redundant'),
-    ('circle_pair', 'object', 'redundant'),
     ('joint', 'object', 'primary'),
     ('load_report', 'object', 'primary'),
     ('load_finding', 'object', 'primary');
@@ -271,9 +264,6 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('object_page', 0, ARRAY['object_id'], 'object', ARRAY['id']),
     ('circle', 0, ARRAY['object_id'], 'object', ARRAY['id']),
     ('circle_relation', 0, ARRAY['object_id'], 'object', ARRAY['id']),
-    ('circle_pair', 0, ARRAY['object_id', 'class_no'], 'circle_relation', ARRAY['object_id', 'class_no']),
-    ('circle_pair', 1, ARRAY['object_id', 'circle_a'], 'circle', ARRAY['object_id', 'circle_no']),
-    ('circle_pair', 2, ARRAY['object_id', 'circle_b'], 'circle', ARRAY['object_id', 'circle_no']),
     ('joint', 0, ARRAY['object_id'], 'object', ARRAY['id']),
     ('load_report', 0, ARRAY['run_id'], 'run', ARRAY['id']),
     ('load_report', 1, ARRAY['source_id'], 'source', ARRAY['id']),

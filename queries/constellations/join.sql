@@ -63,14 +63,18 @@ ranked AS (
         sum(least(alike, :most_of_relation)) OVER (ORDER BY alike, low, high ROWS UNBOUNDED PRECEDING) AS so_far
     FROM counted
 ),
-joined AS (
-    SELECT m.unit_a, m.unit_b, p.circle_a, p.circle_b, r.alike,
-        row_number() OVER pairs_of AS place, count(*) OVER (PARTITION BY r.low, r.high) AS kept
+paired AS (
+    SELECT r.low, r.high, r.alike, m.unit_a, m.unit_b, unnest(c.circle_a) AS circle_a, unnest(c.circle_b) AS circle_b
     FROM ranked AS r
     JOIN matched AS m ON m.low = r.low AND m.high = r.high
-    JOIN circle_pair AS p ON p.object_id = :object_id AND p.class_no = m.class_no
+    JOIN circle_relation AS c ON c.object_id = :object_id AND c.class_no = m.class_no
     WHERE r.so_far <= :most
-    WINDOW pairs_of AS (PARTITION BY r.low, r.high ORDER BY p.circle_a, p.circle_b, m.unit_a)
+),
+joined AS (
+    SELECT unit_a, unit_b, circle_a, circle_b, alike,
+        row_number() OVER (PARTITION BY low, high ORDER BY circle_a, circle_b, unit_a) AS place,
+        count(*) OVER (PARTITION BY low, high) AS kept
+    FROM paired
 )
 SELECT unit_a, unit_b, circle_a, circle_b, alike
 FROM joined

@@ -90,16 +90,19 @@ ranked AS (
             ORDER BY alike, greatest(unit_a, unit_b), unit_a, unit_b, size_a, size_b ROWS UNBOUNDED PRECEDING) AS so_far
     FROM counted
 ),
-joined AS (
-    SELECT m.unit_a, m.unit_b, p.circle_a, p.circle_b, r.alike,
-        row_number() OVER (
-            PARTITION BY r.unit_a, r.unit_b, r.size_a, r.size_b ORDER BY p.circle_a, p.circle_b) AS place,
-        count(*) OVER (PARTITION BY r.unit_a, r.unit_b, r.size_a, r.size_b) AS kept
+paired AS (
+    SELECT r.size_a, r.size_b, r.alike, m.unit_a, m.unit_b, unnest(c.circle_a) AS circle_a, unnest(c.circle_b) AS circle_b
     FROM ranked AS r
     JOIN matched AS m
         ON m.unit_a = r.unit_a AND m.unit_b = r.unit_b AND m.size_a = r.size_a AND m.size_b = r.size_b
-    JOIN circle_pair AS p ON p.object_id = :object_id AND p.class_no = m.class_no
+    JOIN circle_relation AS c ON c.object_id = :object_id AND c.class_no = m.class_no
     WHERE r.so_far <= :most
+),
+joined AS (
+    SELECT unit_a, unit_b, circle_a, circle_b, alike,
+        row_number() OVER (PARTITION BY unit_a, unit_b, size_a, size_b ORDER BY circle_a, circle_b) AS place,
+        count(*) OVER (PARTITION BY unit_a, unit_b, size_a, size_b) AS kept
+    FROM paired
 )
 SELECT unit_a, unit_b, circle_a, circle_b, alike
 FROM joined

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
+from relmodel.columns import Ragged
 from relmodel.features.feature_parameters import DEFAULTS as FEATURES
 from relmodel.features.feature_parameters import CircleParameters
 
@@ -33,9 +34,9 @@ def relate(centre: Floats, normal: Floats, radius: Floats, a: Ints, b: Ints) -> 
 
 def classify(
     centre: Floats, normal: Floats, radius: Floats, p: CircleParameters = DEFAULTS
-) -> tuple[dict[str, Floats | Ints], dict[str, Ints]]:
-    """Columns of `circle_relation` and of `circle_pair`, without the object's identity, of circles that stay
-    together."""
+) -> tuple[dict[str, Floats | Ints], dict[str, Ragged]]:
+    """Columns of `circle_relation`, without the object's identity, of circles that stay together: what each class is,
+    and its pairs."""
     from scipy.spatial import cKDTree
 
     near = cKDTree(centre).query_pairs(p.greatest_distance, output_type="ndarray").reshape(-1, 2).astype(np.int64)
@@ -51,13 +52,18 @@ def classify(
     values = relate(centre, normal, radius, *near.T)
     steps = dict.fromkeys(values, p.cosine_step) | {"distance": p.distance_step}
     steps |= {"radius_a": p.radius_step, "radius_b": p.radius_step}
-    cell = np.stack([np.rint(values[n] / steps[n]).astype(np.int64) for n in values], axis=1)
-    _, class_of, pairs = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
-    class_of = class_of.ravel()
-    means = {name: np.bincount(class_of, v, len(pairs)) / pairs for name, v in values.items()}
-    relations: dict[str, Floats | Ints] = {"class_no": np.arange(len(pairs)), "pairs": pairs, **means}
+    cell = np.stack([np.rint(values[n] / steps[n]).astype(np.int64) for n in values])
+    order = np.lexsort(cell[::-1])
+    is_first = (np.diff(cell[:, order], prepend=-1) != 0).any(axis=0)
+    class_of = np.cumsum(is_first) - 1
+    pairs = np.bincount(class_of)
+    means = {name: np.bincount(class_of, v[order], len(pairs)) / pairs for name, v in values.items()}
+    # Finer than any tolerance; a column of round numbers takes half the room.
+    means = {name: np.round(v, 2 if name == "distance" else 4) for name, v in means.items()}
     kept = _thin(class_of, pairs, p.most_of_class)
-    return relations, {"class_no": class_of[kept], "circle_a": near[kept, 0], "circle_b": near[kept, 1]}
+    offsets = np.searchsorted(class_of[kept], np.arange(len(pairs) + 1))
+    relations: dict[str, Floats | Ints] = {"class_no": np.arange(len(pairs)), "pairs": pairs, **means}
+    return relations, {f"circle_{n}": Ragged(near[order[kept], i], offsets) for i, n in enumerate("ab")}
 
 
 def select_rare(radius: Floats, p: CircleParameters = DEFAULTS) -> Ints:
@@ -67,9 +73,7 @@ def select_rare(radius: Floats, p: CircleParameters = DEFAULTS) -> Ints:
 
 
 def _thin(class_of: Ints, pairs: Ints, most: int) -> Ints:
-    """Rows in the order of their classes, at most so many of each, taken evenly."""
-    order = np.argsort(class_of, kind="stable")
-    place = np.arange(len(order)) - np.repeat(np.cumsum(pairs) - pairs, pairs)
-    count = pairs[class_of[order]]
-    kept = (count <= most) | ((place + 1) * most // count > place * most // count)
-    return np.asarray(order[kept])
+    """Of rows in the order of their classes (n,) at most so many of each, taken evenly."""
+    place = np.arange(len(class_of)) - np.repeat(np.cumsum(pairs) - pairs, pairs)
+    count = pairs[class_of]
+    return np.flatnonzero((count <= most) | ((place + 1) * most // count > place * most // count))

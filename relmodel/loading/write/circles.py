@@ -10,7 +10,7 @@ from relmodel.store.database import Database
 
 
 def append_circles(store: Database, connection: Connection, object_id: int) -> None:
-    """Append an object's circles, the classes of pairs of them and the pairs; its nodes are there already."""
+    """Append an object's circles, the classes of pairs of them; its nodes are there already."""
     p = DEFAULTS
     found = store.columns(
         connection,
@@ -23,9 +23,7 @@ def append_circles(store: Database, connection: Connection, object_id: int) -> N
     rows = select_rare(found["radius"])
     found = {name: values[rows] for name, values in found.items()}
     centre, normal = (np.stack([found[n] for n in names], axis=1) for names in (("x", "y", "z"), ("nx", "ny", "nz")))
-    relations, pairs = classify(centre, normal, found["radius"])
     circles = {"circle_no": np.arange(len(rows)), **found}
-    for table, columns in (("circle", circles), ("circle_relation", relations), ("circle_pair", pairs)):
-        count = len(next(iter(columns.values())))
-        if count:
-            store.append(connection, table, {"object_id": np.full(count, object_id), **columns})
+    relations, pairs = classify(centre, normal, found["radius"])
+    for table, columns in (("circle", circles), ("circle_relation", {**relations, **pairs})):
+        store.append(connection, table, {"object_id": object_id, **columns})

@@ -41,7 +41,7 @@ def test_a_model_without_circles_is_found_by_a_scan(
 ) -> None:
     path = str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
     with Store.open(path) as store, store.write() as connection:
-        connection.execute(sa.text("DELETE FROM circle_pair"))
+        connection.execute(sa.text("DELETE FROM circle_relation"))
     assert inspected(path, *pair.options())["verdict"] == "accepted"
     stages, (lines, scan, climb, *others), refined = read_search(path)
     assert list(stages)[:3] == ["lines", "scan", "climb"]

@@ -240,7 +240,7 @@ def test_a_pair_whose_circles_lie_as_none_of_the_model_is_refused(
 ) -> None:
     store = place_without_carrier(bulkhead_template, tmp_path)
     with Store.open(store) as opened, opened.write() as connection:
-        connection.execute(sa.text("DELETE FROM circle_pair"))
+        connection.execute(sa.text("DELETE FROM circle_relation"))
     answer = inspected(store, *pair.options(prior=None), "--world", "floor")
     assert answer["verdict"] == "refused"
     assert "give a prior" in answer["reason"]
@@ -339,7 +339,7 @@ def test_one_picture_without_circles_of_the_model_is_refused(
     store = place_without_carrier(bulkhead_template, tmp_path)
     with Image.open(pair.left) as picture:
         Image.new("L", picture.size, 128).save(tmp_path / "grey.png")
-    for left, change in ((tmp_path / "grey.png", "SELECT 1"), (pair.left, "DELETE FROM circle_pair")):
+    for left, change in ((tmp_path / "grey.png", "SELECT 1"), (pair.left, "DELETE FROM circle_relation")):
         with Store.open(store) as opened, opened.write() as connection:
             connection.execute(sa.text(change))
         answer = inspected(store, *pair.options(prior=None, right=None, left=left), "--world", "floor")

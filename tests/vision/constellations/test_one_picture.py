@@ -150,8 +150,7 @@ def join_by_loops(model: Circles, seen: Columns, p: OnePictureParameters) -> set
                     and abs(rise_a - rises[0]) <= turn + tilt[a]
                     and abs(rise_b - rises[1]) <= turn + tilt[b]
                 ):
-                    of_class = pairs["class_no"] == k
-                    which = zip(pairs["circle_a"][of_class].tolist(), pairs["circle_b"][of_class].tolist(), strict=True)
+                    which = zip(pairs["circle_a"][k].tolist(), pairs["circle_b"][k].tolist(), strict=True)
                     found |= {(a, b, c, d) for c, d in which}
     return found
 
