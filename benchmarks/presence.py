@@ -45,7 +45,6 @@ from vision.matching.pose_problem import MatchedView
 from vision.presence.assess import assess
 from vision.presence.report import describe
 from vision.presence.states import Presence
-from vision.relations.workspace import open_workspace
 from vision.scene.scene import Scene
 from vision.scene.stored_scene import StoredScene
 
@@ -230,8 +229,7 @@ def locate(trial: Trial, stored: StoredScene, kept: Path) -> tuple[dict[str, Pri
         assert trial.prior is not None
         located = localise(stored.scene, trial.rig, extracted, trial.pictures, trial.prior)
         maps = {} if located.best is None else map_views(stored.scene, trial.rig, located.best.world_from_rig)
-        with open_workspace() as workspace:
-            match = match_views(workspace, trial.rig, located, maps, extracted, MATCHING)
+        match = match_views(trial.rig, located, maps, extracted, MATCHING)
         kept.write_bytes(pickle.dumps((extracted, located, match)))
     pictures, found, matched = pickle.loads(kept.read_bytes())
     return pictures, found, matched

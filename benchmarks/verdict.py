@@ -55,6 +55,7 @@ from vision.inspection.locate import Sight, select_parts
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.localise import Localisation
 from vision.localisation.verdict import VerdictStatistics
+from vision.scene.kept_scenes import Scenes
 from vision.stereo.match import match_stereo
 
 # Weights are fitted on the trials of even number in these sets; all others are held out.
@@ -133,9 +134,10 @@ def locate(trial: Trial, models: Models, found: dict[str, Primitives]) -> Locali
             left, right = found.values()
             stereo = match_stereo(trial.rig, left, right, None, p.stereo)
         needs = NEEDS[len(found)]
-        sight = Sight(run, store, 1, "cell", trial.rig, found, trial.pictures, stereo, needs, p)
+        scenes = Scenes(store)
+        sight = Sight(run, scenes, 1, "cell", trial.rig, found, trial.pictures, stereo, needs, p)
         try:
-            selected = select_parts(store, 1, "cell", trial.rig, trial.prior, p.selection)
+            selected = select_parts(scenes, 1, "cell", trial.rig, trial.prior, p.selection)
         except InputError:
             return None
         return sight.locate(selected, trial.prior).found

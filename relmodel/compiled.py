@@ -23,6 +23,7 @@ never changes, and processes that write it at once write the same.
 
 from __future__ import annotations
 
+import fcntl
 import gc
 import hashlib
 import os
@@ -31,7 +32,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -85,6 +86,22 @@ def compile_ahead(modules: Sequence[str], tell: Callable[[str], None]) -> None:
     if not missing:
         return
     tell(f"compiling kernels, once for this version, to be kept in {folder} ...")
+    with _turn(folder):
+        _compile([module for module in missing if not _mark(folder, module).exists()])
+
+
+@contextmanager
+def _turn(folder: Path) -> Iterator[None]:
+    """Wait while another process compiles into a folder: it has all processors at work, and leaves less to do."""
+    with ExitStack() as stack:
+        with suppress(OSError):  # a folder that can only be read
+            fcntl.flock(stack.enter_context((folder / "turn").open("w")), fcntl.LOCK_EX)
+        yield
+
+
+def _compile(missing: Sequence[str]) -> None:
+    if not missing:
+        return
     # The longest first, so that no process is left with one while the others have nothing more to do.
     waiting = sorted(missing, key=lambda module: -_source(module).stat().st_size)
     processors = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

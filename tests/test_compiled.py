@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from relmodel import compiled
+from relmodel.app.compile_behind import compile_behind
 from vision.inspection import KERNELS
 
 CHECKOUT = Path(__file__).parent.parent
@@ -155,6 +156,30 @@ def test_kernels_are_compiled_ahead_once(package: Path, tmp_path: Path) -> None:
     assert said(started(package, tmp_path / "cache", ahead)).startswith("compiling kernels, once")
     assert said(started(package, tmp_path / "cache")) == "[0.0, 2.0, 4.0] 1\n"
     assert said(started(package, tmp_path / "cache", ahead)) == ""
+
+
+def test_processes_that_compile_ahead_together_share_the_work(package: Path, tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    (package / "relmodel" / "third_kernels.py").write_text(f"open({str(log)!r}, 'a').write('x')")
+    ahead = (
+        "from relmodel.compiled import *; compile_ahead(['relmodel.third_kernels', 'relmodel.second_kernels'], print)"
+    )
+    for process in [started(package, tmp_path / "cache", ahead) for _ in range(3)]:
+        said(process)
+    assert log.read_text() == "x"
+
+
+def test_compiling_behind_a_load_is_started_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    started_with: list[list[str]] = []
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr("relmodel.app.compile_behind.Popen", lambda command, **_: started_with.append(command))
+    told: list[str] = []
+    compile_behind(told.append)
+    compile_behind(told.append)
+    assert len(started_with) == len(told) == 1
+    words = started_with[0][2].replace("compile_ahead(KERNELS", "print(len(KERNELS), compile_ahead")
+    done = subprocess.run([sys.executable, "-c", words.split(", lambda")[0] + ")"], capture_output=True, text=True)
+    assert done.stdout.startswith(f"{len(KERNELS)} <function compile_ahead")
 
 
 def test_a_module_that_cannot_be_compiled_ahead_stops_nothing(package: Path, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from relmodel.store.ask import TIME_LIMIT_S, ask_arrow
 from relmodel.table import Table
 
 if TYPE_CHECKING:
+    from relmodel.app.session import Session
     from relmodel.loading.write.write import LoadReport
     from relmodel.world.correction import Carrier
     from relmodel.world.placement import WorldReport
@@ -86,21 +87,29 @@ class OpenStore(Store):
         believe_pictures: accept a pose that the pictures show surely where it contradicts the prior.  A notebook shows
         the answer with the model drawn over the pictures.
         """
-        from relmodel.app.notebook import inspect_with_picture
-        from vision.inspection.inspection_parameters import InspectionParameters
+        with self.session(
+            rig=rig, needs=needs, world=world, against=against, believe_pictures=believe_pictures
+        ) as session:
+            return session.inspect(left=left, right=right, prior=prior, carrier=carrier)
 
-        return inspect_with_picture(
-            self,
-            rig=rig,
-            left=left,
-            right=right,
-            prior=prior,
-            needs=needs,
-            world=world,
-            against=against,
-            carrier=carrier,
-            parameters=InspectionParameters(believe_pictures=believe_pictures),
-        )
+    def session(
+        self,
+        *,
+        rig: str | Path,
+        needs: Needs | None = None,
+        world: str | None = None,
+        against: Sequence[str] | None = None,
+        believe_pictures: bool = False,
+    ) -> Session:
+        """Inspect one pair after the other with one rig: what is made of the model is kept between them, and the
+        answers are those of `inspect`.
+
+            with store.session(rig="rig.yaml") as session:
+                answers = [session.inspect(left=left, right=right) for left, right in pairs]
+        """
+        from relmodel.app.session import Session
+
+        return Session(self, rig=rig, needs=needs, world=world, against=against, believe_pictures=believe_pictures)
 
     def query(self, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> Table:
         """The result of one SELECT, WITH, VALUES, TABLE or EXPLAIN, stopped after `time_limit_s` seconds."""

@@ -56,7 +56,8 @@ def find_poses(
     too.  Poses far from a prior are dropped.  The scores of the poses are the shares of what stereo puts in space that
     lies on the model's arcs; the poses are perturbations of the prior, where none is given of an open one at the
     best."""
-    points, arcs = sample_scene(space, p.poses), ModelArcs(scene, p.poses)
+    points = sample_scene(space, p.poses)
+    arcs = scene.once(("model arcs", p.poses), lambda: ModelArcs(scene, p.poses))
     poses, share, name = np.zeros((0, 4, 4)), np.zeros(0), "join"
     relations: dict[str, Relations] = {}
     for stage, start in (("join", _start_at_circles), ("lines", _start_at_lines)):

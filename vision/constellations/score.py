@@ -11,7 +11,7 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints
 from vision.constellations.constellation_parameters import PoseParameters
 from vision.localisation.align import align_with_lines
-from vision.localisation.alternatives import ArcShapes, describe_arc_shapes, find_displacements
+from vision.localisation.alternatives import describe_arc_shapes, find_displacements
 from vision.scene.scene import Scene
 from vision.stereo.triangulate import CURVES, Triangulated
 
@@ -100,7 +100,7 @@ class ModelArcs:
 
         rows = scene.reference_samples
         rows = rows[scene.sample_cosine[rows] < np.cos(p.sharp_rad)]
-        self.scene, self.p = scene, p
+        self.p, self._shapes = p, describe_arc_shapes(scene)
         self.point, self.tangent, self.arc = (
             scene.sample_point[rows],
             scene.sample_tangent[rows],
@@ -127,10 +127,6 @@ class ModelArcs:
             middle = np.einsum("kij,j->ki", poses[:, :3, :3], scene.middle) + poses[:, :3, 3]
             poses = align_with_lines(met.point, met.tangent, met.across, weight, middle) @ poses
         return poses
-
-    @cached_property
-    def _shapes(self) -> ArcShapes:
-        return describe_arc_shapes(self.scene)
 
     def shifted(self, pose: Floats, scene: ScenePoints) -> Floats:
         """Poses (k, 4, 4) that the model displaced onto itself makes of one, by the arcs that explain the scene."""

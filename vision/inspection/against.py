@@ -180,7 +180,7 @@ def _join(sight: Sight, among: Sequence[Candidate]) -> list[_Start]:
     starts = []
     for one in among:
         own = replace(sight, world_id=one.world_id, world=one.world)
-        selected = select_parts(own.store, one.world_id, one.world, own.rig, None, own.p.selection)
+        selected = select_parts(own.scenes, one.world_id, one.world, own.rig, None, own.p.selection)
         starts.append(_Start(one, own, selected, own.join(selected.stored.scene, None)))
     return sorted(starts, key=lambda start: -(start.score or 0.0))
 

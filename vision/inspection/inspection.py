@@ -44,7 +44,7 @@ from vision.presence.assess import assess
 from vision.presence.report import describe
 from vision.presence.states import Presence
 from vision.presence.variants import VariantEvidence
-from vision.relations.workspace import open_workspace
+from vision.scene.kept_scenes import Scenes
 from vision.scene.scene import Scene
 from vision.stereo.depth_range import predict_depth_range
 from vision.stereo.match import StereoMatches, check_method, match_stereo
@@ -175,6 +175,7 @@ def inspect(
     overlay: str | Path | None = None,
     crops: str | Path | None = None,
     parameters: InspectionParameters = DEFAULTS,
+    scenes: Scenes | None = None,
 ) -> Inspection:
     """Inspect a stereo pair, or the picture of the left camera alone, against a world of the store.
 
@@ -187,7 +188,8 @@ def inspect(
     weigh all loaded variants of the inspected objects at the pose found, None where something is not as the model
     says and they are few; overlay: a picture of the model drawn over the images, to be written; crops: a folder for
     pictures of what is not as the model says, worst first; full_audit: whether the rows that explain the decisions
-    are kept, and not the decisions alone. The run records the parameters, defaults included. Raises InputError for
+    are kept, and not the decisions alone; scenes: those that earlier inspections of the store left, for more of them
+    in a row. The run records the parameters, defaults included. Raises InputError for
     bad inputs, UsageError where several objects carry the rig and `carrier` does not choose; the run then ended as
     failed, and the store is otherwise as it was.
     """
@@ -218,7 +220,16 @@ def inspect(
         inputs=digest_inputs({**paths, **rig_inputs(rig)} | ({} if prior is None else {"prior": prior})),
         packages=PACKAGES,
     ) as run:
-        return _inspect(store, run, call, Path(rig), paths, None if prior is None else Path(prior), needs, parameters)
+        return _inspect(
+            scenes or Scenes(store),
+            run,
+            call,
+            Path(rig),
+            paths,
+            None if prior is None else Path(prior),
+            needs,
+            parameters,
+        )
 
 
 @dataclass(frozen=True)
@@ -242,7 +253,7 @@ class _Call:
 
 
 def _inspect(
-    store: Store,
+    scenes: Scenes,
     run: Run,
     call: _Call,
     rig: Path,
@@ -251,6 +262,7 @@ def _inspect(
     needs: Needs | None,
     parameters: InspectionParameters,
 ) -> Inspection:
+    store = scenes.store
     check_mode(parameters.matching.pose.search)
     whole = read_rig(rig)
     cameras = whole.only(*paths)
@@ -262,20 +274,20 @@ def _inspect(
     run.step("read")
     mounted = believed = selected = None
     among = [] if call.against is None else place_candidates(store, run, call.against)
+    scenes.keep_only({call.world_id, *(it.world_id for it in among)})
     if call.against is None:
         mounted = _mounted(store, call.world_id, whole, call.carrier)
         believed = _believe(prior, mounted, call.carrier)
-        selected = select_parts(store, call.world_id, call.world, cameras, believed, parameters.selection)
+        selected = select_parts(scenes, call.world_id, call.world, cameras, believed, parameters.selection)
     run.step("select")
 
-    workspace = open_workspace()
     seen = extract_pictures(run, pictures, parameters.extraction, keep_images=call.keep_images)
     primitives = {name: one.primitives for name, one in seen.items()}
     run.step("extract")
     stereo = _stereo(None if selected is None else selected.stored.scene, cameras, believed, primitives, parameters)
     run.step("stereo")
     greys: dict[str, Bytes | Floats] = {name: picture.grey for name, picture in pictures.items()}
-    sight = Sight(run, store, call.world_id, call.world, cameras, primitives, greys, stereo, needs, parameters)
+    sight = Sight(run, scenes, call.world_id, call.world, cameras, primitives, greys, stereo, needs, parameters)
     considered: list[Considered] = []
     ranked: list[VariantEvidence] = []
     if selected is None:
@@ -287,7 +299,7 @@ def _inspect(
     maps = {}
     if found.best is not None:
         maps = map_views(stored.scene, cameras, found.best.world_from_rig, parameters.localisation)
-    matched = match_views(workspace, cameras, found, maps, primitives, parameters.matching)
+    matched = match_views(cameras, found, maps, primitives, parameters.matching)
     run.step("match")
     correction = _correction(mounted, call.carrier, found)
     parts = None

@@ -24,8 +24,9 @@ from vision.localisation.hypotheses import Candidates
 from vision.localisation.localise import Localisation, localise
 from vision.localisation.refine import Refined
 from vision.localisation.verdict import weigh_against_prior
+from vision.scene.kept_scenes import Scenes
 from vision.scene.scene import Scene
-from vision.scene.stored_scene import StoredScene, read_scene
+from vision.scene.stored_scene import StoredScene
 from vision.stereo.match import StereoMatches
 
 
@@ -47,31 +48,31 @@ class Located(NamedTuple):
 
 
 def select_parts(
-    store: Store, world_id: int, world: str, rig: Rig, prior: Prior | None, p: SelectionParameters
+    scenes: Scenes, world_id: int, world: str, rig: Rig, prior: Prior | None, p: SelectionParameters
 ) -> Selected:
     """What of the world may be in view: all of it where nothing is known beforehand.
 
     Raises InputError where nothing of it lies where the prior looks."""
     if prior is None:
-        with store.read() as connection:
-            stored = read_scene(store, connection, world_id)
+        with scenes.store.read() as connection:
+            stored = scenes.read(connection, world_id)
         count = len(stored.occurrence_id)
         return Selected(stored, Selection(stored.occurrence_id, np.full(count, -1), np.ones(count, bool)))
-    selection = select_in_view(store, rig, prior, p, world=world)
+    selection = select_in_view(scenes.store, rig, prior, p, world=world)
     if not len(selection.shown):
         raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
-    with store.read() as connection:
-        return Selected(read_scene(store, connection, world_id, selection.occurrence_id.tolist()), selection)
+    with scenes.store.read() as connection:
+        return Selected(scenes.read(connection, world_id, selection.occurrence_id.tolist()), selection)
 
 
 @dataclass(frozen=True)
 class Sight:
-    """A world of a store, by identity and name, a rig, and what its cameras saw there: what was extracted of pictures
-    and their greys (rows, columns) by camera, and the matches of a pair; what a run makes of it is timed as its steps.
-    """
+    """Scenes of a store, a world of it by identity and name, a rig, and what its cameras saw there: what was extracted
+    of pictures and their greys (rows, columns) by camera, and the matches of a pair; what a run makes of it is timed as
+    its steps."""
 
     run: Run
-    store: Store
+    scenes: Scenes
     world_id: int
     world: str
     rig: Rig
@@ -80,6 +81,10 @@ class Sight:
     stereo: StereoMatches | None
     needs: Needs
     p: InspectionParameters
+
+    @property
+    def store(self) -> Store:
+        return self.scenes.store
 
     def locate(self, selected: Selected, prior: Prior | None) -> Located:
         """The rig from the poses of the join; where the pictures do not show the model at these, from a scan of the
@@ -102,7 +107,7 @@ class Sight:
             (size,) = self.store.rows(connection, "world/size", world_id=self.world_id)
         if size.parts > self.p.most_parts:
             return None
-        everything = select_parts(self.store, self.world_id, self.world, self.rig, None, self.p.selection)
+        everything = select_parts(self.scenes, self.world_id, self.world, self.rig, None, self.p.selection)
         used, starts, relations = self.join(everything.stored.scene, None)
         if not _explain_enough(starts):
             return None

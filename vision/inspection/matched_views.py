@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from relmodel.store.database import Database
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
 from vision.localisation.coverage import SurfaceMap, map_views
@@ -20,7 +19,6 @@ from vision.scene.scene import Scene
 
 
 def match_views(
-    workspace: Database,
     rig: Rig,
     found: Localisation,
     maps: dict[str, SurfaceMap],
@@ -31,7 +29,7 @@ def match_views(
     if found.best is None:
         return {}
     arcs = {name: view.arcs for name, view in found.views.items()}
-    return _match(workspace, rig, found.best, arcs, maps, pictures, p)
+    return _match(rig, found.best, arcs, maps, pictures, p)
 
 
 def relate_views(
@@ -53,13 +51,12 @@ def relate_views(
             for name, camera in rig.cameras.items()
         }
         maps = map_views(scene, rig, pose.world_from_rig, localisation)
-        matched = _match(open_workspace(), rig, pose, arcs, maps, pictures, p)
+        matched = _match(rig, pose, arcs, maps, pictures, p)
         costs.append(sum(view.match.solved.result.cost for view in matched.values()))
     return costs
 
 
 def _match(
-    workspace: Database,
     rig: Rig,
     pose: Refined,
     arcs: dict[str, ViewArcs],
@@ -67,10 +64,11 @@ def _match(
     pictures: dict[str, Primitives],
     p: MatchingParameters,
 ) -> dict[str, MatchedView]:
-    """The pictures against their views at a pose, a problem of the workspace for each camera."""
+    """The pictures against their views at a pose, a problem of one workspace for each camera."""
     matched = {}
-    for number, (name, camera) in enumerate(rig.cameras.items()):
-        shift = propagate_pose(pose, number, arcs[name].samples)
-        units = describe_view(arcs[name], shift, camera, maps[name], p.view)
-        matched[name] = MatchedView(units, match_view(workspace, number, pictures[name], units, maps[name], p.pose))
+    with open_workspace() as workspace:
+        for number, (name, camera) in enumerate(rig.cameras.items()):
+            shift = propagate_pose(pose, number, arcs[name].samples)
+            units = describe_view(arcs[name], shift, camera, maps[name], p.view)
+            matched[name] = MatchedView(units, match_view(workspace, number, pictures[name], units, maps[name], p.pose))
     return matched

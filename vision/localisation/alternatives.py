@@ -29,6 +29,10 @@ class ArcShapes:
 
 def describe_arc_shapes(scene: Scene) -> ArcShapes:
     """The shapes of a scene's arcs, for congruence up to displacement."""
+    return scene.once("arc shapes", lambda: _describe(scene))
+
+
+def _describe(scene: Scene) -> ArcShapes:
     has_samples = np.bincount(scene.sample_arc) > 0
     arc, row = np.flatnonzero(has_samples), (np.cumsum(has_samples) - 1)[scene.sample_arc]
     t, w = scene.sample_tangent, scene.sample_length

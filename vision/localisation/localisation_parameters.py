@@ -178,8 +178,6 @@ class RefinementParameters:
     hundredths to tenths, in small pictures up to one"""
     samples: int = 3000
     """samples that face a camera"""
-    first_samples: int = 1000
-    """likewise, in the rounds before the last ones, which only bring the pose near"""
     min_cosine: float = 0.94
     """cosine of the greatest angle between a predicted arc and an edge element"""
     max_along_px: float = 0.75

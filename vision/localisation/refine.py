@@ -257,8 +257,7 @@ class Fit:
         """The best pose from all components that are not excluded, by all rounds or by those given."""
         p, pose, own = self.p, world_from_rig, self.unknowns.mean
         for reach, scale in rounds or p.refinement.rounds:
-            is_last = (reach, scale) in p.refinement.rounds[-p.refinement.near_rounds :]
-            prediction = self.predict(pose, p.refinement.samples if is_last else p.refinement.first_samples)
+            prediction = self.predict(pose, p.refinement.samples)
             votes = ~excluded[self.scene.component_of_arc[prediction.arc]]
             delta = np.zeros(6)
             if (reach, scale) != p.refinement.rounds[0]:

@@ -29,16 +29,19 @@ def match_stored(store: Database, connection: Connection, run_id: int, problem_n
     surfaces = store.columns(connection, "matching/stored_surface_pairs", **key)
     given = problem.parameters
     stated = json.loads(given) if isinstance(given, str) else given
-    return match_pairs(
-        open_workspace(),
-        0,
-        Pairs(**_coded(arcs), across=places[:, 0], across_sigma=places[:, 1], shift=places[:, 2:]),
-        SurfacePairs(**_coded(surfaces)),
-        UnitCounts(problem.image_arcs, problem.regions, problem.view_arcs, problem.view_surfaces),
-        store.columns(connection, "matching/relations_of_set", unit_set_id=problem.units_id),
-        store.columns(connection, "matching/relations_of_set", unit_set_id=problem.labels_id),
-        PoseProblemParameters(**{**stated, "tolerances": {k: Tolerance(**t) for k, t in stated["tolerances"].items()}}),
-    )
+    with open_workspace() as workspace:
+        return match_pairs(
+            workspace,
+            0,
+            Pairs(**_coded(arcs), across=places[:, 0], across_sigma=places[:, 1], shift=places[:, 2:]),
+            SurfacePairs(**_coded(surfaces)),
+            UnitCounts(problem.image_arcs, problem.regions, problem.view_arcs, problem.view_surfaces),
+            store.columns(connection, "matching/relations_of_set", unit_set_id=problem.units_id),
+            store.columns(connection, "matching/relations_of_set", unit_set_id=problem.labels_id),
+            PoseProblemParameters(
+                **{**stated, "tolerances": {k: Tolerance(**t) for k, t in stated["tolerances"].items()}}
+            ),
+        )
 
 
 def _coded(pairs: dict[str, Any]) -> dict[str, Any]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -98,6 +101,13 @@ class Scene:
         part.__dict__["rays"] = self.rays
         part.__dict__["curved_triangles"] = triangles
         return part
+
+    def once(self, key: Hashable, make: Callable[[], T]) -> T:
+        """What is made of the scene once, by its name and parameters, and does not hold the scene."""
+        made: dict[Hashable, T] = self.__dict__.setdefault("made", {})
+        if key not in made:
+            made[key] = make()
+        return made[key]
 
     @cached_property
     def rays(self) -> Rays:

@@ -71,6 +71,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     output.quiet = args.quiet
     with _interrupts() as came:
+        args.interrupts = came
         try:
             status: int = args.run(args)
             sys.stdout.flush()
@@ -79,7 +80,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if came or isinstance(error, KeyboardInterrupt):
                 print(f"relmodel {args.verb}: {_INTERRUPTED}", file=sys.stderr)
                 return INTERRUPTED
-            return _report(args, error)
+            return tell(args, error)
 
 
 @contextmanager
@@ -103,10 +104,10 @@ def _interrupts() -> Iterator[list[int]]:
         logging.disable(logging.NOTSET)
 
 
-def _report(args: argparse.Namespace, error: Exception) -> int:
-    """Say what went wrong in a sentence; the exit status."""
+def tell(args: argparse.Namespace, error: Exception, place: str = "") -> int:
+    """Say what went wrong in a sentence, and where; the exit status."""
     if isinstance(error, RelmodelError):
-        print(f"relmodel {args.verb}: {visible(str(error))}", file=sys.stderr)
+        output.complain(f"relmodel {args.verb}: {place}{error}")
         return error.exit_status
     if isinstance(error, BrokenPipeError):
         drop_output()  # the reader (head, less) has gone
@@ -115,7 +116,7 @@ def _report(args: argparse.Namespace, error: Exception) -> int:
         sys.stderr.write(visible("".join(traceback.format_exception(error)), keep="\n"))
     said = visible(": ".join([type(error).__name__, *str(error).strip().splitlines()[:1]]))
     cure = "report it with what is above" if args.debug else "run it again with --debug and report what that prints"
-    print(f"relmodel {args.verb}: an internal error ({said}): {cure}", file=sys.stderr)
+    output.complain(f"relmodel {args.verb}: {place}an internal error ({said}): {cure}")
     return UNFORESEEN
 
 

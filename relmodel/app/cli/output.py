@@ -18,6 +18,11 @@ def say(words: str) -> None:
 
 def complain(words: str) -> None:
     """An error message, which is printed in any case."""
-    if sys.stderr.isatty():
-        sys.stderr.write("\r\x1b[K")  # a progress bar may stand on the line
+    clear_line()
     print(visible(words), file=sys.stderr)
+
+
+def clear_line() -> None:
+    """Take away the progress bar that may stand on the line of a terminal."""
+    if sys.stderr.isatty():
+        sys.stderr.write("\r\x1b[K")

@@ -157,7 +157,7 @@ def test_what_is_no_inspection_is_refused(
     for words, said in (
         (["--run", "1", "-o", "a.json"], "is not an inspection"),
         (["--run", "first", "-o", "a.json"], "names no run"),
-        (["--run", "last", "-o", "a.csv"], "end its name with .glb or .json"),
+        (["--run", "last", "-o", "a.csv"], "use .glb or .json, or name a folder"),
         (["bulkhead", "--run", "last", "-o", "a.json"], "OBJECT or --run RUN"),
         (["--run", "last"], "OBJECT or --run RUN"),
     ):

@@ -22,6 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     import os
 
+    from relmodel.app.compile_behind import compile_behind
     from relmodel.app.report.page import write_page
     from relmodel.app.report.run import run_page
     from relmodel.compiled import compile_ahead
@@ -48,6 +49,7 @@ def run(args: argparse.Namespace) -> int:
     page = args.folder / f"pair_{args.pair}.html"
 
     with Store.create(target) as store:
+        compile_behind(say)
         say(f"loading variant {truth.variant} of the demonstration bulkhead ...")
         report = load(store, source / f"bulkhead_{truth.variant}.step.gz", name="bulkhead", variant=truth.variant)
         say(f"  {report.status}: {report.parts} parts, {report.occurrences} placed, {report.faces_loaded} faces")

@@ -2,10 +2,14 @@
 
 Without --prior a rig that no arm carries is located by the circles that its pictures show, wherever they were taken.
 With --against no world is needed: the pictures are compared with each of the loaded objects that it names.
+With --list the pairs that a CSV file names are inspected one after the other, which saves starting anew for each; its
+first line names its columns: left, and any of right, prior, rig, overlay, crops and serial, with paths relative to the
+file.  Each pair is one line of the answer; one that fails leaves the others.
 Without --right only the picture of the left camera is used.  Where the world mounts the rig on an arm, an accepted
 pose also says how far the arm's base stands from where the world has it, with the joints fixed unless their sigmas are
 given.  Exit status 0 where the pose is accepted, 1 where it is ambiguous or refused; 5 where it is accepted and
-something is there that --fail-on names.
+something is there that --fail-on names; of a list the worst of its pairs: 4 an internal error, 2 wrong use, 3 bad
+input, then 1, then 5.
 """
 
 from __future__ import annotations
@@ -13,20 +17,26 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from relmodel.app.cli.joints import add_joint_sigmas, add_joints, assigned, base_covariance
 from relmodel.app.cli.options import add_format, add_search, store_target
-from relmodel.app.cli.output import say
+from relmodel.app.cli.output import clear_line, say
+from relmodel.app.cli.pair_list import FILES, Listed, read_pairs, worst
 from relmodel.errors import UsageError
 from relmodel.printing import print_rows
+from relmodel.progress import Progress
+from relmodel.text import visible
 
 if TYPE_CHECKING:
     from relmodel.world.correction import Correction
     from vision.inspection import Inspection
 
 DIFFERS = 5
+LIST_COLUMNS = ("pair", "name", "verdict", "run", "outcome", "reason", "exit_status")
 EXAMPLE = "relmodel inspect --rig rig.yaml --left L.png --right R.png --prior prior.yaml --store cell.duckdb"
 
 
@@ -34,12 +44,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rig",
         type=Path,
-        required=True,
         metavar="RIG",
         help="cameras and where the rig has them (formats: see relmodel rig)",
     )
-    parser.add_argument("--left", type=Path, required=True, metavar="PICTURE", help="picture of the camera left")
+    parser.add_argument("--left", type=Path, metavar="PICTURE", help="picture of the camera left")
     parser.add_argument("--right", type=Path, metavar="PICTURE", help="picture of the camera right (default: none)")
+    parser.add_argument(
+        "--list",
+        type=Path,
+        metavar="PAIRS.csv",
+        help="inspect these pairs one after the other; --rig and --prior count where the list names none",
+    )
     parser.add_argument(
         "--prior",
         type=Path,
@@ -139,7 +154,9 @@ def run(args: argparse.Namespace) -> int:
     from vision.inspection import KERNELS, inspect
     from vision.inspection.inspection_parameters import DEFAULTS, choose_methods
     from vision.inspection.outcome import parse_not_as_modelled
+    from vision.scene.kept_scenes import Scenes
 
+    pairs = _pairs(args)
     fail_on = [] if args.fail_on is None else parse_not_as_modelled(args.fail_on, "--fail-on")
     needs = None if args.needs is None else parse_needs(args.needs, "--needs")
     if not (args.base_sigma_mm > 0 and args.base_sigma_deg > 0):
@@ -151,32 +168,101 @@ def run(args: argparse.Namespace) -> int:
     objects = [name.strip() for name in (args.against or "").split(",") if name.strip()]
     compile_ahead(KERNELS, say)
     with Store.open(store_target(args)) as store, shown() as progress:
+        scenes = Scenes(store)
+
+        def inspect_pair(pair: Listed) -> Inspection:
+            return inspect(
+                store,
+                **pair.paths,
+                needs=needs,
+                world=args.world,
+                against=None if args.against is None else objects,
+                carrier=carrier,
+                keep_images=not args.no_keep_images,
+                full_audit=args.audit == "full",
+                variants=args.variants,
+                scenes=scenes,
+                parameters=replace(
+                    choose_methods(DEFAULTS, stereo=args.stereo_method, search=args.search),
+                    stereo_gate=args.stereo_gate,
+                    believe_pictures=args.believe_pictures,
+                    keep_bounds=args.keep_bounds,
+                ),
+            )
+
+        if args.list is not None:
+            return _run_list(args, pairs, inspect_pair, fail_on, progress)
         progress(f"{args.left.name}: inspecting", 0, 1)
-        answer = inspect(
-            store,
-            rig=args.rig,
-            left=args.left,
-            right=args.right,
-            prior=args.prior,
-            needs=needs,
-            world=args.world,
-            against=None if args.against is None else objects,
-            carrier=carrier,
-            keep_images=not args.no_keep_images,
-            full_audit=args.audit == "full",
-            variants=args.variants,
-            overlay=args.overlay,
-            crops=args.crops,
-            parameters=replace(
-                choose_methods(DEFAULTS, stereo=args.stereo_method, search=args.search),
-                stereo_gate=args.stereo_gate,
-                believe_pictures=args.believe_pictures,
-                keep_bounds=args.keep_bounds,
-            ),
-        )
+        answer = inspect_pair(pairs[0])
     print_answer(answer, args.format)
     if store.access.passed is not None:
         say(f"{store.access.passed} had the store open meanwhile: it sees run {answer.run} when it opens it again")
+    return _status(answer, fail_on)
+
+
+def _pairs(args: argparse.Namespace) -> list[Listed]:
+    """The pairs that the call names: those of the list, or the one.  Raises UsageError where it is neither."""
+    given = {name: getattr(args, name) for name in FILES}
+    if args.list is not None:
+        alone = [f"--{name}" for name in FILES if name not in ("rig", "prior") and given[name] is not None]
+        if alone:
+            raise UsageError(f"{' and '.join(alone)} cannot stand beside --list: make columns of the list of them")
+        return read_pairs(args.list, rig=args.rig, prior=args.prior)
+    missing = [f"--{name}" for name in ("rig", "left") if given[name] is None]
+    if missing:
+        raise UsageError(f"{' and '.join(missing)} must be given, or pairs with --list")
+    return [Listed(given, args.left.name, None, "")]
+
+
+def _run_list(
+    args: argparse.Namespace,
+    pairs: Sequence[Listed],
+    inspect_pair: Callable[[Listed], Inspection],
+    fail_on: Sequence[str],
+    progress: Progress,
+) -> int:
+    """Inspect pairs and print a line of each as soon as it is known; the worst exit status."""
+    from relmodel.app.cli.main import tell
+
+    statuses = []
+
+    def answers() -> Iterator[tuple[int, Listed, Inspection | None, str]]:
+        for number, pair in enumerate(pairs, 1):
+            progress(f"{pair.name}: inspecting", number - 1, len(pairs))
+            answer, error = None, ""
+            try:
+                answer = inspect_pair(pair)
+                statuses.append(_status(answer, fail_on))
+            except Exception as raised:
+                if args.interrupts:  # which may raise other errors than its own
+                    raise
+                statuses.append(tell(args, raised, f"{pair.place}: "))
+                error = str(raised)
+            clear_line()
+            yield number, pair, answer, error
+            sys.stdout.flush()
+
+    def rows() -> Iterator[tuple[Any, ...]]:
+        """Those of LIST_COLUMNS."""
+        for number, pair, it, error in answers():
+            found = (it.verdict, it.run, it.outcome.words, it.reason) if it else ("failed", None, None, error)
+            yield number, pair.name, *found, statuses[-1]
+
+    if args.format == "csv":
+        print_rows(LIST_COLUMNS, rows(), "csv")
+    elif args.format == "table":
+        for number, name, verdict, run, outcome, reason, _ in rows():
+            words = f"run {run}, {outcome}: {reason}" if run else reason
+            print(visible(f"{number}/{len(pairs)}  {name}  {verdict}  {words}"))
+    else:
+        for number, pair, answer, error in answers():
+            told = {"pair": number, "of": len(pairs), "serial": pair.serial, "left": str(pair.paths["left"])}
+            told |= {"exit_status": statuses[-1], "error": error or None}
+            print(json.dumps(told | {"answer": answer and answer.to_json()}))
+    return worst(statuses)
+
+
+def _status(answer: Inspection, fail_on: Sequence[str]) -> int:
     if answer.verdict != "accepted":
         return 1
     return DIFFERS if any(answer.outcome.has(what) for what in fail_on) else 0

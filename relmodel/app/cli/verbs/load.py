@@ -48,6 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
+    from relmodel.app.compile_behind import compile_behind
     from relmodel.errors import InputError
     from relmodel.loading.load import Request, load_all
     from relmodel.store import Store
@@ -72,6 +73,7 @@ def run(args: argparse.Namespace) -> int:
         )
     refused = None
     with Store.open(store_target(args)) as store, shown() as progress:
+        compile_behind(say)
         for request, outcome in load_all(store, requests, progress):
             if isinstance(outcome, InputError):
                 if not several:

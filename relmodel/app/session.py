@@ -1,0 +1,65 @@
+"""Inspections in a row that share what they make of the model: its scenes, what is looked up in them, and kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Self
+
+if TYPE_CHECKING:
+    from relmodel.store import Store
+    from relmodel.world.correction import Carrier
+    from vision.cameras.cameras import Needs
+    from vision.inspection.inspection import Inspection
+
+
+class Session:
+    """Inspections with one rig of one world, as `OpenStore.session` says; each sees the newest revision of the world.
+
+    A context manager that lets go of what it keeps when it ends.
+    """
+
+    def __init__(
+        self,
+        store: Store,
+        *,
+        rig: str | Path,
+        needs: Needs | None,
+        world: str | None,
+        against: Sequence[str] | None,
+        believe_pictures: bool,
+    ) -> None:
+        from vision.inspection.inspection_parameters import InspectionParameters
+        from vision.scene.kept_scenes import Scenes
+
+        self._scenes = Scenes(store)
+        self._given = {"rig": rig, "needs": needs, "world": world, "against": against}
+        self._parameters = InspectionParameters(believe_pictures=believe_pictures)
+
+    def inspect(
+        self,
+        *,
+        left: str | Path,
+        right: str | Path | None = None,
+        prior: str | Path | None = None,
+        carrier: Carrier | None = None,
+    ) -> Inspection:
+        """Inspect a pair, or the picture of the left camera; one that fails leaves the session as it was."""
+        from relmodel.app.notebook import inspect_with_picture
+
+        return inspect_with_picture(
+            self._scenes.store,
+            left=left,
+            right=right,
+            prior=prior,
+            carrier=carrier,
+            parameters=self._parameters,
+            scenes=self._scenes,
+            **self._given,
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._scenes.keep_only(())

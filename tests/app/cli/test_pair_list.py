@@ -1,0 +1,156 @@
+"""Pairs in a row: lists as people write them, and answers as those of one pair alone."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+import relmodel
+from relmodel.app.cli.main import main
+from relmodel.app.cli.pair_list import read_pairs, worst
+from relmodel.errors import InputError
+from relmodel.store import Store
+from tests.app.cli.conftest import Inspection, Pair
+from tests.app.cli.slider import write_world
+from tests.app.cli.test_inspect import compared
+from vision.scene.stored_scene import read_scene
+
+VARYING = {"run", "timings_s"}
+
+
+def listed(folder: Path, text: str) -> Path:
+    file = folder / "pairs.csv"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "left,right,serial\na.png,b/b.png,7\n\n# a remark\nc.png\n",
+        '\ufeffLeft; Right; Serial\r\na.png;"b/b.png";7\r\nc.png;;\r\n',  # as a German spreadsheet writes it
+        "serial\tleft\tright\n7\ta.png\tb/b.png\n\tc.png\t\n",
+    ],
+    ids=["commas", "semicolons", "tabs"],
+)
+def test_a_list_is_read_as_it_is_written(text: str, tmp_path: Path) -> None:
+    first, second = read_pairs(listed(tmp_path, text), rig=Path("rig.yaml"))
+    assert (first.paths["left"], first.paths["right"]) == (tmp_path / "a.png", tmp_path / "b/b.png")
+    assert (first.paths["rig"], first.paths["prior"], first.name) == (Path("rig.yaml"), None, "7")
+    assert (second.paths["left"], second.paths["right"], second.name) == (tmp_path / "c.png", None, "c.png")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "line 1: there is no column left"),
+        ("right,rig\n", "line 1: there is no column left"),
+        ("left,piror\na,b\n", "line 1: the column 'piror' is not known: the columns are some of left, right, prior"),
+        ("left,left\na,b\n", "line 1: the column 'left' stands there twice"),
+        ("left\n", "names no pair"),
+        ("left,rig\na,b\n\n,b\n", "line 4: no picture of the camera left is named"),
+        ("left,right\na,b,c\n", "line 2: 3 cells under 2 columns"),
+        ("left,right\na,b\n", "line 2: no rig is named"),
+        ('left,rig\n"a,b\n', "line 2: this is no CSV"),
+    ],
+)
+def test_a_bad_list_is_one_sentence_with_its_line(text: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError) as raised:
+        read_pairs(listed(tmp_path, text))
+    assert said in str(raised.value)
+    assert "pairs.csv" in str(raised.value)
+
+
+def test_the_worst_status_is_that_of_the_list() -> None:
+    assert [worst(s) for s in ([0, 0], [0, 5], [5, 1, 0], [1, 3, 5], [3, 2], [4, 2, 0], [])] == [0, 5, 1, 3, 2, 4, 0]
+
+
+@pytest.mark.parametrize(
+    "words", [[], ["--rig", "rig.yaml"], ["--list", "pairs.csv", "--left", "a.png"]], ids=["neither", "no left", "both"]
+)
+def test_a_call_names_one_pair_or_a_list(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["inspect", *words, "--store", "no.duckdb"]) == 2
+    assert "--list" in capsys.readouterr().err
+
+
+def test_a_list_answers_as_one_by_one_and_a_failed_pair_leaves_the_others(
+    inspection: Inspection,
+    pair: Pair,
+    copy_store: Callable[[str], str],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    store, scenes = copy_store(inspection.store), count_scenes(monkeypatch)
+    line = f"{pair.left},{pair.right},{pair.prior_file}"
+    file = listed(tmp_path, f"left,right,prior,serial\n{line},one\nnothing.png,,,two\n{line},three\n")
+    call = ["inspect", "--list", str(file), "--rig", str(pair.rig_file), "--keep-bounds", "--store", store]
+    capsys.readouterr()
+    assert main([*call, "--format", "json"]) == 3
+    said = capsys.readouterr()
+    told: list[dict[str, Any]] = [json.loads(line) for line in said.out.splitlines()]
+    assert [(it["pair"], it["of"], it["serial"], it["exit_status"]) for it in told] == [
+        (1, 3, "one", 0),
+        (2, 3, "two", 3),
+        (3, 3, "three", 0),
+    ]
+    assert f"{file}, line 3: there is no image" in said.err
+    assert "there is no image" in told[1]["error"]
+    assert len(scenes) == 1
+    alone = {k: v for k, v in inspection.answer.items() if k not in VARYING}
+    with Store.open(store, read_only=True) as opened, opened.read() as connection:
+        rows = compared(opened, connection, inspection.answer["run"])
+        for it in (told[0], told[2]):
+            assert {k: v for k, v in it["answer"].items() if k not in VARYING} == alone
+            assert compared(opened, connection, it["answer"]["run"]) == rows
+
+
+def test_a_session_sees_a_new_revision_of_the_world(
+    bulkhead_template: Path,
+    pair: Pair,
+    copy_store: Callable[[str], str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    """Of edges that are less exact, the pose is less sure, as an inspection alone has it."""
+    given: dict[str, Any] = {"left": pair.left, "right": pair.right, "prior": pair.prior_file}
+    scenes = count_scenes(monkeypatch)
+    with relmodel.open(copy_store(str(bulkhead_template)), read_only=False) as store:
+        with store.session(rig=pair.rig_file) as session:
+            first = session.inspect(**given)
+            store.place(less_exact(pair, tmp_path))
+            second = session.inspect(**given)
+            assert len(scenes) == 2
+            assert {key[0] for key in session._scenes._kept} == {scenes[1]}
+        alone = store.inspect(rig=pair.rig_file, **given)
+    assert first.to_json()["covariance"] != second.to_json()["covariance"]
+    assert second.sigma_mm > first.sigma_mm
+    one, other = ({k: v for k, v in it.to_json().items() if k not in VARYING} for it in (alone, second))
+    assert one == other
+
+
+def less_exact(pair: Pair, folder: Path) -> Path:
+    """The world of the fixture, its objects' edges 0.3 mm off."""
+    _, file = write_world(folder, pair.rig_file, pair.prior["world_from_rig"], "slider")
+    world = yaml.safe_load(file.read_text())
+    for placed in world["objects"]:
+        placed["tolerance_mm"] = 0.3
+    file.write_text(yaml.safe_dump(world))
+    return file
+
+
+def count_scenes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """The worlds whose scenes are read from now on."""
+    worlds: list[int] = []
+
+    def reading(*given: Any) -> Any:
+        worlds.append(given[2])
+        return read_scene(*given)
+
+    monkeypatch.setattr("vision.scene.kept_scenes.read_scene", reading)
+    return worlds
