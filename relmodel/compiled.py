@@ -74,18 +74,18 @@ def helper(function: Function) -> Function:
     return cast(Function, _njit(no_cpython_wrapper=True, **_OPTIONS)(function))
 
 
-def compile_ahead(modules: Sequence[str], tell: Callable[[str], None]) -> None:
+def compile_ahead(modules: Sequence[str], say: Callable[[str], None]) -> None:
     """Compile the kernels of these modules, where they are not in the cache yet, in as many processes as there are
     processors, and say so.  What is not compiled so, for whatever reason, is when its module is imported.
     """
     folder = cache_folder()
     if folder is None:
-        tell("compiling kernels for this process only: there is no folder to keep them (name one in NUMBA_CACHE_DIR)")
+        say("compiling kernels for this process only: there is no folder to keep them (name one in NUMBA_CACHE_DIR)")
         return
     missing = [module for module in modules if not _mark(folder, module).exists()]
     if not missing:
         return
-    tell(f"compiling kernels, once for this version, to be kept in {folder} ...")
+    say(f"compiling kernels, once for this version, to be kept in {folder} ...")
     with _turn(folder):
         _compile([module for module in missing if not _mark(folder, module).exists()])
 

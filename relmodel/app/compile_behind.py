@@ -18,7 +18,7 @@ _WORK = (
 )
 
 
-def compile_behind(tell: Callable[[str], None]) -> None:
+def compile_behind(say: Callable[[str], None]) -> None:
     """Start compiling, once for each installation, and say so; it goes on when this process ends.
 
     To know whether it was started before costs no import of numba.  `compile_ahead` waits for it.
@@ -30,7 +30,7 @@ def compile_behind(tell: Callable[[str], None]) -> None:
             return
         asked.parent.mkdir(parents=True, exist_ok=True)
         asked.touch()
-        tell("compiling the kernels of inspections behind it, once for this version ...")
+        say("compiling the kernels of inspections behind it, once for this version ...")
         command = [sys.executable, "-c", _WORK]
         Popen(command, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL, start_new_session=True)
 
@@ -40,5 +40,5 @@ def _installation() -> str:
     top = Path(relmodel.__file__).parent.parent
     files = sorted(file for package in ("relmodel", "vision") for file in (top / package).rglob("*kernels.py"))
     stats = [(os.fspath(file), os.stat(file)) for file in files]
-    told = repr((sys.executable, [(name, it.st_size, it.st_mtime_ns) for name, it in stats]))
-    return hashlib.sha256(told.encode()).hexdigest()[:16]
+    stated = repr((sys.executable, [(name, it.st_size, it.st_mtime_ns) for name, it in stats]))
+    return hashlib.sha256(stated.encode()).hexdigest()[:16]

@@ -101,15 +101,15 @@ def _place(store: Store, run: Run, file: WorldFile, write_rig: RigWriter | None,
     return run.transact(write)
 
 
-def place_alone(store: Store, run: Run, objects: Sequence[Mapping[str, Any]]) -> list[tuple[int, str]]:
+def place_in_own_worlds(store: Store, run: Run, objects: Sequence[Mapping[str, Any]]) -> list[tuple[int, str]]:
     """Identity and name of worlds in which loaded objects, rows of `object/newest`, stand alone, each at its origin,
     its joints at rest.  Such a world has revision 0, is never a current one, and is placed once."""
-    return run.transact(lambda connection: [_place_alone(store, run, connection, dict(row)) for row in objects])
+    return run.transact(lambda connection: [_place_in_own_world(store, run, connection, dict(row)) for row in objects])
 
 
-def _place_alone(store: Store, run: Run, connection: Connection, row: dict[str, Any]) -> tuple[int, str]:
+def _place_in_own_world(store: Store, run: Run, connection: Connection, row: dict[str, Any]) -> tuple[int, str]:
     name = f"{row['name']} (variant {row['variant']}, revision {row['revision']}) alone"
-    known = store.rows(connection, "world/alone", name=name)
+    known = store.rows(connection, "world/own_world", name=name)
     if known:
         return int(known[0].world_id), name
     placed = PlacedObject(row["name"], row["variant"], row["name"], "inspected", np.eye(4), {}, 0.0)

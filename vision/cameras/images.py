@@ -74,7 +74,7 @@ def read_pictures(paths: Mapping[str, Path], rig: Rig) -> dict[str, Picture]:
     return {name: replace(it, bits=most) if it.bits_from == "values" else it for name, it in read.items()}
 
 
-def tell_bits(pictures: Iterable[Picture]) -> list[str]:
+def describe_bits(pictures: Iterable[Picture]) -> list[str]:
     """A sentence a picture: how many of sixteen bits it uses, and what says so."""
     words = {"file": "the file says", "rig": "the rig says", "values": "the values show"}
     return [

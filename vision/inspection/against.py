@@ -13,7 +13,7 @@ from relmodel.arrays import Floats
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
-from relmodel.world.placement import place_alone
+from relmodel.world.placement import place_in_own_worlds
 from vision.constellations.find_poses import Found
 from vision.inspection.locate import Located, Selected, Sight, select_parts
 from vision.inspection.variants import weigh_variants
@@ -21,7 +21,7 @@ from vision.localisation.localise import Localisation
 from vision.localisation.verdict import Gathered, Verdict, find_standing
 from vision.presence.variants import VariantEvidence
 
-TOLD_APART = 3.0
+LEAST_MARGIN = 3.0
 """nats of evidence, 20 to 1, that tell one variant from another, as the view `found_variant` has it"""
 
 
@@ -110,7 +110,7 @@ def place_candidates(store: Store, run: Run, names: Sequence[str]) -> list[Candi
         if name not in known:
             raise UsageError(f"the object {name!r} is not loaded: name some of {', '.join(known)}, or none for all")
     asked = [row for row in loaded if row["name"] in (names or known)]
-    worlds = place_alone(store, run, asked)
+    worlds = place_in_own_worlds(store, run, asked)
     with store.read() as connection:
         found = [
             Candidate(int(row["object_variant_id"]), row["name"], row["variant"], *world)
@@ -237,7 +237,7 @@ def _judge_variants(it: _Chosen, state: str, among: Sequence[Candidate]) -> dict
     less = {v.object_variant_id: best - v.log_odds for v in it.variants if state != "refused"}
     for one in among:
         if one != it.candidate and one.object_variant_id in less:
-            alike = state != "outdone" and less[one.object_variant_id] < TOLD_APART
+            alike = state != "outdone" and less[one.object_variant_id] < LEAST_MARGIN
             states[one] = "alike" if alike else "outdone"
     return states
 

@@ -21,7 +21,7 @@ from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
 from vision.cameras.drawing import check_writable
 from vision.cameras.files import read_needs, read_prior, read_rig, rig_inputs
-from vision.cameras.images import read_pictures, tell_bits
+from vision.cameras.images import describe_bits, read_pictures
 from vision.cameras.record_cameras import find_rig
 from vision.cameras.view_volume import Selection
 from vision.extraction import extract as extraction
@@ -209,7 +209,7 @@ def inspect(
         given = (prior, world, variants, parameters.stereo_gate or None, parameters.believe_pictures or None)
         if carrier.is_given or any(it is not None for it in given):
             raise UsageError(
-                "pictures that are held against objects have no world, prior or arm, and weigh all variants: leave out "
+                "pictures compared with loaded objects have no world, prior or arm, and weigh all variants: leave out "
                 "what says otherwise, or leave out against"
             )
     call = _Call(world_id, world_name, against, carrier, keep_images, full_audit, variants, overlay, crops)
@@ -360,7 +360,7 @@ def _inspect(
         run.finish(found.verdict.reason, connection, last="record")
 
     run.transact(record)
-    outcome, notes = read_outcome(store, run.id), tell_bits(pictures.values())
+    outcome, notes = read_outcome(store, run.id), describe_bits(pictures.values())
     if prior is None and mounted is not None:
         notes.append(f"no prior was given: the rig is taken to be where {mounted.base} has it")
     return _answer(

@@ -80,7 +80,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if came or isinstance(error, KeyboardInterrupt):
                 print(f"relmodel {args.verb}: {_INTERRUPTED}", file=sys.stderr)
                 return INTERRUPTED
-            return tell(args, error)
+            return report_error(args, error)
 
 
 @contextmanager
@@ -104,7 +104,7 @@ def _interrupts() -> Iterator[list[int]]:
         logging.disable(logging.NOTSET)
 
 
-def tell(args: argparse.Namespace, error: Exception, place: str = "") -> int:
+def report_error(args: argparse.Namespace, error: Exception, place: str = "") -> int:
     """Say what went wrong in a sentence, and where; the exit status."""
     if isinstance(error, RelmodelError):
         output.complain(f"relmodel {args.verb}: {place}{error}")

@@ -25,12 +25,12 @@ def shown() -> Iterator[Progress]:
     form = "{desc} |{bar:20}| {n_fmt}/{total_fmt} {elapsed}"
     with tqdm(total=1, file=sys.stderr, leave=False, bar_format=form) as bar:
 
-        def tell(what: str, done: int, of: int) -> None:
+        def advance(what: str, done: int, of: int) -> None:
             bar.n, bar.total = done, of
             bar.set_description_str(visible(what))
 
         with _ticking(bar):
-            yield tell
+            yield advance
 
 
 @contextmanager

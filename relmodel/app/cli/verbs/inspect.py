@@ -206,7 +206,7 @@ def _pairs(args: argparse.Namespace) -> list[Listed]:
     if args.list is not None:
         alone = [f"--{name}" for name in FILES if name not in ("rig", "prior") and given[name] is not None]
         if alone:
-            raise UsageError(f"{' and '.join(alone)} cannot stand beside --list: make columns of the list of them")
+            raise UsageError(f"{' and '.join(alone)} cannot be combined with --list: name them in columns of the list")
         return read_pairs(args.list, rig=args.rig, prior=args.prior)
     missing = [f"--{name}" for name in ("rig", "left") if given[name] is None]
     if missing:
@@ -222,7 +222,7 @@ def _run_list(
     progress: Progress,
 ) -> int:
     """Inspect pairs and print a line of each as soon as it is known; the worst exit status."""
-    from relmodel.app.cli.main import tell
+    from relmodel.app.cli.main import report_error
 
     statuses = []
 
@@ -236,7 +236,7 @@ def _run_list(
             except Exception as raised:
                 if args.interrupts:  # which may raise other errors than its own
                     raise
-                statuses.append(tell(args, raised, f"{pair.place}: "))
+                statuses.append(report_error(args, raised, f"{pair.place}: "))
                 error = str(raised)
             clear_line()
             yield number, pair, answer, error
@@ -256,9 +256,9 @@ def _run_list(
             print(visible(f"{number}/{len(pairs)}  {name}  {verdict}  {words}"))
     else:
         for number, pair, answer, error in answers():
-            told = {"pair": number, "of": len(pairs), "serial": pair.serial, "left": str(pair.paths["left"])}
-            told |= {"exit_status": statuses[-1], "error": error or None}
-            print(json.dumps(told | {"answer": answer and answer.to_json()}))
+            line = {"pair": number, "of": len(pairs), "serial": pair.serial, "left": str(pair.paths["left"])}
+            line |= {"exit_status": statuses[-1], "error": error or None}
+            print(json.dumps(line | {"answer": answer and answer.to_json()}))
     return worst(statuses)
 
 

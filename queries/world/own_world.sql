@@ -1,4 +1,4 @@
--- The world in which an object stands alone.
+-- The world made for an object by itself, where `--against` compares pictures with it.
 -- Takes name (of the world); gives world_id.
 SELECT id AS world_id
 FROM world
