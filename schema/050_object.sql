@@ -231,8 +231,8 @@ CREATE TABLE circle_relation (  -- How two circles of an object lie to each othe
     normals REAL NOT NULL,  -- cosine of the angle between the normals
     rise_a REAL NOT NULL,  -- cosine of the angle between the smaller circle's normal and the line of the centres
     rise_b REAL NOT NULL,  -- cosine of that of the greater
-    circle_a INTEGER[] NOT NULL,  -- the smaller circles of its pairs; of a class of very many some, evenly among all
-    circle_b INTEGER[] NOT NULL,  -- the greater of each, in the same order
+    circles INTEGER[] NOT NULL,  -- the smaller circle of each of its pairs, then, in the same order, the greater; of a class of very many pairs
+    -- some, evenly among all
     PRIMARY KEY (object_id, class_no)
 );
 

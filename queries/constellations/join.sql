@@ -64,7 +64,9 @@ ranked AS (
     FROM counted
 ),
 paired AS (
-    SELECT r.low, r.high, r.alike, m.unit_a, m.unit_b, unnest(c.circle_a) AS circle_a, unnest(c.circle_b) AS circle_b
+    SELECT r.low, r.high, r.alike, m.unit_a, m.unit_b,
+        unnest(c.circles[1:(array_length(c.circles, 1) / 2)]) AS circle_a,
+        unnest(c.circles[(array_length(c.circles, 1) / 2 + 1):(array_length(c.circles, 1))]) AS circle_b
     FROM ranked AS r
     JOIN matched AS m ON m.low = r.low AND m.high = r.high
     JOIN circle_relation AS c ON c.object_id = :object_id AND c.class_no = m.class_no

@@ -91,7 +91,9 @@ ranked AS (
     FROM counted
 ),
 paired AS (
-    SELECT r.size_a, r.size_b, r.alike, m.unit_a, m.unit_b, unnest(c.circle_a) AS circle_a, unnest(c.circle_b) AS circle_b
+    SELECT r.size_a, r.size_b, r.alike, m.unit_a, m.unit_b,
+        unnest(c.circles[1:(array_length(c.circles, 1) / 2)]) AS circle_a,
+        unnest(c.circles[(array_length(c.circles, 1) / 2 + 1):(array_length(c.circles, 1))]) AS circle_b
     FROM ranked AS r
     JOIN matched AS m
         ON m.unit_a = r.unit_a AND m.unit_b = r.unit_b AND m.size_a = r.size_a AND m.size_b = r.size_b

@@ -34,9 +34,8 @@ def relate(centre: Floats, normal: Floats, radius: Floats, a: Ints, b: Ints) -> 
 
 def classify(
     centre: Floats, normal: Floats, radius: Floats, p: CircleParameters = DEFAULTS
-) -> tuple[dict[str, Floats | Ints], dict[str, Ragged]]:
-    """Columns of `circle_relation`, without the object's identity, of circles that stay together: what each class is,
-    and its pairs."""
+) -> tuple[dict[str, Floats | Ints], Ragged]:
+    """Columns of `circle_relation`, without the object's identity, of circles that stay together; and its `circles`."""
     from scipy.spatial import cKDTree
 
     near = cKDTree(centre).query_pairs(p.greatest_distance, output_type="ndarray").reshape(-1, 2).astype(np.int64)
@@ -61,9 +60,10 @@ def classify(
     # Finer than any tolerance; a column of round numbers takes half the room.
     means = {name: np.round(v, 2 if name == "distance" else 4) for name, v in means.items()}
     kept = _thin(class_of, pairs, p.most_of_class)
-    offsets = np.searchsorted(class_of[kept], np.arange(len(pairs) + 1))
-    relations: dict[str, Floats | Ints] = {"class_no": np.arange(len(pairs)), "pairs": pairs, **means}
-    return relations, {f"circle_{n}": Ragged(near[order[kept], i], offsets) for i, n in enumerate("ab")}
+    of = np.tile(class_of[kept], 2)  # of the smaller circles, then of the greater
+    by_class = np.argsort(of, kind="stable")
+    circles = Ragged(near[order[kept]].T.ravel()[by_class], np.searchsorted(of[by_class], np.arange(len(pairs) + 1)))
+    return {"class_no": np.arange(len(pairs)), "pairs": pairs, **means}, circles
 
 
 def select_rare(radius: Floats, p: CircleParameters = DEFAULTS) -> Ints:

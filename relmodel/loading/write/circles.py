@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from sqlalchemy import Connection
 
+from relmodel.columns import Columns
 from relmodel.features.circle_relations import DEFAULTS, classify, select_rare
 from relmodel.store.database import Database
 
@@ -23,7 +24,7 @@ def append_circles(store: Database, connection: Connection, object_id: int) -> N
     rows = select_rare(found["radius"])
     found = {name: values[rows] for name, values in found.items()}
     centre, normal = (np.stack([found[n] for n in names], axis=1) for names in (("x", "y", "z"), ("nx", "ny", "nz")))
-    circles = {"circle_no": np.arange(len(rows)), **found}
+    circles: Columns = {"circle_no": np.arange(len(rows)), **found}
     relations, pairs = classify(centre, normal, found["radius"])
-    for table, columns in (("circle", circles), ("circle_relation", {**relations, **pairs})):
+    for table, columns in (("circle", circles), ("circle_relation", {**relations, "circles": pairs})):
         store.append(connection, table, {"object_id": object_id, **columns})

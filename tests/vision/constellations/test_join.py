@@ -41,7 +41,7 @@ def lattice(across: int, down: int) -> Circles:
 
 def keep(store: Store, model: Circles) -> None:
     """Store circles as a load does."""
-    relations, pairs = classify(model.centre, model.normal, model.radius)
+    relations, circles = classify(model.centre, model.normal, model.radius)
     names = ("x", "y", "z", "nx", "ny", "nz")
     placed = dict(zip(names, np.hstack([model.centre, model.normal]).T, strict=True))
     with store.write() as connection:
@@ -49,7 +49,7 @@ def keep(store: Store, model: Circles) -> None:
             connection, "object", {"id": [OBJECT], "content_key": ["some"], "name": ["some"], "kind": ["assembly"]}
         )
         numbered = {"circle_no": np.arange(len(model)), "radius": model.radius, **placed}
-        for table, columns in (("circle", numbered), ("circle_relation", {**relations, **pairs})):
+        for table, columns in (("circle", numbered), ("circle_relation", {**relations, "circles": circles})):
             store.append(connection, table, {"object_id": OBJECT, **columns})
 
 
@@ -169,16 +169,17 @@ def test_one_of_the_poses_is_the_right_one(fresh_store: str) -> None:
 
 @pytest.mark.parametrize("model", [circles(30, 5), lattice(9, 9)], ids=["scattered", "lattice"])
 def test_classes_hold_every_pair_once(model: Circles) -> None:
-    relations, pairs = classify(model.centre, model.normal, model.radius)
+    relations, circles = classify(model.centre, model.normal, model.radius)
     a, b = np.array(list(combinations(range(len(model)), 2))).T
     distance = np.linalg.norm(model.centre[a] - model.centre[b], axis=1)
     near = (distance >= CIRCLES.least_distance) & (distance <= CIRCLES.greatest_distance)
     assert relations["pairs"].sum() == near.sum()
-    first, second = pairs["circle_a"].values, pairs["circle_b"].values
+    of_class = np.minimum(relations["pairs"], CIRCLES.most_of_class)
+    assert (np.diff(circles.offsets) == 2 * of_class).all()
+    halves = [np.split(circles[k], 2) for k in range(len(circles))]
+    first, second = (np.concatenate([half[i] for half in halves]) for i in range(2))
     kept = np.sort(np.stack([first, second]), axis=0).T
     assert len(np.unique(kept, axis=0)) == len(kept)
-    of_class = np.diff(pairs["circle_a"].offsets)
-    assert (of_class == np.minimum(relations["pairs"], CIRCLES.most_of_class)).all()
     exact = relate(model.centre, model.normal, model.radius, first, second)
     for name, step in (("distance", 0.5), ("radius_a", 0.1), ("radius_b", 0.1), ("normals", 0.02), ("rise_a", 0.02)):
         assert np.abs(exact[name] - np.repeat(relations[name], of_class)).max() <= step, name

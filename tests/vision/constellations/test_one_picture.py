@@ -113,7 +113,7 @@ def seen_circles(model: Circles) -> Columns:
 
 def join_by_loops(model: Circles, seen: Columns, p: OnePictureParameters) -> set[tuple[int, int, int, int]]:
     """What the query gives, where nothing is thinned: every pair of units with every class of the object."""
-    relations, pairs = classify(model.centre, model.normal, model.radius)
+    relations, circles = classify(model.centre, model.normal, model.radius)
     columns = {name: np.asarray(values, np.float32).astype(float) for name, values in relations.items()}
     sizes = np.rint(columns["radius_a"] / p.radius_step), np.rint(columns["radius_b"] / p.radius_step)
     radii = {
@@ -150,8 +150,8 @@ def join_by_loops(model: Circles, seen: Columns, p: OnePictureParameters) -> set
                     and abs(rise_a - rises[0]) <= turn + tilt[a]
                     and abs(rise_b - rises[1]) <= turn + tilt[b]
                 ):
-                    which = zip(pairs["circle_a"][k].tolist(), pairs["circle_b"][k].tolist(), strict=True)
-                    found |= {(a, b, c, d) for c, d in which}
+                    which = zip(*np.split(circles[k], 2), strict=True)
+                    found |= {(a, b, int(c), int(d)) for c, d in which}
     return found
 
 
