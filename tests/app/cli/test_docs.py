@@ -140,6 +140,7 @@ def demonstrated(
         (tmp_path / name).symlink_to(DEMO / shipped)
     for file in (pair.left, pair.right, pair.rig_file):
         (tmp_path / file.name).symlink_to(file)
+    (tmp_path / "pairs.csv").write_text("left,right,prior\nleft.png,right.png,prior.yaml\n")
     (tmp_path / "faces.yaml").write_text(
         "half_spaces: [[1, 0, 0, 1700], [0, 1, 0, -440], [0, 0, 1, 990], [-1, -1, -1, -2130]]\n"
     )
