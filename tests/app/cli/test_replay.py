@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-import duckdb
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
@@ -17,11 +16,11 @@ from tests.app.cli.conftest import Inspection
 from vision.cameras.cameras import perturb, perturbation
 
 
-def altered(store: str, *statements: str) -> str:
-    with duckdb.connect(store) as connection:
+def altered(target: str, *statements: str) -> str:
+    with Store.open(target) as store, store.write() as connection:
         for statement in statements:
-            connection.execute(statement)
-    return store
+            connection.exec_driver_sql(statement)
+    return target
 
 
 def replayed(store: str, run: int, capsys: pytest.CaptureFixture[str]) -> tuple[int, list[dict[str, Any]], str]:
@@ -31,9 +30,14 @@ def replayed(store: str, run: int, capsys: pytest.CaptureFixture[str]) -> tuple[
     return status, json.loads(said.out), said.err
 
 
+@pytest.mark.parametrize("engine", ["inspection", "postgresql_inspection"])
 def test_all_comes_out_again_without_the_pictures(
-    inspection: Inspection, copy_store: Callable[[str], str], capsys: pytest.CaptureFixture[str]
+    engine: str,
+    request: pytest.FixtureRequest,
+    copy_store: Callable[[str], str],
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    inspection: Inspection = request.getfixturevalue(engine)
     store = altered(copy_store(inspection.store), "DELETE FROM image_blob", "DELETE FROM edge_element")
     status, rows, words = replayed(store, inspection.answer["run"], capsys)
     assert (status, words) == (0, "")
