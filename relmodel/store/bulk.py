@@ -181,9 +181,12 @@ def fetch_columns(
     if connection.dialect.name == "duckdb":
         cursor: Any = result.cursor
         return {name: _unmask(values) for name, values in cursor.fetchnumpy().items()}
+    assert result.cursor is not None
+    # Of a column that holds no value only its type says what it is of.
+    types = [_EMPTY.get(column[1], np.dtype(object)) for column in result.cursor.description]
     names = list(result.keys())
     rows = result.all()
-    return {name: _array([row[i] for row in rows]) for i, name in enumerate(names)}
+    return {name: _array([row[i] for row in rows], types[i]) for i, name in enumerate(names)}
 
 
 def fetch_arrow(connection: Connection, query: TextClause, parameters: Mapping[str, Any]) -> Any:
@@ -213,8 +216,16 @@ def _unmask(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return np.asarray(values.data)
 
 
-def _array(values: list[Any]) -> npt.NDArray[Any]:
+# PostgreSQL's numbers of types, in pg_type: int8, int2, int4, float4, float8.
+_EMPTY: dict[int, np.dtype[Any]] = dict.fromkeys((20, 21, 23), np.dtype(int)) | dict.fromkeys(
+    (700, 701), np.dtype(float)
+)
+
+
+def _array(values: list[Any], empty: np.dtype[Any]) -> npt.NDArray[Any]:
     kinds = {type(v) for v in values}
+    if empty.kind != "O" and kinds <= {type(None)}:
+        return np.full(len(values), np.nan) if kinds else np.empty(0, empty)
     if kinds and kinds <= {int, float, bool, type(None)} and kinds != {type(None)}:
         return np.array([np.nan if v is None else v for v in values] if type(None) in kinds else values)
     out = np.empty(len(values), dtype=object)

@@ -13,6 +13,7 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.store import Store
+from relmodel.store.bulk import fetch_columns
 
 POINTS: dict[str, Any] = {
     "extraction_id": 1,
@@ -90,3 +91,14 @@ def test_a_set_of_keys_is_joined_as_a_relation(fresh_store: str) -> None:
 def give_up(store: Store, keys: dict[str, Any]) -> None:
     with store.write() as connection, store.relation(connection, "sought", keys):
         raise ValueError("given up")
+
+
+def test_columns_without_a_value_are_of_their_type(fresh_store: str) -> None:
+    """Of no row, and of rows that hold nothing."""
+    with Store.open(fresh_store) as store, store.read() as connection:
+        none = store.columns(connection, "replay/relations", run=1)
+        assert {name: values.dtype.kind for name, values in none.items() if "distance" in name}
+        assert all(values.dtype.kind in "if" and not len(values) for values in none.values())
+        empty = fetch_columns(connection, sa.text("SELECT CAST(NULL AS DOUBLE PRECISION) AS x"), {})["x"]
+        assert np.isnan(empty.astype(float)).all()
+        assert empty.dtype.kind == "f"
