@@ -217,9 +217,8 @@ def _unmask(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 
 # PostgreSQL's numbers of types, in pg_type: int8, int2, int4, float4, float8.
-_EMPTY: dict[int, np.dtype[Any]] = dict.fromkeys((20, 21, 23), np.dtype(int)) | dict.fromkeys(
-    (700, 701), np.dtype(float)
-)
+_INTS, _FLOATS = (20, 21, 23), (700, 701)
+_EMPTY: dict[int, np.dtype[Any]] = dict.fromkeys(_INTS, np.dtype(int)) | dict.fromkeys(_FLOATS, np.dtype(float))
 
 
 def _array(values: list[Any], empty: np.dtype[Any]) -> npt.NDArray[Any]:
