@@ -181,9 +181,9 @@ def fetch_columns(
     if connection.dialect.name == "duckdb":
         cursor: Any = result.cursor
         return {name: _unmask(values) for name, values in cursor.fetchnumpy().items()}
-    assert result.cursor is not None
     # Of a column that holds no value only its type says what it is of.
-    types = [_EMPTY.get(column[1], np.dtype(object)) for column in result.cursor.description]
+    described: Any = result.cursor.description if result.cursor else ()
+    types = [_EMPTY.get(column[1], np.dtype(object)) for column in described]
     names = list(result.keys())
     rows = result.all()
     return {name: _array([row[i] for row in rows], types[i]) for i, name in enumerate(names)}
