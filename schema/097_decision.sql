@@ -15,7 +15,7 @@ CREATE TABLE verdict_statistic (  -- What the verdict of an inspection weighed, 
         -- arcs), apart (sigmas between the single cameras), prior_sigma (sigmas from the prior), prior_mm
         -- (how far the rig is from it; only where the pose was found without it, for it contradicts the pictures), prior_left_out (1 where the pictures were
         -- to be believed then, else 0), sigma_mm and sigma_rad (of the pose, worst
-        -- direction), rivals, excluded (components left out), log_odds and likely (that the model is there, by the pictures), and others that the
+        -- direction), rivals, excluded (placed parts left out), log_odds and likely (that the model is there, by the pictures), and others that the
         -- posterior weighs
     value DOUBLE PRECISION NOT NULL,  -- its value
     PRIMARY KEY (run_id, name)
@@ -48,7 +48,7 @@ CREATE TABLE camera_unknown (  -- What was solved of each camera along with the 
 );
 
 CREATE TABLE solved_pose (  -- Poses of the rig that go with the best hypothesis: where its last step set out, what each camera's picture gives by
-    -- itself, what explains the pictures by other components of the model being off their place, and those from which a symmetric model
+    -- itself, what explains the pictures by other placed parts being off their place, and those from which a symmetric model
     -- looks the same.
     run_id BIGINT NOT NULL,  -- the run
     solved_no INTEGER NOT NULL,  -- ordinal in the run, from 0

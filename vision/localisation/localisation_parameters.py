@@ -196,20 +196,20 @@ class RefinementParameters:
     consensus_px: float = 1.5
     """px within which a measurement agrees with a draw"""
     max_shift_sigma: float = 2.0
-    """sigmas of the pose without a component by which that component may shift it; one in its place that determines the
+    """sigmas of the pose without a part by which that part may shift it; one in its place that determines the
     pose as well as all others together shifts it by less in 98 of 100 cases"""
     max_joint_shift_sigma: float = 3.0
-    """sigmas of the pose with the component, likewise: in six dimensions 17 in 100 of two equal halves lie further
+    """sigmas of the pose with the part, likewise: in six dimensions 17 in 100 of two equal halves lie further
     apart"""
     max_left_out: float = 0.8
-    """share of the edges found up to which a component that knows more than the others is suspected: without one that
+    """share of the edges found up to which a part that knows more than the others is suspected: without one that
     holds more, too little evidence is left against it"""
     max_prior_share: float = 0.8
     """share of the prior's variance, in the direction where most is left, from which a pose counts as undetermined"""
     temper: float = 0.2
     """by which differences of evidence are multiplied, for neighbouring edges err together"""
     suspect_sigma: float = 0.5
-    """sigmas to first order from which a component is left out on trial: robust weights hide most of a shift"""
+    """sigmas to first order from which a part is left out on trial: robust weights hide most of a shift"""
     systematic_px: float = 0.08
     """px: what an edge's own sigma leaves out: tessellation, rounded and burred edges"""
     texture_px: float = 0.5
@@ -240,7 +240,7 @@ class SupportParameters:
     shown_shares: tuple[float, ...] = (0.2, 0.35, 0.5, 0.65, 0.8, 0.95)
     """shares of the arcs that show, as likely one as another before a picture is seen"""
     displaced_px: float = 12.0
-    """px by which the image of a component may be shifted that is not where the model says"""
+    """px by which the image of a part may be shifted that is not where the model says"""
     turned: float = 0.02
     """rad, and share: standard deviation by which such an image is turned and scaled"""
     displaced_cost: float = 5.0

@@ -227,7 +227,8 @@ class _Solver:
         the model about the best of them; and the stages that led to them."""
         r = self.p.rivals
         start = perturb(self.prior.world_from_rig, found.delta)
-        done = [self._refine(start[0])]
+        done: list[Refined] = []
+        self._add(self._refine(start[0]), done)
         least = np.where(np.arange(1, len(start)) <= r.candidates, r.min_candidate_share, r.min_equal_share)
         worthy = found.score[1:] > least * found.score[0]
         followed = iter(self._follow(start[1:][worthy], done))
@@ -262,9 +263,13 @@ class _Solver:
             if not rough:
                 return
             done.remove(rough[0])
-            refined = self._refine(rough[0].world_from_rig)
-            if not any(self._same(h, refined.world_from_rig) for h in done):
-                done.append(refined)
+            self._add(self._refine(rough[0].world_from_rig), done)
+
+    def _add(self, refined: Refined, done: list[Refined]) -> None:
+        """Appends a pose, and those that explain the pictures otherwise, where they are distinct from those done."""
+        for h in (refined, *refined.others):
+            if not any(self._same(other, h.world_from_rig) for other in done):
+                done.append(h)
 
     def solve_single_camera(self, name: str, pose: Floats) -> Refined:
         own = [self.fine[list(self.rig.cameras).index(name)]]
@@ -273,8 +278,11 @@ class _Solver:
     def _refine(self, pose: Floats, *, roughly: bool = False) -> Refined:
         solve = refine_roughly if roughly else refine
         refined = solve(self.near, self.rig, self.indexes, self.fine, self.prior, pose, self.p)
-        outlines = measure_outlines(self.near, self.rig, self.greys, refined.world_from_rig, self.p.outlines)
-        return replace(refined, outlines=outlines)
+        return self._outline(replace(refined, others=tuple(self._outline(h) for h in refined.others)))
+
+    def _outline(self, h: Refined) -> Refined:
+        """A pose with the greys beside the outlines seen from it."""
+        return replace(h, outlines=measure_outlines(self.near, self.rig, self.greys, h.world_from_rig, self.p.outlines))
 
     def _shifted(self, h: Refined, shapes: ArcShapes) -> list[Floats]:
         seen = h.prediction

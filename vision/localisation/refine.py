@@ -45,12 +45,13 @@ class LastStep:
 class Refined:
     """A refined pose, its covariance (6, 6), each camera's own unknowns (c, 10), and what it rests on.
 
-    excluded (b,): which of the scene's components are left out because they are not where the model says.
+    excluded (o,): which of the scene's occurrences are left out because they are not where the model says.
     prior_sigma: its distance from the prior, NaN where nothing is known beforehand.  outlines: the greys beside the
     outlines, where they were asked for.  last_step: where prediction, measurements and support are of.
     is_symmetric: whether the model, carried onto itself, leads here from the best pose.  is_rough: whether it was only
     looked at roughly, as rivals are.  relational_distance: what the best labelling of the pictures by the
-    views from here costs, NaN where it was not asked.
+    views from here costs, NaN where it was not asked.  others: poses that explain the pictures by other occurrences
+    being off their place, or by none.
     cost: half of the prior's distance squared, less the evidence of edges and outlines.
     """
 
@@ -67,6 +68,7 @@ class Refined:
     is_symmetric: bool = False
     is_rough: bool = False
     relational_distance: float = float("nan")
+    others: tuple[Refined, ...] = ()
 
     @property
     def middle(self) -> Floats:
@@ -99,25 +101,24 @@ def refine(
 ) -> Refined:
     """The pose near `world_from_rig` that fits the pictures' edges and the prior best, and its covariance.
 
-    fields: the evidence of the pictures of the rig's cameras, in its order.  Components of the model that stand
-    elsewhere in the world pull the pose however robust the loss.  So a component that contradicts the others is
-    excluded, where the others determine the pose better than it does, and the whole gathers more evidence with that
-    component looked for beside its place.  Where two that determine the pose about equally contradict each other,
-    either may be off.  The covariance joins all explanations that determine the pose; the further the pose moves when a
-    component is left out, the less likely it is that nothing is off.  The start stays where it has clearly
-    more evidence."""
+    fields: the evidence of the pictures of the rig's cameras, in its order.  Placed parts that stand elsewhere in the
+    world pull the pose however robust the loss.  So a part that contradicts the others is left out of the least
+    squares, where the whole then gathers no less evidence with that part looked for near its place.
+    Where two that determine the pose about equally contradict each other, either may be off.  All such explanations are
+    `others` of the pose, and its covariance joins them in proportion to their evidence.  The start stays where it has
+    clearly more evidence."""
     fit = Fit.of(scene, rig, indexes, fields, prior, p)
-    none = np.zeros(scene.component_count, bool)
+    none = np.zeros(len(scene.inspected), bool)
     refined = fit.solve(world_from_rig, none)
-    rejected: list[tuple[Refined, float]] = []
+    rejected: list[Refined] = []
     while others := [h for c in fit.find_outliers(refined) if (h := fit.leave_out(refined, c)) is not None]:
         usable = [h for h in others if fit.is_determined(h) or not fit.is_determined(refined)]
         far = [_distance(refined, h) > p.refinement.max_shift_sigma for h in usable]
         best = next((h for h, f in zip(usable, far, strict=True) if f and h.cost <= refined.cost), refined)
-        rejected += [(h, 0.0) for h in usable if h is not best]
+        rejected += [h for h in usable if h is not best]
         if best is refined:
             break
-        rejected.append((refined, -0.5 * max(_distance(refined, best) ** 2 - 6, 0.0)))
+        rejected.append(refined)
         refined = best
     start = fit.measure(world_from_rig, fit.unknowns.mean, none)
     near = fit.solve(world_from_rig, none, p.refinement.rounds[-p.refinement.near_rounds :])
@@ -126,10 +127,11 @@ def refine(
     if refined.sees_nothing or (not other.sees_nothing and other.cost < refined.cost - p.refinement.least_gain):
         refined = other
     explanations = [
-        Explanation(h.world_from_rig, h.covariance, odds - p.refinement.temper * max(h.cost - refined.cost, 0.0))
-        for h, odds in rejected
+        Explanation(h.world_from_rig, h.covariance, -p.refinement.temper * max(h.cost - refined.cost, 0.0))
+        for h in rejected
     ]
-    return _take_step(refined, fit, explanations)
+    rest = tuple(_take_step(h, fit, []) for h in rejected)
+    return replace(_take_step(refined, fit, explanations), others=rest)
 
 
 def refine_roughly(
@@ -141,10 +143,10 @@ def refine_roughly(
     world_from_rig: Floats,
     p: LocalisationParameters = DEFAULTS,
 ) -> Refined:
-    """As `refine`, from a pose that is nearly right, by the last rounds alone and with no component left out: enough to
+    """As `refine`, from a pose that is nearly right, by the last rounds alone and with no part left out: enough to
     compare it with others."""
     fit = Fit.of(scene, rig, indexes, fields, prior, p)
-    none = np.zeros(scene.component_count, bool)
+    none = np.zeros(len(scene.inspected), bool)
     refined = fit.solve(world_from_rig, none, p.refinement.rounds[-p.refinement.near_rounds :])
     return replace(_take_step(refined, fit, []), is_rough=True)
 
@@ -254,11 +256,11 @@ class Fit:
     def solve(
         self, world_from_rig: Floats, excluded: Bools, rounds: tuple[tuple[float, float], ...] | None = None
     ) -> Refined:
-        """The best pose from all components that are not excluded, by all rounds or by those given."""
+        """The best pose from all occurrences that are not excluded, by all rounds or by those given."""
         p, pose, own = self.p, world_from_rig, self.unknowns.mean
         for reach, scale in rounds or p.refinement.rounds:
             prediction = self.predict(pose, p.refinement.samples)
-            votes = ~excluded[self.scene.component_of_arc[prediction.arc]]
+            votes = ~excluded[self.scene.occurrence_of_arc[prediction.arc]]
             delta = np.zeros(6)
             if (reach, scale) != p.refinement.rounds[0]:
                 m = measure(prediction, self.cameras, delta, self.unknowns, own, reach, scale, votes, p)
@@ -279,8 +281,8 @@ class Fit:
         """What the pictures say of a pose as it stands."""
         p = self.p
         prediction = self.predict(pose, p.refinement.samples)
-        component = self.scene.component_of_arc[prediction.arc]
-        votes = ~excluded[component]
+        occurrence = self.scene.occurrence_of_arc[prediction.arc]
+        votes = ~excluded[occurrence]
         last = p.refinement.rounds[-1]
         m = measure(prediction, self.cameras, np.zeros(6), self.unknowns, own, *last, votes, p)
         hessian, _ = self._normal_equations(m, pose, own)
@@ -291,7 +293,7 @@ class Fit:
             prediction,
             m,
             excluded,
-            measure_support(prediction, m, self.fields, self.cameras, np.where(votes, -1, component), p),
+            measure_support(prediction, m, self.fields, self.cameras, np.where(votes, -1, occurrence), p),
             self.prior.distance(pose),
         )
 
@@ -302,22 +304,22 @@ class Fit:
         left = np.linalg.eigvals(np.linalg.inv(hessian)[:6, :6] @ self.prior.information).real
         return float(left.max()) < self.p.refinement.max_prior_share
 
-    def leave_out(self, refined: Refined, component: int) -> Refined | None:
-        """The pose without a component; None where that moves it no further than its errors explain."""
+    def leave_out(self, refined: Refined, occurrence: int) -> Refined | None:
+        """The pose without an occurrence; None where that moves it no further than its errors explain."""
         excluded = refined.excluded.copy()
-        excluded[component] = True
+        excluded[occurrence] = True
         without = self.solve(refined.world_from_rig, excluded)
         p = self.p.refinement
         far = _distance(refined, without) > p.max_shift_sigma or _distance(without, refined) > p.max_joint_shift_sigma
         return without if far else None
 
     def find_outliers(self, refined: Refined) -> list[int]:
-        """The component whose removal, to first order, moves the pose furthest: one of those that determine it less
+        """The occurrence whose removal, to first order, moves the pose furthest: one of those that determine it less
         than the others together, and one of those that determine it more, unless most of what was found belongs to
         it."""
         p, m = self.p, refined.measurements
-        component, group = np.unique(self.scene.component_of_arc[refined.prediction.arc], return_inverse=True)
-        if len(component) < 2:
+        occurrence, group = np.unique(self.scene.occurrence_of_arc[refined.prediction.arc], return_inverse=True)
+        if len(occurrence) < 2:
             return []
         group = group.ravel()
         hessian, _ = self._normal_equations(m, refined.world_from_rig, refined.own)
@@ -329,7 +331,7 @@ class Fit:
         shifts = np.linalg.solve(hessian - hessians, gradients[..., None])[:, :6, 0]
         sigmas = np.einsum("bi,ij,bj->b", shifts, np.linalg.inv(refined.covariance), shifts)
         worst = [int(np.argmax(sigmas * some)) for some in (lesser, greater) if some.any()]
-        return [int(component[w]) for w in worst if sigmas[w] > p.refinement.suspect_sigma**2]
+        return [int(occurrence[w]) for w in worst if sigmas[w] > p.refinement.suspect_sigma**2]
 
     def _normal_equations(self, m: Measurements, world_from_rig: Floats, own: Floats) -> tuple[Floats, Floats]:
         return normal_equations(m, world_from_rig, own, self.prior, self.unknowns)

@@ -10,7 +10,7 @@ either shows, with probability pi, or leaves only what chance puts there:
 A right pose has arcs that show from end to end and others that do not show at all; a wrong one finds a little of
 everything.  How many arcs show in this light is not known, so pi is averaged over, camera by camera.
 
-A component that is not where the model says is looked for beside its place: its image may be shifted, camera by camera,
+A placed part that is not where the model says is looked for near its place: its image may be shifted, camera by camera,
 which costs the log of how many places that tries.
 """
 
@@ -62,7 +62,7 @@ def measure_support(
 ) -> Support:
     """What a prediction gathers at its own pose, where `m` was measured.
 
-    moved (n,): the component of each sample that may lie beside, -1 for those that are where the model says."""
+    moved (n,): the occurrence of each sample that may lie elsewhere, -1 for those that are where the model says."""
     pixel, _ = project_with_jacobians(prediction)
     direction = project_directions(prediction)
     w = prediction.weight
@@ -77,9 +77,9 @@ def measure_support(
 
     odds = score_offsets(m.offset, m.sigma, m.found, p)
     by_camera = sum_over_arcs(prediction, w * (found + odds), len(fields), p.support)
-    for component in np.unique(moved[moved >= 0]):
+    for occurrence in np.unique(moved[moved >= 0]):
         for number, index in enumerate(indexes):
-            rows = np.flatnonzero((moved == component) & (prediction.view == number))
+            rows = np.flatnonzero((moved == occurrence) & (prediction.view == number))
             if len(rows):
                 there = prediction.take(rows)
                 here = sum_over_arcs(there, w[rows] * (found + odds)[rows], len(fields), p.support)
@@ -104,7 +104,7 @@ def _score_displaced(
     shifts = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     gathered = [prediction.weight @ look_up_evidence(prediction, fields, pixel + s, direction) for s in shifts]
     pixel = pixel + shifts[int(np.argmax(gathered))]
-    # A displaced component is also turned, nearer or farther: a similarity of its image, about its middle.
+    # A displaced part is also turned, nearer or farther: a similarity of its image, about its middle.
     usual = np.array([p.support.displaced_px, p.support.displaced_px, p.support.turned, p.support.turned])
     for reach, scale in np.repeat(p.refinement.rounds, 2, axis=0).tolist():
         offset, found = index.measure(np.ascontiguousarray(pixel), direction, reach, scale, p.refinement)

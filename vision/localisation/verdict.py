@@ -143,10 +143,10 @@ def _name_axis(direction: Floats) -> str:
     return " and ".join(AXES[i] for i in sorted(order[:count].tolist()))
 
 
-def compute_agreement(length: Floats, weight: Floats, offset: Floats, p: VerdictParameters) -> float:
-    """Share of the voters' length (n,) on which edges were found that lies within `agreement_px` of its prediction."""
-    found = weight > 0
-    return float(length[found & (np.abs(offset) < p.agreement_px)].sum() / max(length[found].sum(), 1e-9))
+def compute_agreement(length: Floats, offset: Floats, p: VerdictParameters) -> float:
+    """Share of the length (n,) on which edges were found, that of parts left out with it, that lies within
+    `agreement_px` of its prediction."""
+    return float(length[np.abs(offset) < p.agreement_px].sum() / max(length.sum(), 1e-9))
 
 
 def compute_disagreement(poses: Sequence[tuple[Floats, Floats]]) -> float:
@@ -192,7 +192,8 @@ class VerdictStatistics:
 def measure_agreement(best: Refined, p: VerdictParameters) -> float:
     """`compute_agreement` of a pose with its own measurements."""
     m = best.measurements
-    return compute_agreement(best.prediction.weight, m.weight, m.offset, p)
+    found = m.found >= 0
+    return compute_agreement(best.prediction.weight[found], m.offset[found], p)
 
 
 def compute_statistics(
@@ -243,7 +244,7 @@ def judge(
     p: VerdictParameters,
 ) -> Verdict:
     """The rule of `decide` on numbers: the agreement of the best, the poses that single cameras give, the precision of
-    the best, and how many components it leaves out."""
+    the best, and how many placed parts it leaves out."""
     stats = compute_statistics(g, int(standing[0]), agreement, by_camera)
     costs, believed, from_prior = (g.cost - g.related)[standing], g.believed[standing], stats.prior_sigma
     odds = stats.log_odds(p)
@@ -289,7 +290,7 @@ def judge(
         if g.is_symmetric.any():
             reason += "; the model is symmetric: from its other poses the rig sees the same"
         if excluded:
-            reason += f"; {excluded} components of the model are not where the model says and were left out"
+            reason += f"; without {excluded} placed parts that are not where the model says"
     else:
         verdict = "ambiguous" if len(costs) > 1 and len(missing) == 1 else "refused"
         reason = "; ".join(missing)

@@ -24,10 +24,9 @@ class Scene:
     sample_tangent, sample_normal_a, sample_normal_b (n, 3), sample_arc (n,), sample_length (n,): points along arcs,
     the unit normals of the two faces there, and how much of the arc (mm) each stands for. The samples of an arc
     stand together. A free edge, of one face only, has that face's normal and its opposite: it is sharp, and seen
-    from both sides. arc_occurrence (a,): the occurrence of each arc. surface_component (s,), arc_component (a,):
-    which connected component each belongs to, counted from 0: what is rigid for sure. inspected (o,): which
-    occurrences are the reference for the pose; all of them occlude. tolerance_mm (o,): standard deviation of where an
-    occurrence's arcs are, across them, from where the model has them."""
+    from both sides. arc_occurrence (a,): the occurrence of each arc. inspected (o,): which occurrences are the
+    reference for the pose; all of them occlude. tolerance_mm (o,): standard deviation of where an occurrence's arcs
+    are, across them, from where the model has them."""
 
     vertices: Floats
     vertex_normals: Floats
@@ -41,24 +40,18 @@ class Scene:
     sample_arc: Ints
     sample_length: Floats
     arc_occurrence: Ints
-    surface_component: Ints
-    arc_component: Ints
     inspected: Bools
     tolerance_mm: Floats
 
     @cached_property
     def tolerance_of_arc(self) -> Floats:
         """Tolerances (mm) of arcs, and of the silhouettes of surfaces after them: as views count arcs."""
-        return np.asarray(self.tolerance_mm[np.concatenate([self.arc_occurrence, self.surface_occurrence])])
+        return np.asarray(self.tolerance_mm[self.occurrence_of_arc])
 
     @cached_property
-    def component_of_arc(self) -> Ints:
-        """Components of arcs, and of the silhouettes of surfaces after them: as views count arcs."""
-        return np.concatenate([self.arc_component, self.surface_component])
-
-    @property
-    def component_count(self) -> int:
-        return int(self.component_of_arc.max(initial=-1)) + 1
+    def occurrence_of_arc(self) -> Ints:
+        """Occurrences of arcs, and of the silhouettes of surfaces after them: as views count arcs."""
+        return np.concatenate([self.arc_occurrence, self.surface_occurrence])
 
     @cached_property
     def sample_cosine(self) -> Floats:

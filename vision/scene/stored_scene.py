@@ -109,7 +109,6 @@ def _read(store: Store, connection: Connection, world_id: int, parts: dict[str, 
         if shape in arcs_of:
             arcs.append(_placed_arcs(arcs_of[shape], world_from_part[occurrence], occurrence))
     mesh, arc = _stacked(meshes, ("triangles", "triangle_surface")), _stacked(arcs, ("sample_arc",))
-    surface_component, arc_component = _find_components(mesh, arc)
     scene = Scene(
         vertices=mesh["vertices"],
         vertex_normals=mesh["normals"],
@@ -123,8 +122,6 @@ def _read(store: Store, connection: Connection, world_id: int, parts: dict[str, 
         sample_arc=arc["sample_arc"],
         sample_length=arc["length"],
         arc_occurrence=arc["arc_occurrence"],
-        surface_component=surface_component,
-        arc_component=arc_component,
         inspected=inspected,
         tolerance_mm=parts["tolerance_mm"].astype(float),
     )
@@ -219,26 +216,6 @@ def _radii(mesh: dict[str, NDArray[Any]], shape_id: NDArray[Any], cylinders: dic
     shape = shape_id[mesh["surface_occurrence"]].tolist()
     names = zip(shape, mesh["surface_no"].tolist(), strict=True)
     return np.array([of.get(name, np.nan) for name in names], float)
-
-
-def _find_components(mesh: dict[str, NDArray[Any]], arc: dict[str, NDArray[Any]]) -> tuple[Ints, Ints]:
-    """The connected component of each surface and of each arc: surfaces that arcs join are one."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    surfaces, arcs = len(mesh["surface_no"]), len(arc["arc_no"])
-    # Surfaces by (occurrence, number): arcs name them so.
-    names = np.stack([mesh["surface_occurrence"], mesh["surface_no"]], axis=1)
-    joined = np.stack([np.repeat(arc["arc_occurrence"], 2), arc["arc_surfaces"].ravel()], axis=1)
-    _, number = np.unique(np.concatenate([names, joined]), axis=0, return_inverse=True)
-    number = number.ravel()
-    count = int(number.max(initial=-1)) + 1
-    link = joined[:, 1] >= 0
-    ends = count + np.repeat(np.arange(arcs), 2)[link], number[surfaces:][link]
-    graph = coo_matrix((np.ones(int(link.sum())), ends), shape=(count + arcs, count + arcs))
-    component = connected_components(graph, directed=False)[1]
-    number = np.unique(np.concatenate([component[number[:surfaces]], component[count:]]), return_inverse=True)[1]
-    return number[:surfaces].astype(np.int64), number[surfaces:].astype(np.int64)
 
 
 def _lengths(points: NDArray[Any], arc: Ints) -> NDArray[Any]:

@@ -65,8 +65,6 @@ def box_scene(boxes: list[tuple[Floats, Floats]]) -> Scene:
         np.concatenate(arcs),
         np.concatenate(lengths),
         arc_occurrence=np.repeat(np.arange(len(boxes)), 12),
-        surface_component=np.repeat(np.arange(len(boxes)), 6),
-        arc_component=np.repeat(np.arange(len(boxes)), 12),
         inspected=np.ones(len(boxes), bool),
         tolerance_mm=np.zeros(len(boxes)),
     )
@@ -167,8 +165,6 @@ def bulkhead(folder: Path) -> Scene:
         turned(mesh["EN2"])[keep],
         arc[keep],
         length[keep],
-        arc_occurrence,
-        surface_occurrence,
         arc_occurrence,
         np.ones(len(number), bool),
         np.zeros(len(number)),

@@ -34,7 +34,7 @@ def draw_edges(
     scene: Scene, rig: Rig, truth: Floats, errors: Errors, rng: np.random.Generator
 ) -> dict[str, EdgePoints]:
     """Elements where a pose projects the arcs of a scene, with errors drawn, and 3,000 of clutter a picture."""
-    shift = rng.normal(0, errors.tolerance_mm, (len(scene.component_of_arc), 3))
+    shift = rng.normal(0, errors.tolerance_mm, (len(scene.occurrence_of_arc), 3))
     out = {}
     for name, camera in rig.cameras.items():
         pose = truth @ rig.rig_from_camera[name]

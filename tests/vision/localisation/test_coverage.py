@@ -30,8 +30,6 @@ def squares(*placed: tuple[float, float, float, float]) -> Scene:
         sample_arc=none,
         sample_length=np.zeros(0),
         arc_occurrence=none,
-        surface_component=np.arange(n),
-        arc_component=none,
         inspected=np.ones(n, bool),
         tolerance_mm=np.zeros(n),
     )

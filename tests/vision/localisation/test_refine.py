@@ -47,7 +47,7 @@ def exact_edges(
         normal = np.stack([-seen.direction[:, 1], seen.direction[:, 0]], axis=1)
         position = seen.pixel + normal * rng.normal(0, SIGMA, len(normal))[:, None]
         if shift is not None:
-            position[np.isin(scene.component_of_arc[seen.arc], shifted)] += shift
+            position[np.isin(scene.occurrence_of_arc[seen.arc], shifted)] += shift
         clutter = rng.uniform([6, 6], [camera.width - 7, camera.height - 7], (3000, 2))
         angle = rng.uniform(0, 2 * np.pi, 3000)
         contrast = np.concatenate([rng.uniform(40, 120, len(normal)), rng.uniform(5, 20, 3000)])
@@ -106,7 +106,7 @@ def test_of_two_bodies_that_disagree_the_lesser_does_not_pull_the_pose(
     d = perturbation(found.world_from_rig, truth)
     assert np.abs(d[:3]).max() < 0.2
     assert d @ np.linalg.solve(found.covariance, d) < 3.5**2
-    block = scene.component_of_arc[found.prediction.arc] == 1
+    block = scene.occurrence_of_arc[found.prediction.arc] == 1
     votes = found.measurements.weight[block].sum() / block.sum()
     if shift == (0.0, 0.0):
         assert votes > 0.9
@@ -118,7 +118,7 @@ def test_of_two_bodies_that_disagree_the_lesser_does_not_pull_the_pose(
 @pytest.mark.parametrize("shift", [(2.0, -3.0), (-2.5, 1.0)])
 def test_of_two_like_bodies_that_disagree_either_may_be_off(shift: tuple[float, float]) -> None:
     """Two cubes that tell as much as each other, near enough for their edges to be found: the covariance holds the
-    truth wherever the pose comes out."""
+    truth wherever the pose comes out, and what other cube may be off, or none, is a pose of its own."""
     scene = box_scene([(np.array([20.0, -40, 0]), np.full(3, 80.0)), (np.array([-120.0, -40, 0]), np.full(3, 80.0))])
     rig, truth = stereo_rig().only("left"), above(-10, 0, 500)
     for shifted in (0, 1):
@@ -126,6 +126,28 @@ def test_of_two_like_bodies_that_disagree_either_may_be_off(shift: tuple[float, 
         found = fit(scene, rig, edges, off(truth, 6.0, np.radians(1), 4), truth)
         d = perturbation(found.world_from_rig, truth)
         assert d @ np.linalg.solve(found.covariance, d) < 3.5**2
+        left_out = {tuple(h.excluded.tolist()): h for h in (found, *found.others)}
+        assert set(left_out) == {(False, False), (True, False), (False, True)}
+        right = left_out[shifted == 0, shifted == 1]
+        assert np.abs(perturbation(right.world_from_rig, truth)[:3]).max() < 0.5
+
+
+def test_nothing_is_left_out_of_one_rigid_part() -> None:
+    """Two cubes that no edge joins and that are one part: what the pictures show is then not the part as modelled."""
+    cubes = [(np.array([20.0, -40, 0]), np.full(3, 80.0)), (np.array([-120.0, -40, 0]), np.full(3, 80.0))]
+    apart = box_scene(cubes)
+    one = replace(
+        apart,
+        surface_occurrence=np.zeros(12, np.int64),
+        arc_occurrence=np.zeros(24, np.int64),
+        inspected=np.ones(1, bool),
+        tolerance_mm=np.zeros(1),
+    )
+    rig, truth = stereo_rig().only("left"), above(-10, 0, 500)
+    edges = exact_edges(truth, np.random.default_rng(3), shift=np.array([2.0, -3.0]), scene=apart, shifted=(0,))
+    found = fit(one, rig, edges, off(truth, 6.0, np.radians(1), 4), truth)
+    assert not found.excluded.any()
+    assert not found.others
 
 
 def test_tolerance_moves_an_arc_for_all_cameras() -> None:
@@ -248,7 +270,7 @@ def test_refinement_never_worsens(seed: int) -> None:
     found = fit(scene, rig, edges, prior, start)
     here = Fit(
         scene, rig, [EdgeIndex(edges["left"])], fields, prior, describe_unknowns(rig, DEFAULTS.refinement), DEFAULTS
-    ).measure(start, np.array(found.own), np.zeros(scene.component_count, bool))
+    ).measure(start, np.array(found.own), np.zeros(len(scene.inspected), bool))
     assert found.cost <= here.cost + 1e-9
     assert np.isfinite(found.covariance).all()
     assert compute_precision(found.covariance, found.middle)[0] < prior.sigma_translation_mm

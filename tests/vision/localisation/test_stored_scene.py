@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from relmodel.arrays import Floats, Ints
 from relmodel.find.find import world_named
 from relmodel.store import Store
 from relmodel.world.placement import place_world
@@ -16,39 +15,6 @@ from tests.reading import load
 from tests.vision.localisation.test_visibility import CAMERA, looking
 from vision.localisation.visibility import find_visible_arcs
 from vision.scene.stored_scene import read_scene
-
-_FACES = ((1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6))
-
-
-def test_bodies_of_one_file_are_told_apart(fresh_store: str, tmp_path: Path) -> None:
-    """Two cubes in one mesh, placed twice: four bodies of six surfaces and twelve arcs, each within its own cube."""
-    lines = []
-    for number, x in enumerate((0, 300)):
-        lines += [f"v {x + a} {b} {c}" for a in (0, 100) for b in (0, 100) for c in (0, 100)]
-        lines += ["f " + " ".join(str(8 * number + i) for i in face) for face in _FACES]
-    (tmp_path / "cubes.obj").write_text("\n".join(lines))
-    (tmp_path / "world.yaml").write_text(
-        "world: w\nobjects:\n  - {object: cubes, name: one}\n  - {object: cubes, name: two, world_from_object: "
-        "[[1, 0, 0, 0], [0, 1, 0, 1000], [0, 0, 1, 0], [0, 0, 0, 1]]}\n"
-    )
-    with Store.open(fresh_store) as store:
-        load(store, tmp_path / "cubes.obj", name="cubes", unit="mm")
-        place_world(store, tmp_path / "world.yaml")
-        with store.read() as connection:
-            world, _ = world_named(store, connection, None)
-            scene = read_scene(store, connection, world).scene
-    assert scene.component_count == 4
-    assert np.bincount(scene.surface_component).tolist() == [6] * 4
-    assert np.bincount(scene.arc_component).tolist() == [12] * 4
-
-    def cube(points: Floats) -> Ints:
-        return np.asarray((points[:, 0] > 200) + 2 * (points[:, 1] > 500), np.int64)
-
-    pairs = [(scene.arc_component[scene.sample_arc], cube(scene.sample_point))]
-    corners = scene.vertices[scene.triangles].mean(axis=1)
-    pairs.append((scene.surface_component[scene.triangle_surface], cube(corners)))
-    both = {(int(b), int(c)) for body, where in pairs for b, c in zip(body, where, strict=True)}
-    assert len(both) == len({b for b, _ in both}) == len({c for _, c in both}) == 4
 
 
 def test_the_free_edges_of_a_step_sheet_are_seen_from_both_sides(fresh_store: str, tmp_path: Path) -> None:

@@ -60,7 +60,7 @@ def test_free_edges_of_a_sheet_are_seen_from_both_sides() -> None:
     )
     scene = Scene(
         corners, np.tile([0, 0, 1.0], (4, 1)), np.array([[0, 1, 2], [0, 2, 3]]), zeros[:2], zeros[:1],
-        points, tangents, a, b, arc, np.ones(len(arc)), zeros, zeros[:1], zeros, np.ones(1, bool), np.zeros(1),
+        points, tangents, a, b, arc, np.ones(len(arc)), zeros, np.ones(1, bool), np.zeros(1),
     )  # fmt: skip
     for height in (200.0, -200.0):
         seen = find_visible_arcs(scene, CAMERA, looking(np.array([60.0, -90, height]), np.array([40.0, 25, 0])))
@@ -87,7 +87,7 @@ def cylinder(radius: float, height: float, n: int) -> Scene:
     none, empty = np.zeros((0, 3)), np.zeros(0, np.int64)
     return Scene(
         vertices, np.concatenate([ring, ring]), triangles, np.zeros(len(triangles), np.int64), np.zeros(1, np.int64),
-        none, none, none, none, empty, np.zeros(0), empty, np.zeros(1, np.int64), empty, np.ones(1, bool), np.zeros(1),
+        none, none, none, none, empty, np.zeros(0), empty, np.ones(1, bool), np.zeros(1),
     )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ def plate(half: float, z: float) -> Scene:
     vertices = np.array([[-half, -half, z], [half, -half, z], [half, half, z], [-half, half, z]])
     return Scene(
         vertices, np.tile([0.0, 0.0, -1.0], (4, 1)), np.array([[0, 1, 2], [0, 2, 3]]), np.zeros(2, np.int64),
-        np.zeros(1, np.int64), none, none, none, none, empty, np.zeros(0), empty, np.zeros(1, np.int64), empty,
+        np.zeros(1, np.int64), none, none, none, none, empty, np.zeros(0), empty,
         np.ones(1, bool), np.zeros(1),
     )  # fmt: skip
 
