@@ -14,6 +14,7 @@ from sqlalchemy import Connection
 from relmodel.arrays import Floats, Floats32
 from relmodel.store.database import Database
 from vision.cameras.images import Picture
+from vision.extraction.primitives import Primitives
 from vision.inspection.pictures import SeenPicture
 from vision.localisation.verdict import Verdict
 
@@ -65,8 +66,8 @@ class Fault:
 def measure_blur(grey: Floats) -> float:
     """Sigma (px) of the spread of the strong edges of a picture (rows, columns), 0..255; NaN where it has none.
 
-    The slope of a straight edge that is spread by s is, seen by a Gaussian of sigma t, as 1 / sqrt(s^2 + t^2): its
-    ratio for two t gives s.
+    The slope of a straight edge that is spread by s is, seen by a Gaussian of sigma t and by differences two pixels
+    wide, as 1 / sqrt(s^2 + t^2 + 1/3): its ratio for two t gives s.
     """
     import cv2
 
@@ -79,7 +80,8 @@ def measure_blur(grey: Floats) -> float:
         return float("nan")
     here = ridge & (fine >= max(float(np.quantile(strong, 0.8)), 2.0))
     ratio = (np.maximum(fine[here] / coarse[here], 1.0 + 1e-6)) ** 2
-    spread = np.maximum((COARSE_PX**2 - ratio * FINE_PX**2) / (ratio - 1), 0.0)
+    own = FINE_PX**2 + 1 / 3, COARSE_PX**2 + 1 / 3
+    spread = np.maximum((own[1] - ratio * own[0]) / (ratio - 1), 0.0)
     return float(np.sqrt(np.quantile(spread, SHARPEST)))
 
 
@@ -93,12 +95,13 @@ def _slopes(grey: Floats32) -> Floats32:
 def measure_quality(run: int, store: Database, seen: Mapping[str, SeenPicture]) -> dict[str, Quality]:
     """What the pictures of a run are like, by camera."""
     stale = _find_stale(run, store, {name: it.picture for name, it in seen.items()})
-    measured = {}
-    for name, it in seen.items():
-        grey = it.picture.grey
-        edges = 1000 * len(it.primitives.elements.x) / grey.size
-        measured[name] = Quality(edges, measure_blur(grey), float((grey > 254.999).mean()), stale.get(name))
-    return measured
+    return {name: describe(it.picture.grey, it.primitives, stale.get(name)) for name, it in seen.items()}
+
+
+def describe(grey: Floats, found: Primitives, stale_run: int | None) -> Quality:
+    """What a picture is like: its grey (rows, columns), 0..255, and what was extracted from it."""
+    edges = 1000 * len(found.elements.x) / grey.size
+    return Quality(edges, measure_blur(grey), float((grey > 254.999).mean()), stale_run)
 
 
 def _find_stale(run: int, store: Database, pictures: Mapping[str, Picture]) -> dict[str, int]:

@@ -41,7 +41,8 @@ FIRST_OF_VIEWS = 1  # those of its views follow
 @dataclass(frozen=True)
 class Inspected:
     """What an inspection was given and found; pictures, what they are like and matched views by camera;
-    stereo, correction, parts and presence where there are, variants where asked for, what was considered where no world was given."""
+    stereo, correction, parts and presence where there are, variants where asked for, what was considered where no world
+    was given."""
 
     stored: StoredScene
     selection: Selection

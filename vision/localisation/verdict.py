@@ -315,7 +315,8 @@ def judge(
         name: (
             f"camera {name} does not see this: evidence of {camera.evidence:.0f} against chance where "
             f"{camera.expected:.0f} is expected, and {camera.agreement:.0%} of the edges found lie on the model's "
-            f"(log odds {camera.log_odds(p):.1f}, {p.least_camera_odds:g} needed): look at its picture, or let it be ignored"
+            f"(log odds {camera.log_odds(p):.1f}, {p.least_camera_odds:g} needed): look at its picture, "
+            "or let it be ignored"
         )
         for name, camera in support.items()
         if camera.is_blind(p)

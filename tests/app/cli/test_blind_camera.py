@@ -1,4 +1,4 @@
-"""Pairs of which one camera says nothing, made from a good one: refused with the camera named, or answered without it."""
+"""Pairs of which one camera says nothing, made from a good one: refused with the camera named, or without it."""
 
 from __future__ import annotations
 
