@@ -190,7 +190,9 @@ def measure(trial: Trial, models: Models, extractions: dict[bytes, Primitives]) 
     }
     if answer is None or answer.best is None:
         return line
-    line["statistics"] = {field.name: answer.verdict.weighed[field.name] for field in fields(VerdictStatistics)}
+    line["statistics"] = {
+        field.name: answer.verdict.weighed.get(field.name, np.nan) for field in fields(VerdictStatistics)
+    }
     if trial.world_from_rig is not None:
         truth = Truth("", trial.world_from_rig, trial.target)
         off = [measure_pose_error(h.world_from_rig, truth) for h in answer.hypotheses]
@@ -254,7 +256,8 @@ def report(lines: list[dict[str, Any]]) -> None:
         chi = [line["chi_square"] for line in accepted]
         rows.append(
             (*key, len(own), len(right), len(accepted), sum(line["verdict"] == "ambiguous" for line in own),
-             sum(line["is_blind_alone"] for line in own), len(wrong), np.mean(chi) if chi else None, max(chi, default=None))
+             sum(line["is_blind_alone"] for line in own), len(wrong), np.mean(chi) if chi else None,
+             max(chi, default=None))
         )  # fmt: skip
     heads = (
         "set",
@@ -264,7 +267,7 @@ def report(lines: list[dict[str, Any]]) -> None:
         "right",
         "accepted",
         "ambiguous",
-        "refused by camera alone",
+        "by camera alone",
         "wrong accepted",
         "chi2",
         "most",

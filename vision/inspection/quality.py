@@ -72,7 +72,9 @@ def measure_blur(grey: Floats) -> float:
     import cv2
 
     single = grey.astype(np.float32)
-    fine, coarse = (_slopes(np.float32(cv2.GaussianBlur(single, (0, 0), sigma))) for sigma in (FINE_PX, COARSE_PX))
+    fine, coarse = (
+        _slopes(np.asarray(cv2.GaussianBlur(single, (0, 0), sigma), np.float32)) for sigma in (FINE_PX, COARSE_PX)
+    )
     # On the ridge of the slope alone: beside it both are less, and the coarse one less so.
     ridge = fine >= cv2.dilate(fine, np.ones((5, 5), np.uint8))
     strong = fine[ridge & (fine > 2.0)]

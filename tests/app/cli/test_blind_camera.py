@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from relmodel.app.cli.main import main
-from relmodel.arrays import Floats
 from relmodel.store import Store
 from tests.app.cli.conftest import DEMO, Inspection, Pair, halve, inspected
 from vision.cameras.images import read_picture
@@ -20,7 +19,7 @@ from vision.inspection.demonstration import measure_pose_error, read_truth
 from vision.inspection.quality import measure_blur
 
 
-def _write(file: Path, grey: Floats) -> Path:
+def _write(file: Path, grey: Any) -> Path:
     cv2.imwrite(str(file), np.clip(np.round(grey), 0, 255).astype(np.uint8))
     return file
 
@@ -50,7 +49,8 @@ def _overexposed(pair: Pair, folder: Path) -> dict[str, Path]:
     return {"right": _write(folder / "right.png", 6 * read_picture(pair.right).grey)}
 
 
-SPOILED = {
+Spoil = Callable[[Pair, Path], dict[str, Path]]
+SPOILED: dict[Spoil, str] = {
     _twice: "camera right was given the picture that the other camera was given",
     _black: "camera right shows next to nothing",
     _mirrored: "camera right does not see this",
@@ -67,7 +67,7 @@ def store(bulkhead_template: Path, tmp_path: Path) -> str:
 
 @pytest.mark.parametrize("spoil", SPOILED)
 def test_a_camera_that_says_nothing_refuses_and_may_be_ignored(
-    store: str, pair: Pair, tmp_path: Path, spoil: Callable[[Pair, Path], dict[str, Path]]
+    store: str, pair: Pair, tmp_path: Path, spoil: Spoil
 ) -> None:
     options = pair.options(**spoil(pair, tmp_path))
     answer = inspected(store, *options)
