@@ -156,7 +156,7 @@ WITH statistic AS (
         max(CASE name WHEN 'sigma_rad' THEN value END) AS sigma_rad,
         max(CASE name WHEN 'likely' THEN value END) AS likely,
         max(CASE name WHEN 'rivals' THEN value END) AS rivals,
-        min(CASE WHEN name LIKE 'sees %' THEN value END) AS sees
+        min(CASE WHEN starts_with(name, 'sees ') THEN value END) AS sees
     FROM verdict_statistic
     GROUP BY run_id
 ),
