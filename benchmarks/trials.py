@@ -192,6 +192,33 @@ ALTERATIONS: dict[str, Callable[[Pictures], Pictures]] = {
 }
 
 
+def _with_right(pictures: Pictures, right: NDArray[Any]) -> Pictures:
+    """A pair with another picture of its second camera."""
+    left, other = pictures
+    return {left: pictures[left], other: np.ascontiguousarray(right)}
+
+
+def _blurred_slightly(pictures: Pictures, _: Pictures) -> Pictures:
+    return {n: np.asarray(cv2.GaussianBlur(p, (0, 0), 6.0)) for n, p in pictures.items()}
+
+
+# Pairs of which one camera or both say nothing: from a pair and another one of the same size.
+BLIND: dict[str, Callable[[Pictures, Pictures], Pictures]] = {
+    "twice": lambda own, _: _with_right(own, next(iter(own.values()))),
+    "right of another": lambda own, other: _with_right(own, list(other.values())[1]),
+    "right black": lambda own, _: _with_right(own, np.full_like(list(own.values())[1], 8)),
+    "right mirrored": lambda own, _: _with_right(own, list(own.values())[1][:, ::-1]),
+    "right overexposed": lambda own, _: _with_right(own, np.clip(6.0 * list(own.values())[1], 0, 255).astype(np.uint8)),
+    "blurred by 6 px": _blurred_slightly,
+}
+
+
+def blind(trial: Trial, kind: str, other: Trial) -> Trial:
+    """The pair with pictures that say nothing, made as BLIND says: it is to be refused."""
+    pictures = BLIND[kind](trial.pictures, other.pictures)
+    return replace(trial, name=f"{trial.name} {kind}", kind=kind, pictures=pictures, world_from_rig=None)
+
+
 def alter(trial: Trial, kind: str) -> Trial:
     """The trial with its pictures made wrong."""
     pictures = ALTERATIONS[kind](trial.pictures)

@@ -30,10 +30,12 @@ from tabulate import tabulate
 
 from benchmarks.trials import (
     ALTERATIONS,
+    BLIND,
     Models,
     Trial,
     alone,
     alter,
+    blind,
     demonstration,
     draw_prior,
     miscalibrate,
@@ -52,9 +54,10 @@ from vision.extraction.rows import make_primitives
 from vision.inspection import inspection_parameters
 from vision.inspection.demonstration import Truth, measure_pose_error
 from vision.inspection.locate import Sight, select_parts
+from vision.inspection.quality import describe, doubt_pictures, find_faults
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.localise import Localisation
-from vision.localisation.verdict import VerdictStatistics
+from vision.localisation.verdict import Verdict, VerdictStatistics
 from vision.scene.kept_scenes import Scenes
 from vision.stereo.match import match_stereo
 
@@ -99,7 +102,17 @@ def trials(models: Models, renders: Path | None) -> Iterator[Trial]:
         yield show(trial, once[number % len(once)])
 
 
-def run(folder: Path, renders: Path | None, prior: str, part: int, parts: int) -> None:
+def blind_trials(models: Models) -> Iterator[Trial]:
+    """The demonstration's and the rendered pairs as they are, and with a camera that says nothing."""
+    data = os.environ.get("RELMODEL_TEST_DATA")
+    pairs = list(demonstration(models)) + (list(shared_bulkheads(Path(data), models, ("small",))) if data else [])
+    for number, trial in enumerate(pairs):
+        yield trial
+        for kind in BLIND:
+            yield blind(trial, kind, pairs[(number + 1) % len(pairs)])
+
+
+def run(folder: Path, renders: Path | None, prior: str, part: int, parts: int, *, is_blind: bool) -> None:
     """Localise every trial that has no line yet."""
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"trials_{part}_{parts}.jsonl"
@@ -107,7 +120,7 @@ def run(folder: Path, renders: Path | None, prior: str, part: int, parts: int) -
     models = Models(folder)
     extractions: dict[bytes, Primitives] = {}
     with file.open("a") as out:
-        for number, trial in enumerate(trials(models, renders)):
+        for number, trial in enumerate(blind_trials(models) if is_blind else trials(models, renders)):
             if number % parts == part and trial.name not in done:
                 line = measure(give_prior(trial, prior, number), models, extractions)
                 out.write(json.dumps(line) + "\n")
@@ -140,7 +153,10 @@ def locate(trial: Trial, models: Models, found: dict[str, Primitives]) -> Locali
             selected = select_parts(scenes, 1, "cell", trial.rig, trial.prior, p.selection)
         except InputError:
             return None
-        return sight.locate(selected, trial.prior).found
+        located = sight.locate(selected, trial.prior).found
+        stale = 0 if len({picture.tobytes() for picture in trial.pictures.values()}) < len(trial.pictures) else None
+        quality = {name: describe(np.asarray(grey, float), found[name], stale) for name, grey in trial.pictures.items()}
+        return replace(located, verdict=doubt_pictures(located.verdict, find_faults(quality, 0, p.pictures)))
 
 
 def measure(trial: Trial, models: Models, extractions: dict[bytes, Primitives]) -> dict[str, Any]:
@@ -163,6 +179,8 @@ def measure(trial: Trial, models: Models, extractions: dict[bytes, Primitives]) 
         "verdict": answer.verdict.verdict if answer else "refused",
         "reason": answer.verdict.reason if answer else "nothing lies where the prior looks",
         "posterior": answer.verdict.posterior if answer else 0.0,
+        "sees": [v for n, v in answer.verdict.weighed.items() if n.startswith("sees ")] if answer else [],
+        "is_blind_alone": answer is not None and answer.best is not None and _is_refused_by_camera(answer.verdict),
         "processor_s": round(time.process_time() - began, 2),
         "off_mm": None,
         "off_deg": None,
@@ -172,7 +190,9 @@ def measure(trial: Trial, models: Models, extractions: dict[bytes, Primitives]) 
     }
     if answer is None or answer.best is None:
         return line
-    line["statistics"] = {field.name: answer.verdict.weighed[field.name] for field in fields(VerdictStatistics)}
+    line["statistics"] = {
+        field.name: answer.verdict.weighed.get(field.name, np.nan) for field in fields(VerdictStatistics)
+    }
     if trial.world_from_rig is not None:
         truth = Truth("", trial.world_from_rig, trial.target)
         off = [measure_pose_error(h.world_from_rig, truth) for h in answer.hypotheses]
@@ -183,10 +203,16 @@ def measure(trial: Trial, models: Models, extractions: dict[bytes, Primitives]) 
     return line
 
 
+def _is_refused_by_camera(verdict: Verdict) -> bool:
+    """Whether nothing but what single cameras and their pictures say stands against a pose."""
+    words = ("camera ", "the picture of camera ")
+    return bool(verdict.missing) and all(it.startswith(words) for it in verdict.missing)
+
+
 def read(folder: Path) -> list[dict[str, Any]]:
     """All lines that have signs, each with whether it is right."""
     lines = [json.loads(line) for path in sorted(folder.glob("trials_*.jsonl")) for line in path.open()]
-    lines = [line for line in lines if line["statistics"]]
+    lines = [line for line in lines if line.get("statistics")]
     for line in lines:
         near = line["off_mm"] is not None and line["off_mm"] <= RIGHT_MM and line["off_deg"] <= RIGHT_DEG
         line["right"] = near and line["chi_square"] <= RIGHT_CHI_SQUARE
@@ -230,9 +256,22 @@ def report(lines: list[dict[str, Any]]) -> None:
         chi = [line["chi_square"] for line in accepted]
         rows.append(
             (*key, len(own), len(right), len(accepted), sum(line["verdict"] == "ambiguous" for line in own),
-             len(wrong), np.mean(chi) if chi else None, max(chi, default=None))
+             sum(line["is_blind_alone"] for line in own), len(wrong), np.mean(chi) if chi else None,
+             max(chi, default=None))
         )  # fmt: skip
-    heads = ("set", "kind", "cameras", "trials", "right", "accepted", "ambiguous", "wrong accepted", "chi2", "most")
+    heads = (
+        "set",
+        "kind",
+        "cameras",
+        "trials",
+        "right",
+        "accepted",
+        "ambiguous",
+        "by camera alone",
+        "wrong accepted",
+        "chi2",
+        "most",
+    )
     print(tabulate(rows, headers=heads, floatfmt=".1f"))
 
 
@@ -243,10 +282,11 @@ def main() -> None:
     parser.add_argument("--renders", type=Path, help="what python -m examples.render.trials wrote")
     parser.add_argument("--prior", default="stored", choices=PRIORS)
     parser.add_argument("--part", default="0/1", metavar="I/N", help="the I-th of N runs side by side")
+    parser.add_argument("--blind", action="store_true", help="pairs of which a camera says nothing, and no others")
     args = parser.parse_args()
     if args.action == "run":
         part, parts = map(int, args.part.split("/"))
-        run(args.folder, args.renders, args.prior, part, parts)
+        run(args.folder, args.renders, args.prior, part, parts, is_blind=args.blind)
         return
     lines = read(args.folder)
     if args.action == "fit":

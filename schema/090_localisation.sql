@@ -31,7 +31,13 @@ CREATE TABLE inspection_image (  -- The images of an inspection, one a camera, a
     camera TEXT NOT NULL,  -- name of the camera in the rig
     image_id BIGINT NOT NULL,  -- its image
     extraction_id BIGINT NOT NULL,  -- the extraction used
-    view_no INTEGER,  -- ordinal of the view in the run, from 0; null where no pose was found, or the run kept only its decisions
+    view_no INTEGER,  -- ordinal of the view in the run, from 0; null where no pose was found, the run kept only its decisions, or answered without this
+        -- camera
+    edges DOUBLE PRECISION NOT NULL,  -- edge elements to a thousand pixels: next to none where the camera is covered
+    blur_px DOUBLE PRECISION,  -- sigma of the spread of its strong edges, px; null where it has too few
+    saturated DOUBLE PRECISION NOT NULL,  -- share of the pixels at the brightest value
+    stale_run_id BIGINT,  -- an earlier run that had this picture of this camera beside another picture of the other; this run where both cameras were
+        -- given one picture; null where neither is so
     PRIMARY KEY (run_id, camera),
     UNIQUE (run_id, view_no)
 );
@@ -258,6 +264,7 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('inspection_image', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
     ('inspection_image', 1, ARRAY['image_id'], 'image', ARRAY['id']),
     ('inspection_image', 2, ARRAY['extraction_id'], 'extraction', ARRAY['id']),
+    ('inspection_image', 3, ARRAY['stale_run_id'], 'run', ARRAY['id']),
     ('selected_part', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
     ('view_arc', 0, ARRAY['run_id', 'view_no'], 'inspection_image', ARRAY['run_id', 'view_no']),
     ('view_surface', 0, ARRAY['run_id', 'view_no'], 'inspection_image', ARRAY['run_id', 'view_no']),

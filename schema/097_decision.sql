@@ -2,7 +2,7 @@
 
 CREATE TABLE threshold (  -- The numbers that the decisions of a run were compared with, as they were at the time.
     run_id BIGINT NOT NULL,  -- the run
-    decision TEXT NOT NULL,  -- what was decided: verdict, correspondence, stereo or presence
+    decision TEXT NOT NULL,  -- what was decided: verdict, correspondence, stereo, presence or picture
     name TEXT NOT NULL,  -- name of the parameter, after that of the stage where the decision has several, as states.least_log_odds; of several in one
         -- NAME[0], NAME[1], ...; needs_translation_mm and needs_rotation as the user needed them
     value DOUBLE PRECISION NOT NULL,  -- its value, in the unit that the parameter has: px, mm, rad or none
@@ -15,8 +15,9 @@ CREATE TABLE verdict_statistic (  -- What the verdict of an inspection weighed, 
         -- arcs), apart (sigmas between the single cameras), prior_sigma (sigmas from the prior), prior_mm
         -- (how far the rig is from it; only where the pose was found without it, for it contradicts the pictures), prior_left_out (1 where the pictures were
         -- to be believed then, else 0), sigma_mm and sigma_rad (of the pose, worst
-        -- direction), rivals, excluded (placed parts left out), log_odds and likely (that the model is there, by the pictures), and others that the
-        -- posterior weighs
+        -- direction), rivals, excluded (placed parts left out), log_odds and likely (that the model is there, by the pictures), of each of several
+        -- cameras by its name, as of left: sees left (log odds that it sees the model) and agreement left; and others
+        -- that the posterior weighs
     value DOUBLE PRECISION NOT NULL,  -- its value
     PRIMARY KEY (run_id, name)
 );

@@ -136,7 +136,7 @@ LEFT JOIN (
 CREATE VIEW why_verdict (  -- The rules of a verdict, each with what was found and what that was compared with; accepted is what passes all.
     run_id,  -- the run
     rule_no,  -- ordinal of the rule
-    rule,  -- likely, prior, apart, translation, rotation, rivals or share
+    rule,  -- likely, prior, apart, translation, rotation, rivals, share or cameras
     value,  -- what was found: probability, sigmas, mm, degrees or how many
     gate,  -- what that was compared with, in the same unit
     holds,  -- whether the pose passes
@@ -155,7 +155,8 @@ WITH statistic AS (
         max(CASE name WHEN 'sigma_mm' THEN value END) AS sigma_mm,
         max(CASE name WHEN 'sigma_rad' THEN value END) AS sigma_rad,
         max(CASE name WHEN 'likely' THEN value END) AS likely,
-        max(CASE name WHEN 'rivals' THEN value END) AS rivals
+        max(CASE name WHEN 'rivals' THEN value END) AS rivals,
+        min(CASE WHEN starts_with(name, 'sees ') THEN value END) AS sees
     FROM verdict_statistic
     GROUP BY run_id
 ),
@@ -164,6 +165,7 @@ criterion AS (
         max(CASE name WHEN 'max_sigma' THEN value END) AS max_sigma,
         max(CASE name WHEN 'max_apart_sigma' THEN value END) AS max_apart,
         max(CASE name WHEN 'least_share_anywhere' THEN value END) AS least_share,
+        max(CASE name WHEN 'least_camera_odds' THEN value END) AS least_odds,
         max(CASE name WHEN 'needs_translation_mm' THEN value END) AS needs_mm,
         max(CASE name WHEN 'needs_rotation' THEN value END) AS needs_rad
     FROM threshold
@@ -216,6 +218,12 @@ rule AS (
             CAST(100 * h.least_share AS NUMERIC(18, 0)), ' are needed where nothing is known beforehand')
     FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
     WHERE s.prior_sigma IS NULL OR s.prior_mm IS NOT NULL
+    UNION ALL
+    SELECT s.run_id, 7, 'cameras', s.sees, h.least_odds, s.sees >= h.least_odds,
+        concat('the camera that sees least of the model sees it with log odds of ', CAST(s.sees AS NUMERIC(18, 1)), ', and ',
+            CAST(h.least_odds AS NUMERIC(18, 1)), ' are needed')
+    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
+    WHERE s.sees IS NOT NULL
 )
 SELECT r.run_id, r.rule_no, r.rule, r.value, r.gate, r.holds, p.verdict, r.sentence
 FROM rule AS r

@@ -80,15 +80,22 @@ class OpenStore(Store):
         against: Sequence[str] | None = None,
         carrier: Carrier | None = None,
         believe_pictures: bool = False,
+        ignore_blind_camera: bool = False,
     ) -> Inspection:
         """Inspect a stereo pair, or the picture of the left camera: `vision.inspection.inspection.inspect`.
 
         against: names of loaded objects, all where there are none: which of them the pictures show, with no world.
-        believe_pictures: accept a pose that the pictures show surely where it contradicts the prior.  A notebook shows
-        the answer with the model drawn over the pictures.
+        believe_pictures: accept a pose that the pictures show surely where it contradicts the prior.
+        ignore_blind_camera: answer by the other cameras where one does not see the model.  A notebook shows the answer
+        with the model drawn over the pictures.
         """
         with self.session(
-            rig=rig, needs=needs, world=world, against=against, believe_pictures=believe_pictures
+            rig=rig,
+            needs=needs,
+            world=world,
+            against=against,
+            believe_pictures=believe_pictures,
+            ignore_blind_camera=ignore_blind_camera,
         ) as session:
             return session.inspect(left=left, right=right, prior=prior, carrier=carrier)
 
@@ -100,6 +107,7 @@ class OpenStore(Store):
         world: str | None = None,
         against: Sequence[str] | None = None,
         believe_pictures: bool = False,
+        ignore_blind_camera: bool = False,
     ) -> Session:
         """Inspect one pair after the other with one rig: what is made of the model is kept between them, and the
         answers are those of `inspect`.
@@ -109,7 +117,15 @@ class OpenStore(Store):
         """
         from relmodel.app.session import Session
 
-        return Session(self, rig=rig, needs=needs, world=world, against=against, believe_pictures=believe_pictures)
+        return Session(
+            self,
+            rig=rig,
+            needs=needs,
+            world=world,
+            against=against,
+            believe_pictures=believe_pictures,
+            ignore_blind_camera=ignore_blind_camera,
+        )
 
     def query(self, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> Table:
         """The result of one SELECT, WITH, VALUES, TABLE or EXPLAIN, stopped after `time_limit_s` seconds."""

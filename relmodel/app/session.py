@@ -28,13 +28,16 @@ class Session:
         world: str | None,
         against: Sequence[str] | None,
         believe_pictures: bool,
+        ignore_blind_camera: bool,
     ) -> None:
         from vision.inspection.inspection_parameters import InspectionParameters
         from vision.scene.kept_scenes import Scenes
 
         self._scenes = Scenes(store)
         self._given = {"rig": rig, "needs": needs, "world": world, "against": against}
-        self._parameters = InspectionParameters(believe_pictures=believe_pictures)
+        self._parameters = InspectionParameters(
+            believe_pictures=believe_pictures, ignore_blind_camera=ignore_blind_camera
+        )
 
     def inspect(
         self,

@@ -95,8 +95,8 @@ def _keys(store: Database) -> dict[str, sa.Subquery]:
     return {
         "run_id": sa.select(run.c.id.label("run_id"), run.c.id.label("key")).subquery(),
         "unit_set_id": of_sets.union(own_sets).subquery(),
-        "extraction_id": sa.select(seen.c.run_id, seen.c.extraction_id.label("key")).subquery(),
-        "image_id": sa.select(seen.c.run_id, seen.c.image_id.label("key")).subquery(),
+        "extraction_id": sa.select(seen.c.run_id, seen.c.extraction_id.label("key")).distinct().subquery(),
+        "image_id": sa.select(seen.c.run_id, seen.c.image_id.label("key")).distinct().subquery(),
     }
 
 

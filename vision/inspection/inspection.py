@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from vision.cameras.record_cameras import find_rig
 from vision.cameras.view_volume import Selection
 from vision.extraction import extract as extraction
 from vision.extraction.primitives import Primitives
-from vision.inspection.against import Considered, place_candidates, recognise
+from vision.inspection.against import Considered, Recognised, place_candidates, recognise
 from vision.inspection.crops import check_crops, write_crops
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.inspection.locate import Sight, select_parts
@@ -34,6 +34,7 @@ from vision.inspection.matched_views import match_views
 from vision.inspection.outcome import Outcome, read_outcome
 from vision.inspection.overlay import draw_overlay
 from vision.inspection.pictures import extract_pictures
+from vision.inspection.quality import doubt_pictures, find_faults, measure_quality
 from vision.inspection.record_decisions import record_decisions
 from vision.inspection.record_inspection import Inspected, record_inspection
 from vision.inspection.variants import is_to_be_weighed, weigh_variants
@@ -284,17 +285,37 @@ def _inspect(
     seen = extract_pictures(run, pictures, parameters.extraction, keep_images=call.keep_images)
     primitives = {name: one.primitives for name, one in seen.items()}
     run.step("extract")
-    stereo = _stereo(None if selected is None else selected.stored.scene, cameras, believed, primitives, parameters)
-    run.step("stereo")
+    quality = measure_quality(run.id, store, seen)
+    faults = find_faults(quality, run.id, parameters.pictures)
+    notes = [fault.words for fault in faults if not fault.refuses]
+    run.step("look")
     greys: dict[str, Bytes | Floats] = {name: picture.grey for name, picture in pictures.items()}
-    sight = Sight(run, scenes, call.world_id, call.world, cameras, primitives, greys, stereo, needs, parameters)
-    considered: list[Considered] = []
-    ranked: list[VariantEvidence] = []
-    if selected is None:
-        located, considered, ranked = recognise(sight, among)
-    else:
-        located = sight.locate(selected, believed)
+
+    def look(by: Rig) -> tuple[StereoMatches | None, Recognised]:
+        """What these cameras show."""
+        of = {name: primitives[name] for name in by.cameras}
+        stereo = _stereo(None if selected is None else selected.stored.scene, by, believed, of, parameters)
+        run.step("stereo")
+        own = {name: greys[name] for name in by.cameras}
+        sight = Sight(run, scenes, call.world_id, call.world, by, of, own, stereo, needs, parameters)
+        if selected is None:
+            return stereo, recognise(sight, among)
+        return stereo, Recognised(sight.locate(selected, believed), [], [])
+
+    blind = {fault.camera: fault.words for fault in faults if fault.refuses}
+    is_looked_at = False
+    while not is_looked_at:
+        if parameters.ignore_blind_camera and 0 < len(blind) < len(cameras.cameras):
+            notes += [f"camera {name} is ignored: {words}" for name, words in blind.items()]
+            cameras = cameras.only(*(name for name in cameras.cameras if name not in blind))
+        stereo, (located, considered, ranked) = look(cameras)
+        blind = dict(located.found.verdict.blind)
+        is_looked_at = not (parameters.ignore_blind_camera and 0 < len(blind) < len(cameras.cameras))
+    pictures = {name: pictures[name] for name in cameras.cameras}
+    primitives = {name: primitives[name] for name in cameras.cameras}
     (stored, selection), used, found, relations = located
+    verdict = doubt_pictures(found.verdict, [fault for fault in faults if fault.camera in cameras.cameras])
+    found = replace(found, verdict=verdict)
     believed = believed or used
     maps = {}
     if found.best is not None:
@@ -341,6 +362,7 @@ def _inspect(
                 believed,
                 needs,
                 seen,
+                quality,
                 stereo,
                 relations,
                 found,
@@ -360,7 +382,7 @@ def _inspect(
         run.finish(found.verdict.reason, connection, last="record")
 
     run.transact(record)
-    outcome, notes = read_outcome(store, run.id), describe_bits(pictures.values())
+    outcome, notes = read_outcome(store, run.id), [*notes, *describe_bits(pictures.values())]
     if prior is None and mounted is not None:
         notes.append(f"no prior was given: the rig is taken to be where {mounted.base} has it")
     return _answer(

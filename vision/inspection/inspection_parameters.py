@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from vision.cameras.view_volume import SelectionParameters
 from vision.constellations.constellation_parameters import ConstellationParameters
 from vision.extraction.extraction_parameters import ExtractionParameters
+from vision.inspection.quality import PictureParameters
 from vision.localisation.localisation_parameters import LocalisationParameters
 from vision.matching.matching_parameters import MatchingParameters
 from vision.presence.presence_parameters import PresenceParameters
@@ -17,6 +18,7 @@ class InspectionParameters:
 
     selection: SelectionParameters = field(default_factory=SelectionParameters)
     extraction: ExtractionParameters = field(default_factory=ExtractionParameters)
+    pictures: PictureParameters = field(default_factory=PictureParameters)
     stereo: StereoParameters = field(default_factory=StereoParameters)
     stereo_gate: bool = False
     """whether the model at the prior bounds the depths that stereo looks at"""
@@ -24,6 +26,8 @@ class InspectionParameters:
     localisation: LocalisationParameters = field(default_factory=LocalisationParameters)
     believe_pictures: bool = False
     """whether a pose that the pictures show surely is accepted where it contradicts the prior"""
+    ignore_blind_camera: bool = False
+    """whether the other cameras answer where one does not see the model or its picture says nothing"""
     most_parts: int = 20_000
     """placed parts of a world in which the prior is doubted: all of them are then looked for"""
     keep_bounds: bool = False

@@ -32,6 +32,7 @@ def record_decisions(
         "correspondence": p.matching.pose,
         "stereo": p.stereo,
         "presence": p.presence,
+        "picture": p.pictures,
     }
     rows = [(decision, name, value) for decision, of in compared.items() for name, value in _numbers(of)]
     rows += [("verdict", f"needs_{name}", value) for name, value in _numbers(needs)]

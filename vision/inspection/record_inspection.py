@@ -19,6 +19,7 @@ from vision.constellations.circles import Relations
 from vision.constellations.record_relations import record_relations
 from vision.inspection.against import Considered, record_considered
 from vision.inspection.pictures import SeenPicture
+from vision.inspection.quality import Quality
 from vision.inspection.record_match import record_match
 from vision.localisation.localise import Localisation, View
 from vision.localisation.parts_in_view import PART, PartsInView
@@ -39,8 +40,9 @@ FIRST_OF_VIEWS = 1  # those of its views follow
 
 @dataclass(frozen=True)
 class Inspected:
-    """What an inspection was given and found; pictures and matched views by camera; stereo, correction, parts and
-    presence where there are, variants where asked for, what was considered where no world was given."""
+    """What an inspection was given and found; pictures, what they are like and matched views by camera;
+    stereo, correction, parts and presence where there are, variants where asked for, what was considered where no world
+    was given."""
 
     stored: StoredScene
     selection: Selection
@@ -48,6 +50,7 @@ class Inspected:
     prior: Prior
     needs: Needs
     pictures: dict[str, SeenPicture]
+    quality: dict[str, Quality]
     stereo: StereoMatches | None
     relations: dict[str, Relations]
     found: Localisation
@@ -77,6 +80,10 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
                 "image_id": picture.image_id,
                 "extraction_id": picture.recorded.extraction_id,
                 "view_no": view_no.get(name),
+                "edges": it.quality[name].edges,
+                "blur_px": np.ma.masked_invalid([it.quality[name].blur_px]),
+                "saturated": it.quality[name].saturated,
+                "stale_run_id": it.quality[name].stale_run,
             },
         )
     if full and it.stereo is not None:

@@ -17,6 +17,7 @@ from relmodel.store.database import Database
 from vision.cameras.cameras import Needs, Prior, Rig
 from vision.cameras.record_cameras import read_recorded_rig
 from vision.inspection.against import doubt
+from vision.inspection.quality import PictureParameters, doubt_pictures, find_faults, read_quality
 from vision.inspection.record_decisions import UNKNOWNS
 from vision.localisation.calibration import describe_unknowns
 from vision.localisation.covariance import compute_covariance
@@ -25,6 +26,7 @@ from vision.localisation.localisation_parameters import LocalisationParameters, 
 from vision.localisation.measurements import Sightings, compare_with_edges
 from vision.localisation.refine import Explanation, join_explanations, normal_equations, take_last_step
 from vision.localisation.verdict import (
+    CameraSupport,
     Gathered,
     compute_agreement,
     compute_precision,
@@ -95,11 +97,25 @@ def replay_verdict(store: Database, connection: Connection, run: int, given: Any
     (found,), by_camera, prior = poses["pose"], poses.get("single_camera", []), _prior(poses)
     rows = store.columns(connection, "replay/measurements", run=run)
     measured = len(rows["weight"]) > 0
+    view = {name: number for number, name in enumerate(store.columns(connection, "replay/cameras", run=run)["camera"])}
+
+    def agreement(camera: str) -> float:
+        if not measured:
+            return float(stats[f"agreement {camera}"])
+        own = rows["view_no"] == view[camera]
+        return compute_agreement(rows["length"][own], rows["residual"][own], p)
+
+    gathered_by = store.rows(connection, "replay/support", run=run, hypothesis_no=int(standing[0]))
+    support = {
+        row.camera: CameraSupport(row.evidence, row.found, row.expected, agreement(row.camera))
+        for row in (gathered_by if len(by_camera) > 1 else [])
+    }
     again = judge(
         g,
         standing,
         compute_agreement(rows["length"], rows["residual"], p) if measured else stats["agreement"],
         [(pose.world_from_rig, pose.covariance) for pose in by_camera],
+        support,
         compute_precision(found.covariance, np.array([given.middle_x, given.middle_y, given.middle_z])),
         int(stats["excluded"]),
         Needs(given.needs_translation_mm, given.needs_rotation),
@@ -109,6 +125,11 @@ def replay_verdict(store: Database, connection: Connection, run: int, given: Any
         stated = json.loads(given.parameters).get("believe_pictures", False)
         prior_pose = _as_prior(poses["contradicted"][0])
         again = weigh_against_prior(again, prior_pose, found.world_from_rig, believe_pictures=stated)
+    stated_parameters = json.loads(given.parameters)
+    faults = find_faults(
+        read_quality(store, connection, run), run, read_parameters(PictureParameters(), stated_parameters["pictures"])
+    )
+    again = doubt_pictures(again, [fault for fault in faults if fault.camera in {row.camera for row in gathered_by}])
     again = doubt(again, [row.name for row in store.rows(connection, "replay/alike", run=run)])
     margin = g.cost[1:].min() - g.cost[0] if len(tried) > 1 else None
     for what, values, replayed in (

@@ -303,6 +303,9 @@ class VerdictParameters:
     """sigmas from the prior beyond which a pose contradicts it: one in 5,000 errs by 5 in six dimensions"""
     max_apart_sigma: float = 4.3
     """sigmas, in six dimensions, by which cameras solved apart may differ"""
+    least_camera_odds: float = -4.0
+    """log odds, by the weights above, from which one camera of several sees the model: one in fifty.  Not fitted: see
+    docs/localisation.md for what cameras that see and blind ones have"""
 
 
 @dataclass(frozen=True)

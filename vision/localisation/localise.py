@@ -134,13 +134,14 @@ def localise(
     best = hypotheses[0]
     equivalent = [m @ best.world_from_rig for m in complete_group([m for m in motions if m is not None], p.symmetry)]
     names = rig.cameras if len(rig.cameras) > 1 else ()
-    single = [solver.solve_single_camera(name, best.world_from_rig) for name in names]
+    single = {name: solver.solve_single_camera(name, best.world_from_rig) for name in names}
     verdict = decide(hypotheses, standing, single, needs, p.verdict)
     clock.lap("verdict")
     views = {name: _view(scene, rig, name, best, indexes[name], p) for name in rig.cameras}
     clock.lap("view")
     rivals = [hypotheses[h] for h in standing[1:]]
-    return Localisation(verdict, best, hypotheses, rivals, equivalent[1:], single, indexes, views, clock.laps, stages)
+    apart = list(single.values())
+    return Localisation(verdict, best, hypotheses, rivals, equivalent[1:], apart, indexes, views, clock.laps, stages)
 
 
 def _order(

@@ -4,13 +4,14 @@ Nothing here rests on residuals alone: a wrong pose of a box can fit as well as 
 evidence of the best pose against chance in a search of that many poses, the share of the model's edges that show, and
 how closely the edges found lie on them; its weights come from trials with known truth (benchmarks/verdict.py).  Rivals,
 those of repeated structure among them, take their share of it; the greys on both sides of the model's outline help to
-tell them apart.  Poses that single cameras give must agree.  An accepted pose is also as precise as the user needs it.
+tell them apart.  Each camera must see the model by itself, and the poses that single cameras give must agree.  An
+accepted pose is also as precise as the user needs it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
@@ -32,7 +33,8 @@ class Verdict:
     verdict: accepted | ambiguous | refused; reason: why; posterior: probability that the best pose is the right one;
     missing: what was missing for acceptance, a sentence each.  sigma_mm, sigma_rad: standard deviations along the worst
     directions, of the point in the middle of what is seen and of rotation; weakest: the worst direction in words.
-    weighed: what was weighed, by name; empty where nothing is in view.
+    weighed: what was weighed, by name; empty where nothing is in view.  blind: by
+    camera that does not see the model, a sentence on it.
     """
 
     verdict: str
@@ -43,6 +45,7 @@ class Verdict:
     sigma_rad: float
     weakest: str
     weighed: dict[str, float] = field(default_factory=dict)
+    blind: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -189,6 +192,48 @@ class VerdictStatistics:
         return float(p.offset + np.array(p.weights) @ self.columns(p))
 
 
+@dataclass(frozen=True)
+class CameraSupport:
+    """What one camera of several gathers at the best pose, as `Support` and `compute_agreement` have it."""
+
+    evidence: float
+    found: float
+    expected: float
+    agreement: float
+
+    def log_odds(self, p: VerdictParameters) -> float:
+        """Log odds that the camera sees the model, weighed as a pose is; the prior has no part in it."""
+        share = self.found / max(self.expected, 1e-9)
+        return VerdictStatistics(self.evidence, np.nan, share, self.agreement, 0.0, 0.0, 0.0).log_odds(p)
+
+    def tells(self, p: VerdictParameters) -> bool:
+        """Whether enough of the model is expected in it for a camera that finds it all to be told from a blind one."""
+        return CameraSupport(self.expected, self.expected, self.expected, 1.0).log_odds(p) > 0
+
+    def is_blind(self, p: VerdictParameters) -> bool:
+        """Whether it sees nothing of the model where it would tell."""
+        return self.tells(p) and self.log_odds(p) < p.least_camera_odds
+
+
+def support_by_camera(best: Refined, cameras: Sequence[str], p: VerdictParameters) -> dict[str, CameraSupport]:
+    """What each of several cameras gathers at a pose; nothing for one alone, whose support is that of the pose."""
+    it, m, w = best.support, best.measurements, best.prediction.weight
+
+    def agreement(number: int) -> float:
+        rows = (best.prediction.view == number) & (m.found >= 0)
+        return compute_agreement(w[rows], m.offset[rows], p)
+
+    return {
+        name: CameraSupport(
+            float(it.by_camera[number]),
+            float(it.found[number]),
+            float(it.expected[number]),
+            agreement(number),
+        )
+        for number, name in enumerate(cameras if len(cameras) > 1 else ())
+    }
+
+
 def measure_agreement(best: Refined, p: VerdictParameters) -> float:
     """`compute_agreement` of a pose with its own measurements."""
     m = best.measurements
@@ -214,18 +259,19 @@ def compute_statistics(
 def decide(
     hypotheses: Sequence[Refined],
     standing: Ints,
-    by_camera: Sequence[Refined],
+    by_camera: Mapping[str, Refined],
     needs: Needs,
     p: VerdictParameters,
 ) -> Verdict:
-    """The verdict on the first of the hypotheses that stand; `by_camera`: the poses that single cameras give, where
-    there are several."""
+    """The verdict on the first of the hypotheses that stand; `by_camera`: the poses that single cameras give, in the
+    rig's order, where there are several."""
     best = hypotheses[standing[0]]
     return judge(
         Gathered.of(hypotheses),
         standing,
         measure_agreement(best, p),
-        [(h.world_from_rig, h.covariance) for h in by_camera],
+        [(h.world_from_rig, h.covariance) for h in by_camera.values()],
+        support_by_camera(best, list(by_camera), p),
         compute_precision(best.covariance, best.middle),
         int(best.excluded.sum()),
         needs,
@@ -238,13 +284,14 @@ def judge(
     standing: Ints,
     agreement: float,
     by_camera: Sequence[tuple[Floats, Floats]],
+    support: Mapping[str, CameraSupport],
     precision: tuple[float, float, str],
     excluded: int,
     needs: Needs,
     p: VerdictParameters,
 ) -> Verdict:
-    """The rule of `decide` on numbers: the agreement of the best, the poses that single cameras give, the precision of
-    the best, and how many placed parts it leaves out."""
+    """The rule of `decide` on numbers: the agreement of the best, the poses that single cameras give, what each gathers
+    at the best pose, the precision of that, and how many placed parts it leaves out."""
     stats = compute_statistics(g, int(standing[0]), agreement, by_camera)
     costs, believed, from_prior = (g.cost - g.related)[standing], g.believed[standing], stats.prior_sigma
     odds = stats.log_odds(p)
@@ -270,6 +317,17 @@ def judge(
         )
     if from_prior > p.max_sigma:
         missing.append(f"the pose lies {from_prior:.1f} sigma from the prior, which contradicts it")
+    blind = {
+        name: (
+            f"camera {name} does not see this: evidence of {camera.evidence:.0f} against chance where "
+            f"{camera.expected:.0f} is expected, and {camera.agreement:.0%} of the edges found lie on the model's "
+            f"(log odds {camera.log_odds(p):.1f}, {p.least_camera_odds:g} needed): look at its picture, "
+            "or let it be ignored"
+        )
+        for name, camera in support.items()
+        if camera.is_blind(p)
+    }
+    missing += blind.values()
     if stats.apart > p.max_apart_sigma:
         missing.append(f"the cameras solved apart disagree by {stats.apart:.0f} sigma: check the rig's calibration")
     if 2 * sigma_mm > needs.translation_mm or 2 * sigma_rad > needs.rotation:
@@ -302,7 +360,11 @@ def judge(
         "rivals": float(len(standing) - 1),
         "excluded": float(excluded),
     }
-    return Verdict(verdict, reason, posterior, missing, sigma_mm, sigma_rad, weakest, weighed)
+    for name, camera in support.items():
+        weighed[f"agreement {name}"] = camera.agreement
+        if camera.tells(p):
+            weighed[f"sees {name}"] = camera.log_odds(p)
+    return Verdict(verdict, reason, posterior, missing, sigma_mm, sigma_rad, weakest, weighed, blind)
 
 
 def weigh_against_prior(verdict: Verdict, prior: Prior, world_from_rig: Floats, *, believe_pictures: bool) -> Verdict:

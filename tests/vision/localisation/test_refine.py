@@ -288,7 +288,7 @@ def test_the_direction_that_parallel_edges_leave_open_is_named() -> None:
     along = truth[:3, :3].T @ [1.0, 0, 0]
     axis = "xyz"[int(np.argmax(np.abs(along)))]
     assert weakest.startswith(f"shift along {axis}")
-    verdict = decide([found], np.array([0]), [], Needs(5.0, 0.02), DEFAULTS.verdict)
+    verdict = decide([found], np.array([0]), {}, Needs(5.0, 0.02), DEFAULTS.verdict)
     assert verdict.verdict == "refused"
     assert any(weakest in sentence for sentence in verdict.missing)
 

@@ -21,7 +21,7 @@ def test_no_more_is_found_than_is_expected_and_zero_has_no_sign(found: float, ac
         outline_contrast=-0.04 * one, outline_evidence=0 * one, is_symmetric=np.zeros(1, bool),
         relational_distance=np.nan * one,
     )  # fmt: skip
-    verdict = judge(gathered, np.array([0]), 0.9, [], (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), DEFAULTS.verdict)
+    verdict = judge(gathered, np.array([0]), 0.9, [], {}, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), DEFAULTS.verdict)
     assert (verdict.verdict == "accepted") is accepted
     assert f"{min(round(100 * found), 100)}% of the" in verdict.reason
     assert accepted or "contrast of 0.0 along 105 px" in verdict.reason
@@ -35,7 +35,7 @@ def test_without_a_prior_most_of_the_edges_have_to_be_found(share: float, prior_
     gathered = Gathered(*(np.array([value]) for value in columns))
     by_camera = [(np.eye(4), np.eye(6))] * (cameras if cameras > 1 else 0)
     p = replace(DEFAULTS.verdict, min_posterior=0.5)
-    verdict = judge(gathered, np.array([0]), 1.0, by_camera, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), p)
+    verdict = judge(gathered, np.array([0]), 1.0, by_camera, {}, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), p)
     lacks = np.isnan(prior_sigma) and share < 0.6
     assert verdict.verdict == ("refused" if lacks else "accepted"), verdict.reason
     assert ("give a prior" in verdict.reason) == lacks
@@ -60,5 +60,5 @@ def test_relational_matching_tells_rivals_apart(distances: list[float], standing
     )  # fmt: skip
     found = find_standing(gathered, DEFAULTS.verdict)
     assert found.tolist() == standing
-    verdict = judge(gathered, found, 0.9, [], (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), DEFAULTS.verdict)
+    verdict = judge(gathered, found, 0.9, [], {}, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), DEFAULTS.verdict)
     assert verdict.verdict == ("accepted" if len(standing) == 1 else "ambiguous")

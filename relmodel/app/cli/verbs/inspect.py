@@ -68,6 +68,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="accept a pose that the pictures show surely although it contradicts the prior (default: refuse it)",
     )
     parser.add_argument(
+        "--ignore-blind-camera",
+        action="store_true",
+        help="answer by the other camera where one does not see the model or its picture says nothing (default: "
+        "refuse)",
+    )
+    parser.add_argument(
         "--needs",
         metavar="MM,DEG",
         help="how exactly the pose is needed, two standard deviations, as in 5mm,2deg (default: what the prior file "
@@ -186,6 +192,7 @@ def run(args: argparse.Namespace) -> int:
                     choose_methods(DEFAULTS, stereo=args.stereo_method, search=args.search),
                     stereo_gate=args.stereo_gate,
                     believe_pictures=args.believe_pictures,
+                    ignore_blind_camera=args.ignore_blind_camera,
                     keep_bounds=args.keep_bounds,
                 ),
             )
