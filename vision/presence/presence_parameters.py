@@ -126,7 +126,7 @@ class MovedParameters:
     rounds: int = 6
     """rounds of weighing displacements again after some surfaces moved"""
     sure_log_odds: float = 3.0
-    """log odds likewise, for a surface that least squares cannot measure"""
+    """log odds likewise from which it is said to have moved, 20 to 1; below, it only explains edges of its neighbours"""
     sure_sigma: float = 4.0
     """standard deviations by which the measured displacement must differ from none"""
 

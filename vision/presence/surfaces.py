@@ -58,7 +58,8 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     found = offsets.weight_px >= p.sizes.least_found * weight[there]
     in_place = supported[there] >= p.sizes.least_found * weight[there]
     displaced = sought.mm[there] != 0
-    sure = (offsets.weight_px >= p.sizes.least_px) & (displaced | in_place | (offsets.closed & found))
+    doubtful = displaced & (sought.log_odds[there] < p.moved.sure_log_odds)
+    sure = (offsets.weight_px >= p.sizes.least_px) & (displaced | in_place | (offsets.closed & found)) & ~doubtful
     kept = there[sure]
     mm, sigma, shift_sigma = np.full((3, count), np.nan)
     shift = np.full((count, 3), np.nan)

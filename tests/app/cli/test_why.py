@@ -68,7 +68,7 @@ def test_verdict_pose_and_parts_are_explained(of_engine: Inspection) -> None:
             f"the pose is {answer['verdict']}: {answer['reason']}",
         ]
         rules = [one.sentence for one in verdict if one.topic == "rules"]
-        assert len(rules) == 6
+        assert len(rules) == 7
         assert all(rule.startswith("passed") for rule in rules)
         assert f"known to {2 * answer['sigma']['translation_mm']:.3f} mm (two sigma" in rules[3]
         assert len([one for one in verdict if one.topic == "hypotheses"]) == len(answer["hypotheses"])
