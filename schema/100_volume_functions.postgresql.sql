@@ -1,8 +1,8 @@
 -- Which placed parts, features, surfaces and arcs lie in a box: SELECT * FROM parts_in_box(x0, y0, z0, x1, y1, z1), the
 -- name of a world after them where the store holds several.  Lengths in mm, in the world's frame; touching counts.
 -- A body is looked at where the box around its parts meets the box asked for, and of its pages those whose middle, carried
--- into the world, is within reach of that box: a page and all in it lie in a ball about its middle.  The parts' own boxes
--- then decide.  Stages are materialised, else the planner computes every bound again wherever it is named.
+-- into the world, is within reach of that box: a page and all in it lie in a ball about its middle.  The boxes around the
+-- placed boxes of shapes come next, and of what these let through those around the placed hulls decide.  Stages are materialised, else the planner computes every bound again wherever it is named.
 
 CREATE INDEX object_node_page ON object_node (object_id, page);
 CREATE INDEX object_node_node_no ON object_node (object_id, node_no);
@@ -40,6 +40,22 @@ CREATE FUNCTION reach_forth(
 RETURN greatest(nx * x0, nx * x1) + greatest(ny * y0, ny * y1) + greatest(nz * z0, nz * z1) + shift;
 COMMENT ON FUNCTION reach_forth IS
     'The greatest n . p + shift of the points p of a box.';
+
+CREATE FUNCTION hull_back(
+    nx DOUBLE PRECISION, ny DOUBLE PRECISION, nz DOUBLE PRECISION, shift DOUBLE PRECISION,
+    xs DOUBLE PRECISION[], ys DOUBLE PRECISION[], zs DOUBLE PRECISION[]
+) RETURNS DOUBLE PRECISION LANGUAGE sql IMMUTABLE
+RETURN (SELECT min(nx * p.x + ny * p.y + nz * p.z) FROM unnest(xs, ys, zs) AS p (x, y, z)) + shift;
+COMMENT ON FUNCTION hull_back IS
+    'The least n . p + shift of the corners p of a hull; null of none.';
+
+CREATE FUNCTION hull_forth(
+    nx DOUBLE PRECISION, ny DOUBLE PRECISION, nz DOUBLE PRECISION, shift DOUBLE PRECISION,
+    xs DOUBLE PRECISION[], ys DOUBLE PRECISION[], zs DOUBLE PRECISION[]
+) RETURNS DOUBLE PRECISION LANGUAGE sql IMMUTABLE
+RETURN (SELECT max(nx * p.x + ny * p.y + nz * p.z) FROM unnest(xs, ys, zs) AS p (x, y, z)) + shift;
+COMMENT ON FUNCTION hull_forth IS
+    'The greatest n . p + shift of the corners p of a hull; null of none.';
 
 CREATE FUNCTION all_in_bounds(
     from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
@@ -94,7 +110,7 @@ posed AS MATERIALIZED (
 ),
 carried AS MATERIALIZED (
     SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
-        s.z1 AS shape_z1,
+        s.z1 AS shape_z1, s.hull_x, s.hull_y, s.hull_z, s.hull_mm,
         reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x0,
         reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y0,
         reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z0,
@@ -103,6 +119,27 @@ carried AS MATERIALIZED (
         reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z1
     FROM posed AS o
     JOIN shape AS s ON s.id = o.shape_id
+),
+hulled AS MATERIALIZED (
+    SELECT o.world, o.id, o.path, o.part_id, o.shape_id,
+        o.m00, o.m01, o.m02, o.m03,
+        o.m10, o.m11, o.m12, o.m13,
+        o.m20, o.m21, o.m22, o.m23,
+        o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
+        greatest(o.x0, hull_back(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
+            - o.hull_mm) AS x0,
+        greatest(o.y0, hull_back(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
+            - o.hull_mm) AS y0,
+        greatest(o.z0, hull_back(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
+            - o.hull_mm) AS z0,
+        least(o.x1, hull_forth(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
+            + o.hull_mm) AS x1,
+        least(o.y1, hull_forth(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
+            + o.hull_mm) AS y1,
+        least(o.z1, hull_forth(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
+            + o.hull_mm) AS z1
+    FROM carried AS o
+    WHERE o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
 )
 SELECT o.world, o.id, o.path, o.part_id, o.shape_id,
     o.m00, o.m01, o.m02, o.m03,
@@ -110,7 +147,7 @@ SELECT o.world, o.id, o.path, o.part_id, o.shape_id,
     o.m20, o.m21, o.m22, o.m23,
     o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
     o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-FROM carried AS o
+FROM hulled AS o
 WHERE o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
 $$;
 COMMENT ON FUNCTION all_in_bounds IS

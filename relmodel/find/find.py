@@ -2,8 +2,9 @@
 
 At precision `box` an element is in a volume if
 
-- its world box meets the volume's bounds, where the world box is the box of its box in the shape's frame carried into
-  the world (`boxes_carried`); touching counts;
+- its part's world box, and its own, meet the volume's bounds; touching counts.  The world box of a part is that around
+  its hull as placed (`relmodel.geometry.hulls.boxes_placed`), that of an element the box around its box in the shape's
+  frame, carried into the world;
 - and its box in the shape's frame, as it lies in the world, meets the volume's ball, if any, and is not wholly outside
   any one of its half-spaces.
 
