@@ -50,6 +50,8 @@ class WorldIndex:
     ) -> None:
         self.kind = kind
         self._occurrence_id = parts["occurrence_id"].astype(np.int64)
+        self._no_element = np.full(len(self._occurrence_id), -1, np.int64)
+        self._no_element.flags.writeable = False
         self._world_from_part = matrices(parts)
         self._shape_box = np.stack([parts[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(np.float64)
         self._tree = build(kind, world_boxes(parts, hulls))
@@ -75,23 +77,29 @@ class WorldIndex:
 
     def in_volume(self, volume: Volume, level: str = "part") -> tuple[Ints, Ints]:
         """occurrence_id and element_no (-1 of parts) of what lies in a volume, sorted; defined as in `find`."""
+        if level == "part" and isinstance(volume, Box):  # what a planner asks most often
+            part = self._tree.in_boxes(volume.bounds[None])[1]
+            part.sort()
+            return self._occurrence_id[part], self._no_element[: len(part)]
         return self.in_volumes([volume], level)[1:]
 
     def in_volumes(self, volumes: Sequence[Volume], level: str = "part") -> tuple[Ints, Ints, Ints]:
         """Ordinal of the volume, occurrence_id and element_no (-1 of parts) of what lies in volumes, sorted."""
         if level not in LEVELS:
             raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
-        table = VolumeTable.of(volumes)
-        if all(isinstance(volume, Box) for volume in volumes):
-            asked, part = self._tree.in_boxes(table.bounds)
-        else:
-            asked, part = self._tree.in_volumes(table)
-        order = np.lexsort((part, asked))
-        asked, part = asked[order], part[order]
+        boxes_only = all(isinstance(volume, Box) for volume in volumes)
+        bounds = np.array([volume.bounds for volume in volumes]).reshape(-1, 6)
+        table = None if boxes_only and level == "part" else VolumeTable.of(volumes)
+        pairs = self._tree.in_boxes(bounds) if boxes_only or table is None else self._tree.in_volumes(table)
+        key = pairs[0] << 32 | pairs[1]
+        key.sort()
+        asked, part = key >> 32, key & 0xFFFFFFFF
+        if table is None:
+            return asked, self._occurrence_id[part], self._no_element[part]
         if level != "part":
             return self._elements_in(table, self._elements[level], asked, part)
         met = volumes_met(volumes, asked, self._world_from_part[part], self._shape_box[part])
-        return asked[met], self._occurrence_id[part[met]], np.full(int(met.sum()), -1, np.int64)
+        return asked[met], self._occurrence_id[part[met]], self._no_element[part[met]]
 
     def _elements_in(self, table: VolumeTable, pages: _ShapePages, asked: Ints, part: Ints) -> tuple[Ints, Ints, Ints]:
         from relmodel.find import volume_kernels
