@@ -12,9 +12,9 @@ each other as assemblies are, uniform, or rods.  Peers: geoindex-rs, a flatbush 
 over x and y, then z; SQLite's R*Tree, with the exact bounds in its rows and lean; libspatialindex (package rtree);
 scans by NumPy and by DuckDB; and PostgreSQL's cube and PostGIS under n-dimensional GiST on a private server of the
 system's packages.  What is not installed is left out, with a word.  Embree answers one question only, and has its own
-table.  `SQL` is the macro `parts_in_box` of a DuckDB store, asked through its client; `store` is `in_volumes` on it: rows
-with path and pose.  `SQL of 1` and `store of 1` are the same of a store with one part: what a statement costs whatever it
-finds.
+table.  `SQL` is the macro `parts_in_box` of a DuckDB store, asked through its client; `store` is `in_volumes` on it:
+rows with path and pose.  `SQL of 1` and `store of 1` are the same of a store with one part: what a statement costs
+whatever it finds.
 
 Times are the least of several medians taken in turns, so that what else the machine does falls on all alike.  `ratio`
 is the time of `rtree` over that of the best peer in the same run.  Answers are compared.  The size of libspatialindex
