@@ -23,109 +23,14 @@ COMMENT ON MACRO volume_missed IS
     'Whether a placed box does not meet a ball or is wholly outside one of some half-spaces, each null where there is none.';
 
 CREATE MACRO all_in_boxes(asked, in_world := NULL) AS TABLE
-WITH asked_box AS MATERIALIZED (
-    SELECT volume_no, x0, y0, z0, x1, y1, z1 FROM query_table(asked)
-),
-placed_page AS MATERIALIZED (  -- pages of the bodies as they stand, and how far about its middle each reaches
-    SELECT b.object_no, b.body_no, g.page, g.object_id, b.world, b.name,
-        b.m00, b.m01, b.m02, b.m03,
-        b.m10, b.m11, b.m12, b.m13,
-        b.m20, b.m21, b.m22, b.m23,
-        reach_back(b.m00, b.m01, b.m02, b.m03, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) - 1e-6 AS x0,
-        reach_back(b.m10, b.m11, b.m12, b.m13, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) - 1e-6 AS y0,
-        reach_back(b.m20, b.m21, b.m22, b.m23, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) - 1e-6 AS z0,
-        reach_forth(b.m00, b.m01, b.m02, b.m03, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) + 1e-6 AS x1,
-        reach_forth(b.m10, b.m11, b.m12, b.m13, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) + 1e-6 AS y1,
-        reach_forth(b.m20, b.m21, b.m22, b.m23, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) + 1e-6 AS z1
-    FROM (
-        SELECT p.world, p.name, p.object_id, b.*
-        FROM placed_body AS b
-        JOIN placed_object AS p ON p.object_no = b.object_no
-        CROSS JOIN (
-            SELECT min(x0) AS x0, min(y0) AS y0, min(z0) AS z0, max(x1) AS x1, max(y1) AS y1, max(z1) AS z1 FROM asked_box
-        ) AS a
-        WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
-            AND b.x0 <= a.x1 AND b.y0 <= a.y1 AND b.z0 <= a.z1 AND b.x1 >= a.x0 AND b.y1 >= a.y0 AND b.z1 >= a.z0
-    ) AS b
-    JOIN object_page AS g ON g.object_id = b.object_id AND g.body_no = b.body_no
-),
-met_page AS MATERIALIZED (
-    SELECT a.volume_no, a.x0, a.y0, a.z0, a.x1, a.y1, a.z1, g.object_no, g.body_no, g.page
-    FROM asked_box AS a
-    JOIN placed_page AS g ON g.x0 <= a.x1 AND g.x1 >= a.x0 AND g.y0 <= a.y1 AND g.y1 >= a.y0 AND g.z0 <= a.z1 AND g.z1 >= a.z0
-),
-near AS MATERIALIZED (  -- parts whose middle is within reach: their poses are worked out
-    SELECT b.volume_no, b.x0 AS least_x, b.y0 AS least_y, b.z0 AS least_z,
-        b.x1 AS most_x, b.y1 AS most_y, b.z1 AS most_z, b.world,
-        CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id, n.shape_id,
-        b.m00 * n.m00 + b.m01 * n.m10 + b.m02 * n.m20 AS m00,
-        b.m00 * n.m01 + b.m01 * n.m11 + b.m02 * n.m21 AS m01,
-        b.m00 * n.m02 + b.m01 * n.m12 + b.m02 * n.m22 AS m02,
-        b.m00 * n.m03 + b.m01 * n.m13 + b.m02 * n.m23 + b.m03 AS m03,
-        b.m10 * n.m00 + b.m11 * n.m10 + b.m12 * n.m20 AS m10,
-        b.m10 * n.m01 + b.m11 * n.m11 + b.m12 * n.m21 AS m11,
-        b.m10 * n.m02 + b.m11 * n.m12 + b.m12 * n.m22 AS m12,
-        b.m10 * n.m03 + b.m11 * n.m13 + b.m12 * n.m23 + b.m13 AS m13,
-        b.m20 * n.m00 + b.m21 * n.m10 + b.m22 * n.m20 AS m20,
-        b.m20 * n.m01 + b.m21 * n.m11 + b.m22 * n.m21 AS m21,
-        b.m20 * n.m02 + b.m21 * n.m12 + b.m22 * n.m22 AS m22,
-        b.m20 * n.m03 + b.m21 * n.m13 + b.m22 * n.m23 + b.m23 AS m23
-    FROM (
-        SELECT m.volume_no, m.x0, m.y0, m.z0, m.x1, m.y1, m.z1, g.object_no, g.object_id, g.page, g.world, g.name,
-            g.m00, g.m01, g.m02, g.m03,
-        g.m10, g.m11, g.m12, g.m13,
-        g.m20, g.m21, g.m22, g.m23
-        FROM met_page AS m
-        JOIN placed_page AS g ON g.object_no = m.object_no AND g.body_no = m.body_no AND g.page = m.page
-    ) AS b
-    JOIN (
-        SELECT *, (x0 + x1) / 2 AS x, (y0 + y1) / 2 AS y, (z0 + z1) / 2 AS z,
-            (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6 AS reach
-        FROM object_node
-    ) AS n ON n.object_id = b.object_id AND n.page = b.page
-        AND b.m00 * n.x + b.m01 * n.y + b.m02 * n.z + b.m03 BETWEEN b.x0 - n.reach AND b.x1 + n.reach
-        AND b.m10 * n.x + b.m11 * n.y + b.m12 * n.z + b.m13 BETWEEN b.y0 - n.reach AND b.y1 + n.reach
-        AND b.m20 * n.x + b.m21 * n.y + b.m22 * n.z + b.m23 BETWEEN b.z0 - n.reach AND b.z1 + n.reach
-),
-boxed AS MATERIALIZED (
-    SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
-        s.z1 AS shape_z1, s.hull_x, s.hull_y, s.hull_z, s.hull_mm,
-        reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x0,
-        reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y0,
-        reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z0,
-        reach_forth(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x1,
-        reach_forth(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y1,
-        reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z1
-    FROM near AS o
-    JOIN shape AS s ON s.id = o.shape_id
-),
-hulled AS MATERIALIZED (
-    SELECT o.volume_no, o.least_x, o.least_y, o.least_z, o.most_x, o.most_y, o.most_z, o.world, o.id, o.path,
-        o.part_id, o.shape_id,
-        o.m00, o.m01, o.m02, o.m03,
-        o.m10, o.m11, o.m12, o.m13,
-        o.m20, o.m21, o.m22, o.m23,
-        o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
-        CASE WHEN o.hull_mm IS NULL THEN o.x0 ELSE greatest(o.x0, hull_back(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
-            - o.hull_mm) END AS x0,
-        CASE WHEN o.hull_mm IS NULL THEN o.y0 ELSE greatest(o.y0, hull_back(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
-            - o.hull_mm) END AS y0,
-        CASE WHEN o.hull_mm IS NULL THEN o.z0 ELSE greatest(o.z0, hull_back(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
-            - o.hull_mm) END AS z0,
-        CASE WHEN o.hull_mm IS NULL THEN o.x1 ELSE least(o.x1, hull_forth(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
-            + o.hull_mm) END AS x1,
-        CASE WHEN o.hull_mm IS NULL THEN o.y1 ELSE least(o.y1, hull_forth(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
-            + o.hull_mm) END AS y1,
-        CASE WHEN o.hull_mm IS NULL THEN o.z1 ELSE least(o.z1, hull_forth(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
-            + o.hull_mm) END AS z1
-    FROM boxed AS o
-    WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
-        AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
-)
 SELECT o.*
-FROM hulled AS o
-WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
-    AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z;
+FROM all_about_boxes(
+    (SELECT list(volume_no ORDER BY volume_no) FROM query_table(asked)),
+    (SELECT list(x0 ORDER BY volume_no) FROM query_table(asked)), (SELECT list(y0 ORDER BY volume_no) FROM query_table(asked)),
+    (SELECT list(z0 ORDER BY volume_no) FROM query_table(asked)), (SELECT list(x1 ORDER BY volume_no) FROM query_table(asked)),
+    (SELECT list(y1 ORDER BY volume_no) FROM query_table(asked)), (SELECT list(z1 ORDER BY volume_no) FROM query_table(asked)),
+    in_world
+) AS o;
 COMMENT ON MACRO TABLE all_in_boxes IS
     'Placed parts whose world box meets each of the boxes of a table, with pose and shape box; newest revision of all worlds or one.';
 

@@ -3,34 +3,7 @@
 -- a table or view of volume_no and the box x0, y0, z0, x1, y1, z1, mm, in the world's frame; touching counts.
 -- parts_in_volumes takes one that says besides what of the box around it a volume is: ball_x, ball_y, ball_z and
 -- ball_radius (null: no ball), and half_spaces (null: none), nx, ny, nz, d of each after the other, inside where
--- n . p <= d.  A page is found by an index of
--- the balls about the pages in their bodies' frames, over x and y, into which a box asked is carried.
-
-CREATE FUNCTION page_ball(x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION) RETURNS box LANGUAGE sql IMMUTABLE
-RETURN box(
-    point((x0 + x1) / 2 - (x1 - x0 + y1 - y0 + z1 - z0) / 2 - 1e-6, (y0 + y1) / 2 - (x1 - x0 + y1 - y0 + z1 - z0) / 2 - 1e-6),
-    point((x0 + x1) / 2 + (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6, (y0 + y1) / 2 + (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6)
-);
-COMMENT ON FUNCTION page_ball IS
-    'The x and y of the box around a ball about the middle of a box that holds the box.';
-CREATE INDEX object_page_ball ON object_page USING gist (page_ball(x0, y0, z0, x1, y1, z1));
-
-CREATE FUNCTION asked_in_body(
-    m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m03 DOUBLE PRECISION, m10 DOUBLE PRECISION, m11 DOUBLE PRECISION, m13 DOUBLE PRECISION, m20 DOUBLE PRECISION, m21 DOUBLE PRECISION, m23 DOUBLE PRECISION,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) RETURNS box LANGUAGE sql IMMUTABLE
-RETURN box(
-    point(least(m00 * (x0 - m03), m00 * (x1 - m03)) + least(m10 * (y0 - m13), m10 * (y1 - m13))
-            + least(m20 * (z0 - m23), m20 * (z1 - m23)),
-        least(m01 * (x0 - m03), m01 * (x1 - m03)) + least(m11 * (y0 - m13), m11 * (y1 - m13))
-            + least(m21 * (z0 - m23), m21 * (z1 - m23))),
-    point(greatest(m00 * (x0 - m03), m00 * (x1 - m03)) + greatest(m10 * (y0 - m13), m10 * (y1 - m13))
-            + greatest(m20 * (z0 - m23), m20 * (z1 - m23)),
-        greatest(m01 * (x0 - m03), m01 * (x1 - m03)) + greatest(m11 * (y0 - m13), m11 * (y1 - m13))
-            + greatest(m21 * (z0 - m23), m21 * (z1 - m23)))
-);
-COMMENT ON FUNCTION asked_in_body IS
-    'The x and y of the box around a box of the world in the frame of a body.';
+-- n . p <= d.
 
 CREATE FUNCTION volume_missed(
     ball_x DOUBLE PRECISION, ball_y DOUBLE PRECISION, ball_z DOUBLE PRECISION, ball_radius DOUBLE PRECISION, half_spaces DOUBLE PRECISION[],
@@ -57,117 +30,6 @@ RETURN coalesce(ball_radius IS NOT NULL AND power(greatest(x0 - (m00 * (ball_x -
 COMMENT ON FUNCTION volume_missed IS
     'Whether a placed box does not meet a ball or is wholly outside one of some half-spaces, each null where there is none.';
 
-CREATE FUNCTION all_in_boxes_given(
-    volume_nos INTEGER[], xs0 DOUBLE PRECISION[], ys0 DOUBLE PRECISION[], zs0 DOUBLE PRECISION[], xs1 DOUBLE PRECISION[], ys1 DOUBLE PRECISION[], zs1 DOUBLE PRECISION[], in_world TEXT
-) RETURNS TABLE (
-    volume_no INTEGER, least_x DOUBLE PRECISION, least_y DOUBLE PRECISION, least_z DOUBLE PRECISION, most_x DOUBLE PRECISION, most_y DOUBLE PRECISION, most_z DOUBLE PRECISION,
-    world TEXT, id BIGINT, path TEXT, part_id BIGINT, shape_id BIGINT,
-    m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m02 DOUBLE PRECISION, m03 DOUBLE PRECISION,
-    m10 DOUBLE PRECISION, m11 DOUBLE PRECISION, m12 DOUBLE PRECISION, m13 DOUBLE PRECISION,
-    m20 DOUBLE PRECISION, m21 DOUBLE PRECISION, m22 DOUBLE PRECISION, m23 DOUBLE PRECISION,
-    shape_x0 DOUBLE PRECISION, shape_y0 DOUBLE PRECISION, shape_z0 DOUBLE PRECISION, shape_x1 DOUBLE PRECISION, shape_y1 DOUBLE PRECISION, shape_z1 DOUBLE PRECISION,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-WITH asked_box AS MATERIALIZED (
-    SELECT *
-    FROM unnest(volume_nos, xs0, ys0, zs0, xs1, ys1, zs1) AS q (volume_no, x0, y0, z0, x1, y1, z1)
-),
-near_body AS MATERIALIZED (
-    SELECT a.volume_no, a.x0, a.y0, a.z0, a.x1, a.y1, a.z1, p.world, p.name, p.object_no, p.object_id, b.body_no,
-        b.m00, b.m01, b.m02, b.m03,
-        b.m10, b.m11, b.m12, b.m13,
-        b.m20, b.m21, b.m22, b.m23
-    FROM asked_box AS a
-    JOIN placed_body AS b ON b.x0 <= a.x1 AND b.y0 <= a.y1 AND b.z0 <= a.z1
-        AND b.x1 >= a.x0 AND b.y1 >= a.y0 AND b.z1 >= a.z0
-    JOIN placed_object AS p ON p.object_no = b.object_no
-    WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
-),
-near AS MATERIALIZED (  -- parts whose middle is within reach: their poses are worked out
-    SELECT b.volume_no, b.x0 AS least_x, b.y0 AS least_y, b.z0 AS least_z,
-        b.x1 AS most_x, b.y1 AS most_y, b.z1 AS most_z, b.world,
-        CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id, n.shape_id,
-        b.m00 * n.m00 + b.m01 * n.m10 + b.m02 * n.m20 AS m00,
-        b.m00 * n.m01 + b.m01 * n.m11 + b.m02 * n.m21 AS m01,
-        b.m00 * n.m02 + b.m01 * n.m12 + b.m02 * n.m22 AS m02,
-        b.m00 * n.m03 + b.m01 * n.m13 + b.m02 * n.m23 + b.m03 AS m03,
-        b.m10 * n.m00 + b.m11 * n.m10 + b.m12 * n.m20 AS m10,
-        b.m10 * n.m01 + b.m11 * n.m11 + b.m12 * n.m21 AS m11,
-        b.m10 * n.m02 + b.m11 * n.m12 + b.m12 * n.m22 AS m12,
-        b.m10 * n.m03 + b.m11 * n.m13 + b.m12 * n.m23 + b.m13 AS m13,
-        b.m20 * n.m00 + b.m21 * n.m10 + b.m22 * n.m20 AS m20,
-        b.m20 * n.m01 + b.m21 * n.m11 + b.m22 * n.m21 AS m21,
-        b.m20 * n.m02 + b.m21 * n.m12 + b.m22 * n.m22 AS m22,
-        b.m20 * n.m03 + b.m21 * n.m13 + b.m22 * n.m23 + b.m23 AS m23
-    FROM (
-        SELECT b.*, g.page
-        FROM near_body AS b
-        JOIN object_page AS g ON g.object_id = b.object_id AND g.body_no = b.body_no
-            AND page_ball(g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) && asked_in_body(
-                b.m00, b.m01, b.m03, b.m10, b.m11, b.m13, b.m20, b.m21, b.m23, b.x0, b.y0, b.z0, b.x1, b.y1, b.z1)
-            AND b.m00 * (g.x0 + g.x1) / 2 + b.m01 * (g.y0 + g.y1) / 2 + b.m02 * (g.z0 + g.z1) / 2 + b.m03
-                BETWEEN b.x0 - (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 - 1e-6
-                    AND b.x1 + (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 + 1e-6
-            AND b.m10 * (g.x0 + g.x1) / 2 + b.m11 * (g.y0 + g.y1) / 2 + b.m12 * (g.z0 + g.z1) / 2 + b.m13
-                BETWEEN b.y0 - (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 - 1e-6
-                    AND b.y1 + (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 + 1e-6
-            AND b.m20 * (g.x0 + g.x1) / 2 + b.m21 * (g.y0 + g.y1) / 2 + b.m22 * (g.z0 + g.z1) / 2 + b.m23
-                BETWEEN b.z0 - (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 - 1e-6
-                    AND b.z1 + (g.x1 - g.x0 + g.y1 - g.y0 + g.z1 - g.z0) / 2 + 1e-6
-        OFFSET 0  -- else the nodes come first
-    ) AS b
-    JOIN (
-        SELECT *, (x0 + x1) / 2 AS x, (y0 + y1) / 2 AS y, (z0 + z1) / 2 AS z,
-            (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6 AS reach
-        FROM object_node
-    ) AS n ON n.object_id = b.object_id AND n.page = b.page
-        AND b.m00 * n.x + b.m01 * n.y + b.m02 * n.z + b.m03 BETWEEN b.x0 - n.reach AND b.x1 + n.reach
-        AND b.m10 * n.x + b.m11 * n.y + b.m12 * n.z + b.m13 BETWEEN b.y0 - n.reach AND b.y1 + n.reach
-        AND b.m20 * n.x + b.m21 * n.y + b.m22 * n.z + b.m23 BETWEEN b.z0 - n.reach AND b.z1 + n.reach
-),
-boxed AS MATERIALIZED (
-    SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
-        s.z1 AS shape_z1, s.hull_x, s.hull_y, s.hull_z, s.hull_mm,
-        reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x0,
-        reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y0,
-        reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z0,
-        reach_forth(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x1,
-        reach_forth(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y1,
-        reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z1
-    FROM near AS o
-    JOIN shape AS s ON s.id = o.shape_id
-),
-hulled AS MATERIALIZED (
-    SELECT o.volume_no, o.least_x, o.least_y, o.least_z, o.most_x, o.most_y, o.most_z, o.world, o.id, o.path,
-        o.part_id, o.shape_id,
-        o.m00, o.m01, o.m02, o.m03,
-        o.m10, o.m11, o.m12, o.m13,
-        o.m20, o.m21, o.m22, o.m23,
-        o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
-        CASE WHEN o.hull_mm IS NULL THEN o.x0 ELSE greatest(o.x0, hull_back(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
-            - o.hull_mm) END AS x0,
-        CASE WHEN o.hull_mm IS NULL THEN o.y0 ELSE greatest(o.y0, hull_back(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
-            - o.hull_mm) END AS y0,
-        CASE WHEN o.hull_mm IS NULL THEN o.z0 ELSE greatest(o.z0, hull_back(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
-            - o.hull_mm) END AS z0,
-        CASE WHEN o.hull_mm IS NULL THEN o.x1 ELSE least(o.x1, hull_forth(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
-            + o.hull_mm) END AS x1,
-        CASE WHEN o.hull_mm IS NULL THEN o.y1 ELSE least(o.y1, hull_forth(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
-            + o.hull_mm) END AS y1,
-        CASE WHEN o.hull_mm IS NULL THEN o.z1 ELSE least(o.z1, hull_forth(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
-            + o.hull_mm) END AS z1
-    FROM boxed AS o
-    WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
-        AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
-)
-SELECT o.*
-FROM hulled AS o
-WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
-    AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
-$$;
-COMMENT ON FUNCTION all_in_boxes_given IS
-    'Placed parts whose world box meets each of the boxes given by columns, with pose and shape box; newest revision of all worlds or one.';
-
 CREATE FUNCTION all_in_boxes(asked TEXT, in_world TEXT DEFAULT NULL) RETURNS TABLE (
     volume_no INTEGER, least_x DOUBLE PRECISION, least_y DOUBLE PRECISION, least_z DOUBLE PRECISION, most_x DOUBLE PRECISION, most_y DOUBLE PRECISION, most_z DOUBLE PRECISION,
     world TEXT, id BIGINT, path TEXT, part_id BIGINT, shape_id BIGINT,
@@ -187,7 +49,7 @@ BEGIN
         'array_agg(CAST(z1 AS DOUBLE PRECISION)) AS z1 FROM ', CAST(asked AS REGCLASS)
     ) INTO given;
     RETURN QUERY SELECT *
-    FROM all_in_boxes_given(given.n, given.x0, given.y0, given.z0, given.x1, given.y1, given.z1, in_world);
+    FROM all_about_boxes(given.n, given.x0, given.y0, given.z0, given.x1, given.y1, given.z1, in_world);
 END
 $$;
 COMMENT ON FUNCTION all_in_boxes IS

@@ -94,7 +94,8 @@ def in_volumes(
         if kind == "octree" and store.rows(connection, "index/octree_missing", world_id=world_id):
             raise UsageError(f"the oct-tree of world {name} is not written: relmodel index --octree writes it")
         bounds = [volume.bounds for volume in volumes]
-        found = _in_boxes(store, connection, world_id, level, bounds, "in_boxes" if kind == "rtree" else "by_octree")
+        which: dict[str, Any] = {"world": name} if kind == "rtree" else {"world_id": world_id}
+        found = _in_boxes(store, connection, level, bounds, "in_boxes" if kind == "rtree" else "by_octree", **which)
         boxes = np.stack([found[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(float)
         found = _chosen(found, volumes_met(volumes, found["volume_no"], matrices(found), boxes))
         if precision == "exact":
@@ -103,13 +104,13 @@ def in_volumes(
 
 
 def _in_boxes(
-    store: Store, connection: Connection, world_id: int, level: str, boxes: list[Floats], how: str
+    store: Store, connection: Connection, level: str, boxes: list[Floats], how: str, **which: Any
 ) -> dict[str, npt.NDArray[Any]]:
     """What lies in each of some boxes, as rows of the table that the query joins."""
     bounds = np.array(boxes, float).reshape(-1, 6)
     asked = {name: store.array(bounds[:, i]) for i, name in enumerate(BOX_COLUMNS)}
     asked["volume_no"] = store.array(np.arange(len(boxes)))
-    return store.columns(connection, f"find/{how}", world_id=world_id, level=level, **asked)
+    return store.columns(connection, f"find/{how}", **which, level=level, **asked)
 
 
 def _chosen(found: dict[str, npt.NDArray[Any]], met: Bools) -> dict[str, npt.NDArray[Any]]:
