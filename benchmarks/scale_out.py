@@ -26,8 +26,9 @@ import numpy as np
 from tabulate import tabulate
 
 from benchmarks.bulk_writing import postgresql
-from relmodel.find.find import BOX_COLUMNS, in_volumes
+from relmodel.find.find import in_volumes
 from relmodel.find.parquet import TABLES, export_parts, volume_tables
+from relmodel.find.planner import placed_parts, world_boxes
 from relmodel.find.volumes import Box
 from relmodel.store import Store, sql
 from relmodel.world import place_world
@@ -58,8 +59,7 @@ def questions(store: Store) -> list[Box]:
     """A thousand cubes about placed parts, that hold about ten each."""
     with store.read() as connection:
         world_id = int(store.rows(connection, "world/current")[0].world_id)
-        columns = store.columns(connection, "index/parts", world_id=world_id)
-    boxes = np.stack([columns[name] for name in BOX_COLUMNS], axis=1).astype(float)
+        boxes = world_boxes(*placed_parts(store, connection, world_id))
     centre = (boxes[:, :3] + boxes[:, 3:]) / 2
     chosen = np.random.default_rng(1).choice(centre, 1000)
     half = float(np.median([np.partition(np.abs(centre - p).max(axis=1), 9)[9] for p in chosen[:20]])) / 2

@@ -1,15 +1,20 @@
 """What lies in a volume: this project's kinds of index and its store, beside peers, on the same boxes in one run.
 
+    python benchmarks/volume_queries.py --in-process [--boxes 10000 100000 1000000] [--spread ...]
     python benchmarks/volume_queries.py [--boxes 1000 10000 100000 1000000] [--spread clustered slab nested uniform]
         [--alone 10000000] [--report FOLDER] [--seed 0]
 
+With `--in-process`, processor time of `rtree` and its peers in process, in turns, with the ratio of `rtree` to the best
+of them; then `WorldIndex` beside its tree, and an index that changes beside one that was just built.
+
 Boxes are clustered as parts of machines are, strewn over a slab of the size of the demonstration bulkhead, nested in
-each other as assemblies are, or uniform.  Peers: SQLite's R*Tree, with the exact bounds in its rows and lean,
-libspatialindex (package rtree), shapely's STRtree over x and y, then z, scans by NumPy and by DuckDB, and PostgreSQL's
-cube and PostGIS under n-dimensional GiST on a private server of the system's packages; what is not installed is left
-out, with a word.  Embree answers one question only, and has a table of its own.  `SQL` is the macro `parts_in_box` of a
-DuckDB store, asked through DuckDB's client; `store` is `in_volumes` on it: rows with path and pose.  `SQL of 1` and
-`store of 1` are the same of a store with one part: what the statement costs whatever it finds.
+each other as assemblies are, uniform, or rods.  Peers: geoindex-rs, a flatbush in Rust, and shapely's STRtree, both
+over x and y, then z; SQLite's R*Tree, with the exact bounds in its rows and lean; libspatialindex (package rtree);
+scans by NumPy and by DuckDB; and PostgreSQL's cube and PostGIS under n-dimensional GiST on a private server of the
+system's packages.  What is not installed is left out, with a word.  Embree answers one question only, and has its own
+table.  `SQL` is the macro `parts_in_box` of a DuckDB store, asked through its client; `store` is `in_volumes` on it:
+rows with path and pose.  `SQL of 1` and `store of 1` are the same of a store with one part: what a statement costs
+whatever it finds.
 
 Times are the least of several medians taken in turns, so that what else the machine does falls on all alike.  `ratio`
 is the time of `rtree` over that of the best peer in the same run.  Answers are compared.  The size of libspatialindex
@@ -36,6 +41,7 @@ from benchmarks.peers.boxes import (
     COLUMNS,
     Embree,
     Floats,
+    GeoIndex,
     Kind,
     LeanSqlite,
     Libspatialindex,
@@ -47,11 +53,14 @@ from benchmarks.peers.boxes import (
     postgresql,
 )
 from benchmarks.peers.worlds import SPREADS, about, clustered, views
+from relmodel.find.changing import ChangingIndex
 from relmodel.find.compare_indexes import LARGEST_RANGETREE
 from relmodel.find.find import in_volumes
 from relmodel.find.packing import pack, page_boxes
+from relmodel.find.planner import WorldIndex
 from relmodel.find.rtree import PackedRTree
 from relmodel.find.volumes import Box, Frustum
+from relmodel.geometry.hulls import Hulls
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Store
 
@@ -152,6 +161,97 @@ def medians_ms(calls: list[Callable[[Any], Any]], asked: Any, repeat: int) -> li
 
     least = np.min([[median(call) for call in calls] for _ in range(repeat)], axis=0)
     return [float(ms) for ms in least]
+
+
+def processor_ms(calls: list[Callable[[], Any]], repeat: int = 5) -> list[float]:
+    """Least processor time of each call, taken in turns; one that takes seconds is called once."""
+    least = [np.inf] * len(calls)
+    for _ in range(repeat):
+        for i, call in enumerate(calls):
+            if least[i] < SLOW_MS or least[i] == np.inf:
+                began = time.process_time()
+                call()
+                least[i] = min(least[i], 1e3 * (time.process_time() - began))
+    return least
+
+
+def in_process(boxes: Floats, seed: int) -> tuple[list[str], list[list[Any]]]:
+    """Names of the engines, and rows by processor time: label, a value an engine, and the ratio of the first to the
+    best of the others.  What would take minutes is left out."""
+    makers: list[Callable[[Floats], Any]] = [partial(Kind, kind="rtree"), Shapely, NumpyScan]
+    makers += [GeoIndex] if importlib.util.find_spec("geoindex_rs") else []
+    makers += [Libspatialindex] if importlib.util.find_spec("rtree") and len(boxes) <= 100_000 else []
+    makers += [LeanSqlite] if len(boxes) <= 100_000 else []
+    engines: list[Any] = [None] * len(makers)
+
+    def make(i: int) -> None:
+        engines[i] = makers[i](boxes)
+
+    table: list[list[Any]] = [["build", *processor_ms([partial(make, i) for i in range(len(makers))], 3)]]
+    for hits in (hits for hits in HITS if hits < len(boxes)):
+        asked = about(boxes, hits, 20, seed + 1)
+        for box in asked[:2]:
+            answers = [set(engine.one(box).tolist()) for engine in engines]
+            assert all(answer == answers[0] for answer in answers)
+        times = [processor_ms([partial(e.one, box) for e in engines], 4 if hits < 10_000 else 2) for box in asked]
+        table.append([f"one volume of {hits:,} hits", *np.median(times, axis=0).tolist()])
+    for hits in (hits for hits in HITS if hits < len(boxes)):
+        asked = about(boxes, hits, 1000, seed + 3)
+        few = [e for e in engines if len(boxes) * 1000 <= 1e8 or not isinstance(e, NumpyScan)]
+        few = [e for e in few if hits < 10_000 or not isinstance(e, NumpyScan | Libspatialindex | LeanSqlite)]
+        spent = processor_ms([partial(e.many, asked) for e in few], 4 if hits < 10_000 else 2)
+        found = {id(e): ms for e, ms in zip(few, spent, strict=True)}
+        table.append([f"1,000 volumes of {hits:,} hits", *(found.get(id(e)) for e in engines)])
+    for row in table:
+        others = [v for e, v in zip(engines[1:], row[2:], strict=True) if v is not None]
+        if row is table[0]:  # a scan builds nothing
+            others = [v for e, v in zip(engines[1:], row[2:], strict=True) if not isinstance(e, NumpyScan)]
+        row.append(row[1] / min(others))
+    return [engine.name for engine in engines], table
+
+
+def world_index(boxes: Floats, seed: int) -> list[list[Any]]:
+    """Rows: volumes of so many hits asked of the tree of a `WorldIndex` and of it, processor's ms, and the ratio."""
+    parts: dict[str, Any] = {"occurrence_id": np.arange(len(boxes)), "shape_id": np.arange(len(boxes))}
+    parts |= matrix_columns(np.tile(np.eye(4), (len(boxes), 1, 1)))
+    parts |= {f"shape_{name}": boxes[:, i] for i, name in enumerate(COLUMNS)}
+    none = {f"hull_{name}": np.empty(0) for name in ("x", "y", "z", "mm")}
+    index = WorldIndex(parts, {}, Hulls.of({"shape_id": np.empty(0), **none}))
+    tree, rows = PackedRTree(boxes), []
+    for hits in (hits for hits in HITS if hits < len(boxes)):
+        asked = about(boxes, hits, 20, seed + 1)
+        pairs = [(box[None], Box(*box)) for box in asked]
+        each = [processor_ms([partial(tree.in_boxes, b), partial(index.in_volume, v)], 6) for b, v in pairs]
+        one = np.median(each, axis=0).tolist()
+        rows.append([f"one box of {hits:,} hits", *one, one[1] / one[0]])
+    for hits in HITS[:3]:
+        asked = about(boxes, hits, 1000, seed + 3)
+        many = processor_ms([partial(tree.in_boxes, asked), partial(index.in_volumes, [Box(*b) for b in asked])])
+        rows.append([f"1,000 boxes of {hits:,} hits", *many, many[1] / many[0]])
+    return rows
+
+
+def changes(boxes: Floats, seed: int) -> list[list[Any]]:
+    """Rows: moves since the build; median, mean and longest of those since the last row; 1,000 volumes, just built and
+    changed, ms of the processor, and the ratio."""
+    rng = np.random.default_rng(seed)
+    index, rows, before = ChangingIndex(np.arange(len(boxes)), boxes), [], 0
+    asked = about(boxes, 10, 1000, seed + 3)
+    held = boxes.copy()
+    for moves in (0, 3000, 50_000, 300_000):
+        times = []
+        for number in rng.integers(len(boxes), size=moves - before).tolist():
+            held[number] = rng.choice(boxes) + rng.normal(0, 50)
+            began = time.process_time()
+            index.add([number], held[number])
+            times.append(1e3 * (time.process_time() - began))
+        before, fresh = moves, PackedRTree(held)
+        now, then = (np.sort(i[0] << 32 | i[1]) for i in (fresh.in_boxes(asked), index.in_boxes(asked)))
+        assert np.array_equal(now, then)
+        both = processor_ms([partial(fresh.in_boxes, asked), partial(index.in_boxes, asked)], 9)
+        spent = [float(np.median(times)), float(np.mean(times)), max(times)] if times else [None] * 3
+        rows.append([moves, *spent, *both, both[1] / both[0]])
+    return rows
 
 
 def resident() -> int:
@@ -267,11 +367,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--boxes", type=int, nargs="*", default=[1000, 10_000, 100_000, 1_000_000])
     parser.add_argument("--spread", nargs="+", choices=SPREADS, default=list(SPREADS))
+    parser.add_argument("--in-process", action="store_true", dest="in_process")
     parser.add_argument("--alone", type=int, nargs="*", default=[10_000_000])
     parser.add_argument("--report", type=Path, metavar="FOLDER")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
     peers: list[Callable[[Floats], Any]] = [Sqlite, LeanSqlite, Shapely, NumpyScan, Scan]
+    if importlib.util.find_spec("geoindex_rs"):
+        peers.append(GeoIndex)
+    else:
+        print("Left out: geoindex-rs; install the package.")
     if importlib.util.find_spec("rtree"):
         peers.insert(2, Libspatialindex)
     else:
@@ -287,6 +392,21 @@ def main() -> None:
     for kind in KINDS:  # compile outside the clock
         warm = Kind(clustered(1000, 0), kind)
         warm.any(np.zeros(6)), warm.one(np.zeros(6)), warm.view(views(clustered(1000, 0), 1, 0)[0])
+    if args.in_process:
+        for spread in args.spread:
+            for count in args.boxes:
+                names, table = in_process(SPREADS[spread](count, args.seed), args.seed)
+                show(f"{count:,} boxes, {spread}, in process", [*names, "ratio"], table)
+        for count in args.boxes:
+            boxes = clustered(count, args.seed)
+            show(f"WorldIndex, {count:,} boxes", ["tree", "WorldIndex", "ratio"], world_index(boxes, args.seed))
+            if count >= 100_000:
+                names = ["median", "mean", "longest", "1,000 volumes, built", "changed", "ratio"]
+                show(f"Moves since the build, {count:,} boxes", names, changes(boxes, args.seed))
+        if args.report:
+            args.report.mkdir(parents=True, exist_ok=True)
+            (args.report / "volume_queries_in_process.md").write_text("# " + "\n\n".join(pages) + "\n")
+        return
     with postgresql() as (server, extensions):
         for spread in args.spread:
             for count in args.boxes:

@@ -11,7 +11,10 @@ CREATE TABLE shape (  -- A piece of geometry in its own frame, addressed by cont
     volume DOUBLE PRECISION,  -- enclosed volume, mm3; null where not closed
     x0 DOUBLE PRECISION NOT NULL, y0 DOUBLE PRECISION NOT NULL, z0 DOUBLE PRECISION NOT NULL,  -- least x, y and z of the shape's bounding box in its own frame, mm
     x1 DOUBLE PRECISION NOT NULL, y1 DOUBLE PRECISION NOT NULL, z1 DOUBLE PRECISION NOT NULL,  -- greatest x, y and z of the shape's bounding box in its own frame, mm
+    hull_x DOUBLE PRECISION[], hull_y DOUBLE PRECISION[], hull_z DOUBLE PRECISION[],  -- x, y and z of the corners of the convex hull of its triangles, mm; null where it has none or fills its box
+    hull_mm DOUBLE PRECISION,  -- how far at most the shape reaches beyond that hull, mm; null as they are
     CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
+    CHECK ((hull_x IS NULL) = (hull_mm IS NULL)),
     CHECK (kind IN ('solid', 'sheet', 'wire', 'mesh'))
 );
 

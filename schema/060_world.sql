@@ -222,7 +222,8 @@ CREATE VIEW occurrence (  -- Every object and part as placed in a revision of a 
     m00, m01, m02, m03,  -- world_from_occurrence
     m10, m11, m12, m13,
     m20, m21, m22, m23,
-    x0, y0, z0,  -- least x, y and z of the box of the transformed shape box in the world, mm; null of objects
+    x0, y0, z0,  -- least x, y and z of the box of the transformed shape box in the world, mm, which may reach beyond the box
+        -- around the part itself that parts_in_box gives; null of objects
     x1, y1, z1  -- greatest x, y and z of the box of the transformed shape box in the world, mm; null of objects
 ) AS
 SELECT o.id, o.world_id, o.parent_id, o.object_no, o.kind, o.path, o.object_id, o.part_id, o.shape_id, o.page,

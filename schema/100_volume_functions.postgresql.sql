@@ -1,8 +1,10 @@
 -- Which placed parts, features, surfaces and arcs lie in a box: SELECT * FROM parts_in_box(x0, y0, z0, x1, y1, z1), the
 -- name of a world after them where the store holds several.  Lengths in mm, in the world's frame; touching counts.
--- A body is looked at where the box around its parts meets the box asked for, and of its pages those whose middle, carried
--- into the world, is within reach of that box: a page and all in it lie in a ball about its middle.  The parts' own boxes
--- then decide.  Stages are materialised, else the planner computes every bound again wherever it is named.
+-- A body is looked at where the box around its parts meets the box asked for, and of its pages and then of its parts those
+-- whose box in the body's frame, carried into the world, meets it.  Pages are found by an index of the balls about them,
+-- over x and y of the body's frame, into which the box asked for is carried.  Of what is left the boxes around the placed
+-- boxes of the shapes, and then those around the placed hulls, decide.  Stages are materialised, else the planner computes
+-- every bound again wherever it is named.
 
 CREATE INDEX object_node_page ON object_node (object_id, page);
 CREATE INDEX object_node_node_no ON object_node (object_id, node_no);
@@ -41,6 +43,155 @@ RETURN greatest(nx * x0, nx * x1) + greatest(ny * y0, ny * y1) + greatest(nz * z
 COMMENT ON FUNCTION reach_forth IS
     'The greatest n . p + shift of the points p of a box.';
 
+CREATE FUNCTION hull_back(
+    nx DOUBLE PRECISION, ny DOUBLE PRECISION, nz DOUBLE PRECISION, shift DOUBLE PRECISION,
+    xs DOUBLE PRECISION[], ys DOUBLE PRECISION[], zs DOUBLE PRECISION[]
+) RETURNS DOUBLE PRECISION LANGUAGE sql IMMUTABLE
+RETURN (SELECT min(nx * p.x + ny * p.y + nz * p.z) FROM unnest(xs, ys, zs) AS p (x, y, z)) + shift;
+COMMENT ON FUNCTION hull_back IS
+    'The least n . p + shift of the corners p of a hull; null of none.';
+
+CREATE FUNCTION hull_forth(
+    nx DOUBLE PRECISION, ny DOUBLE PRECISION, nz DOUBLE PRECISION, shift DOUBLE PRECISION,
+    xs DOUBLE PRECISION[], ys DOUBLE PRECISION[], zs DOUBLE PRECISION[]
+) RETURNS DOUBLE PRECISION LANGUAGE sql IMMUTABLE
+RETURN (SELECT max(nx * p.x + ny * p.y + nz * p.z) FROM unnest(xs, ys, zs) AS p (x, y, z)) + shift;
+COMMENT ON FUNCTION hull_forth IS
+    'The greatest n . p + shift of the corners p of a hull; null of none.';
+
+CREATE FUNCTION page_ball(x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION) RETURNS box LANGUAGE sql IMMUTABLE
+RETURN box(
+    point((x0 + x1) / 2 - (x1 - x0 + y1 - y0 + z1 - z0) / 2 - 1e-6, (y0 + y1) / 2 - (x1 - x0 + y1 - y0 + z1 - z0) / 2 - 1e-6),
+    point((x0 + x1) / 2 + (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6, (y0 + y1) / 2 + (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6)
+);
+COMMENT ON FUNCTION page_ball IS
+    'The x and y of the box around a ball about the middle of a box that holds the box.';
+CREATE INDEX object_page_ball ON object_page USING gist (page_ball(x0, y0, z0, x1, y1, z1));
+
+CREATE FUNCTION asked_in_body(
+    m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m03 DOUBLE PRECISION, m10 DOUBLE PRECISION, m11 DOUBLE PRECISION, m13 DOUBLE PRECISION, m20 DOUBLE PRECISION, m21 DOUBLE PRECISION, m23 DOUBLE PRECISION,
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) RETURNS box LANGUAGE sql IMMUTABLE
+RETURN box(
+    point(least(m00 * (x0 - m03), m00 * (x1 - m03)) + least(m10 * (y0 - m13), m10 * (y1 - m13))
+            + least(m20 * (z0 - m23), m20 * (z1 - m23)),
+        least(m01 * (x0 - m03), m01 * (x1 - m03)) + least(m11 * (y0 - m13), m11 * (y1 - m13))
+            + least(m21 * (z0 - m23), m21 * (z1 - m23))),
+    point(greatest(m00 * (x0 - m03), m00 * (x1 - m03)) + greatest(m10 * (y0 - m13), m10 * (y1 - m13))
+            + greatest(m20 * (z0 - m23), m20 * (z1 - m23)),
+        greatest(m01 * (x0 - m03), m01 * (x1 - m03)) + greatest(m11 * (y0 - m13), m11 * (y1 - m13))
+            + greatest(m21 * (z0 - m23), m21 * (z1 - m23)))
+);
+COMMENT ON FUNCTION asked_in_body IS
+    'The x and y of the box around a box of the world in the frame of a body.';
+
+CREATE FUNCTION all_about_boxes(
+    volume_nos INTEGER[], xs0 DOUBLE PRECISION[], ys0 DOUBLE PRECISION[], zs0 DOUBLE PRECISION[], xs1 DOUBLE PRECISION[], ys1 DOUBLE PRECISION[], zs1 DOUBLE PRECISION[], in_world TEXT
+) RETURNS TABLE (
+    volume_no INTEGER, least_x DOUBLE PRECISION, least_y DOUBLE PRECISION, least_z DOUBLE PRECISION, most_x DOUBLE PRECISION, most_y DOUBLE PRECISION, most_z DOUBLE PRECISION,
+    world TEXT, id BIGINT, path TEXT, part_id BIGINT, shape_id BIGINT,
+    m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m02 DOUBLE PRECISION, m03 DOUBLE PRECISION,
+    m10 DOUBLE PRECISION, m11 DOUBLE PRECISION, m12 DOUBLE PRECISION, m13 DOUBLE PRECISION,
+    m20 DOUBLE PRECISION, m21 DOUBLE PRECISION, m22 DOUBLE PRECISION, m23 DOUBLE PRECISION,
+    shape_x0 DOUBLE PRECISION, shape_y0 DOUBLE PRECISION, shape_z0 DOUBLE PRECISION, shape_x1 DOUBLE PRECISION, shape_y1 DOUBLE PRECISION, shape_z1 DOUBLE PRECISION,
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) LANGUAGE sql STABLE AS $$
+WITH asked_box AS MATERIALIZED (
+    SELECT *
+    FROM unnest(volume_nos, xs0, ys0, zs0, xs1, ys1, zs1) AS q (volume_no, x0, y0, z0, x1, y1, z1)
+),
+near_body AS MATERIALIZED (
+    SELECT a.volume_no, a.x0, a.y0, a.z0, a.x1, a.y1, a.z1, p.world, p.name, p.object_no, p.object_id, b.body_no,
+        b.m00, b.m01, b.m02, b.m03,
+        b.m10, b.m11, b.m12, b.m13,
+        b.m20, b.m21, b.m22, b.m23
+    FROM asked_box AS a
+    JOIN placed_body AS b ON b.x0 <= a.x1 AND b.y0 <= a.y1 AND b.z0 <= a.z1
+        AND b.x1 >= a.x0 AND b.y1 >= a.y0 AND b.z1 >= a.z0
+    JOIN placed_object AS p ON p.object_no = b.object_no
+    WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
+),
+near AS MATERIALIZED (  -- parts whose box in the body's frame, carried into the world, meets the box asked
+    SELECT b.volume_no, b.x0 AS least_x, b.y0 AS least_y, b.z0 AS least_z,
+        b.x1 AS most_x, b.y1 AS most_y, b.z1 AS most_z, b.world,
+        CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id, n.shape_id,
+        b.m00 * n.m00 + b.m01 * n.m10 + b.m02 * n.m20 AS m00,
+        b.m00 * n.m01 + b.m01 * n.m11 + b.m02 * n.m21 AS m01,
+        b.m00 * n.m02 + b.m01 * n.m12 + b.m02 * n.m22 AS m02,
+        b.m00 * n.m03 + b.m01 * n.m13 + b.m02 * n.m23 + b.m03 AS m03,
+        b.m10 * n.m00 + b.m11 * n.m10 + b.m12 * n.m20 AS m10,
+        b.m10 * n.m01 + b.m11 * n.m11 + b.m12 * n.m21 AS m11,
+        b.m10 * n.m02 + b.m11 * n.m12 + b.m12 * n.m22 AS m12,
+        b.m10 * n.m03 + b.m11 * n.m13 + b.m12 * n.m23 + b.m13 AS m13,
+        b.m20 * n.m00 + b.m21 * n.m10 + b.m22 * n.m20 AS m20,
+        b.m20 * n.m01 + b.m21 * n.m11 + b.m22 * n.m21 AS m21,
+        b.m20 * n.m02 + b.m21 * n.m12 + b.m22 * n.m22 AS m22,
+        b.m20 * n.m03 + b.m21 * n.m13 + b.m22 * n.m23 + b.m23 AS m23
+    FROM (
+        SELECT b.*, g.page
+        FROM near_body AS b
+        JOIN object_page AS g ON g.object_id = b.object_id AND g.body_no = b.body_no
+            AND page_ball(g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) && asked_in_body(
+                b.m00, b.m01, b.m03, b.m10, b.m11, b.m13, b.m20, b.m21, b.m23, b.x0, b.y0, b.z0, b.x1, b.y1, b.z1)
+            AND abs(b.m00 * (g.x0 + g.x1) / 2 + b.m01 * (g.y0 + g.y1) / 2 + b.m02 * (g.z0 + g.z1) / 2 + b.m03 - (b.x0 + b.x1) / 2)
+                <= (abs(b.m00) * (g.x1 - g.x0) + abs(b.m01) * (g.y1 - g.y0) + abs(b.m02) * (g.z1 - g.z0) + b.x1 - b.x0) / 2 + 1e-6
+            AND abs(b.m10 * (g.x0 + g.x1) / 2 + b.m11 * (g.y0 + g.y1) / 2 + b.m12 * (g.z0 + g.z1) / 2 + b.m13 - (b.y0 + b.y1) / 2)
+                <= (abs(b.m10) * (g.x1 - g.x0) + abs(b.m11) * (g.y1 - g.y0) + abs(b.m12) * (g.z1 - g.z0) + b.y1 - b.y0) / 2 + 1e-6
+            AND abs(b.m20 * (g.x0 + g.x1) / 2 + b.m21 * (g.y0 + g.y1) / 2 + b.m22 * (g.z0 + g.z1) / 2 + b.m23 - (b.z0 + b.z1) / 2)
+                <= (abs(b.m20) * (g.x1 - g.x0) + abs(b.m21) * (g.y1 - g.y0) + abs(b.m22) * (g.z1 - g.z0) + b.z1 - b.z0) / 2 + 1e-6
+        OFFSET 0  -- else the nodes come first
+    ) AS b
+    JOIN object_node AS n ON n.object_id = b.object_id AND n.page = b.page
+        AND abs(b.m00 * (n.x0 + n.x1) / 2 + b.m01 * (n.y0 + n.y1) / 2 + b.m02 * (n.z0 + n.z1) / 2 + b.m03 - (b.x0 + b.x1) / 2)
+            <= (abs(b.m00) * (n.x1 - n.x0) + abs(b.m01) * (n.y1 - n.y0) + abs(b.m02) * (n.z1 - n.z0) + b.x1 - b.x0) / 2 + 1e-6
+        AND abs(b.m10 * (n.x0 + n.x1) / 2 + b.m11 * (n.y0 + n.y1) / 2 + b.m12 * (n.z0 + n.z1) / 2 + b.m13 - (b.y0 + b.y1) / 2)
+            <= (abs(b.m10) * (n.x1 - n.x0) + abs(b.m11) * (n.y1 - n.y0) + abs(b.m12) * (n.z1 - n.z0) + b.y1 - b.y0) / 2 + 1e-6
+        AND abs(b.m20 * (n.x0 + n.x1) / 2 + b.m21 * (n.y0 + n.y1) / 2 + b.m22 * (n.z0 + n.z1) / 2 + b.m23 - (b.z0 + b.z1) / 2)
+            <= (abs(b.m20) * (n.x1 - n.x0) + abs(b.m21) * (n.y1 - n.y0) + abs(b.m22) * (n.z1 - n.z0) + b.z1 - b.z0) / 2 + 1e-6
+),
+boxed AS MATERIALIZED (
+    SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
+        s.z1 AS shape_z1, s.hull_x, s.hull_y, s.hull_z, s.hull_mm,
+        reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x0,
+        reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y0,
+        reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z0,
+        reach_forth(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x1,
+        reach_forth(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y1,
+        reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z1
+    FROM near AS o
+    JOIN shape AS s ON s.id = o.shape_id
+),
+hulled AS MATERIALIZED (
+    SELECT o.volume_no, o.least_x, o.least_y, o.least_z, o.most_x, o.most_y, o.most_z, o.world, o.id, o.path,
+        o.part_id, o.shape_id,
+        o.m00, o.m01, o.m02, o.m03,
+        o.m10, o.m11, o.m12, o.m13,
+        o.m20, o.m21, o.m22, o.m23,
+        o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
+        CASE WHEN o.hull_mm IS NULL THEN o.x0 ELSE greatest(o.x0, hull_back(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
+            - o.hull_mm) END AS x0,
+        CASE WHEN o.hull_mm IS NULL THEN o.y0 ELSE greatest(o.y0, hull_back(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
+            - o.hull_mm) END AS y0,
+        CASE WHEN o.hull_mm IS NULL THEN o.z0 ELSE greatest(o.z0, hull_back(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
+            - o.hull_mm) END AS z0,
+        CASE WHEN o.hull_mm IS NULL THEN o.x1 ELSE least(o.x1, hull_forth(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
+            + o.hull_mm) END AS x1,
+        CASE WHEN o.hull_mm IS NULL THEN o.y1 ELSE least(o.y1, hull_forth(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
+            + o.hull_mm) END AS y1,
+        CASE WHEN o.hull_mm IS NULL THEN o.z1 ELSE least(o.z1, hull_forth(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
+            + o.hull_mm) END AS z1
+    FROM boxed AS o
+    WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
+        AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
+)
+SELECT o.*
+FROM hulled AS o
+WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
+    AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
+$$;
+COMMENT ON FUNCTION all_about_boxes IS
+    'Placed parts whose world box meets each of the boxes given by columns, with pose and shape box; newest revision of all worlds or one.';
+
 CREATE FUNCTION all_in_bounds(
     from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
     to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
@@ -55,63 +206,16 @@ CREATE FUNCTION all_in_bounds(
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-WITH near AS MATERIALIZED (
-    SELECT p.world, p.name, p.object_no, p.object_id, b.body_no,
-        b.m00, b.m01, b.m02, b.m03,
-        b.m10, b.m11, b.m12, b.m13,
-        b.m20, b.m21, b.m22, b.m23
-    FROM placed_body AS b
-    JOIN placed_object AS p ON p.object_no = b.object_no
-    WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
-        AND b.x0 <= to_x AND b.y0 <= to_y AND b.z0 <= to_z AND b.x1 >= from_x AND b.y1 >= from_y AND b.z1 >= from_z
-        AND checked_box(from_x, from_y, from_z, to_x, to_y, to_z)
-),
-posed AS MATERIALIZED (
-    SELECT b.world, CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id,
-        n.shape_id,
-        b.m00 * n.m00 + b.m01 * n.m10 + b.m02 * n.m20 AS m00,
-        b.m00 * n.m01 + b.m01 * n.m11 + b.m02 * n.m21 AS m01,
-        b.m00 * n.m02 + b.m01 * n.m12 + b.m02 * n.m22 AS m02,
-        b.m00 * n.m03 + b.m01 * n.m13 + b.m02 * n.m23 + b.m03 AS m03,
-        b.m10 * n.m00 + b.m11 * n.m10 + b.m12 * n.m20 AS m10,
-        b.m10 * n.m01 + b.m11 * n.m11 + b.m12 * n.m21 AS m11,
-        b.m10 * n.m02 + b.m11 * n.m12 + b.m12 * n.m22 AS m12,
-        b.m10 * n.m03 + b.m11 * n.m13 + b.m12 * n.m23 + b.m13 AS m13,
-        b.m20 * n.m00 + b.m21 * n.m10 + b.m22 * n.m20 AS m20,
-        b.m20 * n.m01 + b.m21 * n.m11 + b.m22 * n.m21 AS m21,
-        b.m20 * n.m02 + b.m21 * n.m12 + b.m22 * n.m22 AS m22,
-        b.m20 * n.m03 + b.m21 * n.m13 + b.m22 * n.m23 + b.m23 AS m23
-    FROM near AS b
-    JOIN (
-        SELECT object_id, body_no, page, (x0 + x1) / 2 AS x, (y0 + y1) / 2 AS y, (z0 + z1) / 2 AS z,
-            (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6 AS reach
-        FROM object_page
-    ) AS g ON g.object_id = b.object_id AND g.body_no = b.body_no
-        AND b.m00 * g.x + b.m01 * g.y + b.m02 * g.z + b.m03 BETWEEN from_x - g.reach AND to_x + g.reach
-        AND b.m10 * g.x + b.m11 * g.y + b.m12 * g.z + b.m13 BETWEEN from_y - g.reach AND to_y + g.reach
-        AND b.m20 * g.x + b.m21 * g.y + b.m22 * g.z + b.m23 BETWEEN from_z - g.reach AND to_z + g.reach
-    JOIN object_node AS n ON n.object_id = g.object_id AND n.page = g.page
-),
-carried AS MATERIALIZED (
-    SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
-        s.z1 AS shape_z1,
-        reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x0,
-        reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y0,
-        reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z0,
-        reach_forth(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x1,
-        reach_forth(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y1,
-        reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z1
-    FROM posed AS o
-    JOIN shape AS s ON s.id = o.shape_id
-)
 SELECT o.world, o.id, o.path, o.part_id, o.shape_id,
     o.m00, o.m01, o.m02, o.m03,
     o.m10, o.m11, o.m12, o.m13,
     o.m20, o.m21, o.m22, o.m23,
     o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
     o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-FROM carried AS o
-WHERE o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z
+FROM all_about_boxes(
+    CASE WHEN checked_box(from_x, from_y, from_z, to_x, to_y, to_z) THEN ARRAY[0] END,
+    ARRAY[from_x], ARRAY[from_y], ARRAY[from_z], ARRAY[to_x], ARRAY[to_y], ARRAY[to_z], in_world
+) AS o
 $$;
 COMMENT ON FUNCTION all_in_bounds IS
     'Placed parts whose world box meets a box, with pose and shape box; newest revision of all worlds or one.';

@@ -1,12 +1,11 @@
 -- Which placed parts, features, surfaces and arcs lie in a box: SELECT * FROM parts_in_box(x0, y0, z0, x1, y1, z1), the
 -- name of a world after them where the store holds several.  Lengths in mm, in the world's frame; touching counts.
--- A body is looked at where the box around its parts meets the box asked for, and of its pages those whose middle, carried
--- into the world, is within reach of that box: a page and all in it lie in a ball about its middle.  The parts' own boxes
--- then decide.  Products of rows and columns are written as inner products: DuckDB takes longer to plan a question than
--- to answer it, by the number of its operations.  The arrays are made of what the pages let through, for they cost more.
+-- A body is looked at where the box around its parts meets the box asked for, and of its pages and then of its parts those
+-- that reach it, as they stand.  Of what is left the boxes around the placed boxes of the shapes, and then those around the
+-- placed hulls, decide.
 -- EXPORT DATABASE writes macros of tables in the order of their names, and IMPORT DATABASE binds each as it comes: one
--- that others ask comes before them in the alphabet, as all_in_bounds, all_in_box and, in the next file, aimed_view,
--- all_in_bounds_of_ball and all_in_bounds_of_view do.
+-- that others ask comes before them in the alphabet, as all_about_boxes, all_in_bounds, all_in_box and, in the next file,
+-- aimed_view, all_in_bounds_of_ball and all_in_bounds_of_view do.
 
 CREATE MACRO checked_box(x0, y0, z0, x1, y1, z1) AS
     CASE WHEN x0 <= x1 AND y0 <= y1 AND z0 <= z1 AND least(x0, y0, z0) > CAST('-infinity' AS DOUBLE)
@@ -25,104 +24,147 @@ CREATE MACRO reach_forth(nx, ny, nz, shift, x0, y0, z0, x1, y1, z1) AS
 COMMENT ON MACRO reach_forth IS
     'The greatest n . p + shift of the points p of a box.';
 
-CREATE MACRO all_in_bounds(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
-SELECT o.*
-FROM (
-    SELECT c.*,
-        reach_back(c.m00, c.m01, c.m02, c.m03, c.shape_x0, c.shape_y0, c.shape_z0, c.shape_x1, c.shape_y1, c.shape_z1) AS x0,
-        reach_back(c.m10, c.m11, c.m12, c.m13, c.shape_x0, c.shape_y0, c.shape_z0, c.shape_x1, c.shape_y1, c.shape_z1) AS y0,
-        reach_back(c.m20, c.m21, c.m22, c.m23, c.shape_x0, c.shape_y0, c.shape_z0, c.shape_x1, c.shape_y1, c.shape_z1) AS z0,
-        reach_forth(c.m00, c.m01, c.m02, c.m03, c.shape_x0, c.shape_y0, c.shape_z0, c.shape_x1, c.shape_y1, c.shape_z1) AS x1,
-        reach_forth(c.m10, c.m11, c.m12, c.m13, c.shape_x0, c.shape_y0, c.shape_z0, c.shape_x1, c.shape_y1, c.shape_z1) AS y1,
-        reach_forth(c.m20, c.m21, c.m22, c.m23, c.shape_x0, c.shape_y0, c.shape_z0, c.shape_x1, c.shape_y1, c.shape_z1) AS z1
+CREATE MACRO hull_back(nx, ny, nz, shift, xs, ys, zs) AS
+    list_min(list_transform(xs, (x, i) -> nx * x + ny * ys[i] + nz * zs[i])) + shift;
+COMMENT ON MACRO hull_back IS
+    'The least n . p + shift of the corners p of a hull; null of none.';
+
+CREATE MACRO hull_forth(nx, ny, nz, shift, xs, ys, zs) AS
+    list_max(list_transform(xs, (x, i) -> nx * x + ny * ys[i] + nz * zs[i])) + shift;
+COMMENT ON MACRO hull_forth IS
+    'The greatest n . p + shift of the corners p of a hull; null of none.';
+
+CREATE MACRO all_about_boxes(volume_nos, xs0, ys0, zs0, xs1, ys1, zs1, in_world := NULL) AS TABLE
+WITH asked_box AS MATERIALIZED (
+    SELECT unnest(volume_nos) AS volume_no, unnest(xs0) AS x0, unnest(ys0) AS y0, unnest(zs0) AS z0,
+        unnest(xs1) AS x1, unnest(ys1) AS y1, unnest(zs1) AS z1
+),
+placed_page AS MATERIALIZED (  -- pages of the bodies as they stand, and how far about its middle each reaches
+    SELECT b.object_no, b.body_no, g.page, g.object_id, b.world, b.name,
+        b.m00, b.m01, b.m02, b.m03,
+        b.m10, b.m11, b.m12, b.m13,
+        b.m20, b.m21, b.m22, b.m23,
+        reach_back(b.m00, b.m01, b.m02, b.m03, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) - 1e-6 AS x0,
+        reach_back(b.m10, b.m11, b.m12, b.m13, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) - 1e-6 AS y0,
+        reach_back(b.m20, b.m21, b.m22, b.m23, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) - 1e-6 AS z0,
+        reach_forth(b.m00, b.m01, b.m02, b.m03, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) + 1e-6 AS x1,
+        reach_forth(b.m10, b.m11, b.m12, b.m13, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) + 1e-6 AS y1,
+        reach_forth(b.m20, b.m21, b.m22, b.m23, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) + 1e-6 AS z1
     FROM (
-        SELECT n.world, n.id, n.path, n.part_id, n.shape_id,
-            n.shape_x0, n.shape_y0, n.shape_z0, n.shape_x1, n.shape_y1, n.shape_z1,
-            array_inner_product(n.row_0, n.column_0) AS m00,
-            array_inner_product(n.row_0, n.column_1) AS m01,
-            array_inner_product(n.row_0, n.column_2) AS m02,
-            array_inner_product(n.row_0, n.column_3) + n.m03 AS m03,
-            array_inner_product(n.row_1, n.column_0) AS m10,
-            array_inner_product(n.row_1, n.column_1) AS m11,
-            array_inner_product(n.row_1, n.column_2) AS m12,
-            array_inner_product(n.row_1, n.column_3) + n.m13 AS m13,
-            array_inner_product(n.row_2, n.column_0) AS m20,
-            array_inner_product(n.row_2, n.column_1) AS m21,
-            array_inner_product(n.row_2, n.column_2) AS m22,
-            array_inner_product(n.row_2, n.column_3) + n.m23 AS m23
-        FROM (
-            SELECT b.world, CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id,
-                n.shape_id, b.row_0, b.row_1, b.row_2, b.m03, b.m13, b.m23,
-                array_value(n.m00, n.m10, n.m20) AS column_0, array_value(n.m01, n.m11, n.m21) AS column_1,
-                array_value(n.m02, n.m12, n.m22) AS column_2, array_value(n.m03, n.m13, n.m23) AS column_3,
-                s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1, s.z1 AS shape_z1
-            FROM (
-                SELECT p.world, p.name, p.object_no, p.object_id, b.body_no, b.m03, b.m13, b.m23,
-                    array_value(b.m00, b.m01, b.m02) AS row_0, array_value(b.m10, b.m11, b.m12) AS row_1,
-                    array_value(b.m20, b.m21, b.m22) AS row_2
-                FROM placed_body AS b
-                JOIN placed_object AS p ON p.object_no = b.object_no
-                WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
-                    AND b.x0 <= to_x AND b.y0 <= to_y AND b.z0 <= to_z
-                    AND b.x1 >= from_x AND b.y1 >= from_y AND b.z1 >= from_z
-            ) AS b
-            JOIN (
-                SELECT object_id, page, body_no, array_value((x0 + x1) / 2, (y0 + y1) / 2, (z0 + z1) / 2) AS middle,
-                    (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6 AS reach
-                FROM object_page
-            ) AS g ON g.object_id = b.object_id AND g.body_no = b.body_no
-                AND array_inner_product(b.row_0, g.middle) + b.m03 BETWEEN from_x - g.reach AND to_x + g.reach
-                AND array_inner_product(b.row_1, g.middle) + b.m13 BETWEEN from_y - g.reach AND to_y + g.reach
-                AND array_inner_product(b.row_2, g.middle) + b.m23 BETWEEN from_z - g.reach AND to_z + g.reach
-            JOIN object_node AS n ON n.object_id = g.object_id AND n.page = g.page
-            JOIN shape AS s ON s.id = n.shape_id
-        ) AS n
-    ) AS c
-) AS o
-WHERE o.x0 <= to_x AND o.y0 <= to_y AND o.z0 <= to_z AND o.x1 >= from_x AND o.y1 >= from_y AND o.z1 >= from_z;
+        SELECT p.world, p.name, p.object_id, b.*
+        FROM placed_body AS b
+        JOIN placed_object AS p ON p.object_no = b.object_no
+        CROSS JOIN (
+            SELECT min(x0) AS x0, min(y0) AS y0, min(z0) AS z0, max(x1) AS x1, max(y1) AS y1, max(z1) AS z1 FROM asked_box
+        ) AS a
+        WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
+            AND b.x0 <= a.x1 AND b.y0 <= a.y1 AND b.z0 <= a.z1 AND b.x1 >= a.x0 AND b.y1 >= a.y0 AND b.z1 >= a.z0
+    ) AS b
+    JOIN object_page AS g ON g.object_id = b.object_id AND g.body_no = b.body_no
+),
+met_page AS MATERIALIZED (  -- made a list and taken apart again, which the planner takes for few rows: else it hashes all nodes
+    SELECT unnest(m.met, recursive := TRUE)
+    FROM (
+        SELECT list({
+                volume_no: a.volume_no, x0: a.x0, y0: a.y0, z0: a.z0, x1: a.x1, y1: a.y1, z1: a.z1,
+                object_no: g.object_no, body_no: g.body_no, page: g.page
+            }) AS met
+        FROM asked_box AS a
+        JOIN placed_page AS g ON g.x0 <= a.x1 AND g.x1 >= a.x0 AND g.y0 <= a.y1 AND g.y1 >= a.y0
+            AND g.z0 <= a.z1 AND g.z1 >= a.z0
+    ) AS m
+),
+near AS MATERIALIZED (  -- parts whose middle is within reach: their poses are worked out
+    SELECT b.volume_no, b.x0 AS least_x, b.y0 AS least_y, b.z0 AS least_z,
+        b.x1 AS most_x, b.y1 AS most_y, b.z1 AS most_z, b.world,
+        CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id, n.shape_id,
+        b.m00 * n.m00 + b.m01 * n.m10 + b.m02 * n.m20 AS m00,
+        b.m00 * n.m01 + b.m01 * n.m11 + b.m02 * n.m21 AS m01,
+        b.m00 * n.m02 + b.m01 * n.m12 + b.m02 * n.m22 AS m02,
+        b.m00 * n.m03 + b.m01 * n.m13 + b.m02 * n.m23 + b.m03 AS m03,
+        b.m10 * n.m00 + b.m11 * n.m10 + b.m12 * n.m20 AS m10,
+        b.m10 * n.m01 + b.m11 * n.m11 + b.m12 * n.m21 AS m11,
+        b.m10 * n.m02 + b.m11 * n.m12 + b.m12 * n.m22 AS m12,
+        b.m10 * n.m03 + b.m11 * n.m13 + b.m12 * n.m23 + b.m13 AS m13,
+        b.m20 * n.m00 + b.m21 * n.m10 + b.m22 * n.m20 AS m20,
+        b.m20 * n.m01 + b.m21 * n.m11 + b.m22 * n.m21 AS m21,
+        b.m20 * n.m02 + b.m21 * n.m12 + b.m22 * n.m22 AS m22,
+        b.m20 * n.m03 + b.m21 * n.m13 + b.m22 * n.m23 + b.m23 AS m23
+    FROM (
+        SELECT m.volume_no, m.x0, m.y0, m.z0, m.x1, m.y1, m.z1, g.object_no, g.object_id, g.page, g.world, g.name,
+            g.m00, g.m01, g.m02, g.m03,
+        g.m10, g.m11, g.m12, g.m13,
+        g.m20, g.m21, g.m22, g.m23
+        FROM met_page AS m
+        JOIN placed_page AS g ON g.object_no = m.object_no AND g.body_no = m.body_no AND g.page = m.page
+    ) AS b
+    JOIN (
+        SELECT *, (x0 + x1) / 2 AS x, (y0 + y1) / 2 AS y, (z0 + z1) / 2 AS z,
+            (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6 AS reach
+        FROM object_node
+    ) AS n ON n.object_id = b.object_id AND n.page = b.page
+        AND b.m00 * n.x + b.m01 * n.y + b.m02 * n.z + b.m03 BETWEEN b.x0 - n.reach AND b.x1 + n.reach
+        AND b.m10 * n.x + b.m11 * n.y + b.m12 * n.z + b.m13 BETWEEN b.y0 - n.reach AND b.y1 + n.reach
+        AND b.m20 * n.x + b.m21 * n.y + b.m22 * n.z + b.m23 BETWEEN b.z0 - n.reach AND b.z1 + n.reach
+),
+boxed AS MATERIALIZED (
+    SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
+        s.z1 AS shape_z1, s.hull_x, s.hull_y, s.hull_z, s.hull_mm,
+        reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x0,
+        reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y0,
+        reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z0,
+        reach_forth(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x1,
+        reach_forth(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y1,
+        reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z1
+    FROM near AS o
+    JOIN shape AS s ON s.id = o.shape_id
+),
+hulled AS MATERIALIZED (
+    SELECT o.volume_no, o.least_x, o.least_y, o.least_z, o.most_x, o.most_y, o.most_z, o.world, o.id, o.path,
+        o.part_id, o.shape_id,
+        o.m00, o.m01, o.m02, o.m03,
+        o.m10, o.m11, o.m12, o.m13,
+        o.m20, o.m21, o.m22, o.m23,
+        o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
+        CASE WHEN o.hull_mm IS NULL THEN o.x0 ELSE greatest(o.x0, hull_back(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
+            - o.hull_mm) END AS x0,
+        CASE WHEN o.hull_mm IS NULL THEN o.y0 ELSE greatest(o.y0, hull_back(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
+            - o.hull_mm) END AS y0,
+        CASE WHEN o.hull_mm IS NULL THEN o.z0 ELSE greatest(o.z0, hull_back(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
+            - o.hull_mm) END AS z0,
+        CASE WHEN o.hull_mm IS NULL THEN o.x1 ELSE least(o.x1, hull_forth(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
+            + o.hull_mm) END AS x1,
+        CASE WHEN o.hull_mm IS NULL THEN o.y1 ELSE least(o.y1, hull_forth(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
+            + o.hull_mm) END AS y1,
+        CASE WHEN o.hull_mm IS NULL THEN o.z1 ELSE least(o.z1, hull_forth(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
+            + o.hull_mm) END AS z1
+    FROM boxed AS o
+    WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
+        AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
+)
+SELECT o.*
+FROM hulled AS o
+WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
+    AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z;
+COMMENT ON MACRO TABLE all_about_boxes IS
+    'Placed parts whose world box meets each of the boxes given by columns, with pose and shape box; newest revision of all worlds or one.';
+
+CREATE MACRO all_in_bounds(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
+SELECT o.world, o.id, o.path, o.part_id, o.shape_id,
+    o.m00, o.m01, o.m02, o.m03,
+    o.m10, o.m11, o.m12, o.m13,
+    o.m20, o.m21, o.m22, o.m23,
+    o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
+    o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
+FROM all_about_boxes([0], [from_x], [from_y], [from_z], [to_x], [to_y], [to_z], in_world) AS o;
 COMMENT ON MACRO TABLE all_in_bounds IS
     'Placed parts whose world box meets a box, with pose and shape box; newest revision of all worlds or one.';
 
--- Poses are not asked for here, so the box of a part is worked out from its middle and half sizes, of fewer operations.
 CREATE MACRO parts_in_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
-SELECT o.world, o.id AS occurrence_id, o.path, part.name,
-    o.x - o.half_x AS x0, o.y - o.half_y AS y0, o.z - o.half_z AS z0,
-    o.x + o.half_x AS x1, o.y + o.half_y AS y1, o.z + o.half_z AS z1
+SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
 FROM range(checked_box(from_x, from_y, from_z, to_x, to_y, to_z))
-CROSS JOIN (
-    SELECT b.world, CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id,
-        array_inner_product(b.row_0, n.middle) + b.m03 AS x,
-        array_inner_product(b.row_1, n.middle) + b.m13 AS y,
-        array_inner_product(b.row_2, n.middle) + b.m23 AS z,
-        abs(array_inner_product(b.row_0, n.column_0)) * n.half_x + abs(array_inner_product(b.row_0, n.column_1)) * n.half_y
-            + abs(array_inner_product(b.row_0, n.column_2)) * n.half_z AS half_x,
-        abs(array_inner_product(b.row_1, n.column_0)) * n.half_x + abs(array_inner_product(b.row_1, n.column_1)) * n.half_y
-            + abs(array_inner_product(b.row_1, n.column_2)) * n.half_z AS half_y,
-        abs(array_inner_product(b.row_2, n.column_0)) * n.half_x + abs(array_inner_product(b.row_2, n.column_1)) * n.half_y
-            + abs(array_inner_product(b.row_2, n.column_2)) * n.half_z AS half_z
-    FROM (
-        SELECT p.world, p.name, p.object_no, p.object_id, b.body_no, b.m03, b.m13, b.m23,
-            array_value(b.m00, b.m01, b.m02) AS row_0, array_value(b.m10, b.m11, b.m12) AS row_1,
-            array_value(b.m20, b.m21, b.m22) AS row_2
-        FROM placed_body AS b
-        JOIN placed_object AS p ON p.object_no = b.object_no
-        WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
-            AND b.x0 <= to_x AND b.y0 <= to_y AND b.z0 <= to_z
-            AND b.x1 >= from_x AND b.y1 >= from_y AND b.z1 >= from_z
-    ) AS b
-    JOIN (
-        SELECT n.object_id, n.node_no, n.body_no, n.path, n.part_id,
-            array_value((n.x0 + n.x1) / 2, (n.y0 + n.y1) / 2, (n.z0 + n.z1) / 2) AS middle,
-            array_value(n.m00, n.m10, n.m20) AS column_0, array_value(n.m01, n.m11, n.m21) AS column_1,
-            array_value(n.m02, n.m12, n.m22) AS column_2,
-            (s.x1 - s.x0) / 2 AS half_x, (s.y1 - s.y0) / 2 AS half_y, (s.z1 - s.z0) / 2 AS half_z
-        FROM object_node AS n
-        JOIN shape AS s ON s.id = n.shape_id
-    ) AS n ON n.object_id = b.object_id AND n.body_no = b.body_no
-) AS o
-JOIN part ON part.id = o.part_id
-WHERE o.x - o.half_x <= to_x AND o.y - o.half_y <= to_y AND o.z - o.half_z <= to_z
-    AND o.x + o.half_x >= from_x AND o.y + o.half_y >= from_y AND o.z + o.half_z >= from_z;
+CROSS JOIN all_in_bounds(from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS o
+JOIN part ON part.id = o.part_id;
 COMMENT ON MACRO TABLE parts_in_box IS
     'Placed parts whose world box meets a box; newest revision of all worlds or one.';
 

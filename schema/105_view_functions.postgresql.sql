@@ -99,15 +99,15 @@ CREATE FUNCTION all_in_sphere(
 ) LANGUAGE sql STABLE AS $$
 SELECT o.world, o.occurrence_id, o.path, o.shape_id, o.element_no, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
 FROM all_in_box(
-    in_level, at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world
+    in_level, CASE WHEN checked_ball(radius) THEN at_x - radius END, at_y - radius, at_z - radius,
+    at_x + radius, at_y + radius, at_z + radius, in_world
 ) AS o
 CROSS JOIN LATERAL (
     SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
         o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
         o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
 ) AS c
-WHERE checked_ball(radius)
-    AND power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
+WHERE power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
         + power(greatest(o.shape_z0 - c.cz, c.cz - o.shape_z1, 0), 2) <= radius * radius
 $$;
 COMMENT ON FUNCTION all_in_sphere IS
@@ -122,15 +122,17 @@ CREATE FUNCTION parts_in_sphere(
     x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
 SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-FROM all_in_bounds(at_x - radius, at_y - radius, at_z - radius, at_x + radius, at_y + radius, at_z + radius, in_world) AS o
+FROM all_in_bounds(
+    CASE WHEN checked_ball(radius) THEN at_x - radius END, at_y - radius, at_z - radius,
+    at_x + radius, at_y + radius, at_z + radius, in_world
+) AS o
 JOIN part ON part.id = o.part_id
 CROSS JOIN LATERAL (
     SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
         o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
         o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
 ) AS c
-WHERE checked_ball(radius)
-    AND power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
+WHERE power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
         + power(greatest(o.shape_z0 - c.cz, c.cz - o.shape_z1, 0), 2) <= radius * radius
 $$;
 COMMENT ON FUNCTION parts_in_sphere IS

@@ -196,6 +196,38 @@ class Shapely(Peer):
         return int(((self.z0[found] <= boxes[asked, 5]) & (self.z1[found] >= boxes[asked, 2])).sum())
 
 
+class GeoIndex(Peer):
+    """A flatbush in Rust, over x and y, then z."""
+
+    name = "geoindex-rs, z"
+
+    def __init__(self, boxes: Floats) -> None:
+        self.boxes = boxes
+        self.z0, self.z1 = boxes[:, 2].copy(), boxes[:, 5].copy()
+        self.tree = self._built(boxes)
+
+    @staticmethod
+    def _built(boxes: Floats) -> Any:
+        from geoindex_rs.rtree import RTreeBuilder
+
+        builder = RTreeBuilder(len(boxes))
+        builder.add(*(np.ascontiguousarray(boxes[:, i]) for i in (0, 1, 3, 4)))
+        return builder.finish()
+
+    def one(self, box: Floats) -> Any:
+        from geoindex_rs.rtree import search
+
+        found = np.asarray(search(self.tree, box[0], box[1], box[3], box[4]))
+        return found[(self.z0[found] <= box[5]) & (self.z1[found] >= box[2])]
+
+    def many(self, boxes: Floats) -> int:
+        from geoindex_rs.rtree import tree_join
+
+        pairs = tree_join(self._built(boxes), self.tree)
+        asked, found = np.asarray(pairs["left"]), np.asarray(pairs["right"])
+        return int(((self.z0[found] <= boxes[asked, 5]) & (self.z1[found] >= boxes[asked, 2])).sum())
+
+
 class NumpyScan(Peer):
     """All boxes looked at, column by column, in as few passes as they allow."""
 

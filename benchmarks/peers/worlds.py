@@ -50,7 +50,17 @@ def nested(count: int, seed: int) -> Floats:
     return np.concatenate([low, low + size], axis=1)
 
 
-SPREADS = {"clustered": clustered, "slab": slab, "nested": nested, "uniform": uniform}
+def rods(count: int, seed: int) -> Floats:
+    """Boxes a hundred times as long as thick, along any axis, one in each cube of 100 mm."""
+    rng = np.random.default_rng(seed)
+    side = 50 * count ** (1 / 3)
+    centre = rng.uniform(-side, side, (count, 3))
+    half = rng.lognormal(1, 0.5, (count, 3))
+    half[np.arange(count), rng.integers(3, size=count)] *= 100
+    return np.concatenate([centre - half, centre + half], axis=1)
+
+
+SPREADS = {"clustered": clustered, "slab": slab, "nested": nested, "uniform": uniform, "rods": rods}
 
 
 def about(boxes: Floats, hits: int, count: int, seed: int) -> Floats:

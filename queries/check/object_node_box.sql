@@ -1,15 +1,21 @@
--- Parts of expanded objects without a box, or whose box is not that of their shape carried into the body's frame, to
--- 1e-6 mm.
+-- Parts of expanded objects without a box, or whose box is not that around the hull of their shape, with what reaches
+-- beyond it, carried into the body's frame, or of one without a hull around its box, to 1e-6 mm.
 -- Takes nothing; gives object_id, path and the greatest difference of a bound, mm (null: no box).
-WITH carried AS (  -- centre and half extent: |R| h bounds the turned box
+WITH carried AS (
     SELECT
         o.object_id, o.path, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1,
-        o.m00 * (s.x0 + s.x1) / 2 + o.m01 * (s.y0 + s.y1) / 2 + o.m02 * (s.z0 + s.z1) / 2 + o.m03 AS cx,
-        o.m10 * (s.x0 + s.x1) / 2 + o.m11 * (s.y0 + s.y1) / 2 + o.m12 * (s.z0 + s.z1) / 2 + o.m13 AS cy,
-        o.m20 * (s.x0 + s.x1) / 2 + o.m21 * (s.y0 + s.y1) / 2 + o.m22 * (s.z0 + s.z1) / 2 + o.m23 AS cz,
-        abs(o.m00) * (s.x1 - s.x0) / 2 + abs(o.m01) * (s.y1 - s.y0) / 2 + abs(o.m02) * (s.z1 - s.z0) / 2 AS hx,
-        abs(o.m10) * (s.x1 - s.x0) / 2 + abs(o.m11) * (s.y1 - s.y0) / 2 + abs(o.m12) * (s.z1 - s.z0) / 2 AS hy,
-        abs(o.m20) * (s.x1 - s.x0) / 2 + abs(o.m21) * (s.y1 - s.y0) / 2 + abs(o.m22) * (s.z1 - s.z0) / 2 AS hz
+        coalesce(hull_back(o.m00, o.m01, o.m02, o.m03, s.hull_x, s.hull_y, s.hull_z) - s.hull_mm,
+            reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1)) AS least_x,
+        coalesce(hull_back(o.m10, o.m11, o.m12, o.m13, s.hull_x, s.hull_y, s.hull_z) - s.hull_mm,
+            reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1)) AS least_y,
+        coalesce(hull_back(o.m20, o.m21, o.m22, o.m23, s.hull_x, s.hull_y, s.hull_z) - s.hull_mm,
+            reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1)) AS least_z,
+        coalesce(hull_forth(o.m00, o.m01, o.m02, o.m03, s.hull_x, s.hull_y, s.hull_z) + s.hull_mm,
+            reach_forth(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1)) AS most_x,
+        coalesce(hull_forth(o.m10, o.m11, o.m12, o.m13, s.hull_x, s.hull_y, s.hull_z) + s.hull_mm,
+            reach_forth(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1)) AS most_y,
+        coalesce(hull_forth(o.m20, o.m21, o.m22, o.m23, s.hull_x, s.hull_y, s.hull_z) + s.hull_mm,
+            reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1)) AS most_z
     FROM object_node AS o
     JOIN shape AS s ON s.id = o.shape_id
     WHERE o.part_id IS NOT NULL
@@ -18,8 +24,8 @@ compared AS (
     SELECT
         c.object_id, c.path,
         greatest(
-            abs(c.x0 - (c.cx - c.hx)), abs(c.y0 - (c.cy - c.hy)), abs(c.z0 - (c.cz - c.hz)),
-            abs(c.x1 - (c.cx + c.hx)), abs(c.y1 - (c.cy + c.hy)), abs(c.z1 - (c.cz + c.hz))
+            abs(c.x0 - c.least_x), abs(c.y0 - c.least_y), abs(c.z0 - c.least_z),
+            abs(c.x1 - c.most_x), abs(c.y1 - c.most_y), abs(c.z1 - c.most_z)
         ) AS difference
     FROM carried AS c
 )

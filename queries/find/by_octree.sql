@@ -62,11 +62,11 @@ posed AS MATERIALIZED (
     JOIN near AS b ON b.volume_no = l.volume_no AND b.object_no = l.object_no AND b.body_no = l.body_no
     JOIN object_node AS n ON n.object_id = l.object_id AND n.node_no = l.node_no
 ),
-met AS MATERIALIZED (
+boxed AS MATERIALIZED (
     SELECT o.*
     FROM (
         SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
-            s.z1 AS shape_z1,
+            s.z1 AS shape_z1, s.hull_x, s.hull_y, s.hull_z, s.hull_mm,
             reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x0,
             reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y0,
             reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z0,
@@ -75,6 +75,32 @@ met AS MATERIALIZED (
             reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z1
         FROM posed AS o
         JOIN shape AS s ON s.id = o.shape_id
+    ) AS o
+    WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
+        AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
+),
+met AS MATERIALIZED (  -- by the box around the placed hull, where the one around the placed box meets
+    SELECT o.*
+    FROM (
+        SELECT o.volume_no, o.least_x, o.least_y, o.least_z, o.most_x, o.most_y, o.most_z, o.id, o.path, o.part_id,
+            o.shape_id,
+            o.m00, o.m01, o.m02, o.m03,
+            o.m10, o.m11, o.m12, o.m13,
+            o.m20, o.m21, o.m22, o.m23,
+            o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
+            greatest(o.x0, hull_back(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
+                - o.hull_mm) AS x0,
+            greatest(o.y0, hull_back(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
+                - o.hull_mm) AS y0,
+            greatest(o.z0, hull_back(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
+                - o.hull_mm) AS z0,
+            least(o.x1, hull_forth(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
+                + o.hull_mm) AS x1,
+            least(o.y1, hull_forth(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
+                + o.hull_mm) AS y1,
+            least(o.z1, hull_forth(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
+                + o.hull_mm) AS z1
+        FROM boxed AS o
     ) AS o
     WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
         AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z

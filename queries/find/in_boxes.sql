@@ -1,69 +1,15 @@
 -- Placed parts, or their features, surfaces or arcs, whose world box meets any of some boxes, touching counts.
--- Takes volume_no, x0, y0, z0, x1, y1, z1 (arrays of one length: the boxes, mm, world), world_id and level (part,
+-- Takes volume_no, x0, y0, z0, x1, y1, z1 (arrays of one length: the boxes, mm, world), world (its name) and level (part,
 -- feature, surface or arc); gives volume_no, occurrence_id, shape_id, element_no (-1 of parts), path of the part, name,
 -- the world box x0 .. z1, the box in the shape's frame shape_x0 .. shape_z1 and world_from_occurrence m00 .. m23,
 -- sorted by volume_no, occurrence_id, element_no.
-WITH asked AS MATERIALIZED (
-    SELECT unnest(CAST(:volume_no AS INTEGER[])) AS volume_no,
-        unnest(CAST(:x0 AS DOUBLE PRECISION[])) AS x0, unnest(CAST(:y0 AS DOUBLE PRECISION[])) AS y0,
-        unnest(CAST(:z0 AS DOUBLE PRECISION[])) AS z0, unnest(CAST(:x1 AS DOUBLE PRECISION[])) AS x1,
-        unnest(CAST(:y1 AS DOUBLE PRECISION[])) AS y1, unnest(CAST(:z1 AS DOUBLE PRECISION[])) AS z1
-),
-near AS MATERIALIZED (  -- bodies that the boxes may meet
-    SELECT a.volume_no, a.x0, a.y0, a.z0, a.x1, a.y1, a.z1, p.name, p.object_no, p.object_id, b.body_no,
-        b.m00, b.m01, b.m02, b.m03,
-        b.m10, b.m11, b.m12, b.m13,
-        b.m20, b.m21, b.m22, b.m23
-    FROM asked AS a
-    JOIN placed_body AS b ON b.x0 <= a.x1 AND b.y0 <= a.y1 AND b.z0 <= a.z1
-        AND b.x1 >= a.x0 AND b.y1 >= a.y0 AND b.z1 >= a.z0
-    JOIN placed_object AS p ON p.object_no = b.object_no
-    JOIN world AS w ON w.name = p.world AND w.revision BETWEEN b.first_revision AND coalesce(b.last_revision, w.revision)
-    WHERE w.id = :world_id
-),
-posed AS MATERIALIZED (
-    SELECT b.volume_no, b.x0 AS least_x, b.y0 AS least_y, b.z0 AS least_z,
-        b.x1 AS most_x, b.y1 AS most_y, b.z1 AS most_z,
-        CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id, n.shape_id,
-        b.m00 * n.m00 + b.m01 * n.m10 + b.m02 * n.m20 AS m00,
-        b.m00 * n.m01 + b.m01 * n.m11 + b.m02 * n.m21 AS m01,
-        b.m00 * n.m02 + b.m01 * n.m12 + b.m02 * n.m22 AS m02,
-        b.m00 * n.m03 + b.m01 * n.m13 + b.m02 * n.m23 + b.m03 AS m03,
-        b.m10 * n.m00 + b.m11 * n.m10 + b.m12 * n.m20 AS m10,
-        b.m10 * n.m01 + b.m11 * n.m11 + b.m12 * n.m21 AS m11,
-        b.m10 * n.m02 + b.m11 * n.m12 + b.m12 * n.m22 AS m12,
-        b.m10 * n.m03 + b.m11 * n.m13 + b.m12 * n.m23 + b.m13 AS m13,
-        b.m20 * n.m00 + b.m21 * n.m10 + b.m22 * n.m20 AS m20,
-        b.m20 * n.m01 + b.m21 * n.m11 + b.m22 * n.m21 AS m21,
-        b.m20 * n.m02 + b.m21 * n.m12 + b.m22 * n.m22 AS m22,
-        b.m20 * n.m03 + b.m21 * n.m13 + b.m22 * n.m23 + b.m23 AS m23
-    FROM near AS b
-    JOIN (
-        SELECT object_id, body_no, page, (x0 + x1) / 2 AS x, (y0 + y1) / 2 AS y, (z0 + z1) / 2 AS z,
-            (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6 AS reach
-        FROM object_page
-    ) AS g ON g.object_id = b.object_id AND g.body_no = b.body_no
-        AND b.m00 * g.x + b.m01 * g.y + b.m02 * g.z + b.m03 BETWEEN b.x0 - g.reach AND b.x1 + g.reach
-        AND b.m10 * g.x + b.m11 * g.y + b.m12 * g.z + b.m13 BETWEEN b.y0 - g.reach AND b.y1 + g.reach
-        AND b.m20 * g.x + b.m21 * g.y + b.m22 * g.z + b.m23 BETWEEN b.z0 - g.reach AND b.z1 + g.reach
-    JOIN object_node AS n ON n.object_id = g.object_id AND n.page = g.page
-),
-met AS MATERIALIZED (
-    SELECT o.*
-    FROM (
-        SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
-            s.z1 AS shape_z1,
-            reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x0,
-            reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y0,
-            reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z0,
-            reach_forth(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x1,
-            reach_forth(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y1,
-            reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z1
-        FROM posed AS o
-        JOIN shape AS s ON s.id = o.shape_id
-    ) AS o
-    WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
-        AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
+WITH met AS MATERIALIZED (
+    SELECT *
+    FROM all_about_boxes(
+        CAST(:volume_no AS INTEGER[]), CAST(:x0 AS DOUBLE PRECISION[]), CAST(:y0 AS DOUBLE PRECISION[]),
+        CAST(:z0 AS DOUBLE PRECISION[]), CAST(:x1 AS DOUBLE PRECISION[]), CAST(:y1 AS DOUBLE PRECISION[]),
+        CAST(:z1 AS DOUBLE PRECISION[]), CAST(:world AS TEXT)
+    )
 ),
 carried AS (
     SELECT o.volume_no, o.least_x, o.least_y, o.least_z, o.most_x, o.most_y, o.most_z, o.id, o.path, o.shape_id,

@@ -1,8 +1,7 @@
 -- All placed parts of a world, to hold in process.
--- Takes world_id; gives occurrence_id, shape_id, the world box x0 .. z1, the box of the shape in its own frame shape_x0
+-- Takes world_id; gives occurrence_id, shape_id, the box of the shape in its own frame shape_x0
 -- .. shape_z1 and world_from_occurrence m00 .. m23, sorted by occurrence_id.
 SELECT o.id AS occurrence_id, o.shape_id,
-    o.x0, o.y0, o.z0, o.x1, o.y1, o.z1,
     s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1, s.z1 AS shape_z1,
     o.m00, o.m01, o.m02, o.m03,
     o.m10, o.m11, o.m12, o.m13,

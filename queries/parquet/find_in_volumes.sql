@@ -1,6 +1,6 @@
 -- What lies in each of some volumes, asked of the files that relmodel export --parquet writes.
--- Takes no parameter but seven tables.  Of exports, of one store or of many: world, placed_body, object_page,
--- object_node and element, the folders, with the store_id that names theirs.  Of the asker: asked (volume_no, level:
+-- Takes no parameter but eight tables.  Of exports, of one store or of many: world, placed_body, object_page,
+-- object_node, element and hull, the folders, with the store_id that names theirs.  Of the asker: asked (volume_no, level:
 -- part, feature, surface or arc, bounds x0 .. z1, mm, world; ball_x, ball_y, ball_z, ball_radius: null but for spheres)
 -- and asked_half_space (volume_no, outward normal nx, ny, nz and d, inside where n . p <= d; no row for boxes and
 -- spheres).
@@ -62,8 +62,20 @@ posed AS (  -- parts whose box in the body's frame, carried into the world, meet
             <= (abs(b.m20) * (n.x1 - n.x0) + abs(b.m21) * (n.y1 - n.y0) + abs(b.m22) * (n.z1 - n.z0) + b.z1 - b.z0) / 2
                 + 1e-6
 ),
+hulled AS (  -- the boxes around the placed hulls
+    SELECT m.store_id, m.volume_no, m.occurrence_id,
+        min(m.m00 * h.x + m.m01 * h.y + m.m02 * h.z + m.m03 - h.beyond_mm) AS hull_x0,
+        min(m.m10 * h.x + m.m11 * h.y + m.m12 * h.z + m.m13 - h.beyond_mm) AS hull_y0,
+        min(m.m20 * h.x + m.m21 * h.y + m.m22 * h.z + m.m23 - h.beyond_mm) AS hull_z0,
+        max(m.m00 * h.x + m.m01 * h.y + m.m02 * h.z + m.m03 + h.beyond_mm) AS hull_x1,
+        max(m.m10 * h.x + m.m11 * h.y + m.m12 * h.z + m.m13 + h.beyond_mm) AS hull_y1,
+        max(m.m20 * h.x + m.m21 * h.y + m.m22 * h.z + m.m23 + h.beyond_mm) AS hull_z1
+    FROM posed AS m
+    JOIN hull AS h ON h.store_id = m.store_id AND h.shape_id = m.shape_id
+    GROUP BY m.store_id, m.volume_no, m.occurrence_id
+),
 carried AS (
-    SELECT m.*, e.element_no, coalesce(e.name, m.part_name) AS name,
+    SELECT m.*, h.hull_x0, h.hull_y0, h.hull_z0, h.hull_x1, h.hull_y1, h.hull_z1, e.element_no, coalesce(e.name, m.part_name) AS name,
         e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0, e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
         least(m.m00 * e.x0, m.m00 * e.x1) + least(m.m01 * e.y0, m.m01 * e.y1)
             + least(m.m02 * e.z0, m.m02 * e.z1) + m.m03 AS x0,
@@ -81,14 +93,25 @@ carried AS (
         m.m01 * (m.ball_x - m.m03) + m.m11 * (m.ball_y - m.m13) + m.m21 * (m.ball_z - m.m23) AS centre_y,
         m.m02 * (m.ball_x - m.m03) + m.m12 * (m.ball_y - m.m13) + m.m22 * (m.ball_z - m.m23) AS centre_z
     FROM posed AS m
+    LEFT JOIN hulled AS h ON h.store_id = m.store_id AND h.volume_no = m.volume_no AND h.occurrence_id = m.occurrence_id
     JOIN element AS e ON e.store_id = m.store_id AND e.shape_id = m.shape_id AND e.level = m.level
 )
 SELECT w.store_id, w.cell, w.name AS world, c.volume_no, c.occurrence_id, c.element_no, c.path, c.name,
-    c.x0, c.y0, c.z0, c.x1, c.y1, c.z1
+    CASE WHEN c.element_no >= 0 THEN c.x0 ELSE greatest(c.x0, c.hull_x0) END AS x0,
+    CASE WHEN c.element_no >= 0 THEN c.y0 ELSE greatest(c.y0, c.hull_y0) END AS y0,
+    CASE WHEN c.element_no >= 0 THEN c.z0 ELSE greatest(c.z0, c.hull_z0) END AS z0,
+    CASE WHEN c.element_no >= 0 THEN c.x1 ELSE least(c.x1, c.hull_x1) END AS x1,
+    CASE WHEN c.element_no >= 0 THEN c.y1 ELSE least(c.y1, c.hull_y1) END AS y1,
+    CASE WHEN c.element_no >= 0 THEN c.z1 ELSE least(c.z1, c.hull_z1) END AS z1
 FROM carried AS c
 JOIN world AS w ON w.store_id = c.store_id AND w.name = c.world AND w.newest
 WHERE c.x0 <= c.most_x AND c.y0 <= c.most_y AND c.z0 <= c.most_z
     AND c.x1 >= c.least_x AND c.y1 >= c.least_y AND c.z1 >= c.least_z
+    AND (
+        c.hull_x0 IS NULL
+        OR c.hull_x0 <= c.most_x AND c.hull_y0 <= c.most_y AND c.hull_z0 <= c.most_z
+            AND c.hull_x1 >= c.least_x AND c.hull_y1 >= c.least_y AND c.hull_z1 >= c.least_z
+    )
     AND (
         c.ball_radius IS NULL
         OR power(greatest(c.shape_x0 - c.centre_x, c.centre_x - c.shape_x1, 0), 2)

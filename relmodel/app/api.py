@@ -52,9 +52,10 @@ class OpenStore(Store):
         world: str | None = None,
         precision: str = "box",
         kind: str = "rtree",
+        wholly: bool = False,
     ) -> dict[str, npt.NDArray[Any]]:
         """What lies in a volume, by columns: `relmodel.find.find.in_volume`."""
-        return find.in_volume(self, volume, level=level, world=world, precision=precision, kind=kind)
+        return find.in_volume(self, volume, level=level, world=world, precision=precision, kind=kind, wholly=wholly)
 
     def in_volumes(
         self,
@@ -64,9 +65,16 @@ class OpenStore(Store):
         world: str | None = None,
         precision: str = "box",
         kind: str = "rtree",
+        wholly: bool = False,
     ) -> dict[str, npt.NDArray[Any]]:
         """What lies in each of some volumes, by columns: `relmodel.find.find.in_volumes`."""
-        return find.in_volumes(self, volumes, level=level, world=world, precision=precision, kind=kind)
+        return find.in_volumes(self, volumes, level=level, world=world, precision=precision, kind=kind, wholly=wholly)
+
+    def nearest_parts(
+        self, path: npt.ArrayLike, count: int = 1, *, radius: float = 0.0, world: str | None = None
+    ) -> dict[str, npt.NDArray[Any]]:
+        """The parts nearest to a point or to the way of a ball, by columns: `relmodel.find.find.nearest_parts`."""
+        return find.nearest_parts(self, path, count, radius=radius, world=world)
 
     def inspect(
         self,

@@ -18,6 +18,7 @@ from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.frames import sideways
 from relmodel.geometry.clusters import clusters, components, group_bounds, unsigned
+from relmodel.geometry.hulls import outermost
 from relmodel.model.model import Shape, Table
 
 _ALL = DEFAULTS.common
@@ -161,7 +162,7 @@ class Boundary:
         key = tuple(np.round(direction, 6).tolist())
         if key not in self._extents:
             if self._hull is None:
-                self._hull = _outermost(self.vertices)
+                self._hull = outermost(self.vertices)
             self._extents[key] = float(np.ptp(self._hull @ direction))
         return self._extents[key]
 
@@ -200,16 +201,6 @@ class Boundary:
         axis = unsigned(s.axis[[i]])[0]
         foot = s.origin[i] - float(s.origin[i] @ axis) * axis
         return (1.0, *(np.round([*axis, *foot, s.radius[i]], 2) + 0.0).tolist())
-
-
-def _outermost(points: Floats) -> Floats:
-    """Those of points (n, 3) that lie farthest out in some direction."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        return np.asarray(points[ConvexHull(points).vertices], float)
-    except QhullError:  # flat
-        return points
 
 
 def boundary(shape: Shape) -> Boundary:

@@ -2,102 +2,144 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import repeat
+
 import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Floats, Ints
 from relmodel.errors import UsageError
-from relmodel.find.kinds import BoxIndex, build
-from relmodel.find.packing import outgrown
-from relmodel.find.pairs import among, as_boxes
+from relmodel.find.pairs import as_boxes
+from relmodel.find.rtree import FANOUT, PackedRTree
 from relmodel.find.volumes import VolumeTable
+
+_OPEN = 8 * FANOUT  # changes that are written into an open tree of two levels
+_GROWTH = 16
 
 
 class ChangingIndex:
-    """Boxes by identity: those of a built index, an overflow that is looked through, and what was removed.
+    """Boxes by identity in packed R-trees, each many times as large as the next.
 
-    Added boxes are found, and removed ones are not, from the next query on.
+    A box that comes goes into a small open tree; a full one is packed with those that are not much larger (Bentley and
+    Saxe, "Decomposable searching problems", Journal of Algorithms 1, 1980).  A box that goes is emptied in its place.
+    So a change costs the logarithm of the number of boxes, most of it when trees are packed together, and is found by
+    the next question.
     """
 
-    def __init__(self, ids: npt.ArrayLike, boxes: npt.ArrayLike, kind: str = "rtree") -> None:
-        self._kind = kind
-        self._set(np.asarray(ids, np.int64).reshape(-1), as_boxes(boxes))
-
-    def _set(self, ids: Ints, boxes: Floats) -> None:
-        """Build over boxes; the overflow is then empty."""
-        if len(ids) != len(boxes) or len(np.unique(ids)) != len(ids):
-            raise UsageError("boxes of an index need identities, one each, no two alike")
-        order = np.argsort(ids)
-        self._ids, self._boxes = ids[order], boxes[order]
-        self._index: BoxIndex = build(self._kind, self._boxes)
-        self._there, self._gone = np.ones(len(ids), bool), 0
-        self._more_ids, self._more = np.empty(0, np.int64), np.empty((0, 6))
+    def __init__(self, ids: npt.ArrayLike, boxes: npt.ArrayLike) -> None:
+        self._trees: list[_Tree] = []  # the largest first
+        self._open = _Open()
+        self._where: dict[int, tuple[_Tree, int]] = {}  # but for the boxes of the largest tree
+        first = _checked(ids, boxes)
+        self._count = len(first[0])
+        self._pack([first])
 
     def __len__(self) -> int:
-        return len(self._ids) - self._gone + len(self._more_ids)
-
-    @property
-    def overflow(self) -> int:
-        """How many boxes were added or removed since the index was built."""
-        return len(self._more_ids) + self._gone
+        return self._count
 
     def add(self, ids: npt.ArrayLike, boxes: npt.ArrayLike) -> None:
         """Add boxes (k, 6) under identities (k,); a box that has one of them is replaced by the new one."""
-        new, given = np.asarray(ids, np.int64).reshape(-1), as_boxes(boxes)
-        if len(new) != len(given) or len(np.unique(new)) != len(new):
-            raise UsageError("boxes of an index need identities, one each, no two alike")
-        self._drop(new)
-        self._more_ids = np.concatenate([self._more_ids, new])
-        self._more = np.concatenate([self._more, given])
-        self._fold()
+        new, given = _checked(ids, boxes)
+        self.remove(new)
+        self._count += len(new)
+        if len(new) > _OPEN:
+            self._flush((new, given))
+            return
+        for number, box in zip(new.tolist(), given, strict=True):
+            if self._open.full:
+                self._flush()
+            self._where[number] = self._open, self._open.put(number, box)
 
     def remove(self, ids: npt.ArrayLike) -> None:
         """Remove the boxes of identities (k,); those that are not there are passed over."""
-        self._drop(np.asarray(ids, np.int64).reshape(-1))
-        self._fold()
+        for number in np.asarray(ids, np.int64).reshape(-1).tolist():
+            there = self._where.pop(number, None) or self._trees[0].find(number)
+            self._count -= there is not None and there[0].tree.drop(there[1])
+        if len(self._trees[0].ids) > max(_OPEN, 2 * self._count):
+            self._flush(all_of_them=True)
 
     def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
-        """Pairs of (number of the box asked, identity of a box that meets it) for boxes (k, 6), sorted."""
+        """Pairs of (number of the box asked, identity of a box that meets it) for boxes (k, 6), in no order."""
         asked = as_boxes(asked)
-        return self._with_overflow(asked, *self._index.in_boxes(asked), None)
+        order = self._trees[0].tree.turns(asked)
+        return self._ask(lambda tree: tree.in_boxes(asked, order))
 
     def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
-        """Pairs of (number of the volume, identity of a box that is not wholly outside it), sorted."""
-        return self._with_overflow(volumes.bounds, *self._index.in_volumes(volumes), volumes)
+        """Pairs of (number of the volume, identity of a box that is not wholly outside it), in no order."""
+        return self._ask(lambda tree: tree.in_volumes(volumes))
 
-    def _with_overflow(
-        self, asked: Floats, number: Ints, found: Ints, volumes: VolumeTable | None
-    ) -> tuple[Ints, Ints]:
-        there = self._there[found]
-        number, ids = number[there], self._ids[found[there]]
-        if len(self._more):
-            met = (asked[:, None, :3] <= self._more[:, 3:]).all(axis=2) & (asked[:, None, 3:] >= self._more[:, :3]).all(
-                axis=2
-            )
-            asked_no, more_no = np.nonzero(met)
-            pairs = asked_no.astype(np.int64), more_no.astype(np.int64)
-            if volumes is not None:
-                pairs = among(self._more, volumes, pairs)
-            number = np.concatenate([number, pairs[0]])
-            ids = np.concatenate([ids, self._more_ids[pairs[1]]])
-        order = np.lexsort((ids, number))
-        return number[order], ids[order]
+    def _ask(self, ask: Callable[[PackedRTree], tuple[Ints, Ints]]) -> tuple[Ints, Ints]:
+        numbers, ids = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
+        for one in (*self._trees, self._open):
+            number, found = ask(one.tree)
+            numbers.append(number)
+            ids.append(one.ids[found])
+        return np.concatenate(numbers), np.concatenate(ids)
 
-    def _drop(self, ids: Ints) -> None:
-        """Mark boxes of the built index as gone, and take others out of the overflow."""
-        place = np.searchsorted(self._ids, ids)
-        inside = place < len(self._ids)
-        place = np.unique(place[inside][self._ids[place[inside]] == ids[inside]])
-        place = place[self._there[place]]
-        self._there[place] = False
-        self._gone += len(place)
-        there = np.isin(self._more_ids, ids)
-        if there.any():
-            self._more_ids, self._more = self._more_ids[~there], self._more[~there]
+    def _flush(self, *given: tuple[Ints, Floats], all_of_them: bool = False) -> None:
+        """Pack what is open, and boxes given, with the trees that are not much larger, or with all."""
+        parts = [self._open.kept(), *given]
+        while self._trees and (all_of_them or len(self._trees[-1].ids) <= _GROWTH * sum(len(ids) for ids, _ in parts)):
+            parts.append(self._trees.pop().kept())
+        self._open.clear()
+        self._pack(parts)
 
-    def _fold(self) -> None:
-        if outgrown(self.overflow, len(self._ids)):
-            self._set(
-                np.concatenate([self._ids[self._there], self._more_ids]),
-                np.concatenate([self._boxes[self._there], self._more]),
-            )
+    def _pack(self, parts: list[tuple[Ints, Floats]]) -> None:
+        tree = _Tree(np.concatenate([ids for ids, _ in parts]), np.concatenate([boxes for _, boxes in parts]))
+        if not self._trees:
+            self._where = {}
+        else:
+            places = zip(repeat(tree), range(len(tree.ids)), strict=False)
+            self._where.update(zip(tree.ids.tolist(), places, strict=True))
+        self._trees.append(tree)
+
+
+class _Tree:
+    """A packed tree of boxes (n, 6), and their identities by number (n,)."""
+
+    def __init__(self, ids: Ints, boxes: Floats) -> None:
+        self.ids, self.tree = ids, PackedRTree(boxes)
+        self._sorted: tuple[Ints, Ints] | None = None
+
+    def find(self, number: int) -> tuple[_Tree, int] | None:
+        """The box of an identity: this tree and its number, dropped or not."""
+        if self._sorted is None:
+            order = np.argsort(self.ids, kind="stable")
+            self._sorted = self.ids[order], order
+        ids, order = self._sorted
+        place = int(ids.searchsorted(number))
+        return (self, int(order[place])) if place < len(ids) and ids[place] == number else None
+
+    def kept(self) -> tuple[Ints, Floats]:
+        numbers, boxes = self.tree.kept()
+        return self.ids[numbers], boxes
+
+
+class _Open(_Tree):
+    """A tree of two levels into whose places boxes are written one after the other."""
+
+    def __init__(self) -> None:
+        super().__init__(np.zeros(_OPEN, np.int64), np.zeros((_OPEN, 6)))
+        self.clear()
+
+    def clear(self) -> None:
+        self._written = 0
+        self.tree.clear()
+
+    @property
+    def full(self) -> bool:
+        return self._written == _OPEN
+
+    def put(self, number: int, box: Floats) -> int:
+        self._written += 1
+        self.ids[self._written - 1] = number
+        self.tree.put(self._written - 1, box)
+        return self._written - 1
+
+
+def _checked(ids: npt.ArrayLike, boxes: npt.ArrayLike) -> tuple[Ints, Floats]:
+    new, given = np.asarray(ids, np.int64).reshape(-1), as_boxes(boxes)
+    if len(new) != len(given) or (len(new) > 1 and len(np.unique(new)) != len(new)):
+        raise UsageError("boxes of an index need identities, one each, no two alike")
+    return new, given

@@ -12,8 +12,9 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Floats
 from relmodel.errors import UsageError
-from relmodel.find.find import BOX_COLUMNS, in_volume, in_volumes, world_named
+from relmodel.find.find import in_volume, in_volumes, world_named
 from relmodel.find.kinds import KINDS, BoxIndex, build
+from relmodel.find.planner import placed_parts, world_boxes
 from relmodel.find.volumes import Box, Frustum, Volume, VolumeTable
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.progress import Progress, silent
@@ -70,8 +71,7 @@ def compare(store: Store, world: str | None = None, progress: Progress = silent)
         world_id, name = world_named(store, connection, world)
         if world_id < 0:
             raise UsageError("the store holds no world: place the objects with relmodel world FILE")
-        columns = store.columns(connection, "index/parts", world_id=world_id)
-    boxes = np.stack([columns[c] for c in BOX_COLUMNS], axis=1).astype(float)
+        boxes = world_boxes(*placed_parts(store, connection, world_id))
     if not len(boxes):
         raise UsageError(f"the world {name} has no placed part: there is nothing to index")
     kinds = [k for k in KINDS if k != "rangetree" or len(boxes) <= LARGEST_RANGETREE]

@@ -23,9 +23,15 @@ from relmodel.store import Store
 
 
 def exactly_met(
-    store: Store, connection: Connection, volumes: Sequence[Volume], level: str, found: Mapping[str, npt.NDArray[Any]]
+    store: Store,
+    connection: Connection,
+    volumes: Sequence[Volume],
+    level: str,
+    found: Mapping[str, npt.NDArray[Any]],
+    *,
+    wholly: bool = False,
 ) -> Bools:
-    """Which rows of an answer at precision `box` (columns of `in_volumes`) are in it at `exact` (n,)."""
+    """Which rows of an answer at precision `box` (columns of `in_volumes`) are in it at `exact`, or wholly so (n,)."""
     met = np.ones(len(found["volume_no"]), bool)
     if not len(met):
         return met
@@ -51,8 +57,30 @@ def exactly_met(
         geometry.first_triangle,
         geometry.solid,
         geometry.deviation,
+        wholly,
     )
     return met
+
+
+def exact_distances(
+    store: Store, connection: Connection, path: Floats, found: Mapping[str, npt.NDArray[Any]]
+) -> Floats:
+    """Distances (n,), mm, of parts, rows of `in_volumes`, from a path (k, 3): of their triangles, or of those of their
+    boxes where they have none."""
+    from relmodel.find.exact_kernels import distances
+
+    out = np.empty(len(found["shape_id"]))
+    shape_id, first = np.unique(found["shape_id"].astype(np.int64), return_index=True)
+    meshes = _Geometry.load(store, connection, "part", shape_id.tolist())
+    boxes = np.stack([found[f"shape_{axis}{end}"][first] for end in (0, 1) for axis in "xyz"], axis=1).astype(float)
+    solid, keys = [True] * len(first), [(number, -1) for number in shape_id.tolist()]
+    whole = _Geometry(keys, [_box_triangles(box) for box in boxes], solid, [0.0] * len(first))
+    poses, none = matrices(found), np.full(len(out), -1, np.int64)
+    meshed = meshes.number(found["shape_id"].astype(np.int64), none) >= 0
+    for geometry, rows in ((meshes, np.flatnonzero(meshed)), (whole, np.flatnonzero(~meshed))):
+        element = geometry.number(found["shape_id"][rows].astype(np.int64), none[rows]) if len(rows) else none[rows]
+        out[rows] = distances(path, poses[rows], element, geometry.triangles, geometry.first_triangle, geometry.solid)
+    return out
 
 
 class _Geometry:
@@ -126,6 +154,13 @@ class _Geometry:
         asked = shape_id * span + element_no + 1
         place = np.minimum(np.searchsorted(known, asked), len(known) - 1)
         return np.where(known[place] == asked, place, -1)
+
+
+def _box_triangles(box: Floats) -> Floats:
+    """The twelve triangles (12, 3, 3) of a box (6,), counter-clockwise from outside."""
+    corners = np.array([box[[x, y, z]] for x in (0, 3) for y in (1, 4) for z in (2, 5)])
+    faces = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    return np.array([corners[[f[0], *pair]] for f in faces for pair in (f[1:3], f[2:4])])
 
 
 def _chords(points: npt.ArrayLike) -> Floats:

@@ -111,7 +111,7 @@ def _winding(triangles: Floats, first: int, end: int, p: Floats) -> float:
 
 @kernel(
     "b1[::1](f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1], i8[::1], f8[:, :, ::1], i8[::1], f8[:, :, ::1], i8[::1],"
-    " b1[::1], f8[::1])"
+    " b1[::1], f8[::1], b1)"
 )
 def meet_volumes(
     half_spaces: Floats,
@@ -125,13 +125,14 @@ def meet_volumes(
     first_triangle: Ints,
     solid: Bools,
     deviation: Floats,
+    wholly: bool,
 ) -> Bools:
-    """Whether elements meet volumes (n,): row i holds element `element[i]`, placed by `transforms[i]`, against volume
-    `asked[i]` of a table.
+    """Whether elements meet volumes, or lie wholly inside (n,): row i holds element `element[i]`, placed by
+    `transforms[i]`, against volume `asked[i]` of a table.
 
     An element e has the triangles (m, 3, 3) `first_triangle[e]` to `first_triangle[e + 1]` in its shape's frame; where
     it is `solid`, it holds what they enclose.  Its exact geometry is within `deviation` (mm) of them: volumes are taken
-    as so much wider.
+    as so much wider, or narrower where elements must lie wholly inside.
     """
     out = np.zeros(len(asked), np.bool_)
     room = 0
@@ -160,6 +161,21 @@ def meet_volumes(
         radius = balls[volume, 3]
         slack = TOLERANCE_MM + deviation[element[i]]
         first, end = first_triangle[element[i]], first_triangle[element[i] + 1]
+        if wholly:
+            out[i] = end > first
+            for row in range(first, end):
+                for corner in range(3):
+                    p = triangles[row, corner]
+                    away = 0.0
+                    for j in range(3):
+                        away += (p[j] - centre[j]) * (p[j] - centre[j])
+                    out[i] &= radius == np.inf or np.sqrt(away) <= radius + 2 * TOLERANCE_MM - slack
+                    for k in range(count):
+                        beyond = planes[k, 0] * p[0] + planes[k, 1] * p[1] + planes[k, 2] * p[2] - planes[k, 3]
+                        out[i] &= beyond <= 2 * TOLERANCE_MM - slack
+                if not out[i]:
+                    break
+            continue
         for row in range(first, end):
             triangle = triangles[row]
             if radius < np.inf:
@@ -171,4 +187,79 @@ def meet_volumes(
                 break
         if not out[i] and solid[element[i]]:
             out[i] = _winding(triangles, first, end, point) > 0.5
+    return out
+
+
+@helper
+def _segments_distance2(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
+    """Squared distance of the segments a b and c d, either of which may be a point.
+
+    Ericson, "Real-Time Collision Detection", 2005, 5.1.9.
+    """
+    u, v, w = _from(a, b), _from(c, d), _from(c, a)
+    uu, vv, uv, uw, vw = _dot(u, u), _dot(v, v), _dot(u, v), _dot(u, w), _dot(v, w)
+    s, t = 0.0, 0.0
+    determinant = uu * vv - uv * uv
+    if determinant > 1e-14 * uu * vv:
+        s = min(1.0, max(0.0, (uv * vw - uw * vv) / determinant))
+    if vv > 0:
+        t = (uv * s + vw) / vv
+    if t < 0 or t > 1 or vv == 0:
+        t = min(1.0, max(0.0, t))
+        s = min(1.0, max(0.0, (uv * t - uw) / uu)) if uu > 0 else 0.0
+    away = 0.0
+    for j in range(3):
+        gap = w[j] + s * u[j] - t * v[j]
+        away += gap * gap
+    return away
+
+
+@helper
+def _crosses(triangle: Floats, a: Floats, b: Floats) -> bool:
+    """Whether the segment a b goes through the inside of a triangle (3, 3)."""
+    normal = _cross(_from(triangle[0], triangle[1]), _from(triangle[0], triangle[2]))
+    above, below = _dot(normal, _from(triangle[0], a)), _dot(normal, _from(triangle[0], b))
+    if above * below > 0 or above == below:
+        return False
+    point = np.empty(3)
+    for j in range(3):
+        point[j] = a[j] + above / (above - below) * (b[j] - a[j])
+    for i in range(3):
+        along = _from(triangle[i], triangle[(i + 1) % 3])
+        if _dot(_cross(along, _from(triangle[i], point)), normal) < 0:
+            return False
+    return True
+
+
+@kernel("f8[::1](f8[:, ::1], f8[:, :, ::1], i8[::1], f8[:, :, ::1], i8[::1], b1[::1])")
+def distances(
+    path: Floats, transforms: Floats, element: Ints, triangles: Floats, first_triangle: Ints, solid: Bools
+) -> Floats:
+    """Distance (n,), mm, of elements placed by `transforms` (n, 4, 4) from a path of straight pieces between points
+    (k, 3); 0 where it touches them or lies inside a solid.  Elements are those of `meet_volumes`."""
+    out = np.empty(len(element))
+    local = np.empty((len(path), 3))
+    for i in range(len(element)):
+        t = transforms[i]
+        for p in range(len(path)):
+            for j in range(3):
+                local[p, j] = 0.0
+                for r in range(3):
+                    local[p, j] += t[r, j] * (path[p, r] - t[r, 3])
+        first, end = first_triangle[element[i]], first_triangle[element[i] + 1]
+        least = np.inf
+        for row in range(first, end):
+            triangle = triangles[row]
+            for p in range(len(path)):
+                least = min(least, _distance2(triangle, local[p]))
+                if p == 0:
+                    continue
+                for k in range(3):
+                    corner, following = triangle[k], triangle[(k + 1) % 3]
+                    least = min(least, _segments_distance2(local[p - 1], local[p], corner, following))
+                if least > 0 and _crosses(triangle, local[p - 1], local[p]):
+                    least = 0.0
+        if least > 0 and solid[element[i]] and _winding(triangles, first, end, local[0]) > 0.5:
+            least = 0.0
+        out[i] = np.sqrt(least)
     return out

@@ -2,8 +2,9 @@
 
 At precision `box` an element is in a volume if
 
-- its world box meets the volume's bounds, where the world box is the box of its box in the shape's frame carried into
-  the world (`boxes_carried`); touching counts;
+- its part's world box, and its own, meet the volume's bounds; touching counts.  The world box of a part is that around
+  its hull as placed (`relmodel.geometry.hulls.boxes_placed`), that of an element the box around its box in the shape's
+  frame, carried into the world;
 - and its box in the shape's frame, as it lies in the world, meets the volume's ball, if any, and is not wholly outside
   any one of its half-spaces.
 
@@ -23,8 +24,8 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Bools, Floats
 from relmodel.errors import UsageError
-from relmodel.find.exact import exactly_met
-from relmodel.find.volumes import Volume, volumes_met
+from relmodel.find.exact import exact_distances, exactly_met
+from relmodel.find.volumes import Box, Volume, volumes_met
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 
@@ -33,6 +34,8 @@ LEVELS: tuple[Level, ...] = ("part", "feature", "surface", "arc")
 
 Precision = Literal["box", "exact"]
 PRECISIONS: tuple[Precision, ...] = ("box", "exact")
+
+_FARTHEST_MM = 1e7  # beyond which no part is looked for
 
 BOX_COLUMNS = ("x0", "y0", "z0", "x1", "y1", "z1")
 
@@ -59,9 +62,10 @@ def in_volume(
     world: str | None = None,
     precision: str = "box",
     kind: str = "rtree",
+    wholly: bool = False,
 ) -> dict[str, npt.NDArray[Any]]:
     """What lies in a volume, by columns, sorted by occurrence_id, element_no: `in_volumes` of one."""
-    return in_volumes(store, [volume], level=level, world=world, precision=precision, kind=kind)
+    return in_volumes(store, [volume], level=level, world=world, precision=precision, kind=kind, wholly=wholly)
 
 
 def in_volumes(
@@ -72,6 +76,7 @@ def in_volumes(
     world: str | None = None,
     precision: str = "box",
     kind: str = "rtree",
+    wholly: bool = False,
 ) -> dict[str, npt.NDArray[Any]]:
     """What lies in each of some volumes, by columns, sorted by volume_no, occurrence_id, element_no.
 
@@ -79,7 +84,9 @@ def in_volumes(
     -1 of parts), path of the placed part, name, world box x0 .. z1, box in the shape's frame shape_x0 ..
     shape_z1, world_from_occurrence m00 .. m23.
     The newest revision of the world is asked; the only world of a store needs no name, and a store without worlds holds
-    nothing.  kind: the index that is asked, one of STORED_KINDS; both give the same rows.  Raises UsageError where the
+    nothing.  kind: the index that is asked, one of STORED_KINDS; both give the same rows.
+    wholly: only what lies in a volume with all of it, of its boxes or, at precision `exact`, of its triangles with all
+    that may reach beyond them.  Raises UsageError where the
     level, the precision, the kind or the world is unknown, several worlds need a name, or there is no such index of it.
     """
     if level not in LEVELS:
@@ -93,26 +100,81 @@ def in_volumes(
         if kind == "octree" and store.rows(connection, "index/octree_missing", world_id=world_id):
             raise UsageError(f"the oct-tree of world {name} is not written: relmodel index --octree writes it")
         bounds = [volume.bounds for volume in volumes]
-        found = _in_boxes(store, connection, world_id, level, bounds, "in_boxes" if kind == "rtree" else "by_octree")
+        which: dict[str, Any] = {"world": name} if kind == "rtree" else {"world_id": world_id}
+        found = _in_boxes(store, connection, level, bounds, "in_boxes" if kind == "rtree" else "by_octree", **which)
         boxes = np.stack([found[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(float)
         found = _chosen(found, volumes_met(volumes, found["volume_no"], matrices(found), boxes))
         if precision == "exact":
-            found = _chosen(found, exactly_met(store, connection, volumes, level, found))
+            found = _chosen(found, exactly_met(store, connection, volumes, level, found, wholly=wholly))
+        elif wholly:
+            found = _chosen(found, _boxes_within(volumes, found))
     return found
 
 
 def _in_boxes(
-    store: Store, connection: Connection, world_id: int, level: str, boxes: list[Floats], how: str
+    store: Store, connection: Connection, level: str, boxes: list[Floats], how: str, **which: Any
 ) -> dict[str, npt.NDArray[Any]]:
     """What lies in each of some boxes, as rows of the table that the query joins."""
     bounds = np.array(boxes, float).reshape(-1, 6)
     asked = {name: store.array(bounds[:, i]) for i, name in enumerate(BOX_COLUMNS)}
     asked["volume_no"] = store.array(np.arange(len(boxes)))
-    return store.columns(connection, f"find/{how}", world_id=world_id, level=level, **asked)
+    return store.columns(connection, f"find/{how}", **which, level=level, **asked)
 
 
 def _chosen(found: dict[str, npt.NDArray[Any]], met: Bools) -> dict[str, npt.NDArray[Any]]:
     return found if met.all() else {name: values[met] for name, values in found.items()}
+
+
+def _boxes_within(volumes: Sequence[Volume], found: dict[str, npt.NDArray[Any]]) -> Bools:
+    """Of which rows (n,) the world box lies in the volume's bounds, and the box in the shape's frame in the volume."""
+    within = np.ones(len(found["volume_no"]), bool)
+    world = np.stack([found[name] for name in BOX_COLUMNS], axis=1).astype(float)
+    own = np.stack([found[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(float)
+    corners = np.stack([own[:, [i, j, k]] for i in (0, 3) for j in (1, 4) for k in (2, 5)], axis=1)
+    poses = matrices(found)
+    corners = np.einsum("nij,ncj->nci", poses[:, :3, :3], corners) + poses[:, None, :3, 3]
+    for number, volume in enumerate(volumes):
+        rows = np.flatnonzero(found["volume_no"] == number)
+        inside = (world[rows, :3] >= volume.bounds[:3]) & (world[rows, 3:] <= volume.bounds[3:])
+        beyond = corners[rows] @ volume.planes[:, :3].T - volume.planes[:, 3]
+        within[rows] = inside.all(axis=1) & (beyond <= 0).all(axis=(1, 2))
+        if volume.ball is not None:
+            away = np.linalg.norm(corners[rows] - volume.ball[:3], axis=2)
+            within[rows] &= (away <= volume.ball[3]).all(axis=1)
+    return within
+
+
+def nearest_parts(
+    store: Store,
+    path: npt.ArrayLike,
+    count: int = 1,
+    *,
+    radius: float = 0.0,
+    world: str | None = None,
+) -> dict[str, npt.NDArray[Any]]:
+    """The `count` parts nearest to a point (3,), or to a ball swept along straight pieces between points (k, 3).
+
+    Columns of `in_volumes`, and distance_mm from the ball's surface, 0 where it is touched or inside a solid, by which
+    they are sorted, then by occurrence_id.  Distances are of the triangles, true within what these miss (`shape_mesh`),
+    or of the box of a part that has none.  radius: of the ball, mm.  Raises UsageError where the path is none, the count
+    is below 1 or the radius below 0, and as `in_volumes`.
+    """
+    points = np.asarray(path, float).reshape(-1, 3)
+    if not len(points) or not np.isfinite(points).all() or count < 1 or not 0 <= radius < np.inf:
+        raise UsageError("nearest needs a point or a path of points in mm, a count from 1 and a radius from 0 mm")
+    bounds = np.concatenate([points.min(axis=0), points.max(axis=0)])
+    reach = 64.0
+    while True:
+        grown = bounds + np.repeat([-1.0, 1.0], 3) * (radius + reach)
+        found = in_volume(store, Box(*grown), world=world)
+        with store.read() as connection:
+            away = exact_distances(store, connection, points, found) - radius
+        found["distance_mm"] = np.maximum(away, 0.0)
+        order = np.lexsort((found["occurrence_id"], found["distance_mm"]))
+        order = order[found["distance_mm"][order] <= reach][:count]
+        if len(order) == count or reach > _FARTHEST_MM:
+            return {name: values[order] for name, values in found.items()}
+        reach *= 4
 
 
 def find_rows(
@@ -123,11 +185,12 @@ def find_rows(
     world: str | None = None,
     precision: str = "box",
     kind: str = "rtree",
+    wholly: bool = False,
 ) -> list[FoundRow]:
     """What lies in a volume, ready to print, sorted by path and name; without a level, parts and their features."""
     rows = []
     for asked in (level,) if level else ("part", "feature"):
-        found = in_volume(store, volume, level=asked, world=world, precision=precision, kind=kind)
+        found = in_volume(store, volume, level=asked, world=world, precision=precision, kind=kind, wholly=wholly)
         boxes = np.stack([found[name] for name in BOX_COLUMNS], axis=1).astype(float).tolist()
         order = np.lexsort((found["element_no"], found["path"].astype(str)))
         rows += [FoundRow(str(found["path"][i]), asked, str(found["name"][i]), tuple(boxes[i])) for i in order]

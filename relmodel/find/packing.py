@@ -13,13 +13,7 @@ from relmodel.arrays import Floats, Ints
 
 PAGE_SIZE = 64
 
-# Boxes are repacked where more than both of these were added or removed.
-FOLD_SHARE, FOLD_LEAST = 0.1, 256
-
-
-def outgrown(changed: int, packed: int) -> bool:
-    """Whether enough boxes were added or removed to repack them."""
-    return changed > max(FOLD_LEAST, FOLD_SHARE * packed)
+_SAMPLE = 8192  # points from which the extent is taken at least, where there are so many
 
 
 def pack(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> Ints:
@@ -50,16 +44,38 @@ def page_order(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> Ints:
     column_pages = -(-slab_pages // _cuts((slab_pages * middle / long) ** (1 / 2)))
     slab, column = slab_pages * page_size, column_pages * page_size
 
-    x, y, z = centre[:, axes].T
-    order = np.argsort(x, kind="stable")
-    for first in range(0, n, slab):  # some dozens, whose columns but for the last are sorted at once
-        numbers = order[first : first + slab]
-        numbers = numbers[np.argsort(y[numbers], kind="stable")]
-        whole = len(numbers) // column * column
-        for part in (numbers[:whole].reshape(-1, column), numbers[whole:].reshape(1, -1)):
-            part[:] = np.take_along_axis(part, np.argsort(z[part], axis=1, kind="stable"), axis=1)
-        order[first : first + slab] = numbers
-    return order
+    keys = [_whole(centre[:, axis]) for axis in axes]
+    order = np.arange(n)
+    if slab < n or column < n:
+        order = _sorted(keys[0], order, np.zeros(1, np.int64), n)
+        order = _sorted(keys[1], order, np.arange(0, n, slab), n)
+    # A column ends with its slab.
+    starts = np.concatenate([np.arange(first, min(first + slab, n), column) for first in range(0, n, slab)])
+    return _sorted(keys[2], order, starts, n)
+
+
+def _whole(values: Floats) -> Ints:
+    """Values (n,) as whole numbers of 32 bits in their order."""
+    least = values.min()
+    scale = (2.0**32 - 1) / max(float(values.max() - least), 1e-300)
+    return np.asarray(((values - least) * min(scale, 1e300)).astype(np.int64))
+
+
+def _sorted(values: Ints, order: Ints, starts: Ints, n: int) -> Ints:
+    """An order (n,) of values with each run of it, from its start to that of the next, sorted by value, and then by
+    number.  Keys of value and number are sorted several times faster than places."""
+    bits = n.bit_length()
+    group_bits = len(starts).bit_length()
+    drop = max(0, 32 + bits + group_bits - 63)
+    keys = values[order]
+    keys >>= drop
+    keys <<= bits
+    keys |= order
+    if len(starts) > 1:
+        keys |= np.repeat(np.arange(len(starts)) << (63 - group_bits), np.diff(starts, append=n))
+    keys.sort()
+    keys &= (1 << bits) - 1
+    return keys
 
 
 def page_boxes(boxes: npt.ArrayLike, page: Ints) -> tuple[Ints, Floats]:
@@ -84,7 +100,9 @@ def bounds_of_runs(boxes: Floats, starts: Ints) -> Floats:
 
 
 def _extent(points: Floats) -> Floats:
-    """Extents (3,) of points (n, 3) without the outermost twentieths, of which few may lie anywhere; above zero."""
+    """Extents (3,) of points (n, 3), of many a sample, without the outermost twentieths, of which few may lie anywhere;
+    above zero."""
+    points = points[:: 1 + len(points) // _SAMPLE]
     beyond = len(points) // 20
     ends = np.partition(points, (beyond, len(points) - 1 - beyond), axis=0)
     extent = ends[len(points) - 1 - beyond] - ends[beyond]

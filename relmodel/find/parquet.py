@@ -31,7 +31,7 @@ PAGES_PER_RANGE = 1024
 # Parts in a row group: what a reader skips by the bounds that Parquet keeps of each column.
 _ROW_GROUP = 4096
 
-TABLES = ("world", "placed_body", "object_page", "object_node", "element")
+TABLES = ("world", "placed_body", "object_page", "object_node", "element", "hull")
 _BOX = dict.fromkeys(BOX_COLUMNS, "double")
 _POSE = dict.fromkeys(MATRIX_COLUMNS, "double")
 _WORLD = {"world_id": "int64", "name": "string", "revision": "int32", "newest": "bool"}
@@ -42,6 +42,7 @@ _PAGE = {"object_id": "int64", "page_range": "int32", "page": "int32", "body_no"
 _NODE = {"object_id": "int64", "page": "int32", "node_no": "int32", "body_no": "int32", "path": "string"}
 _NODE |= {"number": "string", "name": "string", "part_id": "int64", "shape_id": "int64", **_BOX, **_POSE}
 _ELEMENT = {"shape_id": "int64", "level": "string", "element_no": "int32", "name": "string", **_BOX}
+_HULL = {"shape_id": "int64", **dict.fromkeys(("x", "y", "z", "beyond_mm"), "double")}
 _BALL = ("ball_x", "ball_y", "ball_z", "ball_radius")
 _ASKED = {"volume_no": "int32", "level": "string", **_BOX, **dict.fromkeys(_BALL, "double")}
 _HALF_SPACE = {"volume_no": "int32", **dict.fromkeys(("nx", "ny", "nz", "d"), "double")}
@@ -59,8 +60,9 @@ def export_parts(
 
     `folder` gets a folder for each of `TABLES`, and in it store_id=S: world, its revisions; placed_body, objects and
     links as placed, with the revisions in which they stand there; object_node, the parts in each of these objects,
-    once, in its own frame, in folders page_range=R of `pages_per_range` pages each; object_page, the pages' boxes; and
-    element, the boxes of shapes, features, surfaces and arcs in the shapes' frames.  Rows of other stores stay; those
+    once, in its own frame, in folders page_range=R of `pages_per_range` pages each; object_page, the pages' boxes;
+    element, the boxes of shapes, features, surfaces and arcs in the shapes' frames; and hull, the corners of the
+    shapes' convex hulls.  Rows of other stores stay; those
     of this one are replaced when everything is written.  One page range is in memory at a time.  Raises UsageError
     where the world is unknown, nothing is placed, or the folder holds something else.
     """
@@ -89,6 +91,7 @@ def export_parts(
         write("world/world.parquet", _WORLD, store.columns(connection, "parquet/worlds", worlds=worlds))
         write("placed_body/placed_body.parquet", _BODY, bodies)
         write("element/element.parquet", _ELEMENT, store.columns(connection, "parquet/elements", worlds=worlds))
+        write("hull/hull.parquet", _HULL, store.columns(connection, "parquet/hulls", worlds=worlds))
         page_range = np.arange(len(pages["page"])) // pages_per_range
         write("object_page/object_page.parquet", _PAGE, {"page_range": page_range, **pages})
         for number in np.unique(page_range).tolist():

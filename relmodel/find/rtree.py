@@ -2,75 +2,91 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints, Ints32
 from relmodel.find.packing import bounds_of_runs, page_order
+from relmodel.find.pairs import as_boxes
 from relmodel.find.volumes import VolumeTable
 
 FANOUT = 16
+_FEW = 64  # boxes asked of which the order makes no difference
+EMPTY = np.repeat([np.inf, -np.inf], 3)  # bounds that no box meets
+_ONE = np.zeros(1, np.int64)
 
 
 class PackedRTree:
-    """A static R-tree of boxes (n, 6: x0 y0 z0 x1 y1 z1), packed by Sort-Tile-Recursive on every level.
+    """An R-tree of boxes (n, 6: x0 y0 z0 x1 y1 z1), packed by Sort-Tile-Recursive on every level.
 
-    Leutenegger, Lopez and Edgington, "STR: a simple and efficient algorithm for R-tree packing", ICDE 1997.  Queries
-    are compiled (numba) on first use and from then on cached on disk.  Boxes that touch a volume are in it.
+    Leutenegger, Lopez and Edgington, "STR: a simple and efficient algorithm for R-tree packing", ICDE 1997.  The
+    children of a node are compared all at once (`rtree_kernels`).  Boxes that touch a volume are in it.
     """
 
-    def __init__(self, boxes: npt.ArrayLike, fanout: int = FANOUT) -> None:
-        levels, orders = [np.ascontiguousarray(np.asarray(boxes, np.float64).reshape(-1, 6))], []
-        while len(levels[-1]) > fanout:
-            orders.append(page_order(levels[-1], fanout))
-            ordered = levels[-1][orders[-1]]
-            levels.append(bounds_of_runs(ordered, np.arange(0, len(ordered), fanout)))
-        # From the top down, order each level by its parents, so that the children of a node are contiguous.
-        final = [np.arange(len(levels[-1]))]
-        counts = [np.array([len(levels[-1])])]  # of the root, which needs no box
-        for order in reversed(orders):
-            place = final[0][:, None] * fanout + np.arange(fanout)
-            there = place < len(order)
-            final.insert(0, order[place[there]])
-            counts.insert(0, there.sum(axis=1))
-
-        self._number = final[0]
-        self._boxes = np.concatenate([level[order] for level, order in zip(levels, final, strict=True)])
-        self._first_child = np.concatenate([[0], np.cumsum(np.concatenate(counts))]).astype(np.int64)
-        spans = [np.arange(len(self._number) + 1)]
-        for count in counts:
-            spans.append(spans[-1][np.concatenate([[0], np.cumsum(count)])])
-        self._first_entry = np.concatenate([span[:-1] for span in spans]).astype(np.int64)
-        self._end_entry = np.concatenate([span[1:] for span in spans]).astype(np.int64)
-        self._stack_room = len(counts) * fanout + 1
-
-    def __len__(self) -> int:
-        return len(self._number)
-
-    def in_boxes(self, boxes: Floats) -> tuple[Ints, Ints]:
-        """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked."""
+    def __init__(self, boxes: npt.ArrayLike) -> None:
         from relmodel.find import rtree_kernels
 
-        asked, found = rtree_kernels.entries_in_boxes(
-            self._boxes, self._first_child, self._first_entry, self._end_entry, self._stack_room, boxes
-        )
-        return asked, self._number[found]
+        self._kernels = rtree_kernels  # an import by each question would take a tenth of its time
+        levels, orders = [as_boxes(boxes)], []
+        while len(levels[-1]) > FANOUT:
+            orders.append(page_order(levels[-1], FANOUT))
+            levels.append(np.empty((-(-len(levels[-1]) // FANOUT), 6)))
+            rtree_kernels.bound_runs(levels[-2], orders[-1], levels[-1])
+        # From the top down, order each level by its parents, so that the children of a node are contiguous.
+        final, firsts = [np.arange(len(levels[-1]))], [np.array([0, len(levels[-1])])]
+        for order in reversed(orders):
+            place = final[0][:, None] * FANOUT + np.arange(FANOUT)
+            there = place < len(order)
+            final.insert(0, order[place[there]])
+            firsts.insert(0, np.cumsum([0, *there.sum(axis=1)]))
+        counts = [len(first) - 1 for first in firsts]  # of nodes, a level
+        ends = np.cumsum(counts)
+        self._nodes = np.empty((int(ends[-1]), 6, FANOUT))
+        for level, order, first, count, end in zip(levels, final, firsts, counts, ends, strict=True):
+            rtree_kernels.fill_nodes(level, order, first, self._nodes[end - count : end])
+        children = [first[:-1] + begin for first, begin in zip(firsts[1:], [0, *ends[:-2]], strict=False)]
+        self._first_child = np.concatenate([np.empty(0, np.int64), *children])
+        self._number = np.zeros((counts[0], FANOUT), np.int32)
+        self._number[np.arange(FANOUT) < np.diff(firsts[0])[:, None]] = final[0]
+        self._count = len(levels[0])
+        self._around = bounds_of_runs(levels[-1], _ONE) if self._count else np.zeros((1, 6))
+
+    def __len__(self) -> int:
+        return self._count
+
+    def in_boxes(self, boxes: Floats, order: Ints | None = None) -> tuple[Ints, Ints]:
+        """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked.
+
+        order: in which they are looked at, as `turns` gives it.
+        """
+        order = self.turns(boxes) if order is None else order
+        return self._kernels.entries_in_boxes(self._nodes, self._first_child, self._number, order, boxes)
+
+    def turns(self, boxes: Floats) -> Ints:
+        """Numbers (k,) of boxes (k, 6) in an order in which near ones mostly follow each other, where they are many."""
+        order = _ONE if len(boxes) == 1 else np.arange(len(boxes))
+        if len(boxes) > _FEW:
+            self._kernels.near_keys(boxes, self._around, order)
+            order.sort()
+            order &= 0xFFFFFFFF
+        return order
 
     def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
         """Pairs of (number of the volume, number of a box) where the box meets the ball and is not wholly outside any
         half-space of the volume, by volume."""
         from relmodel.find import volume_kernels
 
-        asked, found = volume_kernels.entries_in_volumes(
-            self._boxes,
+        return volume_kernels.entries_in_volumes(
+            self._nodes,
             self._first_child,
-            self._stack_room,
+            self._number,
             volumes.bounds,
             volumes.half_spaces,
             volumes.start,
             volumes.balls,
         )
-        return asked, self._number[found]
 
     def any_in_box(self, box: npt.ArrayLike) -> bool:
         """Whether any box meets a box (6,)."""
@@ -80,10 +96,41 @@ class PackedRTree:
         """Whether any box meets each of some boxes (k, 6): (k,)."""
         from relmodel.find import rtree_kernels
 
-        return np.asarray(rtree_kernels.any_in_boxes(self._boxes, self._first_child, self._stack_room, boxes))
+        return rtree_kernels.any_in_boxes(self._nodes, self._first_child, len(self._number), boxes)
+
+    def drop(self, number: int) -> bool:
+        """Take a box out, which is then met by nothing; returns whether it was there."""
+        leaf, place = divmod(int(self._place[number]), FANOUT)
+        if self._nodes[leaf, 0, place] == np.inf:
+            return False
+        self._kernels.write_entry(self._nodes, leaf, place, EMPTY)
+        return True
+
+    def put(self, number: int, box: Floats) -> None:
+        """Write bounds (6,) into the place of a box of a tree of two levels."""
+        leaf, place = divmod(int(self._place[number]), FANOUT)
+        self._kernels.write_entry(self._nodes, leaf, place, box)
+
+    def clear(self) -> None:
+        """Take all boxes out of a tree of two levels."""
+        _ = self._place  # found by what is there
+        self._nodes[:] = EMPTY[:, None]
+
+    def kept(self) -> tuple[Ints, Floats]:
+        """Numbers (n,) and bounds (n, 6) of the boxes that were not taken out."""
+        boxes = self._nodes[: len(self._number)].transpose(0, 2, 1).reshape(-1, 6)
+        there = np.flatnonzero(boxes[:, 0] < np.inf)
+        return self._number.reshape(-1)[there].astype(np.int64), boxes[there]
+
+    @cached_property
+    def _place(self) -> Ints32:
+        """Leaf and place in it, as 16 leaf + place, of each box by number."""
+        place = np.empty(self._count, np.int32)
+        there = np.flatnonzero(self._nodes[: len(self._number), 0].reshape(-1) < np.inf).astype(np.int32)
+        place[self._number.reshape(-1)[there]] = there
+        return place
 
     @property
     def nbytes(self) -> int:
         """Size of its arrays, bytes."""
-        kept = (self._boxes, self._number, self._first_child, self._first_entry, self._end_entry)
-        return sum(array.nbytes for array in kept)
+        return self._nodes.nbytes + self._first_child.nbytes + self._number.nbytes

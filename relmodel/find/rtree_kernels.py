@@ -1,104 +1,166 @@
 """Compiled descents of the packed R-tree.  Importing this module loads numba: import it where a query is asked.
 
-The tree's rows are its n entries, then the nodes level by level, the root last.  `boxes` (m - 1, 6) bound all but the
-root; node n + i has the rows `first_child[i]` to `first_child[i + 1]` below it.  The entries under a row are
-contiguous, `first_entry[row]` to `end_entry[row]`: where a node lies inside the volume all of them do, untested.
+`nodes` (m, 6, 16) hold the bounds of up to 16 children each, bound by bound, so that one comparison is of all of them:
+x0 y0 z0 x1 y1 z1, of an empty place the least above and the greatest below all numbers.  Levels lie one after the
+other, leaves first and the root last.  `number` (leaves, 16) are the entries in the places of the leaves, and place k
+of node j above these is node `first_child[j - leaves] + k`.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints, Ints32
 from relmodel.compiled import helper, kernel
 
+FANOUT = 16
 FIRST_ROOM = 64
+STACK = 16 * 10  # 15 more nodes a level, of at most nine: entries are numbered in 32 bits
 
 
 @helper
 def grown(values: Ints) -> Ints:
     """The values, with their capacity doubled."""
-    larger = np.empty(2 * len(values), np.int64)
+    larger = np.empty(2 * len(values), values.dtype)
     for i in range(len(values)):
         larger[i] = values[i]
     return larger
 
 
 @helper
-def meet(boxes: Floats, row: int, x0: float, y0: float, z0: float, x1: float, y1: float, z1: float) -> bool:
-    """Whether a row of boxes meets a box, all bounds compared."""
-    x = (boxes[row, 0] <= x1) & (boxes[row, 3] >= x0)
-    y = (boxes[row, 1] <= y1) & (boxes[row, 4] >= y0)
-    z = (boxes[row, 2] <= z1) & (boxes[row, 5] >= z0)
-    return bool(x & y & z)
+def mark(nodes: Floats, i: int, asked: Floats, q: int, hit: Bools) -> None:
+    """Mark the places of node i whose bounds meet box q."""
+    x0, y0, z0, x1, y1, z1 = asked[q, 0], asked[q, 1], asked[q, 2], asked[q, 3], asked[q, 4], asked[q, 5]
+    for k in range(FANOUT):  # no branch, so that all are compared at once
+        hit[k] = (
+            (nodes[i, 0, k] <= x1)
+            & (nodes[i, 1, k] <= y1)
+            & (nodes[i, 2, k] <= z1)
+            & (nodes[i, 3, k] >= x0)
+            & (nodes[i, 4, k] >= y0)
+            & (nodes[i, 5, k] >= z0)
+        )
 
 
-@kernel("UniTuple(i8[::1], 2)(f8[:, ::1], i8[::1], i8[::1], i8[::1], i8, f8[:, ::1])")
-def entries_in_boxes(
-    boxes: Floats, first_child: Ints, first_entry: Ints, end_entry: Ints, stack_room: int, asked: Floats
-) -> tuple[Ints, Ints]:
-    """Pairs (number of the box asked, entry) where entries meet boxes (k, 6): two arrays, by box asked."""
-    nodes = len(first_child) - 1
-    entries = len(first_entry) - nodes
-    room = FIRST_ROOM
-    out_asked = np.empty(room, np.int64)
-    out_entry = np.empty(room, np.int64)
+@kernel("UniTuple(i8[::1], 2)(f8[:, :, ::1], i8[::1], i4[:, ::1], i8[::1], f8[:, ::1])")
+def entries_in_boxes(nodes: Floats, first_child: Ints, number: Ints32, order: Ints, asked: Floats) -> tuple[Ints, Ints]:
+    """Pairs (number of the box asked, number of the entry) where entries meet boxes (k, 6): two arrays, by box asked.
+
+    order (k,): in which they are looked at; near ones after each other find the nodes in the processor's cache.
+    """
+    leaves = len(number)
+    stack = np.empty(STACK, np.int64)
+    hit = np.empty(FANOUT, np.bool_)
+    found = np.empty(FIRST_ROOM, np.int64)
+    begin = np.empty(len(asked), np.int64)
+    end = np.empty(len(asked), np.int64)
     count = 0
-    stack = np.empty(stack_room, np.int64)
-    for number in range(len(asked)):
-        ax0, ay0, az0 = asked[number, 0], asked[number, 1], asked[number, 2]
-        ax1, ay1, az1 = asked[number, 3], asked[number, 4], asked[number, 5]
-        stack[0] = nodes - 1
+    for turn in range(len(order)):
+        q = order[turn]
+        begin[q] = count
+        stack[0] = len(nodes) - 1
         depth = 1
         while depth:
             depth -= 1
             node = stack[depth]
-            for row in range(first_child[node], first_child[node + 1]):
-                if not meet(boxes, row, ax0, ay0, az0, ax1, ay1, az1):
-                    continue
-                x0, y0, z0 = boxes[row, 0], boxes[row, 1], boxes[row, 2]
-                x1, y1, z1 = boxes[row, 3], boxes[row, 4], boxes[row, 5]
-                inside = x0 >= ax0 and x1 <= ax1 and y0 >= ay0 and y1 <= ay1 and z0 >= az0 and z1 <= az1
-                if row >= entries and not inside:
-                    stack[depth] = row - entries
-                    depth += 1
-                    continue
-                while count + end_entry[row] - first_entry[row] > room:
-                    out_asked, out_entry = grown(out_asked), grown(out_entry)
-                    room *= 2
-                for entry in range(first_entry[row], end_entry[row]):
-                    out_asked[count] = number
-                    out_entry[count] = entry
-                    count += 1
-    return out_asked[:count], out_entry[:count]
-
-
-@kernel("b1[::1](f8[:, ::1], i8[::1], i8, f8[:, ::1])")
-def any_in_boxes(boxes: Floats, first_child: Ints, stack_room: int, asked: Floats) -> Bools:
-    """Whether an entry meets each of some boxes (k, 6): (k,).  The descent ends at the first that does."""
-    nodes = len(first_child) - 1
-    entries = len(boxes) + 1 - nodes
-    met = np.zeros(len(asked), np.bool_)
-    stack = np.empty(stack_room, np.int64)
-    for number in range(len(asked)):
-        ax0, ay0, az0 = asked[number, 0], asked[number, 1], asked[number, 2]
-        ax1, ay1, az1 = asked[number, 3], asked[number, 4], asked[number, 5]
-        stack[0] = nodes - 1
-        depth = 1
-        while depth:
-            depth -= 1
-            node = stack[depth]
-            first, end = first_child[node], first_child[node + 1]
-            # Without a branch in the loops: whether a row is met cannot be predicted.
-            if first < entries:
-                any_met = False
-                for row in range(first, end):
-                    any_met |= meet(boxes, row, ax0, ay0, az0, ax1, ay1, az1)
-                if any_met:
-                    met[number] = True
-                    break
+            mark(nodes, node, asked, q, hit)
+            if node >= leaves:
+                below = first_child[node - leaves]
+                for k in range(FANOUT):
+                    stack[depth] = below + k
+                    depth += hit[k]
             else:
-                for row in range(first, end):
-                    stack[depth] = row - entries
-                    depth += meet(boxes, row, ax0, ay0, az0, ax1, ay1, az1)
+                below = node * FANOUT
+                if count + FANOUT > len(found):
+                    found = grown(found)
+                for k in range(FANOUT):
+                    found[count] = below + k
+                    count += hit[k]
+        end[q] = count
+    out_asked = np.empty(count, np.int64)
+    out_number = np.empty(count, np.int64)
+    place = 0
+    for q in range(len(asked)):
+        for i in range(begin[q], end[q]):
+            out_asked[place], out_number[place] = q, number[found[i] // FANOUT, found[i] % FANOUT]
+            place += 1
+    return out_asked, out_number
+
+
+@kernel("b1[::1](f8[:, :, ::1], i8[::1], i8, f8[:, ::1])")
+def any_in_boxes(nodes: Floats, first_child: Ints, leaves: int, asked: Floats) -> Bools:
+    """Whether an entry meets each of some boxes (k, 6): (k,).  The descent ends at the first that does."""
+    stack = np.empty(STACK, np.int64)
+    hit = np.empty(FANOUT, np.bool_)
+    met = np.empty(len(asked), np.bool_)
+    for q in range(len(asked)):
+        met[q] = False
+        stack[0] = len(nodes) - 1
+        depth = 1
+        while depth:
+            depth -= 1
+            node = stack[depth]
+            mark(nodes, node, asked, q, hit)
+            if node >= leaves:
+                for k in range(FANOUT):
+                    stack[depth] = first_child[node - leaves] + k
+                    depth += hit[k]
+            else:
+                for k in range(FANOUT):
+                    met[q] |= hit[k]
+                if met[q]:
+                    break
     return met
+
+
+@kernel("void(f8[:, ::1], i8[::1], i8[::1], f8[:, :, ::1])")
+def fill_nodes(boxes: Floats, order: Ints, first: Ints, nodes: Floats) -> None:
+    """Write boxes (n, 6) into nodes (m, 6, 16): into node i those of `order` from `first[i]` to `first[i + 1]`."""
+    for i in range(len(nodes)):
+        for k in range(FANOUT):
+            there = first[i] + k < first[i + 1]
+            row = order[first[i] + k] if there else 0
+            for j in range(6):
+                empty = np.inf if j < 3 else -np.inf
+                nodes[i, j, k] = boxes[row, j] if there else empty
+
+
+@kernel("void(f8[:, :, ::1], i8, i8, f8[::1])")
+def write_entry(nodes: Floats, leaf: int, place: int, box: Floats) -> None:
+    """Write the bounds (6,) of an entry into its place, and widen its leaf in the root where that holds leaves."""
+    root = len(nodes) - 1
+    for j in range(6):
+        nodes[leaf, j, place] = box[j]
+    if 0 < root <= FANOUT and leaf < root:
+        for j in range(3):
+            nodes[root, j, leaf] = min(nodes[root, j, leaf], box[j])
+            nodes[root, 3 + j, leaf] = max(nodes[root, 3 + j, leaf], box[3 + j])
+
+
+@kernel("void(f8[:, ::1], i8[::1], f8[:, ::1])")
+def bound_runs(boxes: Floats, order: Ints, bounds: Floats) -> None:
+    """The boxes (m, 6) that bound runs of 16 of boxes (n, 6) in an order (n,)."""
+    for i in range(len(bounds)):
+        for j in range(3):
+            low, high = np.inf, -np.inf
+            for k in range(i * FANOUT, min(len(order), (i + 1) * FANOUT)):
+                low = min(low, boxes[order[k], j])
+                high = max(high, boxes[order[k], 3 + j])
+            bounds[i, j], bounds[i, 3 + j] = low, high
+
+
+@kernel("void(f8[:, ::1], f8[:, ::1], i8[::1])")
+def near_keys(boxes: Floats, span: Floats, keys: Ints) -> None:
+    """Keys (k,) of boxes (k, 6), to be sorted: their place on a Z curve through the box span (1, 6), above their number
+    in the lowest 32 bits."""
+    for i in range(len(boxes)):
+        place = 0
+        for j in range(3):
+            size = max(span[0, 3 + j] - span[0, j], 1e-300)
+            cell = int(min(max(((boxes[i, j] + boxes[i, 3 + j]) / 2 - span[0, j]) / size, 0.0), 1.0) * 1023)
+            cell = (cell | cell << 16) & 0x30000FF
+            cell = (cell | cell << 8) & 0x300F00F
+            cell = (cell | cell << 4) & 0x30C30C3
+            cell = (cell | cell << 2) & 0x9249249
+            place |= cell << j
+        keys[i] = place << 32 | i

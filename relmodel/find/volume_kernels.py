@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints, Ints32
 from relmodel.compiled import helper, kernel
-from relmodel.find.rtree_kernels import FIRST_ROOM, grown, meet
+from relmodel.find.rtree_kernels import FANOUT, FIRST_ROOM, STACK, grown, mark
 
 
 @helper
@@ -42,50 +42,52 @@ def _unshifted(half_spaces: Floats) -> Floats:
     return planes
 
 
-@kernel("UniTuple(i8[::1], 2)(f8[:, ::1], i8[::1], i8, f8[:, ::1], f8[:, ::1], i8[::1], f8[:, ::1])")
+@kernel("UniTuple(i8[::1], 2)(f8[:, :, ::1], i8[::1], i4[:, ::1], f8[:, ::1], f8[:, ::1], i8[::1], f8[:, ::1])")
 def entries_in_volumes(
-    boxes: Floats,
+    nodes: Floats,
     first_child: Ints,
-    stack_room: int,
+    number: Ints32,
     bounds: Floats,
     half_spaces: Floats,
     start: Ints,
     balls: Floats,
 ) -> tuple[Ints, Ints]:
-    """Pairs (number of the volume, entry) of a table of volumes: entries not wholly outside any half-space, nor the
-    ball: two arrays, by volume."""
-    nodes = len(first_child) - 1
-    entries = len(boxes) + 1 - nodes
+    """Pairs (number of the volume, number of the entry) of a table of volumes: entries not wholly outside any
+    half-space, nor the ball: two arrays, by volume.  For the tree see `rtree_kernels`."""
+    leaves = len(number)
     planes = _unshifted(half_spaces)
     room = FIRST_ROOM
     out_volume = np.empty(room, np.int64)
     out_entry = np.empty(room, np.int64)
     count = 0
-    stack = np.empty(stack_room, np.int64)
+    stack = np.empty(STACK, np.int64)
+    hit = np.empty(FANOUT, np.bool_)
+    box = np.empty(6)
     for volume in range(len(bounds)):
-        b = bounds[volume]
         first, end = start[volume], start[volume + 1] - 6  # the last six are the bounds
         cx, cy, cz, radius = balls[volume, 0], balls[volume, 1], balls[volume, 2], balls[volume, 3]
-        stack[0] = nodes - 1
+        stack[0] = len(nodes) - 1
         depth = 1
         while depth:
             depth -= 1
             node = stack[depth]
-            for row in range(first_child[node], first_child[node + 1]):
-                if not meet(boxes, row, b[0], b[1], b[2], b[3], b[4], b[5]):
+            mark(nodes, node, bounds, volume, hit)
+            for k in range(FANOUT):
+                if not hit[k]:
                     continue
-                box = boxes[row]
+                for j in range(6):
+                    box[j] = nodes[node, j, k]
                 if _outside(box, planes, first, end) or _beyond(box, cx, cy, cz, radius):
                     continue
-                if row >= entries:
-                    stack[depth] = row - entries
+                if node >= leaves:
+                    stack[depth] = first_child[node - leaves] + k
                     depth += 1
                     continue
                 if count == room:
                     out_volume, out_entry = grown(out_volume), grown(out_entry)
                     room *= 2
                 out_volume[count] = volume
-                out_entry[count] = row
+                out_entry[count] = number[node, k]
                 count += 1
     return out_volume[:count], out_entry[:count]
 

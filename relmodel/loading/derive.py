@@ -16,6 +16,7 @@ from sqlalchemy import Connection
 from relmodel.arrays import Floats
 from relmodel.features import Feature, feature_class_key, recognise
 from relmodel.geometry.curves import BOX
+from relmodel.geometry.hulls import outermost
 from relmodel.loading.snap.snap import snap
 from relmodel.loading.stored_keys import stored_ids
 from relmodel.model.content_keys import ModelKeys, model_keys
@@ -31,12 +32,14 @@ class DerivedShape:
     """What is derived from a shape, as columns of the tables without the shape's identity.
 
     class_keys: keys of the features' classes.  box: x0 y0 z0 x1 y1 z1, mm; area: of all surfaces, mm2.
+    hull: corners (n, 3) of the convex hull of its triangles; None where it has none, or fills its box.
     """
 
     features: tuple[Feature, ...]
     class_keys: tuple[str, ...]
     box: Floats
     area: float
+    hull: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -112,12 +115,25 @@ def _attempt(what: str, make: Callable[[], Made], failures: list[Noted], shape: 
 def _derived_shape(shape: Shape, no: int, failures: list[Noted]) -> DerivedShape:
     features = tuple(_attempt("features", partial(recognise, shape), failures, no) or ())
     every = np.concatenate([boxes_of(shape.surfaces), boxes_of(shape.arcs)])
+    box = np.concatenate([every[:, :3].min(axis=0), every[:, 3:].max(axis=0)])
     return DerivedShape(
         features=features,
         class_keys=tuple(map(feature_class_key, features)),
-        box=np.concatenate([every[:, :3].min(axis=0), every[:, 3:].max(axis=0)]),
+        box=box,
         area=float(np.sum(np.asarray(shape.surfaces["area"], float))) if shape.surfaces else 0.0,
+        hull=_hull(shape, box),
     )
+
+
+def _hull(shape: Shape, box: Floats) -> Floats | None:
+    meshed = len(np.unique(np.asarray(shape.mesh.triangle_surfaces)))
+    if meshed == 0 or meshed < len(shape.surfaces["area"]):
+        return None
+    points = np.asarray(shape.samples.points.values, float).reshape(-1, 3)  # a fitted arc may pass beyond a mesh
+    used = np.asarray(shape.mesh.vertices, float).reshape(-1, 3)[np.unique(np.asarray(shape.mesh.triangles))]
+    hull = outermost(np.unique(np.concatenate([used, points]), axis=0))
+    at_corner = ((hull == box[:3]) | (hull == box[3:])).all(axis=1)
+    return None if len(np.unique(hull[at_corner], axis=0)) == 8 else hull
 
 
 def boxes_of(table: Table) -> Floats:

@@ -10,14 +10,14 @@ import sqlalchemy as sa
 
 from relmodel.find.find import LEVELS, in_volumes
 from relmodel.find.octree_tables import write_octree
-from relmodel.find.planner import WorldIndex
+from relmodel.find.planner import WorldIndex, placed_parts, world_boxes
 from relmodel.find.volumes import Box
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
 from tests.find.test_find import Oracle, random_boxes
 from tests.find.test_sql_clients import rows_of
-from tests.synthetic_model import BOX, SyntheticModel, write_world
+from tests.synthetic_model import SyntheticModel, write_world
 
 Places = dict[str, npt.NDArray[np.float64]]
 
@@ -34,10 +34,6 @@ def answers(found: dict[str, npt.NDArray[np.object_]], count: int) -> list[set[t
     for number, path, element in zip(found["volume_no"], found["path"], found["element_no"], strict=True):
         out[number].add((str(path), int(element)))
     return out
-
-
-def boxes_of(rows: dict[str, npt.NDArray[np.float64]]) -> npt.NDArray[np.float64]:
-    return np.stack([rows[name] for name in BOX], axis=1)
 
 
 def written(store: Store) -> tuple[dict[str, int], list[int]]:
@@ -100,10 +96,10 @@ def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
             assert not [r for f in check(store) if f.query.startswith(queries) for r in f.rows]
         with store.read() as connection:  # every earlier revision is there, as it was
             for world_id, oracle in enumerate(oracles, 1):
-                rows_then = store.columns(connection, "index/parts", world_id=world_id)
+                rows_then, hulls = placed_parts(store, connection, world_id)
                 path = {number: name for name, number in known.items()}
                 names = [path[int(number)] for number in rows_then["occurrence_id"]]
-                then = dict(zip(names, boxes_of(rows_then), strict=True))
+                then = dict(zip(names, world_boxes(rows_then, hulls), strict=True))
                 assert set(then) == {name for name, _ in oracle.key["part"]}
                 low = {name: row for (name, _), row in zip(oracle.key["part"], oracle.low["part"], strict=True)}
                 assert all(np.abs(box[:3] - low[name]).max() < 1e-9 for name, box in then.items())

@@ -33,7 +33,9 @@ def random_volumes(rng: np.random.Generator, count: int) -> list[Volume]:
     return volumes
 
 
-def met_by_kernel(volumes: list[Volume], triangles: np.ndarray, transforms: np.ndarray) -> np.ndarray:
+def met_by_kernel(
+    volumes: list[Volume], triangles: np.ndarray, transforms: np.ndarray, wholly: bool = False
+) -> np.ndarray:
     """Triangle i, placed by transform i, against volume i."""
     table, number = VolumeTable.of(volumes), np.arange(len(volumes))
     inner = np.array([v.inner_point for v in volumes])
@@ -50,6 +52,7 @@ def met_by_kernel(volumes: list[Volume], triangles: np.ndarray, transforms: np.n
         first,
         solid,
         np.zeros(len(triangles)),
+        wholly,
     )
     return np.asarray(found)
 

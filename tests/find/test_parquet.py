@@ -188,7 +188,7 @@ def test_stores_side_by_side(duckdb_template: Path, tmp_path: Path, capsys: pyte
     ids: dict[str, str] = {}
     assert answered() == rows
     assert len(set(ids.values())) == 3
-    for name in TABLES:
+    for name in TABLES[:-1]:  # the parts fill their boxes and have no hull
         cells = parquet.read_table(tmp_path / "parts" / name, columns=["store_id", "cell"]).to_pylist()
         assert {row["cell"]: row["store_id"] for row in cells} == ids
 

@@ -14,7 +14,7 @@ def test_equal_to_brute_force(count: int) -> None:
     rng = np.random.default_rng(count)
     low = np.round(rng.uniform(-50, 50, (count, 3)))  # whole numbers: many touch
     boxes = np.concatenate([low, low + np.round(rng.exponential(3, (count, 3)))], axis=1)
-    tree = PackedRTree(boxes, fanout=4)
+    tree = PackedRTree(boxes)
     corner = np.round(rng.uniform(-60, 50, (200, 3)))
     asked = np.concatenate([corner, corner + np.round(rng.exponential(15, (200, 3)))], axis=1)
     expected = [

@@ -8,7 +8,8 @@ from sqlalchemy import Connection
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.find.find import BOX_COLUMNS
 from relmodel.find.packing import pack
-from relmodel.geometry.transforms import MATRIX_COLUMNS, boxes_carried, matrices
+from relmodel.geometry.hulls import Hulls, boxes_placed
+from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
 from relmodel.loading.write.circles import append_circles
 from relmodel.store.database import Database
 
@@ -26,7 +27,10 @@ def append_expansion(store: Database, connection: Connection, object_id: int) ->
     bodies = _bodies(placed["depth"][objects], placed["link"][objects].astype(bool), parents)
 
     boxes = np.stack([placed[name][parts] for name in BOX_COLUMNS], axis=1).astype(float)
-    boxes = boxes_carried(matrices({name: placed[name][parts] for name in MATRIX_COLUMNS}), boxes)
+    poses, shapes = matrices({name: placed[name][parts] for name in MATRIX_COLUMNS}), placed["shape_id"][parts]
+    shape_ids = store.array(np.unique(shapes.astype(np.int64)))
+    hulls = Hulls.of(store.columns(connection, "find/hulls", shape_ids=shape_ids))
+    boxes = boxes_placed(poses, boxes, shapes.astype(np.int64), hulls, turn_again=True)
     page = _pages(boxes, bodies[number[parts]])
     by_page = np.argsort(page, kind="stable")
     parts, boxes, page = parts[by_page], boxes[by_page], page[by_page]

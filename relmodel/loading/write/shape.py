@@ -72,7 +72,16 @@ def _shape_row(new: NewShape) -> Table:
         "area": [new.derived.area],
         "volume": [new.shape.volume],
         **{name: [float(value)] for name, value in zip(BOX, new.derived.box, strict=True)},
+        **_hull(new),
     }
+
+
+def _hull(new: NewShape) -> Table:
+    hull, mesh = new.derived.hull, new.shape.mesh
+    columns = [None] * 3 if hull is None else list(hull.T)
+    beyond = mesh.chord_mm if np.isnan(mesh.deviation_mm) else mesh.deviation_mm
+    corners = {f"hull_{axis}": Ragged.pack([column]) for axis, column in zip("xyz", columns, strict=True)}
+    return {**corners, "hull_mm": [None if hull is None else beyond]}
 
 
 def _shape_surfaces(shape: Shape, ids: list[int]) -> Table:

@@ -35,6 +35,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     volume.add_argument(
         "--camera", type=Path, metavar="RIG", help="what the cameras of a rig see (needs --at or --prior)"
     )
+    words = "the parts nearest to a point, or to a way of straight pieces between points, mm"
+    volume.add_argument("--near-to", nargs="+", type=float, metavar="X Y Z", help=words)
+    words = "with --near-to: radius of a ball, such as a tool's, that stands at the point or goes the way, mm"
+    parser.add_argument("--radius", type=float, default=0.0, help=words)
+    parser.add_argument("--count", type=int, default=5, help="with --near-to: how many parts (default: 5)")
+    parser.add_argument("--wholly", action="store_true", help="only what lies in the volume with all of it")
     parser.add_argument(
         "--at", type=Path, metavar="POSE.yaml", help="where the rig is: a file that says world_from_rig"
     )
@@ -56,9 +62,12 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.find.find import find_rows
     from relmodel.store import Store
 
+    if args.near_to:
+        return _nearest(args)
     rig, prior = _rig_and_prior(args)
     volumes = _views(args, rig, prior) if rig else [_volume(args)]
     asked = {"level": args.level, "world": args.world, "precision": args.precision, "kind": args.kind}
+    asked |= {"wholly": args.wholly}
     with Store.open(store_target(args), read_only=True) as store:
         found = {row for volume in volumes for row in find_rows(store, volume, **asked)}
         if rig and prior:
@@ -73,6 +82,22 @@ def run(args: argparse.Namespace) -> int:
             )
     rows = sorted((row.path, row.level, row.name, *row.box) for row in found)
     print_rows(("path", "level", "name", "x0", "y0", "z0", "x1", "y1", "z1"), rows, args.format)
+    return 0
+
+
+def _nearest(args: argparse.Namespace) -> int:
+    from relmodel.find.find import nearest_parts
+    from relmodel.store import Store
+
+    if len(args.near_to) % 3:
+        raise UsageError(f"--near-to has {len(args.near_to)} numbers: give x y z of a point, or of each of a way")
+    with Store.open(store_target(args), read_only=True) as store:
+        found = nearest_parts(store, args.near_to, args.count, radius=args.radius, world=args.world)
+    rows = [
+        (str(path), str(name), float(away))
+        for path, name, away in zip(found["path"], found["name"], found["distance_mm"], strict=True)
+    ]
+    print_rows(("path", "name", "distance_mm"), rows, args.format)
     return 0
 
 

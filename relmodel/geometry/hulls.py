@@ -1,0 +1,78 @@
+"""Boxes of placed shapes, by the corners of their convex hulls."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.arrays import Floats, Ints
+from relmodel.geometry.transforms import boxes_carried
+
+_AT_ONCE = 1 << 20  # corners carried at once
+
+
+def outermost(points: Floats) -> Floats:
+    """Those of points (n, 3) that lie farthest out in some direction; of flat ones all."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        return np.asarray(points[ConvexHull(points).vertices], float)
+    except (QhullError, ValueError):  # flat, or fewer than four
+        return points
+
+
+@dataclass(frozen=True)
+class Hulls:
+    """Hulls of shapes: of shape `shape_id[i]`, which increase, the corners `start[i]` to `start[i + 1]` (n, 3), and by
+    how much at most it reaches beyond them, mm.  A shape that is not among them fills its box."""
+
+    shape_id: Ints
+    corners: Floats
+    start: Ints
+    beyond_mm: Floats
+
+    @classmethod
+    def of(cls, columns: Mapping[str, npt.NDArray[Any]]) -> Hulls:
+        """Of the rows of the query find/hulls."""
+        arrays = [
+            np.concatenate([np.empty(0), *columns[name]]).astype(float) for name in ("hull_x", "hull_y", "hull_z")
+        ]
+        lengths = [len(corners) for corners in columns["hull_x"]]
+        start = np.cumsum([0, *lengths])
+        ids = columns["shape_id"].astype(np.int64)
+        return cls(ids, np.stack(arrays, axis=1), start, columns["hull_mm"].astype(float))
+
+
+def boxes_placed(
+    a_from_shape: Floats, boxes: Floats, shape_id: Ints, hulls: Hulls, *, turn_again: bool = False
+) -> Floats:
+    """The boxes (n, 6) in frame a of shapes (n,) with the boxes (n, 6) in their own frames, each placed (n, 4, 4).
+
+    That is the box around the placed hull with what reaches beyond it, or the box of the placed box where that is less.
+    turn_again: leave the latter out where there is a hull, so that the box, carried into any other frame, holds the one
+    that this gives there.  Sums are in the order x, y, z, translation, so that SQL that sums in this order gives equal
+    bits.
+    """
+    placed = boxes_carried(a_from_shape, boxes)
+    hull = np.searchsorted(hulls.shape_id, shape_id)
+    known = np.flatnonzero(np.isin(shape_id, hulls.shape_id))
+    number = np.diff(hulls.start)[hull[known]]
+    for rows in np.split(known, np.searchsorted(np.cumsum(number), np.arange(_AT_ONCE, number.sum(), _AT_ONCE))):
+        if not len(rows):
+            continue
+        of, many = hull[rows], np.diff(hulls.start)[hull[rows]]
+        first = np.cumsum(many) - many
+        corner = np.arange(many.sum()) + np.repeat(hulls.start[of] - first, many)
+        x, y, z = hulls.corners[corner].T
+        for i in range(3):
+            a, b, c = (np.repeat(a_from_shape[rows, i, j], many) for j in range(3))
+            along, shift = a * x + b * y + c * z, a_from_shape[rows, i, 3]
+            low = np.minimum.reduceat(along, first) + shift - hulls.beyond_mm[of]
+            high = np.maximum.reduceat(along, first) + shift + hulls.beyond_mm[of]
+            placed[rows, i] = low if turn_again else np.maximum(placed[rows, i], low)
+            placed[rows, 3 + i] = high if turn_again else np.minimum(placed[rows, 3 + i], high)
+    return placed
