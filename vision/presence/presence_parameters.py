@@ -126,7 +126,7 @@ class MovedParameters:
     rounds: int = 6
     """rounds of weighing displacements again after some surfaces moved"""
     sure_log_odds: float = 3.0
-    """log odds likewise from which it is said to have moved, 20 to 1; below, it only explains edges of its neighbours"""
+    """log odds likewise, 20 to 1, from which it is said to have moved; below, it only explains its neighbours' edges"""
     sure_sigma: float = 4.0
     """standard deviations by which the measured displacement must differ from none"""
 
