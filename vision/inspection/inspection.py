@@ -73,7 +73,7 @@ class Inspection:
     """The answer of an inspection; transforms are 4x4, mm, of the best hypothesis whatever the verdict, and None only
     where nothing is in view.
 
-    outcome: what is not as the model says, to stand beside the verdict.
+    outcome: whether the pose may be used and how the part is, as the store has it.
     posterior: probability that the best hypothesis is the right one.  missing: what was missing for acceptance, a
     sentence each.  needs: how exactly the pose was needed.  sigma_mm, sigma_rad: standard deviations of the pose along
     the worst directions, of the point in the middle of what is seen and of rotation; weakest: those directions.
@@ -92,7 +92,6 @@ class Inspection:
     """
 
     run: int
-    verdict: str
     outcome: Outcome
     reason: str
     posterior: float
@@ -114,6 +113,11 @@ class Inspection:
     equivalent: list[Floats]
     notes: list[str]
     timings_s: dict[str, float] = field(compare=False)
+
+    @property
+    def verdict(self) -> str:
+        """accepted, ambiguous or refused: of the pose."""
+        return self.outcome.verdict
 
     def to_json(self) -> dict[str, Any]:
         """The answer in plain lists and numbers, under the names of the fields; of the selection, how many."""
@@ -437,7 +441,6 @@ def _answer(
     rows = [] if parts is None else parts.rows()
     return Inspection(
         run=run.id,
-        verdict=verdict.verdict,
         outcome=outcome,
         reason=verdict.reason,
         posterior=verdict.posterior,

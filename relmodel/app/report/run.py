@@ -21,9 +21,6 @@ from relmodel.store import Store
 
 # How a run ended, in a word, and what that is for the one who reads: good, warn or bad.
 _ENDS = {
-    "accepted": ("Accepted", "good"),
-    "ambiguous": ("Ambiguous", "warn"),
-    "refused": ("Refused", "bad"),
     "failed": ("Failed", "bad"),
     "killed": ("Killed", "bad"),
     "finished": ("Done", "good"),
@@ -68,11 +65,10 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     items = read_items(store, connection, run)
     pictures = read_pictures(store, connection, run)
     scene, part_of = run_scene(store, connection, run)
-    word, mood = _ENDS.get(row.state if pose is None else pose.verdict, (row.state, "warn"))
+    word, mood = _ENDS.get(row.state, (row.state, "warn"))
     reason = (pose.reason if pose is not None else row.message) or _NO_MORE.get(row.state, "")
     if pose is not None:
-        word = pose.outcome[0].upper() + pose.outcome[1:]
-        mood = "warn" if mood == "good" and pose.differs else mood
+        word, mood = pose.outcome[0].upper() + pose.outcome[1:], pose.mood
         shown = store.rows(connection, "why/verdict/12_against", run=run)[:1]
         variants = store.rows(connection, "why/verdict/15_variants", run=run)
         reason = "; ".join([reason, *(r.sentence for r in (*shown, *variants))])

@@ -237,7 +237,7 @@ def test_commands_run(
         main(shlex.split(command)[1:])
         assert [line.rstrip() for line in capsys.readouterr().out.splitlines()] == answer.splitlines()
     if page.stem == "report":
-        assert "Accepted" in Path("run.html").read_text()
+        assert "Pose usable" in Path("run.html").read_text()
         assert "bulkhead A" in Path("bulkhead.html").read_text()
 
 

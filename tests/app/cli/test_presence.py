@@ -28,6 +28,7 @@ from tests.app.cli.conftest import DEMO, Inspection, halve, inspected
 from tests.app.cli.test_serve import rows, serving
 from tests.pages import Page
 from vision.inspection import inspection
+from vision.inspection.outcome import read_outcome
 from vision.presence.presence_parameters import DEFAULTS
 
 Answer = dict[str, Any]
@@ -134,8 +135,8 @@ def test_counts_add_up_and_the_worst_comes_first(answer: Answer) -> None:
     state = {i["path"]: i["state"] for i in presence["items"] if i["level"] != "surface"}
     for level, count in presence["checked"].items():
         items = [i for i in presence["items"] if i["level"] == level]
-        undecidable = sum(i["state"] == "undecidable" for i in items)
-        assert (count["of"], count["checked"]) == (len(items), len(items) - undecidable)
+        checked = sum(i["qif"] in ("PASS", "FAIL") for i in items)
+        assert (count["of"], count["checked"]) == (len(items), checked)
         assert all((i["qif"] == "NOT_ANALYZED") == (i["state"] == "undecidable") for i in items)
     worst = [state[path] for path in presence["look_at"]]
     assert worst == sorted(worst, key=["contradicted", "changed", "not_confirmed"].index)
@@ -243,7 +244,10 @@ def test_the_outcome_counts_what_is_not_as_modelled(answer: Answer) -> None:
         assert said[state] == states.count(state)
     assert said["unchecked"] == said["not_confirmed"] + said["undecidable"]
     assert said["variant"] == "the pictures show variant B of bulkhead, not A"
-    assert said["words"].startswith(f"accepted; {states.count('changed')} changed, ")
+    assert said["findings"] == states.count("changed") + states.count("contradicted")
+    assert (said["pose_verdict"], said["part_verdict"], said["mood"]) == ("usable", "another variant", "bad")
+    counted = f"{said['checked']} of {len(states)} checked, {states.count('changed')} changed, "
+    assert said["words"].startswith(f"pose usable; part another variant; {counted}")
     assert said["words"].endswith(f"; {said['variant']}")
 
 
@@ -258,7 +262,8 @@ def test_the_outcome_stands_wherever_the_verdict_stands(
     assert f"run {run}: {said['words']}\n" in shown
     assert evidence in shown
     assert said["words"] in PicturedInspection(**vars(found))._repr_html_()
-    counts = {name: said[name] for name in ("changed", "contradicted", "not_confirmed", "undecidable", "variant")}
+    own = ("mood", "words", "variants", "shown", "unchecked")
+    counts = {name: value for name, value in said.items() if name not in own}
     assert main(["runs", "--kind", "inspect", "--store", target, "--format", "json"]) == 0
     with serving(target) as server:
         for listed in (json.loads(capsys.readouterr().out), rows(server, "/runs", kind="inspect")):
@@ -270,8 +275,8 @@ def test_the_outcome_stands_wherever_the_verdict_stands(
     page, exported = tmp_path / "run.html", tmp_path / "run.json"
     assert main(["report", "-o", str(page), "--store", target]) == 0
     read = Page(page.read_text())
-    assert read.with_class("verdict", "warn")
-    assert f"A{said['words'][1:]}" in read.text
+    assert read.with_class("verdict", "bad")
+    assert f"P{said['words'][1:]}" in read.text
     assert evidence in " ".join(read.text.split())
     assert main(["export", "--run", "last", "-o", str(exported), "--store", target]) == 0
     kept = json.loads(exported.read_text())
@@ -280,6 +285,30 @@ def test_the_outcome_stands_wherever_the_verdict_stands(
         (row,) = connection.execute(sa.text("SELECT * FROM run_summary WHERE run_id = :run"), {"run": run})
         assert row.outcome == kept["outcome"] == said["words"]
         assert {name: row._mapping[name] for name in counts} == counts
+
+
+def test_one_row_altered_is_followed_everywhere(
+    answer: Answer, found: inspection.Inspection, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A row under the outcome is altered: nothing above an answer keeps a verdict of its own."""
+    target, run, page = str(tmp_path / "altered.duckdb"), answer["run"], tmp_path / "run.html"
+    shutil.copy(folder / "copy.duckdb", target)
+    with Store.open(target) as store:
+        with store.write() as connection:
+            connection.exec_driver_sql("UPDATE inspection SET verdict = 'ambiguous'")
+        altered = replace(found, outcome=read_outcome(store, run))
+    capsys.readouterr()
+    print_answer(altered, "table")
+    told = [capsys.readouterr().err, PicturedInspection(**vars(altered))._repr_html_()]
+    for call in (["why", "--verdict"], ["report", "-o", str(page)]):
+        assert main([*call, "--store", target]) == 0
+    told += [capsys.readouterr().out, page.read_text()]
+    assert all("ose not unique; part not enough seen; " in words for words in told)
+    assert all("pose usable" not in words for words in told)
+    assert Page(page.read_text()).with_class("verdict", "warn")
+    with serving(target) as server:
+        (listed,) = rows(server, "/runs", kind="inspect")
+    assert (listed["verdict"], listed["pose_verdict"]) == ("ambiguous", "not unique")
 
 
 @pytest.mark.parametrize(
@@ -306,13 +335,13 @@ def test_what_is_not_there_fails_nothing(
     found: inspection.Inspection, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As it would end with the right model; a refused pose keeps its status."""
-    good = replace(found.outcome, changed=0, contradicted=0, not_confirmed=0, undecidable=3, variant=None)
+    good = replace(found.outcome, changed=0, contradicted=0, checked=9, in_view=12, variant=None)
     for verdict, words, status in (
-        ("accepted", "changed,contradicted,variant", 0),
-        ("accepted", "unchecked", 5),
-        ("ambiguous", "unchecked", 1),
+        ("usable", "changed,contradicted,variant", 0),
+        ("usable", "unchecked", 5),
+        ("not unique", "unchecked", 1),
     ):
-        said = replace(found, verdict=verdict, outcome=good)
+        said = replace(found, outcome=replace(good, pose_verdict=verdict))
         monkeypatch.setattr("vision.inspection.inspect", lambda *_, said=said, **__: said)
         call = ["inspect", *("--rig", "r.yaml", "--left", "l.png", "--prior", "p.yaml", "--fail-on", words)]
         assert main([*call, "--store", str(folder / "cell.duckdb")]) == status

@@ -53,7 +53,9 @@ def read(page: str) -> Page:
 
 def test_the_verdict_comes_first(read: Page, inspection: Inspection) -> None:
     text = read.text
-    assert text.index("Accepted") < text.index(inspection.answer["reason"]) < text.index("Pictures")
+    assert (
+        text.index("Pose usable; part as modelled") < text.index(inspection.answer["reason"]) < text.index("Pictures")
+    )
 
 
 def test_every_arc_is_drawn_once_with_its_fate(read: Page, inspection: Inspection) -> None:
@@ -268,7 +270,7 @@ def test_a_refused_run_says_why(
     page = written(store, tmp_path)
     found = Page(page)
     text = found.text
-    assert text.index("Refused") < text.index("too little evidence") < text.index("Pictures")
+    assert text.index("Pose not found") < text.index("too little evidence") < text.index("Pictures")
     assert found.with_class("verdict", "bad")
     assert text.count("the bytes of this picture were not kept") == 2
     # The model is seen from the side of the cameras, though nothing says which parts they show.
@@ -339,7 +341,7 @@ def test_a_browser_shows_it_without_complaint_or_request(shown: Browser, inspect
     assert not shown.complaints
     assert [url for url in shown.requests if not url.startswith("data:")] == [shown.run("location.href")]
     assert shown.run("[...document.querySelectorAll('svg.picture image')].length") == 2
-    assert shown.run("document.querySelector('.verdict .word').textContent").startswith("Accepted")
+    assert shown.run("document.querySelector('.verdict .word').textContent").startswith("Pose usable")
     assert inspection.answer["reason"] in shown.run("document.body.innerText")
 
 

@@ -263,7 +263,7 @@ def _run_list(
 
 
 def _status(answer: Inspection, fail_on: Sequence[str]) -> int:
-    if answer.verdict != "accepted":
+    if not answer.outcome.is_usable:
         return 1
     return DIFFERS if any(answer.outcome.has(what) for what in fail_on) else 0
 
@@ -282,7 +282,7 @@ def print_answer(answer: Inspection, form: str) -> None:
     say(f"run {answer.run}: {answer.outcome.words}")
     say(f"the pose is {answer.verdict}: {answer.reason}")
     if answer.world_from_rig is not None:
-        if answer.verdict != "accepted":
+        if not answer.outcome.is_usable:
             say(f"the best hypothesis, not accepted (probability {answer.posterior:.1%}):")
         for row in answer.world_from_rig[:3]:
             say("  ".join(f"{value:14.6f}" for value in row))
