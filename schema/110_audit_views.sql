@@ -56,8 +56,7 @@ CREATE VIEW inspection_outcome (  -- Whether an inspection's pose may be used, a
     pose_verdict,  -- usable, not unique or not found: the same, as a person asks
     part_verdict,  -- as modelled, deviates, another variant, or not enough seen: the pose is not usable, or less than half of what is in view is checked
     mood,  -- good, warn or bad: what colour that has; good only where all that is in view is checked
-    findings,  -- parts and features that are surely not as modelled, changed or contradicted; null where nothing was looked at, as where the pose is
-        -- refused
+    findings,  -- things that are surely not as modelled, as finding has them; null where nothing was looked at, as where the pose is refused
     checked,  -- parts and features in view that are confirmed, changed or contradicted; null likewise
     in_view,  -- parts and features in view; null likewise
     changed,  -- parts and features that are there in another size or place; null likewise
@@ -83,8 +82,13 @@ other AS (
     WHERE another
     GROUP BY run_id
 ),
+found AS (
+    SELECT run_id, count(DISTINCT lead_no) AS findings
+    FROM finding_item
+    GROUP BY run_id
+),
 said AS (
-    SELECT p.run_id, p.verdict, c.changed + c.contradicted AS findings,
+    SELECT p.run_id, p.verdict, CASE WHEN c.in_view IS NOT NULL THEN coalesce(f.findings, 0) END AS findings,
         c.confirmed + c.changed + c.contradicted AS checked, c.in_view, c.changed, c.contradicted, c.not_confirmed,
         c.undecidable, o.variant,
         CASE p.verdict WHEN 'accepted' THEN 'usable' WHEN 'ambiguous' THEN 'not unique' ELSE 'not found' END AS pose_verdict,
@@ -97,6 +101,7 @@ said AS (
         END AS part_verdict
     FROM inspection AS p
     LEFT JOIN counted AS c ON c.run_id = p.run_id
+    LEFT JOIN found AS f ON f.run_id = p.run_id
     LEFT JOIN other AS o ON o.run_id = p.run_id
 )
 SELECT run_id, verdict, pose_verdict, part_verdict,
@@ -125,7 +130,7 @@ CREATE VIEW run_summary (  -- Every run with how it ended, and the verdict and w
     verdict,  -- verdict of an inspection: accepted, ambiguous or refused; null of other runs
     pose_verdict,  -- usable, not unique or not found, as in inspection_outcome
     part_verdict,  -- as modelled, deviates, another variant or not enough seen, likewise
-    findings,  -- parts and features that are surely not as modelled, likewise
+    findings,  -- things that are surely not as modelled, likewise
     checked,  -- parts and features in view that are checked, likewise
     in_view,  -- parts and features in view, likewise
     changed,  -- parts and features that are there in another size or place, as in inspection_outcome

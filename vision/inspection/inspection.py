@@ -173,6 +173,7 @@ def inspect(
     world: str | None = None,
     against: Sequence[str] | None = None,
     carrier: Carrier | None = None,
+    serial: str | None = None,
     keep_images: bool = True,
     full_audit: bool = True,
     variants: bool | None = None,
@@ -188,7 +189,8 @@ def inspect(
     one picture by its ellipses, wherever in the world it was taken; against: names of loaded objects, all where there
     are none, to say which of them the pictures show, with no world and no prior; needs: how exactly the pose is needed,
     else as the prior file says, else the default; left, right: pictures; world: its name, where the store has several;
-    carrier: how the object stands that carries the rig, which is found by the rig's content; variants: whether to
+    carrier: how the object stands that carries the rig, which is found by the rig's content; serial: the number of
+    the physical part, by which the evidence of all its inspections adds up; variants: whether to
     weigh all loaded variants of the inspected objects at the pose found, None where something is not as the model
     says and they are few; overlay: a picture of the model drawn over the images, to be written; crops: a folder for
     pictures of what is not as the model says, worst first; full_audit: whether the rows that explain the decisions
@@ -216,7 +218,7 @@ def inspect(
                 "pictures that are held against objects have no world, prior or arm, and weigh all variants: leave out "
                 "what says otherwise, or leave out against"
             )
-    call = _Call(world_id, world_name, against, carrier, keep_images, full_audit, variants, overlay, crops)
+    call = _Call(world_id, world_name, against, carrier, serial, keep_images, full_audit, variants, overlay, crops)
     with Run.begin(
         store,
         "inspect",
@@ -244,6 +246,7 @@ class _Call:
     world: str
     against: tuple[str, ...] | None
     carrier: Carrier
+    serial: str | None
     keep_images: bool
     full_audit: bool
     variants: bool | None
@@ -252,7 +255,7 @@ class _Call:
 
     def parameters(self) -> dict[str, Any]:
         """What a run records of it."""
-        recorded = ("world", "against", "carrier", "keep_images", "full_audit")
+        recorded = ("world", "against", "carrier", "serial", "keep_images", "full_audit")
         return {name: value for name, value in asdict(self).items() if name in recorded}
 
 
@@ -339,6 +342,7 @@ def _inspect(
             run,
             connection,
             Inspected(
+                call.serial,
                 stored,
                 selection,
                 cameras,

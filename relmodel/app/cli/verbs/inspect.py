@@ -75,6 +75,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
     parser.add_argument(
+        "--serial", metavar="SN", help="serial number of the part, by which its inspections add up (relmodel report)"
+    )
+    parser.add_argument(
         "--against",
         nargs="?",
         const="",
@@ -175,6 +178,7 @@ def run(args: argparse.Namespace) -> int:
                 store,
                 **pair.paths,
                 needs=needs,
+                serial=pair.serial,
                 world=args.world,
                 against=None if args.against is None else objects,
                 carrier=carrier,
@@ -207,11 +211,11 @@ def _pairs(args: argparse.Namespace) -> list[Listed]:
         alone = [f"--{name}" for name in FILES if name not in ("rig", "prior") and given[name] is not None]
         if alone:
             raise UsageError(f"{' and '.join(alone)} cannot stand beside --list: make columns of the list of them")
-        return read_pairs(args.list, rig=args.rig, prior=args.prior)
+        return read_pairs(args.list, args.serial, rig=args.rig, prior=args.prior)
     missing = [f"--{name}" for name in ("rig", "left") if given[name] is None]
     if missing:
         raise UsageError(f"{' and '.join(missing)} must be given, or pairs with --list")
-    return [Listed(given, args.left.name, None, "")]
+    return [Listed(given, args.left.name, args.serial, "")]
 
 
 def _run_list(
