@@ -278,7 +278,7 @@ def test_python_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert said["answer"].verdict == "accepted"
     picture = Image.open(io.BytesIO(said["answer"]._repr_png_()))
     assert (picture.format, picture.width) == ("PNG", 1288)  # two of 640 pixels, and a gap
-    assert "accepted" in said["answer"]._repr_html_()
+    assert "pose usable; part as modelled" in said["answer"]._repr_html_()
 
 
 @pytest.mark.usefixtures("demonstrated")

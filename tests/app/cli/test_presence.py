@@ -373,3 +373,61 @@ def test_both_engines_answer_from_the_rows(request: pytest.FixtureRequest, engin
     assert said["variants_seen"] == []
     with Store.open(done.store) as store:
         assert "states.least_log_odds" in thresholds_are_those_that_decided(store)
+
+
+def test_findings_come_first_with_what_each_camera_shows(
+    answer: Answer, store: Store, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The hole of 88 mm for 104: its size and limit, its own link, and crops that show it in both cameras."""
+    with store.read() as connection:
+        findings = store.rows(connection, "report/run_findings", run_id=answer["run"])
+    page = tmp_path / "run.html"
+    target = str(shutil.copy(folder / "copy.duckdb", tmp_path / "cell.duckdb"))
+    assert main(["report", "-o", str(page), "--store", target]) == 0
+    read = Page(page.read_text())
+    assert len(read.with_class("finding")) >= len(findings) == answer["outcome"]["findings"]
+    links = [a["id"] for _, a in read.elements if a.get("id", "").startswith("finding=")]
+    assert links == [f"finding={n}" for n in range(1, len(findings) + 1)]
+    wide = next(row for row in findings if row.path == feature_at(store, 1130, 138))
+    assert wide.least_difference == pytest.approx(max(0.8, 4 * wide.sigma))
+    text = " ".join(read.text.split())
+    assert f"diameter 104 → {wide.value:.2f} ± {wide.sigma:.2f} mm differs from" in text
+    assert text.index("Findings") < text.index("Not checked") < text.index("As modelled") < text.index("Pictures")
+    boxes = [[float(v) for v in a["viewbox"].split()] for tag, a in read.elements if a.get("class") == "crop"]
+    assert len(boxes) == 2 * 2 * len(findings)  # raw and drawn, of two cameras
+    left, right = boxes[4 * (wide.finding_no - 1)], boxes[4 * (wide.finding_no - 1) + 2]
+    truth = json.loads((DEMO / "pair_04_truth.json").read_text())
+    at = np.array(truth["world_from_object"]) @ [1130.0, 138.0, 0.0, 1.0]
+    for camera, (u0, v0, width, height) in (("left", left), ("right", right)):
+        seen = np.linalg.inv(np.array(truth["cameras"][camera]["world_from_camera"])) @ at
+        u, v = (np.array(truth["cameras"][camera]["matrix"]) @ (seen[:3] / seen[2]))[:2] / 2
+        assert abs(u - u0 - width / 2) < width / 4
+        assert abs(v - v0 - height / 2) < height / 4
+
+
+def test_decisions_are_kept_shown_and_sealed(
+    answer: Answer, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target, page = str(shutil.copy(folder / "copy.duckdb", tmp_path / "cell.duckdb")), tmp_path / "run.html"
+    decide = ["--by", "A. Meier", "--store", target, "--note"]
+    assert main(["accept", "2", *decide, "as agreed <b>"]) == 0
+    assert main(["reject", "2", *decide, "no longer"]) == 0
+    assert main(["reject", "99", *decide, "why"]) == main(["accept", "1", *decide, " "]) == 2
+    assert "has no finding 99" in capsys.readouterr().err
+    assert main(["report", "-o", str(page), "--store", target]) == 0
+    text = " ".join(Page(page.read_text()).text.split())
+    assert "rejected by A. Meier" in text
+    assert "as agreed" not in text
+    with Store.open(target) as store, store.read() as connection:
+        kept = connection.execute(sa.text("SELECT decision, note FROM finding_decision ORDER BY run_id")).all()
+        assert not [f for f in check(store) if f.rows]
+    assert [tuple(row) for row in kept] == [("accepted", "as agreed <b>"), ("rejected", "no longer")]
+    assert main(["check", "--report", str(page), "--store", target]) == 0
+    forged = tmp_path / "forged.html"
+    forged.write_text(page.read_text().replace("rejected by", "accepted by"))
+    assert main(["check", "--report", str(forged), "--store", target]) == 1
+    with Store.open(target) as store, store.write() as connection:
+        connection.exec_driver_sql("UPDATE measured_size SET value = nominal")
+    assert main(["check", "--report", str(page), "--store", target]) == 1
+    assert f"the rows of run {answer['run']} in" in capsys.readouterr().err
+    assert main(["check", "--report", str(folder / "world.yaml"), "--store", target]) == 3

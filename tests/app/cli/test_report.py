@@ -169,7 +169,8 @@ def test_what_is_not_as_modelled_comes_first(
     )
     page = written(store, tmp_path)
     found = Page(page)
-    assert page.index('<li class="finding">') < page.index(f'">{path}</span>') < page.index('<li class="part">')
+    lists = page[page.index('<li class="finding">') :].replace("<wbr>", "")
+    assert lists.index(f'">{path}</span>') < lists.index('<li class="part">')
     ((around,),) = asked(
         store,
         "SELECT count(DISTINCT (a.view_no, a.view_arc_no)) FROM presence p JOIN occurrence o ON o.id = p.occurrence_id "
@@ -249,7 +250,8 @@ def evil_page(
 
 def test_names_cannot_bring_elements(evil_page: str, read: Page) -> None:
     found = Page(evil_page)
-    assert [tag for tag, _ in found.elements] == [tag for tag, _ in read.elements]
+    tags, others = ([tag for tag, _ in it.elements if tag != "wbr"] for it in (found, read))
+    assert tags == others
     assert not [a for _, a in found.elements if any(name.startswith("on") for name in a)]
     assert "window.hacked=1" in found.text
     assert "\x1b" not in evil_page

@@ -10,7 +10,7 @@ function makeViewer(canvas, scene, picked) {
   upload();
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const none = new Map();
-  let chosen = none, target, distance, yaw, pitch, through = null, waiting = false;
+  let chosen = none, target, distance, fitted, yaw, pitch, through = null, waiting = false;
   whole();
 
   function upload() {
@@ -114,7 +114,9 @@ function makeViewer(canvas, scene, picked) {
     const scale = Math.min(devicePixelRatio || 1, 2);
     const size = [canvas.clientWidth, canvas.clientHeight].map(n => Math.max(1, Math.round(n * scale)));
     if (size[0] === canvas.width && size[1] === canvas.height) return;
-    [canvas.width, canvas.height] = size; draw(false);  // at once: a new size clears what was drawn
+    const asWhole = distance === fitted;
+    [canvas.width, canvas.height] = size; if (asWhole) whole();
+    draw(false);  // at once: a new size clears what was drawn
   }
   function turn(dx, dy) { leave(); yaw -= dx; pitch = Math.max(-1.55, Math.min(1.55, pitch + dy)); redraw(); }
   function shift(dx, dy) {
@@ -134,7 +136,18 @@ function makeViewer(canvas, scene, picked) {
     if (!through) whole();
     redraw();
   }
-  function whole() { target = [0, 0, 0]; distance = 1.7 * scene.radius; from(unit(scene.from)); }
+  function whole() {  // as near as shows the boxes of all parts that are not plain
+    target = [0, 0, 0]; distance = 1; from(unit(scene.from));
+    const view = eyeAndMatrix(), aspect = canvas.width / canvas.height, shown = parts.filter(p => p.colour !== "plain");
+    let least = scene.radius / 10;
+    for (const part of shown.length ? shown : parts) for (let k = 0; k < 8; k++) {
+      const s = scene.shapes[part.shape], m = part.place, at = [0, 1, 2].map(i => s.lo[i] + (k >> i & 1) * s.size[i]);
+      const p = [0, 1, 2].map(i => m[i] * at[0] + m[4 + i] * at[1] + m[8 + i] * at[2] + m[12 + i]);
+      const aside = Math.max(Math.abs(dot(p, view.right)) / aspect, Math.abs(dot(p, view.above))) / view.slope;
+      least = Math.max(least, dot(p, view.back) + 1.03 * aside);
+    }
+    fitted = distance = least;
+  }
   function from(back) { pitch = Math.asin(Math.max(-1, Math.min(1, dot(back, up)))); yaw = Math.atan2(dot(back, across), dot(back, ahead)); }
   function pick(event) {
     const box = canvas.getBoundingClientRect(), pixel = new Uint8Array(4), scale = canvas.width / box.width;
