@@ -122,6 +122,7 @@ CREATE VIEW serial_state (  -- What all inspections of a physical part say of ea
     -- decided it the newest counts that was to see at least half as much of it as the one that was to see most: each state
     -- is one that an inspection decided, with its sizes, a later stop corrects an earlier one, and a glimpse does not.
     serial,  -- the physical part
+    world_id,  -- the world that the newest accepted inspection of it had
     occurrence_id,  -- the placed part
     feature_no,  -- feature of its shape; null of a part
     level,  -- part or feature
@@ -147,11 +148,11 @@ part AS (
     JOIN world_object AS b ON b.world_id = w.world_id AND b.object_no = o.object_no AND b.role = 'inspected'
 ),
 item AS (
-    SELECT serial, id AS occurrence_id, CAST(NULL AS INTEGER) AS feature_no, 'part' AS level, path,
+    SELECT serial, world_id, id AS occurrence_id, CAST(NULL AS INTEGER) AS feature_no, 'part' AS level, path,
         (x0 + x1) / 2 AS x, (y0 + y1) / 2 AS y, (z0 + z1) / 2 AS z
     FROM part
     UNION ALL
-    SELECT p.serial, p.id, f.feature_no, 'feature', concat(p.path, '/', f.name),
+    SELECT p.serial, p.world_id, p.id, f.feature_no, 'feature', concat(p.path, '/', f.name),
         (p.m00 * (f.x0 + f.x1) + p.m01 * (f.y0 + f.y1) + p.m02 * (f.z0 + f.z1)) / 2 + p.m03,
         (p.m10 * (f.x0 + f.x1) + p.m11 * (f.y0 + f.y1) + p.m12 * (f.z0 + f.z1)) / 2 + p.m13,
         (p.m20 * (f.x0 + f.x1) + p.m21 * (f.y0 + f.y1) + p.m22 * (f.z0 + f.z1)) / 2 + p.m23
@@ -188,7 +189,7 @@ ranked AS (
     FROM seen AS s
     WINDOW same AS (PARTITION BY serial, level, occurrence_id, feature_no)
 )
-SELECT i.serial, i.occurrence_id, i.feature_no, i.level, i.path, coalesce(r.state, 'not_seen') AS state, r.reason,
+SELECT i.serial, i.world_id, i.occurrence_id, i.feature_no, i.level, i.path, coalesce(r.state, 'not_seen') AS state, r.reason,
     r.run_id, r.item_no, coalesce(r.stops, 0) AS stops,
     CASE r.state WHEN 'confirmed' THEN r.failed WHEN 'changed' THEN r.passed WHEN 'contradicted' THEN r.passed ELSE 0
     END AS otherwise,

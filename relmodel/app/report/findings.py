@@ -152,7 +152,7 @@ def group_rest(rows: Iterable[Any]) -> tuple[list[Group], list[str]]:
     """What is not checked, by state and reason, what should be seen and is not first; and what is as modelled."""
     groups: dict[tuple[str, str], list[str]] = defaultdict(list)
     for row in rows:
-        groups[row.state, row.reason or ""].append(row.path)
+        groups[row.state, row.reason or "in view of no stop whose pose is usable"].append(row.path)
     order = ("not_confirmed", "undecidable", "not_seen")
     open_ = [Group(*key, names) for key, names in groups.items() if key[0] in order]
     passed = [path for key, names in groups.items() if key[0] == "confirmed" for path in names]

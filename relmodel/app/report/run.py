@@ -92,7 +92,7 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         chosen={(i.occurrence, i.feature): n for n, i in enumerate(items)},
         rest=rest,
         passed=passed,
-        seal=None if pose is None else (str(run), seal(store, connection, [run])),
+        seal=None if pose is None else (f"run {run}", seal(store, connection, [run])),
         pictures=pictures,
         pictures_title="Pictures" if len(pictures) > 1 else "Picture",
         layers=_layers(drawn),

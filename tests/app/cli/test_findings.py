@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,11 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 
+from relmodel.app.cli.main import main
 from relmodel.columns import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
+from tests.pages import Page
 
 # path below the bulkhead, state, and what the log odds of it there were expected to be
 Seen = tuple[str, str, float]
@@ -150,3 +153,33 @@ def test_both_engines_answer(request: pytest.FixtureRequest) -> None:
     with Store.open(store, read_only=True) as opened:
         findings = asked(opened, "SELECT f.* FROM finding AS f JOIN serial_finding USING (run_id, finding_no)")
         assert findings == asked(opened, "SELECT * FROM serial_state") == asked(opened, "SELECT * FROM serial_outcome")
+
+
+def test_the_report_of_a_part_has_the_findings_of_all_stops_once(target: str, tmp_path: Path) -> None:
+    sizes = [(RIB, "thickness", 8.0, 10.5, True)]
+    with Store.open(target) as store:
+        stop(store, [(RIB, "changed", 9.0), ("CLIP_2/CLIP", "confirmed", 9.0)], sizes)
+        stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)], sizes, serial="SN1")
+        zones = store_zones(store)
+    page = tmp_path / "part.html"
+    assert main(["report", "--serial", "SN1", "-o", str(page), "--store", target]) == 0
+    read = Page(page.read_text())
+    text = " ".join(read.text.split())
+    assert "Part deviates (2 findings); 3 of" in text
+    assert [a["id"] for _, a in read.elements if a.get("id", "").startswith("finding=")] == ["finding=1", "finding=2"]
+    assert text.count("thickness 8 → 10.50 ± 0.10 mm decided") == 1
+    data = json.loads(page.read_text().partition('id="data">')[2].partition("</script>")[0])
+    body = next(part for part in data["scene"]["parts"] if part["path"] == "bulkhead/BODY")
+    assert (body["colour"], [colour for colour, _ in body["paint"]]) == ("open", ["open", "changed", "removed"])
+    assert sum(features for _, features, _, _, _ in zones) == len(data["items"])
+    assert main(["check", "--report", str(page), "--store", target]) == 0
+    with Store.open(target) as store:
+        stop(store, [(RIB, "confirmed", 9.0)])
+    assert main(["check", "--report", str(page), "--store", target]) == 1  # another stop came
+    assert main(["report", "--serial", "nobody", "-o", str(page), "--store", target]) == 2
+    assert main(["report", "1", "--serial", "SN1", "-o", str(page), "--store", target]) == 2
+
+
+def store_zones(store: Store) -> list[Any]:
+    with store.read() as connection:
+        return [tuple(row) for row in store.rows(connection, "report/serial_zones", serial="SN1")]

@@ -48,7 +48,7 @@
   });
   document.querySelectorAll("[data-choose]").forEach(b => b.addEventListener("click", () => {
     show([+b.dataset.choose]); reveal(+b.dataset.choose);
-    document.getElementById("pictures").scrollIntoView({ block: "start" });
+    (document.getElementById("pictures") || document.getElementById("model")).scrollIntoView({ block: "start" });
   }));
   const filter = document.getElementById("filter");
   if (filter) filter.addEventListener("input", () => {

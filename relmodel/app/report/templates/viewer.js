@@ -5,7 +5,7 @@ function makeViewer(canvas, scene, picked) {
   const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, preserveDrawingBuffer: true });
   if (!gl) return null;
   const middle = scene.focus, up = scene.up, across = perpendicular(up), ahead = cross(up, across);
-  const parts = scene.parts.map(p => ({ shape: p.shape, colour: p.colour, only: p.only, place: placed(p.m) }));
+  const parts = scene.parts.map(p => ({ shape: p.shape, colour: p.colour, only: p.only, paint: (p.paint || []).map(([colour, list]) => [new Set(list), colour]), place: placed(p.m) }));
   let program, where, at, shapes, lines;  // what lies on the graphics card
   upload();
   const dark = matchMedia("(prefers-color-scheme: dark)");
@@ -46,8 +46,8 @@ function makeViewer(canvas, scene, picked) {
   }
   function palette() {
     return dark.matches
-      ? { plain: [.33, .37, .40], seen: [.62, .70, .76], edge: [0, 0, 0], pose: [.37, .83, .58], prior: [.94, .75, .33], chosen: [1, .85, .1], added: [.3, .75, .45], removed: [.9, .35, .3], changed: [.95, .65, .2], moved: [.6, .5, .95] }
-      : { plain: [.86, .88, .89], seen: [.66, .74, .80], edge: [.16, .19, .21], pose: [.10, .55, .32], prior: [.80, .48, 0], chosen: [1, .80, 0], added: [.25, .68, .42], removed: [.86, .30, .25], changed: [.93, .60, .15], moved: [.52, .42, .88] };
+      ? { plain: [.33, .37, .40], open: [.33, .37, .40], seen: [.62, .70, .76], edge: [0, 0, 0], pose: [.37, .83, .58], prior: [.94, .75, .33], chosen: [1, .85, .1], added: [.3, .75, .45], removed: [.9, .35, .3], changed: [.95, .65, .2], moved: [.6, .5, .95] }
+      : { plain: [.86, .88, .89], open: [.86, .88, .89], seen: [.66, .74, .80], edge: [.16, .19, .21], pose: [.10, .55, .32], prior: [.80, .48, 0], chosen: [1, .80, 0], added: [.25, .68, .42], removed: [.86, .30, .25], changed: [.93, .60, .15], moved: [.52, .42, .88] };
   }
 
   function eyeAndMatrix() {
@@ -91,7 +91,7 @@ function makeViewer(canvas, scene, picked) {
       gl.uniform4fv(where.colour, identities ? [(own & 255) / 255, (own >> 8 & 255) / 255, (own >> 16) / 255, 1] : [...(surfaces === null ? colours.chosen : colours[part.colour]), 1]);
       if (!part.only) gl.drawElements(gl.TRIANGLES, s.count, kind, 0);  // else what is painted alone
       if (identities) return;
-      for (const [list, colour] of surfaces === null ? [] : [...s.paint, [surfaces, colours.chosen]]) if (list) {
+      for (const [list, colour] of surfaces === null ? [] : [...s.paint, ...part.paint, [surfaces, colours.chosen]]) if (list) {
         gl.uniform4fv(where.colour, [...(typeof colour === "string" ? colours[colour] : colour), 1]);
         for (const [surface, first, count] of s.runs) if (list.has(surface)) gl.drawElements(gl.TRIANGLES, count, kind, first * bytesEach);
       }
