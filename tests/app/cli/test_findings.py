@@ -15,6 +15,7 @@ from relmodel.app.cli.main import main
 from relmodel.columns import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
+from tests.browser import browser
 from tests.pages import Page
 
 # path below the bulkhead, state, and what the log odds of it there were expected to be
@@ -183,3 +184,42 @@ def test_the_report_of_a_part_has_the_findings_of_all_stops_once(target: str, tm
 def store_zones(store: Store) -> list[Any]:
     with store.read() as connection:
         return [tuple(row) for row in store.rows(connection, "report/serial_zones", serial="SN1")]
+
+
+@pytest.mark.browser
+def test_nothing_is_cut_and_what_decides_comes_first_at_any_width(target: str, tmp_path: Path) -> None:
+    with Store.open(target) as store:
+        stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)], [(RIB, "thickness", 8.0, 10.5, True)])
+    page = tmp_path / "part.html"
+    assert main(["report", "--serial", "SN1", "-o", str(page), "--store", target]) == 0
+    with browser() as shown:
+        for width in (420, 1400, 1920):
+            shown.call(
+                "Emulation.setDeviceMetricsOverride", width=width, height=1000, deviceScaleFactor=1, mobile=False
+            )
+            shown.open(page.as_uri())
+            assert not shown.complaints
+            assert shown.run("document.documentElement.scrollWidth") <= width
+            tops = "['.verdict', 'article.finding', '.summary', '#canvas']"
+            tops = f"{tops}.map(s => document.querySelector(s).getBoundingClientRect().top)"
+            assert shown.run(tops) == sorted(shown.run(tops))
+            assert shown.run(tops)[1] < 1000  # on the first screen
+            shown.until(lambda: shown.covered() > 0.002)
+            assert shown.run(UNCUT)
+        shown.run("document.querySelector('[for=tab-tables]').click()")
+        assert shown.run("document.querySelector('article.finding').offsetParent") is None
+        assert shown.run("document.querySelector('.tables .table').offsetParent !== null")
+        shown.call("Emulation.setEmulatedMedia", media="print")
+        assert shown.run("getComputedStyle(document.querySelector('.sign')).display") == "grid"
+        assert shown.run("document.querySelector('article.finding').offsetParent !== null")
+
+
+# Whether the model touches no border of its canvas.
+UNCUT = """(c => {
+  const g = c.getContext('webgl2'), w = c.width, h = c.height, p = new Uint8Array(4 * w * h);
+  g.readPixels(0, 0, w, h, g.RGBA, g.UNSIGNED_BYTE, p);
+  let clear = true;
+  for (let y = 0; y < h; y++) for (let x = 0; x < w; x++)
+    if ((x < 1 || y < 1 || x >= w - 1 || y >= h - 1) && p[4 * (y * w + x) + 3]) clear = false;
+  return clear;
+})(document.getElementById('canvas'))"""
