@@ -14,7 +14,7 @@ CREATE TABLE run (  -- One execution that writes: a load, a world, an index, an 
     host TEXT NOT NULL,  -- name of the machine
     process BIGINT NOT NULL,  -- process id on that machine, to tell a dead run from a living one
     began_at TIMESTAMPTZ NOT NULL,  -- when the run began
-    CHECK (kind IN ('load', 'world', 'index', 'diff', 'extract', 'stereo', 'inspect', 'set', 'prune'))
+    CHECK (kind IN ('load', 'world', 'index', 'diff', 'extract', 'stereo', 'inspect', 'set', 'prune', 'decide'))
 );
 
 CREATE TABLE run_input (  -- The files a run read, by content.

@@ -4,6 +4,7 @@ CREATE TABLE inspection (  -- What an inspection run was given, images, rig and 
     run_id BIGINT PRIMARY KEY,  -- the run
     world_id BIGINT NOT NULL,  -- the world, pinned to its revision
     rig_id BIGINT NOT NULL,  -- the rig
+    serial TEXT,  -- serial number of the physical part that was inspected; null where none was given
     m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m02 DOUBLE PRECISION, m03 DOUBLE PRECISION,  -- world_from_rig as the prior has it; null where there is none
     m10 DOUBLE PRECISION, m11 DOUBLE PRECISION, m12 DOUBLE PRECISION, m13 DOUBLE PRECISION,
     m20 DOUBLE PRECISION, m21 DOUBLE PRECISION, m22 DOUBLE PRECISION, m23 DOUBLE PRECISION,

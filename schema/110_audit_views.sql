@@ -50,20 +50,25 @@ JOIN ranked AS p ON p.run_id = s.run_id AND p.rank_no = s.placed_no
 JOIN ranked AS b ON b.run_id = s.run_id AND b.rank_no = s.best_no
 JOIN ranked AS o ON o.run_id = s.run_id AND o.rank_no = s.best_no + 1;
 
-CREATE VIEW inspection_outcome (  -- The verdict of an inspection with what is not as the model says: how many of the parts and features in view, and
-    -- which variant the pictures show.
+CREATE VIEW inspection_outcome (  -- Whether an inspection's pose may be used, and how the part is: what every title, list, file and exit status reads.
     run_id,  -- the run
     verdict,  -- accepted, ambiguous or refused: of the pose
-    changed,  -- parts and features that are there in another size or place; null where nothing was looked at, as where the pose is refused
+    pose_verdict,  -- usable, not unique or not found: the same, as a person asks
+    part_verdict,  -- as modelled, deviates, another variant, or not enough seen: the pose is not usable, or less than half of what is in view is checked
+    mood,  -- good, warn or bad: what colour that has; good only where all that is in view is checked
+    findings,  -- things that are surely not as modelled, as finding has them; null where nothing was looked at, as where the pose is refused
+    checked,  -- parts and features in view that are confirmed, changed or contradicted; null likewise
+    in_view,  -- parts and features in view; null likewise
+    changed,  -- parts and features that are there in another size or place; null likewise
     contradicted,  -- parts and features in whose place something else is; null likewise
     not_confirmed,  -- parts and features that should be seen and are not; null likewise
     undecidable,  -- parts and features of which the pictures do not tell; null likewise
     variant,  -- that the pictures show another variant than the world has; null where they do not, or none was weighed
-    outcome,  -- all of it in words
-    differs  -- whether something is changed or contradicted, or another variant shown
+    outcome  -- all of it in words
 ) AS
 WITH counted AS (
-    SELECT run_id, count(CASE state WHEN 'changed' THEN 1 END) AS changed,
+    SELECT run_id, count(*) AS in_view, count(CASE state WHEN 'confirmed' THEN 1 END) AS confirmed,
+        count(CASE state WHEN 'changed' THEN 1 END) AS changed,
         count(CASE state WHEN 'contradicted' THEN 1 END) AS contradicted,
         count(CASE state WHEN 'not_confirmed' THEN 1 END) AS not_confirmed,
         count(CASE state WHEN 'undecidable' THEN 1 END) AS undecidable
@@ -76,19 +81,45 @@ other AS (
     FROM found_variant
     WHERE another
     GROUP BY run_id
+),
+found AS (
+    SELECT run_id, count(DISTINCT lead_no) AS findings
+    FROM finding_item
+    GROUP BY run_id
+),
+said AS (
+    SELECT p.run_id, p.verdict, CASE WHEN c.in_view IS NOT NULL THEN coalesce(f.findings, 0) END AS findings,
+        c.confirmed + c.changed + c.contradicted AS checked, c.in_view, c.changed, c.contradicted, c.not_confirmed,
+        c.undecidable, o.variant,
+        CASE p.verdict WHEN 'accepted' THEN 'usable' WHEN 'ambiguous' THEN 'not unique' ELSE 'not found' END AS pose_verdict,
+        CASE
+            WHEN p.verdict <> 'accepted' THEN 'not enough seen'
+            WHEN o.variant IS NOT NULL THEN 'another variant'
+            WHEN c.changed + c.contradicted > 0 THEN 'deviates'
+            WHEN 2 * c.confirmed >= c.in_view THEN 'as modelled'
+            ELSE 'not enough seen'
+        END AS part_verdict
+    FROM inspection AS p
+    LEFT JOIN counted AS c ON c.run_id = p.run_id
+    LEFT JOIN found AS f ON f.run_id = p.run_id
+    LEFT JOIN other AS o ON o.run_id = p.run_id
 )
-SELECT p.run_id, p.verdict, c.changed, c.contradicted, c.not_confirmed, c.undecidable, o.variant,
-    concat_ws('; ', p.verdict,
-        nullif(concat_ws(', ',
-            CASE WHEN c.changed > 0 THEN concat(c.changed, ' changed') END,
-            CASE WHEN c.contradicted > 0 THEN concat(c.contradicted, ' contradicted') END,
-            CASE WHEN c.not_confirmed > 0 THEN concat(c.not_confirmed, ' not confirmed') END,
-            CASE WHEN c.undecidable > 0 THEN concat(c.undecidable, ' undecidable') END), ''),
-        o.variant) AS outcome,
-    coalesce(c.changed + c.contradicted > 0, FALSE) OR o.variant IS NOT NULL AS differs
-FROM inspection AS p
-LEFT JOIN counted AS c ON c.run_id = p.run_id
-LEFT JOIN other AS o ON o.run_id = p.run_id;
+SELECT run_id, verdict, pose_verdict, part_verdict,
+    CASE
+        WHEN pose_verdict = 'not found' OR part_verdict IN ('deviates', 'another variant') THEN 'bad'
+        WHEN part_verdict = 'as modelled' AND checked = in_view THEN 'good'
+        ELSE 'warn'
+    END AS mood,
+    findings, checked, in_view, changed, contradicted, not_confirmed, undecidable, variant,
+    concat('pose ', pose_verdict, '; part ', part_verdict,
+        CASE WHEN part_verdict = 'deviates' THEN concat(' (', findings, CASE findings WHEN 1 THEN ' finding)' ELSE ' findings)' END) END,
+        CASE WHEN in_view > 0 THEN concat('; ', concat_ws(', ', concat(checked, ' of ', in_view, ' checked'),
+            CASE WHEN changed > 0 THEN concat(changed, ' changed') END,
+            CASE WHEN contradicted > 0 THEN concat(contradicted, ' contradicted') END,
+            CASE WHEN not_confirmed > 0 THEN concat(not_confirmed, ' not confirmed') END,
+            CASE WHEN undecidable > 0 THEN concat(undecidable, ' undecidable') END)) END,
+        '; ' || variant) AS outcome
+FROM said;
 
 CREATE VIEW run_summary (  -- Every run with how it ended, and the verdict and what is not as modelled where it was an inspection.
     run_id,  -- the run
@@ -97,18 +128,23 @@ CREATE VIEW run_summary (  -- Every run with how it ended, and the verdict and w
     seconds,  -- how long it took, s; null while it runs, and where it was killed
     state,  -- running, finished, failed or killed
     verdict,  -- verdict of an inspection: accepted, ambiguous or refused; null of other runs
+    pose_verdict,  -- usable, not unique or not found, as in inspection_outcome
+    part_verdict,  -- as modelled, deviates, another variant or not enough seen, likewise
+    findings,  -- things that are surely not as modelled, likewise
+    checked,  -- parts and features in view that are checked, likewise
+    in_view,  -- parts and features in view, likewise
     changed,  -- parts and features that are there in another size or place, as in inspection_outcome
     contradicted,  -- parts and features in whose place something else is, likewise
     not_confirmed,  -- parts and features that should be seen and are not, likewise
     undecidable,  -- parts and features of which the pictures do not tell, likewise
     variant,  -- that the pictures show another variant than the world has, likewise
-    outcome,  -- verdict, counts and variant in words, likewise
+    outcome,  -- both verdicts, counts and variant in words, likewise
     message,  -- the error or the reason
     evidence_ratio  -- evidence found in the images over what a right pose would find; null where it was no inspection
 ) AS
 SELECT
-    r.id AS run_id, r.kind, r.began_at, e.seconds, s.state, p.verdict, o.changed, o.contradicted, o.not_confirmed,
-    o.undecidable, o.variant, o.outcome, e.message, p.evidence_ratio
+    r.id AS run_id, r.kind, r.began_at, e.seconds, s.state, o.verdict, o.pose_verdict, o.part_verdict, o.findings,
+    o.checked, o.in_view, o.changed, o.contradicted, o.not_confirmed, o.undecidable, o.variant, o.outcome, e.message, p.evidence_ratio
 FROM run AS r
 JOIN run_state AS s ON s.run_id = r.id
 LEFT JOIN run_event AS e ON e.run_id = r.id AND e.kind IN ('ended', 'found_dead')

@@ -1,6 +1,6 @@
 -- The parts and features in view, with how many of their model arcs there are and were matched, over all cameras.
--- Takes run_id; gives one row a part or feature, in order; visible is the share that is not covered; state and reason
--- null where the run did not look what is there.
+-- Takes run_id; gives one row a part or feature, in order; visible is the share that is not covered; state, reason
+-- and item_no null where the run did not look what is there.
 WITH arc AS (
     SELECT DISTINCT p.in_view_no, a.view_no, a.view_arc_no
     FROM part_in_view AS p
@@ -23,7 +23,8 @@ counted AS (
     GROUP BY arc.in_view_no
 )
 SELECT p.in_view_no, p.level, p.path, p.occurrence_id, p.feature_no, p.visible_pixels AS pixels,
-    p.visible_pixels / p.covered_pixels AS visible, coalesce(c.arcs, 0) AS arcs, coalesce(c.matched, 0) AS matched, s.state, s.reason
+    p.visible_pixels / p.covered_pixels AS visible, coalesce(c.arcs, 0) AS arcs, coalesce(c.matched, 0) AS matched, s.state, s.reason,
+    s.item_no
 FROM part_in_view AS p
 LEFT JOIN counted AS c ON c.in_view_no = p.in_view_no
 LEFT JOIN presence AS s ON s.run_id = p.run_id AND s.occurrence_id = p.occurrence_id AND s.level = p.level

@@ -1,5 +1,6 @@
--- The outcome of an inspection in addition to its verdict.
+-- The row of an inspection that its title, colour, lists, files and exit status follow.
 -- Takes run; gives no row or one.
-SELECT outcome, changed, contradicted, not_confirmed, undecidable, variant
+SELECT verdict, pose_verdict, part_verdict, mood, findings, checked, in_view, changed, contradicted, not_confirmed,
+    undecidable, variant, outcome AS words
 FROM inspection_outcome
 WHERE run_id = :run

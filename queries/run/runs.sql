@@ -1,8 +1,8 @@
 -- Runs, the latest first.
 -- Takes kind, state and verdict, null for any; gives run, kind, state (running, finished, failed or killed), verdict,
--- changed, contradicted, not_confirmed and undecidable (how many parts and features), variant (that the pictures show
--- another), began_at, seconds, message.
-SELECT run_id AS run, kind, state, verdict, changed, contradicted, not_confirmed, undecidable, variant, began_at,
+-- pose_verdict, part_verdict, findings, checked, in_view, changed, contradicted, not_confirmed and undecidable (how many
+-- parts and features), variant (that the pictures show another), began_at, seconds, message.
+SELECT run_id AS run, kind, state, verdict, pose_verdict, part_verdict, findings, checked, in_view, changed, contradicted, not_confirmed, undecidable, variant, began_at,
     seconds, message
 FROM run_summary
 WHERE (CAST(:kind AS TEXT) IS NULL OR kind = CAST(:kind AS TEXT))

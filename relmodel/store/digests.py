@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+from collections.abc import Iterable
 from typing import Any
 
 import sqlalchemy as sa
@@ -16,23 +19,37 @@ _OPEN = frozenset({"run_event", "ledger", "pruned_run", "row_digest", "image_blo
 
 def record_digests(run: Run, connection: Connection) -> None:
     """Append digests of what an inspection wrote and of the extractions it read: the last but its end."""
-    held = {
-        name: list(connection.scalars(sa.select(it.c.key).where(it.c.run_id == run.id).order_by(it.c.key)))
-        for name, it in _keys(run.store).items()
-    }
-    digests = {}
-    for relation in _digested(run.store, connection):
-        table = run.store.table(relation)
-        if (found := _key_of(table)) is not None:
-            name, column = found
-            asked = sa.select(_digest(run.store, table)).where(column.in_(held[name]))
-            if (digest := connection.scalar(asked)) is not None:
-                digests[relation] = str(digest)
+    digests = digest_rows(run.store, connection, run.id)
     run.append(
         connection,
         "row_digest",
         {"run_id": run.id, "relation": list(digests), "digest": list(digests.values())},
     )
+
+
+def digest_rows(store: Database, connection: Connection, run: int) -> dict[str, str]:
+    """By relation the digest of the rows that an inspection rests on, as they are now."""
+    held = {
+        name: list(connection.scalars(sa.select(it.c.key).where(it.c.run_id == run).order_by(it.c.key)))
+        for name, it in _keys(store).items()
+    }
+    digests = {}
+    for relation in _digested(store, connection):
+        table = store.table(relation)
+        if (found := _key_of(table)) is not None:
+            name, column = found
+            asked = sa.select(_digest(store, table)).where(column.in_(held[name]))
+            if (digest := connection.scalar(asked)) is not None:
+                digests[relation] = str(digest)
+    return digests
+
+
+def seal(store: Database, connection: Connection, runs: Iterable[int]) -> str:
+    """SHA-256, hexadecimal, over the digests of the rows that inspections rest on, as they are now: what a report that
+    is signed carries."""
+    said = [[run, sorted(digest_rows(store, connection, run).items())] for run in runs]
+    (identity,) = store.rows(connection, "store/identity")
+    return hashlib.sha256(json.dumps([identity.store_id, said]).encode()).hexdigest()
 
 
 def find_altered_rows(store: Database, connection: Connection) -> list[dict[str, Any]]:

@@ -51,7 +51,10 @@ def outcome(target: str, states: list[str], variants: Variants, verdict: str = "
 def test_parts_and_features_that_are_not_as_modelled_are_counted(fresh_store: str) -> None:
     states = ["changed"] * 3 + ["contradicted", "confirmed", "not_confirmed", "not_confirmed", "undecidable"]
     said = outcome(fresh_store, states, [])
-    assert said.words == "accepted; 3 changed, 1 contradicted, 2 not confirmed, 1 undecidable"
+    counts = "5 of 8 checked, 3 changed, 1 contradicted, 2 not confirmed, 1 undecidable"
+    assert said.words == f"pose usable; part deviates (4 findings); {counts}"
+    assert (said.pose_verdict, said.part_verdict, said.mood) == ("usable", "deviates", "bad")
+    assert (said.findings, said.checked, said.in_view) == (4, 5, 8)
     assert (said.changed, said.contradicted, said.not_confirmed, said.undecidable) == (3, 1, 2, 1)
     assert said.unchecked == 3
     assert [what for what in ("changed", "contradicted", "variant", "unchecked") if said.has(what)] == [
@@ -59,11 +62,24 @@ def test_parts_and_features_that_are_not_as_modelled_are_counted(fresh_store: st
     ]  # fmt: skip
 
 
-def test_a_verdict_stands_alone_where_all_is_as_modelled_or_nothing_was_looked_at(fresh_store: str) -> None:
-    good, refused = outcome(fresh_store, ["confirmed"], []), outcome(fresh_store, [], [], "refused")
-    assert (good.words, good.changed, good.unchecked) == ("accepted", 0, 0)
-    assert (refused.words, refused.changed, refused.unchecked) == ("refused", None, None)
-    assert not any(said.has(what) for said in (good, refused) for what in ("changed", "variant", "unchecked"))
+@pytest.mark.parametrize(
+    ("verdict", "confirmed", "open_", "words", "mood"),
+    [
+        ("accepted", 2, 0, "pose usable; part as modelled; 2 of 2 checked", "good"),
+        ("accepted", 2, 2, "pose usable; part as modelled; 2 of 4 checked, 2 undecidable", "warn"),
+        ("accepted", 2, 3, "pose usable; part not enough seen; 2 of 5 checked, 3 undecidable", "warn"),
+        ("accepted", 0, 0, "pose usable; part not enough seen", "warn"),
+        ("ambiguous", 2, 0, "pose not unique; part not enough seen; 2 of 2 checked", "warn"),
+        ("refused", 0, 0, "pose not found; part not enough seen", "bad"),
+    ],
+)
+def test_what_is_not_checked_never_reads_as_passed(
+    fresh_store: str, verdict: str, confirmed: int, open_: int, words: str, mood: str
+) -> None:
+    said = outcome(fresh_store, ["confirmed"] * confirmed + ["undecidable"] * open_, [], verdict)
+    assert (said.words, said.mood, said.is_usable) == (words, mood, verdict == "accepted")
+    assert said.unchecked == (open_ if confirmed + open_ else None)
+    assert not any(said.has(what) for what in ("changed", "contradicted", "variant"))
 
 
 A = ("A", 10.0, 12)
@@ -89,7 +105,8 @@ def test_another_variant_that_the_pictures_show_is_named(
     fresh_store: str, variants: Variants, variant: str, evidence: str
 ) -> None:
     said = outcome(fresh_store, ["changed", "confirmed"], variants)
-    assert said.words == f"accepted; 1 changed; {variant}"
+    assert said.words == f"pose usable; part another variant; 2 of 2 checked, 1 changed; {variant}"
+    assert (said.part_verdict, said.mood) == ("another variant", "bad")
     assert said.variant == variant
     assert said.has("variant")
     (sentence,) = said.variants
@@ -113,7 +130,7 @@ def test_another_variant_that_the_pictures_show_is_named(
 )
 def test_the_variant_of_the_world_is_no_other(fresh_store: str, variants: Variants, sentence: str) -> None:
     said = outcome(fresh_store, ["confirmed"], variants)
-    assert (said.words, said.variant, said.has("variant")) == ("accepted", None, False)
+    assert (said.part_verdict, said.variant, said.has("variant")) == ("as modelled", None, False)
     assert said.variants[0].startswith(sentence)
 
 

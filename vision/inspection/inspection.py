@@ -74,7 +74,7 @@ class Inspection:
     """The answer of an inspection; transforms are 4x4, mm, of the best hypothesis whatever the verdict, and None only
     where nothing is in view.
 
-    outcome: what is not as the model says, to stand beside the verdict.
+    outcome: whether the pose may be used and how the part is, as the store has it.
     posterior: probability that the best hypothesis is the right one.  missing: what was missing for acceptance, a
     sentence each.  needs: how exactly the pose was needed.  sigma_mm, sigma_rad: standard deviations of the pose along
     the worst directions, of the point in the middle of what is seen and of rotation; weakest: those directions.
@@ -93,7 +93,6 @@ class Inspection:
     """
 
     run: int
-    verdict: str
     outcome: Outcome
     reason: str
     posterior: float
@@ -115,6 +114,11 @@ class Inspection:
     equivalent: list[Floats]
     notes: list[str]
     timings_s: dict[str, float] = field(compare=False)
+
+    @property
+    def verdict(self) -> str:
+        """accepted, ambiguous or refused: of the pose."""
+        return self.outcome.verdict
 
     def to_json(self) -> dict[str, Any]:
         """The answer in plain lists and numbers, under the names of the fields; of the selection, how many."""
@@ -170,6 +174,7 @@ def inspect(
     world: str | None = None,
     against: Sequence[str] | None = None,
     carrier: Carrier | None = None,
+    serial: str | None = None,
     keep_images: bool = True,
     full_audit: bool = True,
     variants: bool | None = None,
@@ -185,7 +190,8 @@ def inspect(
     one picture by its ellipses, wherever in the world it was taken; against: names of loaded objects, all where there
     are none, to say which of them the pictures show, with no world and no prior; needs: how exactly the pose is needed,
     else as the prior file says, else the default; left, right: pictures; world: its name, where the store has several;
-    carrier: how the object stands that carries the rig, which is found by the rig's content; variants: whether to
+    carrier: how the object stands that carries the rig, which is found by the rig's content; serial: the number of
+    the physical part, by which the evidence of all its inspections adds up; variants: whether to
     weigh all loaded variants of the inspected objects at the pose found, None where something is not as the model
     says and they are few; overlay: a picture of the model drawn over the images, to be written; crops: a folder for
     pictures of what is not as the model says, worst first; full_audit: whether the rows that explain the decisions
@@ -213,7 +219,7 @@ def inspect(
                 "pictures compared with loaded objects have no world, prior or arm, and weigh all variants: leave out "
                 "what says otherwise, or leave out against"
             )
-    call = _Call(world_id, world_name, against, carrier, keep_images, full_audit, variants, overlay, crops)
+    call = _Call(world_id, world_name, against, carrier, serial, keep_images, full_audit, variants, overlay, crops)
     with Run.begin(
         store,
         "inspect",
@@ -241,6 +247,7 @@ class _Call:
     world: str
     against: tuple[str, ...] | None
     carrier: Carrier
+    serial: str | None
     keep_images: bool
     full_audit: bool
     variants: bool | None
@@ -249,7 +256,7 @@ class _Call:
 
     def parameters(self) -> dict[str, Any]:
         """What a run records of it."""
-        recorded = ("world", "against", "carrier", "keep_images", "full_audit")
+        recorded = ("world", "against", "carrier", "serial", "keep_images", "full_audit")
         return {name: value for name, value in asdict(self).items() if name in recorded}
 
 
@@ -356,6 +363,7 @@ def _inspect(
             run,
             connection,
             Inspected(
+                call.serial,
                 stored,
                 selection,
                 cameras,
@@ -459,7 +467,6 @@ def _answer(
     rows = [] if parts is None else parts.rows()
     return Inspection(
         run=run.id,
-        verdict=verdict.verdict,
         outcome=outcome,
         reason=verdict.reason,
         posterior=verdict.posterior,

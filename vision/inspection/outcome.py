@@ -1,4 +1,4 @@
-"""The outcome of an inspection in addition to its verdict: deviations from the model, and which variant is shown."""
+"""The outcome of an inspection: whether its pose may be used, and how the part is."""
 
 from __future__ import annotations
 
@@ -15,26 +15,38 @@ NOT_AS_MODELLED = ("changed", "contradicted", "variant", "unchecked")
 class Outcome:
     """A row of the view `inspection_outcome`, with the sentences of `found_variant`.
 
-    words: all of it, as "accepted; 3 changed, 1 contradicted".  changed, contradicted, not_confirmed, undecidable: how
-    many parts and features in view are so; None where the pose is refused.  variant: that the pictures show another
-    variant than the world has; None where they do not, or none was weighed.  variants: of each object of which several
+    verdict, pose_verdict, part_verdict, mood: as the view has them.  findings, checked, in_view, changed, contradicted,
+    not_confirmed, undecidable: how many parts and features in view are so; None where the pose is refused.  variant:
+    that the pictures show another variant than the world has; None where they do not, or none was weighed.  words: all
+    of it, as "pose usable; part deviates (4 findings); 5 of 8 checked, ...".  variants: of each object of which several
     variants were weighed which one is shown, and what says so.  shown: which of the objects that the pictures were held
     against they show; None where a world was given.
     """
 
-    words: str
+    verdict: str
+    pose_verdict: str
+    part_verdict: str
+    mood: str
+    findings: int | None
+    checked: int | None
+    in_view: int | None
     changed: int | None
     contradicted: int | None
     not_confirmed: int | None
     undecidable: int | None
     variant: str | None
+    words: str
     variants: list[str]
     shown: str | None
 
     @property
     def unchecked(self) -> int | None:
         """How many parts and features in view are not confirmed or undecidable."""
-        return None if self.undecidable is None else (self.not_confirmed or 0) + self.undecidable
+        return None if self.in_view is None else self.in_view - (self.checked or 0)
+
+    @property
+    def is_usable(self) -> bool:
+        return self.pose_verdict == "usable"
 
     def has(self, what: str) -> bool:
         """Whether one of NOT_AS_MODELLED is there."""
@@ -50,9 +62,7 @@ def read_outcome(store: Store, run: int) -> Outcome:
         (row,) = store.rows(connection, "run/outcome", run=run)
         variants = [r.sentence for r in store.rows(connection, "why/verdict/15_variants", run=run)]
         (shown, *_) = [r.sentence for r in store.rows(connection, "why/verdict/12_against", run=run)] or [None]
-    return Outcome(
-        row.outcome, row.changed, row.contradicted, row.not_confirmed, row.undecidable, row.variant, variants, shown
-    )
+    return Outcome(**row._mapping, variants=variants, shown=shown)
 
 
 def parse_not_as_modelled(given: str, option: str) -> list[str]:

@@ -40,10 +40,11 @@ FIRST_OF_VIEWS = 1  # those of its views follow
 
 @dataclass(frozen=True)
 class Inspected:
-    """What an inspection was given and found; pictures, what they are like and matched views by camera;
-    stereo, correction, parts and presence where there are, variants where asked for, what was considered where no world
-    was given."""
+    """What an inspection was given and found; serial: of the physical part, where one was given; pictures, what they
+    are like and matched views by camera; stereo, correction, parts and presence where there are, variants where asked
+    for, what was considered where no world was given."""
 
+    serial: str | None
     stored: StoredScene
     selection: Selection
     rig: Rig
@@ -136,6 +137,7 @@ def _record_verdict(run: Run, connection: Connection, it: Inspected) -> None:
         {
             "run_id": [run.id],
             "world_id": it.stored.world_id,
+            "serial": [it.serial],
             "rig_id": record_rig(run, connection, it.rig),
             **({} if it.prior.is_open else matrix_columns(it.prior.world_from_rig)),
             "prior_covariance": Ragged.pack([None if it.prior.is_open else it.prior.covariance]),

@@ -24,6 +24,8 @@ from vision.presence.unexplained import KINDS, REGION
 
 # From what to look at first to what needs no look.
 SEVERITY = (CONTRADICTED, CHANGED, NOT_CONFIRMED, UNDECIDABLE, CONFIRMED)
+# What is known to be as modelled or not.
+CHECKED = (CONTRADICTED, CHANGED, CONFIRMED)
 _MOST_SAID = 12
 
 
@@ -48,8 +50,8 @@ def summarise(presence: Presence) -> list[str]:
     level = np.array(presence.items.level)
     for name in ("part", "feature"):
         count = np.bincount(presence.state[level == name], minlength=len(STATES))
-        decided = int(count.sum() - count[UNDECIDABLE])
-        counted = [f"{count[s]} {STATES[s].replace('_', ' ')}" for s in SEVERITY if count[s] and s != UNDECIDABLE]
+        decided = int(count[list(CHECKED)].sum())
+        counted = [f"{count[s]} {STATES[s].replace('_', ' ')}" for s in SEVERITY if count[s]]
         words.append(f"checked {decided} of {int(count.sum())} {name}s in view: {', '.join(counted) or 'none'}")
     failures = rank_failures(presence)
     words += [f"  {_describe_failure(presence, int(row))}" for row in failures[:_MOST_SAID]]
@@ -123,7 +125,7 @@ def describe(presence: Presence) -> dict[str, Any]:
     return {
         "checked": {
             name: {
-                "checked": int(n.sum() - n[UNDECIDABLE]),
+                "checked": int(n[list(CHECKED)].sum()),
                 "of": int(n.sum()),
                 **{STATES[s]: int(n[s]) for s in range(len(STATES))},
             }

@@ -45,6 +45,8 @@ VERBS = (
     "inspect",
     "runs",
     "report",
+    "accept",
+    "reject",
     "serve",
     "why",
     "replay",

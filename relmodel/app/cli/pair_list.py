@@ -20,8 +20,8 @@ _STATUSES = (0, 5, 1, 3, 2, 4)
 
 @dataclass(frozen=True)
 class Listed:
-    """A line of a list: the paths by column, None where the cell is empty, what the pair is called, and where it
-    stands: `FILE, line N`."""
+    """A line of a list: the paths by column, None where the cell is empty, what the pair is called, the
+    number of the physical part, and where it stands: `FILE, line N`."""
 
     paths: dict[str, Any]
     name: str
@@ -29,9 +29,10 @@ class Listed:
     place: str
 
 
-def read_pairs(file: Path, **given: Path | None) -> list[Listed]:
+def read_pairs(file: Path, serial: str | None = None, **given: Path | None) -> list[Listed]:
     """The pairs of a list, whose first line names its columns, some of COLUMNS; paths are relative to the list's
-    folder, those `given` stand for empty cells.  Raises InputError, which names the line, where it is no such list."""
+    folder; `serial` and the paths `given` stand for empty cells.  Raises InputError, which names the line, where it is
+    no such list."""
     text = read_text(file, "list of pairs").removeprefix("\ufeff")
     heading = next(iter(text.splitlines()), "")
     rows = csv.reader(text.splitlines(keepends=True), delimiter=max(SEPARATORS, key=heading.count), strict=True)
@@ -48,7 +49,7 @@ def read_pairs(file: Path, **given: Path | None) -> list[Listed]:
                 raise InputError(
                     f"{place}: {len(cells)} cells under {len(names)} columns: quote cells that hold commas"
                 )
-            pairs.append(_listed(dict(zip(names, cells, strict=False)), place, file.parent, given))
+            pairs.append(_listed(dict(zip(names, cells, strict=False)), place, file.parent, serial, given))
     except csv.Error as error:
         raise InputError(f"{file}, line {rows.line_num}: this is no CSV ({error}): see to its quotes") from error
     if not pairs:
@@ -71,10 +72,12 @@ def _check_columns(names: Sequence[str], file: Path) -> None:
         raise InputError(f"{file}, line 1: there is no column left: {known}")
 
 
-def _listed(cells: dict[str, str], place: str, folder: Path, given: dict[str, Path | None]) -> Listed:
+def _listed(
+    cells: dict[str, str], place: str, folder: Path, serial: str | None, given: dict[str, Path | None]
+) -> Listed:
     paths = {name: folder / cells[name] if cells.get(name) else given.get(name) for name in FILES}
     if not cells.get("left"):
         raise InputError(f"{place}: no picture of the camera left is named: name one, or take the line out")
     if paths["rig"] is None:
         raise InputError(f"{place}: no rig is named: give --rig, or a column rig")
-    return Listed(paths, cells.get("serial") or cells["left"], cells.get("serial") or None, place)
+    return Listed(paths, cells["left"], cells.get("serial") or serial, place)

@@ -9,6 +9,7 @@ from typing import Any
 
 from sqlalchemy import Connection
 
+from relmodel.app.report.findings import size_words
 from relmodel.app.report.pictures import RunPicture
 from relmodel.store import Store
 
@@ -20,7 +21,8 @@ STATES = (*_FAILING, "undecidable", "confirmed")
 class Item:
     """An entry of the list: its number in view, the part placed, and how it is shown.
 
-    level: finding (not as modelled), part or feature; state empty where the run did not look what is there.
+    level: finding (not as modelled), part or feature; share: its size where that is another, else how much of it is
+    visible; state empty where the run did not look what is there.
     """
 
     no: int
@@ -36,25 +38,26 @@ class Item:
 def read_items(store: Store, connection: Connection, run: int) -> list[Item]:
     """What is not as modelled, the worst first; then the parts in view, each followed by its features in view."""
     rows = store.rows(connection, "report/items", run_id=run)
+    sizes = {r.item_no: size_words(r) for r in store.rows(connection, "report/run_findings", run_id=run)}
     part = {int(r.occurrence_id): r for r in rows if r.level == "part"}
     place = {occurrence: i for i, occurrence in enumerate(part)}
     rows = sorted(rows, key=lambda r: (place.get(int(r.occurrence_id), len(place)), r.level == "feature", r.in_view_no))
     failing = sorted((r for r in rows if r.state in _FAILING), key=lambda r: _FAILING.index(r.state))
-    return [_item(r, "finding", r.path) for r in failing] + [
+    return [_item(r, "finding", r.path, sizes.get(r.item_no)) for r in failing] + [
         _item(r, r.level, r.path if r.level == "part" else r.path.removeprefix(part[int(r.occurrence_id)].path + "/"))
         for r in rows
         if r.state not in _FAILING and (r.level == "part" or int(r.occurrence_id) in part)
     ]
 
 
-def _item(row: Any, level: str, name: str) -> Item:
+def _item(row: Any, level: str, name: str, size: str | None = None) -> Item:
     return Item(
         int(row.in_view_no),
         int(row.occurrence_id),
         None if row.feature_no is None else int(row.feature_no),
         level,
         name,
-        f"{100 * row.visible:.0f} %",
+        size or f"{100 * row.visible:.0f} % visible",
         row.state or "",
         (f"{row.reason}; " if row.reason else "")
         + f"{row.matched} of {row.arcs} edges matched, {row.pixels:.0f} px in view",

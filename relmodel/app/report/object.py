@@ -23,7 +23,8 @@ _UP = (0, 1, 0)  # of an object: as its drawings show it
 
 @dataclass(frozen=True)
 class Entry:
-    """An entry of the list next to the model: what it is called, its part in the scene, and surfaces (None: all)."""
+    """An entry of the list next to the model: what it is called, its part in the scene, and surfaces (None: all); key:
+    the placed part and its feature."""
 
     level: str
     name: str
@@ -32,6 +33,7 @@ class Entry:
     surfaces: list[int] | None = None
     state: str = ""
     note: str = ""
+    key: tuple[int, int | None] | None = None
 
 
 def object_page(

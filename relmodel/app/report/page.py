@@ -72,7 +72,12 @@ def read_table(connection: Connection, title: str, name: str, /, **parameters: A
 
 def render(template: str, **values: Any) -> str:
     """A page: the template filled in."""
-    own = {"script": Markup(page_script()), "policy": policy(), "style": Markup((_FOLDER / "page.css").read_text())}
+    own: dict[str, Any] = {
+        "seal": None,
+        "script": Markup(page_script()),
+        "policy": policy(),
+        "style": Markup((_FOLDER / "page.css").read_text()),
+    }
     return _environment().get_template(template).render(**(own | values))
 
 
@@ -128,6 +133,11 @@ def heading(name: str) -> str:
     return visible(name.replace("_", " "))
 
 
+def breakable(path: str) -> Markup:
+    """A path whose line may break after a slash or an underscore, and not inside a word."""
+    return Markup("<wbr>").join(re.split(r"(?<=[/_])", cell(path)))
+
+
 def clauses(sentence: str) -> list[str]:
     """The clauses of a text, split at semicolons outside parentheses."""
     return re.split(r"; (?![^(]*\))", sentence)
@@ -147,6 +157,6 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters |= {"cell": cell, "clauses": clauses, "heading": heading, "json": script_json}
+    made.filters |= {"breakable": breakable, "cell": cell, "clauses": clauses, "heading": heading, "json": script_json}
     made.tests["figure"] = is_number
     return made

@@ -67,14 +67,15 @@ def read_pictures(store: Store, connection: Connection, run: int) -> list[RunPic
         if name in spread:
             scale, ellipses = _ellipses(*spread[name])
             drawn += ellipses
-        uri = None if picture.bytes is None else data_uri(picture.bytes)
+        image = None if picture.bytes is None else read_image(picture.bytes)
+        uri = None if image is None else data_uri(image)
         drawing = Markup("").join(drawn)
         out.append(RunPicture(name, picture.file_name, picture.width, picture.height, uri, drawing, scale))
     return out
 
 
-def data_uri(data: bytes) -> str | None:
-    """A picture as a data URI, in eight bits and no larger than a page needs; None where it cannot be decoded."""
+def read_image(data: bytes) -> Image.Image | None:
+    """A picture in eight bits; None where it cannot be decoded."""
     try:
         with Image.open(io.BytesIO(data)) as opened:
             if opened.width * opened.height > _MOST_PIXELS:
@@ -86,6 +87,11 @@ def data_uri(data: bytes) -> str | None:
     if grey is not None:  # sixteen bits
         bright = max(float(np.percentile(grey, 99.9)), 1e-9)
         picture = Image.fromarray(np.clip(grey * (255 / bright), 0, 255).astype(np.uint8))
+    return picture
+
+
+def data_uri(picture: Image.Image) -> str:
+    """A picture as a data URI, no larger than a page needs."""
     picture.thumbnail((_LONGEST_PX, _LONGEST_PX))
     out = io.BytesIO()
     picture.save(out, "WEBP", quality=_WEBP_QUALITY)
@@ -127,7 +133,7 @@ def _image_arcs(
     alien: set[tuple[str, int]],
 ) -> list[Markup]:
     points = store.columns(connection, "report/image_arc_courses", extraction_id=picture.extraction_id)
-    drawn = courses(*_course_columns(points["image_arc_no"], points["x"], points["y"]))
+    drawn = courses(*course_columns(points["image_arc_no"], points["x"], points["y"]))
     out = []
     for a in store.rows(connection, "report/image_arcs", extraction_id=picture.extraction_id):
         no = int(a.image_arc_no)
@@ -148,7 +154,7 @@ def _model_arcs(
     fates: dict[tuple[str, str, int], str],
     states: dict[tuple[str, int], str],
 ) -> list[Markup]:
-    drawn = courses(*_course_columns(*([getattr(p, c) for p in points] for c in ("view_arc_no", "x", "y"))))
+    drawn = courses(*course_columns(*([getattr(p, c) for p in points] for c in ("view_arc_no", "x", "y"))))
     out = []
     for a in arcs:
         no = int(a.view_arc_no)
@@ -176,7 +182,7 @@ def _regions(
     if not len(region):
         return []
     rings = 1 + int(ring.max())
-    drawn = courses(*_course_columns(rings * region + ring, rows["x"], rows["y"]), detail=_REGION_DETAIL_PX)
+    drawn = courses(*course_columns(rings * region + ring, rows["x"], rows["y"]), detail=_REGION_DETAIL_PX)
     whole: dict[int, str] = defaultdict(str)
     for key, data in drawn.items():
         whole[key // rings] += data + "Z"
@@ -189,7 +195,8 @@ def _regions(
     return out
 
 
-def _course_columns(owner: Iterable[Any], x: Iterable[Any], y: Iterable[Any]) -> tuple[Ints, Floats, Floats]:
+def course_columns(owner: Iterable[Any], x: Iterable[Any], y: Iterable[Any]) -> tuple[Ints, Floats, Floats]:
+    """Columns of points as arrays."""
     return np.asarray(owner, np.int64), np.asarray(x, float), np.asarray(y, float)
 
 

@@ -12,18 +12,17 @@ from sqlalchemy import Connection
 
 import relmodel
 from relmodel.app.audit.newest import find_run
+from relmodel.app.report.findings import group_rest, read_cards
 from relmodel.app.report.items import STATES, Item, checked, item_data, read_items
 from relmodel.app.report.page import Table, cell, read_table, render
 from relmodel.app.report.pictures import RunPicture, read_pictures
 from relmodel.app.report.plots import evidence_plots, pose_plots, times
 from relmodel.app.report.run_scene import LEGEND, run_scene
 from relmodel.store import Store
+from relmodel.store.digests import seal
 
 # How a run ended, in a word, and what that is for the one who reads: good, warn or bad.
 _ENDS = {
-    "accepted": ("Accepted", "good"),
-    "ambiguous": ("Ambiguous", "warn"),
-    "refused": ("Refused", "bad"),
     "failed": ("Failed", "bad"),
     "killed": ("Killed", "bad"),
     "finished": ("Done", "good"),
@@ -68,15 +67,15 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     items = read_items(store, connection, run)
     pictures = read_pictures(store, connection, run)
     scene, part_of = run_scene(store, connection, run)
-    word, mood = _ENDS.get(row.state if pose is None else pose.verdict, (row.state, "warn"))
+    word, mood = _ENDS.get(row.state, (row.state, "warn"))
     reason = (pose.reason if pose is not None else row.message) or _NO_MORE.get(row.state, "")
     if pose is not None:
-        word = pose.outcome[0].upper() + pose.outcome[1:]
-        mood = "warn" if mood == "good" and pose.differs else mood
+        word, mood = pose.outcome[0].upper() + pose.outcome[1:], pose.mood
         shown = store.rows(connection, "why/verdict/12_against", run=run)[:1]
         variants = store.rows(connection, "why/verdict/15_variants", run=run)
         reason = "; ".join([reason, *(r.sentence for r in (*shown, *variants))])
     drawn = Markup("").join(p.drawing for p in pictures)
+    rest, passed = group_rest(store.rows(connection, "report/states", run_id=run))
     return render(
         "run.html",
         **(around or {}),
@@ -88,6 +87,12 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         mood=mood,
         reason=reason,
         facts=_facts(store, connection, run, row, pose, prior, items),
+        sheet=read_sheet(store, connection, run),
+        cards=read_cards(store, connection, run),
+        chosen={(i.occurrence, i.feature): n for n, i in enumerate(items)},
+        rest=rest,
+        passed=passed,
+        seal=None if pose is None else (f"run {run}", seal(store, connection, [run])),
         pictures=pictures,
         pictures_title="Pictures" if len(pictures) > 1 else "Picture",
         layers=_layers(drawn),
@@ -102,6 +107,11 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     )
 
 
+def read_sheet(store: Store, connection: Connection, run: int) -> list[tuple[str, Any]]:
+    """Name and value of what the head of a report that is signed says; of no inspection nothing."""
+    return [item for r in store.rows(connection, "report/header", run_id=run) for item in r._mapping.items()]
+
+
 _NO_MORE = {"running": "This is what it has committed so far.", "finished": "The run ended well."}
 _KINDS = {
     "load": "Load of a model",
@@ -111,6 +121,7 @@ _KINDS = {
     "extract": "Extraction from a picture",
     "inspect": "Inspection",
     "set": "Attribute set",
+    "decide": "Finding decided",
     "stereo": "Pictures of a pair matched",
     "prune": "Room made in the store",
 }
@@ -120,7 +131,7 @@ def _facts(
     store: Store, connection: Connection, run: int, row: Any, pose: Any, prior: Any, items: list[Item]
 ) -> list[tuple[str, str, str]]:
     """Name, value and note of what the head of the page says."""
-    facts = []
+    facts = checked(store, connection, run, items)
     if pose is not None and prior is not None:
         for r in store.rows(connection, "report/rules", run_id=run):
             if r.rule in _PRECISION:
@@ -133,7 +144,6 @@ def _facts(
             ("edge evidence found", f"{min(pose.evidence_ratio, 1.0):.0%}".replace("%", " %"), "of what is expected")
         )
         facts.append(("probability", _probability(pose.posterior), "that the best pose is the right one"))
-    facts += checked(store, connection, run, items)
     if row.seconds is not None:
         facts.append(("time", f"{row.seconds:.3g} s", ""))
     return facts
@@ -170,6 +180,7 @@ def _layers(drawn: str) -> list[Layer]:
 
 # The tables of the page by the named query that gives each, queries/report/NAME.sql.
 _TITLES = {
+    "run_findings": "Findings",
     "checked": "How much was checked",
     "sizes": "Sizes measured",
     "distances": "Distances measured",
@@ -186,7 +197,7 @@ _TITLES = {
     "matched": "Matched arcs",
     "rejected": "Rejected arcs",
     "load": "Load",
-    "findings": "Findings",
+    "findings": "Findings of the load",
     "steps": "Steps",
     "inputs": "Files read",
     "written": "Rows written",
@@ -222,7 +233,7 @@ def _sections(
         return [tables[name] for name in names if tables[name].rows]
 
     return [
-        ("What is there", those("checked", "sizes", "distances", "states", "unexplained")),
+        ("What is there", those("run_findings", "checked", "sizes", "distances", "states", "unexplained")),
         (
             "Pose",
             [*those("rules", "pose", "prior"), *pose_plots(store, connection, run), *those("corrections", "joints")],

@@ -105,7 +105,7 @@ def _runs(connection: Connection, asked: Mapping[str, str]) -> Listing:
     given = {n: asked.get(n) or None for n in ("kind", "state", "verdict")}
     table = _table(connection, "Runs", "run/runs", **given)
     choices = {
-        "kind": ("load", "world", "index", "diff", "extract", "inspect", "set"),
+        "kind": ("load", "world", "index", "diff", "extract", "inspect", "set", "decide"),
         "state": ("running", "finished", "failed", "killed"),
         "verdict": ("accepted", "ambiguous", "refused"),
     }

@@ -238,7 +238,7 @@ def test_commands_run(
         main(shlex.split(command)[1:])
         assert [line.rstrip() for line in capsys.readouterr().out.splitlines()] == answer.splitlines()
     if page.stem == "report":
-        assert "Accepted" in Path("run.html").read_text()
+        assert "Pose usable" in Path("run.html").read_text()
         assert "bulkhead A" in Path("bulkhead.html").read_text()
 
 
@@ -279,7 +279,7 @@ def test_python_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
     assert said["answer"].verdict == "accepted"
     picture = Image.open(io.BytesIO(said["answer"]._repr_png_()))
     assert (picture.format, picture.width) == ("PNG", 1288)  # two of 640 pixels, and a gap
-    assert "accepted" in said["answer"]._repr_html_()
+    assert "pose usable; part as modelled" in said["answer"]._repr_html_()
 
 
 @pytest.mark.usefixtures("demonstrated")

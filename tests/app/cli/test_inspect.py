@@ -71,6 +71,7 @@ WRITTEN = [
 # What differs between two runs of the same: which run it was, when, and how long it took.
 OF_THE_RUN = {
     "run_id",
+    "serial",
     "labels_id",
     "extraction_id",
     "unit_set_id",

@@ -41,8 +41,10 @@ def listed(folder: Path, text: str) -> Path:
 def test_a_list_is_read_as_it_is_written(text: str, tmp_path: Path) -> None:
     first, second = read_pairs(listed(tmp_path, text), rig=Path("rig.yaml"))
     assert (first.paths["left"], first.paths["right"]) == (tmp_path / "a.png", tmp_path / "b/b.png")
-    assert (first.paths["rig"], first.paths["prior"], first.name) == (Path("rig.yaml"), None, "7")
+    assert (first.paths["rig"], first.paths["prior"], first.name) == (Path("rig.yaml"), None, "a.png")
     assert (second.paths["left"], second.paths["right"], second.name) == (tmp_path / "c.png", None, "c.png")
+    assert (first.serial, second.serial) == ("7", None)
+    assert [pair.serial for pair in read_pairs(listed(tmp_path, text), "8", rig=Path("rig.yaml"))] == ["7", "8"]
 
 
 @pytest.mark.parametrize(

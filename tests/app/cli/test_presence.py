@@ -28,6 +28,7 @@ from tests.app.cli.conftest import DEMO, Inspection, halve, inspected
 from tests.app.cli.test_serve import rows, serving
 from tests.pages import Page
 from vision.inspection import inspection
+from vision.inspection.outcome import read_outcome
 from vision.presence.presence_parameters import DEFAULTS
 
 Answer = dict[str, Any]
@@ -134,8 +135,8 @@ def test_counts_add_up_and_the_worst_comes_first(answer: Answer) -> None:
     state = {i["path"]: i["state"] for i in presence["items"] if i["level"] != "surface"}
     for level, count in presence["checked"].items():
         items = [i for i in presence["items"] if i["level"] == level]
-        undecidable = sum(i["state"] == "undecidable" for i in items)
-        assert (count["of"], count["checked"]) == (len(items), len(items) - undecidable)
+        checked = sum(i["qif"] in ("PASS", "FAIL") for i in items)
+        assert (count["of"], count["checked"]) == (len(items), checked)
         assert all((i["qif"] == "NOT_ANALYZED") == (i["state"] == "undecidable") for i in items)
     worst = [state[path] for path in presence["look_at"]]
     assert worst == sorted(worst, key=["contradicted", "changed", "not_confirmed"].index)
@@ -243,7 +244,9 @@ def test_the_outcome_counts_what_is_not_as_modelled(answer: Answer) -> None:
         assert said[state] == states.count(state)
     assert said["unchecked"] == said["not_confirmed"] + said["undecidable"]
     assert said["variant"] == "the pictures show variant B of bulkhead, not A"
-    assert said["words"].startswith(f"accepted; {states.count('changed')} changed, ")
+    assert (said["pose_verdict"], said["part_verdict"], said["mood"]) == ("usable", "another variant", "bad")
+    counted = f"{said['checked']} of {len(states)} checked, {states.count('changed')} changed, "
+    assert said["words"].startswith(f"pose usable; part another variant; {counted}")
     assert said["words"].endswith(f"; {said['variant']}")
 
 
@@ -258,7 +261,8 @@ def test_the_outcome_stands_wherever_the_verdict_stands(
     assert f"run {run}: {said['words']}\n" in shown
     assert evidence in shown
     assert said["words"] in PicturedInspection(**vars(found))._repr_html_()
-    counts = {name: said[name] for name in ("changed", "contradicted", "not_confirmed", "undecidable", "variant")}
+    own = ("mood", "words", "variants", "shown", "unchecked")
+    counts = {name: value for name, value in said.items() if name not in own}
     assert main(["runs", "--kind", "inspect", "--store", target, "--format", "json"]) == 0
     with serving(target) as server:
         for listed in (json.loads(capsys.readouterr().out), rows(server, "/runs", kind="inspect")):
@@ -270,8 +274,8 @@ def test_the_outcome_stands_wherever_the_verdict_stands(
     page, exported = tmp_path / "run.html", tmp_path / "run.json"
     assert main(["report", "-o", str(page), "--store", target]) == 0
     read = Page(page.read_text())
-    assert read.with_class("verdict", "warn")
-    assert f"A{said['words'][1:]}" in read.text
+    assert read.with_class("verdict", "bad")
+    assert f"P{said['words'][1:]}" in read.text
     assert evidence in " ".join(read.text.split())
     assert main(["export", "--run", "last", "-o", str(exported), "--store", target]) == 0
     kept = json.loads(exported.read_text())
@@ -280,6 +284,30 @@ def test_the_outcome_stands_wherever_the_verdict_stands(
         (row,) = connection.execute(sa.text("SELECT * FROM run_summary WHERE run_id = :run"), {"run": run})
         assert row.outcome == kept["outcome"] == said["words"]
         assert {name: row._mapping[name] for name in counts} == counts
+
+
+def test_one_row_altered_is_followed_everywhere(
+    answer: Answer, found: inspection.Inspection, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A row under the outcome is altered: nothing above an answer keeps a verdict of its own."""
+    target, run, page = str(tmp_path / "altered.duckdb"), answer["run"], tmp_path / "run.html"
+    shutil.copy(folder / "copy.duckdb", target)
+    with Store.open(target) as store:
+        with store.write() as connection:
+            connection.exec_driver_sql("UPDATE inspection SET verdict = 'ambiguous'")
+        altered = replace(found, outcome=read_outcome(store, run))
+    capsys.readouterr()
+    print_answer(altered, "table")
+    told = [capsys.readouterr().err, PicturedInspection(**vars(altered))._repr_html_()]
+    for call in (["why", "--verdict"], ["report", "-o", str(page)]):
+        assert main([*call, "--store", target]) == 0
+    told += [capsys.readouterr().out, page.read_text()]
+    assert all("ose not unique; part not enough seen; " in words for words in told)
+    assert all("pose usable" not in words for words in told)
+    assert Page(page.read_text()).with_class("verdict", "warn")
+    with serving(target) as server:
+        (listed,) = rows(server, "/runs", kind="inspect")
+    assert (listed["verdict"], listed["pose_verdict"]) == ("ambiguous", "not unique")
 
 
 @pytest.mark.parametrize(
@@ -306,13 +334,13 @@ def test_what_is_not_there_fails_nothing(
     found: inspection.Inspection, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """As it would end with the right model; a refused pose keeps its status."""
-    good = replace(found.outcome, changed=0, contradicted=0, not_confirmed=0, undecidable=3, variant=None)
+    good = replace(found.outcome, changed=0, contradicted=0, checked=9, in_view=12, variant=None)
     for verdict, words, status in (
-        ("accepted", "changed,contradicted,variant", 0),
-        ("accepted", "unchecked", 5),
-        ("ambiguous", "unchecked", 1),
+        ("usable", "changed,contradicted,variant", 0),
+        ("usable", "unchecked", 5),
+        ("not unique", "unchecked", 1),
     ):
-        said = replace(found, verdict=verdict, outcome=good)
+        said = replace(found, outcome=replace(good, pose_verdict=verdict))
         monkeypatch.setattr("vision.inspection.inspect", lambda *_, said=said, **__: said)
         call = ["inspect", *("--rig", "r.yaml", "--left", "l.png", "--prior", "p.yaml", "--fail-on", words)]
         assert main([*call, "--store", str(folder / "cell.duckdb")]) == status
@@ -345,3 +373,61 @@ def test_both_engines_answer_from_the_rows(request: pytest.FixtureRequest, engin
     assert said["variants_seen"] == []
     with Store.open(done.store) as store:
         assert "states.least_log_odds" in thresholds_are_those_that_decided(store)
+
+
+def test_findings_come_first_with_what_each_camera_shows(
+    answer: Answer, store: Store, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The hole of 88 mm for 104: its size and limit, its own link, and crops that show it in both cameras."""
+    with store.read() as connection:
+        findings = store.rows(connection, "report/run_findings", run_id=answer["run"])
+    page = tmp_path / "run.html"
+    target = str(shutil.copy(folder / "copy.duckdb", tmp_path / "cell.duckdb"))
+    assert main(["report", "-o", str(page), "--store", target]) == 0
+    read = Page(page.read_text())
+    assert len(read.with_class("finding")) >= len(findings) == answer["outcome"]["findings"]
+    links = [a["id"] for _, a in read.elements if a.get("id", "").startswith("finding=")]
+    assert links == [f"finding={n}" for n in range(1, len(findings) + 1)]
+    wide = next(row for row in findings if row.path == feature_at(store, 1130, 138))
+    assert wide.least_difference == pytest.approx(max(0.8, 4 * wide.sigma))
+    text = " ".join(read.text.split())
+    assert f"diameter 104 → {wide.value:.2f} ± {wide.sigma:.2f} mm differs from" in text
+    assert text.index("Findings") < text.index("Not checked") < text.index("As modelled") < text.index("Pictures")
+    boxes = [[float(v) for v in a["viewbox"].split()] for tag, a in read.elements if a.get("class") == "crop"]
+    assert len(boxes) == 2 * 2 * len(findings)  # raw and drawn, of two cameras
+    left, right = boxes[4 * (wide.finding_no - 1)], boxes[4 * (wide.finding_no - 1) + 2]
+    truth = json.loads((DEMO / "pair_04_truth.json").read_text())
+    at = np.array(truth["world_from_object"]) @ [1130.0, 138.0, 0.0, 1.0]
+    for camera, (u0, v0, width, height) in (("left", left), ("right", right)):
+        seen = np.linalg.inv(np.array(truth["cameras"][camera]["world_from_camera"])) @ at
+        u, v = (np.array(truth["cameras"][camera]["matrix"]) @ (seen[:3] / seen[2]))[:2] / 2
+        assert abs(u - u0 - width / 2) < width / 4
+        assert abs(v - v0 - height / 2) < height / 4
+
+
+def test_decisions_are_kept_shown_and_sealed(
+    answer: Answer, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    target, page = str(shutil.copy(folder / "copy.duckdb", tmp_path / "cell.duckdb")), tmp_path / "run.html"
+    decide = ["--by", "A. Meier", "--store", target, "--note"]
+    assert main(["accept", "2", *decide, "as agreed <b>"]) == 0
+    assert main(["reject", "2", *decide, "no longer"]) == 0
+    assert main(["reject", "99", *decide, "why"]) == main(["accept", "1", *decide, " "]) == 2
+    assert "has no finding 99" in capsys.readouterr().err
+    assert main(["report", "-o", str(page), "--store", target]) == 0
+    text = " ".join(Page(page.read_text()).text.split())
+    assert "rejected by A. Meier" in text
+    assert "as agreed" not in text
+    with Store.open(target) as store, store.read() as connection:
+        kept = connection.execute(sa.text("SELECT decision, note FROM finding_decision ORDER BY run_id")).all()
+        assert not [f for f in check(store) if f.rows]
+    assert [tuple(row) for row in kept] == [("accepted", "as agreed <b>"), ("rejected", "no longer")]
+    assert main(["check", "--report", str(page), "--store", target]) == 0
+    forged = tmp_path / "forged.html"
+    forged.write_text(page.read_text().replace("rejected by", "accepted by"))
+    assert main(["check", "--report", str(forged), "--store", target]) == 1
+    with Store.open(target) as store, store.write() as connection:
+        connection.exec_driver_sql("UPDATE measured_size SET value = nominal")
+    assert main(["check", "--report", str(page), "--store", target]) == 1
+    assert f"the rows of run {answer['run']} in" in capsys.readouterr().err
+    assert main(["check", "--report", str(folder / "world.yaml"), "--store", target]) == 3

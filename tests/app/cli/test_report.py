@@ -53,7 +53,9 @@ def read(page: str) -> Page:
 
 def test_the_verdict_comes_first(read: Page, inspection: Inspection) -> None:
     text = read.text
-    assert text.index("Accepted") < text.index(inspection.answer["reason"]) < text.index("Pictures")
+    assert (
+        text.index("Pose usable; part as modelled") < text.index(inspection.answer["reason"]) < text.index("Pictures")
+    )
 
 
 def test_every_arc_is_drawn_once_with_its_fate(read: Page, inspection: Inspection) -> None:
@@ -167,7 +169,8 @@ def test_what_is_not_as_modelled_comes_first(
     )
     page = written(store, tmp_path)
     found = Page(page)
-    assert page.index('<li class="finding">') < page.index(f'">{path}</span>') < page.index('<li class="part">')
+    lists = page[page.index('<li class="finding">') :].replace("<wbr>", "")
+    assert lists.index(f'">{path}</span>') < lists.index('<li class="part">')
     ((around,),) = asked(
         store,
         "SELECT count(DISTINCT (a.view_no, a.view_arc_no)) FROM presence p JOIN occurrence o ON o.id = p.occurrence_id "
@@ -247,7 +250,8 @@ def evil_page(
 
 def test_names_cannot_bring_elements(evil_page: str, read: Page) -> None:
     found = Page(evil_page)
-    assert [tag for tag, _ in found.elements] == [tag for tag, _ in read.elements]
+    tags, others = ([tag for tag, _ in it.elements if tag != "wbr"] for it in (found, read))
+    assert tags == others
     assert not [a for _, a in found.elements if any(name.startswith("on") for name in a)]
     assert "window.hacked=1" in found.text
     assert "\x1b" not in evil_page
@@ -268,7 +272,7 @@ def test_a_refused_run_says_why(
     page = written(store, tmp_path)
     found = Page(page)
     text = found.text
-    assert text.index("Refused") < text.index("too little evidence") < text.index("Pictures")
+    assert text.index("Pose not found") < text.index("too little evidence") < text.index("Pictures")
     assert found.with_class("verdict", "bad")
     assert text.count("the bytes of this picture were not kept") == 2
     # The model is seen from the side of the cameras, though nothing says which parts they show.
@@ -339,7 +343,7 @@ def test_a_browser_shows_it_without_complaint_or_request(shown: Browser, inspect
     assert not shown.complaints
     assert [url for url in shown.requests if not url.startswith("data:")] == [shown.run("location.href")]
     assert shown.run("[...document.querySelectorAll('svg.picture image')].length") == 2
-    assert shown.run("document.querySelector('.verdict .word').textContent").startswith("Accepted")
+    assert shown.run("document.querySelector('.verdict .word').textContent").startswith("Pose usable")
     assert inspection.answer["reason"] in shown.run("document.body.innerText")
 
 

@@ -207,7 +207,7 @@ def test_every_question_is_answered_and_takes_its_parameters(server: Server) -> 
         ("/nothing", {}, 404, "no such page"),
         ("/run/99999", {}, 400, "there is no run 99999"),
         ("/run/99999.json", {}, 400, "there is no run 99999"),
-        ("/run/1.csv", {}, 400, "name it with ?table=, one of checked, sizes"),
+        ("/run/1.csv", {}, 400, "name it with ?table=, one of run_findings, checked"),
         ("/run/1.json", {"table": "nothing"}, 400, "there is no table 'nothing' here"),
         ("/run/1", {"table": "steps"}, 400, "no parameter 'table' here"),
         ("/object/bulkhead.csv", {"variant": "A"}, 400, "one of tree, object_features, object_kinds"),

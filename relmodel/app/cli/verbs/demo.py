@@ -77,4 +77,4 @@ def run(args: argparse.Namespace) -> int:
     print(f"store     {target}")
     print(f"overlay   {overlay}")
     print(f"report    {page}")
-    return 0 if answer.verdict == "accepted" else 1
+    return 0 if answer.outcome.is_usable else 1

@@ -81,6 +81,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
     parser.add_argument(
+        "--serial", metavar="SN", help="serial number of the part, by which its inspections add up (relmodel report)"
+    )
+    parser.add_argument(
         "--against",
         nargs="?",
         const="",
@@ -181,6 +184,7 @@ def run(args: argparse.Namespace) -> int:
                 store,
                 **pair.paths,
                 needs=needs,
+                serial=pair.serial,
                 world=args.world,
                 against=None if args.against is None else objects,
                 carrier=carrier,
@@ -214,11 +218,11 @@ def _pairs(args: argparse.Namespace) -> list[Listed]:
         alone = [f"--{name}" for name in FILES if name not in ("rig", "prior") and given[name] is not None]
         if alone:
             raise UsageError(f"{' and '.join(alone)} cannot be combined with --list: name them in columns of the list")
-        return read_pairs(args.list, rig=args.rig, prior=args.prior)
+        return read_pairs(args.list, args.serial, rig=args.rig, prior=args.prior)
     missing = [f"--{name}" for name in ("rig", "left") if given[name] is None]
     if missing:
         raise UsageError(f"{' and '.join(missing)} must be given, or pairs with --list")
-    return [Listed(given, args.left.name, None, "")]
+    return [Listed(given, args.left.name, args.serial, "")]
 
 
 def _run_list(
@@ -270,7 +274,7 @@ def _run_list(
 
 
 def _status(answer: Inspection, fail_on: Sequence[str]) -> int:
-    if answer.verdict != "accepted":
+    if not answer.outcome.is_usable:
         return 1
     return DIFFERS if any(answer.outcome.has(what) for what in fail_on) else 0
 
@@ -289,7 +293,7 @@ def print_answer(answer: Inspection, form: str) -> None:
     say(f"run {answer.run}: {answer.outcome.words}")
     say(f"the pose is {answer.verdict}: {answer.reason}")
     if answer.world_from_rig is not None:
-        if answer.verdict != "accepted":
+        if not answer.outcome.is_usable:
             say(f"the best hypothesis, not accepted (probability {answer.posterior:.1%}):")
         for row in answer.world_from_rig[:3]:
             say("  ".join(f"{value:14.6f}" for value in row))

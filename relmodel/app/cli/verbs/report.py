@@ -1,8 +1,9 @@
-"""Write a page of a run, an object or two variants: one file that a browser shows without network.
+"""Write a page of a run, a physical part, an object or two variants: one file that a browser shows without network.
 
 A run's page has its verdict, the pictures with what was found drawn over them, the parts and features in view, the
 model in three dimensions and the tables that all rests on, each with its SQL.  A run that was refused or failed has
-one that shows why.  Without RUN: of the newest inspection.
+one that shows why.  Without RUN: of the newest inspection.  With --serial: of all inspections of one physical part,
+what is checked, what failed and what was not yet seen.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ EXAMPLE = """relmodel report 3 -o run.html --store cell.duckdb
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_run(parser)
+    parser.add_argument("--serial", metavar="SN", help="of the physical part of this serial number instead")
     parser.add_argument("--object", metavar="NAME", help="of this object instead")
     parser.add_argument("--variant", default="", help="with --object: its variant")
     parser.add_argument(
@@ -36,8 +38,8 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.app.report.page import write_page
     from relmodel.store import Store
 
-    if args.number is not None and (args.diff or args.object):
-        raise UsageError("a page is of one thing: give RUN, or --object NAME, or --diff A B")
+    if (args.number is not None) + (args.serial is not None) + bool(args.diff or args.object) > 1:
+        raise UsageError("a page is of one thing: give RUN, or --serial SN, or --object NAME, or --diff A B")
     if args.variant and (args.diff or not args.object):
         raise UsageError("--variant says which variant of --object: give it with --object and without --diff")
     if args.diff:
@@ -48,6 +50,11 @@ def run(args: argparse.Namespace) -> int:
 
             write_page(args.out, lambda: object_page(store, connection, args.object, args.variant))
             of = " variant ".join(filter(None, [args.object, args.variant]))
+        elif args.serial is not None:
+            from relmodel.app.report.serial import serial_page
+
+            write_page(args.out, lambda: serial_page(store, connection, args.serial))
+            of = f"part {args.serial}"
         else:
             from relmodel.app.audit.newest import run_named
             from relmodel.app.report.run import run_page

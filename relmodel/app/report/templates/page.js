@@ -46,6 +46,10 @@
         if (!buttons[n].parentNode.hidden) { buttons[n].focus(); break; }
     });
   });
+  document.querySelectorAll("[data-choose]").forEach(b => b.addEventListener("click", () => {
+    show([+b.dataset.choose]); reveal(+b.dataset.choose);
+    (document.getElementById("pictures") || document.getElementById("model")).scrollIntoView({ block: "start" });
+  }));
   const filter = document.getElementById("filter");
   if (filter) filter.addEventListener("input", () => {
     const words = filter.value.toLowerCase();
@@ -122,6 +126,8 @@
       const on = !row.classList.contains("lit");
       document.querySelectorAll("tr.lit").forEach(r => r.classList.remove("lit"));
       row.classList.toggle("lit", on); show([], on ? ids : []);
+      const first = document.getElementById("tab-seen");
+      if (on && first) first.checked = true;  // where the pictures are
       const path = on && ids.length && document.getElementById(ids[0]);
       if (path) path.closest("figure").scrollIntoView({ block: "nearest", behavior: "auto" });
     }

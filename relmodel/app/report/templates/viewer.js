@@ -5,12 +5,12 @@ function makeViewer(canvas, scene, picked) {
   const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, preserveDrawingBuffer: true });
   if (!gl) return null;
   const middle = scene.focus, up = scene.up, across = perpendicular(up), ahead = cross(up, across);
-  const parts = scene.parts.map(p => ({ shape: p.shape, colour: p.colour, only: p.only, place: placed(p.m) }));
+  const parts = scene.parts.map(p => ({ shape: p.shape, colour: p.colour, only: p.only, paint: (p.paint || []).map(([colour, list]) => [new Set(list), colour]), place: placed(p.m) }));
   let program, where, at, shapes, lines;  // what lies on the graphics card
   upload();
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const none = new Map();
-  let chosen = none, target, distance, yaw, pitch, through = null, waiting = false;
+  let chosen = none, target, distance, fitted, yaw, pitch, through = null, waiting = false;
   whole();
 
   function upload() {
@@ -46,8 +46,8 @@ function makeViewer(canvas, scene, picked) {
   }
   function palette() {
     return dark.matches
-      ? { plain: [.33, .37, .40], seen: [.62, .70, .76], edge: [0, 0, 0], pose: [.37, .83, .58], prior: [.94, .75, .33], chosen: [1, .85, .1], added: [.3, .75, .45], removed: [.9, .35, .3], changed: [.95, .65, .2], moved: [.6, .5, .95] }
-      : { plain: [.86, .88, .89], seen: [.66, .74, .80], edge: [.16, .19, .21], pose: [.10, .55, .32], prior: [.80, .48, 0], chosen: [1, .80, 0], added: [.25, .68, .42], removed: [.86, .30, .25], changed: [.93, .60, .15], moved: [.52, .42, .88] };
+      ? { plain: [.33, .37, .40], open: [.33, .37, .40], seen: [.62, .70, .76], edge: [0, 0, 0], pose: [.37, .83, .58], prior: [.94, .75, .33], chosen: [1, .85, .1], added: [.3, .75, .45], removed: [.9, .35, .3], changed: [.95, .65, .2], moved: [.6, .5, .95] }
+      : { plain: [.86, .88, .89], open: [.86, .88, .89], seen: [.66, .74, .80], edge: [.16, .19, .21], pose: [.10, .55, .32], prior: [.80, .48, 0], chosen: [1, .80, 0], added: [.25, .68, .42], removed: [.86, .30, .25], changed: [.93, .60, .15], moved: [.52, .42, .88] };
   }
 
   function eyeAndMatrix() {
@@ -91,7 +91,7 @@ function makeViewer(canvas, scene, picked) {
       gl.uniform4fv(where.colour, identities ? [(own & 255) / 255, (own >> 8 & 255) / 255, (own >> 16) / 255, 1] : [...(surfaces === null ? colours.chosen : colours[part.colour]), 1]);
       if (!part.only) gl.drawElements(gl.TRIANGLES, s.count, kind, 0);  // else what is painted alone
       if (identities) return;
-      for (const [list, colour] of surfaces === null ? [] : [...s.paint, [surfaces, colours.chosen]]) if (list) {
+      for (const [list, colour] of surfaces === null ? [] : [...s.paint, ...part.paint, [surfaces, colours.chosen]]) if (list) {
         gl.uniform4fv(where.colour, [...(typeof colour === "string" ? colours[colour] : colour), 1]);
         for (const [surface, first, count] of s.runs) if (list.has(surface)) gl.drawElements(gl.TRIANGLES, count, kind, first * bytesEach);
       }
@@ -114,7 +114,9 @@ function makeViewer(canvas, scene, picked) {
     const scale = Math.min(devicePixelRatio || 1, 2);
     const size = [canvas.clientWidth, canvas.clientHeight].map(n => Math.max(1, Math.round(n * scale)));
     if (size[0] === canvas.width && size[1] === canvas.height) return;
-    [canvas.width, canvas.height] = size; draw(false);  // at once: a new size clears what was drawn
+    const asWhole = distance === fitted;
+    [canvas.width, canvas.height] = size; if (asWhole) whole();
+    draw(false);  // at once: a new size clears what was drawn
   }
   function turn(dx, dy) { leave(); yaw -= dx; pitch = Math.max(-1.55, Math.min(1.55, pitch + dy)); redraw(); }
   function shift(dx, dy) {
@@ -134,7 +136,18 @@ function makeViewer(canvas, scene, picked) {
     if (!through) whole();
     redraw();
   }
-  function whole() { target = [0, 0, 0]; distance = 1.7 * scene.radius; from(unit(scene.from)); }
+  function whole() {  // as near as shows the boxes of all parts that are not plain
+    target = [0, 0, 0]; distance = 1; from(unit(scene.from));
+    const view = eyeAndMatrix(), aspect = canvas.width / canvas.height, shown = parts.filter(p => p.colour !== "plain");
+    let least = scene.radius / 10;
+    for (const part of shown.length ? shown : parts) for (let k = 0; k < 8; k++) {
+      const s = scene.shapes[part.shape], m = part.place, at = [0, 1, 2].map(i => s.lo[i] + (k >> i & 1) * s.size[i]);
+      const p = [0, 1, 2].map(i => m[i] * at[0] + m[4 + i] * at[1] + m[8 + i] * at[2] + m[12 + i]);
+      const aside = Math.max(Math.abs(dot(p, view.right)) / aspect, Math.abs(dot(p, view.above))) / view.slope;
+      least = Math.max(least, dot(p, view.back) + 1.03 * aside);
+    }
+    fitted = distance = least;
+  }
   function from(back) { pitch = Math.asin(Math.max(-1, Math.min(1, dot(back, up)))); yaw = Math.atan2(dot(back, across), dot(back, ahead)); }
   function pick(event) {
     const box = canvas.getBoundingClientRect(), pixel = new Uint8Array(4), scale = canvas.width / box.width;

@@ -1,0 +1,14 @@
+-- What the head of a report that is signed says: part, serial number, cell, rig and date.
+-- Takes run_id; gives no row or one; part: the inspected objects of its world with their variants.
+SELECT string_agg(concat(v.name, CASE v.variant WHEN '' THEN '' ELSE concat(' variant ', v.variant) END,
+        ' revision ', v.revision), ', ' ORDER BY o.object_no) AS part,
+    i.serial, concat(w.name, CASE s.cell WHEN '' THEN '' ELSE concat(', ', s.cell) END) AS cell, i.rig_id AS rig,
+    r.began_at AS date, r.id AS run
+FROM inspection AS i
+JOIN run AS r ON r.id = i.run_id
+JOIN world AS w ON w.id = i.world_id
+CROSS JOIN store AS s
+LEFT JOIN world_object AS o ON o.world_id = i.world_id AND o.role = 'inspected'
+LEFT JOIN object_variant AS v ON v.id = o.object_variant_id
+WHERE i.run_id = :run_id
+GROUP BY i.serial, w.name, s.cell, i.rig_id, r.began_at, r.id

@@ -1,0 +1,225 @@
+"""Findings and the state of a physical part by all its inspections, of rows made by hand on the bulkhead's world."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+
+from relmodel.app.cli.main import main
+from relmodel.columns import Ragged
+from relmodel.geometry.transforms import matrix_columns
+from relmodel.store import Run, Store
+from tests.browser import browser
+from tests.pages import Page
+
+# path below the bulkhead, state, and what the log odds of it there were expected to be
+Seen = tuple[str, str, float]
+Size = tuple[str, str, float, float, bool]  # path, what, nominal, value, whether it is surely another
+
+
+@pytest.fixture
+def target(bulkhead_template: Path, tmp_path: Path, copy_store: Callable[[str], str]) -> str:
+    return copy_store(str(bulkhead_template))
+
+
+def stop(
+    store: Store, seen: Sequence[Seen], sizes: Sequence[Size] = (), verdict: str = "accepted", serial: str = "SN1"
+) -> int:
+    """An inspection of the part that found this."""
+    with store.read() as connection:
+        asked = "SELECT id, shape_id, path, world_id FROM occurrence WHERE kind = 'part' AND path LIKE 'bulkhead/%'"
+        parts = {row.path: row for row in connection.execute(sa.text(asked))}
+        asked = "SELECT shape_id, feature_no, name FROM feature"
+        features = {(row.shape_id, row.name): row.feature_no for row in connection.execute(sa.text(asked))}
+        world = next(iter(parts.values())).world_id
+    rows: list[tuple[int, int | None, str]] = []
+    for path in (f"bulkhead/{path}" for path, _, _ in seen):
+        part = parts.get(path) or parts[path.rpartition("/")[0]]
+        rows.append((part.id, None if path in parts else features[part.shape_id, path.rpartition("/")[2]], path))
+    with Run.begin(store, "inspect", {}) as run, run.write() as connection:
+        given: dict[str, Any] = {"world_id": world, "rig_id": 1, "needs_translation_mm": 1.0, "needs_rotation": 0.01}
+        given |= {"prior_covariance": Ragged.pack([np.eye(6).ravel()]), **matrix_columns(np.eye(4)[None])}
+        found: dict[str, Any] = {"verdict": verdict, "reason": "so", "posterior": 0.99, "serial": [serial]}
+        run.append(connection, "inspection", {"run_id": [run.id], **given, **found})
+        evidence = ("visible_pixels", "edge_px", "distinct_px", "supported_px")
+        named: dict[str, Any] = {"qif": "FAIL", "reason": "so", "region_px": 0.0, "log_odds": -8.0}
+        named |= {"level": ["part" if no is None else "feature" for _, no, _ in rows]}
+        named |= {"feature_no": np.ma.masked_array([no or 0 for _, no, _ in rows], [no is None for _, no, _ in rows])}
+        named |= {"occurrence_id": [part for part, _, _ in rows], "path": [path for _, _, path in rows]}
+        named |= {"state": [state for _, state, _ in seen], "expected_log_odds": [odds for _, _, odds in seen]}
+        numbers: dict[str, Any] = {"run_id": run.id, "item_no": np.arange(len(seen)), **dict.fromkeys(evidence, 1.0)}
+        run.append(connection, "presence", numbers | named)
+        item = [[path for path, _, _ in seen].index(path) for path, *_ in sizes]
+        what, nominal, value, changed = ([size[k] for size in sizes] for k in (1, 2, 3, 4))
+        measured: dict[str, Any] = {
+            "what": what,
+            "nominal": nominal,
+            "value": value,
+            "changed": changed,
+            "sigma": 0.1,
+            "unit": "mm",
+        }
+        if sizes:
+            numbers = {"run_id": run.id, "measure_no": np.arange(len(sizes)), "item_no": item}
+            run.append(connection, "measured_size", numbers | measured)
+    return run.id
+
+
+def asked(store: Store, words: str, **given: Any) -> list[Any]:
+    with store.read() as connection:
+        return [tuple(row) for row in connection.execute(sa.text(words), given)]
+
+
+RIB, POCKET, OTHER = "BODY/rib 16", "BODY/pocket 47", "BODY/rib 2"
+
+
+def test_one_physical_thing_is_one_finding(target: str) -> None:
+    """A thicker rib moves a wall of the pocket beside it; a clip that is turned carries its bolt and features."""
+    moved = ("displacement", 0.0, 3.0, False)
+    seen = [(POCKET, "changed", 9.0), (RIB, "changed", 9.0), ("CLIP_2/CLIP", "changed", 9.0)]
+    seen += [("CLIP_2/BOLT_1", "changed", 9.0), ("CLIP_2/CLIP/body 1", "changed", 9.0), (OTHER, "contradicted", 9.0)]
+    sizes = [(POCKET, "offset", 0.0, 2.5, True), (RIB, "offset", 0.0, 2.5, True), (RIB, "thickness", 8.0, 10.5, True)]
+    sizes += [("CLIP_2/CLIP", *moved), ("CLIP_2/BOLT_1", *moved)]
+    with Store.open(target) as store:
+        run = stop(store, seen, sizes)
+        rows = asked(
+            store, "SELECT path, what, value, together FROM finding WHERE run_id = :run ORDER BY finding_no", run=run
+        )
+        ((findings, verdict),) = asked(
+            store, "SELECT findings, part_verdict FROM inspection_outcome WHERE run_id = :run", run=run
+        )
+    assert [row[0].removeprefix("bulkhead/") for row in rows] == [OTHER, RIB, "CLIP_2/CLIP"]
+    assert [row[1:3] for row in rows] == [(None, None), ("thickness", 10.5), ("displacement", 3.0)]
+    together = [None if row[3] is None else set(row[3].replace("bulkhead/", "").split(", ")) for row in rows]
+    assert together == [None, {POCKET}, {"CLIP_2/BOLT_1", "CLIP_2/CLIP/body 1"}]
+    assert (findings, verdict) == (3, "deviates")
+
+
+@pytest.mark.parametrize(
+    ("stops", "state", "otherwise"),
+    [
+        ([("changed", 20.0), ("confirmed", 15.0)], "confirmed", 1),  # reworked, and seen about as well
+        ([("changed", 20.0), ("confirmed", 8.0)], "changed", 1),  # a glimpse corrects nothing
+        ([("changed", 20.0), ("undecidable", 30.0)], "changed", 0),
+        ([("undecidable", 1.0), ("not_confirmed", 9.0)], "not_confirmed", 0),
+    ],
+)
+def test_a_later_stop_corrects_what_it_sees_as_well(
+    stops: Sequence[tuple[str, float]], state: str, otherwise: int, target: str
+) -> None:
+    with Store.open(target) as store:
+        for found, odds in stops:
+            stop(store, [(RIB, found, odds)])
+        stop(store, [(RIB, "contradicted", 99.0)], verdict="ambiguous")  # says nothing
+        stop(store, [(RIB, "contradicted", 99.0)], serial="SN2")  # of another
+        (row,) = asked(
+            store,
+            "SELECT state, stops, otherwise FROM serial_state WHERE serial = 'SN1' AND path = :path",
+            path=f"bulkhead/{RIB}",
+        )
+    assert row == (state, len(stops), otherwise)
+
+
+def test_evidence_of_all_stops_adds_up_to_one_part(target: str) -> None:
+    sizes = [(POCKET, "offset", 0.0, 2.5, True), (RIB, "offset", 0.0, 2.5, True), (RIB, "thickness", 8.0, 10.5, True)]
+    with Store.open(target) as store:
+        stop(store, [(POCKET, "changed", 9.0), (RIB, "changed", 9.0), ("CLIP_2/CLIP", "confirmed", 9.0)], sizes)
+        stop(store, [(POCKET, "confirmed", 2.0), (RIB, "changed", 9.0), (OTHER, "undecidable", 1.0)], sizes[1:])
+        ((serial, verdict, findings, checked, features, not_seen, usable, words),) = asked(
+            store,
+            "SELECT serial, part_verdict, findings, checked, features, not_seen, usable_stops, outcome "
+            "FROM serial_outcome",
+        )
+        ((whole,),) = asked(
+            store,
+            "SELECT (SELECT count(*) FROM occurrence WHERE kind = 'part' AND path LIKE 'bulkhead/%') + "
+            "(SELECT count(*) FROM occurrence AS o JOIN feature AS f ON f.shape_id = o.shape_id "
+            "WHERE o.path LIKE 'bulkhead/%')",
+        )
+        zones = asked(store, "SELECT DISTINCT zone FROM serial_state")
+    assert (serial, verdict, findings, checked) == ("SN1", "deviates", 1, 3)  # seen at both stops, once
+    assert (features, not_seen, usable) == (whole, whole - 4, 2)
+    assert words.startswith(f"part deviates (1 finding); 3 of {whole} checked, 1 seen and not checked, ")
+    assert {zone[0] for (zone,) in zones} == set("ABCDEFGH")
+
+
+def test_both_engines_answer(request: pytest.FixtureRequest) -> None:
+    store = request.getfixturevalue("postgresql_inspection").store
+    with Store.open(store, read_only=True) as opened:
+        findings = asked(opened, "SELECT f.* FROM finding AS f JOIN serial_finding USING (run_id, finding_no)")
+        assert findings == asked(opened, "SELECT * FROM serial_state") == asked(opened, "SELECT * FROM serial_outcome")
+
+
+def test_the_report_of_a_part_has_the_findings_of_all_stops_once(target: str, tmp_path: Path) -> None:
+    sizes = [(RIB, "thickness", 8.0, 10.5, True)]
+    with Store.open(target) as store:
+        stop(store, [(RIB, "changed", 9.0), ("CLIP_2/CLIP", "confirmed", 9.0)], sizes)
+        stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)], sizes, serial="SN1")
+        zones = store_zones(store)
+    page = tmp_path / "part.html"
+    assert main(["report", "--serial", "SN1", "-o", str(page), "--store", target]) == 0
+    read = Page(page.read_text())
+    text = " ".join(read.text.split())
+    assert "Part deviates (2 findings); 3 of" in text
+    assert [a["id"] for _, a in read.elements if a.get("id", "").startswith("finding=")] == ["finding=1", "finding=2"]
+    assert text.count("thickness 8 → 10.50 ± 0.10 mm decided") == 1
+    data = json.loads(page.read_text().partition('id="data">')[2].partition("</script>")[0])
+    body = next(part for part in data["scene"]["parts"] if part["path"] == "bulkhead/BODY")
+    assert (body["colour"], [colour for colour, _ in body["paint"]]) == ("open", ["open", "changed", "removed"])
+    assert sum(features for _, features, _, _, _ in zones) == len(data["items"])
+    assert main(["check", "--report", str(page), "--store", target]) == 0
+    with Store.open(target) as store:
+        stop(store, [(RIB, "confirmed", 9.0)])
+    assert main(["check", "--report", str(page), "--store", target]) == 1  # another stop came
+    assert main(["report", "--serial", "nobody", "-o", str(page), "--store", target]) == 2
+    assert main(["report", "1", "--serial", "SN1", "-o", str(page), "--store", target]) == 2
+
+
+def store_zones(store: Store) -> list[Any]:
+    with store.read() as connection:
+        return [tuple(row) for row in store.rows(connection, "report/serial_zones", serial="SN1")]
+
+
+@pytest.mark.browser
+def test_nothing_is_cut_and_what_decides_comes_first_at_any_width(target: str, tmp_path: Path) -> None:
+    with Store.open(target) as store:
+        stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)], [(RIB, "thickness", 8.0, 10.5, True)])
+    page = tmp_path / "part.html"
+    assert main(["report", "--serial", "SN1", "-o", str(page), "--store", target]) == 0
+    with browser() as shown:
+        for width in (420, 1400, 1920):
+            shown.call(
+                "Emulation.setDeviceMetricsOverride", width=width, height=1000, deviceScaleFactor=1, mobile=False
+            )
+            shown.open(page.as_uri())
+            assert not shown.complaints
+            assert shown.run("document.documentElement.scrollWidth") <= width
+            tops = "['.verdict', 'article.finding', '.summary', '#canvas']"
+            tops = f"{tops}.map(s => document.querySelector(s).getBoundingClientRect().top)"
+            assert shown.run(tops) == sorted(shown.run(tops))
+            assert shown.run(tops)[1] < 1000  # on the first screen
+            shown.until(lambda: shown.covered() > 0.002)
+            assert shown.run(UNCUT)
+        shown.run("document.querySelector('[for=tab-tables]').click()")
+        assert shown.run("document.querySelector('article.finding').offsetParent") is None
+        assert shown.run("document.querySelector('.tables .table').offsetParent !== null")
+        shown.call("Emulation.setEmulatedMedia", media="print")
+        assert shown.run("getComputedStyle(document.querySelector('.sign')).display") == "grid"
+        assert shown.run("document.querySelector('article.finding').offsetParent !== null")
+
+
+# Whether the model touches no border of its canvas.
+UNCUT = """(c => {
+  const g = c.getContext('webgl2'), w = c.width, h = c.height, p = new Uint8Array(4 * w * h);
+  g.readPixels(0, 0, w, h, g.RGBA, g.UNSIGNED_BYTE, p);
+  let clear = true;
+  for (let y = 0; y < h; y++) for (let x = 0; x < w; x++)
+    if ((x < 1 || y < 1 || x >= w - 1 || y >= h - 1) && p[4 * (y * w + x) + 3]) clear = false;
+  return clear;
+})(document.getElementById('canvas'))"""
