@@ -156,8 +156,8 @@ def nearest_parts(
 
     Columns of `in_volumes`, and distance_mm from the ball's surface, 0 where it is touched or inside a solid, by which
     they are sorted, then by occurrence_id.  Distances are of the triangles, true within what these miss (`shape_mesh`),
-    or of the box of a part that has none.  radius: of the ball, mm.  Raises UsageError where the path is none, the count
-    is below 1 or the radius below 0, and as `in_volumes`.
+    or of the box of a part that has none.  radius: of the ball, mm.  Raises UsageError where the path is none, the
+    count is below 1 or the radius below 0, and as `in_volumes`.
     """
     points = np.asarray(path, float).reshape(-1, 3)
     if not len(points) or not np.isfinite(points).all() or count < 1 or not 0 <= radius < np.inf:
