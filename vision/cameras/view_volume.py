@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.find.find import BOX_COLUMNS, in_volumes
@@ -27,6 +30,8 @@ class SelectionParameters:
     """the widened view contains what any pose within this ellipsoid of the prior would show: seven sigma"""
     sampled_poses: int = 200
     """poses sampled to say how much more than any of them the widened view contains"""
+    drawn_poses: int = 1000
+    """poses drawn from the prior to say how probable it is that a camera sees something: to .016 at worst, one sigma"""
     seed: int = 0
     """of these"""
 
@@ -60,6 +65,26 @@ def sample_views(rig: Rig, prior: Prior, p: SelectionParameters = DEFAULTS) -> l
         for world_from_rig in perturb(prior.world_from_rig, moves)
         for name, camera in rig.cameras.items()
     ]
+
+
+def probabilities_in_view(
+    rig: Rig, prior: Prior, found: Mapping[str, npt.NDArray[Any]], p: SelectionParameters = DEFAULTS
+) -> Floats:
+    """How probable it is (n,) that a camera of the rig has a row of `in_volumes` in its view, by its box: the share of
+    `p.drawn_poses` poses, drawn from the prior's normal distribution, from which one does."""
+    low, high = (np.stack([found[f"{axis}{end}"] for axis in "xyz"], axis=1).astype(float) for end in (0, 1))
+    boxes = np.stack([found[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(float)
+    poses, seen = matrices(found), np.zeros(len(low))
+    draws = np.random.default_rng(p.seed).multivariate_normal(np.zeros(6), prior.covariance, p.drawn_poses)
+    for world_from_rig in perturb(prior.world_from_rig, draws):
+        now = np.zeros(len(low), bool)
+        for name, camera in rig.cameras.items():
+            view = build_view_volume(camera, world_from_rig @ rig.rig_from_camera[name], p)
+            bounds = view.bounds
+            rows = np.flatnonzero(~now & (low <= bounds[3:]).all(axis=1) & (high >= bounds[:3]).all(axis=1))
+            now[rows] = boxes_met(view, poses[rows], boxes[rows])
+        seen += now
+    return seen / p.drawn_poses
 
 
 @dataclass(frozen=True)

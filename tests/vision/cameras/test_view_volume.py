@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from relmodel.find.find import in_volume
 from relmodel.store import Run, Store
@@ -15,7 +16,13 @@ from tests.find.test_sql_clients import rows_of
 from tests.synthetic_model import SyntheticModel
 from vision.cameras.cameras import Camera, Prior, Rig, perturb
 from vision.cameras.record_cameras import record_rig
-from vision.cameras.view_volume import SelectionParameters, build_view_volume, sample_views, select_in_view
+from vision.cameras.view_volume import (
+    SelectionParameters,
+    build_view_volume,
+    probabilities_in_view,
+    sample_views,
+    select_in_view,
+)
 
 MATRIX = np.array([[420.0, 0.3, 310], [0, 425, 252], [0, 0, 1]])
 NEAR, FAR = 60.0, 900.0
@@ -101,3 +108,21 @@ def test_superfluous_parts_are_counted_against_sampled_views(fresh_store: str, t
                 assert selected.shown.sum() == len(union)
                 assert selected.superfluous == len(selected.shown) - len(union)
                 assert selected.superfluous <= 0.5 * len(selected.shown)
+
+
+def test_probability_of_what_stands_at_the_edge_of_the_view() -> None:
+    """A point at x, where a camera sees as far as e to the side, is in view as probably as the camera is moved by more
+    than x - e: the normal distribution's tail."""
+    camera = Camera(101, 101, np.array([[100.0, 0, 50], [0, 100, 50], [0, 0, 1]]), np.empty(0))
+    rig = Rig({"only": camera}, {"only": np.eye(4)})
+    sigma, depth = 3.0, 200.0
+    covariance = np.diag([sigma**2, 1e-12, 1e-12, 1e-16, 1e-16, 1e-16])
+    prior = Prior(np.eye(4), covariance)
+    edge = 50.5 / 100 * depth
+    x = edge + np.array([-12.0, -3, 0, 3, 12])
+    found = {f"{axis}{end}": np.zeros(5) for axis in "xyz" for end in (0, 1)}
+    found |= {"x0": x, "x1": x, "z0": np.full(5, depth), "z1": np.full(5, depth)}
+    found |= {f"shape_{name}": values for name, values in found.items()}
+    found |= {f"m{i}{j}": np.full(5, float(i == j)) for i in range(3) for j in range(4)}
+    got = probabilities_in_view(rig, prior, found, SelectionParameters(near_mm=10, far_mm=1000, drawn_poses=4000))
+    assert np.abs(got - norm.sf((x - edge) / sigma)).max() < 0.03

@@ -17,7 +17,9 @@ from relmodel.printing import print_rows
 
 if TYPE_CHECKING:
     from relmodel.find.volumes import Volume
+    from relmodel.store import Store
     from vision.cameras.cameras import Prior, Rig
+    from vision.cameras.view_volume import SelectionParameters
 
 EXAMPLE = "relmodel find --box 0 0 0 100 50 20 --level feature --store cell.duckdb"
 
@@ -69,8 +71,9 @@ def run(args: argparse.Namespace) -> int:
     asked = {"level": args.level, "world": args.world, "precision": args.precision, "kind": args.kind}
     asked |= {"wholly": args.wholly}
     with Store.open(store_target(args), read_only=True) as store:
-        found = {row for volume in volumes for row in find_rows(store, volume, **asked)}
-        if rig and prior:
+        if not (rig and prior):
+            found = {row for volume in volumes for row in find_rows(store, volume, **asked)}
+        else:
             from vision.cameras.view_volume import SelectionParameters, select_in_view
 
             level = args.level or "part"
@@ -80,9 +83,39 @@ def run(args: argparse.Namespace) -> int:
                 f"the widened view contains {len(selection.shown)} {level}s by their boxes; "
                 f"none of {parameters.sampled_poses} sampled poses shows {selection.superfluous} of them"
             )
+            uncertain = _by_probability(store, args, rig, prior, volumes, parameters)
+            print_rows(("path", "level", "name", "probability"), uncertain, args.format)
+            return 0
     rows = sorted((row.path, row.level, row.name, *row.box) for row in found)
     print_rows(("path", "level", "name", "x0", "y0", "z0", "x1", "y1", "z1"), rows, args.format)
     return 0
+
+
+def _by_probability(
+    store: Store,
+    args: argparse.Namespace,
+    rig: Rig,
+    prior: Prior,
+    volumes: list[Volume],
+    parameters: SelectionParameters,
+) -> list[tuple[str, str, str, float]]:
+    """What lies in the widened views, the most probable first, with how probable it is that a camera sees it."""
+    import numpy as np
+
+    from relmodel.find.find import in_volumes
+    from vision.cameras.view_volume import probabilities_in_view
+
+    rows: list[tuple[str, str, str, float]] = []
+    for level in (args.level,) if args.level else ("part", "feature"):
+        asked = {"world": args.world, "precision": args.precision, "kind": args.kind, "wholly": args.wholly}
+        found = in_volumes(store, volumes, level=level, **asked)
+        key = np.stack([found["occurrence_id"], found["element_no"]]).astype(np.int64)
+        once = np.unique(key, axis=1, return_index=True)[1]
+        found = {name: values[once] for name, values in found.items()}
+        share = probabilities_in_view(rig, prior, found, parameters).tolist()
+        names = zip(found["path"].astype(str), found["name"].astype(str), share, strict=True)
+        rows += [(path, level, name, probability) for path, name, probability in names]
+    return sorted(rows, key=lambda row: (-row[3], *row[:3]))
 
 
 def _nearest(args: argparse.Namespace) -> int:
