@@ -173,6 +173,7 @@ def test_every_step_has_its_rows(answer: dict[str, Any], store: str, inspection:
         "world": "demo_cell",
         "against": None,
         "carrier": asdict(Carrier()),
+        "serial": None,
         "keep_images": True,
         "full_audit": True,
     }
