@@ -133,7 +133,7 @@ def write_runs(store: Store, count: int) -> None:
 
 def listing_time(store: Store, chosen: dict[str, str]) -> tuple[int, float]:
     """Rows that `relmodel runs` lists, and the median time of seven listings, s."""
-    given = {"kind": None, "state": None, "verdict": None} | chosen
+    given = dict.fromkeys(("kind", "state", "verdict", "part", "text")) | chosen
     taken = []
     for _ in range(7):
         with store.read() as connection:

@@ -127,6 +127,7 @@ CREATE VIEW run_summary (  -- Every run with how it ended, and the verdict and w
     began_at,  -- when the run began
     seconds,  -- how long it took, s; null while it runs, and where it was killed
     state,  -- running, finished, failed or killed
+    serial,  -- serial number of the physical part that an inspection was of; null where none was given
     verdict,  -- verdict of an inspection: accepted, ambiguous or refused; null of other runs
     pose_verdict,  -- usable, not unique or not found, as in inspection_outcome
     part_verdict,  -- as modelled, deviates, another variant or not enough seen, likewise
@@ -143,12 +144,13 @@ CREATE VIEW run_summary (  -- Every run with how it ended, and the verdict and w
     evidence_ratio  -- evidence found in the images over what a right pose would find; null where it was no inspection
 ) AS
 SELECT
-    r.id AS run_id, r.kind, r.began_at, e.seconds, s.state, o.verdict, o.pose_verdict, o.part_verdict, o.findings,
+    r.id AS run_id, r.kind, r.began_at, e.seconds, s.state, i.serial, o.verdict, o.pose_verdict, o.part_verdict, o.findings,
     o.checked, o.in_view, o.changed, o.contradicted, o.not_confirmed, o.undecidable, o.variant, o.outcome, e.message, p.evidence_ratio
 FROM run AS r
 JOIN run_state AS s ON s.run_id = r.id
 LEFT JOIN run_event AS e ON e.run_id = r.id AND e.kind IN ('ended', 'found_dead')
 LEFT JOIN pose AS p ON p.run_id = r.id
+LEFT JOIN inspection AS i ON i.run_id = r.id
 LEFT JOIN inspection_outcome AS o ON o.run_id = r.id;
 
 CREATE VIEW pose_world (  -- Where the rig was in the world, and how sure that is along and about the world's axes; pose has the same in the rig's

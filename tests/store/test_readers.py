@@ -33,7 +33,10 @@ def images(target: Path) -> int:
         assert [found for found in check(store) if found.rows] == []
         with store.read() as connection:
             count = len(connection.execute(store.table("image").select()).all())
-            states = {row.state for row in store.rows(connection, "run/runs", kind=None, state=None, verdict=None)}
+            states = {
+                row.state
+                for row in store.rows(connection, "run/runs", kind=None, state=None, verdict=None, part=None, text=None)
+            }
     assert states <= {"finished", "killed"}
     assert {path.name for path in target.parent.iterdir()} == {target.name, f"{target.name}.journal"}
     return count

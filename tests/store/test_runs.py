@@ -37,7 +37,10 @@ def write_images(store: Store, run: Run, count: int) -> None:
 
 def states(store: Store) -> list[str]:
     with store.read() as connection:
-        return [row.state for row in store.rows(connection, "run/runs", kind=None, state=None, verdict=None)]
+        return [
+            row.state
+            for row in store.rows(connection, "run/runs", kind=None, state=None, verdict=None, part=None, text=None)
+        ]
 
 
 def abandoned(run: Run, connection: sa.Connection) -> None:

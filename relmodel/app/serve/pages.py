@@ -101,15 +101,17 @@ def _listing(store: Store, connection: Connection, name: str, asked: Mapping[str
 
 
 def _runs(connection: Connection, asked: Mapping[str, str]) -> Listing:
-    _takes(asked, "kind", "state", "verdict")
-    given = {n: asked.get(n) or None for n in ("kind", "state", "verdict")}
+    names = ("kind", "state", "verdict", "part", "text")
+    _takes(asked, *names)
+    given = {n: asked.get(n) or None for n in names}
     table = _table(connection, "Runs", "run/runs", **given)
     choices = {
         "kind": ("load", "world", "index", "diff", "extract", "inspect", "set", "decide"),
         "state": ("running", "finished", "failed", "killed"),
         "verdict": ("accepted", "ambiguous", "refused"),
+        "part": ("as modelled", "deviates", "another variant", "not enough seen"),
     }
-    fields = [Field(n, asked.get(n, ""), ("", *choices[n])) for n in given]
+    fields = [Field(n, asked.get(n, ""), ("", *choices[n]) if n in choices else ()) for n in given]
     return Listing("Runs", table, fields, [f"/run/{r[0]}" for r in table.rows])
 
 

@@ -160,7 +160,9 @@ def test_every_step_has_its_rows(answer: dict[str, Any], store: str, inspection:
     with Store.open(store, read_only=True) as opened, opened.read() as connection:
         for name in WRITTEN:
             assert connection.execute(sa.select(sa.func.count()).select_from(opened.table(name))).scalar(), name
-        assert opened.rows(connection, "run/runs", kind="inspect", state="finished", verdict="accepted")
+        assert opened.rows(
+            connection, "run/runs", kind="inspect", state="finished", verdict="accepted", part=None, text=None
+        )
         steps = sa.text("SELECT name FROM run_event WHERE run_id = :run AND kind = 'step' ORDER BY event_no")
         said = connection.execute(steps, {"run": answer["run"]}).scalars().all()
         query = sa.text("SELECT parameters FROM run WHERE id = :run")
@@ -171,6 +173,7 @@ def test_every_step_has_its_rows(answer: dict[str, Any], store: str, inspection:
         "world": "demo_cell",
         "against": None,
         "carrier": asdict(Carrier()),
+        "serial": None,
         "keep_images": True,
         "full_audit": True,
     }

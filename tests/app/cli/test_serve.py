@@ -94,6 +94,9 @@ def test_runs_are_listed_and_filtered(server: Server) -> None:
     assert [r["kind"] for r in rows(server, "/runs", kind="inspect")] == ["inspect"]
     assert rows(server, "/runs", state="failed") == []
     assert rows(server, "/runs", verdict="accepted") == rows(server, "/runs", kind="inspect")
+    (inspected,) = rows(server, "/runs", kind="inspect")
+    assert rows(server, "/runs", text="POSE USABLE", part=inspected["part_verdict"]) == [inspected]
+    assert rows(server, "/runs", text="100%_nothing") == rows(server, "/runs", part="another variant") == []
     shown = page(server, "/")
     for r in everything:
         assert f'href="/run/{r["run"]}"' in shown

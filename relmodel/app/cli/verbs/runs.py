@@ -9,6 +9,7 @@ from relmodel.printing import print_rows
 
 STATES = ("running", "finished", "failed", "killed")
 VERDICTS = ("accepted", "ambiguous", "refused")
+PARTS = ("as modelled", "deviates", "another variant", "not enough seen")
 EXAMPLE = "relmodel runs --store cell.duckdb --kind inspect"
 
 
@@ -16,6 +17,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--kind", help="only runs of this kind: inspect, load, ...")
     parser.add_argument("--state", choices=STATES, help="only runs in this state")
     parser.add_argument("--verdict", choices=VERDICTS, help="only inspections of this verdict")
+    parser.add_argument("--part", choices=PARTS, help="only inspections by which the part is so")
+    parser.add_argument("--text", help="only runs with this in serial number, outcome or message")
     add_format(parser)
 
 
@@ -23,8 +26,7 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.store import Store, sql
 
     with Store.open(store_target(args), read_only=True) as store, store.read() as connection:
-        found = connection.execute(
-            sql.query("run/runs"), {"kind": args.kind, "state": args.state, "verdict": args.verdict}
-        )
+        asked = {name: getattr(args, name) for name in ("kind", "state", "verdict", "part", "text")}
+        found = connection.execute(sql.query("run/runs"), asked)
         print_rows(list(found.keys()), found.all(), args.format)
     return 0
