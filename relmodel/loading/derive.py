@@ -130,8 +130,10 @@ def _hull(shape: Shape, box: Floats) -> Floats | None:
     if meshed == 0 or meshed < len(shape.surfaces["area"]):
         return None
     points = np.asarray(shape.samples.points.values, float).reshape(-1, 3)  # a fitted arc may pass beyond a mesh
-    used = np.asarray(shape.mesh.vertices, float).reshape(-1, 3)[np.unique(np.asarray(shape.mesh.triangles))]
-    hull = outermost(np.unique(np.concatenate([used, points]), axis=0))
+    vertices = np.asarray(shape.mesh.vertices, float).reshape(-1, 3)
+    used = np.zeros(len(vertices), bool)
+    used[np.asarray(shape.mesh.triangles)] = True
+    hull = np.unique(outermost(np.concatenate([vertices[used], points])), axis=0)
     at_corner = ((hull == box[:3]) | (hull == box[3:])).all(axis=1)
     return None if len(np.unique(hull[at_corner], axis=0)) == 8 else hull
 
