@@ -229,6 +229,111 @@ SELECT r.run_id, r.rule_no, r.rule, r.value, r.gate, r.holds, p.verdict, r.sente
 FROM rule AS r
 JOIN pose AS p ON p.run_id = r.run_id;
 
+CREATE VIEW refusal (  -- Why an inspection's pose is most likely not accepted, and what to do next: one row an inspection whose pose is not.
+    run_id,  -- the run
+    cause,  -- picture (unusable), camera (does not see the model), prior (looks past the object or is contradicted), nothing (no pose is
+        -- found), little (of the object is in view), repeats, calibration, precision, or object (another one, or another variant)
+    likely_cause,  -- that in words, with each number next to its limit
+    advice  -- what to do next
+) AS
+WITH failed AS (
+    SELECT run_id, max(CASE rule WHEN 'likely' THEN sentence END) AS likely,
+        max(CASE rule WHEN 'prior' THEN sentence END) AS prior, max(CASE rule WHEN 'apart' THEN sentence END) AS apart,
+        string_agg(CASE WHEN rule IN ('translation', 'rotation') THEN sentence END, '; ' ORDER BY rule_no) AS precise,
+        max(CASE rule WHEN 'rivals' THEN sentence END) AS rivals, max(CASE rule WHEN 'share' THEN sentence END) AS share,
+        max(CASE rule WHEN 'cameras' THEN sentence END) AS cameras
+    FROM why_verdict
+    WHERE NOT holds
+    GROUP BY run_id
+),
+limits AS (
+    SELECT run_id, max(CASE name WHEN 'least_edges' THEN value END) AS least_edges,
+        max(CASE name WHEN 'most_blur_px' THEN value END) AS most_blur_px,
+        max(CASE name WHEN 'most_saturated' THEN value END) AS most_saturated
+    FROM threshold
+    WHERE decision = 'picture'
+    GROUP BY run_id
+),
+unusable AS (
+    SELECT i.run_id, string_agg(i.camera, ' and ' ORDER BY i.camera) AS cameras
+    FROM inspection_image AS i
+    JOIN limits AS l ON l.run_id = i.run_id
+    WHERE i.stale_run_id IS NOT NULL OR i.edges < l.least_edges OR i.blur_px > l.most_blur_px OR i.saturated > l.most_saturated
+    GROUP BY i.run_id
+),
+seeing AS (
+    SELECT run_id, max(value) AS best
+    FROM verdict_statistic
+    WHERE starts_with(name, 'sees ')
+    GROUP BY run_id
+),
+-- Log odds of the best pose were all found that is expected there: what view and model could say at most.
+most AS (
+    SELECT s.run_id, t.offset_odds + t.evidence_weight * ln(greatest(sum(s.expected), 1) / t.chance) + t.share_weight
+        + t.agreement_weight AS odds, ln(t.needed / (1 - t.needed)) AS needed
+    FROM hypothesis_support AS s
+    JOIN (
+        SELECT run_id, max(CASE name WHEN 'offset' THEN value END) AS offset_odds,
+            max(CASE name WHEN 'weights[0]' THEN value END) AS evidence_weight,
+            max(CASE name WHEN 'weights[1]' THEN value END) AS share_weight,
+            max(CASE name WHEN 'weights[2]' THEN value END) AS agreement_weight,
+            max(CASE name WHEN 'chance_evidence' THEN value END) AS chance,
+            max(CASE name WHEN 'min_posterior' THEN value END) AS needed
+        FROM threshold
+        WHERE decision = 'verdict'
+        GROUP BY run_id
+    ) AS t ON t.run_id = s.run_id
+    WHERE s.hypothesis_no = 0
+    GROUP BY s.run_id, t.offset_odds, t.evidence_weight, t.share_weight, t.agreement_weight, t.chance, t.needed
+),
+judged AS (
+    SELECT i.run_id, f.*, u.cameras AS pictures,
+        CASE
+            WHEN u.run_id IS NOT NULL THEN 'picture'
+            WHEN i.covariance IS NULL AND i.m00 IS NULL THEN 'nothing'
+            WHEN i.covariance IS NULL THEN 'prior'
+            WHEN f.cameras IS NOT NULL AND s.best > 0 THEN 'camera'
+            WHEN f.likely IS NOT NULL AND m.odds < m.needed THEN 'little'
+            WHEN f.likely IS NOT NULL OR f.share IS NOT NULL THEN 'object'
+            WHEN f.prior IS NOT NULL THEN 'prior'
+            WHEN f.rivals IS NOT NULL THEN 'repeats'
+            WHEN f.apart IS NOT NULL THEN 'calibration'
+            ELSE 'precision'
+        END AS cause
+    FROM inspection AS i
+    LEFT JOIN failed AS f ON f.run_id = i.run_id
+    LEFT JOIN unusable AS u ON u.run_id = i.run_id
+    LEFT JOIN most AS m ON m.run_id = i.run_id
+    LEFT JOIN seeing AS s ON s.run_id = i.run_id
+    WHERE i.verdict <> 'accepted'
+)
+SELECT j.run_id, j.cause,
+    CASE j.cause
+        WHEN 'picture' THEN concat('the picture of ', j.pictures, ' cannot be used')
+        WHEN 'nothing' THEN 'nothing in the pictures says where the object is'
+        WHEN 'camera' THEN concat('a camera does not see the object: ', j.cameras)
+        WHEN 'little' THEN concat('too little of the object is in view to be sure of it: ', j.likely)
+        WHEN 'object' THEN concat('the pictures show something else, or the object as the model does not have it: ', coalesce(j.likely, j.share))
+        WHEN 'prior' THEN CASE WHEN j.prior IS NULL THEN 'the prior looks past the object'
+            ELSE concat('the prior does not hold: ', j.prior) END
+        WHEN 'repeats' THEN concat('what is in view repeats in the object: ', j.rivals)
+        WHEN 'calibration' THEN concat('the rig is not as its file says: ', j.apart)
+        WHEN 'precision' THEN concat('the pose is right and not known as well as asked: ', j.precise)
+    END AS likely_cause,
+    CASE j.cause
+        WHEN 'picture' THEN 'take it again: in focus, exposed so that little of it is white, with nothing before the lens'
+        WHEN 'nothing' THEN 'give a prior, a second picture, or a view with round holes or straight edges of the object'
+        WHEN 'camera' THEN 'look at its picture; --ignore-blind-camera answers by the others'
+        WHEN 'little' THEN 'move the rig until more of the object is in view, or nearer to it'
+        WHEN 'object' THEN 'run it with --against to see which loaded object and variant the pictures show, or look at --overlay'
+        WHEN 'prior' THEN CASE WHEN j.prior IS NULL THEN 'correct the prior or where the world has the object, or inspect without --prior'
+            ELSE 'correct the prior, or trust the pictures with --believe-pictures' END
+        WHEN 'repeats' THEN 'move the rig until an end of the object or something that does not repeat is in view, or give a prior that rules the others out'
+        WHEN 'calibration' THEN 'calibrate the rig again, or state in its sigma how well it is known'
+        WHEN 'precision' THEN 'ask for less with --needs, move nearer, or add the second camera'
+    END AS advice
+FROM judged AS j;
+
 CREATE VIEW why_hypothesis (  -- Each pose that was refined, and why it is the best, a rival of it, or was dropped.
     run_id,  -- the run
     hypothesis_no,  -- the hypothesis

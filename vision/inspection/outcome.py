@@ -19,8 +19,9 @@ class Outcome:
     not_confirmed, undecidable: how many parts and features in view are so; None where the pose is refused.  variant:
     that the pictures show another variant than the world has; None where they do not, or none was weighed.  words: all
     of it, as "pose usable; part deviates (4 findings); 5 of 8 checked, ...".  variants: of each object of which several
-    variants were weighed which one is shown, and what says so.  shown: which of the objects that the pictures were held
-    against they show; None where a world was given.
+    variants were weighed which one is shown, and what says so.  shown: which of the objects that the pictures were
+    compared with they show; None where a world was given.  cause: why the pose is most likely not accepted, a word of
+    the view `refusal`, and refusal: that in a sentence and what to do next in another; None and none where it is.
     """
 
     verdict: str
@@ -38,6 +39,8 @@ class Outcome:
     words: str
     variants: list[str]
     shown: str | None
+    cause: str | None
+    refusal: list[str]
 
     @property
     def unchecked(self) -> int | None:
@@ -61,8 +64,9 @@ def read_outcome(store: Store, run: int) -> Outcome:
     with store.read() as connection:
         (row,) = store.rows(connection, "run/outcome", run=run)
         variants = [r.sentence for r in store.rows(connection, "why/verdict/15_variants", run=run)]
+        refusal = [r.sentence for r in store.rows(connection, "why/verdict/11_refusal", run=run)]
         (shown, *_) = [r.sentence for r in store.rows(connection, "why/verdict/12_against", run=run)] or [None]
-    return Outcome(**row._mapping, variants=variants, shown=shown)
+    return Outcome(**row._mapping, variants=variants, shown=shown, refusal=refusal)
 
 
 def parse_not_as_modelled(given: str, option: str) -> list[str]:

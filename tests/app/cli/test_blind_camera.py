@@ -74,6 +74,7 @@ def test_a_camera_that_says_nothing_refuses_and_may_be_ignored(
     assert answer["verdict"] == "refused"
     assert any(words.startswith(SPOILED[spoil]) for words in answer["missing"]), answer["missing"]
     assert answer["presence"] is None
+    assert answer["outcome"]["cause"] == ("camera" if "does not see" in SPOILED[spoil] else "picture")
     assert main(["replay", str(answer["run"]), "--store", store]) == 0
     ignored = inspected(store, *options, "--ignore-blind-camera", "--needs", "20mm,5deg")
     assert main(["replay", str(ignored["run"]), "--store", store]) == 0

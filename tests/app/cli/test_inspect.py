@@ -298,6 +298,8 @@ def test_more_than_the_pictures_can_tell_is_refused_with_the_pose(
     assert "0.001 mm" in missing
     assert strict["weakest"] in missing
     assert strict["posterior"] > 0.98
+    assert strict["outcome"]["cause"] == "precision"
+    assert strict["outcome"]["refusal"][1].startswith("next: ask for less with --needs")
     off = measure_pose_error(np.array(strict["world_from_rig"]), TRUTH)
     assert off.target_mm < 1
     asked = "SELECT needs_translation_mm, prior_covariance[1] FROM inspection WHERE run_id = :run"

@@ -185,6 +185,7 @@ def test_a_prior_that_the_pictures_contradict_is_said_to(
     error = measure_pose_error(np.array(answer["world_from_rig"]), read_truth(DEMO / "pair_00_truth.json"))
     assert error.target_mm < 0.5
     assert {rule for rule, holds in rules_of(store).items() if not holds} == (set() if believed else {"prior"})
+    assert answer["outcome"]["cause"] == (None if believed else "prior")
     where = ["--store", store]
     assert main(["replay", "last", *where]) == 0, capsys.readouterr()
     capsys.readouterr()
@@ -246,6 +247,7 @@ def test_a_pair_whose_circles_lie_as_none_of_the_model_is_refused(
     assert "give a prior" in answer["reason"]
     assert answer["world_from_rig"] is None
     assert answer["sigma"] == {"translation_mm": None, "rotation_deg": None}
+    assert answer["outcome"]["cause"] == "nothing"
     schema = json.loads((CHECKOUT / "docs/json/inspect.schema.json").read_text())
     assert violations(answer, schema) == []
     where = ["--store", store]

@@ -292,6 +292,8 @@ def print_answer(answer: Inspection, form: str) -> None:
         say(answer.outcome.shown)
     say(f"run {answer.run}: {answer.outcome.words}")
     say(f"the pose is {answer.verdict}: {answer.reason}")
+    for words in answer.outcome.refusal:
+        say(words)
     if answer.world_from_rig is not None:
         if not answer.outcome.is_usable:
             say(f"the best hypothesis, not accepted (probability {answer.posterior:.1%}):")
