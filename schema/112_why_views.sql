@@ -229,7 +229,7 @@ SELECT r.run_id, r.rule_no, r.rule, r.value, r.gate, r.holds, p.verdict, r.sente
 FROM rule AS r
 JOIN pose AS p ON p.run_id = r.run_id;
 
-CREATE VIEW refusal (  -- Why an inspection's pose is most likely not accepted, and what to do next: one row an inspection whose pose is not.
+CREATE VIEW why_verdict_cause (  -- Why an inspection's pose is most likely not accepted, and what to do next: one row an inspection whose pose is not.
     run_id,  -- the run
     cause,  -- picture (unusable), camera (does not see the model), prior (looks past the object or is contradicted), nothing (no pose is
         -- found), little (of the object is in view), repeats, calibration, precision, or object (another one, or another variant)

@@ -20,8 +20,9 @@ class Outcome:
     that the pictures show another variant than the world has; None where they do not, or none was weighed.  words: all
     of it, as "pose usable; part deviates (4 findings); 5 of 8 checked, ...".  variants: of each object of which several
     variants were weighed which one is shown, and what says so.  shown: which of the objects that the pictures were
-    compared with they show; None where a world was given.  cause: why the pose is most likely not accepted, a word of
-    the view `refusal`, and refusal: that in a sentence and what to do next in another; None and none where it is.
+    compared with they show; None where a world was given.  cause: why the pose is most likely not accepted, as
+    the view `why_verdict_cause` says, and refusal: that in a sentence and what to do next in another; nothing where it
+    is accepted.
     """
 
     verdict: str
@@ -64,7 +65,7 @@ def read_outcome(store: Store, run: int) -> Outcome:
     with store.read() as connection:
         (row,) = store.rows(connection, "run/outcome", run=run)
         variants = [r.sentence for r in store.rows(connection, "why/verdict/15_variants", run=run)]
-        refusal = [r.sentence for r in store.rows(connection, "why/verdict/11_refusal", run=run)]
+        refusal = [r.sentence for r in store.rows(connection, "why/verdict/11_cause", run=run)]
         (shown, *_) = [r.sentence for r in store.rows(connection, "why/verdict/12_against", run=run)] or [None]
     return Outcome(**row._mapping, variants=variants, shown=shown, refusal=refusal)
 
