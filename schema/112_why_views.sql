@@ -425,5 +425,6 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('why_image_arc', 'localisation', 'view'),
     ('why_view_arc', 'localisation', 'view'),
     ('why_verdict', 'localisation', 'view'),
+    ('why_verdict_cause', 'localisation', 'view'),
     ('why_hypothesis', 'localisation', 'view'),
     ('why_part', 'localisation', 'view');
