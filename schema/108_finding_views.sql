@@ -11,7 +11,7 @@ CREATE TABLE finding_decision (  -- What a person decided of a finding; appended
     CHECK (decision IN ('accepted', 'rejected'))
 );
 
-CREATE VIEW finding_item (  -- To which finding each part and feature belongs that is changed or contradicted: a feature to its part where that is too,
+CREATE VIEW failing_item (  -- To which finding each part and feature belongs that is changed or contradicted: a feature to its part where that is too,
     -- parts that are displaced as one to the largest, a wall of two features to the one whose size it changes.
     run_id,  -- the run
     item_no,  -- the item
@@ -91,7 +91,7 @@ WITH ranked AS (
 grouped AS (
     SELECT g.run_id, g.lead_no,
         string_agg(CASE WHEN g.item_no <> g.lead_no THEN p.path END, ', ' ORDER BY p.item_no) AS together
-    FROM finding_item AS g
+    FROM failing_item AS g
     JOIN presence AS p ON p.run_id = g.run_id AND p.item_no = g.item_no
     GROUP BY g.run_id, g.lead_no
 ),
@@ -118,7 +118,7 @@ LEFT JOIN threshold AS t ON t.run_id = p.run_id AND t.decision = 'presence'
 LEFT JOIN threshold AS k ON k.run_id = p.run_id AND k.decision = 'presence' AND k.name = 'states.changed_sigma'
 LEFT JOIN decided AS d ON d.inspection_run_id = p.run_id AND d.item_no = p.item_no;
 
-CREATE VIEW serial_state (  -- What all inspections of a physical part say of each part and feature that its model has. Of the accepted inspections that
+CREATE VIEW serial_evidence (  -- What all inspections of a physical part say of each part and feature that its model has. Of the accepted inspections that
     -- decided it the newest counts that was to see at least half as much of it as the one that was to see most: each state
     -- is one that an inspection decided, with its sizes, a later stop corrects an earlier one, and a glimpse does not.
     serial,  -- the physical part
@@ -207,8 +207,8 @@ CREATE VIEW serial_finding (  -- The findings of all inspections of a physical p
     finding_no  -- the finding in it
 ) AS
 SELECT DISTINCT ON (s.serial, f.path) s.serial, f.run_id, f.finding_no
-FROM serial_state AS s
-JOIN finding_item AS g ON g.run_id = s.run_id AND g.item_no = s.item_no
+FROM serial_evidence AS s
+JOIN failing_item AS g ON g.run_id = s.run_id AND g.item_no = s.item_no
 JOIN finding AS f ON f.run_id = g.run_id AND f.item_no = g.lead_no
 ORDER BY s.serial, f.path, f.run_id DESC;
 
@@ -228,7 +228,7 @@ WITH counted AS (
     SELECT serial, count(*) AS features, count(CASE state WHEN 'confirmed' THEN 1 END) AS confirmed,
         count(CASE WHEN state IN ('changed', 'contradicted') THEN 1 END) AS failed,
         count(CASE state WHEN 'not_seen' THEN 1 END) AS not_seen
-    FROM serial_state
+    FROM serial_evidence
     GROUP BY serial
 ),
 stop AS (
@@ -261,9 +261,9 @@ FROM said;
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('finding_decision', 'run', 'primary'),
-    ('finding_item', 'localisation', 'view'),
+    ('failing_item', 'localisation', 'view'),
     ('finding', 'localisation', 'view'),
-    ('serial_state', 'localisation', 'view'),
+    ('serial_evidence', 'localisation', 'view'),
     ('serial_finding', 'localisation', 'view'),
     ('serial_outcome', 'localisation', 'view');
 

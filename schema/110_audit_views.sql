@@ -84,7 +84,7 @@ other AS (
 ),
 found AS (
     SELECT run_id, count(DISTINCT lead_no) AS findings
-    FROM finding_item
+    FROM failing_item
     GROUP BY run_id
 ),
 said AS (

@@ -4,7 +4,7 @@ SELECT coalesce(k.kind, 'part') AS kind, count(*) AS features,
     count(CASE WHEN s.state IN ('confirmed', 'changed', 'contradicted') THEN 1 END) AS checked,
     count(CASE WHEN s.state IN ('changed', 'contradicted') THEN 1 END) AS failed,
     count(CASE s.state WHEN 'not_seen' THEN 1 END) AS not_yet_seen
-FROM serial_state AS s
+FROM serial_evidence AS s
 JOIN placed_node AS n ON n.id = s.occurrence_id
 LEFT JOIN feature AS f ON f.shape_id = n.shape_id AND f.feature_no = s.feature_no
 LEFT JOIN feature_class AS k ON k.id = f.feature_class_id

@@ -3,7 +3,7 @@
 SELECT s.path, s.level, s.state, s.reason, s.zone, s.stops, s.otherwise, s.run_id, s.occurrence_id, s.feature_no,
     (SELECT array_agg(f.surface_no ORDER BY f.surface_no) FROM feature_surface AS f
         WHERE f.shape_id = n.shape_id AND f.feature_no = s.feature_no) AS surfaces
-FROM serial_state AS s
+FROM serial_evidence AS s
 JOIN placed_node AS n ON n.id = s.occurrence_id
 WHERE s.serial = :serial
 ORDER BY CASE s.state WHEN 'contradicted' THEN 0 WHEN 'changed' THEN 1 WHEN 'not_confirmed' THEN 2 WHEN 'undecidable' THEN 3

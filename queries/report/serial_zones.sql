@@ -3,7 +3,7 @@
 SELECT zone, count(*) AS features, count(CASE WHEN state IN ('confirmed', 'changed', 'contradicted') THEN 1 END) AS checked,
     count(CASE WHEN state IN ('changed', 'contradicted') THEN 1 END) AS failed,
     count(CASE state WHEN 'not_seen' THEN 1 END) AS not_yet_seen
-FROM serial_state
+FROM serial_evidence
 WHERE serial = :serial
 GROUP BY zone
 ORDER BY zone

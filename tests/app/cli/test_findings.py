@@ -120,7 +120,7 @@ def test_a_later_stop_corrects_what_it_sees_as_well(
         stop(store, [(RIB, "contradicted", 99.0)], serial="SN2")  # of another
         (row,) = asked(
             store,
-            "SELECT state, stops, otherwise FROM serial_state WHERE serial = 'SN1' AND path = :path",
+            "SELECT state, stops, otherwise FROM serial_evidence WHERE serial = 'SN1' AND path = :path",
             path=f"bulkhead/{RIB}",
         )
     assert row == (state, len(stops), otherwise)
@@ -142,7 +142,7 @@ def test_evidence_of_all_stops_adds_up_to_one_part(target: str) -> None:
             "(SELECT count(*) FROM occurrence AS o JOIN feature AS f ON f.shape_id = o.shape_id "
             "WHERE o.path LIKE 'bulkhead/%')",
         )
-        zones = asked(store, "SELECT DISTINCT zone FROM serial_state")
+        zones = asked(store, "SELECT DISTINCT zone FROM serial_evidence")
     assert (serial, verdict, findings, checked) == ("SN1", "deviates", 1, 3)  # seen at both stops, once
     assert (features, not_seen, usable) == (whole, whole - 4, 2)
     assert words.startswith(f"part deviates (1 finding); 3 of {whole} checked, 1 seen and not checked, ")
@@ -153,7 +153,7 @@ def test_both_engines_answer(request: pytest.FixtureRequest) -> None:
     store = request.getfixturevalue("postgresql_inspection").store
     with Store.open(store, read_only=True) as opened:
         findings = asked(opened, "SELECT f.* FROM finding AS f JOIN serial_finding USING (run_id, finding_no)")
-        assert findings == asked(opened, "SELECT * FROM serial_state") == asked(opened, "SELECT * FROM serial_outcome")
+        assert findings == asked(opened, "SELECT * FROM serial_evidence") == asked(opened, "SELECT * FROM serial_outcome")
 
 
 def test_the_report_of_a_part_has_the_findings_of_all_stops_once(target: str, tmp_path: Path) -> None:
