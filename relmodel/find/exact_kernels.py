@@ -269,17 +269,22 @@ def _triangles_distance2(a: Floats, b: Floats) -> float:
 def _holds_piece(solid: Floats, first: int, end: int, box: Floats, of: Floats, begin: int, stop: int) -> bool:
     """Whether a closed surface in a box holds a piece of others that do not cross it.
 
-    A triangle that shares a corner with the one before is of its piece, so that one corner tells of both.
+    A triangle that shares a corner with one before is of its piece, and one corner tells of both.  It is looked for
+    among as many as the surface has triangles, so that looking costs less than winding.
     """
     for row in range(begin, stop):
-        p, alike, within = of[row, 0], False, True
+        p, within = of[row, 0], True
         for j in range(3):
             within = within and box[j] <= p[j] <= box[3 + j]
-        if row > begin:
+        if not within:
+            continue
+        alike, earlier = False, row - 1
+        while not alike and earlier >= max(begin, row - (end - first)):
             for i in range(9):
-                u, v = of[row, i // 3], of[row - 1, i % 3]
+                u, v = of[row, i // 3], of[earlier, i % 3]
                 alike = alike or (u[0] == v[0] and u[1] == v[1] and u[2] == v[2])
-        if within and not alike and _winding(solid, first, end, p) > 0.5:
+            earlier -= 1
+        if not alike and _winding(solid, first, end, p) > 0.5:
             return True
     return False
 
