@@ -10,11 +10,11 @@ of them; then `WorldIndex` beside its tree, and an index that changes beside one
 Boxes are clustered as parts of machines are, strewn over a slab of the size of the demonstration bulkhead, nested in
 each other as assemblies are, uniform, or rods.  Peers: geoindex-rs, a flatbush in Rust, and shapely's STRtree, both
 over x and y, then z; SQLite's R*Tree, with the exact bounds in its rows and lean; libspatialindex (package rtree);
-scans by NumPy and by DuckDB; and PostgreSQL's cube and PostGIS under n-dimensional GiST on a private server of the
-system's packages.  What is not installed is left out, with a word.  Embree answers one question only, and has its own
-table.  `SQL` is the macro `parts_in_box` of a DuckDB store, asked through its client; `store` is `in_volumes` on it:
-rows with path and pose.  `SQL of 1` and `store of 1` are the same of a store with one part: what a statement costs
-whatever it finds.
+VTK's static cell locator; scans by NumPy and by DuckDB; and PostgreSQL's cube and PostGIS under n-dimensional GiST on a
+private server of the system's packages.  What is not installed is left out, with a word.  Embree answers one question
+only, and has its own table.  `SQL` is the macro `parts_in_box` of a DuckDB store, asked through its client; `store` is
+`in_volumes` on it: rows with path and pose.  `SQL of 1` and `store of 1` are the same of a store with one part: what a
+statement costs whatever it finds.
 
 Times are the least of several medians taken in turns, so that what else the machine does falls on all alike.  `ratio`
 is the time of `rtree` over that of the best peer in the same run.  Answers are compared.  The size of libspatialindex
@@ -50,6 +50,7 @@ from benchmarks.peers.boxes import (
     Scan,
     Shapely,
     Sqlite,
+    Vtk,
     postgresql,
 )
 from benchmarks.peers.worlds import SPREADS, about, clustered, views
@@ -68,6 +69,7 @@ HITS = (0, 10, 100, 10_000)
 GROWN = (np.zeros(6), np.repeat([-0.05, 0.05], 3), np.repeat([0.05, -0.05], 3))
 SLOW_MS = 2000.0
 KINDS = ("rtree", "grid", "octree", "rangetree")
+PACKAGES = {Libspatialindex: "rtree", GeoIndex: "geoindex_rs", Vtk: "vtk"}
 
 
 class StoreTables(Peer):
@@ -175,13 +177,19 @@ def processor_ms(calls: list[Callable[[], Any]], repeat: int = 5) -> list[float]
     return least
 
 
+def installed() -> list[type[Any]]:
+    """The peers in process whose packages are there."""
+    peers = (Sqlite, LeanSqlite, Libspatialindex, Shapely, NumpyScan, Scan, GeoIndex, Vtk)
+    return [peer for peer in peers if importlib.util.find_spec(PACKAGES.get(peer, "numpy"))]
+
+
 def in_process(boxes: Floats, seed: int) -> tuple[list[str], list[list[Any]]]:
     """Names of the engines, and rows by processor time: label, a value an engine, and the ratio of the first to the
     best of the others.  What would take minutes is left out."""
     makers: list[Callable[[Floats], Any]] = [partial(Kind, kind="rtree"), Shapely, NumpyScan]
-    makers += [GeoIndex] if importlib.util.find_spec("geoindex_rs") else []
-    makers += [Libspatialindex] if importlib.util.find_spec("rtree") and len(boxes) <= 100_000 else []
-    makers += [LeanSqlite] if len(boxes) <= 100_000 else []
+    makers += [peer for peer in (GeoIndex, Vtk) if peer in installed()]
+    if len(boxes) <= 100_000:
+        makers += [peer for peer in (Libspatialindex, LeanSqlite) if peer in installed()]
     engines: list[Any] = [None] * len(makers)
 
     def make(i: int) -> None:
@@ -198,7 +206,7 @@ def in_process(boxes: Floats, seed: int) -> tuple[list[str], list[list[Any]]]:
     for hits in (hits for hits in HITS if hits < len(boxes)):
         asked = about(boxes, hits, 1000, seed + 3)
         few = [e for e in engines if len(boxes) * 1000 <= 1e8 or not isinstance(e, NumpyScan)]
-        few = [e for e in few if hits < 10_000 or not isinstance(e, NumpyScan | Libspatialindex | LeanSqlite)]
+        few = [e for e in few if hits < 10_000 or not isinstance(e, NumpyScan | Libspatialindex | LeanSqlite | Vtk)]
         spent = processor_ms([partial(e.many, asked) for e in few], 4 if hits < 10_000 else 2)
         found = {id(e): ms for e, ms in zip(few, spent, strict=True)}
         table.append([f"1,000 volumes of {hits:,} hits", *(found.get(id(e)) for e in engines)])
@@ -372,15 +380,9 @@ def main() -> None:
     parser.add_argument("--report", type=Path, metavar="FOLDER")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
-    peers: list[Callable[[Floats], Any]] = [Sqlite, LeanSqlite, Shapely, NumpyScan, Scan]
-    if importlib.util.find_spec("geoindex_rs"):
-        peers.append(GeoIndex)
-    else:
-        print("Left out: geoindex-rs; install the package.")
-    if importlib.util.find_spec("rtree"):
-        peers.insert(2, Libspatialindex)
-    else:
-        print("Left out: libspatialindex; install the package rtree.")
+    peers: list[Callable[[Floats], Any]] = [*installed()]
+    for peer in {*PACKAGES} - {*peers}:
+        print(f"Left out: {peer.name}; install the package {PACKAGES[peer]}.")
     pages = [f"Volume queries on {os.cpu_count()} cores, times in ms unless said; by benchmarks/volume_queries.py."]
     series: dict[str, dict[int, float]] = {}
 

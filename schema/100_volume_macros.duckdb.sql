@@ -168,6 +168,54 @@ JOIN part ON part.id = o.part_id;
 COMMENT ON MACRO TABLE parts_in_box IS
     'Placed parts whose world box meets a box; newest revision of all worlds or one.';
 
+CREATE MACRO parts_within_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
+SELECT o.*
+FROM parts_in_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS o
+WHERE o.x0 >= from_x AND o.y0 >= from_y AND o.z0 >= from_z AND o.x1 <= to_x AND o.y1 <= to_y AND o.z1 <= to_z;
+COMMENT ON MACRO TABLE parts_within_box IS
+    'Placed parts whose world box lies wholly in a box; newest revision of all worlds or one.';
+
+CREATE MACRO nearest_parts(at_x, at_y, at_z, how_many, in_world := NULL) AS TABLE
+WITH page AS MATERIALIZED (  -- how many parts each holds, and how far from the point these are at most
+    SELECT g.box_count, 1e-6 + sqrt(
+            power(greatest(
+                at_x - reach_back(b.m00, b.m01, b.m02, b.m03, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1),
+                reach_forth(b.m00, b.m01, b.m02, b.m03, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) - at_x
+            ), 2)
+            + power(greatest(
+                at_y - reach_back(b.m10, b.m11, b.m12, b.m13, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1),
+                reach_forth(b.m10, b.m11, b.m12, b.m13, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) - at_y
+            ), 2)
+            + power(greatest(
+                at_z - reach_back(b.m20, b.m21, b.m22, b.m23, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1),
+                reach_forth(b.m20, b.m21, b.m22, b.m23, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) - at_z
+            ), 2)
+        ) AS reach
+    FROM placed_body AS b
+    JOIN placed_object AS p ON p.object_no = b.object_no
+    JOIN object_page AS g ON g.object_id = p.object_id AND g.body_no = b.body_no
+    WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
+),
+enough AS MATERIALIZED (  -- within which there are so many
+    SELECT min(h.reach) AS reach
+    FROM (SELECT reach, sum(box_count) OVER (ORDER BY reach) AS held FROM page) AS h
+    WHERE h.held >= least(how_many, (SELECT sum(box_count) FROM page))
+)
+SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1,
+    sqrt(power(greatest(o.x0 - at_x, at_x - o.x1, 0), 2) + power(greatest(o.y0 - at_y, at_y - o.y1, 0), 2)
+        + power(greatest(o.z0 - at_z, at_z - o.z1, 0), 2)) AS distance_mm
+FROM all_about_boxes(
+    [0],
+    [(SELECT at_x - reach FROM enough)], [(SELECT at_y - reach FROM enough)], [(SELECT at_z - reach FROM enough)],
+    [(SELECT at_x + reach FROM enough)], [(SELECT at_y + reach FROM enough)], [(SELECT at_z + reach FROM enough)],
+    in_world
+) AS o
+JOIN part ON part.id = o.part_id
+ORDER BY distance_mm, occurrence_id
+LIMIT how_many;
+COMMENT ON MACRO TABLE nearest_parts IS
+    'The parts whose world boxes are nearest to a point, so many, and how far these are, mm; newest revision of all worlds or one.';
+
 CREATE MACRO all_in_box(in_level, from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
 WITH placed AS MATERIALIZED (
     SELECT o.*

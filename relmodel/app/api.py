@@ -71,10 +71,16 @@ class OpenStore(Store):
         return find.in_volumes(self, volumes, level=level, world=world, precision=precision, kind=kind, wholly=wholly)
 
     def nearest_parts(
-        self, path: npt.ArrayLike, count: int = 1, *, radius: float = 0.0, world: str | None = None
+        self,
+        path: npt.ArrayLike,
+        count: int = 1,
+        *,
+        radius: float = 0.0,
+        tool: npt.ArrayLike = (0.0, 0.0, 0.0),
+        world: str | None = None,
     ) -> dict[str, npt.NDArray[Any]]:
-        """The parts nearest to a point or to the way of a ball, by columns: `relmodel.find.find.nearest_parts`."""
-        return find.nearest_parts(self, path, count, radius=radius, world=world)
+        """The parts nearest to a point, a part or a tool's way, by columns: `relmodel.find.find.nearest_parts`."""
+        return find.nearest_parts(self, path, count, radius=radius, tool=tool, world=world)
 
     def inspect(
         self,

@@ -63,24 +63,22 @@ def exactly_met(
 
 
 def exact_distances(
-    store: Store, connection: Connection, path: Floats, found: Mapping[str, npt.NDArray[Any]]
+    store: Store, connection: Connection, body: Floats, body_solid: bool, found: Mapping[str, npt.NDArray[Any]]
 ) -> Floats:
-    """Distances (n,), mm, of parts, rows of `in_volumes`, from a path (k, 3): of their triangles, or of those of their
-    boxes where they have none."""
+    """Distances (n,), mm, of parts, rows of `in_volumes`, from a body, triangles (m, 3, 3): of their triangles, or of
+    those of their boxes where they have none."""
     from relmodel.find.exact_kernels import distances
 
-    out = np.empty(len(found["shape_id"]))
-    shape_id, first = np.unique(found["shape_id"].astype(np.int64), return_index=True)
-    meshes = _Geometry.load(store, connection, "part", shape_id.tolist())
-    boxes = np.stack([found[f"shape_{axis}{end}"][first] for end in (0, 1) for axis in "xyz"], axis=1).astype(float)
-    solid, keys = [True] * len(first), [(number, -1) for number in shape_id.tolist()]
-    whole = _Geometry(keys, [_box_triangles(box) for box in boxes], solid, [0.0] * len(first))
-    poses, none = matrices(found), np.full(len(out), -1, np.int64)
-    meshed = meshes.number(found["shape_id"].astype(np.int64), none) >= 0
-    for geometry, rows in ((meshes, np.flatnonzero(meshed)), (whole, np.flatnonzero(~meshed))):
-        element = geometry.number(found["shape_id"][rows].astype(np.int64), none[rows]) if len(rows) else none[rows]
-        out[rows] = distances(path, poses[rows], element, geometry.triangles, geometry.first_triangle, geometry.solid)
-    return out
+    geometry = _Geometry.of_parts(store, connection, found)
+    element = geometry.number(found["shape_id"].astype(np.int64), np.full(len(found["shape_id"]), -1, np.int64))
+    given = geometry.triangles, geometry.first_triangle, geometry.solid
+    return distances(np.ascontiguousarray(body), body_solid, matrices(found), element, *given)
+
+
+def placed_triangles(store: Store, connection: Connection, part: Mapping[str, npt.NDArray[Any]]) -> tuple[Floats, bool]:
+    """Triangles (m, 3, 3) of a part, the only row, in the world, or those of its box; and whether it is solid."""
+    geometry, pose = _Geometry.of_parts(store, connection, part), matrices(part)[0]
+    return geometry.triangles @ pose[:3, :3].T + pose[:3, 3], bool(geometry.solid[0])
 
 
 class _Geometry:
@@ -144,6 +142,18 @@ class _Geometry:
         deviation = [deviation_of.get(shape, 0.0) for shape, _ in features]
         triangles = [np.concatenate(pieces) for pieces in features.values()]
         return cls(list(features), triangles, [False] * len(features), deviation)
+
+    @classmethod
+    def of_parts(cls, store: Store, connection: Connection, parts: Mapping[str, npt.NDArray[Any]]) -> _Geometry:
+        """Of the shapes of some parts; one that has no triangles is its box, and solid."""
+        shape_id, first = np.unique(parts["shape_id"].astype(np.int64), return_index=True)
+        meshes = cls.load(store, connection, "part", shape_id.tolist())
+        places = meshes.number(shape_id, np.full(len(shape_id), -1, np.int64)).tolist()
+        boxes = np.stack([parts[f"shape_{axis}{end}"][first] for end in (0, 1) for axis in "xyz"], axis=1).astype(float)
+        meshed = np.split(meshes.triangles, meshes.first_triangle[1:-1])
+        triangles = [_box_triangles(box) if at < 0 else meshed[at] for at, box in zip(places, boxes, strict=True)]
+        solid = [at < 0 or bool(meshes.solid[at]) for at in places]
+        return cls([(number, -1) for number in shape_id.tolist()], triangles, solid, [0.0] * len(places))
 
     def number(self, shape_id: Ints, element_no: Ints) -> Ints:
         """Places of elements in this table (n,), -1 where it has none."""

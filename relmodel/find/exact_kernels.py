@@ -231,35 +231,114 @@ def _crosses(triangle: Floats, a: Floats, b: Floats) -> bool:
     return True
 
 
-@kernel("f8[::1](f8[:, ::1], f8[:, :, ::1], i8[::1], f8[:, :, ::1], i8[::1], b1[::1])")
+@helper
+def _bound(triangles: Floats, first: int, end: int, box: Floats) -> None:
+    """Sets the box (6,) around triangles (n, 3, 3)."""
+    for j in range(3):
+        box[j], box[3 + j] = np.inf, -np.inf
+        for row in range(first, end):
+            for corner in range(3):
+                box[j] = min(box[j], triangles[row, corner, j])
+                box[3 + j] = max(box[3 + j], triangles[row, corner, j])
+
+
+@helper
+def _gap2(a: Floats, b: Floats) -> float:
+    """Squared distance of two boxes (6,)."""
+    away = 0.0
+    for j in range(3):
+        gap = max(0.0, a[j] - b[3 + j], b[j] - a[3 + j])
+        away += gap * gap
+    return away
+
+
+@helper
+def _triangles_distance2(a: Floats, b: Floats) -> float:
+    """Squared distance of two triangles (3, 3), either of which may be a segment or a point."""
+    least = np.inf
+    for i in range(3):
+        least = min(least, _distance2(a, b[i]), _distance2(b, a[i]))
+        for j in range(3):
+            least = min(least, _segments_distance2(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3]))
+        if _crosses(a, b[i], b[(i + 1) % 3]) or _crosses(b, a[i], a[(i + 1) % 3]):
+            return 0.0
+    return least
+
+
+@helper
+def _holds_piece(solid: Floats, first: int, end: int, box: Floats, of: Floats, begin: int, stop: int) -> bool:
+    """Whether a closed surface in a box holds a piece of others that do not cross it.
+
+    A triangle that shares a corner with one before is of its piece, and one corner tells of both.  It is looked for
+    among as many as the surface has triangles, so that looking costs less than winding.
+    """
+    for row in range(begin, stop):
+        p, within = of[row, 0], True
+        for j in range(3):
+            within = within and box[j] <= p[j] <= box[3 + j]
+        if not within:
+            continue
+        alike, earlier = False, row - 1
+        while not alike and earlier >= max(begin, row - (end - first)):
+            for i in range(9):
+                u, v = of[row, i // 3], of[earlier, i % 3]
+                alike = alike or (u[0] == v[0] and u[1] == v[1] and u[2] == v[2])
+            earlier -= 1
+        if not alike and _winding(solid, first, end, p) > 0.5:
+            return True
+    return False
+
+
+@kernel("f8[::1](f8[:, :, ::1], b1, f8[:, :, ::1], i8[::1], f8[:, :, ::1], i8[::1], b1[::1])")
 def distances(
-    path: Floats, transforms: Floats, element: Ints, triangles: Floats, first_triangle: Ints, solid: Bools
+    body: Floats,
+    body_solid: bool,
+    transforms: Floats,
+    element: Ints,
+    triangles: Floats,
+    first_triangle: Ints,
+    solid: Bools,
 ) -> Floats:
-    """Distance (n,), mm, of elements placed by `transforms` (n, 4, 4) from a path of straight pieces between points
-    (k, 3); 0 where it touches them or lies inside a solid.  Elements are those of `meet_volumes`."""
+    """Distance (n,), mm, of elements placed by `transforms` (n, 4, 4) from the triangles (m, 3, 3) of a body; 0 where
+    they touch, or one lies inside the other and that is solid.  Elements are those of `meet_volumes`.
+
+    The body's triangles are looked at in runs, where the boxes around them are nearer than what was found.
+    """
+    run = 16
     out = np.empty(len(element))
-    local = np.empty((len(path), 3))
+    local = np.empty_like(body)
+    boxes = np.empty((len(body), 6))
+    runs = np.empty(((len(body) + run - 1) // run, 6))
+    whole, other, box = np.empty(6), np.empty(6), np.empty(6)
     for i in range(len(element)):
         t = transforms[i]
-        for p in range(len(path)):
-            for j in range(3):
-                local[p, j] = 0.0
-                for r in range(3):
-                    local[p, j] += t[r, j] * (path[p, r] - t[r, 3])
+        for m in range(len(body)):
+            for corner in range(3):
+                for j in range(3):
+                    local[m, corner, j] = 0.0
+                    for r in range(3):
+                        local[m, corner, j] += t[r, j] * (body[m, corner, r] - t[r, 3])
+            _bound(local, m, m + 1, boxes[m])
+        for k in range(len(runs)):
+            _bound(local, k * run, min(len(body), (k + 1) * run), runs[k])
+        _bound(local, 0, len(body), whole)
         first, end = first_triangle[element[i]], first_triangle[element[i] + 1]
         least = np.inf
         for row in range(first, end):
-            triangle = triangles[row]
-            for p in range(len(path)):
-                least = min(least, _distance2(triangle, local[p]))
-                if p == 0:
+            _bound(triangles, row, row + 1, box)
+            if _gap2(box, whole) >= least:
+                continue
+            for k in range(len(runs)):
+                if _gap2(box, runs[k]) >= least:
                     continue
-                for k in range(3):
-                    corner, following = triangle[k], triangle[(k + 1) % 3]
-                    least = min(least, _segments_distance2(local[p - 1], local[p], corner, following))
-                if least > 0 and _crosses(triangle, local[p - 1], local[p]):
-                    least = 0.0
-        if least > 0 and solid[element[i]] and _winding(triangles, first, end, local[0]) > 0.5:
+                for m in range(k * run, min(len(body), (k + 1) * run)):
+                    if _gap2(box, boxes[m]) < least:
+                        least = min(least, _triangles_distance2(triangles[row], local[m]))
+        if least > 0 and solid[element[i]]:
+            _bound(triangles, first, end, other)
+            if _holds_piece(triangles, first, end, other, local, 0, len(body)):
+                least = 0.0
+        if least > 0 and body_solid and _holds_piece(local, 0, len(body), whole, triangles, first, end):
             least = 0.0
         out[i] = np.sqrt(least)
     return out

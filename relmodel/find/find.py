@@ -24,8 +24,9 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Bools, Floats
 from relmodel.errors import UsageError
-from relmodel.find.exact import exact_distances, exactly_met
+from relmodel.find.exact import exact_distances, exactly_met, placed_triangles
 from relmodel.find.volumes import Box, Volume, volumes_met
+from relmodel.geometry.hulls import hull_triangles
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 
@@ -150,31 +151,57 @@ def nearest_parts(
     count: int = 1,
     *,
     radius: float = 0.0,
+    tool: npt.ArrayLike = (0.0, 0.0, 0.0),
     world: str | None = None,
 ) -> dict[str, npt.NDArray[Any]]:
-    """The `count` parts nearest to a point (3,), or to a ball swept along straight pieces between points (k, 3).
+    """The `count` parts nearest to a point (3,), to a tool swept along straight pieces between points (k, 3), or, where
+    `path` is the path of a placed part, to that part, itself left out.
 
-    Columns of `in_volumes`, and distance_mm from the ball's surface, 0 where it is touched or inside a solid, by which
-    they are sorted, then by occurrence_id.  Distances are of the triangles, true within what these miss (`shape_mesh`),
-    or of the box of a part that has none.  radius: of the ball, mm.  Raises UsageError where the path is none, the
-    count is below 1 or the radius below 0, and as `in_volumes`.
+    Columns of `in_volumes`, and distance_mm, 0 where the part is touched or one is inside the other and that is solid,
+    by which they are sorted, then by occurrence_id.  Distances are of the triangles, true within what these miss
+    (`shape_mesh`), or of the box of a part that has none.
+    tool: points (n, 3), mm, about the point that goes the path, turned as the world is; the tool is their convex hull,
+    without them a point.  radius: by which it is larger all round, mm, as a ball is than a point.  Raises UsageError
+    where the path or the tool is none, no such part is placed, the count is below 1 or the radius below 0, and as
+    `in_volumes`.
     """
-    points = np.asarray(path, float).reshape(-1, 3)
-    if not len(points) or not np.isfinite(points).all() or count < 1 or not 0 <= radius < np.inf:
-        raise UsageError("nearest needs a point or a path of points in mm, a count from 1 and a radius from 0 mm")
-    bounds = np.concatenate([points.min(axis=0), points.max(axis=0)])
+    if not 0 <= radius < np.inf or count < 1:
+        raise UsageError("nearest needs a count from 1 and a radius from 0 mm")
+    with store.read() as connection:
+        world_id, name = world_named(store, connection, world)
+        itself = -1
+        if isinstance(path, str):
+            part = store.columns(connection, "index/parts", world_id=world_id, path=path)
+            if not len(part["occurrence_id"]):
+                raise UsageError(f"there is no part {path!r} in the world {name}: relmodel find lists the parts' paths")
+            itself = int(part["occurrence_id"][0])
+            body, solid = placed_triangles(store, connection, part)
+        else:
+            body, solid = _swept(path, tool), True
+    bounds = np.concatenate([body.min(axis=(0, 1)), body.max(axis=(0, 1))])
     reach = 64.0
     while True:
         grown = bounds + np.repeat([-1.0, 1.0], 3) * (radius + reach)
         found = in_volume(store, Box(*grown), world=world)
+        found = _chosen(found, found["occurrence_id"] != itself)
         with store.read() as connection:
-            away = exact_distances(store, connection, points, found) - radius
+            away = exact_distances(store, connection, body, solid, found) - radius
         found["distance_mm"] = np.maximum(away, 0.0)
         order = np.lexsort((found["occurrence_id"], found["distance_mm"]))
         order = order[found["distance_mm"][order] <= reach][:count]
         if len(order) == count or reach > _FARTHEST_MM:
             return {name: values[order] for name, values in found.items()}
         reach *= 4
+
+
+def _swept(path: npt.ArrayLike, tool: npt.ArrayLike) -> Floats:
+    """Triangles (m, 3, 3) of what the convex hull of a tool's points fills on its way: a hull for each straight piece,
+    for a hull that moves without turning fills the hull of where it begins and where it ends."""
+    points, corners = np.asarray(path, float).reshape(-1, 3), np.asarray(tool, float).reshape(-1, 3)
+    if not len(points) or not len(corners) or not (np.isfinite(points).all() and np.isfinite(corners).all()):
+        raise UsageError("nearest needs a point or a path of points, and a tool's points, x y z each, in mm")
+    pieces = zip(points, points[1:] if len(points) > 1 else points, strict=False)
+    return np.concatenate([hull_triangles(np.concatenate([corners + a, corners + b])) for a, b in pieces])
 
 
 def find_rows(

@@ -23,7 +23,7 @@ from relmodel.store import Store
 
 def placed_parts(store: Store, connection: Connection, world_id: int) -> tuple[dict[str, npt.NDArray[Any]], Hulls]:
     """The placed parts of a world by columns, as the query index/parts gives them, and the hulls of their shapes."""
-    parts = store.columns(connection, "index/parts", world_id=world_id)
+    parts = store.columns(connection, "index/parts", world_id=world_id, path=None)
     shape_ids = store.array(np.unique(parts["shape_id"].astype(np.int64)))
     return parts, Hulls.of(store.columns(connection, "find/hulls", shape_ids=shape_ids))
 

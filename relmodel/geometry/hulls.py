@@ -25,6 +25,28 @@ def outermost(points: Floats) -> Floats:
         return points
 
 
+def hull_triangles(points: Floats) -> Floats:
+    """Triangles (m, 3, 3) of the convex hull of points (n, 3), counter-clockwise from outside; of flat points those
+    that fill it, and of points along a line, or of one, a triangle without area."""
+    from scipy.spatial import ConvexHull
+
+    middle = points.mean(axis=0)
+    size, axes = np.linalg.svd(points - middle, full_matrices=False)[1:]
+    rank = int((size > 1e-9 * max(1.0, size[0])).sum())
+    along = (points - middle) @ axes.T
+    if rank < 2:
+        return np.asarray(points[[[along[:, 0].argmin(), along[:, 0].argmax(), along[:, 0].argmax()]]])
+    if rank == 2:
+        around = points[ConvexHull(along[:, :2]).vertices]
+        return np.stack([np.broadcast_to(around[0], (len(around) - 2, 3)), around[1:-1], around[2:]], axis=1)
+    hull = ConvexHull(points)
+    triangles = np.asarray(points[hull.simplices], float)
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    inward = np.einsum("md,md->m", normals, hull.equations[:, :3]) < 0
+    triangles[inward] = triangles[inward][:, ::-1]
+    return triangles
+
+
 @dataclass(frozen=True)
 class Hulls:
     """Hulls of shapes: of shape `shape_id[i]`, which increase, the corners `start[i]` to `start[i + 1]` (n, 3), and by

@@ -39,9 +39,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     words = "the parts nearest to a point, or to a way of straight pieces between points, mm"
     volume.add_argument("--near-to", nargs="+", type=float, metavar="X Y Z", help=words)
-    words = "with --near-to: radius of a ball, such as a tool's, that stands at the point or goes the way, mm"
+    words = "the parts nearest to a placed part, of which this is the path in the world"
+    volume.add_argument("--near-to-part", metavar="PATH", help=words)
+    words = (
+        "with --near-to: a tool that goes the way without turning, the convex hull of a list points of [x, y, z], mm"
+    )
+    parser.add_argument("--tool", type=Path, metavar="FILE.yaml", help=words)
+    words = "with --near-to: radius of a ball that stands at the point or goes the way, or all round the tool, mm"
     parser.add_argument("--radius", type=float, default=0.0, help=words)
-    parser.add_argument("--count", type=int, default=5, help="with --near-to: how many parts (default: 5)")
+    parser.add_argument("--count", type=int, default=5, help="of the nearest parts: how many (default: 5)")
     parser.add_argument("--wholly", action="store_true", help="only what lies in the volume with all of it")
     parser.add_argument(
         "--at", type=Path, metavar="POSE.yaml", help="where the rig is: a file that says world_from_rig"
@@ -64,7 +70,7 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.find.find import find_rows
     from relmodel.store import Store
 
-    if args.near_to:
+    if args.near_to or args.near_to_part:
         return _nearest(args)
     rig, prior = _rig_and_prior(args)
     volumes = _views(args, rig, prior) if rig else [_volume(args)]
@@ -122,10 +128,14 @@ def _nearest(args: argparse.Namespace) -> int:
     from relmodel.find.find import nearest_parts
     from relmodel.store import Store
 
-    if len(args.near_to) % 3:
+    if args.near_to_part and (args.tool or args.radius):
+        raise UsageError("--tool and --radius go a way: give them with --near-to, not with --near-to-part")
+    if len(args.near_to or ()) % 3:
         raise UsageError(f"--near-to has {len(args.near_to)} numbers: give x y z of a point, or of each of a way")
+    tool = _rows(args.tool, "points", "x, y, z") if args.tool else [[0.0, 0.0, 0.0]]
+    given = {"radius": args.radius, "tool": tool, "world": args.world}
     with Store.open(store_target(args), read_only=True) as store:
-        found = nearest_parts(store, args.near_to, args.count, radius=args.radius, world=args.world)
+        found = nearest_parts(store, args.near_to or args.near_to_part, args.count, **given)
     rows = [
         (str(path), str(name), float(away))
         for path, name, away in zip(found["path"], found["name"], found["distance_mm"], strict=True)
@@ -176,14 +186,17 @@ def _volume(args: argparse.Namespace) -> Volume:
         world_from_box[:3, :3] = rotation_matrix(np.radians(args.obb[6:]))
         world_from_box[:3, 3] = args.obb[:3]
         return OrientedBox(world_from_box, np.array(args.obb[3:6]))
-    return Polyhedron(_half_spaces(args.polyhedron))
+    return Polyhedron(_rows(args.polyhedron, "half_spaces", "nx, ny, nz, d"))
 
 
-def _half_spaces(path: Path) -> list[list[float]]:
+def _rows(path: Path, key: str, row: str) -> list[list[float]]:
+    """The rows of numbers, all as long as `row` says, that a file lists under a key."""
     import yaml
 
     try:
-        said = yaml.safe_load(read_text(path, "polyhedron"))
-        return [[float(number) for number in row] for row in said["half_spaces"]]
+        rows = [[float(number) for number in numbers] for numbers in yaml.safe_load(read_text(path, key))[key]]
+        if {len(numbers) for numbers in rows} == {row.count(",") + 1}:
+            return rows
     except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path} lists no half-spaces: give half_spaces: [[nx, ny, nz, d], ...]") from error
+        raise InputError(f"{path} lists no {key}: give {key}: [[{row}], ...]") from error
+    raise InputError(f"{path} lists no {key}, or of another length: give {key}: [[{row}], ...]")
