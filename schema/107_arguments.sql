@@ -42,7 +42,23 @@ CROSS JOIN (VALUES
     ('view', 14, 'near', 'DOUBLE PRECISION', 'depth along z of the camera at which the view begins, mm, at least 0'),
     ('view', 15, 'far', 'DOUBLE PRECISION', 'depth at which it ends, mm, more than near'),
     ('view', 16, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds')
-) AS a (volume, argument_no, argument, type, comment);
+) AS a (volume, argument_no, argument, type, comment)
+UNION ALL
+SELECT function_name, argument_no, argument, type, comment
+FROM (VALUES
+    ('parts_within_box', 1, 'from_x', 'DOUBLE PRECISION', 'least x of the box, mm, in the world''s frame'),
+    ('parts_within_box', 2, 'from_y', 'DOUBLE PRECISION', 'least y of the box, mm'),
+    ('parts_within_box', 3, 'from_z', 'DOUBLE PRECISION', 'least z of the box, mm'),
+    ('parts_within_box', 4, 'to_x', 'DOUBLE PRECISION', 'greatest x of the box, mm'),
+    ('parts_within_box', 5, 'to_y', 'DOUBLE PRECISION', 'greatest y of the box, mm'),
+    ('parts_within_box', 6, 'to_z', 'DOUBLE PRECISION', 'greatest z of the box, mm'),
+    ('parts_within_box', 7, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds'),
+    ('nearest_parts', 1, 'at_x', 'DOUBLE PRECISION', 'x of the point, mm, in the world''s frame'),
+    ('nearest_parts', 2, 'at_y', 'DOUBLE PRECISION', 'y of the point, mm'),
+    ('nearest_parts', 3, 'at_z', 'DOUBLE PRECISION', 'z of the point, mm'),
+    ('nearest_parts', 4, 'how_many', 'BIGINT', 'how many parts, at least 1'),
+    ('nearest_parts', 5, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds')
+) AS b (function_name, argument_no, argument, type, comment);
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('sds_argument', 'catalogue', 'view');

@@ -287,7 +287,7 @@ most AS (
     GROUP BY s.run_id, t.offset_odds, t.evidence_weight, t.share_weight, t.agreement_weight, t.chance, t.needed
 ),
 judged AS (
-    SELECT i.run_id, f.*, u.cameras AS pictures,
+    SELECT i.run_id, f.likely, f.prior, f.apart, f.precise, f.rivals, f.share, f.cameras, u.cameras AS pictures,
         CASE
             WHEN u.run_id IS NOT NULL THEN 'picture'
             WHEN i.covariance IS NULL AND i.m00 IS NULL THEN 'nothing'

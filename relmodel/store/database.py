@@ -165,8 +165,9 @@ class Database:
         return sorted(names, key=lambda name: (self._place.get(name, -1), name))
 
     @contextmanager
-    def read(self) -> Iterator[Connection]:
-        """A connection that sees one snapshot; it writes nothing.
+    def read(self, *, scratch: bool = False) -> Iterator[Connection]:
+        """A connection that sees one snapshot; it writes nothing.  scratch: it may make relations of its own
+        (`relation`) in a store that is open for reading only, which PostgreSQL forbids otherwise.
 
         Raises StoreError where the database fails, refuses it to the role, or is closed.
         """
@@ -174,6 +175,8 @@ class Database:
         with self.failures(), self.connect() as connection, self._interrupts(connection):
             if self.dialect == "postgresql":  # whose default gives each statement a snapshot of its own
                 connection = connection.execution_options(isolation_level="REPEATABLE READ")
+                if scratch:
+                    connection.exec_driver_sql("SET TRANSACTION READ WRITE")
             yield connection
             connection.rollback()
 

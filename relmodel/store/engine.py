@@ -61,13 +61,11 @@ def duckdb_file(url: URL) -> Path | None:
 
 
 def make_engine(url: URL, *, read_only: bool) -> Engine:
-    """Engine of the store, which connects when it is asked to.
-
-    PostgreSQL is not told to be read only: a reader joins with temporary tables of its own, which it then refuses.
-    """
+    """Engine of the store, which connects when it is asked to."""
     if url.get_backend_name() == "postgresql":
+        options = {"options": "-c default_transaction_read_only=on"} if read_only else {}
         # Finds connections that a restart of the server broke before they are used.
-        return create_engine(url, pool_pre_ping=True)
+        return create_engine(url, connect_args=options, pool_pre_ping=True)
     return create_engine(url, connect_args={"config": DUCKDB_CONFIG, "read_only": read_only})
 
 

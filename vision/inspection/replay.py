@@ -72,7 +72,7 @@ def replay(store: Store, run: int) -> Replay:
 
     Raises UsageError for runs that are no finished inspections, or whose rows were pruned.
     """
-    with store.read() as connection:
+    with store.read(scratch=True) as connection:
         _check(store, connection, run)
         (given,) = store.rows(connection, "replay/inspection", run=run)
         parameters = read_parameters(LOCALISATION, json.loads(given.parameters)["localisation"])

@@ -153,7 +153,8 @@ def test_both_engines_answer(request: pytest.FixtureRequest) -> None:
     store = request.getfixturevalue("postgresql_inspection").store
     with Store.open(store, read_only=True) as opened:
         findings = asked(opened, "SELECT f.* FROM finding AS f JOIN serial_finding USING (run_id, finding_no)")
-        assert findings == asked(opened, "SELECT * FROM serial_evidence") == asked(opened, "SELECT * FROM serial_outcome")
+        states = asked(opened, "SELECT * FROM serial_evidence")
+        assert findings == states == asked(opened, "SELECT * FROM serial_outcome")
 
 
 def test_the_report_of_a_part_has_the_findings_of_all_stops_once(target: str, tmp_path: Path) -> None:
