@@ -7,9 +7,12 @@ CREATE VIEW sds_argument (  -- What each function that may be called in SQL take
     type,  -- its type
     comment  -- what it means, with its unit
 ) AS
-SELECT concat(l.level, '_in_', a.volume) AS function_name, a.argument_no, a.argument, a.type, a.comment
-FROM (VALUES ('parts'), ('features'), ('surfaces'), ('arcs')) AS l (level)
-CROSS JOIN (VALUES
+SELECT concat(l.start, a.volume) AS function_name, a.argument_no, a.argument, a.type, a.comment
+FROM (VALUES
+    ('parts_in_', NULL), ('features_in_', NULL), ('surfaces_in_', NULL), ('arcs_in_', NULL),
+    ('parts_within_', 'box'), ('nearest_', 'parts')
+) AS l (start, only_volume)
+JOIN (VALUES
     ('box', 1, 'from_x', 'DOUBLE PRECISION', 'least x of the box, mm, in the world''s frame'),
     ('box', 2, 'from_y', 'DOUBLE PRECISION', 'least y of the box, mm'),
     ('box', 3, 'from_z', 'DOUBLE PRECISION', 'least z of the box, mm'),
@@ -19,6 +22,11 @@ CROSS JOIN (VALUES
     ('box', 7, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds'),
     ('boxes', 1, 'asked', 'TEXT', 'name of a table or view of volume_no and the box x0 .. z1, mm, in the world''s frame'),
     ('boxes', 2, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds'),
+    ('parts', 1, 'at_x', 'DOUBLE PRECISION', 'x of the point, mm, in the world''s frame'),
+    ('parts', 2, 'at_y', 'DOUBLE PRECISION', 'y of the point, mm'),
+    ('parts', 3, 'at_z', 'DOUBLE PRECISION', 'z of the point, mm'),
+    ('parts', 4, 'how_many', 'BIGINT', 'how many parts, at least 0'),
+    ('parts', 5, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds'),
     ('volumes', 1, 'asked', 'TEXT', 'the same, with ball_x .. ball_z and ball_radius, and half_spaces (nx, ny, nz, d of each after the other), or null'),
     ('volumes', 2, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds'),
     ('sphere', 1, 'at_x', 'DOUBLE PRECISION', 'x of the ball''s centre, mm, in the world''s frame'),
@@ -42,23 +50,8 @@ CROSS JOIN (VALUES
     ('view', 14, 'near', 'DOUBLE PRECISION', 'depth along z of the camera at which the view begins, mm, at least 0'),
     ('view', 15, 'far', 'DOUBLE PRECISION', 'depth at which it ends, mm, more than near'),
     ('view', 16, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds')
-) AS a (volume, argument_no, argument, type, comment)
-UNION ALL
-SELECT function_name, argument_no, argument, type, comment
-FROM (VALUES
-    ('parts_within_box', 1, 'from_x', 'DOUBLE PRECISION', 'least x of the box, mm, in the world''s frame'),
-    ('parts_within_box', 2, 'from_y', 'DOUBLE PRECISION', 'least y of the box, mm'),
-    ('parts_within_box', 3, 'from_z', 'DOUBLE PRECISION', 'least z of the box, mm'),
-    ('parts_within_box', 4, 'to_x', 'DOUBLE PRECISION', 'greatest x of the box, mm'),
-    ('parts_within_box', 5, 'to_y', 'DOUBLE PRECISION', 'greatest y of the box, mm'),
-    ('parts_within_box', 6, 'to_z', 'DOUBLE PRECISION', 'greatest z of the box, mm'),
-    ('parts_within_box', 7, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds'),
-    ('nearest_parts', 1, 'at_x', 'DOUBLE PRECISION', 'x of the point, mm, in the world''s frame'),
-    ('nearest_parts', 2, 'at_y', 'DOUBLE PRECISION', 'y of the point, mm'),
-    ('nearest_parts', 3, 'at_z', 'DOUBLE PRECISION', 'z of the point, mm'),
-    ('nearest_parts', 4, 'how_many', 'BIGINT', 'how many parts, at least 1'),
-    ('nearest_parts', 5, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds')
-) AS b (function_name, argument_no, argument, type, comment);
+) AS a (volume, argument_no, argument, type, comment) ON a.volume = coalesce(l.only_volume, a.volume)
+    AND (a.volume <> 'parts' OR l.start = 'nearest_');
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('sds_argument', 'catalogue', 'view');

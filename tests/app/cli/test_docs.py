@@ -144,6 +144,7 @@ def demonstrated(
     (tmp_path / "faces.yaml").write_text(
         "half_spaces: [[1, 0, 0, 1700], [0, 1, 0, -440], [0, 0, 1, 990], [-1, -1, -1, -2130]]\n"
     )
+    (tmp_path / "tool.yaml").write_text("points: [[-10, -10, 0], [10, -10, 0], [0, 10, 0], [0, 0, 60]]\n")
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("RELMODEL_STORE", raising=False)
 
@@ -247,7 +248,7 @@ def test_sql_of_volume_queries_runs(new_store: Callable[[str], str]) -> None:
     """On both engines; in the demonstration's world there is something in each volume."""
     (block,) = (block for language, block in _BLOCK.findall(volume_queries()) if language == "sql")
     statements = [s for s in re.sub(r"--.*", "", block).split(";") if s.strip()]
-    assert len(statements) == 3
+    assert len(statements) == 5
     for target, found in (("demo/cell.duckdb", True), (new_store("postgresql"), False)):
         with Store.open(target, read_only=True) as store, store.read() as connection:
             for statement in statements:

@@ -132,7 +132,7 @@ def _nearest(args: argparse.Namespace) -> int:
         raise UsageError("--tool and --radius go a way: give them with --near-to, not with --near-to-part")
     if len(args.near_to or ()) % 3:
         raise UsageError(f"--near-to has {len(args.near_to)} numbers: give x y z of a point, or of each of a way")
-    tool = _rows(args.tool, "points", "x, y, z") if args.tool else [[0.0, 0.0, 0.0]]
+    tool = _rows(args.tool, "tool", "points", "x, y, z") if args.tool else [[0.0, 0.0, 0.0]]
     given = {"radius": args.radius, "tool": tool, "world": args.world}
     with Store.open(store_target(args), read_only=True) as store:
         found = nearest_parts(store, args.near_to or args.near_to_part, args.count, **given)
@@ -186,17 +186,17 @@ def _volume(args: argparse.Namespace) -> Volume:
         world_from_box[:3, :3] = rotation_matrix(np.radians(args.obb[6:]))
         world_from_box[:3, 3] = args.obb[:3]
         return OrientedBox(world_from_box, np.array(args.obb[3:6]))
-    return Polyhedron(_rows(args.polyhedron, "half_spaces", "nx, ny, nz, d"))
+    return Polyhedron(_rows(args.polyhedron, "polyhedron", "half_spaces", "nx, ny, nz, d"))
 
 
-def _rows(path: Path, key: str, row: str) -> list[list[float]]:
-    """The rows of numbers, all as long as `row` says, that a file lists under a key."""
+def _rows(path: Path, what: str, key: str, row: str) -> list[list[float]]:
+    """The rows of numbers, all as long as `row` says, that the file of a polyhedron or tool lists under a key."""
     import yaml
 
     try:
-        rows = [[float(number) for number in numbers] for numbers in yaml.safe_load(read_text(path, key))[key]]
+        rows = [[float(number) for number in numbers] for numbers in yaml.safe_load(read_text(path, what))[key]]
         if {len(numbers) for numbers in rows} == {row.count(",") + 1}:
             return rows
     except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{path} lists no {key}: give {key}: [[{row}], ...]") from error
-    raise InputError(f"{path} lists no {key}, or of another length: give {key}: [[{row}], ...]")
+        raise InputError(f"{path} lists no {key.replace('_', '-')}: give {key}: [[{row}], ...]") from error
+    raise InputError(f"{path} lists no {key.replace('_', '-')}, or of another length: give {key}: [[{row}], ...]")
