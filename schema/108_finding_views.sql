@@ -145,7 +145,9 @@ part AS (
     SELECT w.serial, o.*
     FROM world_of AS w
     JOIN occurrence AS o ON o.world_id = w.world_id AND o.kind = 'part'
-    JOIN world_object AS b ON b.world_id = w.world_id AND b.object_no = o.object_no AND b.role = 'inspected'
+    JOIN world AS n ON n.id = w.world_id
+    JOIN placed_body AS b ON b.object_no = o.object_no AND b.body_no = 0 AND b.role = 'inspected'
+        AND n.revision BETWEEN b.first_revision AND coalesce(b.last_revision, n.revision)
 ),
 item AS (
     SELECT serial, world_id, id AS occurrence_id, CAST(NULL AS INTEGER) AS feature_no, 'part' AS level, path,
