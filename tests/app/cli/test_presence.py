@@ -261,7 +261,7 @@ def test_the_outcome_stands_wherever_the_verdict_stands(
     assert f"run {run}: {said['words']}\n" in shown
     assert evidence in shown
     assert said["words"] in PicturedInspection(**vars(found))._repr_html_()
-    own = ("mood", "words", "variants", "shown", "unchecked")
+    own = ("mood", "words", "variants", "shown", "unchecked", "cause", "refusal")
     counts = {name: value for name, value in said.items() if name not in own}
     assert main(["runs", "--kind", "inspect", "--store", target, "--format", "json"]) == 0
     with serving(target) as server:
