@@ -232,7 +232,8 @@ JOIN pose AS p ON p.run_id = r.run_id;
 CREATE VIEW why_verdict_cause (  -- Why an inspection's pose is most likely not accepted, and what to do next: one row an inspection whose pose is not.
     run_id,  -- the run
     cause,  -- picture (unusable), camera (does not see the model), prior (looks past the object or is contradicted), nothing (no pose is
-        -- found), little (of the object is in view), repeats, calibration, precision, or object (another one, or another variant)
+        -- found), little (of the object is in view), repeats, calibration, precision, object (another one, or another variant), or
+        -- alike (loaded objects or variants that the pictures do not distinguish)
     likely_cause,  -- that in words, with each number next to its limit
     advice  -- what to do next
 ) AS
@@ -287,7 +288,7 @@ most AS (
     GROUP BY s.run_id, t.offset_odds, t.evidence_weight, t.share_weight, t.agreement_weight, t.chance, t.needed
 ),
 judged AS (
-    SELECT i.run_id, f.likely, f.prior, f.apart, f.precise, f.rivals, f.share, f.cameras, u.cameras AS pictures,
+    SELECT i.run_id, f.likely, f.prior, f.apart, f.precise, f.rivals, f.share, f.cameras, u.cameras AS pictures, i.reason,
         CASE
             WHEN u.run_id IS NOT NULL THEN 'picture'
             WHEN i.covariance IS NULL AND i.m00 IS NULL THEN 'nothing'
@@ -298,7 +299,8 @@ judged AS (
             WHEN f.prior IS NOT NULL THEN 'prior'
             WHEN f.rivals IS NOT NULL THEN 'repeats'
             WHEN f.apart IS NOT NULL THEN 'calibration'
-            ELSE 'precision'
+            WHEN f.precise IS NOT NULL THEN 'precision'
+            ELSE 'alike'
         END AS cause
     FROM inspection AS i
     LEFT JOIN failed AS f ON f.run_id = i.run_id
@@ -318,7 +320,8 @@ SELECT j.run_id, j.cause,
             ELSE concat('the prior does not hold: ', j.prior) END
         WHEN 'repeats' THEN concat('what is in view repeats in the object: ', j.rivals)
         WHEN 'calibration' THEN concat('the rig is not as its file says: ', j.apart)
-        WHEN 'precision' THEN concat('the pose is right and not known as well as asked: ', j.precise)
+        WHEN 'precision' THEN concat('the pose is not known as well as asked: ', j.precise)
+        WHEN 'alike' THEN concat('what is in view is alike in several loaded objects or variants: ', j.reason)
     END AS likely_cause,
     CASE j.cause
         WHEN 'picture' THEN 'take it again: in focus, exposed so that little of it is white, with nothing before the lens'
@@ -330,6 +333,7 @@ SELECT j.run_id, j.cause,
             ELSE 'correct the prior, or trust the pictures with --believe-pictures' END
         WHEN 'repeats' THEN 'move the rig until an end of the object or something that does not repeat is in view, or give a prior that rules the others out'
         WHEN 'calibration' THEN 'calibrate the rig again, or state in its sigma how well it is known'
+        WHEN 'alike' THEN 'move the rig until what distinguishes them is in view'
         WHEN 'precision' THEN 'ask for less with --needs, move nearer, or add the second camera'
     END AS advice
 FROM judged AS j;

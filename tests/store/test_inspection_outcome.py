@@ -11,6 +11,8 @@ from relmodel.columns import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
 from vision.inspection.outcome import Outcome, read_outcome
+from vision.inspection.record_decisions import _numbers
+from vision.localisation.localisation_parameters import VerdictParameters
 
 Variants = list[
     tuple[str, float, int]
@@ -136,3 +138,46 @@ def test_the_variant_of_the_world_is_no_other(fresh_store: str, variants: Varian
 
 def test_a_variant_weighed_alone_says_nothing(fresh_store: str) -> None:
     assert outcome(fresh_store, ["confirmed"], [A]).variants == []
+
+
+# Rules that a pose passes, and of what it fails only these: statistics, edges expected, and the cause.
+PASSED = {"likely": 0.99, "evidence": 900.0, "share": 0.9, "agreement": 0.9, "apart": 1.0, "prior_sigma": 1.0}
+PASSED |= {"sigma_mm": 0.1, "sigma_rad": 0.001, "rivals": 0.0, "outline_px": 900.0, "outline_contrast": 2.0}
+CAUSES: list[tuple[dict[str, float], float, str]] = [
+    ({"rivals": 2.0}, 900.0, "repeats"),
+    ({"apart": 9.0}, 900.0, "calibration"),
+    ({"sigma_mm": 4.0}, 900.0, "precision"),
+    ({"likely": 0.3}, 900.0, "object"),
+    ({"likely": 0.3}, 3.0, "little"),
+    ({"likely": 0.3, "apart": 9.0, "rivals": 1.0, "sigma_mm": 4.0}, 900.0, "object"),
+    ({"prior_sigma": 12.0}, 900.0, "prior"),
+    ({}, 900.0, "alike"),
+]
+
+
+@pytest.mark.parametrize(("failed", "expected", "cause"), CAUSES, ids=lambda value: str(value))
+def test_a_refusal_names_its_likeliest_cause(
+    fresh_store: str, failed: dict[str, float], expected: float, cause: str
+) -> None:
+    with Store.open(fresh_store) as store:
+        with Run.begin(store, "inspect", {}) as run, run.write() as connection:
+            if store.dialect == "postgresql":
+                connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
+            pose = Ragged.pack([np.eye(6).ravel()])
+            given: dict[str, Any] = {"world_id": 1, "rig_id": 1, "needs_translation_mm": 3.0, "needs_rotation": 0.01}
+            given |= {"prior_covariance": pose, "covariance": pose, **matrix_columns(np.eye(4)[None])}
+            said: dict[str, Any] = {"verdict": "refused", "reason": "so", "posterior": 0.3}
+            run.append(connection, "inspection", {"run_id": [run.id], **given, **said})
+            limits = dict(_numbers(VerdictParameters())) | {"needs_translation_mm": 3.0, "needs_rotation": 0.01}
+            columns: dict[str, Any] = {"name": list(limits), "value": np.array(list(limits.values()))}
+            run.append(connection, "threshold", {"run_id": run.id, "decision": ["verdict"] * len(limits), **columns})
+            weighed = PASSED | failed
+            columns = {"name": list(weighed), "value": np.array(list(weighed.values()))}
+            run.append(connection, "verdict_statistic", {"run_id": run.id, **columns})
+            support = dict.fromkeys(("evidence", "found", "deviation", "length_px"), 1.0) | {"expected": expected}
+            key: dict[str, Any] = {"run_id": [run.id], "hypothesis_no": 0, "camera": ["left"]}
+            run.append(connection, "hypothesis_support", key | support)
+        found = read_outcome(store, run.id)
+    assert found.cause == cause
+    assert found.refusal[0].startswith("likely cause: ")
+    assert found.refusal[1].startswith("next: ")

@@ -107,6 +107,7 @@ def test_the_same_body_under_two_names_is_not_told_apart(held: Held) -> None:
     """By one picture, which shows nothing of what tells its variants apart: all are named, and where they are."""
     answer = held.answers["one"]
     assert answer["verdict"] == "ambiguous"
+    assert answer["outcome"]["cause"] == "alike"
     states = states_of(answer)
     assert states.pop(("flange", "")) in ("left", "refused")
     assert list(states.values()) == ["shown", "alike", "alike"]
