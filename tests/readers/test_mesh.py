@@ -551,6 +551,38 @@ def test_nodes_that_form_no_tree_are_refused(nodes: list[object], roots: list[in
         read_mesh(path)
 
 
+@pytest.mark.parametrize(
+    ("middles", "sizes", "count"),
+    [
+        ([(0, 0, 0), (30, 0, 0)], [20, 5], 2),  # apart
+        ([(0, 0, 0), (0, 0, 0)], [20, 5], 1),  # one in the other: a hollow, if it is turned inside out
+        ([(0, 0, 0), (12.5, 0, 0)], [20, 5], 1),  # on each other
+    ],
+)
+def test_solids_that_lie_apart_are_parts(
+    middles: list[tuple[float, float, float]], sizes: list[float], count: int, tmp_path: Path
+) -> None:
+    boxes = [trimesh.creation.box([size] * 3) for size in sizes]
+    for box, middle in zip(boxes, middles, strict=True):
+        box.apply_translation(middle)
+    path = tmp_path / "blocks.obj"
+    trimesh.util.concatenate(boxes).export(path)
+    model = read_mesh(path, "mm")
+    volumes = [shape.volume for shape in model.shapes]
+    assert len(model.parts) == count
+    if count == 2:
+        assert [part.name for part in model.parts] == ["blocks 1", "blocks 2"]
+        assert sorted(v for v in volumes if v is not None) == pytest.approx([125, 8000])
+
+
+def test_open_sheets_of_a_mesh_are_one_part(tmp_path: Path) -> None:
+    boxes = [trimesh.creation.box([10, 10, 10]) for _ in range(2)]
+    boxes[1].apply_translation([40, 0, 0])
+    boxes[1].update_faces(np.arange(12) > 1)
+    trimesh.util.concatenate(boxes).export(tmp_path / "sheets.obj")
+    assert len(read_mesh(tmp_path / "sheets.obj", "mm").parts) == 1
+
+
 @pytest.mark.parametrize("suffix", ["stl", "ply", "obj"])
 def test_a_mesh_without_a_name_has_that_of_its_object_or_file(suffix: str, tmp_path: Path) -> None:
     l_bracket().export(tmp_path / f"clip.{suffix}")

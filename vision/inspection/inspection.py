@@ -326,19 +326,19 @@ def _inspect(
     believed = believed or used
     maps = {}
     if found.best is not None:
-        maps = map_views(stored.scene, cameras, found.best.world_from_rig, parameters.localisation)
-    matched = match_views(cameras, found, maps, primitives, parameters.matching)
+        maps = map_views(stored.scene, found.rig, found.best.world_from_rig, parameters.localisation)
+    matched = match_views(found.rig, found, maps, primitives, parameters.matching)
     run.step("match")
     correction = _correction(mounted, call.carrier, found)
     parts = None
     if found.best is not None and found.verdict.verdict != "refused":
-        parts = find_parts_in_view(stored, cameras, maps, found.best.world_from_rig, parameters.localisation)
+        parts = find_parts_in_view(stored, found.rig, maps, found.best.world_from_rig, parameters.localisation)
     run.step("view")
     presence = None
     if parts is not None and found.best is not None:
         presence = assess(
             stored,
-            cameras,
+            found.rig,
             primitives,
             found.edge_indexes,
             found.best,
@@ -351,12 +351,12 @@ def _inspect(
     run.step("presence")
     if presence is not None and call.against is None and is_to_be_weighed(presence, call.variants):
         most = None if call.variants else parameters.most_variants
-        ranked = weigh_variants(store, stored, selection, cameras, primitives, found, presence, parameters, most)
+        ranked = weigh_variants(store, stored, selection, found.rig, primitives, found, presence, parameters, most)
         run.step("variants")
     if call.overlay is not None:
-        draw_overlay(call.overlay, pictures, cameras, found, presence)
+        draw_overlay(call.overlay, pictures, found.rig, found, presence)
     if call.crops is not None and presence is not None:
-        write_crops(call.crops, pictures, cameras, found, presence)
+        write_crops(call.crops, pictures, found.rig, found, presence)
 
     def record(connection: Connection) -> None:
         record_inspection(
@@ -477,7 +477,7 @@ def _answer(
         weakest=verdict.weakest,
         world_from_rig=best.world_from_rig if best else None,
         world_from_camera={
-            name: best.world_from_rig @ rig.rig_from_camera[name] if best else None for name in rig.cameras
+            name: best.world_from_rig @ found.rig.rig_from_camera[name] if best else None for name in found.rig.cameras
         },
         covariance=best.covariance if best else None,
         base_correction=correction,

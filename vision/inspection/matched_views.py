@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
+from vision.localisation.calibration import correct_rig
 from vision.localisation.coverage import SurfaceMap, map_views
 from vision.localisation.localisation_parameters import LocalisationParameters
 from vision.localisation.localise import Localisation
@@ -46,12 +47,13 @@ def relate_views(
     """
     costs = []
     for pose in poses:
+        solved = correct_rig(rig, pose.own)
         arcs = {
-            name: find_view_arcs(scene, camera, pose.world_from_rig @ rig.rig_from_camera[name], localisation)
-            for name, camera in rig.cameras.items()
+            name: find_view_arcs(scene, camera, pose.world_from_rig @ solved.rig_from_camera[name], localisation)
+            for name, camera in solved.cameras.items()
         }
-        maps = map_views(scene, rig, pose.world_from_rig, localisation)
-        matched = _match(rig, pose, arcs, maps, pictures, p)
+        maps = map_views(scene, solved, pose.world_from_rig, localisation)
+        matched = _match(solved, pose, arcs, maps, pictures, p)
         costs.append(sum(view.match.solved.result.cost for view in matched.values()))
     return costs
 

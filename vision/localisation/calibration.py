@@ -7,13 +7,13 @@ the rig (t mm, r rad).  The rig says how well each is known; what is exact stays
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import skew
-from vision.cameras.cameras import CalibrationSigma, Rig
+from vision.cameras.cameras import CalibrationSigma, Rig, perturb
 from vision.localisation.hypotheses import Prediction, flow_in_camera
 from vision.localisation.localisation_parameters import RefinementParameters
 
@@ -73,3 +73,26 @@ def differentiate(
         out[:, 4:7] = -np.einsum("ni,nij->nj", normal, flow)
         out[:, 7:] = np.einsum("ni,nij->nj", normal, flow @ skew(point))
     return np.asarray(out * (sigma > 0))
+
+
+def shift_pixels(prediction: Prediction, delta: Floats, pixel: Floats, own: Floats) -> Floats:
+    """How far (n, 2) px the cameras' unknowns (c, 10), all but their responses, move the samples' pixels (n, 2)."""
+    of = own[prediction.view]
+    centre = prediction.matrix[prediction.view, :, 2]
+    out = of[:, 1:3] + of[:, 3:4] * (pixel - centre)
+    if own[:, 4:].any():
+        point, flow = flow_in_camera(prediction, delta)
+        out += np.einsum("nij,nj->ni", flow, np.cross(point, of[:, 7:]) - of[:, 4:7])
+    return np.asarray(out)
+
+
+def correct_rig(rig: Rig, own: Floats) -> Rig:
+    """The rig as the cameras' unknowns (c, 10) say that it is."""
+    cameras, poses = {}, {}
+    for (name, camera), values in zip(rig.cameras.items(), own, strict=True):
+        matrix = camera.matrix.copy()
+        matrix[[0, 1], [0, 1]] *= 1 + values[3]
+        matrix[:2, 2] += values[1:3]
+        cameras[name] = replace(camera, matrix=matrix)
+        poses[name] = perturb(rig.rig_from_camera[name], values[4:])
+    return Rig(cameras, poses, rig.sigma)

@@ -25,7 +25,8 @@ def compute_covariance(
     Samples near each other err together (texture, shading), so stretches of arcs (of `group_by_stretch`) are what is
     independent.  The image of an arc may be shifted as a whole (light, a clipped edge, an arc not where the model
     says), by a random effect whose variance is common to all arcs and is estimated from how far their mean offsets
-    scatter, what the pose has followed taken off (Henderson's analysis of variance).  Where the model has a tolerance,
+    scatter, what the pose has followed taken off (Henderson's analysis of variance).  One arc may lie on another edge
+    altogether: how far the pose moves without it counts besides, arc by arc (jackknife).  Where the model has a tolerance,
     an arc lies elsewhere for all cameras alike.  The priors err by their covariance, and the cameras also by errors
     that are considered and not solved for.
     """
@@ -53,34 +54,44 @@ def compute_covariance(
     expected = np.bincount(group, m.weight * prediction.tolerance_px**2)[rows]
     variance = max(variance - float(expected.sum() / length.sum()), 0.0)
     meat = scatter.T @ scatter + variance * shift.T @ shift + hessian - data
-    meat += _scatter_by_tolerance(m, prediction, weight, p.refinement.rounds[-1][1])
+    meat += _scatter_by_tolerance(m, prediction, weight)
     considered = unknowns.precision[:, None] * unknowns.considered
     meat[6:, 6:] += considered @ considered.T
-    return np.asarray((inverse @ meat @ inverse)[:6, :6])
+    return np.asarray((inverse @ meat @ inverse)[:6, :6]) + _scatter_without_arcs(m, group, weight, hessian)
 
 
-def _scatter_by_tolerance(m: Measurements, prediction: Prediction, weight: Floats, scale: float) -> Floats:
+def _scatter_without_arcs(m: Measurements, group: Ints, weight: Floats, hessian: Floats) -> Floats:
+    """Sum (6, 6) of the outer products of how far the pose moves, to first order, without the image of each arc."""
+    # What no measurement moves has no part in it.
+    free = np.flatnonzero(np.abs(m.jacobian).sum(axis=0) > 0)
+    jacobian, order = m.jacobian[:, free], np.argsort(group, kind="stable")
+    first = np.searchsorted(group[order], np.arange(int(group.max()) + 1))
+    i, j = np.triu_indices(len(free))
+    scaled = jacobian * weight[:, None]
+    of_arcs = np.zeros((len(first), len(free), len(free)))
+    of_arcs[:, i, j] = of_arcs[:, j, i] = np.add.reduceat((scaled[:, i] * jacobian[:, j])[order], first)
+    gradient = np.add.reduceat((scaled * m.offset[:, None])[order], first)
+    # An arc that alone determines the pose in some direction leaves next to nothing without it.
+    left = hessian[np.ix_(free, free)] - 0.999 * of_arcs
+    moved = np.linalg.solve(left, gradient[..., None])[:, : int((free < 6).sum()), 0]
+    out = np.zeros((6, 6))
+    pose = free[free < 6]
+    out[np.ix_(pose, pose)] = moved.T @ moved
+    return out
+
+
+def _scatter_by_tolerance(m: Measurements, prediction: Prediction, weight: Floats) -> Floats:
     """Covariance (u, u) of the gradient by arcs that lie elsewhere than the model says, in all pictures at once."""
     _, flow = flow_in_camera(prediction)
     normal = np.stack([-m.direction[:, 1], m.direction[:, 0]], axis=1)
     # Where the image moves along its normal with the point: a vector in the rig's frame, px at one tolerance.
     by_point = np.einsum("ni,nij,njk->nk", normal, flow, prediction.rotation[prediction.view])
-    pulled = _compute_shift(prediction.tolerance_px, scale)
-    by_point *= (pulled / np.maximum(np.linalg.norm(by_point, axis=1), 1e-12))[:, None]
+    by_point *= (prediction.tolerance_px / np.maximum(np.linalg.norm(by_point, axis=1), 1e-12))[:, None]
     arc = np.unique(prediction.arc, return_inverse=True)[1].ravel()
     moved = m.jacobian[:, :, None] * (weight[:, None] * by_point)[:, None, :]
     by_arc = np.stack([np.bincount(arc, column) for column in moved.reshape(len(arc), -1).T], axis=1)
     by_unknown = by_arc.reshape(len(by_arc), -1, 3)
     return np.asarray(np.einsum("aux,avx->uv", by_unknown, by_unknown))
-
-
-def _compute_shift(tolerance_px: Floats, scale: float) -> Floats:
-    """Standard deviation (n,) px of the weighted offset of what a tolerance displaces, over its mean weight: what is
-    farther off weighs less (`measure`'s loss, over a normal distribution)."""
-    z, share = np.polynomial.hermite_e.hermegauss(9)
-    off = tolerance_px[:, None] * z
-    weight = 1 / (1 + off**2 / (scale**2 + (2 * tolerance_px[:, None]) ** 2)) ** 2
-    return np.asarray(np.sqrt((weight * off) ** 2 @ share * share.sum()) / (weight @ share))
 
 
 def group_by_stretch(prediction: Prediction) -> Ints:

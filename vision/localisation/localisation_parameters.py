@@ -210,6 +210,10 @@ class RefinementParameters:
     """by which differences of evidence are multiplied, for neighbouring edges err together"""
     suspect_sigma: float = 0.5
     """sigmas to first order from which a part is left out on trial: robust weights hide most of a shift"""
+    most_tolerance: float = 2.5
+    """sigmas of an arc's tolerance within which it is looked for"""
+    edge_px: float = 0.4
+    """px: standard deviation of edges about the arc they belong to, where it lies elsewhere than the model says"""
     systematic_px: float = 0.08
     """px: what an edge's own sigma leaves out: tessellation, rounded and burred edges"""
     texture_px: float = 0.5
@@ -223,7 +227,7 @@ class RefinementParameters:
     convention_px: float = 0.3
     """px: standard deviation by which all principal points are off alike, of a rig that does not say how well it is
     known: half a pixel where two programs count pixel centres differently"""
-    arc_shift_px: float = 0.2
+    arc_shift_px: float = 0.06
     """px: usual standard deviation by which an arc's image is shifted as a whole"""
     usual_arcs: float = 4.0
     """arcs as which this usual value counts"""

@@ -13,6 +13,7 @@ from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, pe
 from vision.clock import Clock
 from vision.extraction.primitives import Primitives
 from vision.localisation.alternatives import ArcShapes, describe_arc_shapes, find_displacements, shift_poses
+from vision.localisation.calibration import correct_rig
 from vision.localisation.evidence import Evidence, collect_edge_points
 from vision.localisation.hypotheses import (
     Candidates,
@@ -61,6 +62,7 @@ class Localisation:
     hypotheses: all that were refined, best first.  rivals: those of them that are about as likely as the best.
     equivalent: the poses (4, 4) of the rig, beside the best, that the model's symmetry makes of it.
     single_cameras: the pose each camera gives by itself, in the rig's order (where there are several).
+    rig: as it stands at the best pose, with the unknowns of its cameras solved.
     edge_indexes: by camera, the edge elements of its picture.  views: by camera, what is seen at the best pose.
     timings_s by step.  stages: what the search kept, and what became of it.
     """
@@ -71,6 +73,7 @@ class Localisation:
     rivals: list[Refined]
     equivalent: list[Floats]
     single_cameras: list[Refined]
+    rig: Rig
     edge_indexes: dict[str, EdgeIndex]
     views: dict[str, View]
     timings_s: dict[str, float]
@@ -124,7 +127,7 @@ def localise(
     if not hypotheses:
         nothing = _say_why_nothing(rig, prior, len(starts.score) > 0)
         unknown = Verdict("refused", nothing, 0.0, [nothing], prior.sigma_translation_mm, prior.sigma_rotation, "all")
-        return Localisation(unknown, None, [], [], [], [], indexes, {}, clock.laps)
+        return Localisation(unknown, None, [], [], [], [], rig, indexes, {}, clock.laps)
     hypotheses, standing, motions = _order(hypotheses, scene, p)
     if relate is not None and 1 < len(standing) <= p.verdict.most_related:
         distance = dict(zip(standing.tolist(), relate([hypotheses[h] for h in standing]), strict=True))
@@ -137,11 +140,14 @@ def localise(
     single = {name: solver.solve_single_camera(name, best.world_from_rig) for name in names}
     verdict = decide(hypotheses, standing, single, needs, p.verdict)
     clock.lap("verdict")
-    views = {name: _view(scene, rig, name, best, indexes[name], p) for name in rig.cameras}
+    solved = correct_rig(rig, best.own)
+    views = {name: _view(scene, solved, name, best, indexes[name], p) for name in rig.cameras}
     clock.lap("view")
     rivals = [hypotheses[h] for h in standing[1:]]
     apart = list(single.values())
-    return Localisation(verdict, best, hypotheses, rivals, equivalent[1:], apart, indexes, views, clock.laps, stages)
+    return Localisation(
+        verdict, best, hypotheses, rivals, equivalent[1:], apart, solved, indexes, views, clock.laps, stages
+    )
 
 
 def _order(
@@ -283,7 +289,8 @@ class _Solver:
 
     def _outline(self, h: Refined) -> Refined:
         """A pose with the greys beside the outlines seen from it."""
-        return replace(h, outlines=measure_outlines(self.near, self.rig, self.greys, h.world_from_rig, self.p.outlines))
+        rig = correct_rig(self.rig, h.own)
+        return replace(h, outlines=measure_outlines(self.near, rig, self.greys, h.world_from_rig, self.p.outlines))
 
     def _shifted(self, h: Refined, shapes: ArcShapes) -> list[Floats]:
         seen = h.prediction

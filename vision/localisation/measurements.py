@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints
-from vision.localisation.calibration import CameraUnknowns, differentiate
+from relmodel.arrays import Bools, Floats, Ints, sum_by_group
+from vision.localisation.calibration import CameraUnknowns, differentiate, shift_pixels
 from vision.localisation.evidence import EdgePoints
 from vision.localisation.hypotheses import Prediction, project_directions, project_with_jacobians
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters, RefinementParameters
@@ -57,16 +57,20 @@ class EdgeIndex:
 class Measurements:
     """Edge measurements of the samples of a prediction, as columns of equal length n.
 
-    pixel (n, 2), direction (n, 2): predicted at the pose; offset (n,) px along (-dy, dx) to the edge element `found`
-    (-1: none); sigma (n,) px; weight (n,) of the robust loss, 0..1, zero where the sample's component is excluded;
+    pixel (n, 2), direction (n, 2): predicted at the pose; shift (n,) px along (-dy, dx): how far off its arc lies
+    within its tolerance; offset (n,) px along (-dy, dx) to the edge element `found` (-1: none); edge_sigma (n,) px of
+    that element; sigma (n,) px with the tolerance of its arc; weight (n,) of the robust loss, 0..1, zero where the
+    sample is excluded;
     slope (n,): derivative of weight times offset by the offset;
     jacobian (n, 6 + u c) of the offset's prediction by the pose and the u own unknowns of each of the c cameras.
     """
 
     pixel: Floats
     direction: Floats
+    shift: Floats
     offset: Floats
     found: Ints
+    edge_sigma: Floats
     sigma: Floats
     weight: Floats
     slope: Floats
@@ -104,22 +108,32 @@ def measure(
 ) -> Measurements:
     """Edge measurements of a prediction whose pose is perturbed by `delta` (6,), given the cameras' `own` unknowns (c,
     10), and which samples vote (n,)."""
-    seen = _find_sightings(prediction, indexes, delta, reach, scale, p.refinement)
-    m = compare_with_edges(prediction, seen, delta, unknowns, own, scale, votes)
+    seen = _find_sightings(prediction, indexes, delta, own, reach, scale, p.refinement)
+    m = compare_with_edges(prediction, seen, delta, unknowns, own, scale, votes, p.refinement)
     # A displaced arc displaces all its samples: n of them determine no more than the arc's tolerance allows.
     return replace(m, sigma=np.sqrt(m.sigma**2 + prediction.tolerance_px**2 * _sum_by_arc(prediction, m.weight)))
 
 
 def _find_sightings(
-    prediction: Prediction, indexes: list[EdgeIndex], delta: Floats, reach: float, scale: float, p: RefinementParameters
+    prediction: Prediction,
+    indexes: list[EdgeIndex],
+    delta: Floats,
+    own: Floats,
+    reach: float,
+    scale: float,
+    p: RefinementParameters,
 ) -> Sightings:
     pixel, jacobian = project_with_jacobians(prediction, delta)
     direction = project_directions(prediction, delta)
+    # Edges are looked for where the cameras' unknowns, as far as they are solved, put the arc.
+    there = pixel + shift_pixels(prediction, delta, pixel, own)
+    off = float(prediction.tolerance_px.max(initial=0.0))
+    reach, scale = reach + 2 * off, float(np.hypot(scale, off))
     found, position = np.full(len(pixel), -1), np.zeros((len(pixel), 2))
     sigma, response = np.ones(len(pixel)), np.zeros(len(pixel))
     for number, index in enumerate(indexes):
         rows = np.flatnonzero(prediction.view == number)
-        at, along = np.ascontiguousarray(pixel[rows]), np.ascontiguousarray(direction[rows])
+        at, along = np.ascontiguousarray(there[rows]), np.ascontiguousarray(direction[rows])
         found[rows] = index.measure(at, along, reach, scale, p)[1]
         hit = rows[found[rows] >= 0]
         edge, edges = found[hit], index.edges
@@ -141,6 +155,7 @@ def compare_with_edges(
     own: Floats,
     scale: float,
     votes: Bools,
+    p: RefinementParameters,
 ) -> Measurements:
     """Measurements from edge elements seen beside a prediction, each with the sigma it was seen with; the rest as in
     `measure`."""
@@ -154,10 +169,14 @@ def compare_with_edges(
         )
         offset[hit] = _along_normals(seen.direction[hit], seen.position[hit] - seen.pixel[hit])
         offset[hit] -= by_camera[hit, number] @ own[number]
-    weight, slope = weigh(offset, prediction.tolerance_px, (seen.found >= 0) & votes, scale)
+    use = (seen.found >= 0) & votes
+    shift = _find_shifts(prediction, offset, use, scale, p)
+    weight, slope = weigh(offset, shift, use, scale)
     own_derivative = by_camera.reshape(len(normal), own.size)
     derivative = np.concatenate([np.einsum("ni,nij->nj", normal, seen.jacobian), own_derivative], axis=1)
-    return Measurements(seen.pixel, seen.direction, offset, seen.found, seen.sigma, weight, slope, derivative)
+    return Measurements(
+        seen.pixel, seen.direction, shift, offset, seen.found, seen.sigma, seen.sigma, weight, slope, derivative
+    )
 
 
 def _along_normals(direction: Floats, vectors: Floats) -> Floats:
@@ -165,12 +184,34 @@ def _along_normals(direction: Floats, vectors: Floats) -> Floats:
     return np.asarray(direction[:, 0] * vectors[:, 1] - direction[:, 1] * vectors[:, 0])
 
 
-def weigh(offset: Floats, tolerance_px: Floats, use: Bools, scale: float) -> tuple[Floats, Floats]:
-    """Weights (n,) of the robust loss of offsets (px) from arcs of that tolerance, and the derivatives of weight times
-    offset by the offset; zero where they are of no use.
+def _find_shifts(prediction: Prediction, offset: Floats, use: Bools, scale: float, p: RefinementParameters) -> Floats:
+    """How far (n,) px off its prediction each sample's arc lies, of what its tolerance leaves open: where most of the
+    arc's edges agree, at the cost of the distance; zero where the model is exact."""
+    tolerance = prediction.tolerance_px
+    shift = np.zeros(len(offset))
+    if not (use & (tolerance > 0)).any():
+        return shift
+    rows = np.flatnonzero(use)
+    group = np.unique(group_by_arc(prediction)[rows], return_inverse=True)[1].ravel()
+    most = np.zeros(int(group.max()) + 1)
+    np.maximum.at(most, group, tolerance[rows])
+    steps = np.linspace(
+        -p.most_tolerance, p.most_tolerance, 2 * int(np.ceil(2 * p.most_tolerance * most.max() / scale)) + 1
+    )
+    tried = steps[:, None] * most
+    near = 1 / (1 + ((offset[rows] - tried[:, group]) / scale) ** 2)
+    agreed = sum_by_group(group, (near * prediction.weight[rows]).T, len(most)).T
+    gained = 0.5 * (scale / p.edge_px) ** 2 * agreed - 0.5 * steps[:, None] ** 2
+    shift[rows] = tried[np.argmax(gained, axis=0), np.arange(len(most))][group]
+    return shift
+
+
+def weigh(offset: Floats, shift: Floats, use: Bools, scale: float) -> tuple[Floats, Floats]:
+    """Weights (n,) of the robust loss of offsets (px) from arcs that lie `shift` (n,) px off, and the derivatives of
+    weight times offset by the offset; zero where they are of no use.
 
     Geman and McClure's loss: an element at `scale` counts a quarter, one at three times that a hundredth."""
-    far = offset**2 / (scale**2 + (2 * tolerance_px) ** 2)
+    far = ((offset - shift) / scale) ** 2
     return np.where(use, 1 / (1 + far) ** 2, 0.0), np.where(use, (1 - 3 * far) / (1 + far) ** 3, 0.0)
 
 

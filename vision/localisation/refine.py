@@ -293,7 +293,7 @@ class Fit:
             prediction,
             m,
             excluded,
-            measure_support(prediction, m, self.fields, self.cameras, np.where(votes, -1, occurrence), p),
+            measure_support(prediction, m, own, self.fields, self.cameras, np.where(votes, -1, occurrence), p),
             self.prior.distance(pose),
         )
 

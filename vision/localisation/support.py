@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
+from vision.localisation.calibration import shift_pixels
 from vision.localisation.evidence import Evidence
 from vision.localisation.hypotheses import (
     Prediction,
@@ -55,17 +56,21 @@ class Support:
 def measure_support(
     prediction: Prediction,
     m: Measurements,
+    own: Floats,
     fields: list[Evidence],
     indexes: list[EdgeIndex],
     moved: Ints,
     p: LocalisationParameters,
 ) -> Support:
-    """What a prediction gathers at its own pose, where `m` was measured.
+    """What a prediction gathers at its own pose, where `m` was measured with the cameras' `own` unknowns (c, 10).
 
     moved (n,): the occurrence of each sample that may lie elsewhere, -1 for those that are where the model says."""
     pixel, _ = project_with_jacobians(prediction)
     direction = project_directions(prediction)
     w = prediction.weight
+    # Each arc is looked for where the cameras' unknowns put it, and where it lies within its tolerance.
+    pixel = pixel + shift_pixels(prediction, np.zeros(6), pixel, own)
+    pixel += np.stack([-direction[:, 1], direction[:, 0]], axis=1) * m.shift[:, None]
     found = look_up_evidence(prediction, fields, pixel, direction)
     mean, variance = np.zeros(len(w)), np.zeros(len(w))
     for number, e in enumerate(fields):
@@ -75,7 +80,8 @@ def measure_support(
     def total(values: Floats) -> Floats:
         return np.bincount(prediction.view, values, minlength=len(fields)).astype(float)
 
-    odds = score_offsets(m.offset, m.sigma, m.found, p)
+    odds = score_offsets(m.offset - m.shift, m.edge_sigma, m.found, p)
+    odds -= _share_cost_of_shifts(prediction, m.shift)
     by_camera = sum_over_arcs(prediction, w * (found + odds), len(fields), p.support)
     for occurrence in np.unique(moved[moved >= 0]):
         for number, index in enumerate(indexes):
@@ -88,6 +94,15 @@ def measure_support(
     return Support(
         by_camera, total(w * found), total(w * mean), np.sqrt(total(w * variance)), total(w) * p.search.correlation_px
     )
+
+
+def _share_cost_of_shifts(prediction: Prediction, shift: Floats) -> Floats:
+    """Of each sample (n,) its share of what its arc's shift (px) costs under the arc's tolerance."""
+    if not shift.any():
+        return shift
+    cost = 0.5 * (shift / np.maximum(prediction.tolerance_px, 1e-9)) ** 2
+    group = group_by_arc(prediction)
+    return np.asarray(cost / np.maximum(np.bincount(group, prediction.weight)[group], 1e-9))
 
 
 def _score_displaced(

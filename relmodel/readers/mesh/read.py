@@ -1,5 +1,5 @@
 """Meshes (OBJ, STL, PLY, GLB, glTF, 3MF) through trimesh: the scene graph becomes assemblies, shared geometry stays
-shared, triangles become surfaces and arcs (`shape.py`)."""
+shared, solids that lie apart in one mesh are parts of their own, triangles become surfaces and arcs (`shape.py`)."""
 
 from __future__ import annotations
 
@@ -23,8 +23,9 @@ from relmodel.model.model import Assembly, Instance, Model, Part, Shape, SourceF
 from relmodel.readers.formats import UNITS_MM, check_unit, short_unit
 from relmodel.readers.mesh.build import Node, build_nodes
 from relmodel.readers.mesh.shape import shape_from_triangles
+from relmodel.readers.mesh.triangles import split_solids
 
-LOADER_VERSION = "mesh 9"
+LOADER_VERSION = "mesh 10"
 _MOST_BYTES = 1 << 30
 # Unless the program that calls has a place for them, Python prints trimesh's warnings, with tracebacks: of a texture
 # that is missing, which the model has no use for.
@@ -177,7 +178,7 @@ class _Reader:
         self.shapes: list[Shape] = []
         self.parts: list[Part] = []
         self.assemblies: list[Assembly] = []
-        self._part_of: dict[tuple[str, tuple[float, ...]], int | None] = {}
+        self._parts_of: dict[tuple[str, tuple[float, ...]], list[int]] = {}
         self._nodes: dict[str, tuple[Floats, str | None]] = {}
         self._children: dict[str, list[str]] = {}
         self._names: dict[str, str] = {}  # of nodes that are not named by their keys
@@ -216,7 +217,7 @@ class _Reader:
         assemblies on the way up.
         """
         base = self.scene.graph.base_frame
-        placed: list[tuple[str, str, int | None, Floats]] = []  # node, its parent, its part, parent_from_node
+        placed: list[tuple[str, str, list[int], Floats]] = []  # node, its parent, its parts, parent_from_node
         waiting = [(node, base, stretch) for node in reversed(self._children.get(base, []))]
         reached = {base}
         while waiting:
@@ -231,17 +232,17 @@ class _Reader:
             parent_from_node = np.eye(4)
             parent_from_node[:3, :3] = rotation
             parent_from_node[:3, 3] = above @ matrix[:3, 3] * self.unit_mm
-            part = None if geometry is None else self._part(geometry, inner)
-            placed.append((node, parent, part, parent_from_node))
+            parts = [] if geometry is None else self._parts(geometry, inner)
+            placed.append((node, parent, parts, parent_from_node))
             waiting += [(child, node, inner) for child in reversed(self._children.get(node, []))]
         inside: dict[str, list[Instance]] = {}  # what stands in a node, last first
-        for node, parent, part, parent_from_node in reversed(placed):
-            own = [] if part is None else [Instance(self._named(str(self._nodes[node][1])), "part", part, np.eye(4))]
+        for node, parent, parts, parent_from_node in reversed(placed):
+            own = [Instance(self.parts[part].name, "part", part, np.eye(4)) for part in parts]
             instances = [*own, *reversed(inside.pop(node, []))]
             if not instances:
                 continue
-            if node in self._children:
-                name = self._names.get(node, node)
+            if node in self._children or len(own) > 1:
+                name = self._names.get(node, node) if node in self._children else self._name(node)
                 self.assemblies.append(Assembly(name, tuple(instances)))
                 one = Instance(name, "assembly", len(self.assemblies) - 1, parent_from_node)
             else:
@@ -261,14 +262,14 @@ class _Reader:
         made_up = len(self.scene.geometry) == 1 and _UNNAMED.fullmatch(name)
         return self.name if name == self.file or made_up else name
 
-    def _part(self, geometry: str, stretch: Floats) -> int | None:
-        """Part of a geometry stretched by a 3x3 matrix; None where it holds no area."""
+    def _parts(self, geometry: str, stretch: Floats) -> list[int]:
+        """Parts of a geometry stretched by a 3x3 matrix; none where it holds no area."""
         key = (geometry, tuple(np.round(stretch, 9).ravel().tolist()))
-        if key not in self._part_of:
-            self._part_of[key] = self._make_part(geometry, stretch)
-        return self._part_of[key]
+        if key not in self._parts_of:
+            self._parts_of[key] = self._make_parts(geometry, stretch)
+        return self._parts_of[key]
 
-    def _make_part(self, geometry: str, stretch: Floats) -> int | None:
+    def _make_parts(self, geometry: str, stretch: Floats) -> list[int]:
         mesh = self.scene.geometry[geometry]
         vertices = np.asarray(getattr(mesh, "vertices", np.empty((0, 3))), float)
         triangles = np.asarray(getattr(mesh, "faces", np.empty((0, 3))), np.int64)
@@ -282,14 +283,17 @@ class _Reader:
             )
         if np.linalg.det(stretch) < 0:
             triangles = triangles[:, ::-1]
-        shape = shape_from_triangles(vertices, triangles, fit=self.fit)
-        if shape is None:
-            return None
-        self.shapes.append(shape)
-        name = self._named(geometry)
-        colour = None if geometry in self.without_colour else _colour(mesh)
-        self.parts.append(Part(number=name, name=name, shape=len(self.shapes) - 1, colour=colour))
-        return len(self.parts) - 1
+        solids = split_solids(vertices, triangles)
+        made = []
+        for number, some in enumerate(solids, 1):
+            shape = shape_from_triangles(vertices, some, fit=self.fit)
+            if shape is not None:
+                name = self._named(geometry) + (f" {number}" if len(solids) > 1 else "")
+                colour = None if geometry in self.without_colour else _colour(mesh)
+                made.append(len(self.parts))
+                self.parts.append(Part(number=name, name=name, shape=len(self.shapes), colour=colour))
+                self.shapes.append(shape)
+        return made
 
 
 def _polar(linear: Floats) -> tuple[Floats, Floats]:

@@ -214,3 +214,21 @@ def cut_patches(vertices: Floats, triangles: Ints, edges: Edges, tolerance: floa
     rim = np.bincount(patch[edges.triangle_a[~inner]], free, count) + np.bincount(key // count, long, count)
     width = 2 * area / np.maximum(rim, 1e-300)
     return Patches(patch, area, width, planar <= tolerance, normal, middle, key // count, key % count, long, bent)
+
+
+def split_solids(vertices: Floats, triangles: Ints) -> list[Ints]:
+    """The triangles of each solid, where a mesh is of closed ones whose boxes lie apart; else all of them together: one
+    shell may be the hollow of another, and open sheets make up a body only with those beside them."""
+    welded, corners, kept = weld(vertices, triangles)
+    if not len(kept):
+        return [triangles]
+    shell = components(len(welded), corners[:, [0, 1]].ravel(), corners[:, [1, 2]].ravel())[corners[:, 0]]
+    count = int(shell.max()) + 1
+    ends, one, _ = _pairs_of_sides(corners)
+    if count == 1 or 2 * len(one) != len(ends):
+        return [triangles]
+    low, high = group_bounds(welded[corners.ravel()], np.repeat(shell, 3), count)
+    meet = (low[:, None] <= high).all(axis=2) & (low <= high[:, None]).all(axis=2)
+    if meet.sum() > count:
+        return [triangles]
+    return [triangles[kept[shell == number]] for number in range(count)]
