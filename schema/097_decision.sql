@@ -74,7 +74,7 @@ CREATE TABLE solved_pose (  -- Poses of the rig that go with the best hypothesis
 CREATE TABLE search_stage (  -- The stages of the search for the pose, and the scores of all poses that each looked at.
     run_id BIGINT NOT NULL,  -- the run
     stage_no INTEGER NOT NULL,  -- ordinal in the run, from 0
-    name TEXT NOT NULL,  -- join (of circles), lines (a join of straight edges where circles explain too little), scan (of the prior's volume, on coarse evidence), climb (on finer), and shift 1 .. (of the best
+    name TEXT NOT NULL,  -- join (of circles), lines (a join of straight edges where circles explain too little), about (drawn about the best where few edges hold it), scan (of the prior's volume, on coarse evidence), climb (on finer), and shift 1 .. (of the best
         -- pose by what repeats in the model)
     looked_at INTEGER NOT NULL,  -- poses that it looked at
     least DOUBLE PRECISION,  -- least of their scores: evidence less half the squared distance from the prior; of a join the share of what stereo puts

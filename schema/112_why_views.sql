@@ -193,7 +193,7 @@ rule AS (
     WHERE s.prior_sigma IS NOT NULL
     UNION ALL
     SELECT s.run_id, 2, 'apart', s.apart, h.max_apart, s.apart <= h.max_apart,
-        concat('the cameras solved apart lie ', CAST(s.apart AS NUMERIC(18, 2)), ' sigma from each other, and ',
+        concat('the cameras disagree by ', CAST(s.apart AS NUMERIC(18, 2)), ' sigma, and ',
             CAST(h.max_apart AS NUMERIC(18, 1)), ' are allowed')
     FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
     UNION ALL

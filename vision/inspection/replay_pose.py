@@ -114,7 +114,7 @@ def replay_verdict(store: Database, connection: Connection, run: int, given: Any
         g,
         standing,
         compute_agreement(rows["length"], rows["residual"], p) if measured else stats["agreement"],
-        [(pose.world_from_rig, pose.covariance) for pose in by_camera],
+        [pose.log_odds for pose in by_camera],
         support,
         compute_precision(found.covariance, np.array([given.middle_x, given.middle_y, given.middle_z])),
         int(stats["excluded"]),

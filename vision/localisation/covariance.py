@@ -26,9 +26,9 @@ def compute_covariance(
     independent.  The image of an arc may be shifted as a whole (light, a clipped edge, an arc not where the model
     says), by a random effect whose variance is common to all arcs and is estimated from how far their mean offsets
     scatter, what the pose has followed taken off (Henderson's analysis of variance).  One arc may lie on another edge
-    altogether: how far the pose moves without it counts besides, arc by arc (jackknife).  Where the model has a tolerance,
-    an arc lies elsewhere for all cameras alike.  The priors err by their covariance, and the cameras also by errors
-    that are considered and not solved for.
+    altogether: how far the pose moves without it counts besides, arc by arc (jackknife).  Where the model has a
+    tolerance, an arc lies elsewhere for all cameras alike.  The priors err by their covariance, and the cameras also by
+    errors that are considered and not solved for.
     """
     group = group_by_arc(prediction)
     weight = m.weight / m.sigma**2

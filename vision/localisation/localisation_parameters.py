@@ -126,6 +126,16 @@ class RivalParameters:
     """hypotheses at most; the likeliest by the prior are followed first"""
     congruent: float = 0.02
     """share to which length and second moments of the tangents of congruent arcs agree"""
+    sure_evidence: float = 300.0
+    """evidence of the best from which no other pose is looked for about it: none of small objects has that"""
+    about: int = 48
+    """poses drawn about the best"""
+    about_px: tuple[float, float] = (3.0, 40.0)
+    """px by which they shift the picture, as likely less as more by any factor"""
+    about_turn: float = 0.15
+    """rad: standard deviation of their turns, and the share by which they come nearer or go farther"""
+    about_seed: int = 1948
+    """of these draws"""
     box_mm: float = 2.0
     """mm: boxes in which displacements of congruent arcs are gathered"""
     min_visible_share: float = 0.25
@@ -278,9 +288,9 @@ class OutlineParameters:
 class VerdictParameters:
     """When a pose is accepted, ambiguous or refused."""
 
-    offset: float = -7.92
+    offset: float = -5.79
     """log odds of a pose whose statistics are all zero; fitted, as `weights`, by benchmarks/verdict.py"""
-    weights: tuple[float, ...] = (1.97, 1.52, 6.59)
+    weights: tuple[float, ...] = (1.46, 3.78, 7.15)
     """log odds for each unit of: log of evidence over `chance_evidence`, share, agreement"""
     chance_evidence: float = 16.0
     """evidence that the best of the some millions of poses searched has by chance: their logarithm"""
@@ -305,8 +315,10 @@ class VerdictParameters:
     """log odds by the prior beyond which a pose is no rival: one in 3,000"""
     max_sigma: float = 6.0
     """sigmas from the prior beyond which a pose contradicts it: one in 5,000 errs by 5 in six dimensions"""
-    max_apart_sigma: float = 4.3
-    """sigmas, in six dimensions, by which cameras solved apart may differ"""
+    max_apart_sigma: float = 4.73
+    """sigmas by which the cameras may disagree: more has one in 1,000 in six dimensions"""
+    own_share: float = 0.01
+    """share of the evidence by which it differs from pose to pose, since other samples of the model are seen"""
     least_camera_odds: float = -4.0
     """log odds, by the weights above, from which one camera of several sees the model: one in fifty.  Not fitted: see
     docs/localisation.md for what cameras that see and blind ones have"""

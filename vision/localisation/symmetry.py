@@ -15,7 +15,7 @@ from vision.scene.scene import Scene
 
 def find_symmetries(scene: Scene, best: Floats, others: list[Floats], p: SymmetryParameters) -> list[Floats | None]:
     """For each pose of the rig beside the best, all (4, 4), the motion (4, 4) of the world that carries the model onto
-    itself and the best pose there; None where there is none."""
+    itself and the best pose there; None where there is none but the identity."""
     if not others:
         return []
     arcs = _Arcs(scene, p)
@@ -60,7 +60,10 @@ class _Arcs:
         every = np.arange(len(self.point))
         found, _, _, across = self._meet(motion, every, self.p.reaches_mm[-1])
         is_same = found.all() and float(np.linalg.norm(across, axis=1).max()) <= self.p.tolerance_mm
-        return motion if is_same else None
+        # A pose beside the best leads back to it: the identity says nothing of the model.
+        moved = self.point @ motion[:3, :3].T + motion[:3, 3] - self.point
+        is_identity = float(np.linalg.norm(moved, axis=1).max()) <= 2 * self.p.tolerance_mm
+        return motion if is_same and not is_identity else None
 
     def _meet(self, motion: Floats, rows: Ints, reach: float) -> tuple[Bools, Floats, Floats, Floats]:
         """Of samples (n,) moved: which lie on an arc that runs the same way, within a sample's stretch of it and

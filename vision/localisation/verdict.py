@@ -1,8 +1,9 @@
 """Accepted, ambiguous or refused: how likely the best pose is the right one, and whether it is known well enough.
 
-Nothing here rests on residuals alone: a wrong pose of a box can fit as well as the right one.  The posterior weighs the
-evidence of the best pose against chance in a search of that many poses, the share of the model's edges that show, and
-how closely the edges found lie on them; its weights come from trials with known truth (benchmarks/verdict.py).  Rivals,
+Nothing here rests on residuals alone: a wrong pose of a box can fit as well as the right one.  Two questions have two
+answers.  Whether the object is there, about here, says a posterior.  It weighs the evidence of the best pose against
+chance in a search of that many poses, the share of the model's edges that show, and how closely the edges found lie on
+them; its weights come from trials with known truth (benchmarks/verdict.py).  How exactly says the covariance.  Rivals,
 those of repeated structure among them, take their share of it; the greys on both sides of the model's outline help to
 tell them apart.  Each camera must see the model by itself, and the poses that single cameras give must agree.  An
 accepted pose is also as precise as the user needs it.
@@ -18,7 +19,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.transforms import skew
-from vision.cameras.cameras import Needs, Prior, perturbation
+from vision.cameras.cameras import Needs, Prior
 from vision.localisation.localisation_parameters import VerdictParameters
 from vision.localisation.refine import Refined
 
@@ -152,15 +153,14 @@ def compute_agreement(length: Floats, offset: Floats, p: VerdictParameters) -> f
     return float(length[np.abs(offset) < p.agreement_px].sum() / max(length.sum(), 1e-9))
 
 
-def compute_disagreement(poses: Sequence[tuple[Floats, Floats]]) -> float:
-    """How far the poses that single cameras give lie apart, each with its covariance: the largest distance of two, in
-    sigmas."""
-    worst = 0.0
-    for i, (a, of_a) in enumerate(poses):
-        for b, of_b in poses[:i]:
-            d = perturbation(a, b)
-            worst = max(worst, float(d @ np.linalg.solve(of_a + of_b, d)))
-    return math.sqrt(worst)
+def compute_disagreement(own: Sequence[float], joint: Sequence[float], p: VerdictParameters) -> float:
+    """How far the cameras disagree on the pose, in sigmas: the signed root of the likelihood ratio (Wilks) of the
+    evidence that each camera gathers at the pose it gives by itself against what it gathers at the joint one.
+
+    A camera whose own pose is elsewhere and gathers no more there does not disagree.  Poses see different samples of
+    the model: `own_share` of the evidence is no sign of anything."""
+    gained = sum(max(a - b, 0.0) for a, b in zip(own, joint, strict=True))
+    return math.sqrt(2 * max(gained - p.own_share * max(sum(joint), 0.0), 0.0))
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ class VerdictStatistics:
     evidence: log odds of the edges against chance; prior_sigma: distance from the prior, NaN where there is none;
     share: evidence found over what the right pose is expected to find; agreement: share of the edges found that lie on
     the arcs; outline_px, outline_contrast: length of the outlines against the background and the contrast of greys
-    beside them; apart: sigmas between the poses that single cameras give."""
+    beside them; apart: sigmas by which the cameras disagree."""
 
     evidence: float
     prior_sigma: float
@@ -180,16 +180,21 @@ class VerdictStatistics:
     outline_contrast: float
     apart: float
 
+    @property
+    def beyond_prior(self) -> float:
+        """The evidence less what the prior takes off beyond what it takes off the right pose in the mean."""
+        return self.evidence - float(np.nan_to_num(0.5 * (self.prior_sigma**2 - 6)))
+
     def columns(self, p: VerdictParameters) -> Floats:
         """The statistics (3,) that the posterior weighs: the logarithm of the evidence, less what the prior takes off
         beyond what it takes off the right pose in the mean; share; agreement."""
-        left = self.evidence - float(np.nan_to_num(0.5 * (self.prior_sigma**2 - 6)))
-        against_chance = np.log(max(left, 1.0) / p.chance_evidence)
+        against_chance = np.log(max(self.beyond_prior, 1.0) / p.chance_evidence)
         return np.array([against_chance, min(self.share, p.most_share), self.agreement])
 
     def log_odds(self, p: VerdictParameters) -> float:
-        """Log odds of the pose by these statistics."""
-        return float(p.offset + np.array(p.weights) @ self.columns(p))
+        """Log odds of the pose by these statistics; evidence that chance reaches says nothing for it."""
+        odds = float(p.offset + np.array(p.weights) @ self.columns(p))
+        return odds if self.beyond_prior > p.chance_evidence else min(odds, 0.0)
 
 
 @dataclass(frozen=True)
@@ -241,10 +246,8 @@ def measure_agreement(best: Refined, p: VerdictParameters) -> float:
     return compute_agreement(best.prediction.weight[found], m.offset[found], p)
 
 
-def compute_statistics(
-    g: Gathered, row: int, agreement: float, by_camera: Sequence[tuple[Floats, Floats]]
-) -> VerdictStatistics:
-    """The statistics of one hypothesis; `by_camera`: the poses that single cameras give, each with its covariance."""
+def compute_statistics(g: Gathered, row: int, agreement: float, apart: float) -> VerdictStatistics:
+    """The statistics of one hypothesis; `apart`: the sigmas by which the cameras disagree there."""
     return VerdictStatistics(
         float(g.evidence[row]),
         float(g.prior_sigma[row]),
@@ -252,7 +255,7 @@ def compute_statistics(
         agreement,
         float(g.outline_px[row]),
         float(g.outline_contrast[row]),
-        compute_disagreement(by_camera),
+        apart,
     )
 
 
@@ -270,7 +273,7 @@ def decide(
         Gathered.of(hypotheses),
         standing,
         measure_agreement(best, p),
-        [(h.world_from_rig, h.covariance) for h in by_camera.values()],
+        [h.evidence for h in by_camera.values()],
         support_by_camera(best, list(by_camera), p),
         compute_precision(best.covariance, best.middle),
         int(best.excluded.sum()),
@@ -283,16 +286,17 @@ def judge(
     g: Gathered,
     standing: Ints,
     agreement: float,
-    by_camera: Sequence[tuple[Floats, Floats]],
+    by_camera: Sequence[float],
     support: Mapping[str, CameraSupport],
     precision: tuple[float, float, str],
     excluded: int,
     needs: Needs,
     p: VerdictParameters,
 ) -> Verdict:
-    """The rule of `decide` on numbers: the agreement of the best, the poses that single cameras give, what each gathers
-    at the best pose, the precision of that, and how many placed parts it leaves out."""
-    stats = compute_statistics(g, int(standing[0]), agreement, by_camera)
+    """The rule of `decide` on numbers: the agreement of the best, what each of several cameras gathers at the pose it
+    gives by itself and at the best pose, the precision of that, and how many placed parts it leaves out."""
+    apart = compute_disagreement(by_camera, [camera.evidence for camera in support.values()], p)
+    stats = compute_statistics(g, int(standing[0]), agreement, apart)
     costs, believed, from_prior = (g.cost - g.related)[standing], g.believed[standing], stats.prior_sigma
     odds = stats.log_odds(p)
     # Rivals share what the best has in proportion to prior and evidence, which is tempered: neighbouring edges err
@@ -308,7 +312,7 @@ def judge(
             f"the pictures do not show the model there surely enough: evidence of {stats.evidence:.0f} against chance, "
             f"{_share(stats.share)} of the edges expected, {stats.agreement:.0%} of those found lie on the model's, "
             f"contrast of {round(stats.outline_contrast, 1) + 0.0:.1f} along {stats.outline_px:.0f} px of outline"
-            + (f", cameras solved apart {stats.apart:.1f} sigma from each other" if by_camera else "")
+            + (f", the cameras disagree by {stats.apart:.1f} sigma" if by_camera else "")
         )
     if np.isnan(from_prior) and stats.share < p.least_share_anywhere:
         missing.append(
@@ -329,7 +333,7 @@ def judge(
     }
     missing += blind.values()
     if stats.apart > p.max_apart_sigma:
-        missing.append(f"the cameras solved apart disagree by {stats.apart:.0f} sigma: check the rig's calibration")
+        missing.append(f"the cameras disagree by {stats.apart:.0f} sigma: check the rig's calibration")
     if 2 * sigma_mm > needs.translation_mm or 2 * sigma_rad > needs.rotation:
         missing.append(
             f"the pose is known to {2 * sigma_mm:.2g} mm and {np.degrees(2 * sigma_rad):.2g} degrees (two sigma; "

@@ -9,7 +9,7 @@ import pytest
 
 from vision.cameras.cameras import Needs
 from vision.localisation.localisation_parameters import DEFAULTS
-from vision.localisation.verdict import Gathered, find_standing, judge
+from vision.localisation.verdict import CameraSupport, Gathered, compute_disagreement, find_standing, judge
 
 
 @pytest.mark.parametrize(("found", "accepted"), [(1.013, True), (1.013, False), (0.4, False)])
@@ -33,9 +33,10 @@ def test_no_more_is_found_than_is_expected_and_zero_has_no_sign(found: float, ac
 def test_without_a_prior_most_of_the_edges_have_to_be_found(share: float, prior_sigma: float, cameras: int) -> None:
     columns = (prior_sigma, 3000.0, share * 1000.0, 1000.0, 100.0, 2.0, 10.0, False, np.nan)
     gathered = Gathered(*(np.array([value]) for value in columns))
-    by_camera = [(np.eye(4), np.eye(6))] * (cameras if cameras > 1 else 0)
+    several = ["left", "right"] if cameras > 1 else []
+    by_camera, support = [1500.0] * len(several), dict.fromkeys(several, CameraSupport(1500.0, 300.0, 400.0, 1.0))
     p = replace(DEFAULTS.verdict, min_posterior=0.5)
-    verdict = judge(gathered, np.array([0]), 1.0, by_camera, {}, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), p)
+    verdict = judge(gathered, np.array([0]), 1.0, by_camera, support, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), p)
     lacks = np.isnan(prior_sigma) and share < 0.6
     assert verdict.verdict == ("refused" if lacks else "accepted"), verdict.reason
     assert ("give a prior" in verdict.reason) == lacks
@@ -62,3 +63,18 @@ def test_relational_matching_tells_rivals_apart(distances: list[float], standing
     assert found.tolist() == standing
     verdict = judge(gathered, found, 0.9, [], {}, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), DEFAULTS.verdict)
     assert verdict.verdict == ("accepted" if len(standing) == 1 else "ambiguous")
+
+
+@pytest.mark.parametrize(
+    ("own", "joint", "sigma"),
+    [
+        ((80.0, 75.0), (80.0, 75.0), 0.0),  # they agree
+        ((72.0, 60.0), (80.0, 75.0), 0.0),  # alone each went elsewhere, and gathers no more there
+        ((101.55, 75.0), (80.0, 75.0), np.sqrt(2 * 20.0)),  # 21.55 nats, of which samples explain 1.55
+        ((1505.0, 1505.0), (1500.0, 1500.0), 0.0),
+    ],
+)
+def test_cameras_disagree_by_what_they_gain_apart(
+    own: tuple[float, float], joint: tuple[float, float], sigma: float
+) -> None:
+    assert compute_disagreement(own, joint, DEFAULTS.verdict) == pytest.approx(sigma)
