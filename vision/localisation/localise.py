@@ -13,7 +13,7 @@ from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, pe
 from vision.clock import Clock
 from vision.extraction.primitives import Primitives
 from vision.localisation.alternatives import ArcShapes, describe_arc_shapes, find_displacements, shift_poses
-from vision.localisation.evidence import Evidence, collect_edge_points
+from vision.localisation.evidence import Fields, collect_edge_points
 from vision.localisation.hypotheses import (
     Candidates,
     Stage,
@@ -218,7 +218,7 @@ class _Solver:
     near: Scene
     rig: Rig
     indexes: dict[str, EdgeIndex]
-    fine: list[Evidence]
+    fine: Fields
     greys: list[GreyGrid]
     prior: Prior
     p: LocalisationParameters
