@@ -220,13 +220,16 @@ def inspect(
                 "what says otherwise, or leave out against"
             )
     call = _Call(world_id, world_name, against, carrier, serial, keep_images, full_audit, variants, overlay, crops)
-    with Run.begin(
-        store,
-        "inspect",
-        {**call.parameters(), **asdict(parameters)},
-        inputs=digest_inputs({**paths, **rig_inputs(rig)} | ({} if prior is None else {"prior": prior})),
-        packages=PACKAGES,
-    ) as run:
+    with (
+        store.one_thread(),
+        Run.begin(
+            store,
+            "inspect",
+            {**call.parameters(), **asdict(parameters)},
+            inputs=digest_inputs({**paths, **rig_inputs(rig)} | ({} if prior is None else {"prior": prior})),
+            packages=PACKAGES,
+        ) as run,
+    ):
         return _inspect(
             scenes or Scenes(store),
             run,
