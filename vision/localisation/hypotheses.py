@@ -10,6 +10,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -38,6 +39,12 @@ class Prediction:
     rotation: Floats
     offset: Floats
     matrix: Floats
+
+    @cached_property
+    def image_of_arc(self) -> Ints:
+        """A number for the image of each arc in each camera (n,)."""
+        unit = self.view * (int(self.arc.max(initial=0)) + 1) + self.arc
+        return np.asarray(np.unique(unit, return_inverse=True)[1].ravel())
 
     def take(self, rows: Ints) -> Prediction:
         """Some of the samples, of the same cameras."""

@@ -174,13 +174,7 @@ def weigh(offset: Floats, tolerance_px: Floats, use: Bools, scale: float) -> tup
     return np.where(use, 1 / (1 + far) ** 2, 0.0), np.where(use, (1 - 3 * far) / (1 + far) ** 3, 0.0)
 
 
-def group_by_arc(prediction: Prediction) -> Ints:
-    """A number for the image of each arc in each camera (n,)."""
-    unit = prediction.view * (int(prediction.arc.max(initial=0)) + 1) + prediction.arc
-    return np.asarray(np.unique(unit, return_inverse=True)[1].ravel())
-
-
 def _sum_by_arc(prediction: Prediction, weight: Floats) -> Floats:
     """For each sample (n,) the weight that its arc's image gathers."""
-    group = group_by_arc(prediction)
+    group = prediction.image_of_arc
     return np.asarray(np.bincount(group, weight)[group] if len(group) else weight)
