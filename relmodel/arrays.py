@@ -18,7 +18,7 @@ Texts: TypeAlias = NDArray[np.object_]
 
 
 def sum_by_group(group: Ints, values: Floats, count: int, weight: Floats | None = None) -> Floats:
-    """Sums (count, ...) of the rows of `values` (n, ...), each times its weight (n,), that belong to each group (n,)."""
+    """Sums (count, ...) of the rows of `values` (n, ...), each times its weight, that belong to each group (n,)."""
     from scipy.sparse import csc_array
 
     each = np.ones(len(group)) if weight is None else weight

@@ -109,9 +109,8 @@ class Fields(list[Evidence]):
     def __init__(self, of_cameras: Iterable[Evidence]) -> None:
         each = list(of_cameras)
         self.joined = np.concatenate([e.field.ravel() for e in each])
-        ends = np.cumsum([e.field.size for e in each]).tolist()
-        parts = [self.joined[end - e.field.size : end].reshape(e.field.shape) for e, end in zip(each, ends, strict=True)]
-        super().__init__(replace(e, field=part) for e, part in zip(each, parts, strict=True))
+        fields = np.split(self.joined, np.cumsum([e.field.size for e in each])[:-1])
+        super().__init__(replace(e, field=own.reshape(e.field.shape)) for e, own in zip(each, fields, strict=True))
 
 
 def bin_orientations(direction: Floats, count: int) -> Ints:

@@ -299,9 +299,7 @@ def _in_threads(count: int, work: Callable[[slice], None]) -> None:
         list(pool.map(work, [slice(at, at + length) for at in range(0, count, length)]))
 
 
-def _scan(
-    prediction: Prediction, fields: Fields, prior: Prior, p: LocalisationParameters
-) -> tuple[Floats, Floats]:
+def _scan(prediction: Prediction, fields: Fields, prior: Prior, p: LocalisationParameters) -> tuple[Floats, Floats]:
     from scipy.stats import norm, qmc
 
     from vision.localisation import search_kernels
