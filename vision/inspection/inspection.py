@@ -31,7 +31,7 @@ from vision.inspection.crops import check_crops, write_crops
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.inspection.locate import Sight, select_parts
 from vision.inspection.matched_views import match_views
-from vision.inspection.memory import keep_one_arena
+from vision.inspection.memory import return_memory
 from vision.inspection.outcome import Outcome, read_outcome
 from vision.inspection.overlay import draw_overlay
 from vision.inspection.pictures import extract_pictures
@@ -220,7 +220,7 @@ def inspect(
                 "pictures compared with loaded objects have no world, prior or arm, and weigh all variants: leave out "
                 "what says otherwise, or leave out against"
             )
-    keep_one_arena()
+    return_memory()
     call = _Call(world_id, world_name, against, carrier, serial, keep_images, full_audit, variants, overlay, crops)
     with (
         store.one_thread(),
