@@ -7,8 +7,8 @@ without, with its decisions alone kept, with the pictures of the next pair in th
 was tried), and through a lens that distorts: always new pictures, every row written, after one inspection that warmed
 the process.  Seconds are those of the processor, over all threads; linear algebra has one.  `--repeat` inspects the
 first pair N times more, for what a long series costs in time and memory; `--session` keeps the scene between pairs.
-`--against` runs the same with the code of another checkout and prints both and their ratio, row by row, and how far
-their poses are apart.
+`--against` runs the same with the code of another checkout by turns, and prints both and their ratio, row by row, and
+how far their poses are apart.
 
 Where RELMODEL_TEST_DATA names the test data, every fourth photograph of `photo_cube` (reference poses fitted to the
 cube's edges, not exact) and every fourth picture of `render_box` are inspected too (not with `--pairs`), each from a
@@ -33,7 +33,6 @@ from typing import Any
 import cv2
 import numpy as np
 import yaml
-from tabulate import tabulate
 
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import apply, inverse, rotation_matrix
@@ -58,54 +57,71 @@ def main() -> None:
     parser.add_argument("--session", action="store_true", help="keep the scene between the pairs")
     parser.add_argument("--repeat", type=int, default=0, metavar="N", help="inspect the first pair N times more")
     parser.add_argument("--against", type=Path, metavar="CHECKOUT", help="compare with the code of another checkout")
-    parser.add_argument("--measure", type=Path, help=argparse.SUPPRESS)  # the child: where its rows go
+    parser.add_argument("--measure", action="store_true", help=argparse.SUPPRESS)  # the child: a row for each line
     args = parser.parse_args()
     if args.measure:
-        args.measure.write_text(json.dumps(list(measured(args))))
+        rows = measured(args)
+        for _ in sys.stdin:
+            print(json.dumps(next(rows, None)), flush=True)
         return
     if args.overlays:
         args.overlays.mkdir(parents=True, exist_ok=True)
-    rows = _measure(HERE, sys.argv[1:])
+    ours = _measure(HERE, sys.argv[1:])
     if args.against:
-        _print_ratios(_measure(args.against.resolve(), sys.argv[1:]), rows)
+        _print_ratios(_measure(args.against.resolve(), sys.argv[1:]), ours)
         return
-    single = [row for row in rows if row["kind"] != "repeated"]
-    heads = {"name": "picture", "target": "target mm", "rotation": "rotation deg", "seconds": "processor s"}
-    names = ("name", "kind", "verdict", "target", "rotation", "seconds", "passed", "memory", "reason")
-    print(tabulate([[row[n] for n in names] for row in single], [heads.get(n, n) for n in names], floatfmt=".4g"))
-    print(f"memory in MB after each; at most {max(row['peak'] for row in rows):.0f} MB")
-    repeated = rows[len(single) :]
-    some = repeated[:: max(len(repeated) // 10, 1)]
-    if some:
-        print(tabulate([[row["name"], row["seconds"], row["memory"]] for row in some], ("", "processor s", "MB")))
-
-
-def _measure(checkout: Path, words: Sequence[str]) -> list[dict[str, Any]]:
-    """Rows of a process of its own that runs the code of a checkout."""
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "rows.json"
-        environment = os.environ | {"PYTHONPATH": str(checkout), "OPENBLAS_NUM_THREADS": "1"}
-        subprocess.run([sys.executable, __file__, *words, "--measure", str(out)], check=True, env=environment)
-        rows: list[dict[str, Any]] = json.loads(out.read_text())
-    return rows
-
-
-def _print_ratios(old: list[dict[str, Any]], new: list[dict[str, Any]]) -> None:
-    table = []
-    for a, b in zip(old, new, strict=True):
-        apart = None
-        if a["pose"] and b["pose"]:
-            truth = Truth("", np.array(a["pose"]), np.array(a["at"]))
-            off = measure_pose_error(np.array(b["pose"]), truth)
-            apart = f"{off.target_mm:.4f} mm {off.rotation_deg:.4f} deg"
-        verdict = a["verdict"] if a["verdict"] == b["verdict"] else f"{a['verdict']} -> {b['verdict']}"
-        ratio = b["seconds"] / a["seconds"]
-        table.append(
-            (a["name"], a["kind"], verdict, apart, a["seconds"], b["seconds"], ratio, a["memory"], b["memory"])
+    peak = 0.0
+    _say("picture", "kind", "verdict", "target mm", "deg", "cpu s", "passed", "MB", "reason")
+    for row in ours:
+        _say(
+            *(
+                row[n]
+                for n in ("name", "kind", "verdict", "target", "rotation", "seconds", "passed", "memory", "reason")
+            )
         )
-    heads = ("picture", "kind", "verdict", "poses apart", "old s", "new s", "new/old", "old MB", "new MB")
-    print(tabulate(table, heads, floatfmt=".3g"))
-    print(f"all: {sum(a['seconds'] for a in old):.1f} s, now {sum(b['seconds'] for b in new):.1f} s")
+        peak = max(peak, row["peak"])
+    print(f"memory in MB after each; at most {peak:.0f} MB")
+
+
+def _measure(checkout: Path, words: Sequence[str]) -> Iterator[dict[str, Any]]:
+    """Rows of a process of its own that runs the code of a checkout, each measured when it is asked for."""
+    environment = os.environ | {"PYTHONPATH": str(checkout), "OPENBLAS_NUM_THREADS": "1"}
+    child = [sys.executable, __file__, *words, "--measure"]
+    with subprocess.Popen(child, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment) as process:
+        assert process.stdin
+        assert process.stdout
+        while True:
+            process.stdin.write("\n")
+            process.stdin.flush()
+            answer = process.stdout.readline()
+            if not answer:
+                raise SystemExit(f"the inspections of {checkout} ended with an error")
+            row: dict[str, Any] | None = json.loads(answer)
+            if row is None:
+                return
+            yield row
+
+
+def _print_ratios(old: Iterator[dict[str, Any]], new: Iterator[dict[str, Any]]) -> None:
+    """Rows of both, measured by turns, as they come."""
+    sums = np.zeros(2)
+    _say("picture", "kind", "verdict", "mm apart", "deg apart", "old s", "new s", "new/old", "old, new MB")
+    for a, b in zip(old, new, strict=True):
+        apart: tuple[float | None, float | None] = (None, None)
+        if a["pose"] and b["pose"]:
+            off = measure_pose_error(np.array(b["pose"]), Truth("", np.array(a["pose"]), np.array(a["at"])))
+            apart = off.target_mm, off.rotation_deg
+        verdict = a["verdict"] if a["verdict"] == b["verdict"] else f"{a['verdict']} -> {b['verdict']}"
+        seconds, memory = (a["seconds"], b["seconds"]), f"{a['memory']:.0f}, {b['memory']:.0f}"
+        _say(a["name"], a["kind"], verdict, *apart, *seconds, b["seconds"] / a["seconds"], memory)
+        sums += seconds
+    print(f"all: {sums[0]:.1f} s, now {sums[1]:.1f} s")
+
+
+def _say(*cells: object) -> None:
+    words = ["-" if it is None else f"{it:.4g}" if isinstance(it, float) else str(it) for it in cells]
+    widths = (16, 10, 10, 9, 9, 7, 7, 7, 0)
+    print("  ".join(word.ljust(width) for word, width in zip(words, widths, strict=True)).rstrip(), flush=True)
 
 
 def measured(args: argparse.Namespace) -> Iterator[dict[str, Any]]:

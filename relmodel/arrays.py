@@ -17,8 +17,11 @@ Bools: TypeAlias = NDArray[np.bool_]
 Texts: TypeAlias = NDArray[np.object_]
 
 
-def sum_by_group(group: Ints, values: Floats, count: int) -> Floats:
-    """Sums (count, ...) of the rows of `values` (n, ...) that belong to each group (n,)."""
-    columns = values.reshape(len(values), -1).T
-    sums = [np.bincount(group, column, count) for column in columns]
-    return np.stack(sums, axis=1).astype(float).reshape(-1, *values.shape[1:])
+def sum_by_group(group: Ints, values: Floats, count: int, weight: Floats | None = None) -> Floats:
+    """Sums (count, ...) of the rows of `values` (n, ...), each times its weight, that belong to each group (n,)."""
+    from scipy.sparse import csc_array
+
+    each = np.ones(len(group)) if weight is None else weight
+    of_rows = csc_array((each, group, np.arange(len(group) + 1)), shape=(count, len(group)))
+    sums = of_rows @ values.reshape(len(values), int(np.prod(values.shape[1:])))
+    return np.asarray(sums, float).reshape(count, *values.shape[1:])

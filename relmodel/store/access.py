@@ -10,10 +10,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 
-from sqlalchemy import Connection, Engine
+from sqlalchemy import Connection, Engine, Pool, QueuePool
 
 from relmodel.errors import StoreError
-from relmodel.store import replacing
+from relmodel.store import replacing, sql
 from relmodel.store.engine import (
     PAUSE_S,
     duckdb_file,
@@ -41,6 +41,8 @@ class Access:
         self.engine = engine
         self.file = duckdb_file(engine.url)
         self.passed: str | None = None
+        self._blocks = 0  # of `one_thread`
+        self._limited: Pool | None = None  # where DuckDB runs in one thread
 
     def connect(self) -> Connection:
         """A connection, read-only where others read a DuckDB file.  Raises StoreError where another process keeps
@@ -65,9 +67,30 @@ class Access:
             before = self._inode()
             connection = self.engine.connect()
             if before == self._inode():
+                self._limit_threads()
                 return connection
             connection.close()  # another file was put in its place while it was opened
             self.engine.dispose()
+
+    @contextmanager
+    def one_thread(self) -> Iterator[None]:
+        """Run DuckDB in one thread while the block lasts, also where the file is opened only then."""
+        self._blocks += 1
+        try:
+            self._limit_threads()
+            yield
+        finally:
+            self._blocks -= 1
+            self._limit_threads()
+
+    def _limit_threads(self) -> None:
+        """Give DuckDB, where it is open, the threads that it is to have."""
+        pool, one = self.engine.pool, self._blocks > 0
+        is_open = isinstance(pool, QueuePool) and pool.checkedin() + pool.checkedout() > 0
+        if is_open and one != (self._limited is pool):
+            self._limited = pool if one else None
+            with self.engine.connect() as settings:  # a transaction that failed refuses whatever comes after
+                settings.execute(sql.query(f"run/{'one_thread' if one else 'all_threads'}.duckdb"))
 
     def _inode(self) -> int | None:
         return self.file.stat().st_ino if self.file is not None and self.file.exists() else None

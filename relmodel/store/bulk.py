@@ -67,6 +67,11 @@ def counting(connection: Connection) -> Iterator[dict[str, int]]:
         del connection.info[_COUNTS]
 
 
+def counted(connection: Connection) -> set[str]:
+    """Tables to which rows were appended on `connection` since `counting` began."""
+    return {name for name, count in connection.info[_COUNTS].items() if count}
+
+
 def _append_arrow(connection: Connection, table: Table, columns: Columns, count: int) -> None:
     import pyarrow as pa
 

@@ -224,20 +224,15 @@ class Database:
 
     @contextmanager
     def one_thread(self) -> Iterator[None]:
-        """Run DuckDB in one thread while the block lasts: with more it copies appended rows twice.
-
-        For many appends in a row; heavy queries need the threads.
+        """Run DuckDB in one thread while the block lasts: with more it copies appended rows twice, and small queries
+        take longer.  Heavy queries need the threads.
         """
         if self.dialect != "duckdb":
             yield
             return
         self._refuse_closed()
-        with self.access.connect() as settings:  # a transaction that failed refuses whatever comes after
-            settings.execute(sql.query("run/one_thread.duckdb"))
-            try:
-                yield
-            finally:
-                settings.execute(sql.query("run/all_threads.duckdb"))
+        with self.access.one_thread():
+            yield
 
     def _refuse_closed(self) -> None:
         if self._closed:  # the engine would reconnect

@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Set
 from typing import Any
 
 import sqlalchemy as sa
 from sqlalchemy import Connection, Table
 
+from relmodel.store import bulk
 from relmodel.store.database import Database
 from relmodel.store.runs import Run
 
 # What a run still writes when its digests are made; and bytes, which another run may add to a picture or a prune take.
 _OPEN = frozenset({"run_event", "ledger", "pruned_run", "row_digest", "image_blob"})
+_BEGUN = frozenset({"run", "run_input"})
 
 
 def record_digests(run: Run, connection: Connection) -> None:
     """Append digests of what an inspection wrote and of the extractions it read: the last but its end."""
-    digests = digest_rows(run.store, connection, run.id)
+    ledger = run.store.table("ledger")
+    before = connection.scalars(sa.select(ledger.c.relation).where(ledger.c.run_id == run.id))
+    digests = digest_rows(run.store, connection, run.id, bulk.counted(connection).union(before))
     run.append(
         connection,
         "row_digest",
@@ -27,8 +31,9 @@ def record_digests(run: Run, connection: Connection) -> None:
     )
 
 
-def digest_rows(store: Database, connection: Connection, run: int) -> dict[str, str]:
-    """By relation the digest of the rows that an inspection rests on, as they are now."""
+def digest_rows(store: Database, connection: Connection, run: int, written: Set[str] | None = None) -> dict[str, str]:
+    """By relation the digest of the rows that an inspection rests on, as they are now; written: the only relations with
+    rows of the run itself, but for those that its beginning wrote, where that is known."""
     held = {
         name: list(connection.scalars(sa.select(it.c.key).where(it.c.run_id == run).order_by(it.c.key)))
         for name, it in _keys(store).items()
@@ -38,6 +43,8 @@ def digest_rows(store: Database, connection: Connection, run: int) -> dict[str, 
         table = store.table(relation)
         if (found := _key_of(table)) is not None:
             name, column = found
+            if name == "run_id" and written is not None and relation not in written | _BEGUN:
+                continue
             asked = sa.select(_digest(store, table)).where(column.in_(held[name]))
             if (digest := connection.scalar(asked)) is not None:
                 digests[relation] = str(digest)

@@ -66,7 +66,8 @@ def make_engine(url: URL, *, read_only: bool) -> Engine:
         options = {"options": "-c default_transaction_read_only=on"} if read_only else {}
         # Finds connections that a restart of the server broke before they are used.
         return create_engine(url, connect_args=options, pool_pre_ping=True)
-    return create_engine(url, connect_args={"config": DUCKDB_CONFIG, "read_only": read_only})
+    in_memory = {"threads": 1} if duckdb_file(url) is None else {}  # small tables: more take longer
+    return create_engine(url, connect_args={"config": DUCKDB_CONFIG | in_memory, "read_only": read_only})
 
 
 def reading_engine(url: URL) -> Engine:

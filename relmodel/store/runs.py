@@ -169,7 +169,7 @@ class Run:
                 },
             )
             run.inputs(connection, dict(sorted(inputs.items())))
-            run._event(connection, "begun", "", None, None, None)
+            run._append_events(connection, ["begun"])
             failed.pop_all()
         return run
 
@@ -301,36 +301,27 @@ class Run:
             self.step(last)
         self._write_steps(connection)
         now = self._count.step_began if self._count.steps else time.perf_counter()
-        self._event(connection, "ended", "", now - self._began, state, message)
+        self._append_events(connection, ["ended"], seconds=[now - self._began], state=[state], message=[message])
         self._count = self._count._replace(ended=True)
 
     def _write_steps(self, connection: Connection) -> None:
-        for step in self._count.steps[self._count.written :]:
-            self._event(connection, "step", step.name, step.seconds, None, None, step.ended_at)
+        steps = self._count.steps[self._count.written :]
+        self._append_events(
+            connection,
+            ["step"] * len(steps),
+            name=[step.name for step in steps],
+            seconds=[step.seconds for step in steps],
+            happened_at=[step.ended_at for step in steps],
+        )
         self._count = self._count._replace(written=len(self._count.steps))
 
-    def _event(
-        self,
-        connection: Connection,
-        kind: str,
-        name: str,
-        seconds: float | None,
-        state: str | None,
-        message: str | None,
-        happened_at: datetime | None = None,
-    ) -> None:
-        self.store.append(
-            connection,
-            "run_event",
-            {
-                "run_id": [self.id],
-                "event_no": [self._count.events],
-                "kind": [kind],
-                "name": [name],
-                "seconds": [seconds],
-                "state": [state],
-                "message": [message],
-                "happened_at": [happened_at or datetime.now(UTC)],
-            },
-        )
-        self._count = self._count._replace(events=self._count.events + 1)
+    def _append_events(self, connection: Connection, kinds: list[str], **columns: list[Any]) -> None:
+        first, count = self._count.events, len(kinds)
+        common: dict[str, Any] = {"name": [""] * count, "happened_at": [datetime.now(UTC)] * count}
+        numbered: dict[str, Any] = {
+            "run_id": [self.id] * count,
+            "event_no": list(range(first, first + count)),
+            "kind": kinds,
+        }
+        self.store.append(connection, "run_event", numbered | common | columns)
+        self._count = self._count._replace(events=first + count)

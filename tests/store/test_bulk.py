@@ -66,6 +66,21 @@ def test_duckdb_has_its_threads_again_after_a_failure(duckdb_store: Store) -> No
     assert threads(duckdb_store) == usual
 
 
+def test_duckdb_runs_in_one_thread_also_where_it_is_opened_within_the_block(duckdb_store: Store) -> None:
+    usual = threads(duckdb_store)
+    duckdb_store.release()
+    with duckdb_store.one_thread():
+        assert threads(duckdb_store) == 1
+        with duckdb_store.one_thread():
+            duckdb_store.release()
+            assert threads(duckdb_store) == 1
+        assert threads(duckdb_store) == 1
+    assert threads(duckdb_store) == usual
+    with duckdb_store.one_thread():
+        duckdb_store.release()
+    assert threads(duckdb_store) == usual
+
+
 def test_a_set_of_keys_is_joined_as_a_relation(fresh_store: str) -> None:
     keys: dict[str, Any] = {
         "relation": ["arc", "loop", "no such"],

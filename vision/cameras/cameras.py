@@ -102,10 +102,12 @@ class Camera:
         z = points_camera[:, 2]
         front = z > 1e-9
         xy = points_camera[:, :2] / np.where(front, z, 1.0)[:, None]
-        if not self.is_pinhole:
-            front = front & (np.linalg.norm(xy, axis=1) < 1.2 * self.field_radius)
-            xy = np.where(front[:, None], xy, 0.0)
-        return self.distort(xy), front
+        if self.is_pinhole:
+            return self._place(xy), front
+        front = front & (xy[:, 0] ** 2 + xy[:, 1] ** 2 < (1.2 * self.field_radius) ** 2)
+        pixels = np.tile(self.matrix[:2, 2], (len(xy), 1))
+        pixels[front] = self.distort(xy[front])
+        return pixels, front
 
     def undistort(self, pixels: Floats) -> Floats:
         """Pixels (n, 2) of the same rays in a camera with this matrix and no distortion."""
@@ -123,7 +125,7 @@ class Camera:
 
     def distort(self, xy: Floats) -> Floats:
         """Pixels (n, 2) of directions (n, 2), x/z and y/z, distortion included."""
-        return self._place(xy if self.is_pinhole else distortion.distort(xy, self.distortion)[0])
+        return self._place(xy if self.is_pinhole else distortion.place(xy, self.distortion))
 
     def _place(self, xy: Floats) -> Floats:
         return np.asarray(xy @ self.matrix[:2, :2].T + self.matrix[:2, 2])

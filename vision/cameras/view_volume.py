@@ -37,6 +37,7 @@ class SelectionParameters:
 
 
 DEFAULTS = SelectionParameters()
+_MOST_PAIRS = 100_000  # of views and boxes that are compared at once
 
 
 def widen_view_volume(
@@ -53,18 +54,14 @@ def build_view_volume(camera: Camera, world_from_camera: Floats, p: SelectionPar
     return Frustum(width, height, matrix, world_from_camera, p.near_mm, p.far_mm)
 
 
-def sample_views(rig: Rig, prior: Prior, p: SelectionParameters = DEFAULTS) -> list[Frustum]:
-    """Views of all cameras from the prior's pose and from `p.sampled_poses` on the surface of its ellipsoid."""
+def sample_poses(prior: Prior, p: SelectionParameters = DEFAULTS) -> Floats:
+    """The prior's pose of the rig and `p.sampled_poses` on the surface of its ellipsoid (k, 4, 4)."""
     from scipy.special import chdtri
 
     direction = np.random.default_rng(p.seed).normal(size=(p.sampled_poses, 6))
     direction *= np.sqrt(chdtri(6, 1 - p.confidence)) / np.linalg.norm(direction, axis=1)[:, None]
     moves = np.concatenate([np.zeros((1, 6)), direction @ np.linalg.cholesky(prior.covariance).T])
-    return [
-        build_view_volume(camera, world_from_rig @ rig.rig_from_camera[name], p)
-        for world_from_rig in perturb(prior.world_from_rig, moves)
-        for name, camera in rig.cameras.items()
-    ]
+    return perturb(prior.world_from_rig, moves)
 
 
 def probabilities_in_view(
@@ -121,10 +118,29 @@ def select_in_view(
     low, high = (np.stack([found[f"{axis}{end}"][rows] for axis in "xyz"], axis=1).astype(float) for end in (0, 1))
     boxes = np.stack([found[f"shape_{name}"][rows] for name in BOX_COLUMNS], axis=1).astype(float)
     pose = matrices(found)[rows]
-    shown = np.zeros(len(rows), bool)
-    for view in sample_views(rig, prior, p):
-        if shown.all():
-            break
-        rest = np.flatnonzero(~shown & (low <= view.bounds[3:]).all(axis=1) & (high >= view.bounds[:3]).all(axis=1))
-        shown[rest] = boxes_met(view, pose[rest], boxes[rest])
+    shown, rig_poses = np.zeros(len(rows), bool), sample_poses(prior, p)
+    for some in np.array_split(rig_poses, max(len(rig_poses) * len(rows) // _MOST_PAIRS, 1)):
+        for camera, rig_from_camera in cameras:
+            rest = np.flatnonzero(~shown)
+            shown[rest] = _met_by_any(
+                build_view_volume(camera, np.eye(4), p), some @ rig_from_camera, pose[rest], boxes[rest],
+                low[rest], high[rest],
+            )  # fmt: skip
     return Selection(key[0, rows], key[1, rows], shown)
+
+
+def _met_by_any(
+    view: Frustum, world_from_view: Floats, world_from_box: Floats, boxes: Floats, low: Floats, high: Floats
+) -> Bools:
+    """Which boxes (n, 6), as `boxes_met` has them, a view from any of several places (k, 4, 4) meets; low, high (n, 3):
+    the boxes' bounds in the world."""
+    turn, centre = world_from_view[:, :3, :3], world_from_view[:, :3, 3]
+    corners = view.corners @ turn.transpose(0, 2, 1) + centre[:, None]
+    met = (low <= corners.max(axis=1)[:, None]).all(axis=2) & (high >= corners.min(axis=1)[:, None]).all(axis=2)
+    normals = view.planes[:, :3] @ turn.transpose(0, 2, 1)
+    offsets = view.planes[:, 3] + (normals @ centre[:, :, None])[..., 0]
+    for normal, offset in zip(normals.swapaxes(0, 1), offsets.T, strict=True):
+        across = (normal @ world_from_box[:, :3, :3]).swapaxes(0, 1)
+        least = np.minimum(across * boxes[:, :3], across * boxes[:, 3:]).sum(axis=2)
+        met &= least + normal @ world_from_box[:, :3, 3].T <= offset[:, None]
+    return np.asarray(met.any(axis=0))

@@ -31,6 +31,7 @@ from vision.inspection.crops import check_crops, write_crops
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.inspection.locate import Sight, select_parts
 from vision.inspection.matched_views import match_views
+from vision.inspection.memory import return_memory
 from vision.inspection.outcome import Outcome, read_outcome
 from vision.inspection.overlay import draw_overlay
 from vision.inspection.pictures import extract_pictures
@@ -219,14 +220,18 @@ def inspect(
                 "pictures compared with loaded objects have no world, prior or arm, and weigh all variants: leave out "
                 "what says otherwise, or leave out against"
             )
+    return_memory()
     call = _Call(world_id, world_name, against, carrier, serial, keep_images, full_audit, variants, overlay, crops)
-    with Run.begin(
-        store,
-        "inspect",
-        {**call.parameters(), **asdict(parameters)},
-        inputs=digest_inputs({**paths, **rig_inputs(rig)} | ({} if prior is None else {"prior": prior})),
-        packages=PACKAGES,
-    ) as run:
+    with (
+        store.one_thread(),
+        Run.begin(
+            store,
+            "inspect",
+            {**call.parameters(), **asdict(parameters)},
+            inputs=digest_inputs({**paths, **rig_inputs(rig)} | ({} if prior is None else {"prior": prior})),
+            packages=PACKAGES,
+        ) as run,
+    ):
         return _inspect(
             scenes or Scenes(store),
             run,

@@ -104,7 +104,8 @@ def draw_poses_about(prediction: Prediction, p: RivalParameters) -> Floats:
     rng = np.random.default_rng(p.about_seed)
     middle = np.median(prediction.point, axis=0)
     focal, depth = float(prediction.matrix[0, 0, 0]), float(np.linalg.norm(middle))
-    px = np.exp(rng.uniform(*np.log(p.about_px), p.about))
+    least, most = np.log(p.about_px)
+    px = np.exp(rng.uniform(least, most, p.about))
     angle = rng.uniform(0, 2 * np.pi, p.about)
     # Within the picture a point moves by px over focal of its depth; along the line of sight by a share of it.
     sideways = (px * depth / focal)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)

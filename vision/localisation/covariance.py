@@ -8,7 +8,7 @@ from relmodel.arrays import Floats, Ints
 from vision.localisation.calibration import CameraUnknowns
 from vision.localisation.hypotheses import Prediction, flow_in_camera
 from vision.localisation.localisation_parameters import LocalisationParameters
-from vision.localisation.measurements import Measurements, group_by_arc
+from vision.localisation.measurements import Measurements
 
 
 def compute_covariance(
@@ -30,7 +30,7 @@ def compute_covariance(
     tolerance, an arc lies elsewhere for all cameras alike.  The priors err by their covariance, and the cameras also by
     errors that are considered and not solved for.
     """
-    group = group_by_arc(prediction)
+    group = prediction.image_of_arc
     weight = m.weight / m.sigma**2
     data = (m.jacobian * weight[:, None]).T @ m.jacobian
     # How far the loss bends away from the least squares that its weights make of it.
@@ -96,7 +96,7 @@ def _scatter_by_tolerance(m: Measurements, prediction: Prediction, weight: Float
 
 def group_by_stretch(prediction: Prediction) -> Ints:
     """A number for each stretch of each arc's image (n,) that counts as one observation."""
-    group = group_by_arc(prediction)
+    group = prediction.image_of_arc
     order = np.argsort(group, kind="stable")
     along = np.cumsum(prediction.weight[order])
     first = np.searchsorted(group[order], np.arange(int(group.max(initial=-1)) + 1))

@@ -11,6 +11,8 @@ from vision.cameras.cameras import Camera, Rig
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.scene.scene import Scene
 
+_LEAST_DEPTH = 1e-6  # mm: no surface is seen nearer
+
 
 @dataclass(frozen=True)
 class Coverage:
@@ -85,11 +87,12 @@ def _triangles(rays: RayGrid, corners: Floats, triangles: Ints, p: LocalisationP
     cells = np.zeros((len(corners), 2))
     cells[front] = rays.cells(corners[front])
     of_corners = cells[triangles]
+    lowest, highest = of_corners.min(axis=1), of_corners.max(axis=1)
+    near = np.flatnonzero(~front[triangles].all(axis=1))
+    lowest[near], highest[near] = _bound_before(rays, corners[triangles[near]])
     # Corners far beside the picture overflow an integer: they are clipped first.
-    low = np.ceil(np.clip(of_corners.min(axis=1), 0, 1e6))
-    high = np.floor(np.clip(of_corners.max(axis=1), -1, last))
-    near = ~front[triangles].all(axis=1)
-    low[near], high[near] = 0, last
+    low = np.ceil(np.clip(lowest, 0, 1e6))
+    high = np.floor(np.clip(highest, -1, last))
     a, b, c = (corners[triangles[:, i]] for i in range(3))
     sides = np.hstack([np.cross(a, b), np.cross(b, c), np.cross(c, a)])
     behind = (corners[triangles, 2] <= 0).all(axis=1)
@@ -97,6 +100,20 @@ def _triangles(rays: RayGrid, corners: Floats, triangles: Ints, p: LocalisationP
     high[behind | (volume >= 0)] = -1  # a surface is seen from outside only
     boxes = np.stack([low[:, 0], high[:, 0], low[:, 1], high[:, 1]], axis=1)
     return boxes.astype(np.int64), sides
+
+
+def _bound_before(rays: RayGrid, corners: Floats) -> tuple[Floats, Floats]:
+    """Bounds (t, 2) of the cells that the parts of triangles (t, 3, 3) before the camera cover."""
+    following = np.roll(corners, -1, axis=1)
+    depth, after = corners[..., 2:], following[..., 2:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        crossing = corners + (_LEAST_DEPTH - depth) / (after - depth) * (following - corners)
+        crossing[..., 2] = _LEAST_DEPTH
+        points = np.concatenate([corners, crossing], axis=1)
+        cells = rays.cells(points.reshape(-1, 3)).reshape(len(corners), 6, 2)
+    ahead = corners[..., 2] > _LEAST_DEPTH
+    used = np.concatenate([ahead, ahead != np.roll(ahead, -1, axis=1)], axis=1)[..., None]
+    return np.where(used, cells, np.inf).min(axis=1), np.where(used, cells, -np.inf).max(axis=1)
 
 
 def lay_rays(camera: Camera, step: int) -> RayGrid:

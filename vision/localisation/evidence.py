@@ -13,6 +13,7 @@ log(1 - d).  The a-contrario idea is Desolneux, Moisan and Morel's; here the bac
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -101,6 +102,17 @@ class Evidence:
         return mean, np.maximum((share * ratio**2).sum(axis=0) + nothing * miss**2 - mean**2, 0)
 
 
+class Fields(list[Evidence]):
+    """The evidence of the pictures of a rig's cameras, in its order; `joined`: their fields one behind the other, as
+    kernels take them."""
+
+    def __init__(self, of_cameras: Iterable[Evidence]) -> None:
+        each = list(of_cameras)
+        self.joined = np.concatenate([e.field.ravel() for e in each])
+        fields = np.split(self.joined, np.cumsum([e.field.size for e in each])[:-1])
+        super().__init__(replace(e, field=own.reshape(e.field.shape)) for e, own in zip(each, fields, strict=True))
+
+
 def bin_orientations(direction: Floats, count: int) -> Ints:
     """The orientation (n,), one of `count`, of image directions (n, 2), modulo pi."""
     angle = np.arctan2(direction[:, 1], direction[:, 0])
@@ -129,6 +141,7 @@ def build_evidence(
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     near = np.stack([cv2.dilate(layer, disc) for layer in strongest])
     covered = _covered(edges, cell, rows, columns)
+    cells = float(covered.sum())
 
     blocks = (rows // block, columns // block)
     window = 2 * max(round(p.surroundings_px / p.block_px), 1) + 1
@@ -147,11 +160,12 @@ def build_evidence(
         counts = np.bincount(class_of_block.ravel(), minlength=evidence[b].size).reshape(evidence[b].shape)
         for k in range(len(p.strengths)):
             around = _gather(counts[..., k + 1].astype(np.float32) / np.float32(block**2), window)
-            common = float(counts[..., k + 1].sum()) / max(float(covered.sum()), 1.0)
+            common = float(counts[..., k + 1].sum()) / max(cells, 1.0)
             chance[k, b] = (around + weight * common + 0.5 / block**2) / (seen + weight + 1 / block**2)
             q = chance[k, b]
             evidence[b, ..., k + 1] = np.log((likely[k] + (1 - p.detection[0]) * q) / q)
-        out[b, pad : pad + rows, pad : pad + columns] = evidence[b].ravel()[class_of_block] * covered
+        out[b, pad : pad + rows, pad : pad + columns] = evidence[b].ravel()[class_of_block]
+    out[:, pad : pad + rows, pad : pad + columns] *= covered
     return Evidence(out, cell, edges.low - cell * pad, pad, chance, block, p)
 
 

@@ -10,13 +10,14 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Floats32, Ints
 from relmodel.geometry.transforms import rotation_matrix, skew
 from vision.cameras.cameras import Prior, Rig, perturb, perturbation
-from vision.localisation.evidence import EdgePoints, Evidence, bin_orientations, build_evidence
+from vision.localisation.evidence import EdgePoints, Evidence, Fields, bin_orientations, build_evidence
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.visibility import VisibleArcs, are_in_picture, find_visible_arcs
 from vision.scene.scene import Scene
@@ -38,6 +39,12 @@ class Prediction:
     rotation: Floats
     offset: Floats
     matrix: Floats
+
+    @cached_property
+    def image_of_arc(self) -> Ints:
+        """A number for the image of each arc in each camera (n,)."""
+        unit = self.view * (int(self.arc.max(initial=0)) + 1) + self.arc
+        return np.asarray(np.unique(unit, return_inverse=True)[1].ravel())
 
     def take(self, rows: Ints) -> Prediction:
         """Some of the samples, of the same cameras."""
@@ -220,7 +227,7 @@ def search_poses(
     scene: Scene,
     rig: Rig,
     edges: dict[str, EdgePoints],
-    fine: list[Evidence],
+    fine: Fields,
     prior: Prior,
     p: LocalisationParameters = DEFAULTS,
 ) -> Candidates:
@@ -231,12 +238,12 @@ def search_poses(
     prediction = predict(scene, rig, prior.world_from_rig, p.search.scan_samples, margin_px, p)
     if not len(prediction.point):
         return Candidates(np.zeros((0, 6)), np.zeros(0))
-    coarse = [
+    coarse = Fields(
         build_evidence(edges[name], p.search.scan_cell_px, p.search.scan_reach_px, p.search.scan_window, p.evidence)
         for name in rig.cameras
-    ]
+    )
     # Far from the right pose most places speak against the model: it must not pay to look past it.
-    coarse, fine = ([e.beyond_chance() for e in fields] for fields in (coarse, fine))
+    coarse, fine = (Fields(e.beyond_chance() for e in fields) for fields in (coarse, fine))
     scanned, scores = _scan(prediction, coarse, prior, p)
     first = keep_distinct(prediction, scanned, scores, p.search.scan_distinct_px, p.search.scan_kept)
     delta, score = climb(
@@ -252,12 +259,12 @@ def search_poses(
     return Candidates(delta[kept], score[kept], [scan, describe_stage("climb", delta[kept], score[kept], [], score)])
 
 
-def build_fine_evidence(rig: Rig, edges: dict[str, EdgePoints], p: LocalisationParameters = DEFAULTS) -> list[Evidence]:
+def build_fine_evidence(rig: Rig, edges: dict[str, EdgePoints], p: LocalisationParameters = DEFAULTS) -> Fields:
     """The evidence that poses climb on and are assessed by."""
-    return [
+    return Fields(
         build_evidence(edges[name], p.search.climb_cell_px, p.search.climb_reach_px, 1, p.evidence)
         for name in rig.cameras
-    ]
+    )
 
 
 def predict_shift_sigma(scene: Scene, rig: Rig, prior: Prior) -> float:
@@ -270,7 +277,7 @@ def predict_shift_sigma(scene: Scene, rig: Rig, prior: Prior) -> float:
     return focal * float(np.hypot(prior.sigma_rotation, prior.sigma_translation_mm / max(distance, 1.0)))
 
 
-def _tables(p: Prediction, fields: list[Evidence]) -> tuple[Floats, Ints, Floats, Ints, Floats32]:
+def _tables(p: Prediction, fields: Fields) -> tuple[Floats, Ints, Floats, Ints, Floats32]:
     """Samples, their views, the cameras, and the layout of the evidence and itself, as `search_kernels` take them."""
     cameras = len(fields)
     start = np.cumsum([0] + [e.field.size for e in fields[:-1]])
@@ -280,7 +287,7 @@ def _tables(p: Prediction, fields: list[Evidence]) -> tuple[Floats, Ints, Floats
         p.view,
         np.hstack([np.asarray(values, float) for values in of_cameras]),
         np.array([(at, *e.field.shape[1:]) for at, e in zip(start.tolist(), fields, strict=True)]),
-        np.concatenate([e.field.ravel() for e in fields]),
+        fields.joined,
     )
 
 
@@ -292,9 +299,7 @@ def _in_threads(count: int, work: Callable[[slice], None]) -> None:
         list(pool.map(work, [slice(at, at + length) for at in range(0, count, length)]))
 
 
-def _scan(
-    prediction: Prediction, fields: list[Evidence], prior: Prior, p: LocalisationParameters
-) -> tuple[Floats, Floats]:
+def _scan(prediction: Prediction, fields: Fields, prior: Prior, p: LocalisationParameters) -> tuple[Floats, Floats]:
     from scipy.stats import norm, qmc
 
     from vision.localisation import search_kernels
@@ -347,7 +352,7 @@ def _scan(
 
 
 def climb_each(
-    scene: Scene, rig: Rig, fine: list[Evidence], prior: Prior, starts: Candidates, p: LocalisationParameters = DEFAULTS
+    scene: Scene, rig: Rig, fine: Fields, prior: Prior, starts: Candidates, p: LocalisationParameters = DEFAULTS
 ) -> Candidates:
     """Candidates (perturbations of the prior, whatever their scores mean), each led uphill on the fine evidence from a
     prediction of its own."""
@@ -366,7 +371,7 @@ def climb_each(
 
 
 def climb(
-    prediction: Prediction, fields: list[Evidence], delta: Floats, information: Floats, first: float, last: float
+    prediction: Prediction, fields: Fields, delta: Floats, information: Floats, first: float, last: float
 ) -> tuple[Floats, Floats]:
     """Perturbations (k, 6) led uphill by steps of `first` to `last` px, and their scores (k,)."""
     from vision.localisation import search_kernels

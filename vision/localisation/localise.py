@@ -20,7 +20,7 @@ from vision.localisation.alternatives import (
     shift_poses,
 )
 from vision.localisation.calibration import correct_rig
-from vision.localisation.evidence import Evidence, collect_edge_points
+from vision.localisation.evidence import Fields, collect_edge_points
 from vision.localisation.hypotheses import (
     Candidates,
     Stage,
@@ -231,7 +231,7 @@ class _Solver:
     near: Scene
     rig: Rig
     indexes: dict[str, EdgeIndex]
-    fine: list[Evidence]
+    fine: Fields
     greys: list[GreyGrid]
     prior: Prior
     p: LocalisationParameters

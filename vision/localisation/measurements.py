@@ -192,7 +192,7 @@ def _find_shifts(prediction: Prediction, offset: Floats, use: Bools, scale: floa
     if not (use & (tolerance > 0)).any():
         return shift
     rows = np.flatnonzero(use)
-    group = np.unique(group_by_arc(prediction)[rows], return_inverse=True)[1].ravel()
+    group = np.unique(prediction.image_of_arc[rows], return_inverse=True)[1].ravel()
     most = np.zeros(int(group.max()) + 1)
     np.maximum.at(most, group, tolerance[rows])
     steps = np.linspace(
@@ -215,13 +215,7 @@ def weigh(offset: Floats, shift: Floats, use: Bools, scale: float) -> tuple[Floa
     return np.where(use, 1 / (1 + far) ** 2, 0.0), np.where(use, (1 - 3 * far) / (1 + far) ** 3, 0.0)
 
 
-def group_by_arc(prediction: Prediction) -> Ints:
-    """A number for the image of each arc in each camera (n,)."""
-    unit = prediction.view * (int(prediction.arc.max(initial=0)) + 1) + prediction.arc
-    return np.asarray(np.unique(unit, return_inverse=True)[1].ravel())
-
-
 def _sum_by_arc(prediction: Prediction, weight: Floats) -> Floats:
     """For each sample (n,) the weight that its arc's image gathers."""
-    group = group_by_arc(prediction)
+    group = prediction.image_of_arc
     return np.asarray(np.bincount(group, weight)[group] if len(group) else weight)

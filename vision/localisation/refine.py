@@ -14,7 +14,7 @@ from vision.localisation.covariance import compute_covariance, group_by_stretch
 from vision.localisation.evidence import Evidence
 from vision.localisation.hypotheses import Prediction, predict
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters, RefinementParameters
-from vision.localisation.measurements import EdgeIndex, Measurements, group_by_arc, measure
+from vision.localisation.measurements import EdgeIndex, Measurements, measure
 from vision.localisation.outlines import Outlines
 from vision.localisation.support import Support, measure_support
 from vision.scene.scene import Scene
@@ -348,7 +348,7 @@ def _find_consensus(
     hit = np.flatnonzero(m.weight > 0)
     if not len(hit):
         return np.zeros(6)
-    group = group_by_arc(prediction)[hit]
+    group = prediction.image_of_arc[hit]
     jacobian, offset, w = m.jacobian[hit, :6], m.offset[hit], prediction.weight[hit]
     count = int(group.max()) + 1
     hessians = sum_by_group(group, jacobian[:, :, None] * jacobian[:, None, :], count)

@@ -30,7 +30,7 @@ from vision.localisation.hypotheses import (
     project_with_jacobians,
 )
 from vision.localisation.localisation_parameters import LocalisationParameters, SupportParameters
-from vision.localisation.measurements import EdgeIndex, Measurements, group_by_arc
+from vision.localisation.measurements import EdgeIndex, Measurements
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def _share_cost_of_shifts(prediction: Prediction, shift: Floats) -> Floats:
     if not shift.any():
         return shift
     cost = 0.5 * (shift / np.maximum(prediction.tolerance_px, 1e-9)) ** 2
-    group = group_by_arc(prediction)
+    group = prediction.image_of_arc
     return np.asarray(cost / np.maximum(np.bincount(group, prediction.weight)[group], 1e-9))
 
 
@@ -147,7 +147,7 @@ def score_offsets(offset: Floats, sigma: Floats, found: Ints, p: LocalisationPar
 
 def sum_over_arcs(prediction: Prediction, places: Floats, cameras: int, p: SupportParameters) -> Floats:
     """The log odds (c,) by camera of the sums of the places (n,) over arcs that may not show."""
-    group = group_by_arc(prediction)
+    group = prediction.image_of_arc
     count = int(group.max(initial=-1)) + 1
     arc = np.bincount(group, places, minlength=count).astype(float)
     view = np.zeros(count, np.int64)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -70,6 +70,16 @@ def find_visible_arcs(
     point = np.concatenate([scene.sample_point[reference], outline.point[inside]])
     tangent = np.concatenate([scene.sample_tangent[reference], outline.tangent[inside]])
     pixel, direction, along = project_tangents(camera, world_from_camera, point, tangent)
+    length = along * np.concatenate([scene.sample_length[reference], outline.length[inside]])
+    if count is not None and len(length):
+        passed = np.cumsum(length)
+        marks = (np.arange(count) + 0.5) * (passed[-1] / count)
+        rows, times = np.unique(np.minimum(np.searchsorted(passed, marks), len(passed) - 1), return_counts=True)
+        point, tangent, pixel, direction = point[rows], tangent[rows], pixel[rows], direction[rows]
+        length = times * (passed[-1] / count)
+        of_arcs = np.searchsorted(rows, len(reference))
+        inside = inside[rows[of_arcs:] - len(reference)]
+        reference, smooth = reference[rows[:of_arcs]], smooth[rows[:of_arcs]]
     none = np.full(len(inside), -1)
     arcs = VisibleArcs(
         point=point,
@@ -80,15 +90,10 @@ def find_visible_arcs(
         pixel=pixel,
         direction=direction,
         scale=camera.matrix[0, 0] / ((point - eye) @ world_from_camera[:3, 2]),
-        length_px=along * np.concatenate([scene.sample_length[reference], outline.length[inside]]),
+        length_px=length,
         normal_a=np.concatenate([scene.sample_normal_a[reference], outline.normal[inside]]),
         normal_b=np.concatenate([scene.sample_normal_b[reference], outline.normal[inside]]),
     )
-    if count is not None and len(arcs.arc):
-        passed = np.cumsum(arcs.length_px)
-        marks = (np.arange(count) + 0.5) * (passed[-1] / count)
-        rows, times = np.unique(np.minimum(np.searchsorted(passed, marks), len(passed) - 1), return_counts=True)
-        arcs = replace(arcs.take(rows), length_px=times * (passed[-1] / count))
     seen = _free(scene, arcs.point, _unit(arcs.normal_a + arcs.normal_b), eye, p.visibility.ray_offset_mm)
     to_eye = _unit(eye - arcs.point)
     for n in (arcs.normal_a, arcs.normal_b):

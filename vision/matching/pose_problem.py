@@ -21,7 +21,7 @@ from vision.extraction.region_lookup import find_regions_at
 from vision.localisation.coverage import SurfaceMap
 from vision.matching.matching_parameters import PoseProblemParameters
 from vision.matching.view_units import ViewUnits
-from vision.relations.joins import ProblemRows, Solved, put_relations, solve_rows
+from vision.relations.joins import ProblemRows, Solved, solve_rows
 
 REASONS = ("assigned", "orientation", "distance", "overlap", "unrelated", "better_elsewhere", "covered")
 ASSIGNED, ORIENTATION, DISTANCE, OVERLAP, UNRELATED, BETTER_ELSEWHERE, COVERED = range(len(REASONS))
@@ -143,32 +143,30 @@ def match_pairs(
     units_id, labels_id = 2 * number, 2 * number + 1
     arc, region = pairs.accepted, surfaces.accepted
     relation_weight = round(p.scale * p.relation_price)
-    with workspace.write() as connection:
-        put_relations(workspace, connection, units_id, of_picture)
-        put_relations(workspace, connection, labels_id, of_view)
-        solved = solve_rows(
-            workspace,
-            connection,
-            number,
-            ProblemRows(
-                units=counts.image_arcs + counts.regions,
-                labels=counts.view_arcs + counts.view_surfaces,
-                units_id=units_id,
-                labels_id=labels_id,
-                unit=np.concatenate([pairs.image_arc[arc], counts.image_arcs + surfaces.region[region]]),
-                label=np.concatenate([pairs.view_arc[arc], counts.view_arcs + surfaces.view_surface[region]]),
-                cost=np.concatenate([_price_arcs(pairs, p)[arc], _price_regions(surfaces, p)[region]]),
-                null_cost=np.full(counts.image_arcs + counts.regions, round(p.scale * p.null_price)),
-                null_share=0.0,
-                nat_cost=float(p.scale),
-                tolerances=p.tolerances if relation_weight else {},
-                injective=False,
-                nodes=p.nodes,
-                mode=p.search,
-                relation_weight=relation_weight,
-                places=_places(pairs, arc, int(region.sum())),
-            ),
-        )
+    solved = solve_rows(
+        workspace,
+        number,
+        ProblemRows(
+            units=counts.image_arcs + counts.regions,
+            labels=counts.view_arcs + counts.view_surfaces,
+            units_id=units_id,
+            labels_id=labels_id,
+            unit=np.concatenate([pairs.image_arc[arc], counts.image_arcs + surfaces.region[region]]),
+            label=np.concatenate([pairs.view_arc[arc], counts.view_arcs + surfaces.view_surface[region]]),
+            cost=np.concatenate([_price_arcs(pairs, p)[arc], _price_regions(surfaces, p)[region]]),
+            null_cost=np.full(counts.image_arcs + counts.regions, round(p.scale * p.null_price)),
+            null_share=0.0,
+            nat_cost=float(p.scale),
+            tolerances=p.tolerances if relation_weight else {},
+            injective=False,
+            nodes=p.nodes,
+            mode=p.search,
+            relation_weight=relation_weight,
+            places=_places(pairs, arc, int(region.sum())),
+        ),
+        of_picture,
+        of_view,
+    )
     label = solved.result.label
     _decide(pairs.reason, label[pairs.image_arc], pairs.view_arc)
     _decide(surfaces.reason, label[counts.image_arcs + surfaces.region], counts.view_arcs + surfaces.view_surface)

@@ -38,8 +38,8 @@ class Edges:
 
 @dataclass(frozen=True)
 class Readings:
-    """What elements say of surfaces' displacements, as columns: sample, side of the sample (0, 1), the surface, and the
-    displacement (mm) that would carry the sample's edge onto the element."""
+    """What elements say of surfaces' displacements, as columns, those of a sample's side together: sample, side of the
+    sample (0, 1), the surface, and the displacement (mm) that would carry the sample's edge onto the element."""
 
     sample: Ints
     side: Ints
@@ -145,8 +145,9 @@ class _Search:
             for k in range(1, int(np.bincount(moving.sample).max(initial=1)))
         ]
         pairs = np.concatenate([np.zeros((0, 2), np.int64), *both])
-        pairs = np.unique(np.concatenate([pairs, pairs[:, ::-1]]), axis=0)
-        self.neighbours = pairs[pairs[:, 0] != pairs[:, 1]].T
+        pairs = pairs[pairs[:, 0] != pairs[:, 1]]
+        every = np.unique(np.concatenate([pairs, pairs[:, ::-1]]) @ [count, 1])
+        self.neighbours = np.stack(np.divmod(every, count))
 
     def weigh(self, surface: Ints, mm: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, Floats]:
         """The best displacement (m,) of surfaces, away from their place and between bounds (s,), with its log odds (m,)
@@ -186,8 +187,8 @@ class _Search:
             edges.nearby.offset, edges.usable, self.grid, np.array(p.tolerance_px), self.limits, seen, found,
         )  # fmt: skip
         # An edge lies where it is drawn well, mostly, or roughly, which places it the less.
-        run, one, widest = self.run[groups], np.ones((1, cells)), max(p.tolerance_px)
-        chance, shows = runs.chance[run][:, None] * one, runs.shows[run][:, None] * one
+        run, widest = self.run[groups], max(p.tolerance_px)
+        chance, shows = runs.chance[run][:, None], runs.shows[run][:, None]
         stretches, least = seen / self.run_parameters.stretch_px, self.run_parameters.least_chance
         odds = []
         for px, tolerance, likely in zip(found, p.tolerance_px, p.drawn, strict=True):

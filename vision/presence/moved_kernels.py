@@ -35,23 +35,21 @@ def count_found(
     softened by half.  `limits`: greatest offset seen, px within which what is another's hides.
     """
     reach, hidden = limits[0], limits[1]
+    own, alien = np.empty(len(grid)), np.empty(len(grid))
     for row in range(len(sample)):
         i, k, into = sample[row], side[row], group[row]
+        own[:], alien[:] = np.inf, np.inf
+        for element in range(first[i], first[i + 1]):
+            nearest = own if usable[element, k] else alien
+            at = offset[element]
+            for cell in range(len(grid)):
+                away = abs(at - (other[row] + rate[row] * grid[cell]))
+                nearest[cell] = away if away < nearest[cell] else nearest[cell]
         for cell in range(len(grid)):
-            target = other[row] + rate[row] * grid[cell]
-            if abs(target) > reach:
-                continue
-            own = alien = np.inf
-            for element in range(first[i], first[i + 1]):
-                away = abs(offset[element] - target)
-                if usable[element, k]:
-                    own = min(own, away)
-                else:
-                    alien = min(alien, away)
-            if alien < min(own, hidden):
+            if abs(other[row] + rate[row] * grid[cell]) > reach or alien[cell] < min(own[cell], hidden):
                 continue
             seen[into, cell] += weight[i]
             for wide in range(len(tolerance)):
-                beyond = 2 * max(own / tolerance[wide] - 1, 0.0)
+                beyond = 2 * max(own[cell] / tolerance[wide] - 1, 0.0)
                 if beyond < 4.0:
                     found[wide, into, cell] += weight[i] * np.exp(-0.5 * beyond**2)

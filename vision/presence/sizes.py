@@ -47,34 +47,35 @@ def measure_offsets(
     at = np.minimum(np.searchsorted(surface, readings.surface), max(count - 1, 0))
     rows = np.flatnonzero(surface[at] == readings.surface) if count else np.zeros(0, np.int64)
     group, sample, side = at[rows], readings.sample[rows], readings.side[rows]
-    normal, rate = samples.normal[sample, side], samples.px_per_mm[sample, side]
-    length = support.weight[sample]
-    ahead = start_mm[group] + np.einsum("ni,ni->n", normal, shift[group])
-    left = np.abs(readings.mm[rows] - ahead) * np.abs(rate)
-    # Of a sample's elements the nearest.
-    order = np.lexsort((left, sample * 2 + side))
-    first = order[np.diff((sample * 2 + side)[order], prepend=-1) != 0]
-    near = np.sort(first[left[first] <= p.reach_px])
-    group, normal, rate, length, mm = group[near], normal[near], rate[near], length[near], readings.mm[rows][near]
+    ahead = start_mm[group] + np.einsum("ni,ni->n", samples.normal[sample, side], shift[group])
+    left = np.abs(readings.mm[rows] - ahead) * np.abs(samples.px_per_mm[sample, side])
+    # Of a sample's elements, which stand together, the nearest.
+    begins = np.diff(sample * 2 + side, prepend=-1) != 0
+    least = np.minimum.reduceat(left, np.flatnonzero(begins)) if len(left) else left
+    nearest = np.flatnonzero(left == least[np.cumsum(begins) - 1])
+    nearest = nearest[np.diff((sample * 2 + side)[nearest], prepend=-1) != 0]
+    near = nearest[left[nearest] <= p.reach_px]
+    group, sample, side, mm = group[near], sample[near], side[near], readings.mm[rows][near]
+    normal, rate, length = samples.normal[sample, side], samples.px_per_mm[sample, side], support.weight[sample]
     count_of = length / p.stretch_px
 
-    spread = sum_by_group(group, normal[:, :, None] * normal[:, None, :] * length[:, None, None], count)
+    spread = sum_by_group(group, normal[:, :, None] * normal[:, None, :], count, length)
     total = np.bincount(group, length, count)
     value, vector = np.linalg.eigh(spread / np.maximum(total, 1e-9)[:, None, None])
-    mean = sum_by_group(group, normal * length[:, None], count) / np.maximum(total, 1e-9)[:, None]
+    mean = sum_by_group(group, normal, count, length) / np.maximum(total, 1e-9)[:, None]
     closed = (np.linalg.norm(mean, axis=1) < p.most_mean_normal) & (value[:, 1] > p.least_spread)
     plane = np.where(closed[:, None, None], vector[:, :, 1:], 0.0)
 
-    design = np.concatenate([np.ones((len(near), 1)), np.einsum("ni,nij->nj", normal, plane[group])], axis=1)
+    design = np.concatenate([np.ones((len(near), 1)), (normal[:, None] @ plane[group])[:, 0]], axis=1)
+    equations = np.concatenate([design[:, :, None] * design[:, None, :], (design * mm[:, None])[..., None]], axis=2)
     solution = np.concatenate([start_mm[:, None], np.einsum("mi,mij->mj", shift, plane)], axis=1)
     hessian = np.tile(np.eye(3), (count, 1, 1))
     weight = count_of.copy()
     for _ in range(p.steps):
         residual = (mm - np.einsum("ni,ni->n", design, solution[group])) * rate
         weight = count_of / (1 + (residual / p.scale_px) ** 2) ** 2
-        scaled = design * (weight * rate**2)[:, None]
-        hessian = sum_by_group(group, design[:, :, None] * scaled[:, None, :], count) + 1e-9 * np.eye(3)
-        gradient = sum_by_group(group, scaled * mm[:, None], count)
+        sums = sum_by_group(group, equations, count, weight * rate**2)
+        hessian, gradient = sums[:, :, :3] + 1e-9 * np.eye(3), sums[:, :, 3]
         solution = np.linalg.solve(hessian, gradient[..., None])[..., 0]
     variance = (np.bincount(group, weight * residual**2, count) + p.floor_px**2) / np.maximum(
         np.bincount(group, weight, count), 1.0

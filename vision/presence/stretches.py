@@ -67,9 +67,10 @@ def weigh_runs(samples: Samples, support: Support, sides: Sides, p: RunParameter
     n = weight / p.stretch_px
     log_odds = compute_log_odds(found, n, chance, share, p)
     levels = (np.arange(p.levels) + 0.5) / p.levels
-    grid = np.stack([_log_likelihoods(np.full(count, level), n, chance, p) for level in levels])
-    there = np.exp(_there(grid[:, 0], grid[:, 1], grid[:, 2], share, p))
-    odds = np.stack([compute_log_odds(np.full(count, level), n, chance, share, p) for level in levels])
+    at = [_log_likelihoods(np.full(count, level), n, chance, p) for level in levels]
+    shown, partly, nothing = np.stack(at, axis=1)
+    there = np.exp(_there(shown, partly, nothing, share, p))
+    odds = _compare(shown, partly, nothing, share, p)
     # Beta-binomial likelihoods of shares lack the number of ways, which is the same for all three: weigh by it.
     ways = np.exp(_ways(levels[:, None], n))
     expected = (there * ways * odds).sum(axis=0) / np.maximum((there * ways).sum(axis=0), 1e-300)
@@ -97,13 +98,17 @@ def _in_lights(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunPa
     u = (np.arange(p.lights) + 0.5) / p.lights
     a, b = (p.alike_light * s[:, None] for s in (share, 1 - share))
     share_in = np.asarray(np.clip(betaincinv(a, b, u[None]), 1e-6, 1 - 1e-6), float)
-    one = np.ones((1, p.lights))
-    return compute_log_odds(found[:, None] * one, n[:, None] * one, chance[:, None] * one, share_in, p)
+    return compute_log_odds(found[:, None], n[:, None], chance[:, None], share_in, p)
 
 
 def compute_log_odds(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunParameters) -> Floats:
     """Log odds of there against not there for found shares of `n` independent stretches; share: of edges that show."""
     shown, partly, nothing = _log_likelihoods(found, n, chance, p)
+    return _compare(shown, partly, nothing, share, p)
+
+
+def _compare(shown: Floats, partly: Floats, nothing: Floats, share: Floats, p: RunParameters) -> Floats:
+    """The log odds by log likelihoods."""
     there = _there(shown, partly, nothing, share, p)
     return np.asarray(there - np.logaddexp(np.log1p(-p.stray) + nothing, np.log(p.stray) + partly))
 

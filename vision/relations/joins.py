@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
-from sqlalchemy import Connection
 
 from relmodel.arrays import Ints
 from relmodel.columns import Columns
@@ -61,54 +60,57 @@ class Solved:
     tolerances: Columns
 
 
-def put_relations(workspace: Database, connection: Connection, unit_set_id: int, relations: Columns) -> None:
-    """Relations of a set of units into the workspace."""
-    workspace.append(connection, "unit_relation", {"unit_set_id": unit_set_id, **relations})
+def solve_rows(workspace: Database, number: int, rows: ProblemRows, of_units: Columns, of_labels: Columns) -> Solved:
+    """Join the relations of both sides over the candidates, and search.
 
-
-def solve_rows(workspace: Database, connection: Connection, number: int, rows: ProblemRows) -> Solved:
-    """Join the relations of both sides over the candidates, and search."""
+    The joins follow once all that they join is committed: only then does DuckDB know how many rows there are, and in
+    which order to join them.
+    """
     problem_key = {"run_id": 0, "problem_no": number}
     injective = rows.injective and rows.mode != paper.MODE
-    workspace.append(
-        connection,
-        "problem",
-        {
-            "run_id": [0],
-            "problem_no": number,
-            "kind": "localisation",
-            "method": "",
-            "units_id": rows.units_id,
-            "labels_id": rows.labels_id,
-            "parameters": "{}",
-            "injective": injective,
-            "nat_cost": rows.nat_cost,
-            "relation_weight": rows.relation_weight,
-            "status": "stopped",
-            "cost": 0.0,
-            "bound": 0.0,
-            "bound_kept": False,
-        },
-    )
     tolerances: Columns = {
         "kind": list(rows.tolerances),
         **{f.name: [getattr(t, f.name) for t in rows.tolerances.values()] for f in fields(Tolerance)},
     }
-    workspace.append(connection, "problem_tolerance", {**problem_key, **tolerances})
-    workspace.append(
-        connection,
-        "candidate",
-        {
-            **problem_key,
-            "unit_no": rows.unit,
-            "label_no": rows.label,
-            "cost": rows.cost.astype(float),
-            **(rows.places or {}),
-        },
-    )
-    workspace.insert(connection, "problem_relation", "matching/relations", **problem_key)
-    workspace.insert(connection, "compatibility", "matching/compatibilities", **problem_key)
-    relation, pair = read_relations(workspace, connection, **problem_key)
+    with workspace.write() as connection:
+        for unit_set_id, relations in ((rows.units_id, of_units), (rows.labels_id, of_labels)):
+            workspace.append(connection, "unit_relation", {"unit_set_id": unit_set_id, **relations})
+        workspace.append(
+            connection,
+            "problem",
+            {
+                "run_id": [0],
+                "problem_no": number,
+                "kind": "localisation",
+                "method": "",
+                "units_id": rows.units_id,
+                "labels_id": rows.labels_id,
+                "parameters": "{}",
+                "injective": injective,
+                "nat_cost": rows.nat_cost,
+                "relation_weight": rows.relation_weight,
+                "status": "stopped",
+                "cost": 0.0,
+                "bound": 0.0,
+                "bound_kept": False,
+            },
+        )
+        workspace.append(connection, "problem_tolerance", {**problem_key, **tolerances})
+        workspace.append(
+            connection,
+            "candidate",
+            {
+                **problem_key,
+                "unit_no": rows.unit,
+                "label_no": rows.label,
+                "cost": rows.cost.astype(float),
+                **(rows.places or {}),
+            },
+        )
+    with workspace.write() as connection:
+        workspace.insert(connection, "problem_relation", "matching/relations", **problem_key)
+        workspace.insert(connection, "compatibility", "matching/compatibilities", **problem_key)
+        relation, pair = read_relations(workspace, connection, **problem_key)
     weight = np.bincount(relation[:, 0], relation[:, 2], rows.units)
     null_cost = rows.null_cost + np.ceil(rows.null_share * weight - 1e-9).astype(np.int64)
     problem = matching_problem(

@@ -14,7 +14,7 @@ from relmodel.labelling.problem import NONE
 from relmodel.labelling.solve import check_mode
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
-from vision.relations.joins import ProblemRows, Solved, put_relations, solve_rows
+from vision.relations.joins import ProblemRows, Solved, solve_rows
 from vision.relations.workspace import open_workspace
 from vision.stereo.crossings import StereoArcs, lay_out, pack_arcs
 from vision.stereo.disparity_range import DepthRange, estimate_range, range_of_depths
@@ -148,12 +148,9 @@ def _solve(
     null = np.repeat([0.0, 0.0] if bare else [p.arc_null, p.region_null], [len(left.arcs), len(left.regions)])
     both = join(arcs, Candidates(regions.left + len(left.arcs), regions.right + len(right.arcs), regions.price))
     share = p.bare_relation_share if bare else p.relation_share
-    with open_workspace() as workspace, workspace.write() as connection:
-        put_relations(workspace, connection, 0, left.relations)
-        put_relations(workspace, connection, 1, right.relations)
+    with open_workspace() as workspace:
         return solve_rows(
             workspace,
-            connection,
             0,
             ProblemRows(
                 units=len(null),
@@ -171,4 +168,6 @@ def _solve(
                 nodes=p.nodes,
                 mode=parameters.search,
             ),
+            left.relations,
+            right.relations,
         )

@@ -20,7 +20,7 @@ from vision.cameras.view_volume import (
     SelectionParameters,
     build_view_volume,
     probabilities_in_view,
-    sample_views,
+    sample_poses,
     select_in_view,
 )
 
@@ -101,7 +101,11 @@ def test_superfluous_parts_are_counted_against_sampled_views(fresh_store: str, t
         oracle: Oracle = fill(store, tmp_path)
         for pose, sigma in zip(looking_around(3, 5), (0.5, 4.0, 10.0), strict=True):
             prior = Prior.isotropic(pose, sigma, sigma / 1000)
-            views = sample_views(rig, prior, NEAR_TO_FAR)
+            views = [
+                build_view_volume(camera, pose @ rig.rig_from_camera[name], NEAR_TO_FAR)
+                for pose in sample_poses(prior, NEAR_TO_FAR)
+                for name, camera in rig.cameras.items()
+            ]
             for level in ("part", "feature"):
                 selected = select_in_view(store, rig, prior, NEAR_TO_FAR, level=level)
                 union = set().union(*(oracle.in_view(view, level) for view in views))
