@@ -50,6 +50,8 @@ class RunParameters:
 
     stretch_px: float = 20.0
     """px of an edge that count as one observation: nearer samples see the same picture"""
+    turn: float = radians(60)
+    """rad by which an edge turns until what it shows counts by itself"""
     shown: tuple[float, float] = (6.0, 0.7)
     """beta distribution of the found share of an edge that shows: mean .9, mostly all of it"""
     partly: float = 0.4
