@@ -8,7 +8,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.items import Items
-from vision.presence.moved import Edges, Readings, collect_readings, seek_moved
+from vision.presence.moved import Edges, Moved, Readings, collect_readings, seek_moved
 from vision.presence.opposed import Opposed, find_opposed
 from vision.presence.presence_parameters import PresenceParameters, SizeParameters
 from vision.presence.samples import Samples
@@ -51,6 +51,7 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     opposed = find_opposed(items, stored.scene, middle, normal)
     weight, supported = (_by_surface(runs, values, count) for values in (runs.weight_px, runs.weight_px * runs.found))
     sought = seek_moved(edges, count, cameras, opposed, p)
+    sought = replace(sought, log_odds=_join(items, sought, p.moved.distinct_mm))
     there = np.flatnonzero(weight >= p.sizes.least_px)
     readings = collect_readings(edges, sought.mm, p.moved)
     offsets = _measure(samples, support, readings, there, sought.mm[there], p.sizes)
@@ -70,6 +71,23 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     mm[unmeasured], sigma[unmeasured] = sought.mm[unmeasured], sought.sigma[unmeasured]
     moved = (sought.mm != 0) & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))
     return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
+
+
+def _join(items: Items, sought: Moved, distinct_mm: float) -> Floats:
+    """Log odds (s,) of the surfaces' displacements together with those of other faces of one feature that have moved as
+    far: the walls of a wider pocket or a thicker rib."""
+    rows = np.flatnonzero((sought.mm != 0)[items.surface] & (np.array(items.level) == "feature")[items.member])
+    surface, far = items.surface[rows], np.abs(sought.mm[items.surface[rows]])
+    total = sought.log_odds[surface]
+    for k in range(1, int(np.bincount(items.member[rows]).max(initial=1))):
+        a, b = np.arange(len(rows))[:-k], np.arange(len(rows))[k:]
+        alike = (items.member[rows[a]] == items.member[rows[b]]) & (np.abs(far[a] - far[b]) < distinct_mm)
+        a, b = a[alike], b[alike]
+        np.add.at(total, a, np.maximum(sought.log_odds[surface[b]], 0.0))
+        np.add.at(total, b, np.maximum(sought.log_odds[surface[a]], 0.0))
+    out = sought.log_odds.copy()
+    np.maximum.at(out, surface, total)
+    return out
 
 
 def _measure(
