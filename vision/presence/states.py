@@ -15,7 +15,7 @@ from vision.presence.measures import DISPLACED, Measures, find_moved, join, meas
 from vision.presence.openings import Openings
 from vision.presence.presence_parameters import StateParameters
 from vision.presence.regions import RegionSupport
-from vision.presence.stretches import Runs
+from vision.presence.stretches import Runs, sum_in_one_light
 from vision.presence.surfaces import Surfaces
 from vision.presence.unexplained import Unexplained
 
@@ -156,16 +156,10 @@ def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:
         total(runs.visible_px[run]),
         total(runs.weight_px[run]),
         total(runs.weight_px[run] * runs.found[run]),
-        _in_the_same_light(at, runs.in_light[run], size).reshape(len(items), cameras),
+        sum_in_one_light(at, runs.in_light[run], size).reshape(len(items), cameras),
         total(np.where(lent, 0.0, runs.expected[run])),
         np.zeros((len(items), cameras)),
     )
-
-
-def _in_the_same_light(group: Ints, in_light: Floats, count: int) -> Floats:
-    """Log odds (count,) of groups of edges that a camera sees in the same light, which is not known."""
-    total = np.stack([np.bincount(group, column, count) for column in in_light.T], axis=1)
-    return np.asarray(np.logaddexp.reduce(total, axis=1) - np.log(in_light.shape[1]))
 
 
 def _add_regions(

@@ -122,6 +122,12 @@ def _in_lights(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunPa
     return compute_log_odds(found[:, None] * one, n[:, None] * one, chance[:, None] * one, share_in, p)
 
 
+def sum_in_one_light(group: Ints, in_light: Floats, count: int) -> Floats:
+    """Log odds (count,) of groups of edges that a camera sees in the same light, which is not known."""
+    total = np.stack([np.bincount(group, column, count) for column in in_light.T], axis=1)
+    return np.asarray(np.logaddexp.reduce(total, axis=1) - np.log(in_light.shape[1]))
+
+
 def compute_log_odds(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunParameters) -> Floats:
     """Log odds of there against not there for found shares of `n` independent stretches; share: of edges that show."""
     shown, partly, nothing = _log_likelihoods(found, n, chance, p)

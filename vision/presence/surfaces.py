@@ -13,7 +13,7 @@ from vision.presence.opposed import Opposed, find_opposed
 from vision.presence.presence_parameters import PresenceParameters, SizeParameters
 from vision.presence.samples import Samples
 from vision.presence.sizes import Offsets, measure_offsets
-from vision.presence.stretches import Runs
+from vision.presence.stretches import Runs, sum_in_one_light
 from vision.presence.support import Support
 from vision.scene.stored_scene import StoredScene
 
@@ -51,6 +51,8 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     opposed = find_opposed(items, stored.scene, middle, normal)
     weight, supported = (_by_surface(runs, values, count) for values in (runs.weight_px, runs.weight_px * runs.found))
     sought = seek_moved(edges, count, cameras, opposed, p)
+    # Nothing lies elsewhere that is seen better where it should be.
+    better = sought.log_odds > _weigh_in_place(runs, count, cameras)
     sought = replace(sought, log_odds=_join(items, sought, p.moved.distinct_mm))
     there = np.flatnonzero(weight >= p.sizes.least_px)
     readings = collect_readings(edges, sought.mm, p.moved)
@@ -69,8 +71,16 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     # A surface that moves with its corners, its own edges out of sight, lies where the search found it.
     unmeasured = ~np.isfinite(mm) & (sought.mm != 0) & (sought.log_odds >= p.moved.sure_log_odds)
     mm[unmeasured], sigma[unmeasured] = sought.mm[unmeasured], sought.sigma[unmeasured]
-    moved = (sought.mm != 0) & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))
+    moved = (sought.mm != 0) & better & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))
     return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
+
+
+def _weigh_in_place(runs: Runs, count: int, cameras: int) -> Floats:
+    """Log odds (count,) of surfaces where the model has them against not there, by all of their edges."""
+    run, side = np.nonzero(runs.surface >= 0)
+    at = runs.surface[run, side] * cameras + runs.camera[run]
+    by_camera = sum_in_one_light(at, runs.in_light[run], count * cameras)
+    return np.asarray(by_camera.reshape(count, cameras).sum(axis=1))
 
 
 def _join(items: Items, sought: Moved, distinct_mm: float) -> Floats:
