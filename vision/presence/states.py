@@ -36,9 +36,10 @@ REASONS = (
     "something else shows through it than lies behind",
     "none of its edges is found, which so few may hide",
     "its edges are found, which may be chance",
+    "a feature of it is not as modelled",
 )
 (
-    FOUND, MISSING, SHIFTED, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, REGION, STOPPED, NONE, BY_CHANCE
+    FOUND, MISSING, SHIFTED, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, REGION, STOPPED, NONE, BY_CHANCE, OF_FEATURE
 ) = range(len(REASONS))  # fmt: skip
 
 
@@ -130,6 +131,10 @@ def decide(
     stopped = np.zeros(len(items), bool)
     stopped[openings.item[openings.stopped]] = True
     settle(stopped, CONTRADICTED, STOPPED)
+    # No part passes with a feature that fails.
+    failing = (np.array(items.level) == "feature") & np.isin(state, (CHANGED, CONTRADICTED))
+    with_failing = (np.array(items.level) == "part") & np.isin(items.occurrence, items.occurrence[failing])
+    settle(with_failing & ~np.isin(state, (CHANGED, CONTRADICTED)), CHANGED, OF_FEATURE)
     # No size of an undecidable item counts as changed.
     measures = replace(measures, changed=measures.changed & (state[measures.item] != UNDECIDABLE))
     return Presence(

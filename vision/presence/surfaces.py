@@ -51,9 +51,10 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     opposed = find_opposed(items, stored.scene, middle, normal)
     weight, supported = (_by_surface(runs, values, count) for values in (runs.weight_px, runs.weight_px * runs.found))
     sought = seek_moved(edges, count, cameras, opposed, p)
-    # Nothing lies elsewhere that is seen better where it should be.
-    better = sought.log_odds > _weigh_in_place(runs, count, cameras)
     sought = replace(sought, log_odds=_join(items, sought, p.moved.distinct_mm))
+    # What is seen where it should be lies elsewhere only if that is seen better.
+    in_place = np.maximum(_weigh_in_place(runs, count, cameras), 0.0)
+    certain = sought.log_odds - in_place >= p.moved.sure_log_odds
     there = np.flatnonzero(weight >= p.sizes.least_px)
     readings = collect_readings(edges, sought.mm, p.moved)
     offsets = _measure(samples, support, readings, there, sought.mm[there], p.sizes)
@@ -61,7 +62,7 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     found = offsets.weight_px >= p.sizes.least_found * weight[there]
     in_place = supported[there] >= p.sizes.least_found * weight[there]
     displaced = sought.mm[there] != 0
-    doubtful = displaced & (sought.log_odds[there] < p.moved.sure_log_odds)
+    doubtful = displaced & ~certain[there]
     sure = (offsets.weight_px >= p.sizes.least_px) & (displaced | in_place | (offsets.closed & found)) & ~doubtful
     kept = there[sure]
     mm, sigma, shift_sigma = np.full((3, count), np.nan)
@@ -69,9 +70,9 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     mm[kept], sigma[kept] = offsets.mm[sure], offsets.sigma[sure]
     shift[kept], shift_sigma[kept] = offsets.shift[sure], offsets.shift_sigma[sure]
     # A surface that moves with its corners, its own edges out of sight, lies where the search found it.
-    unmeasured = ~np.isfinite(mm) & (sought.mm != 0) & (sought.log_odds >= p.moved.sure_log_odds)
+    unmeasured = ~np.isfinite(mm) & (sought.mm != 0) & certain
     mm[unmeasured], sigma[unmeasured] = sought.mm[unmeasured], sought.sigma[unmeasured]
-    moved = (sought.mm != 0) & better & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))
+    moved = (sought.mm != 0) & certain & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))
     return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 
 

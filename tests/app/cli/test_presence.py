@@ -140,7 +140,9 @@ def test_counts_add_up_and_the_worst_comes_first(answer: Answer) -> None:
         assert all((i["qif"] == "NOT_ANALYZED") == (i["state"] == "undecidable") for i in items)
     worst = [state[path] for path in presence["look_at"]]
     assert worst == sorted(worst, key=["contradicted", "changed", "not_confirmed"].index)
-    assert len(worst) == sum(s not in ("confirmed", "undecidable") for s in state.values())
+    by_feature = {i["path"] for i in presence["items"] if i["reason"] == "a feature of it is not as modelled"}
+    failing = {path for path, s in state.items() if s not in ("confirmed", "undecidable")}
+    assert set(presence["look_at"]) == failing - by_feature
 
 
 def test_rows_say_what_the_answer_says(answer: Answer, store: Store) -> None:
