@@ -73,6 +73,7 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     unmeasured = ~np.isfinite(mm) & (sought.mm != 0) & certain
     mm[unmeasured], sigma[unmeasured] = sought.mm[unmeasured], sought.sigma[unmeasured]
     moved = (sought.mm != 0) & certain & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))
+    moved &= _count_own_px(runs, moved, sought.log_odds) >= p.moved.least_distinct_px
     return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 
 
@@ -82,6 +83,18 @@ def _weigh_in_place(runs: Runs, count: int, cameras: int) -> Floats:
     at = runs.surface[run, side] * cameras + runs.camera[run]
     by_camera = sum_in_one_light(at, runs.in_light[run], count * cameras)
     return np.asarray(by_camera.reshape(count, cameras).sum(axis=1))
+
+
+def _count_own_px(runs: Runs, moved: Bools, log_odds: Floats) -> Floats:
+    """Px (s,) of surfaces' edges that no neighbour explains which has moved more surely: the rim of a wider bore says
+    nothing of the web around it."""
+    out = np.zeros(len(moved))
+    for side in (0, 1):
+        own, other = runs.surface[:, side], runs.surface[:, 1 - side]
+        surer = (other >= 0) & moved[other] & (log_odds[other] > log_odds[own])
+        rows = (own >= 0) & ~surer
+        out += np.bincount(own[rows], runs.weight_px[rows], len(moved))
+    return out
 
 
 def _join(items: Items, sought: Moved, distinct_mm: float) -> Floats:
