@@ -4,7 +4,6 @@ recesses added to its solid where a trial sees a web.  Needs the extra `step`.""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from OCP.Message import Message
 from OCP.STEPCAFControl import STEPCAFControl_Reader, STEPCAFControl_Writer
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TDocStd import TDocStd_Document
+from OCP.TopAbs import TopAbs_FACE
 from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
@@ -88,45 +88,48 @@ def add_to_model(source: Path, file: Path, scene: Scene, trial: Trial, placed: F
     to the part in the pictures, which lacks them."""
     rng = np.random.default_rng([seed, 22])
     cuts, fused, out = [], [], []
-    for number, kind in enumerate(KINDS):
+    for kind in KINDS:
         found = _draw_place(kind, scene, trial, placed, rng, [np.array(c["box_before"]) for c in out])
         if found is None:
             continue
-        (x, y, z), up, size = found
-        low, high = sorted((z - 9 * up, z + up)) if kind == "hole" else (z, z)
-        if kind == "hole":
-            cuts.append(solids.cylinder((x, y), size, (low, high)))
-        elif kind == "boss":
-            tall = float(np.round(rng.uniform(10, 22)))
-            low, high = sorted((z - 0.5 * up, z + tall * up))
-            bore = 0.45 * size
-            post = solids.cylinder((x, y), size, (low, high))
-            fused.append(solids.boolean(BRepAlgoAPI_Cut(), post, [solids.cylinder((x, y), bore, (z, z + 30)) if up > 0
-                                                                 else solids.cylinder((x, y), bore, (z - 30, z))]))
-            low, high = sorted((z, z + tall * up))
-        else:
-            tall = float(np.round(rng.uniform(8, 20))) if kind == "rib" else 2.0
-            low, high = sorted((z - 0.5 * up, z + tall * up)) if kind == "rib" else sorted((z - tall * up, z + up))
-            angle = rng.uniform(0, math.pi)
-            along = np.array([math.cos(angle), math.sin(angle)])
-            side = np.array([-along[1], along[0]]) * (3.0 if kind == "rib" else 0.6 * size)
-            p, q = np.array([x, y]) - 0.8 * size * along, np.array([x, y]) + 0.8 * size * along
-            prism = solids.polygon_prism([tuple(v) for v in (p - side, q - side, q + side, p + side)], (low, high))
-            (fused if kind == "rib" else cuts).append(prism)
-            low, high = sorted((z, z + tall * (up if kind == "rib" else -up)))
-        reach = size if kind in ("hole", "boss") else float(np.abs([p - side, q - side]).max() and 0.0)
-        corners = np.array([[x - reach, y - reach], [x + reach, y + reach]])
-        if kind in ("rib", "recess"):
-            corners = np.array([p - side, q - side, q + side, p + side])
-        if kind == "hole":
-            low, high = z - 4.0 if up > 0 else z, z if up > 0 else z + 4.0
-        box = [*corners.min(axis=0).tolist(), float(low), *corners.max(axis=0).tolist(), float(high)]
+        place, up, size = found
+        solid, box = _make(kind, place, up, size, rng)
+        (cuts if kind in ("hole", "recess") else fused).append(solid)
         out.append(
-            {"name": f"{kind.upper()}_{number}", "kind": kind, "change": "removed", "amount": {},
-             "box_before": [round(v, 2) for v in box], "box_after": None}
-        )  # fmt: skip
+            {
+                "name": kind.upper(),
+                "kind": kind,
+                "change": "removed",
+                "amount": {},
+                "box_before": box,
+                "box_after": None,
+            }
+        )
     _change_solid(source, file, cuts, fused)
     return out
+
+
+def _make(kind: str, place: Floats, up: float, size: float, rng: np.random.Generator) -> tuple[Any, list[float]]:
+    """The solid that is cut out or joined at a place on a web, and the box of what it makes.  It reaches a little
+    beyond the web's face, so that the kernel meets no faces that coincide."""
+    x, y, z = (float(v) for v in place)
+    tall = {"hole": -9.0, "recess": -2.0}.get(kind) or float(np.round(rng.uniform(8, 20)))
+    level = sorted((z + up * tall, z + up * (1.0 if tall < 0 else -0.5)))
+    if kind in ("hole", "boss"):
+        solid = solids.cylinder((x, y), size, (level[0], level[1]))
+        if kind == "boss":
+            bore = solids.cylinder((x, y), 0.45 * size, (min(z, z + 30 * up), max(z, z + 30 * up)))
+            solid = solids.boolean(BRepAlgoAPI_Cut(), solid, [bore])
+        corners = np.array([[x - size, y - size], [x + size, y + size]])
+    else:
+        angle = rng.uniform(0, math.pi)
+        along = np.array([math.cos(angle), math.sin(angle)])
+        side = np.array([-along[1], along[0]]) * (3.0 if kind == "rib" else 0.6 * size)
+        ends = np.array([x, y]) - 0.8 * size * along, np.array([x, y]) + 0.8 * size * along
+        corners = np.array([ends[0] - side, ends[1] - side, ends[1] + side, ends[0] + side])
+        solid = solids.polygon_prism([(float(u), float(v)) for u, v in corners], (level[0], level[1]))
+    depth = sorted((z, z + up * (-4.0 if kind == "hole" else tall)))
+    return solid, np.round([*corners.min(axis=0), depth[0], *corners.max(axis=0), depth[1]], 2).tolist()
 
 
 def _draw_place(
@@ -182,8 +185,7 @@ def _change_solid(source: Path, file: Path, cuts: list[Any], fused: list[Any]) -
     tool.GetShapes(labels)
     simple = [labels.Value(i) for i in range(1, labels.Length() + 1)]
     simple = [label for label in simple if XCAFDoc_ShapeTool.IsSimpleShape_s(label)]
-    whole: Callable[[Any], int] = lambda label: len(solids.explore(tool.GetShape_s(label), solids.TopAbs_FACE))  # noqa: E731
-    label = max(simple, key=whole)
+    label = max(simple, key=lambda one: len(solids.explore(tool.GetShape_s(one), TopAbs_FACE)))
     body = solids.one_solid(tool.GetShape_s(label))
     if fused:
         body = solids.boolean(BRepAlgoAPI_Fuse(), body, fused)

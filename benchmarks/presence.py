@@ -148,7 +148,9 @@ class Altered:
                     print(f"{name}: {error}")
                     continue
                 model = self.models.add(file.stem, file, placed)
-                seen = _count_differing(self.models.scene(trial.model), self.models.scene(model), trial, placed, changes)
+                seen = _count_differing(
+                    self.models.scene(trial.model), self.models.scene(model), trial, placed, changes
+                )
                 changes = [{**c, "seen_px": int(n)} for c, n in zip(changes, seen, strict=True)]
                 group = f"{trial.group} {what}"
                 yield Case(replace(trial, name=name, group=group, kind="another", model=model), placed, changes)

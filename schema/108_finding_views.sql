@@ -32,7 +32,8 @@ WITH failing AS (
         WHERE changed AND what <> 'distance'
         GROUP BY run_id, item_no
     ) AS m ON m.run_id = p.run_id AND m.item_no = p.item_no
-    WHERE p.level <> 'surface' AND p.state IN ('changed', 'contradicted')
+    -- A part that fails by its features alone is no finding of its own.
+    WHERE p.level <> 'surface' AND p.state IN ('changed', 'contradicted') AND p.reason <> 'a feature of it is not as modelled'
 ),
 linked AS (
     SELECT run_id, item_no, strength FROM failing

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import gzip
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,14 +15,15 @@ pytest.importorskip("OCP")
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Any]]:
+def told(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     models = Models(tmp_path_factory.mktemp("models"))
     (trial,) = (t for t in demonstration(models) if t.name == "demo pair_03")
     source, placed, _ = models.sources[trial.model]
     plain, file = models.folder / "plain.step", models.folder / "more.step"
     plain.write_bytes(gzip.decompress(source.read_bytes()))
     changes = add_to_model(plain, file, models.scene(trial.model), trial, placed, seed=5)
-    yield measure(Case(trial, placed, changes), models.stored(models.add("more", file, placed)), Path(models.folder / "x"))
+    case = Case(trial, placed, changes)
+    return measure(case, models.stored(models.add("more", file, placed)), models.folder / "kept")
 
 
 def test_holes_and_bosses_that_the_part_lacks_are_contradicted(told: dict[str, Any]) -> None:

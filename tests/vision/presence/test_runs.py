@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import betabinom
 
-from vision.presence.presence_parameters import RunParameters
 from relmodel.arrays import Floats
 from tests.vision.presence.test_elements_beside import samples_at, unit
+from vision.presence.presence_parameters import RunParameters
 from vision.presence.samples import Samples
 from vision.presence.stretches import compute_log_odds, part_at_turns, sum_in_one_light
 
@@ -50,7 +50,7 @@ def edge(direction: Floats) -> Samples:
 def test_a_rim_has_a_piece_for_each_of_its_directions_that_is_long_enough(px: int, pieces: int) -> None:
     rim = part_at_turns(edge(unit(np.linspace(0, 2 * np.pi, px, endpoint=False))), P)
     lengths = np.bincount(rim.run)
-    assert len(lengths) == pieces or len(lengths) == pieces + 1 and lengths[-1] < P.stretch_px
+    assert len(lengths) == pieces or (len(lengths) == pieces + 1 and lengths[-1] < P.stretch_px)
     assert (np.diff(rim.run) >= 0).all()
     if pieces > 1:
         assert lengths[:-1].min() >= min(px / 6, P.stretch_px) - 1
@@ -60,12 +60,14 @@ def test_an_edge_that_wavers_stays_whole_and_runs_stay_apart() -> None:
     rng = np.random.default_rng(2)
     straight = edge(unit(rng.normal(0.0, 0.1, 300)))
     assert part_at_turns(straight, P).run.max() == 0
-    two = samples_at(np.zeros((40, 2)), unit(np.repeat([0.0, 2.0], 20)), np.zeros((40, 2), np.int64), np.arange(40) // 20)
+    two = samples_at(
+        np.zeros((40, 2)), unit(np.repeat([0.0, 2.0], 20)), np.zeros((40, 2), np.int64), np.arange(40) // 20
+    )
     assert part_at_turns(two, P).run.tolist() == [0] * 20 + [1] * 20
 
 
 def test_edges_in_one_light_are_averaged_over_lights() -> None:
-    """Two edges of a thing, neither found, in two lights: the mean likelihood ratio of both, not the sum of the means."""
+    """Two edges of a thing, neither found, in two lights: the mean likelihood ratio of both."""
     in_light = np.log([[0.5, 0.1], [0.5, 0.1], [0.3, 0.3]])
     together = sum_in_one_light(np.array([0, 0, 1]), in_light, 3)
     assert together == pytest.approx([np.log((0.25 + 0.01) / 2), np.log(0.3), 0.0])
