@@ -87,7 +87,9 @@ def add_to_model(source: Path, file: Path, scene: Scene, trial: Trial, placed: F
     """Write the model of `source` with one each of KINDS on webs that a trial has in view, and give the changes from it
     to the part in the pictures, which lacks them."""
     rng = np.random.default_rng([seed, 22])
-    cuts, fused, out = [], [], []
+    cuts: list[Any] = []
+    fused: list[Any] = []
+    out: list[Change] = []
     for kind in KINDS:
         found = _draw_place(kind, scene, trial, placed, rng, [np.array(c["box_before"]) for c in out])
         if found is None:
