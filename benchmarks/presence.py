@@ -4,11 +4,11 @@
     python -m benchmarks.presence table FOLDER [--misses]                           # figures, and what was missed
 
 Trials are pictures with the right model (whatever is said against it is false) and pictures with the model of another
-variant, of the part before it was changed, or changed themselves: "added" has a hole, a boss, a rib and a recess more
-where the trial sees webs, "altered" up to three features removed, moved, resized or added, so that the part lacks them
-or has more.  Poses are found from the priors at hand, and trials whose pose is not found are counted apart.  Poses and extractions are kept in FOLDER/poses: with presence.jsonl removed, only presence is
-computed again.  RELMODEL_TEST_DATA names the test data; without it there is the demonstration.  TRIALS is what
-`python -m examples.render.trials` wrote.  Models are changed with the extra `step`.
+variant, of the part before it was changed, or changed itself: "added" has a hole, a boss, a rib and a recess more where
+the trial sees webs, "altered" up to three features removed, moved, resized or added.  Poses are found from the priors
+at hand, and trials whose pose is not found are counted apart.  Poses and extractions are kept in FOLDER/poses: with
+presence.jsonl removed, only presence is computed again.  RELMODEL_TEST_DATA names the test data; without it there is
+the demonstration.  TRIALS is what `python -m examples.render.trials` wrote.  Models are changed with the extra `step`.
 """
 
 from __future__ import annotations
