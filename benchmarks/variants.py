@@ -19,14 +19,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
-from OCP.Message import Message
 
+from benchmarks.altered_models import write_variation
 from benchmarks.presence import FOUND_MM, SAMPLED_PX, Case, locate, meet
 from benchmarks.trials import Models, Trial, rendered
-from examples.bulkhead import solids
-from examples.bulkhead.build import write_step
-from examples.render.trials import draw_again, plug, read_list
+from examples.render.trials import draw_again, read_list
 from vision.inspection.demonstration import measure_pose_error
 from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
 from vision.presence.presence_parameters import DEFAULTS as PRESENCE
@@ -40,16 +37,8 @@ BASE = "A"
 
 def make_model(name: str, truth: dict[str, Any], file: Path) -> None:
     """Write the STEP file of the part that a changed trial shows."""
-    Message.DefaultMessenger_s().ChangePrinters().Clear()
     (listed,) = (trial for trial in read_list() if trial.name == name)
-    variation = draw_again(listed, truth["changes"])
-    design = variation.design
-    body = solids.body(design)
-    if variation.plugs:
-        body = solids.boolean(BRepAlgoAPI_Fuse(), body, [plug(design, hole) for hole in variation.plugs])
-    shapes = {"BULKHEAD_BODY": body, "BUSHING_25": solids.bushing(), "BOLT_M8": solids.bolt(), "CLIP": solids.clip()}
-    missing = frozenset(path.partition("/")[0] for path in variation.missing)
-    write_step(design, shapes, file, missing)
+    write_variation(draw_again(listed, truth["changes"]), file)
 
 
 def groups(renders: Path, models: Models) -> Iterator[list[tuple[Trial, Path]]]:

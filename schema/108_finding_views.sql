@@ -12,13 +12,14 @@ CREATE TABLE finding_decision (  -- What a person decided of a finding; appended
 );
 
 CREATE VIEW failing_item (  -- To which finding each part and feature belongs that is changed or contradicted: a feature to its part where that is too,
-    -- parts that are displaced as one to the largest, a wall of two features to the one whose size it changes.
+    -- parts that are displaced as one to the largest, a wall of two features to the one whose size it changes, a bore
+    -- that is gone to the boss that is gone with it.
     run_id,  -- the run
     item_no,  -- the item
     lead_no  -- the item that leads the finding
 ) AS
 WITH failing AS (
-    SELECT p.run_id, p.item_no, p.level, p.occurrence_id,
+    SELECT p.run_id, p.item_no, p.level, p.occurrence_id, p.feature_no, p.state,
         row_number() OVER (
             PARTITION BY p.run_id
             ORDER BY CASE p.level WHEN 'part' THEN 0 ELSE 1 END, CASE WHEN m.sizes > 0 THEN 0 ELSE 1 END,
@@ -32,7 +33,8 @@ WITH failing AS (
         WHERE changed AND what <> 'distance'
         GROUP BY run_id, item_no
     ) AS m ON m.run_id = p.run_id AND m.item_no = p.item_no
-    WHERE p.level <> 'surface' AND p.state IN ('changed', 'contradicted')
+    -- A part that fails by its features alone is no finding of its own.
+    WHERE p.level <> 'surface' AND p.state IN ('changed', 'contradicted') AND p.reason <> 'a feature of it is not as modelled'
 ),
 linked AS (
     SELECT run_id, item_no, strength FROM failing
@@ -40,6 +42,17 @@ linked AS (
     SELECT a.run_id, a.item_no, b.strength
     FROM failing AS a
     JOIN failing AS b ON b.run_id = a.run_id AND b.occurrence_id = a.occurrence_id AND b.level = 'part'
+    UNION ALL
+    SELECT a.run_id, a.item_no, b.strength  -- features that are gone and meet, as a boss and its bore
+    FROM failing AS a
+    JOIN failing AS b ON b.run_id = a.run_id AND b.occurrence_id = a.occurrence_id AND b.item_no <> a.item_no
+    JOIN placed_object AS p ON p.object_no = a.occurrence_id >> 28  -- as placed_node, whose name comes after this view's
+    JOIN object_node AS o ON o.object_id = p.object_id AND o.node_no = a.occurrence_id & 268435455
+    JOIN feature_surface AS f ON f.shape_id = o.shape_id AND f.feature_no = a.feature_no
+    JOIN feature_surface AS g ON g.shape_id = o.shape_id AND g.feature_no = b.feature_no
+    JOIN shape_arc AS h ON h.shape_id = o.shape_id AND (h.surface_a = f.surface_no AND h.surface_b = g.surface_no
+        OR h.surface_a = g.surface_no AND h.surface_b = f.surface_no)
+    WHERE a.state = 'contradicted' AND b.state = 'contradicted'
     UNION ALL
     SELECT m.run_id, m.item_no, b.strength
     FROM measured_size AS m  -- a surface that moved is one measure of each feature that it bounds, a displacement of each part

@@ -5,7 +5,12 @@ WITH said AS (
     SELECT v.camera, a.view_arc_no, p.state, CASE WHEN p.level = 'part' THEN 10 ELSE 0 END
         + CASE p.state WHEN 'contradicted' THEN 0 WHEN 'changed' THEN 1 WHEN 'not_confirmed' THEN 2 WHEN 'confirmed' THEN 3
             ELSE 4 END AS place
-    FROM presence AS p
+    FROM (
+        -- A part that fails by its features alone is drawn by its own edges.
+        SELECT run_id, level, occurrence_id, feature_no,
+            CASE WHEN reason <> 'a feature of it is not as modelled' THEN state WHEN log_odds > 0 THEN 'confirmed' ELSE 'undecidable' END AS state
+        FROM presence
+    ) AS p
     JOIN placed_node AS o ON o.id = p.occurrence_id
     JOIN view_arc AS a ON a.run_id = p.run_id AND a.occurrence_id = p.occurrence_id
     JOIN inspection_image AS v ON v.run_id = a.run_id AND v.view_no = a.view_no

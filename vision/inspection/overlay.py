@@ -12,7 +12,7 @@ from vision.cameras.drawing import Rgb, Stroke, draw, save_side_by_side
 from vision.cameras.images import Picture
 from vision.localisation.localise import Localisation, View
 from vision.localisation.views import SMOOTH
-from vision.presence.report import SEVERITY
+from vision.presence.report import SEVERITY, rank_failures
 from vision.presence.states import (
     CHANGED,
     CONFIRMED,
@@ -87,7 +87,8 @@ def _states_of_runs(view: View, camera: int, presence: Presence) -> Ints:
     place = np.argsort(SEVERITY)
     worst = np.full(len(runs.camera), place[UNDECIDABLE])
     item, run, lent = pair_with_runs(items, runs)
-    bad = (np.array(items.level) != "surface") & ~np.isin(presence.state, (CONFIRMED, UNDECIDABLE))
+    bad = np.zeros(len(items), bool)
+    bad[rank_failures(presence)] = True
     rows = bad[item] & ~lent
     np.minimum.at(worst, run[rows], place[presence.state[item[rows]]])
     state = np.array(SEVERITY)[worst]

@@ -26,7 +26,7 @@ from vision.presence.regions import gather_regions
 from vision.presence.samples import collect_samples, find_nearby
 from vision.presence.sides import look_at_sides
 from vision.presence.states import Presence, decide
-from vision.presence.stretches import weigh_runs
+from vision.presence.stretches import part_at_turns, weigh_runs
 from vision.presence.support import measure_support
 from vision.presence.surfaces import assess_surfaces
 from vision.presence.unexplained import find_unexplained, lie_on
@@ -56,6 +56,7 @@ def assess(
     support = measure_support(samples, nearby, p.support)
     sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)
     runs = weigh_runs(samples, support, sides, p.runs)
+    pieces = weigh_runs(part_at_turns(samples, p.runs), support, sides, p.runs)
     seen = [maps[name] for name in rig.cameras]
     items = list_items(stored, parts, seen)
     blends = np.concatenate(
@@ -77,7 +78,7 @@ def assess(
     return decide(
         items,
         stored.radius,
-        runs,
+        pieces,
         surfaces,
         regions,
         openings,

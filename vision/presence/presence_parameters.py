@@ -50,6 +50,8 @@ class RunParameters:
 
     stretch_px: float = 20.0
     """px of an edge that count as one observation: nearer samples see the same picture"""
+    turn: float = radians(60)
+    """rad by which an edge turns until what it shows counts by itself"""
     shown: tuple[float, float] = (6.0, 0.7)
     """beta distribution of the found share of an edge that shows: mean .9, mostly all of it"""
     partly: float = 0.4
@@ -151,7 +153,7 @@ class SizeParameters:
     """px of an edge that count as one measurement: nearer samples err together"""
     floor_px: float = 0.1
     """px: what a measurement errs at least"""
-    systematic_px: float = 0.15
+    systematic_px: float = 0.2
     """px: by which all edges of a surface may be drawn alike: the camera's response is known no better"""
     most_mean_normal: float = 0.5
     """length of the mean of the unit normals below which a surface bends around"""

@@ -15,7 +15,7 @@ from vision.presence.measures import DISPLACED, Measures, find_moved, join, meas
 from vision.presence.openings import Openings
 from vision.presence.presence_parameters import StateParameters
 from vision.presence.regions import RegionSupport
-from vision.presence.stretches import Runs
+from vision.presence.stretches import Runs, sum_in_one_light
 from vision.presence.surfaces import Surfaces
 from vision.presence.unexplained import Unexplained
 
@@ -36,9 +36,11 @@ REASONS = (
     "something else shows through it than lies behind",
     "none of its edges is found, which so few may hide",
     "its edges are found, which may be chance",
+    "a feature of it is not as modelled",
 )
 (
-    FOUND, MISSING, SHIFTED, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, REGION, STOPPED, NONE, BY_CHANCE
+    FOUND, MISSING, SHIFTED, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, REGION, STOPPED, NONE, BY_CHANCE,
+    OF_FEATURE,
 ) = range(len(REASONS))  # fmt: skip
 
 
@@ -130,6 +132,10 @@ def decide(
     stopped = np.zeros(len(items), bool)
     stopped[openings.item[openings.stopped]] = True
     settle(stopped, CONTRADICTED, STOPPED)
+    # No part passes with a feature that fails.
+    failing = (np.array(items.level) == "feature") & np.isin(state, (CHANGED, CONTRADICTED))
+    with_failing = (np.array(items.level) == "part") & np.isin(items.occurrence, items.occurrence[failing])
+    settle(with_failing & ~np.isin(state, (CHANGED, CONTRADICTED)), CHANGED, OF_FEATURE)
     # No size of an undecidable item counts as changed.
     measures = replace(measures, changed=measures.changed & (state[measures.item] != UNDECIDABLE))
     return Presence(
@@ -156,16 +162,10 @@ def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:
         total(runs.visible_px[run]),
         total(runs.weight_px[run]),
         total(runs.weight_px[run] * runs.found[run]),
-        _in_the_same_light(at, runs.in_light[run], size).reshape(len(items), cameras),
+        sum_in_one_light(at, runs.in_light[run], size).reshape(len(items), cameras),
         total(np.where(lent, 0.0, runs.expected[run])),
         np.zeros((len(items), cameras)),
     )
-
-
-def _in_the_same_light(group: Ints, in_light: Floats, count: int) -> Floats:
-    """Log odds (count,) of groups of edges that a camera sees in the same light, which is not known."""
-    total = np.stack([np.bincount(group, column, count) for column in in_light.T], axis=1)
-    return np.asarray(np.logaddexp.reduce(total, axis=1) - np.log(in_light.shape[1]))
 
 
 def _add_regions(

@@ -9,7 +9,7 @@ picture.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -43,6 +43,27 @@ class Runs:
     log_odds: Floats
     expected: Floats
     in_light: Floats
+
+
+def part_at_turns(samples: Samples, p: RunParameters) -> Samples:
+    """The samples with each run parted where it has turned: an edge that bends shows, or hides, in each direction by
+    itself, since each faces another light."""
+    angle = np.arctan2(samples.direction[:, 1], samples.direction[:, 0])
+    step = np.mod(np.diff(angle, prepend=0.0) + np.pi, 2 * np.pi) - np.pi
+    head = np.flatnonzero(np.diff(samples.run, prepend=-1) != 0)
+    step[head] = 0.0
+
+    def since_head(values: Floats) -> Floats:
+        total = np.cumsum(values)
+        before = np.append(0.0, total)[head]
+        return np.asarray(total - np.repeat(before, np.diff(np.append(head, len(total)))))
+
+    # The most so far: where an edge wavers its pieces stay whole.
+    apart = 1e3 * samples.run
+    turned = (np.maximum.accumulate(apart + np.abs(since_head(step))) - apart) / p.turn
+    piece = np.floor(np.minimum(turned, since_head(samples.length_px) / p.stretch_px))
+    parted = (np.diff(samples.run, prepend=-1) != 0) | (np.diff(piece, prepend=0) != 0)
+    return replace(samples, run=np.cumsum(parted) - 1)
 
 
 def weigh_runs(samples: Samples, support: Support, sides: Sides, p: RunParameters) -> Runs:
@@ -99,6 +120,12 @@ def _in_lights(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunPa
     a, b = (p.alike_light * s[:, None] for s in (share, 1 - share))
     share_in = np.asarray(np.clip(betaincinv(a, b, u[None]), 1e-6, 1 - 1e-6), float)
     return compute_log_odds(found[:, None], n[:, None], chance[:, None], share_in, p)
+
+
+def sum_in_one_light(group: Ints, in_light: Floats, count: int) -> Floats:
+    """Log odds (count,) of groups of edges that a camera sees in the same light, which is not known."""
+    total = np.stack([np.bincount(group, column, count) for column in in_light.T], axis=1)
+    return np.asarray(np.logaddexp.reduce(total, axis=1) - np.log(in_light.shape[1]))
 
 
 def compute_log_odds(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunParameters) -> Floats:

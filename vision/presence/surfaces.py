@@ -8,12 +8,12 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.items import Items
-from vision.presence.moved import Edges, Readings, collect_readings, seek_moved
+from vision.presence.moved import Edges, Moved, Readings, collect_readings, seek_moved
 from vision.presence.opposed import Opposed, find_opposed
 from vision.presence.presence_parameters import PresenceParameters, SizeParameters
 from vision.presence.samples import Samples
 from vision.presence.sizes import Offsets, measure_offsets
-from vision.presence.stretches import Runs
+from vision.presence.stretches import Runs, sum_in_one_light
 from vision.presence.support import Support
 from vision.scene.stored_scene import StoredScene
 
@@ -51,6 +51,10 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     opposed = find_opposed(items, stored.scene, middle, normal)
     weight, supported = (_by_surface(runs, values, count) for values in (runs.weight_px, runs.weight_px * runs.found))
     sought = seek_moved(edges, count, cameras, opposed, p)
+    sought = replace(sought, log_odds=_join(items, sought, p.moved.distinct_mm))
+    # What is seen where it should be lies elsewhere only if that is seen better.
+    in_place = np.maximum(_weigh_in_place(runs, count, cameras), 0.0)
+    certain = sought.log_odds - in_place >= p.moved.sure_log_odds
     there = np.flatnonzero(weight >= p.sizes.least_px)
     readings = collect_readings(edges, sought.mm, p.moved)
     offsets = _measure(samples, support, readings, there, sought.mm[there], p.sizes)
@@ -58,7 +62,7 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     found = offsets.weight_px >= p.sizes.least_found * weight[there]
     in_place = supported[there] >= p.sizes.least_found * weight[there]
     displaced = sought.mm[there] != 0
-    doubtful = displaced & (sought.log_odds[there] < p.moved.sure_log_odds)
+    doubtful = displaced & ~certain[there]
     sure = (offsets.weight_px >= p.sizes.least_px) & (displaced | in_place | (offsets.closed & found)) & ~doubtful
     kept = there[sure]
     mm, sigma, shift_sigma = np.full((3, count), np.nan)
@@ -66,10 +70,48 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     mm[kept], sigma[kept] = offsets.mm[sure], offsets.sigma[sure]
     shift[kept], shift_sigma[kept] = offsets.shift[sure], offsets.shift_sigma[sure]
     # A surface that moves with its corners, its own edges out of sight, lies where the search found it.
-    unmeasured = ~np.isfinite(mm) & (sought.mm != 0) & (sought.log_odds >= p.moved.sure_log_odds)
+    unmeasured = ~np.isfinite(mm) & (sought.mm != 0) & certain
     mm[unmeasured], sigma[unmeasured] = sought.mm[unmeasured], sought.sigma[unmeasured]
-    moved = (sought.mm != 0) & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))
+    moved = (sought.mm != 0) & certain & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))
+    moved &= _count_own_px(runs, moved, sought.log_odds) >= p.moved.least_distinct_px
     return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
+
+
+def _weigh_in_place(runs: Runs, count: int, cameras: int) -> Floats:
+    """Log odds (count,) of surfaces where the model has them against not there, by all of their edges."""
+    run, side = np.nonzero(runs.surface >= 0)
+    at = runs.surface[run, side] * cameras + runs.camera[run]
+    by_camera = sum_in_one_light(at, runs.in_light[run], count * cameras)
+    return np.asarray(by_camera.reshape(count, cameras).sum(axis=1))
+
+
+def _count_own_px(runs: Runs, moved: Bools, log_odds: Floats) -> Floats:
+    """Px (s,) of surfaces' edges that no neighbour explains which has moved more surely: the rim of a wider bore says
+    nothing of the web around it."""
+    out = np.zeros(len(moved))
+    for side in (0, 1):
+        own, other = runs.surface[:, side], runs.surface[:, 1 - side]
+        surer = (other >= 0) & moved[other] & (log_odds[other] > log_odds[own])
+        rows = (own >= 0) & ~surer
+        out += np.bincount(own[rows], runs.weight_px[rows], len(moved))
+    return out
+
+
+def _join(items: Items, sought: Moved, distinct_mm: float) -> Floats:
+    """Log odds (s,) of the surfaces' displacements together with those of other faces of one feature that have moved as
+    far: the walls of a wider pocket or a thicker rib."""
+    rows = np.flatnonzero((sought.mm != 0)[items.surface] & (np.array(items.level) == "feature")[items.member])
+    surface, far = items.surface[rows], np.abs(sought.mm[items.surface[rows]])
+    total = sought.log_odds[surface]
+    for k in range(1, int(np.bincount(items.member[rows]).max(initial=1))):
+        a, b = np.arange(len(rows))[:-k], np.arange(len(rows))[k:]
+        alike = (items.member[rows[a]] == items.member[rows[b]]) & (np.abs(far[a] - far[b]) < distinct_mm)
+        a, b = a[alike], b[alike]
+        np.add.at(total, a, np.maximum(sought.log_odds[surface[b]], 0.0))
+        np.add.at(total, b, np.maximum(sought.log_odds[surface[a]], 0.0))
+    out = sought.log_odds.copy()
+    np.maximum.at(out, surface, total)
+    return out
 
 
 def _measure(

@@ -101,6 +101,22 @@ def test_one_physical_thing_is_one_finding(target: str) -> None:
     assert (findings, verdict) == (3, "deviates")
 
 
+def test_a_boss_that_is_gone_with_its_bore_is_one_finding(target: str) -> None:
+    """They meet; another hole that is gone does not, and a bore of another size is a thing of its own."""
+    boss, bore, hole = "BODY/boss 3", "BODY/through_hole 22", "BODY/through_hole 33"
+    with Store.open(target) as store:
+        gone = stop(store, [(path, "contradicted", 9.0) for path in (boss, bore, hole)])
+        wider = stop(
+            store,
+            [(boss, "contradicted", 9.0), (bore, "changed", 9.0)],
+            [(bore, "diameter", 10.0, 12.0, True)],
+        )
+        lead = "SELECT path, together FROM finding WHERE run_id = :run ORDER BY path"
+        one, both = asked(store, lead, run=gone), asked(store, lead, run=wider)
+    assert one == [(f"bulkhead/{boss}", f"bulkhead/{bore}"), (f"bulkhead/{hole}", None)]
+    assert [row[1] for row in both] == [None, None]
+
+
 @pytest.mark.parametrize(
     ("stops", "state", "otherwise"),
     [

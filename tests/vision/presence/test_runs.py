@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import betabinom
 
+from relmodel.arrays import Floats
+from tests.vision.presence.test_elements_beside import samples_at, unit
 from vision.presence.presence_parameters import RunParameters
-from vision.presence.stretches import compute_log_odds
+from vision.presence.samples import Samples
+from vision.presence.stretches import compute_log_odds, part_at_turns, sum_in_one_light
 
 P = RunParameters()
 
@@ -35,3 +38,36 @@ def test_what_is_expected_to_be_faint_says_little_where_it_is_missing() -> None:
 def test_no_length_says_nothing() -> None:
     one = np.ones(1)
     assert compute_log_odds(0.5 * one, 1e-9 * one, 0.1 * one, 0.8 * one, P) == pytest.approx([0.0], abs=1e-6)
+
+
+def edge(direction: Floats) -> Samples:
+    """One run of samples, a pixel each."""
+    none = np.zeros(len(direction), np.int64)
+    return samples_at(np.zeros((len(direction), 2)), direction, np.stack([none, none - 1], axis=1), none)
+
+
+@pytest.mark.parametrize(("px", "pieces"), [(600, 6), (90, 4), (15, 1)])
+def test_a_rim_has_a_piece_for_each_of_its_directions_that_is_long_enough(px: int, pieces: int) -> None:
+    rim = part_at_turns(edge(unit(np.linspace(0, 2 * np.pi, px, endpoint=False))), P)
+    lengths = np.bincount(rim.run)
+    assert len(lengths) == pieces or (len(lengths) == pieces + 1 and lengths[-1] < P.stretch_px)
+    assert (np.diff(rim.run) >= 0).all()
+    if pieces > 1:
+        assert lengths[:-1].min() >= min(px / 6, P.stretch_px) - 1
+
+
+def test_an_edge_that_wavers_stays_whole_and_runs_stay_apart() -> None:
+    rng = np.random.default_rng(2)
+    straight = edge(unit(rng.normal(0.0, 0.1, 300)))
+    assert part_at_turns(straight, P).run.max() == 0
+    two = samples_at(
+        np.zeros((40, 2)), unit(np.repeat([0.0, 2.0], 20)), np.zeros((40, 2), np.int64), np.arange(40) // 20
+    )
+    assert part_at_turns(two, P).run.tolist() == [0] * 20 + [1] * 20
+
+
+def test_edges_in_one_light_are_averaged_over_lights() -> None:
+    """Two edges of a thing, neither found, in two lights: the mean likelihood ratio of both."""
+    in_light = np.log([[0.5, 0.1], [0.5, 0.1], [0.3, 0.3]])
+    together = sum_in_one_light(np.array([0, 0, 1]), in_light, 3)
+    assert together == pytest.approx([np.log((0.25 + 0.01) / 2), np.log(0.3), 0.0])

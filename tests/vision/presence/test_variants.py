@@ -16,8 +16,8 @@ def presence(*state: int) -> Presence:
     """A part, a feature and a surface in these states."""
     evidence = SimpleNamespace(log_odds=np.zeros((3, 1)))
     items = SimpleNamespace(level=["part", "feature", "surface"])
-    known = SimpleNamespace(items=items, state=np.array(state), evidence=evidence, moved_log_odds=np.zeros(3))
-    return cast(Presence, known)
+    known = {"items": items, "state": np.array(state), "reason": np.zeros(3), "evidence": evidence}
+    return cast(Presence, SimpleNamespace(**known, moved_log_odds=np.zeros(3)))
 
 
 @pytest.mark.parametrize(
