@@ -86,7 +86,7 @@ def _states_of_runs(view: View, camera: int, presence: Presence) -> Ints:
     items, runs = presence.items, presence.runs
     place = np.argsort(SEVERITY)
     worst = np.full(len(runs.camera), place[UNDECIDABLE])
-    item, run, lent = pair_with_runs(items, runs)
+    item, run, lent = pair_with_runs(items, runs.surface)
     bad = np.zeros(len(items), bool)
     bad[rank_failures(presence)] = True
     rows = bad[item] & ~lent

@@ -46,22 +46,27 @@ def collect_edge_points(picture: Primitives, camera: Camera, p: EvidenceParamete
     elements = picture.elements
     position = np.stack([elements.x, elements.y], axis=1)
     normal = np.stack([elements.nx, elements.ny], axis=1)
-    bounds = np.array([p.border_px, p.border_px]), np.array([camera.width, camera.height]) - 1.0 - p.border_px
-    low, high, sigma = *bounds, elements.sigma
+    sigma = elements.sigma
     if not camera.is_pinhole:
         # Normals turn as gradients do; the scale across is one over how the gradient grows.
         position, jacobian = camera.undistort_with_jacobians(position)
         normal = np.einsum("nij,ni->nj", jacobian, normal)
         growth = np.linalg.norm(normal, axis=1)
         normal, sigma = normal / growth[:, None], sigma / growth
-        x, y = (np.linspace(low[i], high[i], 65) for i in (0, 1))
-        border = [np.stack(np.meshgrid(x, border_y), axis=-1).reshape(-1, 2) for border_y in (low[1], high[1])]
-        border += [np.stack(np.meshgrid(border_x, y), axis=-1).reshape(-1, 2) for border_x in (low[0], high[0])]
-        ideal = camera.undistort(np.concatenate(border))
-        low, high = ideal.min(axis=0), ideal.max(axis=0)
-    return EdgePoints(
-        position, normal, np.asarray(elements.contrast), sigma, low, high, max(picture.grey_range, p.min_grey_range)
-    )
+    contrast, grey_range = np.asarray(elements.contrast), max(picture.grey_range, p.min_grey_range)
+    return EdgePoints(position, normal, contrast, sigma, *bound_elements(camera, p), grey_range)
+
+
+def bound_elements(camera: Camera, p: EvidenceParameters = DEFAULTS.evidence) -> tuple[Floats, Floats]:
+    """The box (2,), (2,) of pixels of the camera without distortion in which its picture can have edge elements."""
+    low, high = np.array([p.border_px, p.border_px]), np.array([camera.width, camera.height]) - 1.0 - p.border_px
+    if camera.is_pinhole:
+        return low, high
+    x, y = (np.linspace(low[i], high[i], 65) for i in (0, 1))
+    border = [np.stack(np.meshgrid(x, border_y), axis=-1).reshape(-1, 2) for border_y in (low[1], high[1])]
+    border += [np.stack(np.meshgrid(border_x, y), axis=-1).reshape(-1, 2) for border_x in (low[0], high[0])]
+    ideal = camera.undistort(np.concatenate(border))
+    return ideal.min(axis=0), ideal.max(axis=0)
 
 
 @dataclass(frozen=True)

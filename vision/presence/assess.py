@@ -51,7 +51,8 @@ def assess(
     nothing: then regions say nothing.
     """
     indexes = [edge_indexes[name] for name in rig.cameras]
-    samples = collect_samples(stored, rig, indexes, pose, views, p.samples)
+    bounds = [(index.edges.low, index.edges.high) for index in indexes]
+    samples = collect_samples(stored, rig, bounds, pose.world_from_rig, views, p.samples)
     nearby = find_nearby(samples, indexes, pose.own[:, 0], p.samples)
     support = measure_support(samples, nearby, p.support)
     sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)

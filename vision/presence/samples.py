@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from relmodel.arrays import Bools, Floats, Ints
 from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
-from vision.localisation.refine import Refined
 from vision.localisation.views import SMOOTH, ViewArcs
 from vision.presence.presence_parameters import SampleParameters
 from vision.scene.stored_scene import StoredScene
@@ -57,16 +56,16 @@ class Samples:
 def collect_samples(
     stored: StoredScene,
     rig: Rig,
-    indexes: list[EdgeIndex],
-    pose: Refined,
+    bounds: Sequence[tuple[Floats, Floats]],
+    world_from_rig: Floats,
     views: Mapping[str, ViewArcs],
     p: SampleParameters,
 ) -> Samples:
-    """The samples of what cameras see at a pose; indexes: edges by camera, in the rig's order."""
+    """The samples of what cameras see at a pose; bounds: where edges can be found, by camera in the rig's order."""
     pieces: list[Samples] = []
     runs = 0
     for number, name in enumerate(rig.cameras):
-        piece = _of_view(stored, rig, number, indexes[number], pose.world_from_rig, views[name])
+        piece = _of_view(stored, rig, number, bounds[number], world_from_rig, views[name])
         kept, run = np.unique(piece.run, return_inverse=True)
         pieces.append(replace(piece, run=runs + run.ravel()))
         runs += len(kept)
@@ -94,7 +93,7 @@ def _of_view(
     stored: StoredScene,
     rig: Rig,
     number: int,
-    index: EdgeIndex,
+    bounds: tuple[Floats, Floats],
     world_from_rig: Floats,
     view: ViewArcs,
 ) -> Samples:
@@ -130,7 +129,7 @@ def _of_view(
         px_per_mm=np.einsum("nki,ni->nk", flow, image_normal),
         length_px=seen.length_px,
         front=(np.einsum("nki,ni->nk", normal, pose[:3, 3] - seen.point) > 0).sum(axis=1),
-        inside=np.asarray(((seen.pixel > index.edges.low + 1) & (seen.pixel < index.edges.high - 1)).all(axis=1)),
+        inside=np.asarray(((seen.pixel > bounds[0] + 1) & (seen.pixel < bounds[1] - 1)).all(axis=1)),
     )
     return whole.take(whole.kind != SMOOTH)
 

@@ -150,7 +150,7 @@ def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:
     they say nothing of the face, which may be there without them.  Where edges of an item do not show, others of it
     hide with them: the log odds of all are those in one light, averaged over lights.
     """
-    item, run, lent = pair_with_runs(items, runs)
+    item, run, lent = pair_with_runs(items, runs.surface)
     distinct = ~lent | (runs.log_odds[run] > 0)
     item, run, lent = item[distinct], run[distinct], lent[distinct]
     at, size = item * cameras + runs.camera[run], len(items) * cameras
@@ -187,26 +187,27 @@ def _add_regions(
     return replace(evidence, log_odds=log_odds, region_px=covered), distinct
 
 
-def pair_with_runs(items: Items, runs: Runs) -> tuple[Ints, Ints, Bools]:
-    """Each item with the runs that are edges of its surfaces, sorted, each pair once; and whether the edge is lent: of
-    a hole, a boss or a duct in the item that does not belong to it.  All edges are a part's own."""
+def pair_with_runs(items: Items, sides: Ints) -> tuple[Ints, Ints, Bools]:
+    """Each item with the runs that are edges of its surfaces, by the surfaces (r, 2) on their sides, sorted, each pair
+    once; and whether the edge is lent: of a hole, a boss or a duct in the item that does not belong to it.  All edges
+    are a part's own."""
     order = np.argsort(items.surface, kind="stable")
     surface, item = items.surface[order], items.member[order]
     pairs = []
     for side in (0, 1):
-        rows = np.flatnonzero(runs.surface[:, side] >= 0)
-        low, high = (np.searchsorted(surface, runs.surface[rows, side], side=s) for s in ("left", "right"))
+        rows = np.flatnonzero(sides[:, side] >= 0)
+        low, high = (np.searchsorted(surface, sides[rows, side], side=s) for s in ("left", "right"))
         length = high - low
         of = np.repeat(rows, length)
         at = np.arange(len(of)) - np.repeat(np.cumsum(length) - length, length) + np.repeat(low, length)
-        pairs.append(item[at] * len(runs.camera) + of)
-    item, run = np.divmod(np.unique(np.concatenate(pairs)), max(len(runs.camera), 1))
+        pairs.append(item[at] * len(sides) + of)
+    item, run = np.divmod(np.unique(np.concatenate(pairs)), max(len(sides), 1))
     part = np.array([level == "part" for level in items.level], bool)
     count = len(items.inset)
     own = np.unique(items.member * count + items.surface)
     lent = np.zeros(len(item), bool)
     for side in (0, 1):
-        surface = runs.surface[run, side]
+        surface = sides[run, side]
         inset = (surface >= 0) & items.inset[surface]
         lent |= inset & ~part[item] & ~np.isin(item * count + surface, own)
     return item, run, lent

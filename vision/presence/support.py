@@ -58,9 +58,13 @@ def measure_support(samples: Samples, nearby: Nearby, p: SupportParameters) -> S
         seen = np.zeros(n, bool)
         seen[nearby.sample[free & (np.abs(nearby.offset - place) <= p.tolerance_px)]] = True
         chance += seen
-    weight = np.where(_are_crowded(samples, p) | ~samples.inside, 0.0, samples.length_px)
     taken = np.where(nearest <= p.tolerance_px, owner, -1)[nearby.element]
-    return Support(found, weight, chance / len(p.chance_px), contrast, taken)
+    return Support(found, weigh_samples(samples, p), chance / len(p.chance_px), contrast, taken)
+
+
+def weigh_samples(samples: Samples, p: SupportParameters) -> Floats:
+    """The px (n,) that samples count where they are found, as in `Support`: no picture is needed to say."""
+    return np.where(_are_crowded(samples, p) | ~samples.inside, 0.0, samples.length_px)
 
 
 def share_surface(a: Ints, b: Ints) -> Bools:

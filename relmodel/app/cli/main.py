@@ -43,6 +43,7 @@ VERBS = (
     "extract",
     "stereo",
     "inspect",
+    "plan",
     "runs",
     "report",
     "accept",

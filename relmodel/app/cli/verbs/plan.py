@@ -1,0 +1,131 @@
+"""Propose the next views of a part: those that would check most of what is left of it.
+
+Poses on a grid about the part, where the world mounts the rig on an arm those that the arm reaches, are tried by the
+model's own visibility; each view is the one that checks most that none before it does, until 95 % of what any of them
+could check is checked.  What stands in the arm's way is not looked at.  With --out each view is a prior for
+`relmodel inspect`, and pairs.csv a list for its --list, which says how the pictures are to be called.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from relmodel.app.cli.options import add_format, store_target
+from relmodel.app.cli.output import say
+from relmodel.errors import UsageError
+from relmodel.printing import print_rows
+
+if TYPE_CHECKING:
+    from vision.cameras.cameras import Rig
+    from vision.planning.plan import Plan
+
+EXAMPLE = "relmodel plan --serial SN-0042 --rig rig.yaml --out next --store cell.duckdb"
+_SIGMA = {"translation_mm": 5.0, "rotation_deg": 0.5}  # as for a rig on an arm: relmodel where
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("--serial", metavar="SN", help="the physical part, of which its inspections have checked some")
+    what.add_argument("--object", metavar="NAME", help="an inspected object of the world, of which nothing is checked")
+    parser.add_argument("--rig", type=Path, required=True, metavar="RIG", help="the cameras, as for relmodel inspect")
+    parser.add_argument("--world", metavar="NAME", help="the world of --object, where the store has several")
+    parser.add_argument("--on", metavar="OBJECT", help="the object that carries the rig, where several do")
+    parser.add_argument(
+        "--distance",
+        type=float,
+        metavar="MM",
+        help="from the cameras to the part's surface (default: where a pixel shows .6 mm)",
+    )
+    parser.add_argument(
+        "--views", type=int, metavar="N", help="at most so many (default: as many as check 95 %% of what any could)"
+    )
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="write the views as files of priors, and pairs.csv")
+    add_format(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    from relmodel.app.cli.progress import shown
+    from relmodel.store import Store
+    from vision.cameras.files import read_rig
+    from vision.planning.plan import plan_views
+
+    if args.distance is not None and not args.distance > 0:
+        raise UsageError(f"--distance {args.distance:g} is no distance: give mm above zero")
+    if args.views is not None and args.views < 1:
+        raise UsageError(f"--views {args.views} proposes nothing: give at least 1")
+    rig = read_rig(args.rig)
+    with Store.open(store_target(args), read_only=True) as store, shown(store) as progress:
+        plan = plan_views(
+            store,
+            rig,
+            serial=args.serial,
+            object_name=args.object,
+            world=args.world,
+            on=args.on,
+            distance_mm=args.distance,
+            most=args.views,
+            progress=progress,
+        )
+    if args.format == "json":
+        print(json.dumps(plan.to_json()))
+    else:
+        _print(plan, args.format)
+    if args.out is not None:
+        _write(plan, rig, args)
+    say(_summary(plan))
+    return 0
+
+
+def _print(plan: Plan, form: str) -> None:
+    """A row a view: where the cameras stand, what they look at, what it would check."""
+    rows = []
+    for number, view in enumerate(plan.views, 1):
+        eye = [round(float(x)) for x in view.world_from_rig[:3, 3]]
+        names = [path.partition("/")[2] or path for path in view.paths]
+        few = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+        checks = few if form == "table" else "; ".join(view.paths)
+        rows.append((number, *eye, *(round(float(x)) for x in view.target), len(names), f"{view.share:.0%}", checks))
+    print_rows(("view", "x", "y", "z", "at_x", "at_y", "at_z", "checks", "share", "what"), rows, form)
+
+
+def _summary(plan: Plan) -> str:
+    if not plan.left:
+        return "all is checked: there is nothing to plan"
+    sum_of = sum(len(view.paths) for view in plan.views)
+    hidden = f"; no pose tried would check {len(plan.hidden)} (--format json names them)" if plan.hidden else ""
+    beyond = f", {plan.out_of_reach} more are out of the arm's reach" if plan.out_of_reach else ""
+    return (
+        f"{len(plan.views)} views would check {sum_of} of {plan.left} parts and features that are left{hidden}; "
+        f"{plan.tried} poses were tried{beyond}"
+    )
+
+
+def _write(plan: Plan, rig: Rig, args: argparse.Namespace) -> None:
+    import csv
+
+    import yaml
+
+    from relmodel.errors import InputError
+
+    try:
+        args.out.mkdir(parents=True, exist_ok=True)
+        lines: list[dict[str, str]] = []
+        for number, view in enumerate(plan.views, 1):
+            stem = f"view_{number:02}"
+            prior = {"world_from_rig": view.world_from_rig.tolist(), "sigma": _SIGMA}
+            joints = f"# joints (rad, mm): {json.dumps(view.joints)}\n" if view.joints else ""
+            text = yaml.safe_dump(prior, sort_keys=False, default_flow_style=None, width=200)
+            (args.out / f"{stem}.yaml").write_text(f"# It would check: {'; '.join(view.paths)}\n{joints}{text}")
+            pictures: dict[str, str] = {name: f"{stem}_{name}.png" for name in ("left", "right") if name in rig.cameras}
+            lines.append(
+                {**pictures, "prior": f"{stem}.yaml", "rig": str(args.rig.resolve()), "serial": args.serial or ""}
+            )
+        with (args.out / "pairs.csv").open("w", newline="") as file:
+            writer = csv.DictWriter(file, lines[0] if lines else ["left"])
+            writer.writeheader()
+            writer.writerows(lines)
+    except OSError as error:
+        raise InputError(f"{args.out} cannot be written ({error.strerror}): give another folder") from error

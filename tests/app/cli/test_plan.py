@@ -1,0 +1,96 @@
+"""`relmodel plan` on the demonstration: what it says against what inspections of rendered pictures decided."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+
+from relmodel.app.cli.main import main
+from relmodel.app.cli.pair_list import read_pairs
+from relmodel.resources import resource_dir
+from relmodel.store import Store
+from tests.app.cli.conftest import Inspection, Pair
+from tests.app.cli.slider import BASE, carriage, carriage_from_rig
+from tests.app.cli.test_findings import stop
+from vision.cameras.files import read_needs, read_prior, read_rig
+from vision.planning.plan import _items, _left
+from vision.planning.planning_parameters import DEFAULTS
+from vision.planning.predict import predict_distinct_px
+from vision.scene.stored_scene import read_scene
+
+DECIDED = ("confirmed", "changed", "contradicted")
+
+
+def test_what_a_view_would_check_is_what_an_inspection_from_there_decides(inspection: Inspection, pair: Pair) -> None:
+    truth = json.loads((resource_dir("demo") / "pair_00_truth.json").read_text())
+    with Store.open(inspection.store) as store, store.read() as connection:
+        rows, world = _left(store, connection, None, "bulkhead", None)
+        stored = read_scene(store, connection, world)
+        asked = "SELECT path, state FROM presence WHERE level <> 'surface'"
+        state = {row.path: row.state for row in connection.execute(sa.text(asked))}
+    items = _items(stored, rows)
+    px = predict_distinct_px(stored, read_rig(pair.rig_file), items, np.array(truth["world_from_rig"]))
+    decided = np.array([state.get(path) in DECIDED for path in items.path])
+    assert decided.sum() > 40
+    assert decided[px >= DEFAULTS.least_px].mean() >= 0.85
+    assert decided[px < 30].mean() <= 0.01
+
+
+def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
+    bulkhead_template: Path,
+    pair: Pair,
+    tmp_path: Path,
+    copy_store: Callable[[str], str],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    target = copy_store(str(bulkhead_template))
+    call = ["plan", "--rig", str(pair.rig_file), "--store", target, "--format", "json"]
+    assert main([*call, "--object", "bulkhead"]) == 0
+    whole = json.loads(capsys.readouterr().out)
+    checked = whole["views"][0]["checks"]
+    assert len(checked) > 20
+    for view in whole["views"]:
+        pose = BASE @ carriage(view["joints"]["travel"]) @ carriage_from_rig(pair.prior["world_from_rig"])
+        assert np.allclose(view["world_from_rig"], pose)
+    shares = [view["share"] for view in whole["views"]]
+    assert shares == sorted(shares)
+    assert 0.95 <= shares[-1] <= 1
+
+    with Store.open(target) as store:
+        stop(store, [(path.partition("/")[2], "confirmed", 9.0) for path in checked[:20]])
+    assert main([*call, "--serial", "SN1", "--out", str(tmp_path / "next")]) == 0
+    rest = json.loads(capsys.readouterr().out)
+    assert rest["left"] == whole["left"] - 20
+    assert not set(checked[:20]) & {path for view in rest["views"] for path in view["checks"]}
+    listed = read_pairs(tmp_path / "next/pairs.csv")
+    assert [one.serial for one in listed] == ["SN1"] * len(rest["views"])
+    for one, view in zip(listed, rest["views"], strict=True):
+        assert np.allclose(read_prior(one.paths["prior"]).world_from_rig, view["world_from_rig"])
+        assert read_needs(one.paths["prior"]) is None
+        assert one.paths["rig"] == pair.rig_file.resolve()
+
+    assert main([*call[:-2], "--object", "bulkhead", "--views", "1"]) == 0
+    said = capsys.readouterr()
+    assert len(said.out.splitlines()) == 3
+    assert f"1 views would check {len(checked)} of {whole['left']} parts and features that are left" in said.err
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--serial", "SN9"], "no inspection names the serial number SN9"),
+        (["--object", "wing"], "has no inspected object wing"),
+        (["--object", "bulkhead", "--views", "0"], "give at least 1"),
+        (["--object", "bulkhead", "--distance", "-3"], "give mm above zero"),
+    ],
+)
+def test_what_cannot_be_planned_is_refused(
+    words: list[str], sentence: str, bulkhead_template: Path, pair: Pair, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["plan", *words, "--rig", str(pair.rig_file), "--store", str(bulkhead_template)]) == 2
+    assert sentence in capsys.readouterr().err

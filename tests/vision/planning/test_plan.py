@@ -1,0 +1,157 @@
+"""Planned views against closed forms, against every set of views, and arms against poses that they were brought to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from relmodel.arrays import Floats
+from relmodel.errors import UsageError
+from relmodel.geometry.joints import Joint, JointTree
+from relmodel.store import Store
+from relmodel.world.kinematics import MountedRig
+from relmodel.world.placement import place_world
+from tests.parts.step_parts import write_product
+from tests.reading import load
+from vision.cameras.cameras import Camera, Rig, perturb
+from vision.planning.plan import choose_views, plan_views
+from vision.planning.reach import reach, reaches_any_pose, spread_joints
+
+F = 1000.0
+SIZE = np.array([120.0, 80.0, 60.0])
+ONE = Rig({"left": Camera(800, 600, np.array([[F, 0, 399.5], [0, F, 299.5], [0, 0, 1]]))}, {"left": np.eye(4)})
+
+
+@pytest.fixture
+def block(fresh_store: str, tmp_path: Path) -> Iterator[Store]:
+    """A block with a blind hole in its top and one in its bottom, turned in its world."""
+    pytest.importorskip("OCP")
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    solid = BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 0), gp_Pnt(*SIZE)).Shape()
+    for x, z, way in ((60, 60, -1), (90, 0, 1)):
+        axis = gp_Ax2(gp_Pnt(x, 40, z - way), gp_Dir(0, 0, way))
+        solid = BRepAlgoAPI_Cut(solid, BRepPrimAPI_MakeCylinder(axis, 12.0, 16.0).Shape()).Shape()
+    write_product(tmp_path / "block.step", solid, "block")
+    rows = [[0.6, -0.8, 0, 500], [0.8, 0.6, 0, 300], [0, 0, 1, 100], [0, 0, 0, 1]]
+    (tmp_path / "world.yaml").write_text(
+        f"world: w\nobjects:\n  - {{object: block, name: block, role: inspected, world_from_object: {rows}}}\n"
+    )
+    with Store.open(fresh_store) as store:
+        load(store, tmp_path / "block.step", name="block")
+        place_world(store, tmp_path / "world.yaml")
+        yield store
+
+
+def test_holes_on_opposite_sides_need_two_views(block: Store) -> None:
+    plan = plan_views(block, ONE, object_name="block", distance_mm=400.0)
+    holes = [{path for path in view.paths if "hole" in path} for view in plan.views]
+    assert plan.hidden == []
+    assert plan.tried >= 30
+    assert sorted(map(len, holes)) == [1, 1]
+    assert plan.views[-1].share == 1.0
+    above = [view.world_from_rig[2, 3] > 160 for view in plan.views]
+    below = [view.world_from_rig[2, 3] < 100 for view in plan.views]
+    assert sorted(above) == sorted(below) == [False, True]
+    for view in plan.views:
+        # It looks at the surface from the distance asked for, near as the edges of a hole are to it.
+        assert np.linalg.norm(view.target - view.world_from_rig[:3, 3]) == pytest.approx(400.0)
+        assert np.allclose(view.world_from_rig[:3, :3].T @ view.world_from_rig[:3, :3], np.eye(3))
+    with pytest.raises(UsageError, match="no inspected object wing"):
+        plan_views(block, ONE, object_name="wing")
+
+
+def test_px_of_a_face_seen_straight_on(block: Store) -> None:
+    """From above the block shows its outline, the rim of the hole and the rim of its floor, and nothing else."""
+    from relmodel.find.find import world_named
+    from vision.planning.plan import _items, _left
+    from vision.planning.predict import predict_distinct_px
+    from vision.scene.stored_scene import read_scene
+
+    with block.read() as connection:
+        rows, world = _left(block, connection, None, "block", None)
+        assert world == world_named(block, connection, None)[0]
+        stored = read_scene(block, connection, world)
+    items, distance = _items(stored, rows), 500.0
+    turn = np.array([[0.6, -0.8, 0], [0.8, 0.6, 0], [0, 0, 1]])
+    pose = np.eye(4)
+    pose[:3, :3] = turn @ np.diag([1.0, -1, -1])
+    pose[:3, 3] = turn @ [60, 40, 0] + [500, 300, 160 + distance]
+    px = dict(zip(items.path, predict_distinct_px(stored, ONE, items, pose), strict=True))
+    rim = 2 * np.pi * 12 * F / distance
+    floor = 2 * np.pi * 12 * F / (distance + 15)
+    outline = 2 * (SIZE[0] + SIZE[1]) * F / distance
+    holes = sorted(value for path, value in px.items() if "hole" in path)
+    assert holes[0] == 0.0
+    assert holes[1] == pytest.approx(rim + floor, rel=0.01)
+    assert px["block/block"] == pytest.approx(outline + rim + floor, rel=0.01)
+
+
+def test_chosen_views_against_every_set_of_views() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(40):
+        px = np.where(rng.random((9, 14)) < 0.3, rng.uniform(1, 9, (9, 14)), 0.0)
+        checks = px > 0
+        some = checks.any(axis=0).sum()
+        chosen = choose_views(checks, px, 1.0)
+        assert checks[chosen].any(axis=0).sum() == some
+        fewest = next(
+            n for n in range(1, 10) if any(checks[list(s)].any(0).sum() == some for s in combinations(range(9), n))
+        )
+        assert len(chosen) <= fewest * (1 + np.log(checks.sum(axis=1).max()))
+        two = choose_views(checks, px, 1.0, most=2)
+        best = max(checks[list(pair)].any(axis=0).sum() for pair in combinations(range(9), 2))
+        assert len(two) <= 2
+        assert checks[two].any(axis=0).sum() >= 0.75 * best  # 1 - (1 - 1/2)^2, which greed always reaches
+    assert choose_views(np.zeros((3, 4), bool), np.zeros((3, 4)), 1.0) == []
+
+
+def arm(joints: int = 6) -> MountedRig:
+    """A rig on an arm of six turning joints, or on its first ones."""
+    ways = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]], float)
+    steps = np.array([[0, 0, 300], [0, 0, 200], [0, 0, 700], [350, 0, 0], [300, 0, 0], [100, 0, 0]], float)
+    links = [f"l{n}" for n in range(joints + 1)]
+    chain = []
+    for n in range(joints):
+        place = np.eye(4)
+        place[:3, 3] = steps[n]
+        chain.append(Joint(f"j{n}", "revolute", links[n], links[n + 1], ways[n], -2.0, 2.0, place))
+    tree = JointTree(links, chain)
+    base = perturb(np.eye(4), np.array([400.0, -300, 50, 0.2, -0.1, 0.7]))
+    flange_from_rig = perturb(np.eye(4), np.array([10.0, 40, 90, 0.1, 1.2, -0.2]))
+    values = {f"j{n}": 0.1 for n in range(joints)}
+    return MountedRig(
+        "head", 1, "arm", 0, "", links[-1], base, tree.poses(values)[links[-1]], flange_from_rig, tree, values
+    )
+
+
+def test_an_arm_is_brought_to_where_it_can_be() -> None:
+    mounted, rng = arm(), np.random.default_rng(5)
+    assert reaches_any_pose(mounted)
+    truth = [dict(zip(mounted.joints, rng.uniform(-1.5, 1.5, 6).tolist(), strict=True)) for _ in range(20)]
+    poses = np.stack([mounted.moved(joints).world_from_rig for joints in truth])
+    far = poses[:2] + np.array([[0, 0, 0, 9000.0], [0] * 4, [0] * 4, [0] * 4])
+    found = reach(mounted, np.concatenate([poses, far]))
+    assert found[-2:] == [None, None]
+    reached = [(joints, pose) for joints, pose in zip(found, poses, strict=False) if joints is not None]
+    assert len(reached) >= 17
+    for joints, pose in reached:
+        there: Floats = mounted.moved(joints).world_from_rig  # refuses what is outside the limits
+        assert np.linalg.norm(there[:3, 3] - pose[:3, 3]) < 1.01
+        assert np.arccos(min((np.trace(there[:3, :3].T @ pose[:3, :3]) - 1) / 2, 1)) < np.radians(0.11)
+
+
+def test_a_carrier_of_two_joints_goes_where_these_take_it() -> None:
+    mounted = arm(2)
+    assert not reaches_any_pose(mounted)
+    poses, joints = spread_joints(mounted)
+    assert len(joints) == 16**2  # four radians in steps of fifteen degrees
+    assert {round(it["j0"], 6) for it in joints} >= {-2.0, 2.0}
+    for pose, given in zip(poses[::50], joints[::50], strict=True):
+        assert np.allclose(pose, mounted.moved(given).world_from_rig)

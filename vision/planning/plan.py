@@ -1,0 +1,175 @@
+"""A plan of the next views: greedily those that check most of what is left, by the model's own visibility."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from sqlalchemy import Connection
+
+from relmodel.arrays import Bools, Floats
+from relmodel.errors import UsageError
+from relmodel.find.find import world_named
+from relmodel.progress import Progress, silent
+from relmodel.store import Store
+from relmodel.world.kinematics import MountedRig, mount_of_rig
+from vision.cameras.cameras import Rig
+from vision.cameras.record_cameras import find_rig
+from vision.localisation.parts_in_view import PART, PartsInView
+from vision.planning.grid import Grid, lay_grid, look_from, usual_distance
+from vision.planning.planning_parameters import DEFAULTS, PlanningParameters
+from vision.planning.predict import predict_distinct_px
+from vision.planning.reach import reach, reaches_any_pose, spread_joints
+from vision.presence.items import Items, list_items
+from vision.scene.stored_scene import StoredScene, read_scene
+
+
+@dataclass(frozen=True)
+class PlannedView:
+    """A view of a plan: pose (4, 4), the point (3,) looked at, mm; joints of the arm that carries the rig (rad, mm),
+    none where no arm does; paths: what it would check that no view before it does; share: of all that some view could
+    check, what it and those before it check."""
+
+    world_from_rig: Floats
+    target: Floats
+    joints: dict[str, float]
+    paths: list[str]
+    share: float
+
+    def to_json(self) -> dict[str, Any]:
+        return {
+            "world_from_rig": self.world_from_rig.tolist(),
+            "target": self.target.tolist(),
+            "joints": self.joints,
+            "checks": self.paths,
+            "share": self.share,
+        }
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The views proposed; left: how many parts and features are not checked yet; tried: poses looked at, out_of_reach:
+    those of the grid to which the arm does not bring the rig; hidden: paths of what no pose tried would check."""
+
+    views: list[PlannedView]
+    left: int
+    tried: int
+    out_of_reach: int
+    hidden: list[str]
+
+    def to_json(self) -> dict[str, Any]:
+        views = [view.to_json() for view in self.views]
+        counts = {"left": self.left, "tried": self.tried, "out_of_reach": self.out_of_reach}
+        return {"views": views, **counts, "hidden": self.hidden}
+
+
+def plan_views(
+    store: Store,
+    rig: Rig,
+    *,
+    serial: str | None = None,
+    object_name: str | None = None,
+    world: str | None = None,
+    on: str | None = None,
+    distance_mm: float | None = None,
+    most: int | None = None,
+    p: PlanningParameters = DEFAULTS,
+    progress: Progress = silent,
+) -> Plan:
+    """The next views of a physical part, by what its inspections have not decided, or of an object of a world.
+
+    distance_mm: from the surface, else `usual_distance`; most: views, else as many as check `p.enough` of what any
+    would.  Where the world mounts the rig on an arm, `on` it where several do, only poses that it reaches are tried; of
+    a carrier with fewer than six joints those that it brings the rig to, at whatever distance.
+    Raises UsageError where the part or object is not there."""
+    with store.read() as connection:
+        rows, world_id = _left(store, connection, serial, object_name, world)
+        if not rows:
+            return Plan([], 0, 0, 0, [])
+        stored = read_scene(store, connection, world_id)
+        rig_id = find_rig(store, connection, rig)
+        mounted = None if rig_id is None else mount_of_rig(store, connection, world_id, rig_id, on)
+    store.release()
+    items = _items(stored, rows)
+    distance = usual_distance(rig, p) if distance_mm is None else distance_mm
+    grid, joints, beyond = _poses(stored, items, rig, mounted, distance, p)
+    px = np.zeros((len(joints), len(items)))
+    for number, pose in enumerate(grid.world_from_rig):
+        progress("looking from poses about the part", number, len(joints))
+        px[number] = predict_distinct_px(stored, rig, items, pose)
+    checks = px >= p.least_px
+    some = checks.any(axis=0)
+    views, seen = [], np.zeros(len(items), bool)
+    for number in choose_views(checks, px, p.enough, most):
+        new = np.flatnonzero(checks[number] & ~seen)
+        seen |= checks[number]
+        paths, share = [items.path[i] for i in new], float(seen.sum() / some.sum())
+        views.append(PlannedView(grid.world_from_rig[number], grid.target[number], joints[number], paths, share))
+    hidden = [items.path[i] for i in np.flatnonzero(~some)]
+    return Plan(views, len(items), len(joints), beyond, hidden)
+
+
+def _poses(
+    stored: StoredScene, items: Items, rig: Rig, mounted: MountedRig | None, distance_mm: float, p: PlanningParameters
+) -> tuple[Grid, list[dict[str, float]], int]:
+    """The poses to try, the joints of each, and how many of the grid the arm does not reach."""
+    scene = stored.scene
+    pieces = np.array([path.partition("/")[0] for path in stored.paths], object)
+    wholes = [np.flatnonzero(pieces == name) for name in sorted(set(pieces[np.unique(items.occurrence)]))]
+    if mounted is not None and not reaches_any_pose(mounted):
+        poses, given = spread_joints(mounted, p)
+        grid, kept = look_from(scene, np.concatenate(wholes), rig, poses, p)
+        return grid, [given[i] for i in kept], 0
+    grids = [lay_grid(scene, whole, rig, distance_mm, p) for whole in wholes]
+    grid = Grid(*(np.concatenate([getattr(g, name) for g in grids]) for name in ("world_from_rig", "target")))
+    if mounted is None:
+        return grid, [{}] * len(grid.target), 0
+    joints = reach(mounted, grid.world_from_rig, p)
+    reached = [number for number, it in enumerate(joints) if it is not None]
+    return grid.take(np.array(reached, np.int64)), [it for it in joints if it is not None], len(joints) - len(reached)
+
+
+def choose_views(checks: Bools, px: Floats, enough: float, most: int | None = None) -> list[int]:
+    """Rows of views (v, i) chosen one by one, each that checks most items that none before it does, of equals the one
+    that shows most of them; until the share `enough` of what any view checks is, or `most` are chosen."""
+    some, seen = int(checks.any(axis=0).sum()), np.zeros(checks.shape[1], bool)
+    chosen: list[int] = []
+    while seen.sum() < enough * some and (most is None or len(chosen) < most):
+        new = checks & ~seen
+        gain = new.sum(axis=1)
+        best = int(np.lexsort(((new * px).sum(axis=1), gain))[-1])
+        chosen.append(best)
+        seen |= checks[best]
+    return chosen
+
+
+def _left(
+    store: Store, connection: Connection, serial: str | None, object_name: str | None, world: str | None
+) -> tuple[Sequence[Any], int]:
+    """Rows of what is left to be checked, and the world."""
+    if serial is not None:
+        if not store.rows(connection, "report/serial_outcome", serial=serial):
+            raise UsageError(
+                f"no inspection names the serial number {serial}: plan its first views with --object, or see "
+                "relmodel runs"
+            )
+        rows = store.rows(connection, "plan/left_of_serial", serial=serial)
+        return rows, int(rows[0].world_id) if rows else -1
+    world_id, name = world_named(store, connection, world)
+    rows = store.rows(connection, "plan/items_of_object", world_id=world_id, object=object_name)
+    if not rows:
+        raise UsageError(f"world {name} has no inspected object {object_name}: name one of its objects")
+    return rows, world_id
+
+
+def _items(stored: StoredScene, rows: Sequence[Any]) -> Items:
+    """Parts and features as an inspection lists them, those that have a surface."""
+    known = set(zip(stored.features["shape_id"].tolist(), stored.features["feature_no"].tolist(), strict=True))
+    shape = dict(zip(stored.occurrence_id.tolist(), stored.shape_id.tolist(), strict=True))
+    rows = [r for r in rows if r.feature_no is None or (shape[r.occurrence_id], r.feature_no) in known]
+    number = np.array([PART if r.feature_no is None else r.feature_no for r in rows], np.int64)
+    occurrence = np.array([r.occurrence_id for r in rows], np.int64)
+    none = np.zeros(len(rows))
+    return list_items(stored, PartsInView(occurrence, number, [r.path for r in rows], none, none), [])
