@@ -6,6 +6,7 @@ import inspect
 import re
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 
 import relmodel
 from relmodel import InputError, Table, UsageError
+from relmodel.table import table_of
 
 PAGE = (Path(__file__).parents[1] / "docs/python.md").read_text()
 LISTED = PAGE.partition("## All of it")[2].split("```")[1].split("\n")
@@ -80,7 +82,19 @@ def test_a_table_has_its_columns_for_numpy_arrow_and_pandas() -> None:
     assert next(iter(table)) == (1, 0.5, "<a>", [1.0, 2.0])
     frame = table.pandas()
     assert frame["n"].tolist() == [1, 2, 3]
-    assert "&lt;a&gt;" in table._repr_html_()
+    assert pa.table(table) == table.fetch_arrow_table(), "what takes Arrow takes a table"
+    assert table_of(["n", "word"], [(1, "a"), (2, None)]).arrow.to_pylist()[1] == {"n": 2, "word": None}
+    assert table_of(["n"], []).names == ["n"]
+    if find_spec("polars"):
+        assert table.polars()["n"].to_list() == [1, 2, 3]
+    else:
+        with pytest.raises(UsageError, match="polars is not installed"):
+            table.polars()
+    shown = table._repr_html_()
+    assert "&lt;a&gt;" in shown
+    assert "<td>0.5</td>" in shown
+    long = Table(pa.table({"x": [1 / 3], "picture": [b"PNG"], "list": [list(range(50))]}))._repr_html_()
+    assert all(words in long for words in ("0.333333<", "3 bytes", "[0, 1, 2, 3, 4, 5, ... 50 in all]"))
     with pytest.raises(UsageError, match="it has n, x, word, list"):
         table["y"]
     many = Table(pa.table({"n": pa.array(range(50))}))

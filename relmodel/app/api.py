@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,9 +11,11 @@ import numpy.typing as npt
 
 from relmodel.find import find
 from relmodel.find.volumes import Volume
-from relmodel.store import Store
+from relmodel.store import Store, sql
 from relmodel.store.ask import TIME_LIMIT_S, ask_arrow
-from relmodel.table import Table
+from relmodel.table import Columns, Table, table_of
+from relmodel.text import visible
+from relmodel.variants.compare_variants import REACH
 
 if TYPE_CHECKING:
     from relmodel.app.session import Session
@@ -53,9 +56,11 @@ class OpenStore(Store):
         precision: str = "box",
         kind: str = "rtree",
         wholly: bool = False,
-    ) -> dict[str, npt.NDArray[Any]]:
+    ) -> Columns:
         """What lies in a volume, by columns: `relmodel.find.find.in_volume`."""
-        return find.in_volume(self, volume, level=level, world=world, precision=precision, kind=kind, wholly=wholly)
+        return Columns(
+            find.in_volume(self, volume, level=level, world=world, precision=precision, kind=kind, wholly=wholly)
+        )
 
     def in_volumes(
         self,
@@ -66,9 +71,11 @@ class OpenStore(Store):
         precision: str = "box",
         kind: str = "rtree",
         wholly: bool = False,
-    ) -> dict[str, npt.NDArray[Any]]:
+    ) -> Columns:
         """What lies in each of some volumes, by columns: `relmodel.find.find.in_volumes`."""
-        return find.in_volumes(self, volumes, level=level, world=world, precision=precision, kind=kind, wholly=wholly)
+        return Columns(
+            find.in_volumes(self, volumes, level=level, world=world, precision=precision, kind=kind, wholly=wholly)
+        )
 
     def nearest_parts(
         self,
@@ -78,9 +85,9 @@ class OpenStore(Store):
         radius: float = 0.0,
         tool: npt.ArrayLike = (0.0, 0.0, 0.0),
         world: str | None = None,
-    ) -> dict[str, npt.NDArray[Any]]:
+    ) -> Columns:
         """The parts nearest to a point, a part or a tool's way, by columns: `relmodel.find.find.nearest_parts`."""
-        return find.nearest_parts(self, path, count, radius=radius, tool=tool, world=world)
+        return Columns(find.nearest_parts(self, path, count, radius=radius, tool=tool, world=world))
 
     def inspect(
         self,
@@ -93,12 +100,14 @@ class OpenStore(Store):
         world: str | None = None,
         against: Sequence[str] | None = None,
         carrier: Carrier | None = None,
+        serial: str | None = None,
         believe_pictures: bool = False,
         ignore_blind_camera: bool = False,
     ) -> Inspection:
         """Inspect a stereo pair, or the picture of the left camera: `vision.inspection.inspection.inspect`.
 
         against: names of loaded objects, all where there are none: which of them the pictures show, with no world.
+        serial: of the physical part, by which its inspections add up.
         believe_pictures: accept a pose that the pictures show surely where it contradicts the prior.
         ignore_blind_camera: answer by the other cameras where one does not see the model.  A notebook shows the answer
         with the model drawn over the pictures.
@@ -111,7 +120,7 @@ class OpenStore(Store):
             believe_pictures=believe_pictures,
             ignore_blind_camera=ignore_blind_camera,
         ) as session:
-            return session.inspect(left=left, right=right, prior=prior, carrier=carrier)
+            return session.inspect(left=left, right=right, prior=prior, carrier=carrier, serial=serial)
 
     def session(
         self,
@@ -153,3 +162,74 @@ class OpenStore(Store):
         with self.read() as connection:
             tables = read_results(self, connection, newest_inspection(self, connection) if run is None else run)
         return {name: Table(found) for name, found in tables.items()}
+
+    def report(
+        self,
+        out: str | Path,
+        *,
+        run: int | None = None,
+        serial: str | None = None,
+        object: str | None = None,
+        variant: str = "",
+        diff: tuple[str, str] | None = None,
+    ) -> Path:
+        """Write the page of a run, the newest inspection where nothing is named, of the physical part of a serial
+        number, of an object, or of what differs between two variants (of `object`, else each OBJECT:VARIANT); gives
+        where it is."""
+        from relmodel.app.report.write import write_report
+
+        named = None if run is None else str(run)
+        write_report(self, Path(out), run=named, serial=serial, object_name=object, variant=variant, diff=diff)
+        return Path(out)
+
+    def why(
+        self, run: int | None = None, *, pose: bool = False, arc: str | None = None, feature: str | None = None
+    ) -> Table:
+        """Why an inspection, the newest where `run` names none, decided as it did: a sentence a row.
+
+        Of its verdict, its pose, an image arc (CAMERA:NUMBER), or a part or feature by its path."""
+        from relmodel.app.audit.newest import newest_inspection
+        from relmodel.app.audit.why import Sentence, explain
+
+        if run is None:
+            with self.read() as connection:
+                run = newest_inspection(self, connection)
+        said = explain(self, run, pose=pose, arc=arc, feature=feature)
+        return table_of(Sentence._fields, said)
+
+    def diff(self, before: str, after: str, *, object: str | None = None, reach: float = REACH) -> Table:
+        """What differs between two variants, of `object`, else each OBJECT:VARIANT, a row each; reach: how far a thing
+        may move and still count as the same, mm.  A comparison that was not made before is written to the store."""
+        from relmodel.app.report.write import variant_named
+        from relmodel.variants.compare_variants import compare
+
+        made = compare(self, variant_named(before, object), variant_named(after, object), reach=reach)
+        with self.read() as connection:
+            found = connection.execute(sql.query("compare/changes"), {"comparison_id": made.id})
+            return table_of(list(found.keys()), found.all())
+
+    def set(
+        self,
+        path: str,
+        name: str,
+        value: float | str | bool,
+        *,
+        unit: str | None = None,
+        variant: str = "",
+        surface: int | None = None,
+        arc: int | None = None,
+        world: bool = False,
+    ) -> int:
+        """Set an attribute of an object, of what stands in it (OBJECT/PATH), of a surface or arc of that by number, or
+        of a world; gives the run that recorded it.  Nothing is overwritten, and the newest value counts."""
+        from relmodel.app.attributes import set_attribute
+
+        given: dict[str, Any] = {"unit": unit, "variant": variant, "surface": surface, "arc": arc, "world": world}
+        return set_attribute(self, path, name, value, **given).run_id
+
+    def _repr_html_(self) -> str:
+        """What the store holds, as a notebook shows it."""
+        with self.read() as connection:
+            found = connection.execute(sql.query("store/overview"))
+            held = table_of(list(found.keys()), found.all())
+        return f"<p>the store {escape(visible(self.name))}</p>{held._repr_html_()}"

@@ -46,8 +46,10 @@ class Session:
         right: str | Path | None = None,
         prior: str | Path | None = None,
         carrier: Carrier | None = None,
+        serial: str | None = None,
     ) -> Inspection:
-        """Inspect a pair, or the picture of the left camera; one that fails leaves the session as it was."""
+        """Inspect a pair, or the picture of the left camera, of the physical part of a serial number; one that fails
+        leaves the session as it was."""
         from relmodel.app.notebook import inspect_with_picture
 
         return inspect_with_picture(
@@ -56,6 +58,7 @@ class Session:
             right=right,
             prior=prior,
             carrier=carrier,
+            serial=serial,
             parameters=self._parameters,
             scenes=self._scenes,
             **self._given,

@@ -23,6 +23,24 @@ class Sentence(NamedTuple):
     sentence: str
 
 
+def explain(
+    store: Store, run: int, *, pose: bool = False, arc: str | None = None, feature: str | None = None
+) -> list[Sentence]:
+    """What is said of an image arc (CAMERA:NUMBER), of a part or feature by its path, of the pose, else of the verdict.
+
+    Raises UsageError where it is not there."""
+    if arc is not None:
+        camera, _, number = arc.rpartition(":")
+        if not camera or not number.isdigit():
+            raise UsageError(
+                f"the arc {arc} is not CAMERA:NUMBER: give the camera's name and the arc's number, as left:17"
+            )
+        return explain_arc(store, run, camera, int(number))
+    if feature is not None:
+        return explain_feature(store, run, feature)
+    return (explain_pose if pose else explain_verdict)(store, run)
+
+
 def explain_verdict(store: Store, run: int) -> list[Sentence]:
     """Why a run has its verdict: its rules, and the poses that were considered.  Raises UsageError for other runs than
     inspections that came to a verdict."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ast
 import io
+import json
 import re
 import shlex
 import shutil
@@ -281,6 +283,31 @@ def test_python_page_runs(capsys: pytest.CaptureFixture[str]) -> None:
     picture = Image.open(io.BytesIO(said["answer"]._repr_png_()))
     assert (picture.format, picture.width) == ("PNG", 1288)  # two of 640 pixels, and a gap
     assert "pose usable; part as modelled" in said["answer"]._repr_html_()
+
+
+@pytest.mark.usefixtures("demonstrated")
+def test_notebook_runs() -> None:
+    """Its cells in order; what stands last in one shows what a person wants to see, and not all there is."""
+    notebook = json.loads((CHECKOUT / "examples/bulkhead.ipynb").read_text())
+    assert notebook["nbformat"] == 4
+    said: dict[str, Any] = {}
+    shown: list[Any] = []
+    for cell in (cell for cell in notebook["cells"] if cell["cell_type"] == "code"):
+        assert (cell["outputs"], cell["execution_count"]) == ([], None)
+        *first, last = ast.parse("".join(cell["source"])).body
+        exec(compile(ast.Module(first, []), "cell", "exec"), said)
+        assert isinstance(last, ast.Expr)
+        value = eval(compile(ast.Expression(last.value), "cell", "eval"), said)
+        if hasattr(value, "_repr_html_"):
+            shown.append(value._repr_html_())
+    store, box, answer, why, states = shown
+    assert "<td>bulkhead</td><td>variant A</td>" in store
+    assert "shape_x0" not in box
+    assert box.count("<th>") == 9
+    assert "pose usable" in answer
+    assert "through_hole 1" in why
+    assert "confirmed" in states
+    assert "Pose usable" in Path("notebook.html").read_text()
 
 
 @pytest.mark.usefixtures("demonstrated")

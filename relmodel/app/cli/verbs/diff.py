@@ -32,24 +32,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
-    from relmodel.store import Store
+    from relmodel.app.report.write import variant_named
+    from relmodel.store import Store, sql
     from relmodel.variants.compare_variants import compare
 
-    def named(text: str) -> tuple[str, str]:
-        if args.object:
-            return args.object, text
-        name, _, variant = text.partition(":")
-        return name, variant
-
+    before, after = (variant_named(text, args.object) for text in (args.before, args.after))
     with Store.open(store_target(args)) as store:
         with shown() as progress:
-            comparison = compare(store, named(args.before), named(args.after), reach=args.reach, progress=progress)
+            comparison = compare(store, before, after, reach=args.reach, progress=progress)
         with store.read() as connection:
-            rows = store.rows(connection, "compare/changes", comparison_id=comparison.id)
+            found = connection.execute(sql.query("compare/changes"), {"comparison_id": comparison.id})
+            names, rows = list(found.keys()), found.all()
     for level in ("part", "feature", "surface"):
         counts = [f"{status} {n}" for (of, status), n in sorted(comparison.counts.items()) if of == level]
         say(f"{level}s: {', '.join(counts) or 'none compared: no part that both have differs in its geometry'}")
-    words = ["level", "status", "differs", "kind", "before", "after", "path"]
-    names = [*words, "dx", "dy", "dz", "distance", "angle", "x", "y", "z"]
     print_rows(names, [tuple(r) for r in rows if args.level in (None, r.level)], args.format)
     return 0

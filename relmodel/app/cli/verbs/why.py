@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 
 from relmodel.app.cli.options import add_format, add_run, store_target
-from relmodel.errors import UsageError
 from relmodel.printing import print_rows
 from relmodel.text import visible
 
@@ -30,28 +29,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from relmodel.app.audit.newest import run_named
-    from relmodel.app.audit.why import Sentence, explain_arc, explain_feature, explain_pose, explain_verdict
+    from relmodel.app.audit.why import Sentence, explain
     from relmodel.store import Store
 
     with Store.open(store_target(args), read_only=True) as store:
         with store.read() as connection:
             number = run_named(store, connection, args.number)
-        if args.arc is not None:
-            said = explain_arc(store, number, *_arc(args.arc))
-        elif args.feature is not None:
-            said = explain_feature(store, number, args.feature)
-        else:
-            said = (explain_pose if args.pose else explain_verdict)(store, number)
+        said = explain(store, number, pose=args.pose, arc=args.arc, feature=args.feature)
     if args.format == "table":
         for one in said:
             print(visible(one.sentence))
     else:
         print_rows(Sentence._fields, said, args.format)
     return 0
-
-
-def _arc(text: str) -> tuple[str, int]:
-    camera, _, number = text.rpartition(":")
-    if not camera or not number.isdigit():
-        raise UsageError(f"--arc {text} is not CAMERA:NUMBER: give the camera's name and the arc's number, as left:17")
-    return camera, int(number)

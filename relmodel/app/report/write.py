@@ -1,0 +1,66 @@
+"""The page of a run, a physical part, an object or two variants, written to a file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from relmodel.app.report.page import write_page
+from relmodel.errors import UsageError
+from relmodel.paths import check_writable
+from relmodel.progress import Progress, silent
+from relmodel.store import Store
+
+
+def write_report(
+    store: Store,
+    out: Path,
+    *,
+    run: str | None = None,
+    serial: str | None = None,
+    object_name: str | None = None,
+    variant: str = "",
+    diff: Sequence[str] | None = None,
+    progress: Progress = silent,
+) -> str:
+    """Write the page of one thing, of the newest inspection where none is named, and return in words of what it is.
+
+    diff: two variants, of the object where that is named, else as OBJECT:VARIANT; a comparison that was not made before
+    is written to the store.  Raises UsageError where several things are named or one is not there."""
+    if (run is not None) + (serial is not None) + bool(diff or object_name) > 1:
+        raise UsageError("a page is of one thing: give RUN, or --serial SN, or --object NAME, or --diff A B")
+    if variant and (diff or not object_name):
+        raise UsageError("--variant says which variant of --object: give it with --object and without --diff")
+    if diff:
+        from relmodel.app.report.object import diff_page
+        from relmodel.variants.compare_variants import compare
+
+        check_writable(out, "page")
+        before, after = (variant_named(text, object_name) for text in diff)
+        made = compare(store, before, after, progress=progress).id
+        with store.read() as connection:
+            write_page(out, lambda: diff_page(store, connection, made, before, after))
+        return f"{diff[0]} against {diff[1]}"
+    with store.read() as connection:
+        if object_name:
+            from relmodel.app.report.object import object_page
+
+            write_page(out, lambda: object_page(store, connection, object_name, variant))
+            return " variant ".join(filter(None, [object_name, variant]))
+        if serial is not None:
+            from relmodel.app.report.serial import serial_page
+
+            write_page(out, lambda: serial_page(store, connection, serial))
+            return f"part {serial}"
+        from relmodel.app.audit.newest import run_named
+        from relmodel.app.report.run import run_page
+
+        number = run_named(store, connection, run)
+        write_page(out, lambda: run_page(store, connection, number))
+        return f"run {number}"
+
+
+def variant_named(text: str, object_name: str | None) -> tuple[str, str]:
+    """Name and variant of an object: the variant where the object is named, else both as OBJECT:VARIANT."""
+    name, _, variant = text.partition(":")
+    return (object_name, text) if object_name else (name, variant)
