@@ -214,60 +214,13 @@ JOIN failing_item AS g ON g.run_id = s.run_id AND g.item_no = s.item_no
 JOIN finding AS f ON f.run_id = g.run_id AND f.item_no = g.lead_no
 ORDER BY s.serial, f.path, f.run_id DESC;
 
-CREATE VIEW serial_outcome (  -- How a physical part is by all inspections of it: what its report and `relmodel runs` would say in one line.
-    serial,  -- the physical part
-    part_verdict,  -- as modelled, deviates or not enough seen: less than half of all that its model has is checked
-    mood,  -- good, warn or bad: good only where all that the model has is checked
-    findings,  -- how many there are
-    checked,  -- parts and features that are checked
-    features,  -- parts and features that its model has
-    not_seen,  -- parts and features that no accepted inspection had in view
-    stops,  -- inspections of it
-    usable_stops,  -- those whose pose is usable
-    outcome  -- all of it in words
-) AS
-WITH counted AS (
-    SELECT serial, count(*) AS features, count(CASE state WHEN 'confirmed' THEN 1 END) AS confirmed,
-        count(CASE WHEN state IN ('changed', 'contradicted') THEN 1 END) AS failed,
-        count(CASE state WHEN 'not_seen' THEN 1 END) AS not_seen
-    FROM serial_evidence
-    GROUP BY serial
-),
-stop AS (
-    SELECT serial, count(*) AS stops, count(CASE verdict WHEN 'accepted' THEN 1 END) AS usable_stops
-    FROM inspection
-    WHERE serial IS NOT NULL
-    GROUP BY serial
-),
-found AS (
-    SELECT serial, count(*) AS findings
-    FROM serial_finding
-    GROUP BY serial
-),
-said AS (
-    SELECT c.serial, coalesce(f.findings, 0) AS findings, c.confirmed + c.failed AS checked, c.features, c.not_seen,
-        s.stops, s.usable_stops,
-        CASE WHEN c.failed > 0 THEN 'deviates' WHEN 2 * c.confirmed >= c.features THEN 'as modelled' ELSE 'not enough seen' END AS part_verdict
-    FROM counted AS c
-    JOIN stop AS s ON s.serial = c.serial
-    LEFT JOIN found AS f ON f.serial = c.serial
-)
-SELECT serial, part_verdict,
-    CASE WHEN part_verdict = 'deviates' THEN 'bad' WHEN part_verdict = 'as modelled' AND checked = features THEN 'good' ELSE 'warn' END AS mood,
-    findings, checked, features, not_seen, stops, usable_stops,
-    concat('part ', part_verdict,
-        CASE WHEN findings > 0 THEN concat(' (', findings, CASE findings WHEN 1 THEN ' finding)' ELSE ' findings)' END) END,
-        '; ', checked, ' of ', features, ' checked, ', features - checked - not_seen, ' seen and not checked, ', not_seen,
-        ' not yet seen; ', usable_stops, ' of ', stops, ' stops usable') AS outcome
-FROM said;
-
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('finding_decision', 'run', 'primary'),
     ('failing_item', 'localisation', 'view'),
     ('finding', 'localisation', 'view'),
     ('serial_evidence', 'localisation', 'view'),
-    ('serial_finding', 'localisation', 'view'),
-    ('serial_outcome', 'localisation', 'view');
+    ('serial_finding', 'localisation', 'view');
+
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('finding_decision', 0, ARRAY['run_id'], 'run', ARRAY['id']),

@@ -121,6 +121,63 @@ SELECT run_id, verdict, pose_verdict, part_verdict,
         '; ' || variant) AS outcome
 FROM said;
 
+CREATE VIEW serial_outcome (  -- How a physical part is by all inspections of it: what its report and `relmodel runs` would say in one line.
+    serial,  -- the physical part
+    part_verdict,  -- as modelled, deviates, another variant (by the newest usable stop that weighed some) or not enough seen: less than
+        -- half of all that its model has is checked
+    mood,  -- good, warn or bad: good only where all that the model has is checked
+    findings,  -- how many there are
+    checked,  -- parts and features that are checked
+    features,  -- parts and features that its model has
+    not_seen,  -- parts and features that no accepted inspection had in view
+    stops,  -- inspections of it
+    usable_stops,  -- those whose pose is usable
+    variant,  -- that its stops show another variant than the world has; null where they do not
+    outcome  -- all of it in words
+) AS
+WITH counted AS (
+    SELECT serial, count(*) AS features, count(CASE state WHEN 'confirmed' THEN 1 END) AS confirmed,
+        count(CASE WHEN state IN ('changed', 'contradicted') THEN 1 END) AS failed,
+        count(CASE state WHEN 'not_seen' THEN 1 END) AS not_seen
+    FROM serial_evidence
+    GROUP BY serial
+),
+stop AS (
+    SELECT serial, count(*) AS stops, count(CASE verdict WHEN 'accepted' THEN 1 END) AS usable_stops
+    FROM inspection
+    WHERE serial IS NOT NULL
+    GROUP BY serial
+),
+found AS (
+    SELECT serial, count(*) AS findings
+    FROM serial_finding
+    GROUP BY serial
+),
+weighed AS (
+    SELECT DISTINCT ON (i.serial) i.serial, o.variant
+    FROM inspection AS i
+    JOIN inspection_outcome AS o ON o.run_id = i.run_id
+    WHERE i.serial IS NOT NULL AND i.verdict = 'accepted' AND i.run_id IN (SELECT run_id FROM variant_evidence)
+    ORDER BY i.serial, i.run_id DESC
+),
+said AS (
+    SELECT c.serial, coalesce(f.findings, 0) AS findings, c.confirmed + c.failed AS checked, c.features, c.not_seen,
+        s.stops, s.usable_stops, w.variant,
+        CASE WHEN w.variant IS NOT NULL THEN 'another variant' WHEN c.failed > 0 THEN 'deviates' WHEN 2 * c.confirmed >= c.features THEN 'as modelled' ELSE 'not enough seen' END AS part_verdict
+    FROM counted AS c
+    JOIN stop AS s ON s.serial = c.serial
+    LEFT JOIN found AS f ON f.serial = c.serial
+    LEFT JOIN weighed AS w ON w.serial = c.serial
+)
+SELECT serial, part_verdict,
+    CASE WHEN part_verdict IN ('deviates', 'another variant') THEN 'bad' WHEN part_verdict = 'as modelled' AND checked = features THEN 'good' ELSE 'warn' END AS mood,
+    findings, checked, features, not_seen, stops, usable_stops, variant,
+    concat('part ', part_verdict,
+        CASE WHEN findings > 0 THEN concat(' (', findings, CASE findings WHEN 1 THEN ' finding)' ELSE ' findings)' END) END,
+        '; ', checked, ' of ', features, ' checked, ', features - checked - not_seen, ' seen and not checked, ', not_seen,
+        ' not yet seen; ', usable_stops, ' of ', stops, ' stops usable', CASE WHEN variant IS NOT NULL THEN concat('; ', variant) END) AS outcome
+FROM said;
+
 CREATE VIEW run_summary (  -- Every run with how it ended, and the verdict and what is not as modelled where it was an inspection.
     run_id,  -- the run
     kind,  -- what was run
@@ -334,6 +391,7 @@ JOIN run AS r ON r.id = a.run_id;
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('found_variant', 'localisation', 'view'),
     ('inspection_outcome', 'localisation', 'view'),
+    ('serial_outcome', 'localisation', 'view'),
     ('run_summary', 'run', 'view'),
     ('pose_world', 'localisation', 'view'),
     ('matched_arc', 'localisation', 'view'),

@@ -5,7 +5,6 @@ Each is appended in a run of its own, which says who set what and when; the newe
 
 from __future__ import annotations
 
-import getpass
 import math
 import re
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from relmodel.errors import UsageError
 from relmodel.model.attributes import attribute_rows
 from relmodel.store import Run, Store
+from relmodel.user import user_name
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
@@ -91,7 +91,7 @@ def set_attribute(
     revision is meant.  Raises UsageError where the path leads nowhere or name, value and unit do not fit.
     """
     parameters: dict[str, Any] = {"path": path, "variant": variant, "surface": surface, "arc": arc, "world": world}
-    parameters |= {"name": name, "value": value, "unit": unit, "user": _user()}
+    parameters |= {"name": name, "value": value, "unit": unit, "user": user_name()}
     with Run.begin(store, "set", parameters) as run:
         with store.read() as connection:
             units = {row.symbol: row.dimension for row in store.rows(connection, "object/units")}
@@ -188,10 +188,3 @@ def _check_known(owner: Owner, name: str, value: Value, unit: str | None, units:
     if unit is None or units[unit] != known.dimension:
         given = "has no unit" if unit is None else f"has the unit {unit}, which is one of {units[unit]}"
         raise UsageError(f"the {name} {value:g} {given}: give one of {fitting}")
-
-
-def _user() -> str | None:
-    try:
-        return getpass.getuser()
-    except (KeyError, OSError):  # a container's user may have no name
-        return None

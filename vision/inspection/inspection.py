@@ -16,6 +16,7 @@ from relmodel.find.find import world_named
 from relmodel.labelling.solve import check_mode
 from relmodel.store import Run, Store, digest_inputs
 from relmodel.store.digests import record_digests
+from relmodel.user import user_name
 from relmodel.world.correction import Carrier, Correction, correct_base, predict_covariance
 from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
@@ -175,6 +176,7 @@ def inspect(
     against: Sequence[str] | None = None,
     carrier: Carrier | None = None,
     serial: str | None = None,
+    operator: str | None = None,
     keep_images: bool = True,
     full_audit: bool = True,
     variants: bool | None = None,
@@ -191,7 +193,8 @@ def inspect(
     are none, to say which of them the pictures show, with no world and no prior; needs: how exactly the pose is needed,
     else as the prior file says, else the default; left, right: pictures; world: its name, where the store has several;
     carrier: how the object stands that carries the rig, which is found by the rig's content; serial: the number of
-    the physical part, by which the evidence of all its inspections adds up; variants: whether to
+    the physical part, by which the evidence of all its inspections adds up; operator: who makes it, else the
+    user of this machine; variants: whether to
     weigh all loaded variants of the inspected objects at the pose found, None where something is not as the model
     says and they are few; overlay: a picture of the model drawn over the images, to be written; crops: a folder for
     pictures of what is not as the model says, worst first; full_audit: whether the rows that explain the decisions
@@ -219,7 +222,19 @@ def inspect(
                 "pictures compared with loaded objects have no world, prior or arm, and weigh all variants: leave out "
                 "what says otherwise, or leave out against"
             )
-    call = _Call(world_id, world_name, against, carrier, serial, keep_images, full_audit, variants, overlay, crops)
+    call = _Call(
+        world_id,
+        world_name,
+        against,
+        carrier,
+        serial,
+        operator or user_name(),
+        keep_images,
+        full_audit,
+        variants,
+        overlay,
+        crops,
+    )
     with Run.begin(
         store,
         "inspect",
@@ -248,6 +263,7 @@ class _Call:
     against: tuple[str, ...] | None
     carrier: Carrier
     serial: str | None
+    operator: str | None
     keep_images: bool
     full_audit: bool
     variants: bool | None
@@ -256,7 +272,7 @@ class _Call:
 
     def parameters(self) -> dict[str, Any]:
         """What a run records of it."""
-        recorded = ("world", "against", "carrier", "serial", "keep_images", "full_audit")
+        recorded = ("world", "against", "carrier", "serial", "operator", "keep_images", "full_audit")
         return {name: value for name, value in asdict(self).items() if name in recorded}
 
 

@@ -15,6 +15,7 @@ from sqlalchemy import Connection
 
 from relmodel.app.report.drawing import courses
 from relmodel.app.report.pictures import course_columns, data_uri, read_image
+from relmodel.app.report.run_scene import view_name
 from relmodel.store import Store
 
 _MARGIN_PX, _LEAST_PX = 40, 160  # about a finding, and of the side of a crop: what lies around it says where that is
@@ -23,12 +24,14 @@ _MOST_ODDS = 1_000_000
 
 @dataclass(frozen=True)
 class Crop:
-    """A piece of a camera's picture: its bounds u v width height, px, and the model drawn over it."""
+    """A piece of a camera's picture: its bounds u v width height, px, the model drawn over it, and the view of the
+    page's model that it is."""
 
     camera: str
     uri: str
     box: tuple[int, int, int, int]
     drawing: Markup
+    view: str
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,7 @@ def read_cards(store: Store, connection: Connection, run: int, numbers: dict[int
             row.finding_no if numbers is None else numbers[row.finding_no],
             run,
             row,
-            [] if pictures is None else list(pictures.crop(arcs[row.finding_no])),
+            [] if pictures is None else list(pictures.crop(arcs[row.finding_no], None if numbers is None else run)),
         )
         for row in rows
     ]
@@ -120,8 +123,8 @@ class _Pictures:
                 for no, box in zip(owner[starts].tolist(), np.transpose(bounds).tolist(), strict=True)
             ]
 
-    def crop(self, arcs: dict[str, set[int]]) -> Iterable[Crop]:
-        """What each camera shows of those arcs, and all arcs of the model there."""
+    def crop(self, arcs: dict[str, set[int]], run: int | None) -> Iterable[Crop]:
+        """What each camera shows of those arcs, and all arcs of the model there; run: where the page is of several."""
         for camera, image in self._images.items():
             mine = np.array([box for no, _, _, box in self._arcs[camera] if no in arcs[camera]])
             if not len(mine):
@@ -136,7 +139,8 @@ class _Pictures:
                 if left < u1 and right > u0 and top < v1 and bottom > v0
             ]
             piece = image.crop((u0, v0, u1, v1))
-            yield Crop(camera, data_uri(piece), (u0, v0, u1 - u0, v1 - v0), Markup("").join(paths))
+            view = camera if run is None else view_name(run, camera)
+            yield Crop(camera, data_uri(piece), (u0, v0, u1 - u0, v1 - v0), Markup("").join(paths), view)
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,7 @@ def _cameras(store: Store, connection: Connection, run: int, prior: Any) -> tupl
             matrix = camera_matrix(camera)
             at += camera_lines(world_from_camera, matrix, camera.width, camera.height, _DEPTH * depth)
             if colour == "pose" or not poses:
-                views.append(_view(camera, world_from_camera, depth))
+                views.append(view(camera, world_from_camera, depth, camera.camera))
         rotation = world_from_rig[:3, :3]
         covariance = rotation @ np.reshape(row.covariance, (6, 6))[:3, :3] @ rotation.T
         at += ellipsoid_lines(world_from_rig[:3, 3], covariance, 2.0)
@@ -63,10 +63,32 @@ def _cameras(store: Store, connection: Connection, run: int, prior: Any) -> tupl
     return lines, views
 
 
-def _view(camera: Any, world_from_camera: Floats, depth: float) -> dict[str, Any]:
-    """What a camera sees, for the script: slopes of half the picture across and down."""
-    slope = [camera.width / camera.fx / 2, camera.height / camera.fy / 2]
-    return {"name": camera.camera, "m": world_from_camera[:3].ravel().tolist(), "slope": slope, "depth": depth}
+def view(camera: Any, world_from_camera: Floats, depth: float, name: str, *, aside: bool = False) -> dict[str, Any]:
+    """What a camera sees, for the script: slopes of half the picture across and down, fx fy cx cy, and the first eight
+    coefficients of its lens; aside: one that is not offered to look through."""
+    return {
+        "name": name,
+        "aside": aside,
+        "m": world_from_camera[:3].ravel().tolist(),
+        "slope": [camera.width / camera.fx / 2, camera.height / camera.fy / 2],
+        "depth": depth,
+        "k": [camera.fx, camera.fy, camera.cx, camera.cy],
+        "lens": [*map(float, camera.distortion), *[0.0] * 8][:8],
+    }
+
+
+def finding_views(store: Store, connection: Connection, run: int) -> list[dict[str, Any]]:
+    """What the cameras of one of several runs see, for the model beside the pictures of its findings."""
+    return [
+        view(camera, pose_matrix(pose) @ pose_matrix(camera), _NO_DEPTH_MM, view_name(run, camera.camera), aside=True)
+        for pose in store.rows(connection, "report/pose_matrix", run_id=run)
+        for camera in store.rows(connection, "report/rig_cameras", run_id=run)
+    ]
+
+
+def view_name(run: int, camera: str) -> str:
+    """The name of a view among those of several runs."""
+    return f"run {run} {camera}"
 
 
 def camera_matrix(camera: Any) -> Floats:

@@ -16,6 +16,7 @@ from relmodel.app.report.object import Entry
 from relmodel.app.report.page import read_table, render
 from relmodel.app.report.pictures import pose_matrix
 from relmodel.app.report.run import read_sheet
+from relmodel.app.report.run_scene import finding_views
 from relmodel.app.report.scene import MOST_PARTS, placed, scene, shapes_of
 from relmodel.errors import UsageError
 from relmodel.store import Store
@@ -55,7 +56,7 @@ def serial_page(store: Store, connection: Connection, serial: str) -> str:
     stops = [(int(row[0]), str(row[2])) for row in tables["serial_stops"].rows]
     rows = store.rows(connection, "report/serial_states", serial=serial)
     cards = _cards(store, connection, serial)
-    drawn, part_of = _scene(store, connection, serial, rows, stops)
+    drawn, part_of = _scene(store, connection, serial, rows, stops, sorted({card.run for card in cards}))
     entries = _entries(rows, cards, part_of)
     rest, passed = group_rest(rows)
     word = found[0].outcome[0].upper() + found[0].outcome[1:]
@@ -101,10 +102,15 @@ def _cards(store: Store, connection: Connection, serial: str) -> list[Card]:
 
 
 def _scene(
-    store: Store, connection: Connection, serial: str, states: Sequence[Any], stops: list[tuple[int, str]]
+    store: Store,
+    connection: Connection,
+    serial: str,
+    states: Sequence[Any],
+    stops: list[tuple[int, str]],
+    runs: Sequence[int],
 ) -> tuple[dict[str, Any] | None, dict[int, int]]:
-    """The whole part, its features coloured by state, seen as at the newest stop that is usable; which part of the
-    scene each placed part is."""
+    """The whole part, its features coloured by state, seen as at the newest stop that is usable, and as the cameras of
+    some runs see it; which part of the scene each placed part is."""
     rows = store.rows(connection, "report/serial_parts", serial=serial)[:MOST_PARTS]
     shapes = shapes_of(store, connection, np.unique([int(r.shape_id) for r in rows]))
     known = {s["id"] for s in shapes}
@@ -126,7 +132,8 @@ def _scene(
     usable = [run for run, verdict in stops if verdict == "usable"]
     poses = store.rows(connection, "report/pose_matrix", run_id=usable[-1]) if usable else []
     back = -pose_matrix(poses[0])[:3, 2] if poses else None
-    return scene(shapes, parts, back=back), {int(r.id): i for i, r in enumerate(rows)}
+    views = [view for run in runs for view in finding_views(store, connection, run)]
+    return scene(shapes, parts, views=views, back=back), {int(r.id): i for i, r in enumerate(rows)}
 
 
 def _entries(states: Sequence[Any], cards: list[Card], part_of: dict[int, int]) -> list[Entry]:

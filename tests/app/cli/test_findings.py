@@ -149,6 +149,31 @@ def test_evidence_of_all_stops_adds_up_to_one_part(target: str) -> None:
     assert {zone[0] for (zone,) in zones} == set("ABCDEFGH")
 
 
+def test_a_part_is_another_variant_by_the_newest_usable_stop_that_weighed_some(target: str) -> None:
+    weighed = "INSERT INTO variant_evidence VALUES (:run, :rank, 0, :variant, :placed, :odds, 0, 9, NULL)"
+    words = "SELECT part_verdict, mood, variant IS NULL, outcome FROM serial_outcome WHERE serial = 'SN1'"
+    with Store.open(target) as store:
+        other, placed = (
+            int(row[0]) for row in asked(store, "SELECT id FROM object_variant ORDER BY name DESC LIMIT 2")
+        )
+        said = []
+        for odds, verdict in ((0.0, "accepted"), (50.0, "accepted"), (0.0, "ambiguous"), (0.0, "accepted")):
+            run = stop(store, [(RIB, "changed", 9.0)], verdict=verdict)
+            with store.write() as connection:
+                for rank, (variant, of) in enumerate(((other, odds), (placed, 20.0))):
+                    given = {"run": run, "rank": rank, "variant": variant, "placed": variant == placed, "odds": of}
+                    connection.execute(sa.text(weighed), given)
+            said += asked(store, words)
+    assert [row[:3] for row in said] == [
+        ("deviates", "bad", True),
+        ("another variant", "bad", False),
+        ("another variant", "bad", False),
+        ("deviates", "bad", True),
+    ]
+    assert said[1][3].startswith("part another variant (1 finding); ")
+    assert "; the pictures show variant (unnamed) of slider, not A" in said[1][3]
+
+
 def test_both_engines_answer(request: pytest.FixtureRequest) -> None:
     store = request.getfixturevalue("postgresql_inspection").store
     with Store.open(store, read_only=True) as opened:
@@ -210,6 +235,18 @@ def test_nothing_is_cut_and_what_decides_comes_first_at_any_width(target: str, t
         shown.run("document.querySelector('[for=tab-tables]').click()")
         assert shown.run("document.querySelector('article.finding').offsetParent") is None
         assert shown.run("document.querySelector('.tables .table').offsetParent !== null")
+        # A link opens what it is of, whatever was open.
+        for link, marked in (("finding=2", "bulkhead/BODY/rib 16"), (f"feature=bulkhead/{OTHER}", f"bulkhead/{OTHER}")):
+            shown.run("document.getElementById('tab-tables').checked = true")
+            shown.run(f"location.hash = {link!r}")
+            shown.until(lambda: shown.run("document.getElementById('tab-seen').checked"))
+            assert shown.run("document.querySelector('.linked').dataset.feature") == marked
+            assert -1 <= shown.run("document.querySelector('.linked').getBoundingClientRect().top") < 1000
+        shown.run("location.hash = 'feature=bulkhead/BODY/rib 3'")
+        shown.until(lambda: shown.run("document.querySelector('.linked').closest('details').open"))
+        shown.run("document.querySelectorAll('details').forEach(d => { d.open = false })")
+        shown.run("dispatchEvent(new Event('beforeprint'))")
+        assert shown.run("[...document.querySelectorAll('details.group')].every(d => d.open)")
         shown.call("Emulation.setEmulatedMedia", media="print")
         assert shown.run("getComputedStyle(document.querySelector('.sign')).display") == "grid"
         assert shown.run("document.querySelector('article.finding').offsetParent !== null")

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import base64
 import io
+import json
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import cv2
 import duckdb
 import numpy as np
 import numpy.typing as npt
@@ -20,12 +22,14 @@ from relmodel.app.audit.newest import newest_inspection
 from relmodel.app.cli.main import main
 from relmodel.app.report.pictures import pose_matrix, pose_spread
 from relmodel.errors import UsageError
+from relmodel.find.find import world_named
 from relmodel.resources import resource_dir
 from relmodel.store import Run, Store
 from tests.app.cli.conftest import Inspection, Pair
 from tests.browser import COVERED, Browser, browser
 from tests.pages import Page, data_of
 from vision.cameras.files import read_rig
+from vision.scene.stored_scene import read_scene
 
 EVIL = """</script></title></style><img src=x onerror="window.hacked=1">'"`<!--&amp;\x1b[31m"""
 
@@ -242,7 +246,7 @@ def evil_page(
         "UPDATE world SET name = $given",
         "UPDATE placed_object SET world = $given",
         "UPDATE run_event SET message = $given",
-        "UPDATE run SET parameters = json_object($given, $given)",
+        "UPDATE run SET parameters = json_object($given, $given, 'operator', $given)",
         given=EVIL,
     )
     return written(store, tmp_path_factory.mktemp("evil"))
@@ -391,6 +395,75 @@ def test_list_and_pictures_are_linked_both_ways(shown: Browser, page: str) -> No
     lit = shown.run("[...document.querySelectorAll('.picture path.lit')].map(p => p.id)")
     assert arc in items[chosen[0]]["arcs"]
     assert set(items[chosen[0]]["arcs"]) <= set(lit)
+
+
+LENS = [-0.12, 0.03, 0.004, -0.003, 0.01, 0.02, -0.01, 0.005]
+
+
+@pytest.mark.browser
+def test_a_point_under_the_pointer_is_named_and_shown_in_the_other_camera(
+    page: str, chromium: Browser, tmp_path: Path, inspection: Inspection, pair: Pair
+) -> None:
+    """Against a ray of Embree and OpenCV's projection, through lenses too."""
+    with Store.open(inspection.store) as store, store.read() as connection:
+        stored = read_scene(store, connection, world_named(store, connection, None)[0])
+    scene = stored.scene
+    pose = {name: np.array(m) for name, m in inspection.answer["world_from_camera"].items()}
+    matrix = {name: np.array(camera["matrix"]) for name, camera in pair.rig["cameras"].items()}
+    none = json.dumps([0.0] * 8, separators=(",", ":"))
+    assert page.count(none) == 2
+    other = "document.querySelectorAll('svg.picture')[1].querySelector('.pointed')"
+    mark = f"(p => p && p.getAttribute('d') || '')({other})"
+    for lens in (np.zeros(8), np.array(LENS)):
+        opened(page.replace(none, json.dumps(lens.tolist())), chromium, tmp_path)
+        chromium.run("document.querySelector('svg.picture').scrollIntoView()")
+        pixels = np.stack(np.meshgrid(np.arange(100.0, 600, 90), np.arange(80.0, 400, 70)), -1).reshape(-1, 1, 2)
+        slopes = cv2.undistortPoints(pixels, matrix["left"], lens)[:, 0]
+        ways = np.column_stack([slopes, np.ones(len(slopes))]) @ pose["left"][:3, :3].T
+        hits = scene.rays.nearest(pose["left"][:3, 3], ways)
+        for k in np.flatnonzero(hits >= 0)[::6]:
+            (u, v), way, hit = pixels[k, 0], ways[k], hits[k]
+            corner = scene.vertices[scene.triangles[hit]]
+            normal = np.cross(corner[1] - corner[0], corner[2] - corner[0])
+            point = pose["left"][:3, 3] + way * (normal @ (corner[0] - pose["left"][:3, 3])) / (normal @ way)
+            at = (point - pose["right"][:3, 3]) @ pose["right"][:3, :3]
+            (there,) = cv2.projectPoints(at, np.zeros(3), np.zeros(3), matrix["right"], lens)[0][0]
+            x, y = chromium.run(
+                f"(m => [m.a * {u} + m.e, m.d * {v} + m.f])(document.querySelector('svg.picture').getScreenCTM())"
+            )
+            chromium.mouse("mouseMoved", x, y)
+            chromium.until(lambda: chromium.run(mark) != "")
+            drawn = re.match(r"M([-\d.]+) ([-\d.]+)h28", chromium.run(mark))
+            assert drawn
+            assert np.allclose([float(drawn[1]) + 14, float(drawn[2])], there, atol=1.0)
+            readout = chromium.run("document.querySelector('.readout').textContent")
+            occurrence = scene.surface_occurrence[scene.triangle_surface[hit]]
+            assert readout.startswith(stored.paths[occurrence].rpartition("/")[0])
+            chromium.mouse("mouseMoved", 2, 2)
+            chromium.until(lambda: chromium.run(mark) == "")
+
+
+@pytest.mark.browser
+def test_the_slider_draws_the_model_where_the_picture_has_it(
+    shown: Browser, inspection: Inspection, pair: Pair
+) -> None:
+    blend = "document.querySelector('[data-blend]')"
+    shown.run(f"{blend}.value = 60; {blend}.dispatchEvent(new Event('input'))")
+    drawn = shown.run("(i => [i.getAttribute('href'), i.style.clipPath])(document.querySelector('image.rendered'))")
+    assert drawn[1] == "inset(0px 40% 0px 0px)"
+    with Image.open(io.BytesIO(base64.b64decode(drawn[0].partition(",")[2]))) as opened_image:
+        there = np.asarray(opened_image)[..., 3] > 127
+    camera = pair.rig["cameras"]["left"]
+    assert there.shape == (camera["height"], camera["width"])
+    with Store.open(inspection.store) as store, store.read() as connection:
+        scene = read_scene(store, connection, world_named(store, connection, None)[0]).scene
+    pose = np.array(inspection.answer["world_from_camera"]["left"])
+    v, u = np.mgrid[: camera["height"], : camera["width"]].reshape(2, -1)
+    ways = np.column_stack([u, v, np.ones(len(u))]) @ np.linalg.inv(camera["matrix"]).T @ pose[:3, :3].T
+    truth = scene.rays.meet(pose[:3, 3], ways).reshape(there.shape)
+    assert 0.2 < truth.mean() < 0.98
+    assert (there & truth).sum() >= 0.999 * truth.sum()
+    assert (there & ~truth).sum() <= 0.01 * truth.sum()  # lines along outlines are a pixel wide
 
 
 @pytest.mark.browser

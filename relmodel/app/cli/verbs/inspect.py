@@ -83,6 +83,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--serial", metavar="SN", help="serial number of the part, by which its inspections add up (relmodel report)"
     )
+    parser.add_argument("--operator", metavar="NAME", help="who makes it (default: the user of this machine)")
     parser.add_argument(
         "--against",
         nargs="?",
@@ -185,6 +186,7 @@ def run(args: argparse.Namespace) -> int:
                 **pair.paths,
                 needs=needs,
                 serial=pair.serial,
+                operator=args.operator,
                 world=args.world,
                 against=None if args.against is None else objects,
                 carrier=carrier,
