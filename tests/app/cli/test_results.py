@@ -6,10 +6,12 @@ from __future__ import annotations
 import csv
 import json
 import struct
+from collections import Counter
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import cv2
 import numpy as np
@@ -21,6 +23,8 @@ from relmodel.arrays import Floats
 from relmodel.store import Store, sql
 from tests.app.cli.conftest import Inspection
 from vision.cameras.files import read_found
+
+WORDS = {"confirmed": "as modelled", "changed": "not as modelled", "contradicted": "not as modelled"}
 
 
 @pytest.fixture(params=["duckdb", "postgresql"])
@@ -83,6 +87,58 @@ def test_tables_hold_the_same_in_csv_and_parquet(inspected: Inspection, tmp_path
     assert (len(residuals), matched.num_rows - matched["arc_no"].null_count) == (found[0], found[2])
     assert sum(residuals) == pytest.approx(found[1], rel=1e-12)
     assert str(matched.schema.field("arc_no").type).startswith("int")
+
+
+def test_qif_has_what_was_checked_and_measured(inspected: Inspection, tmp_path: Path) -> None:
+    """By its structure: every reference leads to what it names, and no unchecked thing has a value."""
+    out = tmp_path / "run.qif"
+    assert main(["export", "--run", "last", "-o", str(out), "--store", inspected.store]) == 0
+    root = ElementTree.parse(out).getroot()
+    q = "{http://qifstandards.org/xsd/qif3}"
+    assert (root.tag, root.get("versionQIF")) == (f"{q}QIFDocument", "3.0.0")
+    ids = {e.get("id"): e for e in root.iter() if e.get("id")}
+    assert len(ids) == sum(bool(e.get("id")) for e in root.iter())
+    assert max(int(i) for i in ids if i) == int(root.get("idMax", ""))
+    for block in root.iter():
+        assert block.get("n") is None or int(block.get("n", "")) == len(block)
+    found: dict[str, tuple[str, str | None, str | None, str | None, str | None]] = {}
+    for measurement in root.iterfind(f".//{q}CharacteristicMeasurements/*"):
+        item = ids[measurement.findtext(f"{q}CharacteristicItemId")]
+        nominal = ids[item.findtext(f"{q}CharacteristicNominalId")]
+        definition = ids[nominal.findtext(f"{q}CharacteristicDefinitionId")]
+        kinds = {e.tag.partition("Characteristic")[0] for e in (measurement, item, nominal, definition)}
+        assert len(kinds) == 1
+        name, said = item.findtext(f"{q}Name") or "", measurement.find(f"{q}Value")
+        assert name not in found
+        found[name] = (
+            measurement.findtext(f"{q}Status/{q}CharacteristicStatusEnum") or "",
+            None if said is None else said.text,
+            None if said is None else said.get("combinedUncertainty"),
+            nominal.findtext(f"{q}TargetValue"),
+            definition.findtext(f"{q}Tolerance/{q}MaxValue"),
+        )
+    with Store.open(inspected.store, read_only=True) as store, store.read() as connection:
+        run = inspected.answer["run"]
+        presence = [r for r in store.rows(connection, "result/presence", run_id=run) if r.level != "surface"]
+        sizes = store.rows(connection, "result/measured_size", run_id=run)
+    items = {r.path for r in presence}
+    sizes = [r for r in sizes if r.path in items]
+    assert len(sizes) > 20
+    assert len(found) == len(presence) + len(sizes)
+    for row in presence:
+        status, value, *_ = found[row.path]
+        assert status == row.qif
+        assert value == WORDS.get(row.state)
+    seen: Counter[str] = Counter()
+    for row in sizes:
+        seen[f"{row.path}/{row.what}"] += 1
+        number = seen[f"{row.path}/{row.what}"]
+        status, value, sigma, target, limit = found[f"{row.path}/{row.what}" + (f" {number}" if number > 1 else "")]
+        assert status == ("NOT_ANALYZED" if row.state == "undecidable" else "FAIL" if row.changed else "PASS")
+        assert float(value or "") == pytest.approx(row.value, abs=1e-8)
+        assert float(sigma or "") == pytest.approx(row.sigma, abs=1e-8)
+        assert float(target or "") == pytest.approx(row.nominal, abs=1e-8)
+        assert (limit is None) == (row.least_difference is None)
 
 
 def test_tables_of_another_store_are_not_replaced(
@@ -157,7 +213,7 @@ def test_what_is_no_inspection_is_refused(
     for words, said in (
         (["--run", "1", "-o", "a.json"], "is not an inspection"),
         (["--run", "first", "-o", "a.json"], "names no run"),
-        (["--run", "last", "-o", "a.csv"], "use .glb or .json, or name a folder"),
+        (["--run", "last", "-o", "a.csv"], "use .glb, .json, .qif, or name a folder"),
         (["bulkhead", "--run", "last", "-o", "a.json"], "OBJECT or --run RUN"),
         (["--run", "last"], "OBJECT or --run RUN"),
     ):

@@ -1,9 +1,10 @@
 """Export an object, the results of an inspection, or the placed parts of the worlds, as files of other programs.
 
 An object: a file that ends in .glb is written in metres, with shared geometry; any other name is a folder for the
-tables placed_part, part, feature, surface and arc.  An inspection (--run): .json has all its results, .glb the placed
-world with rig and cameras, any other name is a folder for the tables.  With --parquet: the worlds in all revisions, and
-what is in each placed object once, for queries/parquet/placed_parts.sql and find_in_volumes.sql on DuckDB or Spark.
+tables placed_part, part, feature, surface and arc.  An inspection (--run): .json has all its results, .qif what was
+checked and measured as QIF 3 (ISO 23952), .glb the placed world with rig and cameras, any other name is a folder for
+the tables.  With --parquet: the worlds in all revisions, and what is in each placed object once, for
+queries/parquet/placed_parts.sql and find_in_volumes.sql on DuckDB or Spark.
 Every row carries the id of the store and the name of its cell (relmodel init --cell).
 """
 
@@ -29,7 +30,7 @@ EXAMPLE = """relmodel export bulkhead --variant A -o bulkhead.glb --store cell.d
   relmodel export --parquet parts --store cell.duckdb"""
 
 # Endings of other model formats, which are not written.
-_OTHER_FORMS = (".gltf", ".json", ".xlsx", ".csv", ".parquet", ".obj", ".stl", ".ply", ".3mf", ".step", ".stp")
+_OTHER_FORMS = (".gltf", ".json", ".qif", ".xlsx", ".csv", ".parquet", ".obj", ".stl", ".ply", ".3mf", ".step", ".stp")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -79,11 +80,9 @@ def _check(args: argparse.Namespace) -> None:
         raise UsageError("give an OBJECT or --run RUN and -o FILE or FOLDER, or --parquet FOLDER for the placed parts")
     if args.world is not None and args.parquet is None:
         raise UsageError("--world says whose placed parts --parquet writes: give it with --parquet only")
-    ends = (".glb",) if args.number is None else (".glb", ".json")
+    ends = (".glb",) if args.number is None else (".glb", ".json", ".qif")
     if args.out is not None and args.out.suffix.lower() in set(_OTHER_FORMS) - set(ends):
-        raise UsageError(
-            f"{args.out} has the suffix of another model format: use {' or '.join(ends)}, or name a folder"
-        )
+        raise UsageError(f"{args.out} has the suffix of another model format: use {', '.join(ends)}, or name a folder")
 
 
 def _export_object(
@@ -106,6 +105,7 @@ def _export_run(
 ) -> tuple[list[Path], str]:
     """The files written, and what they hold."""
     from relmodel.app.audit.newest import run_named
+    from relmodel.app.export.qif import write_qif
     from relmodel.app.export.results import read_results, write_json, write_scene
     from relmodel.app.export.tables import write_tables
 
@@ -115,6 +115,8 @@ def _export_run(
     form = args.out.suffix.lower()
     if form == ".json":
         write_json(results, args.out)
+    elif form == ".qif":
+        write_qif(results, args.out)
     elif form == ".glb":
         write_scene(store, connection, results, args.out, progress)
     else:
