@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from markupsafe import Markup
 
+from relmodel.app.report.page import cell
 from relmodel.arrays import Floats, Ints
 
 _DETAIL_PX = 0.4  # how far a drawn course may leave the points that it stands for: less than a line is wide
@@ -91,3 +95,59 @@ def ellipse_points(covariance: Floats, sigmas: float, count: int = 48) -> Floats
     at = np.linspace(0, 2 * np.pi, count, endpoint=False)
     circle = np.stack([np.cos(at), np.sin(at)], axis=1)
     return np.asarray(sigmas * circle * np.sqrt(np.maximum(values, 0)) @ vectors.T)
+
+
+@dataclass(frozen=True)
+class Point:
+    """A value of a plot over time: where a click leads, its label, sigma, nominal and limit where there are such, and
+    whether it is not as it should be."""
+
+    link: str
+    label: str
+    value: float
+    sigma: float | None = None
+    nominal: float | None = None
+    limit: float | None = None
+    bad: bool = False
+
+
+def history(points: Sequence[Point], unit: str) -> Markup:
+    """Values one after the other with two standard deviations, the nominal and the limits about it; each is a link."""
+    value = np.array([p.value for p in points])
+    sigma, nominal, limit = (
+        np.array([np.nan if v is None else v for v in column], float)
+        for column in zip(*((p.sigma, p.nominal, p.limit) for p in points), strict=True)
+    )
+    spread = 2 * np.nan_to_num(sigma)
+    shown = np.concatenate([value - spread, value + spread, nominal - limit, nominal + limit, nominal])
+    low, high = float(np.nanmin(shown)), float(np.nanmax(shown))
+    margin = 0.08 * (high - low) or 0.5
+    x = 60 + 900 * (np.arange(len(points)) + 0.5) / len(points)
+
+    def y(v: Floats) -> Floats:
+        return np.asarray(250 - 240 * (v - low + margin) / (high - low + 2 * margin))
+
+    lines = [
+        Markup('<path class="{}" d="{}"/>').format(name, path_data(np.column_stack([x, y(at)])[np.isfinite(at)]))
+        for name, at in (("nominal", nominal), ("limit", nominal - limit), ("limit", nominal + limit))
+        if np.isfinite(at).any()
+    ]
+    dots = [
+        Markup(
+            '<a href="{}"><path class="sigma" d="M{:.1f} {:.1f}V{:.1f}"/>'
+            '<circle class="{}" cx="{:.1f}" cy="{:.1f}" r="4">'
+            "<title>{}: {:.4g}{} {}</title></circle></a>"
+        ).format(
+            p.link, u, top, bottom, "bad" if p.bad else "good", u, v, cell(p.label), p.value,
+            "" if p.sigma is None else f" \u00b1 {p.sigma:.2g}", unit,
+        )
+        for p, u, v, top, bottom in zip(points, x, y(value), y(value + spread), y(value - spread), strict=True)
+    ]  # fmt: skip
+    marks = [
+        Markup('<text x="52" y="{:.1f}" text-anchor="end">{:.5g}</text>').format(float(y(np.array(at))), at)
+        for at in np.linspace(low, high, 5)
+    ]
+    return Markup(
+        '<svg class="plot history" viewBox="0 0 980 270" role="img" aria-label="values over time, {}">'
+        '<path class="axis" d="M60 10V250H960"/>{}</svg>'
+    ).format(unit, Markup("").join([*marks, *lines, *dots]))

@@ -15,9 +15,11 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
+import duckdb
 import pytest
 import sqlalchemy as sa
 
+from relmodel.app.cli.main import main
 from relmodel.app.serve.limits import StoppedError, only_reading
 from relmodel.app.serve.questions import question_names, read_question
 from relmodel.app.serve.server import Server
@@ -100,6 +102,86 @@ def test_runs_are_listed_and_filtered(server: Server) -> None:
     shown = page(server, "/")
     for r in everything:
         assert f'href="/run/{r["run"]}"' in shown
+
+
+def test_many_runs_are_paged_the_newest_first(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+    store = copy_store(inspection.store)
+    with duckdb.connect(store) as connection:
+        connection.execute("CREATE TEMP TABLE n AS SELECT k FROM range(900) AS r(k)")
+        connection.execute("INSERT INTO run SELECT r.* REPLACE (100 + n.k AS id) FROM run AS r, n WHERE r.id = 1")
+        connection.execute(
+            "INSERT INTO run_event SELECT e.* REPLACE (100 + n.k AS run_id) FROM run_event AS e, n WHERE e.run_id = 1"
+        )
+    with serving(store) as started:
+        seen: list[str] = []
+        address = "/"
+        while address:
+            shown = page(started, address)
+            found = [a["href"] for tag, a in Page(shown).elements if tag == "a" and a["href"].startswith("/run/")]
+            assert len(found) <= 300
+            seen += found
+            older = [a["href"] for tag, a in Page(shown).elements if tag == "a" and a["href"].startswith("/?")]
+            address = older[0] if older else ""
+        every = [f"/run/{r['run']}" for r in rows(started, "/runs")]
+        assert seen == every
+        assert len(every) > 900
+        # One that was asked for is found however many came after.
+        (run,) = (r["run"] for r in rows(started, "/runs", kind="inspect"))
+        assert f'href="/run/{run}"' in page(started, "/", kind="inspect")
+
+
+def test_sizes_and_cameras_are_plotted_over_time(server: Server) -> None:
+    measured = rows(server, "/over-time")
+    with Store.open(server.target, read_only=True) as store:
+        asked_for = (
+            "SELECT p.path, m.what, m.value, m.run_id FROM measured_size AS m JOIN presence AS p "
+            "ON p.run_id = m.run_id AND p.item_no = m.item_no WHERE m.what = 'diameter' AND p.level = 'feature'"
+        )
+        with store.read() as connection:
+            sizes = [tuple(row) for row in connection.execute(sa.text(asked_for))]
+    assert {(r["name"], r["what"]) for r in measured if r["what"] == "diameter"} == {row[:2] for row in sizes}
+    path, what, value, run = sizes[0]
+    (found,) = rows(server, "/size", path=path, what=what)
+    assert (found["run"], found["value"]) == (run, value)
+    drawn = Page(page(server, "/size", path=path, what=what)).elements
+    assert len([a for tag, a in drawn if tag == "svg" and "history" in a["class"]]) == 1
+    assert [a["href"] for tag, a in drawn if tag == "a" and a["href"] == f"/run/{run}"] == [f"/run/{run}"] * 2
+    assert [a["class"] for tag, a in drawn if tag == "path" and a.get("class") in ("nominal", "limit")] == [
+        "nominal",
+        "limit",
+        "limit",
+    ]
+    assert f'href="/size?{urlencode({"path": path, "what": what})}"'.replace("&", "&amp;") in page(server, "/over-time")
+    camera = next(r for r in measured if r["camera"] == "left")
+    (residual,) = rows(server, "/camera", rig=str(camera["rig"]), name="left")
+    assert 0 < residual["value"] < 2
+    assert "circle" in page(server, "/camera", rig=str(camera["rig"]), name="left")
+
+
+def test_two_runs_stand_side_by_side(server: Server) -> None:
+    (run,) = (r["run"] for r in rows(server, "/runs", kind="inspect"))
+    differences = rows(server, "/compare", a="1", b=str(run))
+    assert {"kind"} <= {d["name"] for d in differences}
+    assert list(differences[0]) == ["what", "name", "run 1", f"run {run}", "difference", "sigma"]
+    assert "Nothing differs" in page(server, "/compare", a=str(run), b=str(run))
+    assert 'name="b"' in page(server, "/compare")
+
+
+def test_of_several_worlds_one_is_chosen(
+    inspection: Inspection, copy_store: Callable[[str], str], tmp_path: Path
+) -> None:
+    store = copy_store(inspection.store)
+    second = tmp_path / "second.yaml"
+    second.write_text("world: annex\nobjects:\n- {object: bulkhead, variant: A, name: spare}\n")
+    assert main(["world", str(second), "--store", store]) == 0
+    with serving(store) as started:
+        shown = page(started, "/find", **BOX)
+        worlds = [
+            a["value"] for tag, a in Page(shown).elements if tag == "option" and a["value"] in ("annex", "demo_cell")
+        ]
+        assert sorted(worlds) == ["annex", "demo_cell"]
+        assert rows(started, "/find", **BOX, world="demo_cell") != rows(started, "/find", **BOX, world="annex")
+        assert 'name="x0"' in page(started, "/find")
 
 
 def test_a_run_and_an_object_have_their_pages(server: Server, inspection: Inspection) -> None:
@@ -371,6 +453,8 @@ def test_a_browser_shows_its_pages_without_complaint(inspection: Inspection) -> 
             "objects",
             "find?" + urlencode(BOX),
             "question/hole_sizes",
+            "over-time",
+            "compare?a=1&b=2",
             "object/bulkhead?variant=A",
             f"run/{run}",
         ):

@@ -10,6 +10,7 @@ from relmodel.printing import print_rows
 STATES = ("running", "finished", "failed", "killed")
 VERDICTS = ("accepted", "ambiguous", "refused")
 PARTS = ("as modelled", "deviates", "another variant", "not enough seen")
+ANY_RUN = 2**62  # above any run's number
 EXAMPLE = "relmodel runs --store cell.duckdb --kind inspect"
 
 
@@ -27,6 +28,7 @@ def run(args: argparse.Namespace) -> int:
 
     with Store.open(store_target(args), read_only=True) as store, store.read() as connection:
         asked = {name: getattr(args, name) for name in ("kind", "state", "verdict", "part", "text")}
+        asked |= {"low": 0, "high": ANY_RUN}
         found = connection.execute(sql.query("run/runs"), asked)
         print_rows(list(found.keys()), found.all(), args.format)
     return 0
