@@ -57,7 +57,8 @@ class Database:
     """What a store is made in.  All reading and writing goes through connections that `read` and `write` return.
 
     access: how it is reached, and shared with others.  dead_runs: runs whose processes are
-    gone, for the views of a DuckDB file that is open for reading.
+    gone, for the views of a DuckDB file that is open for reading.  watch: called with a run's kind when it begins, and
+    with that and a step's name when the step ends.
     """
 
     def __init__(self, engine: Engine, name: str, *, read_only: bool = False) -> None:
@@ -66,6 +67,7 @@ class Database:
         self._read_only = read_only
         self._closed = False
         self.dead_runs: list[int] = []
+        self.watch: Callable[[str, str], None] | None = None
 
     @property
     def engine(self) -> Engine:

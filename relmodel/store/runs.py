@@ -104,9 +104,10 @@ class Run:
     An error that leaves the block ends the run as failed.
     """
 
-    def __init__(self, store: Database, run_id: int) -> None:
+    def __init__(self, store: Database, run_id: int, kind: str) -> None:
         self.store = store
         self.id = run_id
+        self.kind = kind
         self._liveness = LivenessLock(store, run_id)
         self._writes = 0
         self._began = time.perf_counter()
@@ -128,6 +129,7 @@ class Run:
         try:
             try:
                 journal.record(store, "run_event", run.id, 0)
+                run._tell("")
                 yield run
             except BaseException as error:
                 if not run._count.ended:
@@ -149,7 +151,7 @@ class Run:
         packages: tuple[str, ...],
     ) -> Run:
         with ExitStack() as failed, store.write() as connection:
-            run = cls(store, int(store.new_ids(connection, "run", 1)[0]))
+            run = cls(store, int(store.new_ids(connection, "run", 1)[0]), kind)
             failed.callback(run._liveness.release)
             run._liveness.hold()
             store.append(
@@ -282,6 +284,11 @@ class Run:
         now = time.perf_counter()
         step = _Step(name, now - self._count.step_began, datetime.now(UTC))
         self._count = self._count._replace(step_began=now, steps=(*self._count.steps, step))
+        self._tell(name)
+
+    def _tell(self, step: str) -> None:
+        if self.store.watch is not None:
+            self.store.watch(self.kind, step)
 
     def finish(self, message: str | None = None, connection: Connection | None = None, *, last: str = "rest") -> None:
         """End the run as finished, within `connection`'s transaction if given; `last` names the step that ends with it,

@@ -20,6 +20,9 @@ from relmodel.store.check import check
 SPAWN = multiprocessing.get_context("spawn")
 
 
+ANY = {"low": 0, "high": 9999} | dict.fromkeys(("kind", "state", "verdict", "part", "text"))
+
+
 def failing(store: Store) -> dict[str, list[dict[str, object]]]:
     return {finding.query: finding.rows for finding in check(store) if finding.rows}
 
@@ -37,10 +40,7 @@ def write_images(store: Store, run: Run, count: int) -> None:
 
 def states(store: Store) -> list[str]:
     with store.read() as connection:
-        return [
-            row.state
-            for row in store.rows(connection, "run/runs", kind=None, state=None, verdict=None, part=None, text=None)
-        ]
+        return [row.state for row in store.rows(connection, "run/runs", **ANY)]
 
 
 def abandoned(run: Run, connection: sa.Connection) -> None:

@@ -1,46 +1,141 @@
-"""A progress bar on stderr where that is a terminal; nothing where it is a file or a pipe."""
+"""How far long work is, on stderr: a bar where that is a terminal, else a line now and then.
+
+What is being done comes from the library; how far an inspection is, and how long the rest will take, from how long the
+steps of the newest run of its kind took in this store.
+"""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from threading import Event, Thread
 
 from relmodel.app.cli import output
 from relmodel.progress import Progress, silent
+from relmodel.store import Store
 from relmodel.text import visible
 
 _TICK_S = 0.5
+_LINE_S = 10.0  # between lines where stderr is no terminal
+
+
+class Watch:
+    """What is being done, and how far it is; usual: steps by the kind of a run, each with seconds."""
+
+    def __init__(self, usual: Mapping[str, Sequence[tuple[str, float]]]) -> None:
+        self._usual = usual
+        self._what, self._done, self._of = "", 0, 1
+        self._kind, self._passed, self._name = "", list[str](), ""
+        self._began = self._step_began = time.monotonic()
+
+    def tell(self, what: str, done: int, of: int) -> None:
+        """As `Progress`."""
+        self._what, self._done, self._of = what, done, of
+
+    def step(self, kind: str, name: str) -> None:
+        """A run of a kind began (without a name), or a step of it ended."""
+        if not name:
+            self._kind, self._passed = kind, []
+        else:
+            self._passed.append(name)
+        self._step_began = time.monotonic()
+        left = self._left()
+        self._name = left[0][0] if left else ""
+
+    def _left(self) -> list[tuple[str, float]]:
+        """The steps that the run has before it, as far as the one before it is a guide."""
+        steps = list(self._usual.get(self._kind, ()))
+        for name in self._passed:
+            at = next((i for i, (other, _) in enumerate(steps) if other == name), None)
+            steps = steps if at is None else steps[at + 1 :]
+        return steps
+
+    def words(self) -> str:
+        """What is being done, the step, the share that is done and the seconds left, as far as these are known."""
+        now = time.monotonic()
+        total = sum(seconds for _, seconds in self._usual.get(self._kind, ()))
+        within = 0.0
+        # Other runs tell of themselves how many pieces of theirs are done.
+        if self._kind == "inspect" and total > 0:
+            left = self._left()
+            rest = sum(seconds for _, seconds in left)
+            rest -= min(now - self._step_began, left[0][1]) if left else 0.0
+            within = 1 - rest / total
+        share = min((self._done + within) / max(self._of, 1), 1.0)
+        seconds = None
+        if self._kind == "inspect" and total > 0:
+            seconds = (self._of - self._done - within) * total
+        elif total > 0 and self._of <= 1:
+            seconds = max(total - (now - self._began), 0.0)
+        elif share > 0:
+            seconds = (now - self._began) * (1 - share) / share
+        said = f"{self._what} ({self._name})" if self._name else self._what
+        said += f", {share:.0%}" if share > 0 else ""
+        return said + ("" if seconds is None else f", about {max(seconds, 1):.0f} s left")
+
+    def share(self) -> float:
+        """What is done of the pieces that the library counts."""
+        return self._done / max(self._of, 1)
 
 
 @contextmanager
-def shown() -> Iterator[Progress]:
-    """Show the progress that is reported while the block lasts; the bar is gone when it ends."""
-    if output.quiet or not sys.stderr.isatty():
+def shown(store: Store | None = None) -> Iterator[Progress]:
+    """Show the progress that is reported while the block lasts, and the steps of the store's runs; a bar is gone when
+    it ends."""
+    if output.quiet:
         yield silent
         return
-    from tqdm import tqdm
+    watch = Watch({} if store is None else _usual_steps(store))
+    if store is not None:
+        store.watch = watch.step
+    try:
+        if sys.stderr.isatty():
+            with _bar(watch) as refresh, _ticking(refresh, _TICK_S):
 
-    form = "{desc} |{bar:20}| {n_fmt}/{total_fmt} {elapsed}"
-    with tqdm(total=1, file=sys.stderr, leave=False, bar_format=form) as bar:
+                def advance(what: str, done: int, of: int) -> None:
+                    watch.tell(what, done, of)
+                    refresh()
 
-        def advance(what: str, done: int, of: int) -> None:
-            bar.n, bar.total = done, of
-            bar.set_description_str(visible(what))
+                yield advance
+        else:
+            with _ticking(lambda: output.complain(watch.words()), _LINE_S):
+                yield watch.tell
+    finally:
+        if store is not None:
+            store.watch = None
 
-        with _ticking(bar):
-            yield advance
+
+def _usual_steps(store: Store) -> dict[str, list[tuple[str, float]]]:
+    out: dict[str, list[tuple[str, float]]] = {}
+    with store.read() as connection:
+        for row in store.rows(connection, "run/usual_steps"):
+            out.setdefault(row.kind, []).append((row.name, float(row.seconds or 0.0)))
+    return out
 
 
 @contextmanager
-def _ticking(bar: object) -> Iterator[None]:
-    """Advance the clock of a bar while no progress is reported."""
+def _bar(watch: Watch) -> Iterator[Callable[[], None]]:
+    from tqdm import tqdm
+
+    with tqdm(total=1, file=sys.stderr, leave=False, bar_format="{desc} |{bar:20}| {elapsed}") as bar:
+
+        def refresh() -> None:
+            bar.n = watch.share()
+            bar.set_description_str(visible(watch.words()))
+
+        yield refresh
+
+
+@contextmanager
+def _ticking(tell: Callable[[], None], every_s: float) -> Iterator[None]:
+    """Tell again and again while the block lasts."""
     done = Event()
 
     def tick() -> None:
-        while not done.wait(_TICK_S):
-            bar.refresh()  # type: ignore[attr-defined]
+        while not done.wait(every_s):
+            tell()
 
     thread = Thread(target=tick, daemon=True)
     thread.start()

@@ -17,6 +17,7 @@ from PIL import Image
 
 from relmodel.app.cli.main import main
 from relmodel.store import Store
+from relmodel.user import user_name
 from relmodel.world.correction import Carrier
 from tests.app.cli.conftest import DEMO, Inspection, Pair, inspected
 from vision.inspection import locate as locate_module
@@ -161,7 +162,15 @@ def test_every_step_has_its_rows(answer: dict[str, Any], store: str, inspection:
         for name in WRITTEN:
             assert connection.execute(sa.select(sa.func.count()).select_from(opened.table(name))).scalar(), name
         assert opened.rows(
-            connection, "run/runs", kind="inspect", state="finished", verdict="accepted", part=None, text=None
+            connection,
+            "run/runs",
+            kind="inspect",
+            state="finished",
+            verdict="accepted",
+            part=None,
+            text=None,
+            low=0,
+            high=99,
         )
         steps = sa.text("SELECT name FROM run_event WHERE run_id = :run AND kind = 'step' ORDER BY event_no")
         said = connection.execute(steps, {"run": answer["run"]}).scalars().all()
@@ -174,6 +183,7 @@ def test_every_step_has_its_rows(answer: dict[str, Any], store: str, inspection:
         "against": None,
         "carrier": asdict(Carrier()),
         "serial": None,
+        "operator": user_name(),
         "keep_images": True,
         "full_audit": True,
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import shlex
 import shutil
 import signal
@@ -20,6 +21,7 @@ import pytest
 import trimesh
 
 from relmodel.app.cli.main import main, parser
+from relmodel.app.cli.progress import Watch
 from relmodel.progress import Progress
 
 INTERRUPTED = "interrupted: what was finished before is kept, and the store is otherwise as it was"
@@ -90,6 +92,45 @@ def test_progress_stands_on_a_terminal_alone(
         assert capsys.readouterr().out == quiet[verb]
 
 
+def test_an_inspection_says_its_step_the_share_done_and_the_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = 100.0
+    monkeypatch.setattr("time.monotonic", lambda: now)
+    watch = Watch({"inspect": [("read", 1.0), ("extract", 3.0), ("localise", 6.0)], "world": [("", 8.0)]})
+    watch.tell("two.png: inspecting", 1, 4)
+    watch.step("inspect", "")
+    assert watch.words() == "two.png: inspecting (read), 25%, about 30 s left"
+    now = 101.5
+    watch.step("inspect", "read")
+    now = 103.0  # half of what the next took last time
+    assert watch.words() == "two.png: inspecting (extract), 31%, about 28 s left"
+    now = 120.0  # longer than last time: it does not count for more than its own
+    assert watch.words() == "two.png: inspecting (extract), 35%, about 26 s left"
+    watch.step("inspect", "localise")  # it may leave one out
+    assert watch.words() == "two.png: inspecting, 50%, about 20 s left"
+    watch = Watch({"world": [("", 8.0)]})
+    watch.tell("cell.yaml: placing", 0, 1)
+    watch.step("world", "")
+    now = 122.0
+    assert watch.words() == "cell.yaml: placing, about 6 s left"
+    watch = Watch({})
+    watch.tell("two.step: reading", 1, 4)
+    assert watch.words() == "two.step: reading, 25%, about 1 s left"
+
+
+@pytest.mark.usefixtures("reads_here")
+def test_without_a_terminal_there_is_a_line_now_and_then(
+    calls: dict[str, list[str]], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("relmodel.app.cli.progress._LINE_S", 0.001)
+    assert main(calls["load"]) == 0
+    assert main(calls["world"]) == 0
+    printed = capsys.readouterr()
+    assert re.search(r"^A\.stl: (reading|storing)", printed.err, re.MULTILINE)
+    assert printed.out == ""
+    assert main([*calls["diff"], "--quiet"]) == 0
+    assert capsys.readouterr().err == ""
+
+
 @pytest.mark.parametrize("verb", LONG)
 def test_help_shows_examples_that_are_taken(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
@@ -137,7 +178,7 @@ def test_an_interrupt_leaves_the_store_as_it_was(
         told = 0
 
         @contextmanager
-        def stopping(step: int = step) -> Iterator[Progress]:
+        def stopping(store: object = None, step: int = step) -> Iterator[Progress]:
             def tell(what: str, done: int, of: int) -> None:
                 nonlocal told
                 told += 1

@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
 
     before, after = (variant_named(text, args.object) for text in (args.before, args.after))
     with Store.open(store_target(args)) as store:
-        with shown() as progress:
+        with shown(store) as progress:
             comparison = compare(store, before, after, reach=args.reach, progress=progress)
         with store.read() as connection:
             found = connection.execute(sql.query("compare/changes"), {"comparison_id": comparison.id})

@@ -30,7 +30,7 @@ def run(args: argparse.Namespace) -> int:
     if args.octree:
         from relmodel.find.octree_tables import write_octree
 
-        with Store.open(store_target(args)) as store, shown() as progress:
+        with Store.open(store_target(args)) as store, shown(store) as progress:
             progress("oct-tree: writing", 0, 1)
             cells = write_octree(store, args.world)
         say(f"the oct-tree has {cells} cells")
@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
         return 0
     from relmodel.find.compare_indexes import compare
 
-    with Store.open(store_target(args)) as store, shown() as progress:
+    with Store.open(store_target(args)) as store, shown(store) as progress:
         found = compare(store, args.world, progress)
     hits = [f"hits_{hits}_ms" for hits in found.store.one_ms]
     names = ("kind", "build_ms", "size_mb", *hits, "any_ms", "view_ms", "thousand_ms", "score")

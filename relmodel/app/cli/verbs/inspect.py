@@ -177,7 +177,7 @@ def run(args: argparse.Namespace) -> int:
     carrier = Carrier(args.on, assigned(args.set, "--set"), sigmas, base, stands)
     objects = [name.strip() for name in (args.against or "").split(",") if name.strip()]
     compile_ahead(KERNELS, say)
-    with Store.open(store_target(args)) as store, shown() as progress:
+    with Store.open(store_target(args)) as store, shown(store) as progress:
         scenes = Scenes(store)
 
         def inspect_pair(pair: Listed) -> Inspection:

@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
             f"two files would be {' '.join(min(twice)).strip()}: load them one by one, with names of their own"
         )
     refused = None
-    with Store.open(store_target(args)) as store, shown() as progress:
+    with Store.open(store_target(args)) as store, shown(store) as progress:
         compile_behind(say)
         for request, outcome in load_all(store, requests, progress):
             if isinstance(outcome, InputError):

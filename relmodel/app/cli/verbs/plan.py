@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
     if args.views is not None and args.views < 1:
         raise UsageError(f"--views {args.views} proposes nothing: give at least 1")
     rig = read_rig(args.rig)
-    with Store.open(store_target(args), read_only=True) as store, shown() as progress:
+    with Store.open(store_target(args), read_only=True) as store, shown(store) as progress:
         plan = plan_views(
             store,
             rig,

@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.app.report.write import write_report
     from relmodel.store import Store
 
-    with Store.open(store_target(args), read_only=not args.diff) as store, shown() as progress:
+    with Store.open(store_target(args), read_only=not args.diff) as store, shown(store) as progress:
         of = write_report(
             store,
             args.out,

@@ -20,7 +20,7 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.store import Store
     from vision.cameras.world import place_world_with_rigs
 
-    with Store.open(store_target(args)) as store, shown() as progress:
+    with Store.open(store_target(args)) as store, shown(store) as progress:
         report = place_world_with_rigs(store, args.file, progress)
     say(
         f"{report.world}, revision {report.revision}: {report.status} (run {report.run_id}); "
