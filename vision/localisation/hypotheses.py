@@ -408,7 +408,7 @@ def keep_distinct(prediction: Prediction, delta: Floats, score: Floats, apart_px
     """The best rows, at most `count`, no two of which show the samples less than `apart_px` (rms) apart."""
     _, jacobian = project_with_jacobians(prediction)
     some = jacobian[:: max(len(jacobian) // 60, 1)]
-    flow = np.einsum("nij,kj->kni", some, delta).reshape(len(delta), -1) / np.sqrt(len(some))
+    flow = np.einsum("nij,kj->kni", some, delta).reshape(len(delta), 2 * len(some)) / np.sqrt(len(some))
     kept: list[int] = []
     for row in np.argsort(-score, kind="stable"):
         if all(np.linalg.norm(flow[row] - flow[other]) >= apart_px for other in kept):

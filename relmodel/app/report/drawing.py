@@ -127,8 +127,12 @@ def history(points: Sequence[Point], unit: str) -> Markup:
     def y(v: Floats) -> Floats:
         return np.asarray(250 - 240 * (v - low + margin) / (high - low + 2 * margin))
 
+    half = 450 / len(points)  # a line goes as far about a value as to the middle of the next
+    ends = (x[:, None] + [-half, half]).ravel()
     lines = [
-        Markup('<path class="{}" d="{}"/>').format(name, path_data(np.column_stack([x, y(at)])[np.isfinite(at)]))
+        Markup('<path class="{}" d="{}"/>').format(
+            name, path_data(np.column_stack([ends, np.repeat(y(at), 2)])[np.repeat(np.isfinite(at), 2)])
+        )
         for name, at in (("nominal", nominal), ("limit", nominal - limit), ("limit", nominal + limit))
         if np.isfinite(at).any()
     ]

@@ -134,7 +134,7 @@ def _runs(store: Store, connection: Connection, asked: Mapping[str, str], whole:
     high = int(store.rows(connection, "run/newest")[0].run)
     if asked.get("before"):
         high = min(high, int(finite("before", asked["before"])) - 1)
-    size, rows = high if whole else ROWS_SHOWN, list[Any]()
+    size = high if whole else ROWS_SHOWN
     table = _table(connection, "Runs", "run/runs", **given, low=max(high - size + 1, 0), high=high)
     rows, high = list(table.rows), high - size
     while high > 0 and len(rows) < ROWS_SHOWN and not whole:
@@ -166,10 +166,7 @@ def _compare(store: Store, asked: Mapping[str, str]) -> Listing:
         return Listing("Two runs", empty, fields, words="What differs between two runs, and where they part.")
     runs = [int(finite(name, asked[name])) for name in ("a", "b")]
     names = ("what", "name", f"run {runs[0]}", f"run {runs[1]}", "difference", "sigma")
-    differences = [tuple(d) for d in compare_runs(store, *runs)]
-    first = [d for d in differences if d[0] == "outcome"]
-    rows = [*first, *(d for d in differences if d[0] != "outcome")]
-    table = Table("Two runs", names, rows, empty="Nothing differs.")
+    table = Table("Two runs", names, compare_runs(store, *runs), empty="Nothing differs.")
     return Listing(f"Run {runs[0]} and run {runs[1]}", table, fields)
 
 
