@@ -318,6 +318,10 @@ class Run:
     def _append_events(self, connection: Connection, kinds: list[str], **columns: list[Any]) -> None:
         first, count = self._count.events, len(kinds)
         common: dict[str, Any] = {"name": [""] * count, "happened_at": [datetime.now(UTC)] * count}
-        numbered = {"run_id": [self.id] * count, "event_no": list(range(first, first + count)), "kind": kinds}
-        self.store.append(connection, "run_event", numbered | common | columns)
+        numbered: dict[str, Any] = {
+            "run_id": [self.id] * count,
+            "event_no": list(range(first, first + count)),
+            "kind": kinds,
+        }
+        self.store.append(connection, "run_event", numbered | {"kind": kinds} | common | columns)
         self._count = self._count._replace(events=first + count)
