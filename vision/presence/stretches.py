@@ -88,10 +88,9 @@ def weigh_runs(samples: Samples, support: Support, sides: Sides, p: RunParameter
     n = weight / p.stretch_px
     log_odds = compute_log_odds(found, n, chance, share, p)
     levels = (np.arange(p.levels) + 0.5) / p.levels
-    at = [_log_likelihoods(np.full(count, level), n, chance, p) for level in levels]
-    shown, partly, nothing = np.stack(at, axis=1)
-    there = np.exp(_there(shown, partly, nothing, share, p))
-    odds = _compare(shown, partly, nothing, share, p)
+    grid = np.stack([_log_likelihoods(np.full(count, level), n, chance, p) for level in levels], axis=1)
+    there = np.exp(_there(grid, share, p))
+    odds = _compare(grid, share, p)
     # Beta-binomial likelihoods of shares lack the number of ways, which is the same for all three: weigh by it.
     ways = np.exp(_ways(levels[:, None], n))
     expected = (there * ways * odds).sum(axis=0) / np.maximum((there * ways).sum(axis=0), 1e-300)
@@ -130,17 +129,17 @@ def sum_in_one_light(group: Ints, in_light: Floats, count: int) -> Floats:
 
 def compute_log_odds(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunParameters) -> Floats:
     """Log odds of there against not there for found shares of `n` independent stretches; share: of edges that show."""
-    shown, partly, nothing = _log_likelihoods(found, n, chance, p)
-    return _compare(shown, partly, nothing, share, p)
+    return _compare(_log_likelihoods(found, n, chance, p), share, p)
 
 
-def _compare(shown: Floats, partly: Floats, nothing: Floats, share: Floats, p: RunParameters) -> Floats:
-    """The log odds by log likelihoods."""
-    there = _there(shown, partly, nothing, share, p)
+def _compare(likelihoods: Floats, share: Floats, p: RunParameters) -> Floats:
+    """The log odds by log likelihoods (3, ...)."""
+    there, (_, partly, nothing) = _there(likelihoods, share, p), likelihoods
     return np.asarray(there - np.logaddexp(np.log1p(-p.stray) + nothing, np.log(p.stray) + partly))
 
 
-def _there(shown: Floats, partly: Floats, nothing: Floats, share: Floats, p: RunParameters) -> Floats:
+def _there(likelihoods: Floats, share: Floats, p: RunParameters) -> Floats:
+    shown, partly, nothing = likelihoods
     faint = np.logaddexp(np.log(p.partly) + partly, np.log1p(-p.partly) + nothing)
     return np.asarray(np.logaddexp(np.log(share) + shown, np.log1p(-share) + faint))
 
