@@ -13,6 +13,7 @@ from benchmarks.run import BENCHMARKS, FULL_ONLY, Benchmark, Outcome
 # What draws a picture of the docs, makes or keeps data that other scripts read, or works over a folder of trials in
 # several steps.
 TOOLS = {
+    "altered_models",
     "constellation",
     "displaced_views",
     "export_problems",
