@@ -72,20 +72,29 @@ def draw_rig(rig: Rig, sigma: CalibrationSigma, rng: np.random.Generator) -> Rig
 
 @dataclass(frozen=True)
 class Outcome:
-    """A refined pose, its squared distance from the truth in sigmas, and that of the first camera's centre alone."""
+    """A refined pose, its squared distance from the truth in sigmas, that of the first camera's centre alone, and how
+    far (mm) the middle of what is seen is off."""
 
     refined: Refined
     chi_square: float
     chi_square_centre: float
+    off_mm: float
 
 
 def simulate(
-    errors: Errors, seed: int, cameras: tuple[str, ...] = ("left", "right"), *, stated: bool = True
+    errors: Errors,
+    seed: int,
+    cameras: tuple[str, ...] = ("left", "right"),
+    *,
+    stated: bool = True,
+    stated_tolerance_mm: float | None = None,
 ) -> Outcome:
     """One trial: a view of the blocks drawn from the seed, edges with errors drawn, refinement from a pose near by;
-    `stated`: whether the rig says how far off its calibration may be."""
+    `stated`: whether the rig says how far off its calibration may be; `stated_tolerance_mm`: of the model, where that
+    is not what it is off by."""
     rng = np.random.default_rng(seed)
-    scene = replace(blocks(), tolerance_mm=np.full(10, errors.tolerance_mm))
+    tolerance = errors.tolerance_mm if stated_tolerance_mm is None else stated_tolerance_mm
+    scene = replace(blocks(), tolerance_mm=np.full(10, tolerance))
     believed = stereo_rig().only(*cameras)
     moving = replace(errors.calibration, translation_mm=0.0, rotation=0.0)
     believed = Rig(
@@ -104,4 +113,6 @@ def simulate(
     found = refine(scene, believed, indexes, build_fine_evidence(believed, edges), prior, start)
     d = perturbation(found.world_from_rig, truth)
     centre = d[:3] @ np.linalg.solve(found.covariance[:3, :3], d[:3])
-    return Outcome(found, float(d @ np.linalg.solve(found.covariance, d)), float(centre))
+    middle = np.append(found.middle, 1.0)
+    apart = float(np.linalg.norm((found.world_from_rig - truth) @ middle))
+    return Outcome(found, float(d @ np.linalg.solve(found.covariance, d)), float(centre), apart)

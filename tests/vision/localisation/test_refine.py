@@ -241,6 +241,24 @@ def test_a_calibration_that_is_off_is_not_held_unless_it_is_stated() -> None:
     assert unstated > 5 * stated
 
 
+@pytest.mark.parametrize("cameras", [("left", "right"), ("left",)])
+def test_a_stated_tolerance_leaves_an_exact_model_where_it_is(cameras: tuple[str, ...]) -> None:
+    exact, tolerant = (
+        [simulate(Errors(), seed, cameras, stated_tolerance_mm=mm) for seed in range(3)] for mm in (0.0, 1.0)
+    )
+    assert max(one.off_mm for one in tolerant) < 0.4
+    for a, b in zip(exact, tolerant, strict=True):
+        assert b.refined.evidence > 0.9 * a.refined.evidence
+
+
+def test_a_stated_calibration_brings_the_pose_nearer() -> None:
+    errors = Errors(calibration=CalibrationSigma(0.004, 3.0, 1.5, 0.004))
+    stated, silent = ([simulate(errors, seed, stated=said) for seed in range(4)] for said in (True, False))
+    assert np.mean([one.off_mm for one in stated]) < 0.5 * np.mean([one.off_mm for one in silent])
+    gained = np.mean([one.refined.evidence for one in stated]) / np.mean([one.refined.evidence for one in silent])
+    assert gained > 1.2, "edges are looked for where the solved cameras put them"
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_refinement_never_worsens(seed: int) -> None:
     """Like cubes, of which most have stronger edges beside their own: labels, shadows, other things that look alike."""
