@@ -270,8 +270,9 @@ seeing AS (
 ),
 -- Log odds of the best pose were all found that is expected there: what view and model could say at most.
 most AS (
-    SELECT s.run_id, t.offset_odds + t.evidence_weight * ln(greatest(sum(s.expected), 1) / t.chance) + t.share_weight
-        + t.agreement_weight AS odds, ln(t.needed / (1 - t.needed)) AS needed
+    SELECT s.run_id, ln(t.needed / (1 - t.needed)) AS needed,
+        least(t.offset_odds + t.evidence_weight * ln(greatest(sum(s.expected), 1) / t.chance) + t.share_weight
+            + t.agreement_weight, CASE WHEN sum(s.expected) <= t.chance THEN 0 END) AS odds
     FROM hypothesis_support AS s
     JOIN (
         SELECT run_id, max(CASE name WHEN 'offset' THEN value END) AS offset_odds,

@@ -57,7 +57,8 @@ def compute_covariance(
     meat += _scatter_by_tolerance(m, prediction, weight)
     considered = unknowns.precision[:, None] * unknowns.considered
     meat[6:, 6:] += considered @ considered.T
-    return np.asarray((inverse @ meat @ inverse)[:6, :6]) + _scatter_without_arcs(m, group, weight, hessian)
+    covariance = (inverse @ meat @ inverse)[:6, :6] + _scatter_without_arcs(m, group, weight, hessian)
+    return np.asarray((covariance + covariance.T) / 2)
 
 
 def _scatter_without_arcs(m: Measurements, group: Ints, weight: Floats, hessian: Floats) -> Floats:

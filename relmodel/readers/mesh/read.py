@@ -1,5 +1,5 @@
 """Meshes (OBJ, STL, PLY, GLB, glTF, 3MF) through trimesh: the scene graph becomes assemblies, shared geometry stays
-shared, solids that lie apart in one mesh are parts of their own, triangles become surfaces and arcs (`shape.py`)."""
+shared, solids that lie apart in a mesh without a name are parts, triangles become surfaces and arcs (`shape.py`)."""
 
 from __future__ import annotations
 
@@ -258,9 +258,12 @@ class _Reader:
         return self._named(str(self._nodes[node][1]) if made_up and made_up[1] in self._nodes else node)
 
     def _named(self, name: str) -> str:
-        """A name in the file; that of the whole where trimesh took the file's, or made it up for its only mesh."""
-        made_up = len(self.scene.geometry) == 1 and _UNNAMED.fullmatch(name)
-        return self.name if name == self.file or made_up else name
+        """A name in the file; that of the whole for a mesh without one."""
+        return self.name if self._is_unnamed(name) else name
+
+    def _is_unnamed(self, name: str) -> bool:
+        """Whether trimesh took the file's name, or made one up for its only mesh."""
+        return name == self.file or (len(self.scene.geometry) == 1 and bool(_UNNAMED.fullmatch(name)))
 
     def _parts(self, geometry: str, stretch: Floats) -> list[int]:
         """Parts of a geometry stretched by a 3x3 matrix; none where it holds no area."""
@@ -283,7 +286,8 @@ class _Reader:
             )
         if np.linalg.det(stretch) < 0:
             triangles = triangles[:, ::-1]
-        solids = split_solids(vertices, triangles)
+        # A name says what is one part; a mesh without one is whatever lies in the file.
+        solids = split_solids(vertices, triangles) if self._is_unnamed(geometry) else [triangles]
         made = []
         for number, some in enumerate(solids, 1):
             shape = shape_from_triangles(vertices, some, fit=self.fit)

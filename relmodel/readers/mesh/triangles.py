@@ -217,7 +217,7 @@ def cut_patches(vertices: Floats, triangles: Ints, edges: Edges, tolerance: floa
 
 
 def split_solids(vertices: Floats, triangles: Ints) -> list[Ints]:
-    """The triangles of each solid, where a mesh is of closed ones whose boxes lie apart; else all of them together: one
+    """The triangles of each solid, in the mesh's order, where they are closed and their boxes lie apart; else all: one
     shell may be the hollow of another, and open sheets make up a body only with those beside them."""
     welded, corners, kept = weld(vertices, triangles)
     if not len(kept):
@@ -231,4 +231,5 @@ def split_solids(vertices: Floats, triangles: Ints) -> list[Ints]:
     meet = (low[:, None] <= high).all(axis=2) & (low <= high[:, None]).all(axis=2)
     if meet.sum() > count:
         return [triangles]
-    return [triangles[kept[shell == number]] for number in range(count)]
+    first = np.unique(shell, return_index=True)[1]
+    return [triangles[kept[shell == number]] for number in np.argsort(first)]
