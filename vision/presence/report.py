@@ -31,10 +31,10 @@ _MOST_SAID = 12
 
 
 def rank_failures(presence: Presence) -> Ints:
-    """Parts and features that are not as the model says, worst first: by state, then by evidence.  A part that only
-    fails by its features is left out: they tell."""
-    told = (np.array(presence.items.level) != "surface") & (presence.reason != OF_FEATURE)
-    rows = np.flatnonzero(told & ~np.isin(presence.state, (CONFIRMED, UNDECIDABLE)))
+    """Parts and features that are not as the model says, worst first: by state, then by evidence.  A part that
+    fails by its features alone is left out: they stand for it."""
+    shown = (np.array(presence.items.level) != "surface") & (presence.reason != OF_FEATURE)
+    rows = np.flatnonzero(shown & ~np.isin(presence.state, (CONFIRMED, UNDECIDABLE)))
     place = np.argsort(SEVERITY)[presence.state[rows]]
     evidence = np.fmax(-presence.evidence.log_odds.sum(axis=1), np.nan_to_num(presence.moved_log_odds))[rows]
     return np.asarray(rows[np.lexsort((-evidence, place))])
