@@ -60,7 +60,7 @@ def replay_pose(store: Database, connection: Connection, run: int, p: Localisati
     rows = store.columns(connection, "replay/measurements", run=run)
     prediction, seen = _read_sightings(rows, np.searchsorted(cameras["view_no"], rows["view_no"]), rig, at)
     before, scale = stored["before"], p.refinement.rounds[-1][1]
-    m = compare_with_edges(prediction, seen, np.zeros(6), unknowns, before, scale, rows["weight"] > 0, p.refinement)
+    m = compare_with_edges(prediction, seen, np.zeros(6), unknowns, before, scale, rows["weight"] > 0, p)
     hessian, _ = normal_equations(m, at, before, prior, unknowns)
     covariance = compute_covariance(m, prediction, rows["stretch"], hessian, unknowns, p)
     joined = join_explanations(at, covariance, poses.get("explanation", []))

@@ -222,8 +222,6 @@ class RefinementParameters:
     """sigmas to first order from which a part is left out on trial: robust weights hide most of a shift"""
     most_tolerance: float = 2.5
     """sigmas of an arc's tolerance within which it is looked for"""
-    edge_px: float = 0.4
-    """px: standard deviation of edges about the arc they belong to, where it lies elsewhere than the model says"""
     systematic_px: float = 0.08
     """px: what an edge's own sigma leaves out: tessellation, rounded and burred edges"""
     texture_px: float = 0.5

@@ -109,7 +109,7 @@ def measure(
     """Edge measurements of a prediction whose pose is perturbed by `delta` (6,), given the cameras' `own` unknowns (c,
     10), and which samples vote (n,)."""
     seen = _find_sightings(prediction, indexes, delta, own, reach, scale, p.refinement)
-    m = compare_with_edges(prediction, seen, delta, unknowns, own, scale, votes, p.refinement)
+    m = compare_with_edges(prediction, seen, delta, unknowns, own, scale, votes, p)
     # A displaced arc displaces all its samples: n of them determine no more than the arc's tolerance allows.
     return replace(m, sigma=np.sqrt(m.sigma**2 + prediction.tolerance_px**2 * _sum_by_arc(prediction, m.weight)))
 
@@ -155,7 +155,7 @@ def compare_with_edges(
     own: Floats,
     scale: float,
     votes: Bools,
-    p: RefinementParameters,
+    p: LocalisationParameters = DEFAULTS,
 ) -> Measurements:
     """Measurements from edge elements seen beside a prediction, each with the sigma it was seen with; the rest as in
     `measure`."""
@@ -184,7 +184,7 @@ def _along_normals(direction: Floats, vectors: Floats) -> Floats:
     return np.asarray(direction[:, 0] * vectors[:, 1] - direction[:, 1] * vectors[:, 0])
 
 
-def _find_shifts(prediction: Prediction, offset: Floats, use: Bools, scale: float, p: RefinementParameters) -> Floats:
+def _find_shifts(prediction: Prediction, offset: Floats, use: Bools, scale: float, p: LocalisationParameters) -> Floats:
     """How far (n,) px off its prediction each sample's arc lies, of what its tolerance leaves open: where most of the
     arc's edges agree, at the cost of the distance; zero where the model is exact."""
     tolerance = prediction.tolerance_px
@@ -195,13 +195,12 @@ def _find_shifts(prediction: Prediction, offset: Floats, use: Bools, scale: floa
     group = np.unique(prediction.image_of_arc[rows], return_inverse=True)[1].ravel()
     most = np.zeros(int(group.max()) + 1)
     np.maximum.at(most, group, tolerance[rows])
-    steps = np.linspace(
-        -p.most_tolerance, p.most_tolerance, 2 * int(np.ceil(2 * p.most_tolerance * most.max() / scale)) + 1
-    )
+    widest = p.refinement.most_tolerance
+    steps = np.linspace(-widest, widest, 2 * int(np.ceil(2 * widest * most.max() / scale)) + 1)
     tried = steps[:, None] * most
     near = 1 / (1 + ((offset[rows] - tried[:, group]) / scale) ** 2)
     agreed = sum_by_group(group, (near * prediction.weight[rows]).T, len(most)).T
-    gained = 0.5 * (scale / p.edge_px) ** 2 * agreed - 0.5 * steps[:, None] ** 2
+    gained = 0.5 * (scale / p.support.offset_px) ** 2 * agreed - 0.5 * steps[:, None] ** 2
     shift[rows] = tried[np.argmax(gained, axis=0), np.arange(len(most))][group]
     return shift
 
