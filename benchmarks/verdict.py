@@ -1,6 +1,6 @@
 """The verdict's calibration: what localisation says of trials with known truth, the weights, and how true they are.
 
-    python benchmarks/verdict.py run FOLDER [--renders TRIALS] [--prior KIND] [--part I/N]    # a line of JSON a trial
+    python benchmarks/verdict.py run FOLDER [--renders TRIALS] [--prior KIND] [--others N]    # a line of JSON a trial
     python benchmarks/verdict.py fit FOLDER       # weights for VerdictParameters, fitted on the sets named in FITTED
     python benchmarks/verdict.py draw FOLDER      # reliability and acceptance against error, on all other sets
 
@@ -72,8 +72,8 @@ RIGHT_CHI_SQUARE = float(chdtri(6, erfc(4 / np.sqrt(2))))
 PRIORS = ("stored", "wide", "none")
 
 
-def trials(models: Models, renders: Path | None) -> Iterator[Trial]:
-    """All trials: as they are, by one camera, and made wrong."""
+def trials(models: Models, renders: Path | None, others: int) -> Iterator[Trial]:
+    """All trials: as they are, by one camera, and made wrong; each model is shown that many pictures of others."""
     data = os.environ.get("RELMODEL_TEST_DATA")
     pairs: list[Trial] = list(demonstration(models))
     singles: list[Trial] = []
@@ -94,16 +94,15 @@ def trials(models: Models, renders: Path | None) -> Iterator[Trial]:
                 yield alter(trial, kind)
         for kind in ("focal", "baseline"):
             yield miscalibrate(trial, kind)
-        for step in (1, 5, 9):
-            other = once[(number + step) % len(once)]
-            if other.model != trial.model or other is not trial:
-                yield show(trial, other)
     # A box mirrored or turned is a box still: pictures of other objects are wrong of it, others of itself are not.
-    for number, trial in enumerate(singles):
-        for step in (7, 12):
-            if (other := singles[(number + step) % len(singles)]).model != trial.model:
+    for step in range(others):
+        for number, trial in enumerate(once):
+            if (other := once[(number + 1 + 4 * step) % len(once)]).model != trial.model:
                 yield show(trial, other)
-        yield show(trial, once[number % len(once)])
+        for number, trial in enumerate(singles):
+            if (other := singles[(number + 7 + 5 * step) % len(singles)]).model != trial.model:
+                yield show(trial, other)
+            yield show(trial, once[(number + step) % len(once)])
 
 
 def blind_trials(models: Models) -> Iterator[Trial]:
@@ -116,7 +115,7 @@ def blind_trials(models: Models) -> Iterator[Trial]:
             yield blind(trial, kind, pairs[(number + 1) % len(pairs)])
 
 
-def run(folder: Path, renders: Path | None, prior: str, part: int, parts: int, *, is_blind: bool) -> None:
+def run(folder: Path, renders: Path | None, prior: str, part: int, parts: int, others: int, *, is_blind: bool) -> None:
     """Localise every trial that has no line yet."""
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"trials_{part}_{parts}.jsonl"
@@ -124,7 +123,7 @@ def run(folder: Path, renders: Path | None, prior: str, part: int, parts: int, *
     models = Models(folder)
     extractions: dict[bytes, Primitives] = {}
     with file.open("a") as out:
-        for number, trial in enumerate(blind_trials(models) if is_blind else trials(models, renders)):
+        for number, trial in enumerate(blind_trials(models) if is_blind else trials(models, renders, others)):
             if number % parts == part and trial.name not in done:
                 line = measure(give_prior(trial, prior, number), models, extractions)
                 out.write(json.dumps(line) + "\n")
@@ -289,11 +288,12 @@ def main() -> None:
     parser.add_argument("--renders", type=Path, help="what python -m examples.render.trials wrote")
     parser.add_argument("--prior", default="stored", choices=PRIORS)
     parser.add_argument("--part", default="0/1", metavar="I/N", help="the I-th of N runs side by side")
+    parser.add_argument("--others", type=int, default=2, help="pictures of others that each model is shown")
     parser.add_argument("--blind", action="store_true", help="pairs of which a camera says nothing, and no others")
     args = parser.parse_args()
     if args.action == "run":
         part, parts = map(int, args.part.split("/"))
-        run(args.folder, args.renders, args.prior, part, parts, is_blind=args.blind)
+        run(args.folder, args.renders, args.prior, part, parts, args.others, is_blind=args.blind)
         return
     lines = read(args.folder)
     if args.action == "fit":
