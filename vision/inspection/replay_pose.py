@@ -23,7 +23,7 @@ from vision.localisation.calibration import describe_unknowns
 from vision.localisation.covariance import compute_covariance
 from vision.localisation.hypotheses import Prediction, project_with_jacobians, see_from
 from vision.localisation.localisation_parameters import LocalisationParameters, VerdictParameters
-from vision.localisation.measurements import Sightings, compare_with_edges
+from vision.localisation.measurements import Sightings, compare_with_edges, hold_shifts
 from vision.localisation.refine import Explanation, join_explanations, normal_equations, take_last_step
 from vision.localisation.verdict import (
     CameraSupport,
@@ -61,10 +61,11 @@ def replay_pose(store: Database, connection: Connection, run: int, p: Localisati
     prediction, seen = _read_sightings(rows, np.searchsorted(cameras["view_no"], rows["view_no"]), rig, at)
     before, scale = stored["before"], p.refinement.rounds[-1][1]
     m = compare_with_edges(prediction, seen, np.zeros(6), unknowns, before, scale, rows["weight"] > 0, p)
-    hessian, _ = normal_equations(m, at, before, prior, unknowns)
-    covariance = compute_covariance(m, prediction, rows["stretch"], hessian, unknowns, p)
+    held = hold_shifts(m, prediction, p.refinement)
+    hessian, _ = normal_equations(held, at, before, prior, unknowns)
+    covariance = compute_covariance(m, held, prediction, rows["stretch"], hessian, unknowns, p)
     joined = join_explanations(at, covariance, poses.get("explanation", []))
-    pose, own = take_last_step(m, at, before, prior, unknowns, p.refinement)
+    pose, own = take_last_step(held, at, before, prior, unknowns, p.refinement)
     expected = np.stack([unknowns.mean, unknowns.sigma, unknowns.considered.sum(axis=1).reshape(own.shape)])
     for what, values, again in (
         ("residuals", rows["residual"], m.offset),

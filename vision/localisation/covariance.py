@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from relmodel.arrays import Floats, Ints
+from relmodel.arrays import Floats, Ints, sum_by_group
 from vision.localisation.calibration import CameraUnknowns
 from vision.localisation.hypotheses import Prediction, flow_in_camera
 from vision.localisation.localisation_parameters import LocalisationParameters
-from vision.localisation.measurements import Measurements
+from vision.localisation.measurements import Measurements, share_left
 
 
 def compute_covariance(
     m: Measurements,
+    held: Measurements,
     prediction: Prediction,
     stretch: Ints,
     hessian: Floats,
     unknowns: CameraUnknowns,
     p: LocalisationParameters,
 ) -> Floats:
-    """Covariance (6, 6) of a pose from its measurements: that of an M-estimator (Huber, 1981) whose measurements err in
-    several ways.
+    """Covariance (6, 6) of a pose from its measurements, as they are and as `hold_shifts` gives them: that of an
+    M-estimator (Huber, 1981) whose measurements err in several ways.
 
     Samples near each other err together (texture, shading), so stretches of arcs (of `group_by_stretch`) are what is
     independent.  The image of an arc may be shifted as a whole (light, a clipped edge, an arc not where the model
@@ -32,7 +33,7 @@ def compute_covariance(
     """
     group = prediction.image_of_arc
     weight = m.weight / m.sigma**2
-    data = (m.jacobian * weight[:, None]).T @ m.jacobian
+    data = (held.jacobian * weight[:, None]).T @ held.jacobian
     # How far the loss bends away from the least squares that its weights make of it.
     bend = np.clip((m.slope / m.sigma**2).sum() / max(float(weight.sum()), 1e-12), 0.2, 1.0)
     inverse = np.linalg.inv(hessian - (1 - bend) * data)
@@ -41,10 +42,12 @@ def compute_covariance(
     if not len(rows):
         return np.asarray(inverse[:6, :6])
     mean = np.bincount(group, weight * m.offset) / np.where(known > 0, known, 1.0)
-    apart = (m.jacobian * (weight * (m.offset - mean[group]))[:, None]).T
+    apart = (held.jacobian * (weight * (m.offset - mean[group]))[:, None]).T
     scatter = np.stack([np.bincount(stretch, row) for row in apart], axis=1)
-    shift = np.stack([np.bincount(group, weight * column) for column in m.jacobian.T], axis=1)[rows]
-    followed = np.clip(np.einsum("au,uv,av->a", shift, inverse, shift) / known[rows], 0, 0.9)
+    left = share_left(m, prediction, p.refinement)
+    shift = sum_by_group(group, m.jacobian, len(known), weight * left)[rows]
+    total = sum_by_group(group, m.jacobian, len(known), weight)[rows]
+    followed = np.clip(np.einsum("au,uv,av->a", shift, inverse, total) / known[rows], 0, 0.9)
     noise = np.bincount(group, (weight * (m.offset - mean[group])) ** 2)[rows] / known[rows] ** 2
     length = np.bincount(group, m.weight)[rows]
     # A few arcs say little of the scatter: a usual value counts as some arcs more.
@@ -54,10 +57,10 @@ def compute_covariance(
     expected = np.bincount(group, m.weight * prediction.tolerance_px**2)[rows]
     variance = max(variance - float(expected.sum() / length.sum()), 0.0)
     meat = scatter.T @ scatter + variance * shift.T @ shift + hessian - data
-    meat += _scatter_by_tolerance(m, prediction, weight)
+    meat += _scatter_by_tolerance(m, prediction, weight * left)
     considered = unknowns.precision[:, None] * unknowns.considered
     meat[6:, 6:] += considered @ considered.T
-    covariance = (inverse @ meat @ inverse)[:6, :6] + _scatter_without_arcs(m, group, weight, hessian)
+    covariance = (inverse @ meat @ inverse)[:6, :6] + _scatter_without_arcs(held, group, weight, hessian)
     return np.asarray((covariance + covariance.T) / 2)
 
 

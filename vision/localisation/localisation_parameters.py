@@ -236,7 +236,10 @@ class RefinementParameters:
     """px: standard deviation by which all principal points are off alike, of a rig that does not say how well it is
     known: half a pixel where two programs count pixel centres differently"""
     arc_shift_px: float = 0.06
-    """px: usual standard deviation by which an arc's image is shifted as a whole"""
+    """px: usual standard deviation by which an arc's image is shifted as a whole, where all of its edges are found; the
+    more in proportion, the fewer are"""
+    least_found: float = 0.05
+    """share of an arc's edges as which fewer count, for that"""
     usual_arcs: float = 4.0
     """arcs as which this usual value counts"""
 

@@ -14,7 +14,7 @@ from vision.localisation.covariance import compute_covariance, group_by_stretch
 from vision.localisation.evidence import Evidence
 from vision.localisation.hypotheses import Prediction, predict
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters, RefinementParameters
-from vision.localisation.measurements import EdgeIndex, Measurements, measure
+from vision.localisation.measurements import EdgeIndex, Measurements, hold_shifts, measure
 from vision.localisation.outlines import Outlines
 from vision.localisation.support import Support, measure_support
 from vision.scene.scene import Scene
@@ -153,9 +153,8 @@ def refine_roughly(
 
 def _take_step(refined: Refined, fit: Fit, explanations: list[Explanation]) -> Refined:
     """A pose after its last step, with the covariance that the explanations of the pictures leave."""
-    pose, own = take_last_step(
-        refined.measurements, refined.world_from_rig, refined.own, fit.prior, fit.unknowns, fit.p.refinement
-    )
+    m = hold_shifts(refined.measurements, refined.prediction, fit.p.refinement)
+    pose, own = take_last_step(m, refined.world_from_rig, refined.own, fit.prior, fit.unknowns, fit.p.refinement)
     return replace(
         refined,
         world_from_rig=pose,
@@ -175,8 +174,8 @@ def take_last_step(
     p: RefinementParameters,
 ) -> tuple[Floats, Floats]:
     """The pose (4, 4) and own unknowns (c, 10) after one step of least squares on measurements taken at a pose and
-    unknowns; the pictures are not measured again.  A step beyond `max_last_step_sigma` is not taken: the pose then
-    stands for what it gathers, not for where its edges lie."""
+    unknowns, as `hold_shifts` gives them; the pictures are not measured again.  A step beyond `max_last_step_sigma` is
+    not taken: the pose then stands for what it gathers, not for where its edges lie."""
     hessian, gradient = normal_equations(m, world_from_rig, own, prior, unknowns)
     step = np.asarray(np.linalg.solve(hessian, gradient), float)
     if step @ hessian @ step > p.max_last_step_sigma**2:
@@ -205,7 +204,8 @@ def join_explanations(world_from_rig: Floats, covariance: Floats, others: list[E
 def normal_equations(
     m: Measurements, world_from_rig: Floats, own: Floats, prior: Prior, unknowns: CameraUnknowns
 ) -> tuple[Floats, Floats]:
-    """Hessian and gradient of least squares by (t, r, each camera's own unknowns), the priors of all included."""
+    """Hessian and gradient of least squares by (t, r, each camera's own unknowns), the priors of all included; the
+    measurements as `hold_shifts` gives them."""
     scaled = m.jacobian * (m.weight / m.sigma**2)[:, None]
     hessian, gradient = scaled.T @ m.jacobian, scaled.T @ m.offset
     away = np.zeros(6) if prior.is_open else perturbation(prior.world_from_rig, world_from_rig)
@@ -268,7 +268,7 @@ class Fit:
             for _ in range(p.refinement.steps):
                 m = measure(prediction, self.cameras, delta, self.unknowns, own, reach, scale, votes, p)
                 here = perturb(pose, delta)
-                hessian, gradient = self._normal_equations(m, here, own)
+                hessian, gradient = self._normal_equations(hold_shifts(m, prediction, p.refinement), here, own)
                 step = np.asarray(np.linalg.solve(hessian, gradient), float)
                 delta = perturbation(pose, perturb(here, step[:6]))
                 own = own + step[6:].reshape(own.shape)
@@ -285,10 +285,11 @@ class Fit:
         votes = ~excluded[occurrence]
         last = p.refinement.rounds[-1]
         m = measure(prediction, self.cameras, np.zeros(6), self.unknowns, own, *last, votes, p)
-        hessian, _ = self._normal_equations(m, pose, own)
+        held = hold_shifts(m, prediction, p.refinement)
+        hessian, _ = self._normal_equations(held, pose, own)
         return Refined(
             pose,
-            compute_covariance(m, prediction, group_by_stretch(prediction), hessian, self.unknowns, p),
+            compute_covariance(m, held, prediction, group_by_stretch(prediction), hessian, self.unknowns, p),
             own,
             prediction,
             m,
@@ -300,7 +301,8 @@ class Fit:
     def is_determined(self, refined: Refined) -> bool:
         """Whether the pictures, taken as right, determine the pose better than the prior in every direction.  The
         scatter of their edges about the model says how exactly the pose is known, not whether it is determined."""
-        hessian, _ = self._normal_equations(refined.measurements, refined.world_from_rig, refined.own)
+        held = hold_shifts(refined.measurements, refined.prediction, self.p.refinement)
+        hessian, _ = self._normal_equations(held, refined.world_from_rig, refined.own)
         left = np.linalg.eigvals(np.linalg.inv(hessian)[:6, :6] @ self.prior.information).real
         return float(left.max()) < self.p.refinement.max_prior_share
 
@@ -317,7 +319,7 @@ class Fit:
         """The occurrence whose removal, to first order, moves the pose furthest: one of those that determine it less
         than the others together, and one of those that determine it more, unless most of what was found belongs to
         it."""
-        p, m = self.p, refined.measurements
+        p, m = self.p, hold_shifts(refined.measurements, refined.prediction, self.p.refinement)
         occurrence, group = np.unique(self.scene.occurrence_of_arc[refined.prediction.arc], return_inverse=True)
         if len(occurrence) < 2:
             return []
