@@ -261,7 +261,9 @@ def measure(case: Case, stored: StoredScene, kept: Path) -> dict[str, Any]:
     parts = find_parts_in_view(stored, trial.rig, maps, pose, LOCALISATION)
     began = time.process_time()
     views = {name: view.arcs for name, view in found.views.items()}
-    presence = assess(stored, trial.rig, pictures, found.edge_indexes, found.best, views, maps, parts, matched)
+    presence = assess(
+        stored, trial.rig, pictures, trial.pictures, found.edge_indexes, found.best, views, maps, parts, matched
+    )
     seconds = time.process_time() - began
     said = describe(presence)
     box = _measure_boxes(stored.scene, presence, case.world_from_object)

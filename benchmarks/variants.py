@@ -92,7 +92,15 @@ def rank(trial: Trial, names: dict[str, str], models: Models, kept: Path) -> dic
     for number, (variant, model) in enumerate(names.items()):
         asked = {"object_no": 0, "name": "object", "variant": variant, "object_variant_id": number, "placed": False}
         told = assess_variant(
-            asked, models.stored(model), trial.rig, pictures, found.edge_indexes, found.best, LOCALISATION, PRESENCE
+            asked,
+            models.stored(model),
+            trial.rig,
+            pictures,
+            trial.pictures,
+            found.edge_indexes,
+            found.best,
+            LOCALISATION,
+            PRESENCE,
         )
         rows.append({"variant": variant, "log_odds": round(told.log_odds, 2), "against": told.against, "of": told.of})
     seconds = time.process_time() - began

@@ -43,16 +43,15 @@ CREATE TABLE presence_camera (  -- What single cameras say of an item.
     distinct_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     supported_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     region_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
-    through_region_no INTEGER,  -- the one region of the camera's picture that fills a hole behind which the model shows nothing: the background, or
-        -- what stops the hole; this and the next five are null of others
-    through_px DOUBLE PRECISION,  -- its area, px
-    through_grey DOUBLE PRECISION,  -- its mean grey, 0..255
-    behind_grey DOUBLE PRECISION,  -- mean grey of the other regions where the model shows nothing, the nearer the more
-    behind_sigma DOUBLE PRECISION,  -- standard deviation of one such region from that
-    stopped BOOLEAN,  -- whether all cameras together show something else than the background
+    inside_px DOUBLE PRECISION,  -- of holes, bosses and pockets, px seen of them, and through them; this and the next five are null of others
+    inside_grey DOUBLE PRECISION,  -- mean grey of that, 0..255
+    around_grey DOUBLE PRECISION,  -- mean grey of what is around it
+    like_grey DOUBLE PRECISION,  -- mean grey of what it would look like: faces turned alike, and what lies behind the object elsewhere
+    appearance_log_odds DOUBLE PRECISION,  -- log odds of there against not there by grey and texture, in log_odds
+    stopped BOOLEAN,  -- whether all cameras together see something through it that does not lie behind
     PRIMARY KEY (run_id, item_no, camera),
-    CHECK (through_px > 0 AND behind_sigma > 0),
-    CHECK ((through_region_no IS NULL) = (stopped IS NULL))
+    CHECK (inside_px > 0),
+    CHECK ((inside_px IS NULL) = (stopped IS NULL) AND (inside_px IS NULL) = (appearance_log_odds IS NULL))
 );
 
 CREATE TABLE measured_size (  -- Sizes of items that their edges give, and distances between them, whether they differ from the model or not.

@@ -208,7 +208,9 @@ def _choose_variant(sight: Sight, start: _Start, starts: Sequence[_Start]) -> _C
     if located.found.verdict.verdict == "refused" or len(own) < 2:
         return _Chosen(start.candidate, located, [])
     (stored, selection), _, found, _ = located
-    ranked = weigh_variants(sight.store, stored, selection, found.rig, sight.pictures, found, None, sight.p)
+    ranked = weigh_variants(
+        sight.store, stored, selection, found.rig, sight.pictures, sight.greys, found, None, sight.p
+    )
     sight.run.step("variants")
     likeliest = own[ranked[0].object_variant_id]
     again = located if likeliest is start else likeliest.locate()

@@ -361,6 +361,7 @@ def _inspect(
             stored,
             found.rig,
             primitives,
+            greys,
             found.edge_indexes,
             found.best,
             {name: view.arcs for name, view in found.views.items()},
@@ -372,7 +373,9 @@ def _inspect(
     run.step("presence")
     if presence is not None and call.against is None and is_to_be_weighed(presence, call.variants):
         most = None if call.variants else parameters.most_variants
-        ranked = weigh_variants(store, stored, selection, found.rig, primitives, found, presence, parameters, most)
+        ranked = weigh_variants(
+            store, stored, selection, found.rig, primitives, greys, found, presence, parameters, most
+        )
         run.step("variants")
     if call.overlay is not None:
         draw_overlay(call.overlay, pictures, found.rig, found, presence)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+from relmodel.arrays import Bytes, Floats
 from relmodel.store import Store
 from vision.cameras.cameras import Rig
 from vision.cameras.view_volume import Selection
@@ -25,6 +28,7 @@ def weigh_variants(
     selection: Selection,
     rig: Rig,
     pictures: dict[str, Primitives],
+    greys: Mapping[str, Bytes | Floats],
     found: Localisation,
     presence: Presence | None,
     parameters: InspectionParameters,
@@ -49,7 +53,15 @@ def weigh_variants(
         store.release()
         out.append(
             assess_variant(
-                row, scene, rig, pictures, found.edge_indexes, found.best, parameters.localisation, parameters.presence
+                row,
+                scene,
+                rig,
+                pictures,
+                greys,
+                found.edge_indexes,
+                found.best,
+                parameters.localisation,
+                parameters.presence,
             )
         )
     return rank(out)

@@ -57,7 +57,7 @@ def compute_covariance(
     expected = np.bincount(group, m.weight * prediction.tolerance_px**2)[rows]
     variance = max(variance - float(expected.sum() / length.sum()), 0.0)
     meat = scatter.T @ scatter + variance * shift.T @ shift + hessian - data
-    meat += _scatter_by_tolerance(m, prediction, weight * left)
+    meat += _scatter_by_tolerance(held, prediction, weight)
     considered = unknowns.precision[:, None] * unknowns.considered
     meat[6:, 6:] += considered @ considered.T
     covariance = (inverse @ meat @ inverse)[:6, :6] + _scatter_without_arcs(held, group, weight, hessian)

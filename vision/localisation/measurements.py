@@ -58,9 +58,10 @@ class Measurements:
     """Edge measurements of the samples of a prediction, as columns of equal length n.
 
     pixel (n, 2), direction (n, 2): predicted at the pose; shift (n,) px along (-dy, dx): how far off its arc lies
-    within its tolerance; offset (n,) px along (-dy, dx) to the edge element `found` (-1: none); sigma (n,) px of that
-    element; weight (n,) of the robust loss, 0..1, zero where the sample is excluded; slope (n,): derivative of weight
-    times offset by the offset;
+    within its tolerance; offset (n,) px along (-dy, dx) to the edge element `found` (-1: none); edge_sigma (n,) px of
+    that element; sigma (n,) px with the tolerance of its arc; weight (n,) of the robust loss, 0..1, zero where the
+    sample is excluded;
+    slope (n,): derivative of weight times offset by the offset;
     jacobian (n, 6 + u c) of the offset's prediction by the pose and the u own unknowns of each of the c cameras.
     """
 
@@ -69,6 +70,7 @@ class Measurements:
     shift: Floats
     offset: Floats
     found: Ints
+    edge_sigma: Floats
     sigma: Floats
     weight: Floats
     slope: Floats
@@ -107,7 +109,9 @@ def measure(
     """Edge measurements of a prediction whose pose is perturbed by `delta` (6,), given the cameras' `own` unknowns (c,
     10), and which samples vote (n,)."""
     seen = _find_sightings(prediction, indexes, delta, own, reach, scale, p.refinement)
-    return compare_with_edges(prediction, seen, delta, unknowns, own, scale, votes, p)
+    m = compare_with_edges(prediction, seen, delta, unknowns, own, scale, votes, p)
+    # A displaced arc displaces all its samples, those of a circle each way: n of them know no more than its tolerance.
+    return replace(m, sigma=np.sqrt(m.sigma**2 + prediction.tolerance_px**2 * _sum_by_arc(prediction, m.weight)))
 
 
 def _find_sightings(
@@ -170,7 +174,9 @@ def compare_with_edges(
     weight, slope = weigh(offset, shift, use, scale)
     own_derivative = by_camera.reshape(len(normal), own.size)
     derivative = np.concatenate([np.einsum("ni,nij->nj", normal, seen.jacobian), own_derivative], axis=1)
-    return Measurements(seen.pixel, seen.direction, shift, offset, seen.found, seen.sigma, weight, slope, derivative)
+    return Measurements(
+        seen.pixel, seen.direction, shift, offset, seen.found, seen.sigma, seen.sigma, weight, slope, derivative
+    )
 
 
 def _along_normals(direction: Floats, vectors: Floats) -> Floats:
@@ -222,10 +228,16 @@ def hold_shifts(m: Measurements, prediction: Prediction, p: RefinementParameters
 
 
 def share_left(m: Measurements, prediction: Prediction, p: RefinementParameters) -> Floats:
-    """Of what the samples (n,) of each arc's image say of their mean, the share that its shift leaves: light, a clipped
-    edge, an arc not where the model says; or another edge beside, the likelier the fewer of its edges are found."""
+    """Of what the samples (n,) of each arc's image say of their mean, the share that its shift leaves: by light, a
+    clipped edge, or another edge beside, the likelier the fewer of its edges are found."""
     group = prediction.image_of_arc
     found = np.bincount(group, m.weight) / np.maximum(np.bincount(group), 1)
     shift = p.arc_shift_px / np.maximum(found[group], p.least_found)
     known = np.bincount(group, m.weight / m.sigma**2)[group]
-    return np.asarray(1 / (1 + (shift**2 + prediction.tolerance_px**2) * known))
+    return np.asarray(1 / (1 + shift**2 * known))
+
+
+def _sum_by_arc(prediction: Prediction, weight: Floats) -> Floats:
+    """For each sample (n,) the weight that its arc's image gathers."""
+    group = prediction.image_of_arc
+    return np.asarray(np.bincount(group, weight)[group] if len(group) else weight)

@@ -80,7 +80,7 @@ def measure_support(
     def total(values: Floats) -> Floats:
         return np.bincount(prediction.view, values, minlength=len(fields)).astype(float)
 
-    odds = score_offsets(m.offset - m.shift, m.sigma, m.found, p)
+    odds = score_offsets(m.offset - m.shift, m.edge_sigma, m.found, p)
     odds -= _share_cost_of_shifts(prediction, m.shift)
     by_camera = sum_over_arcs(prediction, w * (found + odds), len(fields), p.support)
     for occurrence in np.unique(moved[moved >= 0]):

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from relmodel.arrays import Bytes, Floats
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
 from vision.localisation.coverage import SurfaceMap
@@ -15,12 +16,12 @@ from vision.localisation.refine import Refined
 from vision.localisation.views import SMOOTH, ViewArcs
 from vision.localisation.visibility import VisibleArcs
 from vision.matching.pose_problem import MatchedView
+from vision.presence.appearance import find_normals, look_at_features
 from vision.presence.displaced import measure_displacements
 from vision.presence.distances import measure_distances
 from vision.presence.items import list_items
 from vision.presence.moved import Edges, find_usable
 from vision.presence.moving_surfaces import find_moving_surfaces, find_tangent
-from vision.presence.openings import look_through
 from vision.presence.presence_parameters import DEFAULTS, PresenceParameters
 from vision.presence.regions import gather_regions
 from vision.presence.samples import collect_samples, find_nearby
@@ -37,6 +38,7 @@ def assess(
     stored: StoredScene,
     rig: Rig,
     pictures: Mapping[str, Primitives],
+    greys: Mapping[str, Bytes | Floats],
     edge_indexes: Mapping[str, EdgeIndex],
     pose: Refined,
     views: Mapping[str, ViewArcs],
@@ -47,7 +49,7 @@ def assess(
 ) -> Presence:
     """Evidence and state of every part, feature and surface in view at a pose.
 
-    pictures, edge_indexes, views, maps: by camera; matched: likewise, what relational matching made of them, or
+    pictures, greys, edge_indexes, views, maps: by camera; matched: likewise, what relational matching made of them, or
     nothing: then regions say nothing.
     """
     indexes = [edge_indexes[name] for name in rig.cameras]
@@ -71,7 +73,9 @@ def assess(
     surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
     unexplained = find_unexplained(stored.scene, rig, pictures, indexes, pose.world_from_rig, views, p.unexplained)
     regions = gather_regions([matched.get(name) for name in rig.cameras], len(stored.surface_no))
-    openings = look_through(items, samples, [pictures[name] for name in rig.cameras], seen, p.openings)
+    appearance = look_at_features(
+        items, samples, find_normals(stored.scene), [greys[name] for name in rig.cameras], seen, p.appearance
+    )
     displacements = measure_displacements(
         stored, rig, pose.world_from_rig, indexes, samples, nearby, support, p.displaced
     )
@@ -82,7 +86,7 @@ def assess(
         pieces,
         surfaces,
         regions,
-        openings,
+        appearance,
         displacements,
         distances,
         unexplained,

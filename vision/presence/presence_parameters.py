@@ -166,33 +166,43 @@ class SizeParameters:
 
 
 @dataclass(frozen=True)
-class OpeningParameters:
-    """What is seen through holes, against what lies behind the object elsewhere."""
+class AppearanceParameters:
+    """What features look like, with them and without."""
 
-    least_px: float = 150.0
-    """px of a region to count"""
-    least_share: float = 0.9
-    """share of a region that must lie where the model shows nothing, for it to be what lies behind"""
-    least_filled: float = 0.75
-    """share of an opening that one region must fill, for it to be what is seen through it"""
+    least_cells: float = 5.0
+    """cells of the map of surfaces, clear of its border, from which a patch, or what is around one, says something"""
     least_rimmed: float = 0.7
     """share of the edges around an opening that must be the hole's"""
-    least_others: int = 2
-    """other regions of what lies behind, at least, to compare with"""
-    usual_grey: float = 12.0
-    """grey levels by which regions of what lies behind differ, one standard deviation"""
-    usual_others: float = 1.5
-    """regions that this estimate is worth"""
-    most_px: float = 5000.0
-    """px from which a region counts no more than others do"""
-    near_px: float = 200.0
-    """px at which another region counts half: what lies behind is lit unevenly"""
-    floor_grey: float = 5.0
-    """grey levels, 0..255, by which regions of one thing differ at least, one standard deviation"""
-    camera_sigma: float = 2.0
-    """standard deviations by which each camera must see another thing"""
-    stopped_sigma: float = 4.0
-    """standard deviations by which all must together"""
+    grey: float = 6.0
+    """grey levels, 0..255, by which patches of one thing differ, one standard deviation"""
+    texture: float = 0.25
+    """the same of their texture, log of grey levels"""
+    alike: float = 0.35
+    """by how much the unit normals of faces may differ for them to look alike, one standard deviation"""
+    near_cells: float = 70.0
+    """cells at which another face counts half: light is uneven"""
+    most_cells: float = 200.0
+    """cells from which another patch counts no more"""
+    usual_cells: float = 50.0
+    """cells of others that what anything looks like is worth"""
+    usual_cells_behind: float = 10.0
+    """the same of what lies behind, which is alike everywhere"""
+    unlike: float = 0.02
+    """share of the features that look like nothing else in the picture"""
+    else_there: float = 0.3
+    """share of the places without the feature where something else is than around: a plug, a patch"""
+    most_cells_of_patch: float = 60.0
+    """cells from which a patch of a feature counts no more than others of it"""
+    sure_cells: float = 30.0
+    """cells of a feature from which it speaks with all its weight"""
+    most_log_odds: float = 5.0
+    """log odds of a patch at most"""
+    share: float = 0.5
+    """by which log odds are multiplied: grey and texture of all patches err together"""
+    stopped_log_odds: float = 3.0
+    """log odds against what lies behind, by all cameras, from which something else shows through a hole"""
+    camera_log_odds: float = 0.5
+    """the same that each camera must have"""
 
 
 @dataclass(frozen=True)
@@ -362,7 +372,7 @@ class PresenceParameters:
     runs: RunParameters = field(default_factory=RunParameters)
     moved: MovedParameters = field(default_factory=MovedParameters)
     sizes: SizeParameters = field(default_factory=SizeParameters)
-    openings: OpeningParameters = field(default_factory=OpeningParameters)
+    appearance: AppearanceParameters = field(default_factory=AppearanceParameters)
     displaced: DisplacedParameters = field(default_factory=DisplacedParameters)
     distances: DistanceParameters = field(default_factory=DistanceParameters)
     states: StateParameters = field(default_factory=StateParameters)

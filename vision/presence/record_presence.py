@@ -10,9 +10,9 @@ from sqlalchemy import Connection
 
 from relmodel.columns import ColumnValues
 from relmodel.store import Run
+from vision.presence.appearance import Appearance
 from vision.presence.items import NONE
 from vision.presence.measures import unit_of
-from vision.presence.openings import Openings
 from vision.presence.states import QIF, REASONS, STATES, Presence
 from vision.presence.unexplained import KINDS
 from vision.presence.unexplained import NONE as NOTHING
@@ -65,7 +65,7 @@ def record_presence(run: Run, connection: Connection, stored: StoredScene, it: P
             "distinct_px": evidence.distinct_px.ravel(),
             "supported_px": evidence.supported_px.ravel(),
             "region_px": evidence.region_px.ravel(),
-            **_seen_through(it.openings, count, cameras),
+            **_appearance(it.appearance, count, cameras),
         },
     )
     sizes, apart = it.measures, it.distances
@@ -103,9 +103,9 @@ def record_presence(run: Run, connection: Connection, stored: StoredScene, it: P
     )
 
 
-def _seen_through(holes: Openings, count: int, cameras: int) -> dict[str, ColumnValues]:
-    """What is seen through holes, as columns (count * cameras,) of items by camera; null of others."""
-    at = holes.item * cameras + holes.camera
+def _appearance(seen: Appearance, count: int, cameras: int) -> dict[str, ColumnValues]:
+    """What features look like, as columns (count * cameras,) of items by camera; null of others."""
+    at = seen.item * cameras + seen.camera
     others = np.ones(count * cameras, np.bool_)
     others[at] = False
 
@@ -115,12 +115,12 @@ def _seen_through(holes: Openings, count: int, cameras: int) -> dict[str, Column
         return np.ma.masked_array(out, others)
 
     return {
-        "through_region_no": column(holes.region),
-        "through_px": column(holes.pixels),
-        "through_grey": column(holes.grey),
-        "behind_grey": column(holes.behind),
-        "behind_sigma": column(holes.sigma),
-        "stopped": column(holes.stopped),
+        "inside_px": column(seen.pixels),
+        "inside_grey": column(seen.grey),
+        "around_grey": column(seen.around),
+        "like_grey": column(seen.like),
+        "appearance_log_odds": column(seen.log_odds),
+        "stopped": column(seen.stopped),
     }
 
 

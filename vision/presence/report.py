@@ -109,13 +109,13 @@ def describe(presence: Presence) -> dict[str, Any]:
                 "changed": bool(sizes.changed[k]),
             }
         )
-    through: list[list[dict[str, Any]]] = [[] for _ in range(len(items))]
-    for k, row in enumerate(presence.openings.item.tolist()):
-        through[row].append(
+    looks: list[list[dict[str, Any]]] = [[] for _ in range(len(items))]
+    for k, row in enumerate(presence.appearance.item.tolist()):
+        looks[row].append(
             {
-                "camera": presence.cameras[presence.openings.camera[k]],
-                **_rounded(vars(presence.openings), k, grey=1, behind=1, sigma=2),
-                "stopped": bool(presence.openings.stopped[k]),
+                "camera": presence.cameras[presence.appearance.camera[k]],
+                **_rounded(vars(presence.appearance), k, grey=1, around=1, like=1, log_odds=2),
+                "stopped": bool(presence.appearance.stopped[k]),
             }
         )
     apart = presence.distances
@@ -157,7 +157,7 @@ def describe(presence: Presence) -> dict[str, Any]:
                     "log_odds": round(float(presence.moved_log_odds[row]), 3),
                 },
                 "measured": measured[row],
-                "seen_through": through[row],
+                "appearance": looks[row],
             }
             for row in range(len(items))
         ],

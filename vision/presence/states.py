@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relmodel.arrays import Bools, Floats, Ints
+from vision.presence.appearance import Appearance
 from vision.presence.displaced import Displacements, report_displacements
 from vision.presence.distances import Distances
 from vision.presence.items import Items
 from vision.presence.measures import DISPLACED, Measures, find_moved, join, measure_items
-from vision.presence.openings import Openings
 from vision.presence.presence_parameters import StateParameters
 from vision.presence.regions import RegionSupport
 from vision.presence.stretches import Runs, sum_in_one_light
@@ -78,7 +78,7 @@ class Presence:
     moved_log_odds: Floats
     measures: Measures
     distances: Distances
-    openings: Openings
+    appearance: Appearance
     unexplained: Unexplained
 
 
@@ -88,17 +88,18 @@ def decide(
     runs: Runs,
     surfaces: Surfaces,
     regions: RegionSupport,
-    openings: Openings,
+    appearance: Appearance,
     displacements: Displacements,
     distances: Distances,
     unexplained: Unexplained,
     cameras: list[str],
     p: StateParameters,
 ) -> Presence:
-    """States of items by the evidence of runs, surfaces, regions and openings; radius (s,): of the scene's cylinders,
+    """States of items by the evidence of runs, surfaces, regions and appearance; radius (s,): of the scene's cylinders,
     nan for others."""
     evidence = gather_evidence(items, runs, len(cameras))
     evidence, by_region = _add_regions(evidence, items, regions, p)
+    np.add.at(evidence.log_odds, (appearance.item, appearance.camera), appearance.log_odds)
     displaced = report_displacements(items, displacements, p)
     moved = find_moved(items, surfaces, evidence.distinct_px.sum(axis=1), p.least_moved_share)
     measures = join(measure_items(items, radius, surfaces, moved, p), displaced)
@@ -130,8 +131,8 @@ def decide(
     settle(few & (edge >= p.least_px), UNDECIDABLE, CROWDED)
     settle(edge <= 0, UNDECIDABLE, NO_EDGE)
     stopped = np.zeros(len(items), bool)
-    stopped[openings.item[openings.stopped]] = True
-    settle(stopped, CONTRADICTED, STOPPED)
+    stopped[appearance.item[appearance.stopped]] = True
+    settle(stopped & (state != CONTRADICTED), CONTRADICTED, STOPPED)
     # No part passes with a feature that fails.
     failing = (np.array(items.level) == "feature") & np.isin(state, (CHANGED, CONTRADICTED))
     with_failing = (np.array(items.level) == "part") & np.isin(items.occurrence, items.occurrence[failing])
@@ -139,7 +140,7 @@ def decide(
     # No size of an undecidable item counts as changed.
     measures = replace(measures, changed=measures.changed & (state[measures.item] != UNDECIDABLE))
     return Presence(
-        items, runs, cameras, evidence, state, reason, *most_moved, measures, distances, openings, unexplained
+        items, runs, cameras, evidence, state, reason, *most_moved, measures, distances, appearance, unexplained
     )
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import LINE
-from vision.extraction.primitives import ArcColumns, Primitives
+from vision.extraction.primitives import Primitives
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import ViewArcs
 from vision.localisation.visibility import VisibleArcs
@@ -61,7 +61,7 @@ def find_unexplained(
         picture, index = pictures[name], indexes[number]
         explained = lie_on(index, views[name].samples, p.reach_px, p.min_cosine)
         share = _share(explained, picture.elements.arc, len(picture.arcs))
-        free = _are_edges(picture.arcs, index, p) & (share < p.most_explained)
+        free = _are_edges(picture, index, p) & (share < p.most_explained)
         pose = world_from_rig @ rig.rig_from_camera[name]
         pieces += [
             (np.full(len(found[0]), number), *found)
@@ -144,12 +144,28 @@ def lie_on(index: EdgeIndex, seen: VisibleArcs, reach_px: float, min_cosine: flo
     return np.asarray(np.isfinite(distance) & (across > min_cosine))
 
 
-def _are_edges(arcs: ArcColumns, index: EdgeIndex, p: UnexplainedParameters) -> Bools:
-    """Which arcs are no texture, shading or highlight, and of clear contrast."""
-    real = (arcs.texture < p.most_texture) & (arcs.highlight < p.most_highlight)
+def _are_edges(picture: Primitives, index: EdgeIndex, p: UnexplainedParameters) -> Bools:
+    """Which arcs are no texture, shading or highlight, and of clear contrast.  What closes around something dark is the
+    border of that, not of the highlight around."""
+    arcs = picture.arcs
+    is_highlight = (arcs.highlight >= p.most_highlight) & ~(arcs.closed & _is_dark_inside(picture))
+    real = (arcs.texture < p.most_texture) & ~is_highlight
     # In a picture without texture most elements are edges of the part.
     clear = min(p.least_contrast * index.texture, p.clear_share * index.edges.grey_range)
     return np.asarray(real & (arcs.contrast > clear))
+
+
+def _is_dark_inside(picture: Primitives) -> Bools:
+    """Of arcs that close, whether the bright side of their elements lies outside."""
+    elements, arcs = picture.elements, picture.arcs
+    own = np.flatnonzero(elements.arc >= 0)
+    arc, count = elements.arc[own], len(arcs)
+    number = np.maximum(np.bincount(arc, minlength=count), 1)
+    out = np.zeros(count)
+    for at, way in ((elements.x[own], elements.nx[own]), (elements.y[own], elements.ny[own])):
+        middle = np.bincount(arc, at, count) / number
+        out += np.bincount(arc, (at - middle[arc]) * way, count)
+    return out > 0
 
 
 def _share(of: Bools, owner: Ints, count: int) -> Floats:

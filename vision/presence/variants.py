@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from relmodel.arrays import Bytes, Floats
 from vision.cameras.cameras import Rig
 from vision.extraction.primitives import Primitives
 from vision.localisation.coverage import map_views
@@ -60,6 +61,7 @@ def assess_variant(
     stored: StoredScene,
     rig: Rig,
     pictures: Mapping[str, Primitives],
+    greys: Mapping[str, Bytes | Floats],
     edge_indexes: Mapping[str, EdgeIndex],
     pose: Refined,
     localisation: LocalisationParameters,
@@ -72,7 +74,7 @@ def assess_variant(
     }
     maps = map_views(stored.scene, rig, pose.world_from_rig, localisation)
     parts = find_parts_in_view(stored, rig, maps, pose.world_from_rig, localisation)
-    return weigh_variant(variant, assess(stored, rig, pictures, edge_indexes, pose, views, maps, parts, {}, p))
+    return weigh_variant(variant, assess(stored, rig, pictures, greys, edge_indexes, pose, views, maps, parts, {}, p))
 
 
 def weigh_variant(variant: Mapping[str, Any], presence: Presence) -> VariantEvidence:

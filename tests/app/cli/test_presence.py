@@ -178,7 +178,7 @@ def test_a_feature_has_changed_where_one_of_its_sizes_has(answer: Answer, store:
     assert any(m["what"] == "offset" and m["changed"] for i in items for m in i["measured"])
     for i in items:
         another = any(m["changed"] for m in i["measured"]) or i["reason"] == "a feature of it is not as modelled"
-        assert another == (i["state"] == "changed") or i["seen_through"], i["path"]
+        assert another == (i["state"] == "changed") or any(seen["stopped"] for seen in i["appearance"]), i["path"]
         assert all(m["value"] > 0 for m in i["measured"] if m["what"] in ("diameter", "thickness", "width"))
     with store.read() as connection:
         told = connection.execute(

@@ -23,16 +23,16 @@ CAMERA = Camera(*SIZE, np.array([[FOCAL, 0, 199.5], [0, FOCAL, 149.5], [0, 0, 1.
 POSE = np.array([[1.0, 0, 0, 0], [0, -1, 0, 0], [0, 0, -1, DISTANCE], [0, 0, 0, 1]])
 
 
-def draw(*patches: tuple[float, float, float, float]) -> Floats:
+def draw(*patches: tuple[float, float, float, float], box: float = 150.0) -> Floats:
     """The box on a dark ground, and discs (x, y, radius px, grey): blurred by half a pixel, with noise."""
     import cv2
 
     y, x = np.mgrid[0:1200, 0:1600] / 4 - 0.375
-    grey = np.where((np.abs(x - 199.5) < 100) & (np.abs(y - 149.5) < 70), 150.0, 40.0)
+    grey = np.where((np.abs(x - 199.5) < 100) & (np.abs(y - 149.5) < 70), box, 40.0)
     for centre_x, centre_y, radius, value in patches:
         grey[np.hypot(x - centre_x, y - centre_y) < radius] = value
     small = cv2.GaussianBlur(cv2.resize(grey, SIZE, interpolation=cv2.INTER_AREA), (0, 0), 0.6)
-    return np.asarray(small + np.random.default_rng(3).normal(size=small.shape) * 2.0)
+    return np.asarray(np.clip(small + np.random.default_rng(3).normal(size=small.shape) * 2.0, 0, 255))
 
 
 def unexplained(picture: Floats) -> Unexplained:
@@ -57,6 +57,13 @@ def test_a_disc_more_is_an_unexplained_region_and_arc(x: float, grey: float, bey
     np.testing.assert_allclose(found.length, 2 * np.pi * 12, rtol=0.15)
     assert ((found.arc >= 0) == (found.kind == CLOSED)).all()
     assert ((found.region >= 0) == (found.kind == REGION)).all()
+
+
+def test_a_dark_disc_in_glare_is_unexplained_and_a_spot_of_glare_is_not() -> None:
+    found = unexplained(draw((160.0, 150.0, 12.0, 60.0), box=300.0))
+    assert sorted(found.kind.tolist()) == [CLOSED, REGION]
+    np.testing.assert_allclose(found.box, [[148, 138, 172, 162]] * 2, atol=1.5)
+    assert not len(unexplained(draw((160.0, 150.0, 12.0, 300.0))).kind)
 
 
 def test_what_the_border_of_the_picture_cuts_is_told_by_the_rest() -> None:

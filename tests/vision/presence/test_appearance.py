@@ -1,4 +1,4 @@
-"""Holes of a drawn plate before a dark ground, one of them stopped by a grey plug."""
+"""Holes of a drawn plate before a dark ground: some are not there, one is stopped by a grey plug; bosses in glare."""
 
 from __future__ import annotations
 
@@ -8,13 +8,10 @@ import pytest
 from relmodel.arrays import Floats
 from tests.vision.presence.test_elements_beside import samples_at
 from vision.cameras.cameras import Camera
-from vision.extraction.extract import extract
-from vision.extraction.primitives import Primitives
-from vision.extraction.rows import make_primitives
 from vision.localisation.coverage import RayGrid, SurfaceMap
+from vision.presence.appearance import Appearance, look_at_features
 from vision.presence.items import Items
-from vision.presence.openings import Openings, look_through
-from vision.presence.presence_parameters import OpeningParameters
+from vision.presence.presence_parameters import AppearanceParameters
 from vision.presence.samples import Samples
 
 STEP, SIZE = 3, (400, 300)
@@ -23,16 +20,17 @@ HOLES = np.array([[90.0, 90], [170, 90], [250, 90], [330, 90], [90, 200], [170, 
 RADIUS = 16.0
 
 
-def draw(greys: Floats, seed: int) -> Primitives:
+def draw(greys: Floats, seed: int, plate: float = 150.0) -> Floats:
     """The plate, lighter than its ground, and what is seen through its holes: blurred by half a pixel, with noise."""
     import cv2
 
     y, x = np.mgrid[0:1200, 0:1600] / 4 - 0.375
-    grey = np.where((x > 30) & (y > 30), 150.0, 40.0)
+    grey = np.where((x > 30) & (y > 30), plate, 40.0)
     for (centre_x, centre_y), value in zip(HOLES, greys, strict=True):
         grey[np.hypot(x - centre_x, y - centre_y) < RADIUS] = value
     small = cv2.GaussianBlur(cv2.resize(grey, SIZE, interpolation=cv2.INTER_AREA), (0, 0), 0.6)
-    return make_primitives(extract(np.asarray(small + np.random.default_rng(seed).normal(size=small.shape) * 2.0)))
+    noise = np.random.default_rng(seed).normal(size=small.shape) * 2.0
+    return np.asarray(np.clip(small + noise, 0, 255))
 
 
 def surface_map() -> SurfaceMap:
@@ -59,7 +57,7 @@ def rims(cameras: int) -> Samples:
     return both
 
 
-def look(*pictures: Primitives) -> Openings:
+def look(*pictures: Floats) -> Appearance:
     count = len(HOLES)
     none, number = np.full(count, -1), np.arange(count)
     items = Items(
@@ -67,21 +65,40 @@ def look(*pictures: Primitives) -> Openings:
         ["through_hole"] * count, np.ones(count), np.full(count, np.nan), number, number + 1,
         np.ones(count + 1, bool),
     )  # fmt: skip
-    return look_through(items, rims(len(pictures)), pictures, [surface_map()] * len(pictures), OpeningParameters())
+    normal = np.tile([1.0, 0, 0], (count + 1, 1))
+    normal[0] = [0, 0, 1]
+    views = [surface_map()] * len(pictures)
+    return look_at_features(items, rims(len(pictures)), normal, pictures, views, AppearanceParameters())
+
+
+# What lies behind is lit unevenly, from 30 on the left to 54 on the right.
+BEHIND = 30 + 0.1 * (HOLES[:, 0] - 90)
 
 
 @pytest.mark.parametrize("plug", [None, 2, 5])
 def test_the_hole_that_a_plug_stops_is_told(plug: int | None) -> None:
-    """What lies behind is lit unevenly, from 30 on the left to 54 on the right."""
-    greys = 30 + 0.1 * (HOLES[:, 0] - 90)
+    greys = BEHIND.copy()
     if plug is not None:
         greys[plug] = 95.0
     found = look(draw(greys, 1), draw(greys, 2))
     assert found.item.tolist() == np.repeat(np.arange(len(HOLES)), 2).tolist()
     assert found.camera.tolist() == [0, 1] * len(HOLES)
     np.testing.assert_allclose(found.grey, np.repeat(greys, 2), atol=4.0)  # the rim is blurred
-    np.testing.assert_allclose(found.pixels, np.pi * RADIUS**2, rtol=0.2)
+    np.testing.assert_allclose(found.around, 150.0, atol=4.0)
+    np.testing.assert_allclose(found.pixels, np.pi * RADIUS**2, rtol=0.5)  # the rim is left out
     assert set(found.item[found.stopped].tolist()) == ({plug} if plug is not None else set())
+
+
+@pytest.mark.parametrize("plate", [150.0, 255.0])
+def test_holes_that_are_not_there_look_as_the_plate_around(plate: float) -> None:
+    """In glare too, where the plate is as bright as can be."""
+    greys = BEHIND.copy()
+    greys[[1, 6]] = plate
+    found = look(draw(greys, 1, plate), draw(greys, 2, plate))
+    gone = np.isin(found.item, [1, 6])
+    assert (found.log_odds[gone] < -0.5).all()
+    assert (found.log_odds[~gone] > 0.5).all()
+    assert set(found.item[found.stopped].tolist()) == {1, 6}
 
 
 def test_a_plug_that_one_camera_sees_as_dark_as_the_ground_is_left_undecided() -> None:
@@ -95,4 +112,4 @@ def test_where_hardly_anything_else_shows_what_lies_behind_nothing_is_said() -> 
     """All other holes are of the plate's brightness: there is but the ground beside it."""
     greys = np.full(len(HOLES), 150.0)
     greys[1] = 95.0
-    assert not look(draw(greys, 1)).stopped.any()
+    assert 1 not in look(draw(greys, 1)).item[look(draw(greys, 1)).stopped]

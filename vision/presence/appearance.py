@@ -1,0 +1,259 @@
+"""What holes, bosses and pockets look like: the grey and the texture of what is seen of them, held against what
+would be seen there with them and without.
+
+With a feature its faces look as faces turned likewise do elsewhere in the same picture, and through a hole shows what
+lies behind the object elsewhere.  Without it, what is around continues, or something else altogether is there.  Both
+are mixtures of Gaussians over what the picture shows.  Grey that is as bright as can be is a value as any other: a dark
+hole in glare is told by the glare around it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from relmodel.arrays import Bools, Bytes, Floats, Ints, sum_by_group
+from vision.localisation.coverage import SurfaceMap
+from vision.presence.items import Items
+from vision.presence.presence_parameters import AppearanceParameters
+from vision.presence.samples import Samples
+from vision.scene.scene import Scene
+
+THROUGH = ("through_hole", "duct")
+KINDS = (*THROUGH, "blind_hole", "boss", "pocket")
+_NONE = -1
+_ANYTHING = 1 / (255 * 3.0)  # density of any grey with any texture
+
+
+@dataclass(frozen=True)
+class Appearance:
+    """Features that a camera sees enough of, as columns: item; camera: number in the rig; pixels: seen of it; grey,
+    around, like: mean grey, 0..255, of it, of what is around it, and of what it would look like; log_odds: of there
+    against not there, by that; stopped: whether all cameras together see something through it that does not lie
+    behind."""
+
+    item: Ints
+    camera: Ints
+    pixels: Floats
+    grey: Floats
+    around: Floats
+    like: Floats
+    log_odds: Floats
+    stopped: Bools
+
+
+def look_at_features(
+    items: Items,
+    samples: Samples,
+    normal: Floats,
+    greys: Sequence[Bytes | Floats],
+    seen: Sequence[SurfaceMap],
+    p: AppearanceParameters,
+) -> Appearance:
+    """The appearance of all features of KINDS; samples: their rims among others; normal (s, 3): of `find_normals`;
+    greys (rows, columns), seen: by camera, in the rig's order."""
+    pieces = []
+    for camera, (grey, shown) in enumerate(zip(greys, seen, strict=True)):
+        patches = _find_patches(items, samples.take(samples.camera == camera), grey, shown, normal, p)
+        pieces.append((np.full(len(patches[0]), camera), *patches))
+    camera_no, item, pixels, grey_of, around, like, odds, through = (
+        np.concatenate(c) for c in zip(*pieces, strict=True)
+    )
+    count = len(items)
+    total = np.bincount(item, np.where(np.isfinite(through), through, 0.0), count)
+    # Each camera that looks through must see another thing.
+    worst = np.full(count, -np.inf)
+    np.maximum.at(worst, item, np.where(np.isfinite(through), through, -np.inf))
+    stopped = (total <= -p.stopped_log_odds) & np.isfinite(worst) & (worst < -p.camera_log_odds)
+    order = np.lexsort((camera_no, item))
+    columns = (item, camera_no, pixels, grey_of, around, like, odds, stopped[item])
+    return Appearance(*(np.asarray(column)[order] for column in columns))
+
+
+def find_normals(scene: Scene) -> Floats:
+    """The way (s, 3) that each surface looks, by the areas of its triangles; unit vectors, zero where it closes."""
+    corner = scene.vertices[scene.triangles]
+    way = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    total = sum_by_group(scene.triangle_surface, way, len(scene.surface_occurrence))
+    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-9))
+
+
+_Columns = tuple[Ints, Floats, Floats, Floats, Floats, Floats, Floats]  # item, ..., log odds through it alone
+
+
+def _find_patches(
+    items: Items, samples: Samples, grey: Bytes | Floats, shown: SurfaceMap, normal: Floats,
+    p: AppearanceParameters,
+) -> _Columns:  # fmt: skip
+    """One camera's columns."""
+    empty = ((shown.surface < 0) & (shown.rays.weight > 0)).astype(np.uint8)
+    count, labels = cv2.connectedComponents(empty, connectivity=4, ltype=cv2.CV_32S)
+    place = np.asarray(labels, np.int64)
+    surfaces = len(normal)
+    # A patch is what is seen of a surface, or a place where the model shows nothing.
+    patch = np.where(shown.surface >= 0, shown.surface, np.where(empty > 0, surfaces + place, _NONE))
+    hole = _find_holes(items, samples, shown, place, count, p)
+    of_patch = np.concatenate([normal, np.zeros((count, 3))])
+    look = _measure_patches(patch, len(of_patch), _measure_texture(grey, shown))
+
+    kinds = np.isin(np.array(items.kind), KINDS)
+    own = kinds[items.member]
+    item = np.concatenate([items.member[own], hole[hole != _NONE]])
+    part = np.concatenate([items.surface[own], surfaces + np.flatnonzero(hole != _NONE)])
+    seen = look.cells[part] >= p.least_cells
+    item, part = item[seen], part[seen]
+    if not len(item):
+        return item, *np.zeros((6, 0))
+    belongs = np.zeros((len(items), len(of_patch)), bool)
+    belongs[item, part] = True
+
+    # Around a feature: what neighbours its patches, where it does.
+    rows = np.unique(item)
+    weight, near = look.around(belongs[rows])
+    at = np.searchsorted(rows, item)
+    known = weight[at].sum(axis=1) >= p.least_cells
+    item, part, at = item[known], part[known], at[known]
+    mean = look.mean[part]
+    spread = np.broadcast_to(np.array([p.grey, p.texture]), look.mean.shape)
+    without = _log_density(mean, near[at], spread, weight[at], p.else_there)
+
+    # As the feature: what is turned alike and near, and belongs to none of its features.
+    alike = ((of_patch[part][:, None] - of_patch[None]) ** 2).sum(axis=2)
+    far = ((look.centre[part][:, None] - look.centre[None]) ** 2).sum(axis=2)
+    is_empty = np.arange(len(of_patch)) >= surfaces
+    weight_like = np.exp(-0.5 * alike / p.alike**2) / (1 + far / p.near_cells**2)
+    weight_like *= np.minimum(look.cells, p.most_cells) * (look.cells >= p.least_cells)
+    weight_like *= is_empty[part][:, None] == is_empty
+    weight_like[belongs[item]] = 0.0
+    total = weight_like.sum(axis=1)
+    # Where little is like it, it may look like anything.
+    usual = np.where(is_empty[part], p.usual_cells_behind, p.usual_cells)
+    unlike = p.unlike + (1 - p.unlike) * usual / (usual + total)
+    spread = np.hypot(look.spread, [1.5 * p.grey, p.texture])
+    with_it = _log_density(mean, np.broadcast_to(look.mean, (len(part), *look.mean.shape)), spread, weight_like, unlike)
+
+    count_of = np.minimum(look.cells[part], p.most_cells_of_patch)
+    odds = np.clip(with_it - without, -p.most_log_odds, p.most_log_odds)
+    through = is_empty[part] & (total > p.least_cells)
+    sums = np.zeros((6, len(items)))
+    for row, values in enumerate((count_of, count_of * odds, count_of * mean[:, 0], look.cells[part])):
+        np.add.at(sums[row], item, values)
+    like = (weight_like @ look.mean[:, 0]) / np.maximum(total, 1e-9)
+    around = (weight[at] * near[at][..., 0]).sum(axis=1) / weight[at].sum(axis=1)
+    np.add.at(sums[4], item, count_of * like)
+    np.add.at(sums[5], item, count_of * around)
+    seen_through = np.full(len(items), np.nan)
+    seen_through[item[through]] = odds[through]
+    rows = np.flatnonzero(sums[0])
+    total_of = sums[0][rows]
+    sure = p.share * np.minimum(total_of / p.sure_cells, 1.0)
+    return (
+        rows, sums[3][rows] * shown.rays.step**2, sums[2][rows] / total_of, sums[5][rows] / total_of,
+        sums[4][rows] / total_of, sure * sums[1][rows] / total_of, seen_through[rows],
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Patches:
+    """Of patches (q,): cells (q,) that lie clear of their borders; mean, spread (q, 2): of grey and texture; centre
+    (q, 2): cell; and which lie side by side, as columns: one, other; cells; values (n, 2): mean of the other there."""
+
+    cells: Floats
+    mean: Floats
+    spread: Floats
+    centre: Floats
+    one: Ints
+    other: Ints
+    beside: Floats
+    values: Floats
+
+    def around(self, belongs: Bools) -> tuple[Floats, Floats]:
+        """For groups of patches (g, q) the cells (g, q) of each patch beside that belongs to none of theirs, and the
+        mean (g, q, 2) of it there."""
+        weight = np.zeros(belongs.shape)
+        total = np.zeros((*belongs.shape, 2))
+        group, row = np.nonzero(belongs[:, self.one] & ~belongs[:, self.other])
+        np.add.at(weight, (group, self.other[row]), self.beside[row])
+        np.add.at(total, (group, self.other[row]), self.beside[row, None] * self.values[row])
+        return weight, total / np.maximum(weight, 1e-9)[..., None]
+
+
+def _measure_texture(grey: Bytes | Floats, shown: SurfaceMap) -> Floats:
+    """Grey and texture (rows, columns, 2) at the cells: the mean of 3 px, and log1p of the deviation within 7."""
+    single = grey.astype(np.float32)
+    smooth, wide = cv2.blur(single, (3, 3)), cv2.blur(single, (7, 7))
+    texture = np.log1p(np.sqrt(np.maximum(cv2.blur(single * single, (7, 7)) - wide * wide, 0.0)))
+    x, y = np.rint(shown.rays.pixel).astype(np.int64).transpose(2, 0, 1)
+    x, y = np.clip(x, 0, grey.shape[1] - 1), np.clip(y, 0, grey.shape[0] - 1)
+    return np.stack([smooth[y, x], texture[y, x]], axis=2).astype(float)
+
+
+def _measure_patches(patch: Ints, count: int, values: Floats) -> _Patches:
+    kernel = np.array([[0, 1, 0], [1, 1, 1], [0, 1, 0]], np.uint8)
+    number = patch.astype(np.float32)
+    clear = (cv2.dilate(number, kernel) == number) & (cv2.erode(number, kernel) == number) & (patch >= 0)
+    of, there = patch[clear], values[clear]
+    cells = np.bincount(of, minlength=count).astype(float)
+
+    def average(columns: Floats) -> Floats:
+        sums = np.stack([np.bincount(of, column, count) for column in columns.T], axis=1)
+        return np.asarray(sums / np.maximum(cells, 1)[:, None])
+
+    mean = average(there)
+    spread = np.sqrt(np.maximum(average(there**2) - mean**2, 0.0))
+    centre = average(np.argwhere(clear).astype(float))
+    keys, sides = [], []
+    rows, columns = patch.shape
+    for far in (2, 4):
+        for down, right in ((0, far), (far, 0), (far, far), (far, -far)):
+            a = (slice(0, rows - down), slice(max(-right, 0), columns - max(right, 0)))
+            b = (slice(down, rows), slice(max(right, 0), columns - max(-right, 0)))
+            for one, other in ((a, b), (b, a)):
+                apart = clear[other] & (patch[one] >= 0) & (patch[one] != patch[other])
+                keys.append(patch[one][apart] * count + patch[other][apart])
+                sides.append(values[other][apart])
+    key, which = np.unique(np.concatenate(keys), return_inverse=True)
+    beside = np.bincount(which.ravel(), minlength=len(key)).astype(float)
+    there = np.concatenate(sides)
+    sums = np.stack([np.bincount(which.ravel(), column, len(key)) for column in there.T], axis=1)
+    return _Patches(cells, mean, spread, centre, key // count, key % count, beside, sums / beside[:, None])
+
+
+def _log_density(at: Floats, mean: Floats, spread: Floats, weight: Floats, anything: Floats | float) -> Floats:
+    """Log density (n,) at points (n, 2) of mixtures of Gaussians (n, q), means (n, q, 2), deviations (q, 2), weights
+    (n, q), and of anything in a share."""
+    density = np.exp(-0.5 * (((at[:, None] - mean) / spread) ** 2).sum(axis=2)) / (2 * np.pi * spread.prod(axis=1))
+    mixed = (weight * density).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-9)
+    return np.asarray(np.log((1 - anything) * mixed + anything * _ANYTHING))
+
+
+def _find_holes(
+    items: Items, samples: Samples, shown: SurfaceMap, place: Ints, count: int, p: AppearanceParameters
+) -> Ints:
+    """The item (places,) that each place is seen through, by the edges around it; -1 for none, as outside of the
+    object."""
+    bore = np.isin(np.array(items.kind), THROUGH)[items.member]
+    order = np.argsort(items.surface[bore], kind="stable")
+    surface, member = items.surface[bore][order], items.member[bore][order]
+    near = cv2.dilate(place.astype(np.float32), np.ones((3, 3))).astype(np.int64)  # a rim lies around it
+    out = np.full(count, _NONE)
+    if not len(surface) or not len(samples.run):
+        return out
+    ideal = shown.camera.normalise(samples.pixel)
+    x, y = np.rint(ideal @ shown.rays.matrix[:2, :2].T + shown.rays.matrix[:2, 2]).astype(np.int64).T
+    rows, columns = place.shape
+    inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
+    nearby = np.where(inside, near[np.where(inside, y, 0), np.where(inside, x, 0)], 0)
+    votes = np.zeros((len(items), count))
+    for side in (0, 1):
+        at = np.minimum(np.searchsorted(surface, samples.surface[:, side]), len(surface) - 1)
+        own = (surface[at] == samples.surface[:, side]) & (nearby > 0)
+        np.add.at(votes, (member[at[own]], nearby[own]), samples.length_px[own])
+    best = votes.argmax(axis=0)
+    around = np.bincount(nearby, samples.length_px, count)
+    clear = votes[best, np.arange(count)] >= p.least_rimmed * np.maximum(around, 1e-9)
+    out[clear] = best[clear]
+    return out
