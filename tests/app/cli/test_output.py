@@ -82,9 +82,8 @@ def test_rows_are_printed_as_they_come() -> None:
 
 
 def test_a_table_that_is_too_wide_is_folded_and_loses_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    rows = [
-        (f"bulkhead/BOLT_DUCT_A_{i:02}/through_hole {i}", 1234.5, "lorem ipsum " * i, "undecidable") for i in range(20)
-    ]
+    paths = [f"bulkhead/BOLT_DUCT_A_{i:02}/through_hole {i}" for i in range(20)]
+    rows = [(path, 1234.5, "lorem ipsum " * i, "undecidable") for i, path in enumerate(paths)]
     print_rows(("path", "mm", "why", "state"), rows, "table", width=80)
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= 80

@@ -18,6 +18,7 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 
+import relmodel
 from relmodel.app.cli.main import main
 from relmodel.arrays import Floats
 from relmodel.store import Store, sql
@@ -46,6 +47,9 @@ def test_json_says_what_was_answered(inspected: Inspection, tmp_path: Path, caps
     assert main(["export", "--run", "last", "-o", str(out), "--store", inspected.store]) == 0
     said, answer = json.loads(out.read_text()), inspected.answer
     words = capsys.readouterr().err
+    with relmodel.open(inspected.store) as python:
+        assert python.export(tmp_path / "python.json") == [tmp_path / "python.json"]
+    assert (tmp_path / "python.json").read_text() == out.read_text()
     store_id, cell = identity_of(inspected.store)
     assert (said["store_id"], said["cell"]) == (store_id, cell)
     began = datetime.fromisoformat(said["began_at"])
