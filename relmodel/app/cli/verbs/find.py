@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from vision.cameras.cameras import Prior, Rig
     from vision.cameras.view_volume import SelectionParameters
 
-EXAMPLE = "relmodel find --box 0 0 0 100 50 20 --level feature --store cell.duckdb"
+EXAMPLE = "relmodel find --box 1650 -480 960 1700 -440 990 --level feature --store demo/cell.duckdb"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
