@@ -15,11 +15,13 @@ if TYPE_CHECKING:
     from relmodel.errors import InputError, RelmodelError, StoreError, UsageError
     from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere
     from relmodel.table import Table
+    from relmodel.world.correction import Carrier
 
 __version__ = "0.1.0"
 
 __all__ = [
     "Box",
+    "Carrier",
     "Frustum",
     "InputError",
     "OpenStore",
@@ -38,6 +40,7 @@ __all__ = [
 _HOMES = {
     **dict.fromkeys(("InputError", "RelmodelError", "StoreError", "UsageError"), "relmodel.errors"),
     **dict.fromkeys(("Box", "Frustum", "OrientedBox", "Polyhedron", "Sphere"), "relmodel.find.volumes"),
+    "Carrier": "relmodel.world.correction",
     "OpenStore": "relmodel.app.api",
     "Table": "relmodel.table",
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import datetime
@@ -16,14 +17,27 @@ from relmodel.text import spreadsheet_text, visible
 
 _DIGITS = 6  # of numbers in tables; JSON and CSV have all
 _BATCH = 1000  # rows of a table that are laid out at once
+WIDTH = 100  # characters of a line that any terminal and any mail shows
+_NARROWEST = 8  # characters of a column of text
+_WORD = re.compile(r"[^\s/_]*[/_]?")
+_LONGEST_WORD = 30  # a longer one may be broken
+# Where a long cell is broken, the best first: before a word that is no number or unit, after a slash, within a name.
+_BREAKS = tuple(re.compile(at) for at in (r"(?<= )(?!\d|mm\b|->)", r"(?<=/)", r"(?<=[ _])|(?<=\w-)"))
 # What a table shows of a value, some 100 kB.
 _LONGEST: dict[type[Any], int] = {str: 100_000, bytes: 25_000, list: 10_000}
 
 
-def print_rows(names: Sequence[str], rows: Iterable[Sequence[Any]], form: str, out: TextIO | None = None) -> None:
+def print_rows(
+    names: Sequence[str],
+    rows: Iterable[Sequence[Any]],
+    form: str,
+    out: TextIO | None = None,
+    *,
+    width: int | None = None,
+) -> None:
     """Print rows as `table`, `markdown` (one too), `json` (a list of objects) or `csv`; nulls are blank, in JSON null.
 
-    out: where to, else stdout.
+    out: where to, else stdout.  width: characters that a line of a table may have; what is longer goes over several.
     Rows are printed as they come, of a table a thousand at a time: the first thousand say how wide its columns are.
     But for JSON, text is made visible: control characters are escapes, and in CSV nothing is taken for a formula.
     """
@@ -35,7 +49,12 @@ def print_rows(names: Sequence[str], rows: Iterable[Sequence[Any]], form: str, o
         writer.writerow([spreadsheet_text(name) for name in names])
         writer.writerows([spreadsheet_text(v) if isinstance(v, str) else v for v in row] for row in rows)
     else:
-        _print_table(names, iter(rows), form, out)
+        _print_table(names, iter(rows), form, out, width)
+
+
+def rounded(value: float, decimals: int) -> Decimal:
+    """A number as a table shows it, with so many decimals in any column."""
+    return Decimal(f"{value:.{decimals}f}")
 
 
 def print_tables(tables: Mapping[str, tuple[Sequence[str], Iterable[Sequence[Any]]]], out: TextIO) -> None:
@@ -72,7 +91,9 @@ def _objects(names: Sequence[str], rows: Iterable[Sequence[Any]]) -> Iterator[di
     return (dict(zip(names, row, strict=True)) for row in rows)
 
 
-def _print_table(names: Sequence[str], rows: Iterator[Sequence[Any]], form: str, out: TextIO) -> None:
+def _print_table(
+    names: Sequence[str], rows: Iterator[Sequence[Any]], form: str, out: TextIO, width: int | None
+) -> None:
     from tabulate import tabulate
 
     rows = ([_shortened(value) for value in row] for row in rows)
@@ -80,9 +101,14 @@ def _print_table(names: Sequence[str], rows: Iterator[Sequence[Any]], form: str,
     batch = list(islice(rows, at_once))
     layout = [_layout(column) for column in zip(*batch, strict=True)]
     heading, printed = [visible(name) for name in names], 0
+    widest: list[int] | None = None
     while batch or not printed:
+        cells = [[_table_cell(v, decimals) for v, (decimals, _) in zip(row, layout, strict=True)] for row in batch]
+        if width is not None and layout:
+            widest = widest or _widths([heading, *cells], [side == "left" for _, side in layout], width)
+            cells = [[_folded(cell, most) for cell, most in zip(row, widest, strict=True)] for row in cells]
         text = tabulate(
-            [[_table_cell(v, decimals) for v, (decimals, _) in zip(row, layout, strict=True)] for row in batch],
+            cells,
             headers=heading,
             tablefmt=tablefmt,
             disable_numparse=True,  # text stays as it is: '007' is not a number
@@ -94,6 +120,55 @@ def _print_table(names: Sequence[str], rows: Iterator[Sequence[Any]], form: str,
         rules = text.partition("\n")[2].partition("\n")[0].split("  ")
         heading, printed = ["x" * (len(rule) - 2) for rule in rules], 2
         batch = list(islice(rows, at_once))
+
+
+def _widths(rows: Sequence[Sequence[str]], is_text: Sequence[bool], width: int) -> list[int]:
+    """Characters of each column: as many as it has, but of text fewer where a line would be too long, so that the table
+    has few lines more for it.
+
+    The first row is the heading, which is not folded, and which tabulate sets two characters apart.
+    """
+    import numpy as np
+
+    lengths = np.array([[max(map(len, cell.split("\n"))) for cell in row] for row in rows])
+    lengths[0] += 2
+    words = [max(len(word) for cell in column for word in _WORD.findall(cell)) for column in zip(*rows, strict=True)]
+    widths, least = lengths.max(axis=0), np.maximum(lengths[0], np.clip(words, _NARROWEST, _LONGEST_WORD))
+    while widths.sum() + 2 * (len(widths) - 1) > width:
+        free = [i for i, text in enumerate(is_text) if text and widths[i] > least[i]]
+        if not free:
+            break  # numbers and headings alone are wider
+        lines = [-(-lengths // np.maximum(widths - (np.arange(len(widths)) == i), 1)) for i in free]
+        counts = [(int(one.max(axis=1).sum()), int(one.sum()), -widths[i]) for one, i in zip(lines, free, strict=True)]
+        widths[free[counts.index(min(counts))]] -= 1
+    return [int(most) for most in widths]
+
+
+def _folded(cell: str, width: int) -> str:
+    """A cell over several lines of at most so many characters, indented as it begins."""
+    lines: list[str] = []
+    for line in cell.split("\n"):
+        words = line.lstrip()
+        indent = line[: len(line) - len(words)][: width // 2]
+        folded = _broken(words, width - len(indent)) if len(line) > width else [words]
+        lines += [indent + piece.rstrip() for piece in folded]
+    return "\n".join(lines)
+
+
+def _broken(text: str, width: int, how: int = 0) -> list[str]:
+    """Lines of a text: broken where the first of _BREAKS does, where a piece is too long still the next, at last
+    anywhere."""
+    if len(text.rstrip()) <= width:
+        return [text]
+    if how == len(_BREAKS):
+        return [text[i : i + width] for i in range(0, len(text), width)]
+    lines: list[str] = []
+    for piece in _BREAKS[how].split(text):
+        if lines and len((lines[-1] + piece).rstrip()) <= width:
+            lines[-1] += piece
+        else:
+            lines += _broken(piece, width, how + 1)
+    return lines
 
 
 def _shortened(value: Any) -> Any:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from relmodel.world.placement import WorldReport
     from vision.cameras.cameras import Needs
     from vision.inspection.inspection import Inspection
+    from vision.planning.plan import Plan
 
 
 class OpenStore(Store):
@@ -96,18 +97,22 @@ class OpenStore(Store):
         left: str | Path,
         right: str | Path | None = None,
         prior: str | Path | None = None,
-        needs: Needs | None = None,
+        needs: Needs | str | None = None,
         world: str | None = None,
         against: Sequence[str] | None = None,
         carrier: Carrier | None = None,
         serial: str | None = None,
+        operator: str | None = None,
         believe_pictures: bool = False,
         ignore_blind_camera: bool = False,
     ) -> Inspection:
         """Inspect a stereo pair, or the picture of the left camera: `vision.inspection.inspection.inspect`.
 
+        needs: how exactly the pose is needed, as in "5mm,2deg".
         against: names of loaded objects, all where there are none: which of them the pictures show, with no world.
-        serial: of the physical part, by which its inspections add up.
+        carrier: what is known of the arm that carries the rig.
+        serial: of the physical part, by which its inspections add up.  operator: who makes it, else the user of this
+        machine.
         believe_pictures: accept a pose that the pictures show surely where it contradicts the prior.
         ignore_blind_camera: answer by the other cameras where one does not see the model.  A notebook shows the answer
         with the model drawn over the pictures.
@@ -120,13 +125,15 @@ class OpenStore(Store):
             believe_pictures=believe_pictures,
             ignore_blind_camera=ignore_blind_camera,
         ) as session:
-            return session.inspect(left=left, right=right, prior=prior, carrier=carrier, serial=serial)
+            return session.inspect(
+                left=left, right=right, prior=prior, carrier=carrier, serial=serial, operator=operator
+            )
 
     def session(
         self,
         *,
         rig: str | Path,
-        needs: Needs | None = None,
+        needs: Needs | str | None = None,
         world: str | None = None,
         against: Sequence[str] | None = None,
         believe_pictures: bool = False,
@@ -148,6 +155,37 @@ class OpenStore(Store):
             against=against,
             believe_pictures=believe_pictures,
             ignore_blind_camera=ignore_blind_camera,
+        )
+
+    def plan(
+        self,
+        *,
+        rig: str | Path,
+        serial: str | None = None,
+        object: str | None = None,
+        world: str | None = None,
+        on: str | None = None,
+        distance: float | None = None,
+        views: int | None = None,
+        out: str | Path | None = None,
+    ) -> Plan:
+        """The views that would check most of what is left of a physical part by its serial number, or of an object.
+
+        on: the object that carries the rig, where several do.  distance: from the part's surface, mm.  views: at most
+        so many.  out: a folder for a prior of each view, and pairs.csv, a list of them for `relmodel inspect --list`.
+        """
+        from relmodel.app.propose import propose_views
+
+        return propose_views(
+            self,
+            Path(rig),
+            serial=serial,
+            object_name=object,
+            world=world,
+            on=on,
+            distance_mm=distance,
+            most=views,
+            out=None if out is None else Path(out),
         )
 
     def query(self, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> Table:
@@ -181,6 +219,41 @@ class OpenStore(Store):
         named = None if run is None else str(run)
         write_report(self, Path(out), run=named, serial=serial, object_name=object, variant=variant, diff=diff)
         return Path(out)
+
+    def export(
+        self,
+        out: str | Path,
+        *,
+        run: int | None = None,
+        object: str | None = None,
+        variant: str = "",
+        tables: str = "parquet",
+    ) -> list[Path]:
+        """Write what an inspection found, the newest where nothing is named, as .qif, .json or .glb, or an object as
+        .glb; any other name is a folder for tables, `parquet` or `csv`; gives the files."""
+        from relmodel.app.audit.newest import newest_inspection
+        from relmodel.app.export.results import read_results
+        from relmodel.app.export.write import export_object, export_run
+
+        with self.read() as connection:
+            if object is not None:
+                return export_object(self, connection, object, variant, Path(out), tables)
+            results = read_results(self, connection, newest_inspection(self, connection) if run is None else run)
+            return export_run(self, connection, results, Path(out), tables)
+
+    def accept(self, finding: int, *, by: str, note: str, run: int | None = None) -> str:
+        """Record that the part may be used with a finding of an inspection, the newest where `run` names none; says
+        what was decided."""
+        return self._decide("accepted", finding, by, note, run)
+
+    def reject(self, finding: int, *, by: str, note: str, run: int | None = None) -> str:
+        """Record that the part must not be used with a finding, as `accept`."""
+        return self._decide("rejected", finding, by, note, run)
+
+    def _decide(self, decision: str, finding: int, by: str, note: str, run: int | None) -> str:
+        from relmodel.app.decide import decide
+
+        return decide(self, None if run is None else str(run), finding, decision, by, note)
 
     def why(
         self, run: int | None = None, *, pose: bool = False, arc: str | None = None, feature: str | None = None

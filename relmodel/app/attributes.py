@@ -8,12 +8,12 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 from relmodel.errors import UsageError
 from relmodel.model.attributes import attribute_rows
 from relmodel.store import Run, Store
+from relmodel.text import nearest_name
 from relmodel.user import user_name
 
 if TYPE_CHECKING:
@@ -133,8 +133,8 @@ def _owner(
     inside = path[len(name) + 1 :]
     called = f"{name} variant {tree.variant}" if tree.variant else name
     if inside and inside not in tree.path:
-        near = get_close_matches(inside, tree.path, 1)
-        hint = f"did you mean {name}/{near[0]}?" if near else f"relmodel show {name} lists what there is"
+        near = nearest_name(inside, tree.path)
+        hint = f"did you mean {name}/{near}?" if near else f"relmodel show {name} lists what there is"
         raise UsageError(f"there is no {inside} in {called}: {hint}")
     at = tree.path.index(inside) if inside else -1
     if at < 0 or tree.part_id[at] < 0:

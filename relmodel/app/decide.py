@@ -17,9 +17,9 @@ def decide(store: Store, number: str | None, finding: int, decision: str, by: st
 
     Raises UsageError where there is no such finding, and where name or note are empty.
     """
-    for what, words in (("--by", by), ("--note", note)):
+    for what, words in (("by", by), ("note", note)):
         if not words.strip() or "\0" in words or len(words) > _LONGEST:
-            raise UsageError(f"{what} says nothing: give who decides, and why, in 1 to {_LONGEST} characters")
+            raise UsageError(f"{what} is empty or too long: give who decides, and why, in 1 to {_LONGEST} characters")
     with store.read() as connection:
         inspection = run_named(store, connection, number)
         rows = store.rows(connection, "report/run_findings", run_id=inspection)

@@ -24,16 +24,18 @@ class Session:
         store: Store,
         *,
         rig: str | Path,
-        needs: Needs | None,
+        needs: Needs | str | None,
         world: str | None,
         against: Sequence[str] | None,
         believe_pictures: bool,
         ignore_blind_camera: bool,
     ) -> None:
+        from vision.cameras.files import parse_needs
         from vision.inspection.inspection_parameters import InspectionParameters
         from vision.scene.kept_scenes import Scenes
 
         self._scenes = Scenes(store)
+        needs = parse_needs(needs, "needs") if isinstance(needs, str) else needs
         self._given = {"rig": rig, "needs": needs, "world": world, "against": against}
         self._parameters = InspectionParameters(
             believe_pictures=believe_pictures, ignore_blind_camera=ignore_blind_camera
@@ -47,9 +49,10 @@ class Session:
         prior: str | Path | None = None,
         carrier: Carrier | None = None,
         serial: str | None = None,
+        operator: str | None = None,
     ) -> Inspection:
-        """Inspect a pair, or the picture of the left camera, of the physical part of a serial number; one that fails
-        leaves the session as it was."""
+        """Inspect a pair, or the picture of the left camera, as `OpenStore.inspect`; one that fails leaves the session
+        as it was."""
         from relmodel.app.notebook import inspect_with_picture
 
         return inspect_with_picture(
@@ -59,6 +62,7 @@ class Session:
             prior=prior,
             carrier=carrier,
             serial=serial,
+            operator=operator,
             parameters=self._parameters,
             scenes=self._scenes,
             **self._given,

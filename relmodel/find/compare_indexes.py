@@ -79,20 +79,21 @@ def compare(store: Store, world: str | None = None, progress: Progress = silent)
     views = _views(asked[100])
     from relmodel.find.grid import Grid
 
-    measured = []
-    for done, kind in enumerate(kinds):
-        progress(f"measuring {kind}", done, len(kinds) + 1)
-        measured.append(_measured(kind, boxes, asked, views))
-    progress("measuring the store", len(kinds), len(kinds) + 1)
-    found = Comparison(name, len(boxes), measured, _of_store(store, name, asked, views), Grid(boxes).cell_mm)
-    rows: dict[str, Any] = {"name": ["index_kind", "grid_cell_mm"], "unit": [None, "mm"]}
-    rows |= {"value_text": [found.recommended, None], "value_number": [None, found.cell_mm]}
-
-    def write(connection: Connection) -> None:
-        run.append(connection, "world_attribute", {"world_id": world_id, "run_id": run.id, "source": "derived", **rows})
-        run.finish(f"{found.recommended} is the best index of world {name}", connection)
-
     with Run.begin(store, "index", {"world": name}, packages=("numba", "numpy")) as run:
+        measured = []
+        for done, kind in enumerate(kinds):
+            progress(f"measuring {kind}", done, len(kinds) + 1)
+            measured.append(_measured(kind, boxes, asked, views))
+        progress("measuring the store", len(kinds), len(kinds) + 1)
+        found = Comparison(name, len(boxes), measured, _of_store(store, name, asked, views), Grid(boxes).cell_mm)
+        rows: dict[str, Any] = {"name": ["index_kind", "grid_cell_mm"], "unit": [None, "mm"]}
+        rows |= {"value_text": [found.recommended, None], "value_number": [None, found.cell_mm]}
+        rows |= {"world_id": world_id, "run_id": run.id, "source": "derived"}
+
+        def write(connection: Connection) -> None:
+            run.append(connection, "world_attribute", rows)
+            run.finish(f"{found.recommended} is the best index of world {name}", connection)
+
         run.transact(write)
     return found
 

@@ -65,10 +65,12 @@ class Derived:
     findings: tuple[Noted, ...]
 
 
-def derive(model: Model, store: Database, connection: Connection) -> Derived:
+def derive(
+    model: Model, store: Database, connection: Connection, tell: Callable[[str], None] = lambda _: None
+) -> Derived:
     """Derive from a model what the store will hold; the store is read and not written.
 
-    Raises InputError where an assembly contains itself.
+    tell: is told what is being done.  Raises InputError where an assembly contains itself.
     """
     model = share(model)
     keys = model_keys(model)
@@ -76,10 +78,11 @@ def derive(model: Model, store: Database, connection: Connection) -> Derived:
     if snapped is not model:
         model, keys = snapped, model_keys(snapped)
     failures: list[Noted] = []
-    shapes = {
-        no: _derived_shape(model.shapes[no], no, failures)
-        for no in _new(store, connection, "shape", [k.shape for k in keys.shapes])
-    }
+    shapes = {}
+    new = _new(store, connection, "shape", [k.shape for k in keys.shapes])
+    for count, no in enumerate(new, 1):
+        tell(f"recognising features, shape {count} of {len(new)}")
+        shapes[no] = _derived_shape(model.shapes[no], no, failures)
     part_of = {part.shape: i for i, part in reversed(list(enumerate(model.parts)))}
     found = [replace(n, part=part_of.get(n.shape)) if n.shape is not None else n for n in failures]
     return Derived(model, keys, shapes, (*_noted(model), *found))

@@ -84,22 +84,23 @@ def load_all(
     The next files are read meanwhile; the rows are those of one `load` after another.
     """
     waiting = iter(requests)
-    steps = 2 * len(requests)
     with ThreadPoolExecutor(READERS) as pool:
         jobs = deque(_begin(pool, reader, request) for request in islice(waiting, READERS))
-        done = 0
-        while jobs:
+        for number in range(len(requests)):
             request, job = jobs.popleft()
             jobs.extend(_begin(pool, reader, following) for following in islice(waiting, 1))
             outcome: LoadReport | InputError
-            progress(f"{request.path.name}: reading", done, steps)
-            storing = partial(progress, f"{request.path.name}: storing", done + 1, steps)
+            tell = partial(_tell, progress, request.path.name, number, len(requests))
+            tell("reading")
             try:
-                outcome = _load(store, request, job, storing)
+                outcome = _load(store, request, job, tell)
             except InputError as error:
                 outcome = error
-            done += 2
             yield request, outcome
+
+
+def _tell(progress: Progress, file: str, number: int, files: int, what: str) -> None:
+    progress(f"{file}: {what}", number, files)
 
 
 _Reading: TypeAlias = "Future[Model]"
@@ -133,8 +134,8 @@ def _read(reader: Reader, request: Request) -> Model:
     return reader(request.path, options)
 
 
-def _load(store: Store, request: Request, reading: _Reading | InputError, storing: Callable[[], None]) -> LoadReport:
-    """Load a file that is being read, in a run of its own; `storing` is called when it has been read."""
+def _load(store: Store, request: Request, reading: _Reading | InputError, tell: Callable[[str], None]) -> LoadReport:
+    """Load a file that is being read, in a run of its own; `tell` is told what is being done with it."""
     from relmodel.loading.load_parameters import DEFAULTS
 
     parameters = {
@@ -162,18 +163,19 @@ def _load(store: Store, request: Request, reading: _Reading | InputError, storin
             files, findings = _inputs(model), model.findings
             model = _allowed(model, request)
             run.step("read")
-            storing()
+            tell("comparing with the store")
 
             @store.one_thread()
             def store_model(connection: Connection) -> LoadReport:
                 nonlocal findings
-                derived = derive(model, store, connection)
+                derived = derive(model, store, connection, tell)
                 findings = [noted.finding for noted in derived.findings]
                 if findings and request.strict:
                     raise InputError(
                         f"{request.path} has {len(findings)} finding{'s'[: len(findings) > 1]}, the first: "
                         f"{findings[0].message}: mend the file, or load it without --strict"
                     )
+                tell("storing")
                 run.inputs(connection, files)
                 report = write(run, connection, derived, request.name, request.variant)
                 run.finish(connection=connection, last="store")

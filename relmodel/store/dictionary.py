@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from difflib import get_close_matches
 from typing import NamedTuple
 
 from sqlalchemy import create_engine, inspect
@@ -13,6 +12,7 @@ from sqlalchemy.engine.reflection import ObjectKind
 
 from relmodel.errors import UsageError
 from relmodel.store.database import Database
+from relmodel.text import nearest_name
 
 FUNCTION = "function"
 
@@ -65,8 +65,8 @@ def find_entry(store: Database, name: str) -> Entry:
     """The relation or function of a name.  Raises UsageError where there is none."""
     entries = {entry.relation: entry for entry in dictionary(store)}
     if name not in entries:
-        near = get_close_matches(name, list(entries), 1)
-        hint = f"did you mean {near[0]}?" if near else "relmodel schema lists them all"
+        near = nearest_name(name, entries)
+        hint = f"did you mean {near}?" if near else "relmodel schema lists them all"
         raise UsageError(f"the store has no relation or function {name!r}: {hint}")
     return entries[name]
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from typing import NamedTuple
 
 from sqlalchemy import Connection
 
 from relmodel.errors import UsageError
 from relmodel.store import Store
+from relmodel.text import nearest_name
 
 
 class NamedVariant(NamedTuple):
@@ -39,9 +39,9 @@ def find_variant(store: Store, connection: Connection, name: str, variant: str =
         lacks = f"there is no object {asked}" if variant else f"{name} has several variants"
         raise UsageError(f"{lacks}: name one of its variants: {known}")
     names = sorted({str(row.name) for row in loaded})
-    near = get_close_matches(name, names, 1)
+    near = nearest_name(name, names)
     raise UsageError(
         f"there is no object {asked}: "
-        + (f"did you mean {near[0]}? " if near else "")
+        + (f"did you mean {near}? " if near else "")
         + f"name one of those loaded: {', '.join(names) or 'there are none'}"
     )

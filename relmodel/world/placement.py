@@ -66,7 +66,7 @@ def place_world(
 
 
 def _place(store: Store, run: Run, file: WorldFile, write_rig: RigWriter | None, progress: Progress) -> WorldReport:
-    progress(f"{file.path.name}: finding its objects", 0, 2)
+    progress(f"{file.path.name}: finding its objects", 0, 1)
     if write_rig is None and any(mount.kind == "rig" for mount in file.mounts):
         raise UsageError(f"{file.path} mounts rigs: place it with a writer of rigs")
     with store.read() as connection:
@@ -88,7 +88,7 @@ def _place(store: Store, run: Run, file: WorldFile, write_rig: RigWriter | None,
             world_id, revision, status = int(newest[0].world_id), int(newest[0].revision), "unchanged"
         else:
             revision, status = (int(newest[0].revision) + 1 if newest else 1), "added"
-            progress(f"{file.path.name}: placing its objects", 1, 2)
+            progress(f"{file.path.name}: placing its objects", 0, 1)
             previous = int(newest[0].world_id) if newest else None
             world_id = _write_world(run, connection, file.world, revision, content_key, previous)
             numbers = _numbers(run, connection, file, pinned)

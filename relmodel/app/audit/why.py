@@ -6,7 +6,6 @@ What runs record in future is explained by one more query.
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from typing import NamedTuple
 
 from sqlalchemy import Connection
@@ -14,6 +13,7 @@ from sqlalchemy import Connection
 from relmodel.app.audit.newest import find_run
 from relmodel.errors import UsageError
 from relmodel.store import Store, sql
+from relmodel.text import nearest_name
 
 
 class Sentence(NamedTuple):
@@ -94,6 +94,6 @@ def _nothing(store: Store, connection: Connection, run: int, camera: str, arc: i
             return f"run {run} has no camera {camera}: name one of {', '.join(cameras)}"
         return f"the {camera} picture of run {run} has no arc {arc}: it has arcs 0 to {cameras[camera] - 1}"
     paths = [str(row.path) for row in store.rows(connection, "audit/paths", run=run)]
-    near = get_close_matches(path, paths, 1)
-    hint = f"did you mean {near[0]}?" if near else "part_in_view lists what is"
+    near = nearest_name(path, paths)
+    hint = f"did you mean {near}?" if near else "the view part_in_view lists what is"
     return f"run {run} has no {path} in view: {hint}"

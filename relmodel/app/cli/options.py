@@ -64,3 +64,10 @@ def add_format(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--format", choices=("table", "json", "csv"), default="table", help="how data is printed (default: table)"
     )
+
+
+def add_all(parser: argparse.ArgumentParser) -> None:
+    """`--all`, of verbs whose table may be long: `relmodel.app.cli.output.print_folded`."""
+    parser.add_argument(
+        "--all", action="store_true", help="print all rows and columns of the table, however long and wide they are"
+    )

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
+from typing import Any
 
+from relmodel.printing import WIDTH, print_rows
 from relmodel.text import visible
 
 quiet = False
 """whether messages are suppressed (--quiet)"""
+
+LINES = 100
+"""rows of a folded table"""
 
 
 def say(words: str) -> None:
@@ -20,6 +26,13 @@ def complain(words: str) -> None:
     """An error message, which is printed in any case."""
     clear_line()
     print(visible(words), file=sys.stderr)
+
+
+def print_folded(names: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
+    """The first rows of a table, in lines that fit, and how many more there are."""
+    print_rows(names, rows[:LINES], "table", width=WIDTH)
+    if len(rows) > LINES:
+        say(f"... and {len(rows) - LINES} more: --all prints them")
 
 
 def clear_line() -> None:

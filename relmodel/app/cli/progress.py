@@ -1,7 +1,7 @@
 """How far long work is, on stderr: a bar where that is a terminal, else a line now and then.
 
-What is being done comes from the library; how far an inspection is, and how long the rest will take, from how long the
-steps of the newest run of its kind took in this store.
+What is being done comes from the library; how far a run is, and how long the rest will take, from how long the steps of
+the newest run of its kind took in this store.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from relmodel.text import visible
 
 _TICK_S = 0.5
 _LINE_S = 10.0  # between lines where stderr is no terminal
+_A_RUN_EACH = ("inspect", "load")  # kinds of which each piece of the work is a run of its own
 
 
 class Watch:
@@ -28,10 +29,12 @@ class Watch:
         self._usual = usual
         self._what, self._done, self._of = "", 0, 1
         self._kind, self._passed, self._name = "", list[str](), ""
-        self._began = self._step_began = time.monotonic()
+        self._began = self._step_began = self._told = time.monotonic()
 
     def tell(self, what: str, done: int, of: int) -> None:
         """As `Progress`."""
+        if done != self._done:
+            self._told = time.monotonic()
         self._what, self._done, self._of = what, done, of
 
     def step(self, kind: str, name: str) -> None:
@@ -52,32 +55,36 @@ class Watch:
             steps = steps if at is None else steps[at + 1 :]
         return steps
 
-    def words(self) -> str:
-        """What is being done, the step, the share that is done and the seconds left, as far as these are known."""
+    def _known(self) -> tuple[float, float | None, bool]:
+        """The share done, the seconds left where something tells them, and whether it takes longer than the last."""
         now = time.monotonic()
         total = sum(seconds for _, seconds in self._usual.get(self._kind, ()))
-        within = 0.0
-        # Other runs tell of themselves how many pieces of theirs are done.
-        if self._kind == "inspect" and total > 0:
-            left = self._left()
-            rest = sum(seconds for _, seconds in left)
-            rest -= min(now - self._step_began, left[0][1]) if left else 0.0
-            within = 1 - rest / total
-        share = min((self._done + within) / max(self._of, 1), 1.0)
-        seconds = None
-        if self._kind == "inspect" and total > 0:
-            seconds = (self._of - self._done - within) * total
-        elif total > 0 and self._of <= 1:
-            seconds = max(total - (now - self._began), 0.0)
-        elif share > 0:
-            seconds = (now - self._began) * (1 - share) / share
-        said = f"{self._what} ({self._name})" if self._name else self._what
-        said += f", {share:.0%}" if share > 0 else ""
-        return said + ("" if seconds is None else f", about {max(seconds, 1):.0f} s left")
+        share, took = self._done / max(self._of, 1), now - self._began
+        if total > 0 and (self._kind in _A_RUN_EACH or self._of <= 1):
+            left, in_step = self._left(), now - self._step_began
+            rest = sum(seconds for _, seconds in left) - (min(in_step, left[0][1]) if left else 0.0)
+            seconds = (self._of - self._done - 1) * total + rest
+            return 1 - seconds / (self._of * total), seconds, seconds < 1 and bool(left) and in_step > left[0][1]
+        if total > 0:  # the pieces of one run, of which each may take another time
+            return share, total - took, took > total
+        # As long for what is left as for what was done, where it does not take longer already.
+        seconds = (self._told - self._began) * (1 - share) / share - (now - self._told) if share > 0 else -1.0
+        return share, None if seconds < 0 else seconds, False
+
+    def words(self) -> str:
+        """What is being done, the step, the share done and the seconds left; where not known how long it has taken."""
+        share, seconds, late = self._known()
+        # Others tell their steps themselves.
+        said = f"{self._what} ({self._name})" if self._name and self._kind == "inspect" else self._what
+        so_far = f"{time.monotonic() - self._began:.0f} s so far"
+        if late:
+            return f"{said}, {so_far}, longer than the last time"
+        said += f", {share:.0%}" if 0 < share < 1 else ""
+        return f"{said}, " + (so_far if seconds is None else f"about {max(seconds, 1):.0f} s left")
 
     def share(self) -> float:
-        """What is done of the pieces that the library counts."""
-        return self._done / max(self._of, 1)
+        """What is done of the whole, from 0 to 1."""
+        return min(max(self._known()[0], 0.0), 1.0)
 
 
 @contextmanager

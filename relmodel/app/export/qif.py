@@ -2,7 +2,8 @@
 
 The subset: a characteristic of attributes for each part and feature (its state), one of the fitting kind for each size
 measured of it; of each its definition (limits), nominal, item (a name that stays from run to run) and measurement with
-status, value and standard uncertainty.  There are no product, features, devices or plan.
+status, value and standard uncertainty.  There are no product, features, devices or plan.  The order of elements is that
+of the standard's schema files.
 """
 
 from __future__ import annotations
@@ -37,22 +38,22 @@ def write_qif(tables: dict[str, pa.Table], path: Path) -> None:
     _add(_add(header, "Application"), "Name", f"relmodel {relmodel.__version__}")
     _add(header, "Description", f"run {about['run']} of the cell {about['cell']}, world {about['world']}")
     units = _add(_add(root, "FileUnits"), "PrimaryUnits")
-    length = _add(units, "LinearUnit")
-    _add(length, "SIUnitName", "meter")
-    _add(length, "UnitName", "mm")
-    _add(_add(length, "UnitConversion"), "Factor", "0.001")
-    angle = _add(units, "AngularUnit")
-    _add(angle, "SIUnitName", "radian")
-    _add(angle, "UnitName", "deg")
-    _add(_add(angle, "UnitConversion"), "Factor", "0.017453292519943295")
+    for kind, si, name, factor in (
+        ("AngularUnit", "radian", "deg", "0.017453292519943295"),
+        ("LinearUnit", "meter", "mm", "0.001"),
+    ):
+        unit = _add(units, kind)
+        _add(unit, "SIUnitName", si)
+        _add(unit, "UnitName", name)
+        _add(_add(unit, "UnitConversion"), "Factor", factor)
 
     characteristics = _add(root, "Characteristics")
     blocks = {name: _add(characteristics, f"Characteristic{name}s") for name in ("Definition", "Nominal", "Item")}
     result = _add(_add(_add(root, "Results"), "MeasurementResultsSet", n="1"), "MeasurementResults")
     numbers = count(1)
     result.set("id", str(next(numbers)))
-    _add(_add(result, "InspectionStatus"), "InspectionStatusEnum", _verdict(about))
     measured = _add(_add(result, "MeasuredCharacteristics"), "CharacteristicMeasurements")
+    _add(_add(result, "InspectionStatus"), "InspectionStatusEnum", _verdict(about))
     sizes: dict[str, list[dict[str, Any]]] = {}
     for row in tables["measured_size"].to_pylist():
         sizes.setdefault(row["path"], []).append(row)
@@ -77,7 +78,7 @@ def _add_state(
     """The state of a part or feature."""
     kind = "UserDefinedAttribute"
     definition, nominal, _, measurement = _add_four(kind, row["path"], row["qif"], blocks, measured, numbers)
-    _add(definition, "Name", "is as modelled")
+    _add(definition, "WhatToMeasure", "is as modelled")
     for name, words in (("PassValues", "as modelled"), ("FailValues", "not as modelled")):
         _add(_add(nominal, name, n="1"), "StringValue", words)
     said = next((words for words, states in _STATES.items() if row["state"] in states), None)
@@ -93,17 +94,19 @@ def _add_size(
     undecided = row["state"] == "undecidable"
     status = "NOT_ANALYZED" if undecided else "FAIL" if row["changed"] else "PASS"
     definition, nominal, _, measurement = _add_four(kind, name, status, blocks, measured, numbers)
-    if kind.startswith("UserDefined"):
-        _add(definition, "Name", row["what"])
     if row["least_difference"] is None:
-        _add(definition, "NonTolerance")
+        _add(definition, "NonTolerance", "MEASURED")
     else:
         tolerance = _add(definition, "Tolerance")
         _add(tolerance, "MaxValue", _number(row["least_difference"]))
         _add(tolerance, "MinValue", _number(-row["least_difference"]))
         _add(tolerance, "DefinedAsLimit", "false")
+    if kind.startswith("UserDefined"):
+        _add(definition, "WhatToMeasure", row["what"])
     _add(nominal, "TargetValue", _number(row["nominal"]))
-    _add(measurement, "Value", _number(row["value"]), combinedUncertainty=_number(row["sigma"]))
+    # The standard has both attributes or none.
+    known = {"combinedUncertainty": _number(row["sigma"]), "meanError": "0"}
+    _add(measurement, "Value", _number(row["value"]), **known)
 
 
 def _add_four(

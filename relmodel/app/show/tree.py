@@ -50,14 +50,15 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
     """One row an object or part in the tree, the whole object first.
 
     It has depth, path, level, number, material, mass (kg; of an object where those of all its parts are known), size
-    (mm), surfaces, features by kind, attributes, and what the load found to be not as it should be, by kind.
+    (mm), surfaces, features by kind (in words; in numbers: kinds), attributes, and what the load found to be not as it
+    should be, by kind.
     """
     part_ids = [int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
     objects = [int(i) for i in np.unique(tree.child_object_id[tree.child_object_id >= 0])]
     parts = {int(r.id): r for r in store.rows(connection, "object/parts", part_ids=part_ids)}
-    kinds: dict[int, list[str]] = {}
+    kinds: dict[int, dict[str, int]] = {}
     for r in store.rows(connection, "object/features", shape_ids=sorted({int(p.shape_id) for p in parts.values()})):
-        kinds.setdefault(int(r.shape_id), []).append(f"{r.kind} {r.how_many}")
+        kinds.setdefault(int(r.shape_id), {})[str(r.kind)] = int(r.how_many)
     attributes: dict[tuple[str, int], list[str]] = {}
     for r in store.rows(connection, "object/attributes", object_ids=[tree.object_id, *objects], part_ids=part_ids):
         stated = f"{r.name}={r.value}{' ' + r.unit if r.unit else ''}"
@@ -88,7 +89,7 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
             row: dict[str, Any] = {"level": "object", **totals}
         else:
             part = parts[int(tree.part_id[i])]
-            known = ("part", int(part.id))
+            known, of_kind = ("part", int(part.id)), kinds.get(int(part.shape_id), {})
             row = {
                 "level": "supplemental part" if part.supplemental else "part",
                 "number": part.number,
@@ -96,7 +97,8 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
                 "mass": part.mass,
                 "size": f"{part.size_x:.6g} x {part.size_y:.6g} x {part.size_z:.6g}",
                 "surfaces": int(part.surface_count),
-                "features": ", ".join(kinds.get(int(part.shape_id), [])),
+                "features": ", ".join(f"{kind} {count}" for kind, count in of_kind.items()),
+                "kinds": of_kind,
                 "findings": ", ".join(findings.get(int(part.id), [])),
             }
         row["attributes"] = ", ".join(attributes.get(known, []))

@@ -45,6 +45,42 @@ def test_box(world: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert len(arcs) == 1
 
 
+@pytest.mark.parametrize(
+    ("volume", "away"),
+    [
+        ("--box 12 100 4 13 101 6", 2.0),
+        ("--box 12 101 5 12 101 5", 2.0),
+        ("--sphere 15 101 5 1", 4.0),
+        ("--obb 9.5 101 25 3 1 1 0 90 0", 17.0),  # it stands on its end
+        ("--polyhedron corner.yaml", 5 / 2**0.5),
+    ],
+)
+def test_where_nothing_is_the_nearest_part_is_named(
+    world: str,
+    volume: str,
+    away: float,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """By closed forms: the plate reaches over x 9 to 10, y 100 to 102 at z 5."""
+    monkeypatch.chdir(tmp_path)
+    corner = [[-1, 0, -1, -20], [1, 0, 0, 20], [0, 0, 1, 20], [0, 1, 0, 102], [0, -1, 0, -100]]
+    Path("corner.yaml").write_text(yaml.safe_dump({"half_spaces": corner}))  # x + z >= 20
+    assert main(["find", *volume.split(), "--store", world]) == 0
+    said = capsys.readouterr()
+    assert len(said.out.splitlines()) == 2
+    assert said.err == f"nothing is there: the nearest part is a/b/c, {away:.1f} mm away\n"
+
+
+def test_a_part_without_such_an_element_there_is_named(world: str, capsys: pytest.CaptureFixture[str]) -> None:
+    inside = ["find", "--box", "9.4", "100.9", "5", "9.6", "101.1", "5", "--store", world]
+    assert main([*inside, "--level", "arc"]) == 0
+    assert capsys.readouterr().err == "no arc lies there, but the part a/b/c reaches into it\n"
+    assert main([*inside, "--wholly"]) == 0
+    assert capsys.readouterr().err == "no part lies there wholly, but the part a/b/c reaches into it\n"
+
+
 def test_camera(world: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A camera 100 mm above the plate that looks down sees it; one that looks up does not."""
     rig, pose = tmp_path / "rig.yaml", tmp_path / "pose.yaml"

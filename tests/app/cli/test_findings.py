@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 
+import relmodel
 from relmodel.app.cli.main import main
 from relmodel.columns import Ragged
 from relmodel.geometry.transforms import matrix_columns
@@ -221,6 +222,21 @@ def test_the_report_of_a_part_has_the_findings_of_all_stops_once(target: str, tm
     assert main(["check", "--report", str(page), "--store", target]) == 1  # another stop came
     assert main(["report", "--serial", "nobody", "-o", str(page), "--store", target]) == 2
     assert main(["report", "1", "--serial", "SN1", "-o", str(page), "--store", target]) == 2
+
+
+def test_a_decision_in_python_is_the_row_of_the_command_line(target: str) -> None:
+    with Store.open(target) as store:
+        run = stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)])
+    with relmodel.open(target, read_only=False) as python:
+        assert "finding 1 of run" in python.accept(1, by="A. Meier", note="concession 118", run=run)
+        with pytest.raises(relmodel.UsageError, match="note is empty"):
+            python.reject(2, by="A. Meier", note=" ")
+    assert main(["reject", "2", "--run", str(run), "--by", "A. Meier", "--note", "no", "--store", target]) == 0
+    with Store.open(target) as store:
+        kept = asked(
+            store, "SELECT inspection_run_id, decision, decided_by, note FROM finding_decision ORDER BY run_id"
+        )
+    assert kept == [(run, "accepted", "A. Meier", "concession 118"), (run, "rejected", "A. Meier", "no")]
 
 
 def store_zones(store: Store) -> list[Any]:

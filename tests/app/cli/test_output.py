@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -78,6 +79,21 @@ def test_rows_are_printed_as_they_come() -> None:
             assert [float(line.split()[-1]) for line in lines[2:]] == [row[2] for row in kept]
         else:
             assert cells(out.getvalue())[1:] == [[str(v) for v in row] for row in kept]
+
+
+def test_a_table_that_is_too_wide_is_folded_and_loses_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    paths = [f"bulkhead/BOLT_DUCT_A_{i:02}/through_hole {i}" for i in range(20)]
+    rows = [(path, 1234.5, "lorem ipsum " * i, "undecidable") for i, path in enumerate(paths)]
+    print_rows(("path", "mm", "why", "state"), rows, "table", width=80)
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert sum("undecidable" in line for line in lines) == len(rows)  # words are whole
+    starts = [0] + [at.end() for at in re.finditer(" +", lines[1])]
+    assert " ".join(line[starts[2] : starts[3]] for line in lines[2:]).split() == ["lorem", "ipsum"] * sum(range(20))
+    shown = "".join(line[: starts[1]].strip() for line in lines[2:])
+    assert shown.replace(" ", "") == "".join(paths).replace(" ", "")
+    print_rows(("name",), [("  " + "x" * 150,)], "table", width=50)
+    assert [line.count("x") for line in capsys.readouterr().out.splitlines()[2:]] == [48, 48, 48, 6]
 
 
 def test_tables_show_the_beginning_of_what_is_long(capsys: pytest.CaptureFixture[str]) -> None:

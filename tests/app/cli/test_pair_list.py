@@ -129,10 +129,13 @@ def test_a_session_sees_a_new_revision_of_the_world(
             second = session.inspect(**given)
             assert len(scenes) == 2
             assert {key[0] for key in session._scenes._kept} == {scenes[1]}
-        alone = store.inspect(rig=pair.rig_file, **given)
+        alone = store.inspect(rig=pair.rig_file, **given, needs="5mm,2deg", operator="A. Meier")
+        (by,) = store.query("SELECT json_extract_string(parameters, '$.operator') FROM run ORDER BY id DESC LIMIT 1")
+        assert by == ("A. Meier",)
     assert first.to_json()["covariance"] != second.to_json()["covariance"]
     assert second.sigma_mm > first.sigma_mm
-    one, other = ({k: v for k, v in it.to_json().items() if k not in VARYING} for it in (alone, second))
+    assert alone.to_json()["needs"] == {"translation_mm": 5.0, "rotation_deg": pytest.approx(2.0)}
+    one, other = ({k: v for k, v in it.to_json().items() if k not in {*VARYING, "needs"}} for it in (alone, second))
     assert one == other
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 
+import relmodel
 from relmodel.app.cli.main import main
 from relmodel.app.cli.pair_list import read_pairs
 from relmodel.resources import resource_dir
@@ -74,9 +75,17 @@ def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
         assert read_needs(one.paths["prior"]) is None
         assert one.paths["rig"] == pair.rig_file.resolve()
 
+    with relmodel.open(target) as python:
+        planned = python.plan(rig=pair.rig_file, serial="SN1", out=tmp_path / "python")
+    assert planned.to_json() == rest
+    for file in (tmp_path / "next").iterdir():
+        assert (tmp_path / "python" / file.name).read_text() == file.read_text()
+
     assert main([*call[:-2], "--object", "bulkhead", "--views", "1"]) == 0
     said = capsys.readouterr()
-    assert len(said.out.splitlines()) == 3
+    lines = said.out.splitlines()
+    assert lines[2].split()[0] == "1"
+    assert not any(line[:10].strip() for line in lines[3:])  # what it checks may go over several
     assert f"1 views would check {len(checked)} of {whole['left']} parts and features that are left" in said.err
 
 

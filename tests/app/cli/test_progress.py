@@ -111,10 +111,23 @@ def test_an_inspection_says_its_step_the_share_done_and_the_time_left(monkeypatc
     watch.tell("cell.yaml: placing", 0, 1)
     watch.step("world", "")
     now = 122.0
-    assert watch.words() == "cell.yaml: placing, about 6 s left"
+    assert watch.words() == "cell.yaml: placing, 25%, about 6 s left"
+    now = 129.0  # one that takes longer than the last is not about to end
+    assert watch.words() == "cell.yaml: placing, 9 s so far, longer than the last time"
+    watch = Watch({"index": [("", 20.0)]})
+    watch.tell("measuring grid", 1, 5)
+    watch.step("index", "")
+    now = 134.0  # its pieces take unlike times
+    assert watch.words() == "measuring grid, 20%, about 15 s left"
     watch = Watch({})
+    watch.tell("one.step: reading", 0, 4)
+    now = 144.0
+    assert watch.words() == "one.step: reading, 10 s so far"
     watch.tell("two.step: reading", 1, 4)
-    assert watch.words() == "two.step: reading, 25%, about 1 s left"
+    now = 150.0
+    assert watch.words() == "two.step: reading, 25%, about 24 s left"
+    now = 180.0  # what is left takes longer than what was done
+    assert watch.words() == "two.step: reading, 25%, 46 s so far"
 
 
 @pytest.mark.usefixtures("reads_here")

@@ -18,6 +18,7 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 
+import relmodel
 from relmodel.app.cli.main import main
 from relmodel.arrays import Floats
 from relmodel.store import Store, sql
@@ -46,6 +47,9 @@ def test_json_says_what_was_answered(inspected: Inspection, tmp_path: Path, caps
     assert main(["export", "--run", "last", "-o", str(out), "--store", inspected.store]) == 0
     said, answer = json.loads(out.read_text()), inspected.answer
     words = capsys.readouterr().err
+    with relmodel.open(inspected.store) as python:
+        assert python.export(tmp_path / "python.json") == [tmp_path / "python.json"]
+    assert (tmp_path / "python.json").read_text() == out.read_text()
     store_id, cell = identity_of(inspected.store)
     assert (said["store_id"], said["cell"]) == (store_id, cell)
     began = datetime.fromisoformat(said["began_at"])
@@ -89,11 +93,52 @@ def test_tables_hold_the_same_in_csv_and_parquet(inspected: Inspection, tmp_path
     assert str(matched.schema.field("arc_no").type).startswith("int")
 
 
+# What stands in an element, in the order of the schema files of QIF 3.0.
+QIF_CHILDREN = {
+    "QIFDocument": "QPId Header FileUnits Characteristics Results",
+    "Header": "Application Description",
+    "PrimaryUnits": "AngularUnit LinearUnit",
+    "AngularUnit": "SIUnitName UnitName UnitConversion",
+    "LinearUnit": "SIUnitName UnitName UnitConversion",
+    "Characteristics": "CharacteristicDefinitions CharacteristicNominals CharacteristicItems",
+    "MeasurementResults": "MeasuredCharacteristics InspectionStatus",
+    "UserDefinedAttributeCharacteristicDefinition": "WhatToMeasure",
+    "UserDefinedAttributeCharacteristicNominal": "CharacteristicDefinitionId PassValues FailValues",
+    "UserDefinedLinearCharacteristicDefinition": "Tolerance|NonTolerance WhatToMeasure",
+    "UserDefinedAngularCharacteristicDefinition": "Tolerance|NonTolerance WhatToMeasure",
+    "DiameterCharacteristicDefinition": "Tolerance|NonTolerance",
+    "ThicknessCharacteristicDefinition": "Tolerance|NonTolerance",
+    "WidthCharacteristicDefinition": "Tolerance|NonTolerance",
+    "Tolerance": "MaxValue MinValue DefinedAsLimit",
+}
+
+
+def check_qif_order(root: ElementTree.Element) -> None:
+    for element in root.iter():
+        name, children = element.tag.partition("}")[2], [child.tag.partition("}")[2] for child in element]
+        expected = QIF_CHILDREN.get(name)
+        if name.endswith("CharacteristicItem"):
+            expected = "Name CharacteristicNominalId"
+        elif name.endswith("CharacteristicMeasurement"):
+            assert children[-1] == "Value" or children[-1] == "CharacteristicItemId"
+            children, expected = children[:2], "Status CharacteristicItemId"
+        elif name.endswith("CharacteristicNominal") and expected is None:
+            expected = "CharacteristicDefinitionId TargetValue"
+        if expected is not None:
+            assert len(children) == len(expected.split()), name
+            assert all(child in at.split("|") for child, at in zip(children, expected.split(), strict=True)), name
+        if name == "NonTolerance":
+            assert element.text == "MEASURED"
+        if name == "Value" and element.get("combinedUncertainty"):
+            assert element.get("meanError") == "0"
+
+
 def test_qif_has_what_was_checked_and_measured(inspected: Inspection, tmp_path: Path) -> None:
     """By its structure: every reference leads to what it names, and no unchecked thing has a value."""
     out = tmp_path / "run.qif"
     assert main(["export", "--run", "last", "-o", str(out), "--store", inspected.store]) == 0
     root = ElementTree.parse(out).getroot()
+    check_qif_order(root)
     q = "{http://qifstandards.org/xsd/qif3}"
     assert (root.tag, root.get("versionQIF")) == (f"{q}QIFDocument", "3.0.0")
     ids = {e.get("id"): e for e in root.iter() if e.get("id")}

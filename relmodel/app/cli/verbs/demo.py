@@ -69,12 +69,13 @@ def run(args: argparse.Namespace) -> int:
             write_page(page, lambda: run_page(store, connection, answer.run))
     parts = [(p["path"], p["level"], f"{p['visible_share']:.0%}") for p in answer.parts_in_view]
     print_rows(("in view", "level", "visible"), parts, "table")
-    print(f"\nverdict   {answer.outcome.words}: {answer.reason}")
+    print(f"\nstore     {target}")
+    print(f"overlay   {overlay}")
+    print(f"report    {page}")
+    print(f"time      {sum(answer.timings_s.values()):.1f} s for the inspection")
     if answer.world_from_rig is not None:
         off: PoseError = measure_pose_error(answer.world_from_rig, truth)
         print(f"pose      {off.target_mm:.3f} mm and {off.rotation_deg:.4f} degrees off the truth at the target point")
-    print(f"time      {sum(answer.timings_s.values()):.1f} s for the inspection")
-    print(f"store     {target}")
-    print(f"overlay   {overlay}")
-    print(f"report    {page}")
+    print(f"because   {answer.reason}")
+    print(f"verdict   {answer.outcome.words}")
     return 0 if answer.outcome.is_usable else 1

@@ -1,16 +1,19 @@
 """Say what differs between two variants of an object: parts, features and surfaces.
 
 identical, retrimmed (same unbounded surfaces, other boundary), moved (by how much), changed, added, removed; and of
-parts what else differs (path, number, material, ...).  The rows stay in the store: SELECT * FROM variant_change.
+parts what else differs (path, number, material, ...).  Without --level or --all surfaces are only counted.  The rows
+stay in the store: SELECT * FROM variant_change.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
+from typing import Any
 
-from relmodel.app.cli.options import add_format, store_target
-from relmodel.app.cli.output import say
-from relmodel.printing import print_rows
+from relmodel.app.cli.options import add_all, add_format, store_target
+from relmodel.app.cli.output import print_folded, say
+from relmodel.printing import print_rows, rounded
 
 EXAMPLE = """relmodel diff A B --object bulkhead --level feature --store cell.duckdb
   relmodel diff bracket:left bracket:right --format csv --store cell.duckdb"""
@@ -27,6 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=100.0,
         help="how far a thing may move and still count as the same, mm (default: 100)",
     )
+    add_all(parser)
     add_format(parser)
 
 
@@ -43,8 +47,24 @@ def run(args: argparse.Namespace) -> int:
         with store.read() as connection:
             found = connection.execute(sql.query("compare/changes"), {"comparison_id": comparison.id})
             names, rows = list(found.keys()), found.all()
+    rows = [row for row in rows if args.level in (None, row.level)]
+    if args.format == "table" and not args.all:
+        few = [_line(row) for row in rows if args.level or row.level != "surface"]
+        print_folded(("level", "status", "what", "before", "moved_mm", "differs"), few)
+    else:
+        print_rows(names, [tuple(row) for row in rows], args.format)
     for level in ("part", "feature", "surface"):
         counts = [f"{status} {n}" for (of, status), n in sorted(comparison.counts.items()) if of == level]
         say(f"{level}s: {', '.join(counts) or 'none compared: no part that both have differs in its geometry'}")
-    print_rows(names, [tuple(r) for r in rows if args.level in (None, r.level)], args.format)
     return 0
+
+
+def _line(row: Any) -> tuple[Any, ...]:
+    """What a person looks at of a change: the thing, its name before where that is another, and how it differs."""
+    what, before = row.after or row.before, row.before
+    if row.level != "part":
+        what = f"{row.path}/{what}"
+    renamed = before if row.after and before != row.after else None
+    moved = rounded(row.distance, 3) if row.distance else None
+    turned = f"turned by {math.degrees(row.angle):.4g} degrees" if row.angle else None
+    return row.level, row.status, what, renamed, moved, ", ".join(filter(None, (row.differs, turned))) or None

@@ -12,25 +12,15 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from relmodel.app.cli.options import store_target
 from relmodel.app.cli.output import say
 from relmodel.errors import UsageError
 
-if TYPE_CHECKING:
-    from sqlalchemy import Connection
-
-    from relmodel.progress import Progress
-    from relmodel.store import Store
-
 EXAMPLE = """relmodel export bulkhead --variant A -o bulkhead.glb --store cell.duckdb
   relmodel export bulkhead --variant A -o tables --tables csv --store cell.duckdb
   relmodel export --run last -o inspection.json --store cell.duckdb
   relmodel export --parquet parts --store cell.duckdb"""
-
-# Endings of other model formats, which are not written.
-_OTHER_FORMS = (".gltf", ".json", ".qif", ".xlsx", ".csv", ".parquet", ".obj", ".stl", ".ply", ".3mf", ".step", ".stp")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,10 +38,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from relmodel.app.audit.newest import run_named
     from relmodel.app.cli.progress import shown
+    from relmodel.app.export.results import read_results
+    from relmodel.app.export.write import export_object, export_run
     from relmodel.store import Store
 
-    _check(args)
+    given = sum(one is not None for one in (args.object, args.number, args.parquet))
+    if given != 1 or (args.parquet is None) != (args.out is not None):
+        raise UsageError("give an OBJECT or --run RUN and -o FILE or FOLDER, or --parquet FOLDER for the placed parts")
+    if args.world is not None and args.parquet is None:
+        raise UsageError("--world says whose placed parts --parquet writes: give it with --parquet only")
     with (
         Store.open(store_target(args), read_only=True) as store,
         store.read() as connection,
@@ -64,61 +61,14 @@ def run(args: argparse.Namespace) -> int:
             parts = export_parts(store, connection, args.parquet, args.world)
             written, what = [args.parquet], f"{parts} placed parts"
         elif args.number is None:
-            written, what = _export_object(args, store, connection, progress)
+            written = export_object(store, connection, args.object, args.variant, args.out, args.tables, progress)
+            what = args.object
         else:
-            written, what = _export_run(args, store, connection, progress)
+            run_id = run_named(store, connection, args.number)
+            results = read_results(store, connection, run_id)
+            written = export_run(store, connection, results, args.out, args.tables, progress)
+            what = f"run {run_id} of {results['inspection']['began_at'][0].as_py():%Y-%m-%d %H:%M:%S %Z}"
         identity = store.rows(connection, "store/identity")[0]
     for file in written:
         say(f"{file} is written: {what} of the cell {identity.cell} (store {identity.store_id})")
     return 0
-
-
-def _check(args: argparse.Namespace) -> None:
-    """Refuse options that do not go together."""
-    given = sum(one is not None for one in (args.object, args.number, args.parquet))
-    if given != 1 or (args.parquet is None) != (args.out is not None):
-        raise UsageError("give an OBJECT or --run RUN and -o FILE or FOLDER, or --parquet FOLDER for the placed parts")
-    if args.world is not None and args.parquet is None:
-        raise UsageError("--world says whose placed parts --parquet writes: give it with --parquet only")
-    ends = (".glb",) if args.number is None else (".glb", ".json", ".qif")
-    if args.out is not None and args.out.suffix.lower() in set(_OTHER_FORMS) - set(ends):
-        raise UsageError(f"{args.out} has the suffix of another model format: use {', '.join(ends)}, or name a folder")
-
-
-def _export_object(
-    args: argparse.Namespace, store: Store, connection: Connection, progress: Progress
-) -> tuple[list[Path], str]:
-    """The files written, and what they hold."""
-    from relmodel.app.export.glb import export_glb
-    from relmodel.app.export.tables import read_tables, write_tables
-    from relmodel.app.show.tree import read_tree
-
-    tree = read_tree(store, connection, args.object, args.variant)
-    if args.out.suffix.lower() == ".glb":
-        export_glb(store, connection, tree, args.out, progress)
-        return [args.out], args.object
-    return write_tables(read_tables(store, connection, tree), args.out, args.tables, progress), args.object
-
-
-def _export_run(
-    args: argparse.Namespace, store: Store, connection: Connection, progress: Progress
-) -> tuple[list[Path], str]:
-    """The files written, and what they hold."""
-    from relmodel.app.audit.newest import run_named
-    from relmodel.app.export.qif import write_qif
-    from relmodel.app.export.results import read_results, write_json, write_scene
-    from relmodel.app.export.tables import write_tables
-
-    run_id = run_named(store, connection, args.number)
-    results = read_results(store, connection, run_id)
-    what = f"run {run_id} of {results['inspection']['began_at'][0].as_py():%Y-%m-%d %H:%M:%S %Z}"
-    form = args.out.suffix.lower()
-    if form == ".json":
-        write_json(results, args.out)
-    elif form == ".qif":
-        write_qif(results, args.out)
-    elif form == ".glb":
-        write_scene(store, connection, results, args.out, progress)
-    else:
-        return write_tables(results, args.out, args.tables, progress), what
-    return [args.out], what

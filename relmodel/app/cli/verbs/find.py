@@ -1,27 +1,29 @@
 """Find the parts, features, surfaces or arcs that lie in a box, a sphere, a polyhedron or a camera's view.
 
-Without --level: parts and their features.
+Without --level: parts and their features.  Where nothing is found the nearest part is named.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from relmodel.app.cli.options import add_format, store_target
-from relmodel.app.cli.output import say
+from relmodel.app.cli.options import add_all, add_format, store_target
+from relmodel.app.cli.output import print_folded, say
 from relmodel.errors import InputError, UsageError
 from relmodel.paths import read_text
-from relmodel.printing import print_rows
+from relmodel.printing import print_rows, rounded
 
 if TYPE_CHECKING:
+    from relmodel.arrays import Floats
     from relmodel.find.volumes import Volume
     from relmodel.store import Store
     from vision.cameras.cameras import Prior, Rig
     from vision.cameras.view_volume import SelectionParameters
 
-EXAMPLE = "relmodel find --box 0 0 0 100 50 20 --level feature --store cell.duckdb"
+EXAMPLE = "relmodel find --box 1650 -480 960 1700 -440 990 --level feature --store demo/cell.duckdb"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -63,11 +65,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     words = "the index that is asked: rtree (default), or octree, which relmodel index --octree writes; equal answers"
     parser.add_argument("--kind", choices=("rtree", "octree"), default="rtree", help=words)
     parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
+    add_all(parser)
     add_format(parser)
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.find.find import find_rows
+    from relmodel.find.find import BOX_COLUMNS, find_rows
     from relmodel.store import Store
 
     if args.near_to or args.near_to_part:
@@ -90,11 +93,61 @@ def run(args: argparse.Namespace) -> int:
                 f"none of {parameters.sampled_poses} sampled poses shows {selection.superfluous} of them"
             )
             uncertain = _by_probability(store, args, rig, prior, volumes, parameters)
-            print_rows(("path", "level", "name", "probability"), uncertain, args.format)
+            _print(("path", "level", "name", "probability"), uncertain, args)
             return 0
-    rows = sorted((row.path, row.level, row.name, *row.box) for row in found)
-    print_rows(("path", "level", "name", "x0", "y0", "z0", "x1", "y1", "z1"), rows, args.format)
+        nearest = "" if found else _nothing_there(store, volumes, args)
+    names = ("path", "level", "name", *BOX_COLUMNS)
+    _print(names, sorted((row.path, row.level, row.name, *row.box) for row in found), args)
+    if nearest:
+        say(nearest)
     return 0
+
+
+def _print(names: Sequence[str], rows: Sequence[Sequence[Any]], args: argparse.Namespace) -> None:
+    """Rows as they were asked for; in a folded table tenths of mm do, and shares have three decimals."""
+    if args.format != "table" or args.all:
+        print_rows(names, rows, args.format)
+        return
+    decimals = [3 if name == "probability" else 1 for name in names]
+    print_folded(
+        names,
+        [[rounded(v, n) if isinstance(v, float) else v for v, n in zip(row, decimals, strict=True)] for row in rows],
+    )
+
+
+def _nothing_there(store: Store, volumes: Sequence[Volume], args: argparse.Namespace) -> str:
+    """That nothing was found, and which part is nearest to one of the volumes."""
+    import numpy as np
+
+    from relmodel.find.find import nearest_parts
+
+    level = args.level or "part"
+    best: tuple[float, str] | None = None
+    for volume in volumes:
+        radius = 0.0 if volume.ball is None else float(volume.ball[3])
+        tool = np.zeros((1, 3)) if volume.ball is not None else _corners(volume) - volume.inner_point
+        near = nearest_parts(store, volume.inner_point, radius=radius, tool=tool, world=args.world)
+        for away, path in zip(near["distance_mm"].tolist(), near["path"].tolist(), strict=True):
+            best = min(best or (away, path), (away, path))
+    if best is None:
+        return "nothing is there: no world of the store has parts (relmodel world places them)"
+    away, path = best
+    if away == 0:
+        return f"no {level} lies there{' wholly' * args.wholly}, but the part {path} reaches into it"
+    return f"nothing is there: the nearest part is {path}, {away:.1f} mm away"
+
+
+def _corners(volume: Volume) -> Floats:
+    """Corners (n, 3) of a volume without curved sides; those of its bounds where it is flat."""
+    import numpy as np
+    from scipy.spatial import HalfspaceIntersection, QhullError
+
+    planes = volume.half_spaces
+    try:
+        return HalfspaceIntersection(planes * [1, 1, 1, -1], volume.inner_point).intersections
+    except QhullError:
+        low, high = volume.bounds[:3], volume.bounds[3:]
+        return np.array([np.where(bits, high, low) for bits in np.ndindex(2, 2, 2)])
 
 
 def _by_probability(
@@ -140,7 +193,7 @@ def _nearest(args: argparse.Namespace) -> int:
         (str(path), str(name), float(away))
         for path, name, away in zip(found["path"], found["name"], found["distance_mm"], strict=True)
     ]
-    print_rows(("path", "name", "distance_mm"), rows, args.format)
+    _print(("path", "name", "distance_mm"), rows, args)
     return 0
 
 

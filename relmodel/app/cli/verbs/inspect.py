@@ -27,7 +27,7 @@ from relmodel.app.cli.options import add_format, add_search, store_target
 from relmodel.app.cli.output import clear_line, say
 from relmodel.app.cli.pair_list import FILES, Listed, read_pairs, worst
 from relmodel.errors import UsageError
-from relmodel.printing import print_rows
+from relmodel.printing import WIDTH, print_rows
 from relmodel.progress import Progress
 from relmodel.text import visible
 
@@ -207,9 +207,9 @@ def run(args: argparse.Namespace) -> int:
             return _run_list(args, pairs, inspect_pair, fail_on, progress)
         progress(f"{args.left.name}: inspecting", 0, 1)
         answer = inspect_pair(pairs[0])
-    print_answer(answer, args.format)
     if store.access.passed is not None:
         say(f"{store.access.passed} had the store open meanwhile: it sees run {answer.run} when it opens it again")
+    print_answer(answer, args.format)
     return _status(answer, fail_on)
 
 
@@ -282,28 +282,21 @@ def _status(answer: Inspection, fail_on: Sequence[str]) -> int:
 
 
 def print_answer(answer: Inspection, form: str) -> None:
-    """The whole answer as JSON, or the parts in view as a table or CSV with the verdict and pose in words."""
+    """The whole answer as JSON, or the parts in view as a table or CSV, then pose and verdict in words."""
     from vision.presence.report import describe, summarise
 
     if form == "json":
         print(json.dumps(answer.to_json()))
         return
+    names = ["path", "level", "visible_share"]
+    rows: list[list[Any]] = [[part[name] for name in names] for part in answer.parts_in_view]
+    if answer.presence is not None:
+        names += ["state", "reason"]
+        states = {item["path"]: item for item in describe(answer.presence)["items"]}
+        rows = [[*row, *words_of(states.get(row[0]))] for row in rows]
+    print_rows(names, rows, form, width=WIDTH)
+    sys.stdout.flush()  # where both go to one file, what follows stands last
     for words in answer.notes:
-        say(words)
-    if answer.outcome.shown is not None:
-        say(answer.outcome.shown)
-    say(f"run {answer.run}: {answer.outcome.words}")
-    say(f"the pose is {answer.verdict}: {answer.reason}")
-    for words in answer.outcome.refusal:
-        say(words)
-    if answer.world_from_rig is not None:
-        if not answer.outcome.is_usable:
-            say(f"the best hypothesis, not accepted (probability {answer.posterior:.1%}):")
-        for row in answer.world_from_rig[:3]:
-            say("  ".join(f"{value:14.6f}" for value in row))
-        degrees = math.degrees(2 * answer.sigma_rad)
-        say(f"known to {2 * answer.sigma_mm:.2g} mm and {degrees:.2g} degrees (two sigma); worst: {answer.weakest}")
-    for words in () if answer.base_correction is None else _correction_words(answer.base_correction):
         say(words)
     say(
         f"selected from the world: {len(answer.selection.shown)} parts"
@@ -313,21 +306,23 @@ def print_answer(answer: Inspection, form: str) -> None:
             else ""
         )
     )
-    if answer.presence is None:
-        names = ("path", "level", "visible_share")
-        print_rows(names, ([part[name] for name in names] for part in answer.parts_in_view), form)
-        return
-    for words in (*summarise(answer.presence), *answer.outcome.variants):
+    if answer.world_from_rig is not None:
+        if not answer.outcome.is_usable:
+            say(f"the best hypothesis, not accepted (probability {answer.posterior:.1%}):")
+        for row in answer.world_from_rig[:3]:
+            say("  ".join(f"{value:14.6f}" for value in row))
+        degrees = math.degrees(2 * answer.sigma_rad)
+        say(f"known to {2 * answer.sigma_mm:.2g} mm and {degrees:.2g} degrees (two sigma); worst: {answer.weakest}")
+    for words in () if answer.base_correction is None else _correction_words(answer.base_correction):
         say(words)
-    states = {item["path"]: item for item in describe(answer.presence)["items"]}
-    print_rows(
-        ("path", "level", "visible_share", "state", "reason"),
-        (
-            [*(part[name] for name in ("path", "level", "visible_share")), *words_of(states.get(part["path"]))]
-            for part in answer.parts_in_view
-        ),
-        form,
-    )
+    for words in () if answer.presence is None else (*summarise(answer.presence), *answer.outcome.variants):
+        say(words)
+    if answer.outcome.shown is not None:
+        say(answer.outcome.shown)
+    say(f"the pose is {answer.verdict}: {answer.reason}")
+    for words in answer.outcome.refusal:
+        say(words)
+    say(f"run {answer.run}: {answer.outcome.words}")
 
 
 def words_of(item: dict[str, Any] | None) -> tuple[str | None, str | None]:

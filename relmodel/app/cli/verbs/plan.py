@@ -15,15 +15,12 @@ from typing import TYPE_CHECKING
 
 from relmodel.app.cli.options import add_format, store_target
 from relmodel.app.cli.output import say
-from relmodel.errors import UsageError
-from relmodel.printing import print_rows
+from relmodel.printing import WIDTH, print_rows
 
 if TYPE_CHECKING:
-    from vision.cameras.cameras import Rig
     from vision.planning.plan import Plan
 
 EXAMPLE = "relmodel plan --serial SN-0042 --rig rig.yaml --out next --store cell.duckdb"
-_SIGMA = {"translation_mm": 5.0, "rotation_deg": 0.5}  # as for a rig on an arm: relmodel where
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,33 +45,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
+    from relmodel.app.propose import propose_views
     from relmodel.store import Store
-    from vision.cameras.files import read_rig
-    from vision.planning.plan import plan_views
 
-    if args.distance is not None and not args.distance > 0:
-        raise UsageError(f"--distance {args.distance:g} is no distance: give mm above zero")
-    if args.views is not None and args.views < 1:
-        raise UsageError(f"--views {args.views} proposes nothing: give at least 1")
-    rig = read_rig(args.rig)
     with Store.open(store_target(args), read_only=True) as store, shown(store) as progress:
-        plan = plan_views(
+        plan = propose_views(
             store,
-            rig,
+            args.rig,
             serial=args.serial,
             object_name=args.object,
             world=args.world,
             on=args.on,
             distance_mm=args.distance,
             most=args.views,
+            out=args.out,
             progress=progress,
         )
     if args.format == "json":
         print(json.dumps(plan.to_json()))
     else:
         _print(plan, args.format)
-    if args.out is not None:
-        _write(plan, rig, args)
     say(_summary(plan))
     return 0
 
@@ -88,7 +78,7 @@ def _print(plan: Plan, form: str) -> None:
         few = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
         checks = few if form == "table" else "; ".join(view.paths)
         rows.append((number, *eye, *(round(float(x)) for x in view.target), len(names), f"{view.share:.0%}", checks))
-    print_rows(("view", "x", "y", "z", "at_x", "at_y", "at_z", "checks", "share", "what"), rows, form)
+    print_rows(("view", "x", "y", "z", "at_x", "at_y", "at_z", "checks", "share", "what"), rows, form, width=WIDTH)
 
 
 def _summary(plan: Plan) -> str:
@@ -101,31 +91,3 @@ def _summary(plan: Plan) -> str:
         f"{len(plan.views)} views would check {sum_of} of {plan.left} parts and features that are left{hidden}; "
         f"{plan.tried} poses were tried{beyond}"
     )
-
-
-def _write(plan: Plan, rig: Rig, args: argparse.Namespace) -> None:
-    import csv
-
-    import yaml
-
-    from relmodel.errors import InputError
-
-    try:
-        args.out.mkdir(parents=True, exist_ok=True)
-        lines: list[dict[str, str]] = []
-        for number, view in enumerate(plan.views, 1):
-            stem = f"view_{number:02}"
-            prior = {"world_from_rig": view.world_from_rig.tolist(), "sigma": _SIGMA}
-            joints = f"# joints (rad, mm): {json.dumps(view.joints)}\n" if view.joints else ""
-            text = yaml.safe_dump(prior, sort_keys=False, default_flow_style=None, width=200)
-            (args.out / f"{stem}.yaml").write_text(f"# It would check: {'; '.join(view.paths)}\n{joints}{text}")
-            pictures: dict[str, str] = {name: f"{stem}_{name}.png" for name in ("left", "right") if name in rig.cameras}
-            lines.append(
-                {**pictures, "prior": f"{stem}.yaml", "rig": str(args.rig.resolve()), "serial": args.serial or ""}
-            )
-        with (args.out / "pairs.csv").open("w", newline="") as file:
-            writer = csv.DictWriter(file, lines[0] if lines else ["left"])
-            writer.writeheader()
-            writer.writerows(lines)
-    except OSError as error:
-        raise InputError(f"{args.out} cannot be written ({error.strerror}): give another folder") from error

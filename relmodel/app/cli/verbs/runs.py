@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+from typing import Any
 
-from relmodel.app.cli.options import add_format, store_target
-from relmodel.printing import print_rows
+from relmodel.app.cli.options import add_all, add_format, store_target
+from relmodel.app.cli.output import print_folded
+from relmodel.printing import print_rows, rounded
 
 STATES = ("running", "finished", "failed", "killed")
 VERDICTS = ("accepted", "ambiguous", "refused")
@@ -20,6 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--verdict", choices=VERDICTS, help="only inspections of this verdict")
     parser.add_argument("--part", choices=PARTS, help="only inspections by which the part is so")
     parser.add_argument("--text", help="only runs with this in serial number, outcome or message")
+    add_all(parser)
     add_format(parser)
 
 
@@ -30,5 +33,21 @@ def run(args: argparse.Namespace) -> int:
         asked = {name: getattr(args, name) for name in ("kind", "state", "verdict", "part", "text")}
         asked |= {"low": 0, "high": ANY_RUN}
         found = connection.execute(sql.query("run/runs"), asked)
-        print_rows(list(found.keys()), found.all(), args.format)
+        rows = found.all()
+    if args.format == "table" and not args.all:
+        print_folded(("run", "kind", "serial", "result", "began_at", "seconds", "message"), [_line(r) for r in rows])
+    else:
+        print_rows(list(found.keys()), rows, args.format)
     return 0
+
+
+def _line(row: Any) -> tuple[Any, ...]:
+    """What a person looks at of a run: how it ended, of an inspection its verdicts and how much was checked."""
+    result = row.state
+    if row.pose_verdict is not None:
+        result = row.part_verdict if row.pose_verdict == "usable" else f"pose {row.pose_verdict}"
+    if row.in_view:
+        result += f", {row.checked} of {row.in_view} checked"
+    began = row.began_at and row.began_at.isoformat(" ", "minutes")[:16]
+    seconds = None if row.seconds is None else rounded(row.seconds, 1)
+    return row.run, row.kind, row.serial, result, began, seconds, row.message

@@ -1,23 +1,33 @@
 """Show an object: the tree of what stands in it with masses, sizes, features, attributes and findings; or a picture.
 
-Equal siblings stand in one line of the table (BOLT_F01 x 24), which ends after 100 lines; --format json or csv lists
-everything.  A picture that ends in .svg is written as outlines, any other as PNG.
+Equal siblings stand in one line of the table (BOLT_F01 x 24), which ends after 100 rows and leaves out attributes.
+--all prints all of the table, --format json or csv a row of each part.  A picture that ends in .svg is written as
+outlines, any other as PNG.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from relmodel.app.cli.options import add_format, store_target
-from relmodel.app.cli.output import say
+from relmodel.app.cli.options import add_all, add_format, store_target
+from relmodel.app.cli.output import print_folded, say
 from relmodel.printing import print_rows
 
 EXAMPLE = "relmodel show bulkhead --variant A --picture bulkhead.png --view front --store cell.duckdb"
 
-LINES = 100
+NAMES = (
+    *("path", "level", "parts", "number", "material", "mass", "size", "surfaces", "features", "attributes"),
+    "findings",
+)
+# Columns of the table that is not --all, and what of a row they show.
+FOLDED = {
+    **{name: name for name in ("path", "parts", "number", "material")},
+    **{"kg": "mass", "size_mm": "size", "features": "feature_count", "findings": "findings"},
+}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,6 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME|X,Y,Z",
         help="front, back, top, bottom, left, right or iso (default), or a direction in which to look: --view=-1,0,0.5",
     )
+    add_all(parser)
     add_format(parser)
 
 
@@ -47,29 +58,29 @@ def run(args: argparse.Namespace) -> int:
             colours = write_picture(store, connection, tree, args.picture, _direction(args.view))
             legend = ", ".join(f"{kind} #{r:02x}{g:02x}{b:02x}" for kind, (r, g, b) in colours.items())
             say(f"{args.picture} is written; features by colour: {legend or 'none'}")
-    more = 0
     if args.format == "table":
+        of_kind = sum((Counter(row.get("kinds", {})) for row in rows), Counter[str]())
         kept, counts = alike(tree)
         rows = [_line(rows[0], 1, tree.name)] + [
             _line(rows[1 + i], n, "") for i, n in zip(kept.tolist(), counts.tolist(), strict=True)
         ]
-        rows, more = rows[:LINES], len(rows) - LINES
-    names = (
-        *("path", "level", "parts", "number", "material", "mass", "size", "surfaces", "features", "attributes"),
-        "findings",
-    )
-    print_rows(names, [[row.get(name) for name in names] for row in rows], args.format)
-    if more > 0:
-        say(f"... and {more} more lines: --format csv lists everything")
+        if not args.all:
+            names = [name for name in FOLDED if any(row.get(FOLDED[name]) for row in rows)]
+            print_folded(names, [[row.get(FOLDED[name]) for name in names] for row in rows])
+            words = ", ".join(f"{kind} {count}" for kind, count in of_kind.most_common())
+            say(f"features of all parts: {words or 'none'}")
+            return 0
+    print_rows(NAMES, [[row.get(name) for name in NAMES] for row in rows], args.format)
     return 0
 
 
 def _line(row: dict[str, Any], count: int, name: str) -> dict[str, Any]:
-    """The row with the last name of its path, indented, and how many siblings are equal."""
+    """The row with the last name of its path, indented, how many siblings are equal, and how many features it has."""
     last = name or row["path"].rpartition("/")[2]
+    path = "  " * row["depth"] + last + (f" x {count}" if count > 1 else "")
     mass = row.get("mass")
-    row = {**row, "mass": None if mass is None else float(f"{mass:.6g}")}
-    return {**row, "path": "  " * row["depth"] + last + (f" x {count}" if count > 1 else "")}
+    mass = None if mass is None else float(f"{mass:.6g}")
+    return {**row, "path": path, "mass": mass, "feature_count": sum(row.get("kinds", {}).values()) or None}
 
 
 def _direction(view: str) -> str | Sequence[float]:

@@ -1,0 +1,75 @@
+"""A plan of the next views, and the files by which they are taken and inspected."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import yaml
+
+from relmodel.errors import InputError, UsageError
+from relmodel.progress import Progress, silent
+from relmodel.store import Store
+from vision.cameras.cameras import Rig
+from vision.cameras.files import read_rig
+from vision.planning.plan import Plan, plan_views
+
+_SIGMA = {"translation_mm": 5.0, "rotation_deg": 0.5}  # as for a rig on an arm: relmodel where
+
+
+def propose_views(
+    store: Store,
+    rig_file: Path,
+    *,
+    serial: str | None = None,
+    object_name: str | None = None,
+    world: str | None = None,
+    on: str | None = None,
+    distance_mm: float | None = None,
+    most: int | None = None,
+    out: Path | None = None,
+    progress: Progress = silent,
+) -> Plan:
+    """`plan_views` for the rig of a file; out: a folder for a prior of each view and their list, pairs.csv."""
+    if (serial is None) == (object_name is None):
+        raise UsageError("a plan is of a physical part by its serial number, or of an object: name one of them")
+    if distance_mm is not None and not distance_mm > 0:
+        raise UsageError(f"{distance_mm:g} mm is no distance: give mm above zero")
+    if most is not None and most < 1:
+        raise UsageError(f"a plan of {most} views proposes nothing: give at least 1")
+    rig = read_rig(rig_file)
+    plan = plan_views(
+        store,
+        rig,
+        serial=serial,
+        object_name=object_name,
+        world=world,
+        on=on,
+        distance_mm=distance_mm,
+        most=most,
+        progress=progress,
+    )
+    if out is not None:
+        _write_files(plan, rig, rig_file, serial, out)
+    return plan
+
+
+def _write_files(plan: Plan, rig: Rig, rig_file: Path, serial: str | None, out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        lines: list[dict[str, str]] = []
+        for number, view in enumerate(plan.views, 1):
+            stem = f"view_{number:02}"
+            prior = {"world_from_rig": view.world_from_rig.tolist(), "sigma": _SIGMA}
+            joints = f"# joints (rad, mm): {json.dumps(view.joints)}\n" if view.joints else ""
+            text = yaml.safe_dump(prior, sort_keys=False, default_flow_style=None, width=200)
+            (out / f"{stem}.yaml").write_text(f"# It would check: {'; '.join(view.paths)}\n{joints}{text}")
+            line: dict[str, str] = {name: f"{stem}_{name}.png" for name in ("left", "right") if name in rig.cameras}
+            lines.append(line | {"prior": f"{stem}.yaml", "rig": str(rig_file.resolve()), "serial": serial or ""})
+        with (out / "pairs.csv").open("w", newline="") as file:
+            writer = csv.DictWriter(file, lines[0] if lines else ["left"])
+            writer.writeheader()
+            writer.writerows(lines)
+    except OSError as error:
+        raise InputError(f"{out} cannot be written ({error.strerror}): give another folder") from error
