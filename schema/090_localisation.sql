@@ -166,6 +166,7 @@ CREATE TABLE edge_measurement (  -- Edge points that the last refinement measure
         -- outliers too, which weigh little
     response DOUBLE PRECISION NOT NULL,  -- derivative of the place along the normal by the camera's response
     tolerance DOUBLE PRECISION NOT NULL,  -- standard deviation of where the model has the arc, px
+    arc_shift DOUBLE PRECISION NOT NULL,  -- standard deviation by which the image of its arc is shifted as a whole, px
     scene_arc INTEGER NOT NULL,  -- number of the arc or outline among all that were selected: measurements of one in a picture may be shifted as a
         -- whole
     stretch INTEGER NOT NULL,  -- number of the stretch of an arc in a picture whose measurements err together

@@ -225,6 +225,7 @@ def _record_view(run: Run, connection: Connection, number: int, view: View, stor
             "residual": measured.residual,
             "response": measured.response,
             "tolerance": measured.tolerance,
+            "arc_shift": measured.arc_shift,
             "scene_arc": measured.arc,
             "stretch": measured.stretch,
             "length": measured.length,

@@ -61,7 +61,8 @@ def replay_pose(store: Database, connection: Connection, run: int, p: Localisati
     prediction, seen = _read_sightings(rows, np.searchsorted(cameras["view_no"], rows["view_no"]), rig, at)
     before, scale = stored["before"], p.refinement.rounds[-1][1]
     m = compare_with_edges(prediction, seen, np.zeros(6), unknowns, before, scale, rows["weight"] > 0, p)
-    held = hold_shifts(m, prediction, p.refinement)
+    m = replace(m, arc_shift=rows["arc_shift"])
+    held = hold_shifts(m, prediction)
     hessian, _ = normal_equations(held, at, before, prior, unknowns)
     covariance = compute_covariance(m, held, prediction, rows["stretch"], hessian, unknowns, p)
     joined = join_explanations(at, covariance, poses.get("explanation", []))

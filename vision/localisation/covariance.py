@@ -44,7 +44,7 @@ def compute_covariance(
     mean = np.bincount(group, weight * m.offset) / np.where(known > 0, known, 1.0)
     apart = (held.jacobian * (weight * (m.offset - mean[group]))[:, None]).T
     scatter = np.stack([np.bincount(stretch, row) for row in apart], axis=1)
-    left = share_left(m, prediction, p.refinement)
+    left = share_left(m, prediction)
     shift = sum_by_group(group, m.jacobian, len(known), weight * left)[rows]
     total = sum_by_group(group, m.jacobian, len(known), weight)[rows]
     followed = np.clip(np.einsum("au,uv,av->a", shift, inverse, total) / known[rows], 0, 0.9)

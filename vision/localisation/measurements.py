@@ -60,8 +60,8 @@ class Measurements:
     pixel (n, 2), direction (n, 2): predicted at the pose; shift (n,) px along (-dy, dx): how far off its arc lies
     within its tolerance; offset (n,) px along (-dy, dx) to the edge element `found` (-1: none); edge_sigma (n,) px of
     that element; sigma (n,) px with the tolerance of its arc; weight (n,) of the robust loss, 0..1, zero where the
-    sample is excluded;
-    slope (n,): derivative of weight times offset by the offset;
+    sample is excluded; slope (n,): derivative of weight times offset by the offset; arc_shift (n,) px: standard
+    deviation by which the image of its arc may be shifted as a whole;
     jacobian (n, 6 + u c) of the offset's prediction by the pose and the u own unknowns of each of the c cameras.
     """
 
@@ -74,6 +74,7 @@ class Measurements:
     sigma: Floats
     weight: Floats
     slope: Floats
+    arc_shift: Floats
     jacobian: Floats
 
 
@@ -111,7 +112,11 @@ def measure(
     seen = _find_sightings(prediction, indexes, delta, own, reach, scale, p.refinement)
     m = compare_with_edges(prediction, seen, delta, unknowns, own, scale, votes, p)
     # A displaced arc displaces all its samples, those of a circle each way: n of them know no more than its tolerance.
-    return replace(m, sigma=np.sqrt(m.sigma**2 + prediction.tolerance_px**2 * _sum_by_arc(prediction, m.weight)))
+    total = _sum_by_arc(prediction, m.weight)
+    sigma = np.sqrt(m.sigma**2 + prediction.tolerance_px**2 * total)
+    # By light or a clipped edge; or another edge is taken for it, the likelier the fewer of its edges are found.
+    found = total / np.maximum(_sum_by_arc(prediction, np.ones(len(total))), 1)
+    return replace(m, sigma=sigma, arc_shift=p.refinement.arc_shift_px / np.maximum(found, p.refinement.least_found))
 
 
 def _find_sightings(
@@ -175,7 +180,17 @@ def compare_with_edges(
     own_derivative = by_camera.reshape(len(normal), own.size)
     derivative = np.concatenate([np.einsum("ni,nij->nj", normal, seen.jacobian), own_derivative], axis=1)
     return Measurements(
-        seen.pixel, seen.direction, shift, offset, seen.found, seen.sigma, seen.sigma, weight, slope, derivative
+        seen.pixel,
+        seen.direction,
+        shift,
+        offset,
+        seen.found,
+        seen.sigma,
+        seen.sigma,
+        weight,
+        slope,
+        np.zeros(len(weight)),
+        derivative,
     )
 
 
@@ -214,7 +229,7 @@ def weigh(offset: Floats, shift: Floats, use: Bools, scale: float) -> tuple[Floa
     return np.where(use, 1 / (1 + far) ** 2, 0.0), np.where(use, (1 - 3 * far) / (1 + far) ** 3, 0.0)
 
 
-def hold_shifts(m: Measurements, prediction: Prediction, p: RefinementParameters) -> Measurements:
+def hold_shifts(m: Measurements, prediction: Prediction) -> Measurements:
     """The measurements as errors that are independent have them: the image of an arc is shifted as a whole, so that
     however many samples it has, they know their mean no better than that.  A share of the mean is taken off offsets
     and derivatives (Fuller and Battese, 1974)."""
@@ -223,18 +238,13 @@ def hold_shifts(m: Measurements, prediction: Prediction, p: RefinementParameters
     columns = np.concatenate([m.offset[:, None], m.jacobian], axis=1)
     known = np.bincount(group, weight)
     mean = sum_by_group(group, columns, len(known), weight) / np.maximum(known, 1e-12)[:, None]
-    columns = columns - (1 - np.sqrt(share_left(m, prediction, p)))[:, None] * mean[group]
+    columns = columns - (1 - np.sqrt(share_left(m, prediction)))[:, None] * mean[group]
     return replace(m, offset=columns[:, 0], jacobian=columns[:, 1:])
 
 
-def share_left(m: Measurements, prediction: Prediction, p: RefinementParameters) -> Floats:
-    """Of what the samples (n,) of each arc's image say of their mean, the share that its shift leaves: by light, a
-    clipped edge, or another edge beside, the likelier the fewer of its edges are found."""
-    group = prediction.image_of_arc
-    found = np.bincount(group, m.weight) / np.maximum(np.bincount(group), 1)
-    shift = p.arc_shift_px / np.maximum(found[group], p.least_found)
-    known = np.bincount(group, m.weight / m.sigma**2)[group]
-    return np.asarray(1 / (1 + shift**2 * known))
+def share_left(m: Measurements, prediction: Prediction) -> Floats:
+    """Of what the samples (n,) of each arc's image say of their mean, the share that its shift leaves."""
+    return np.asarray(1 / (1 + m.arc_shift**2 * _sum_by_arc(prediction, m.weight / m.sigma**2)))
 
 
 def _sum_by_arc(prediction: Prediction, weight: Floats) -> Floats:

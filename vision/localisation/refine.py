@@ -153,7 +153,7 @@ def refine_roughly(
 
 def _take_step(refined: Refined, fit: Fit, explanations: list[Explanation]) -> Refined:
     """A pose after its last step, with the covariance that the explanations of the pictures leave."""
-    m = hold_shifts(refined.measurements, refined.prediction, fit.p.refinement)
+    m = hold_shifts(refined.measurements, refined.prediction)
     pose, own = take_last_step(m, refined.world_from_rig, refined.own, fit.prior, fit.unknowns, fit.p.refinement)
     return replace(
         refined,
@@ -268,7 +268,7 @@ class Fit:
             for _ in range(p.refinement.steps):
                 m = measure(prediction, self.cameras, delta, self.unknowns, own, reach, scale, votes, p)
                 here = perturb(pose, delta)
-                hessian, gradient = self._normal_equations(hold_shifts(m, prediction, p.refinement), here, own)
+                hessian, gradient = self._normal_equations(hold_shifts(m, prediction), here, own)
                 step = np.asarray(np.linalg.solve(hessian, gradient), float)
                 delta = perturbation(pose, perturb(here, step[:6]))
                 own = own + step[6:].reshape(own.shape)
@@ -285,7 +285,7 @@ class Fit:
         votes = ~excluded[occurrence]
         last = p.refinement.rounds[-1]
         m = measure(prediction, self.cameras, np.zeros(6), self.unknowns, own, *last, votes, p)
-        held = hold_shifts(m, prediction, p.refinement)
+        held = hold_shifts(m, prediction)
         hessian, _ = self._normal_equations(held, pose, own)
         return Refined(
             pose,
@@ -301,7 +301,7 @@ class Fit:
     def is_determined(self, refined: Refined) -> bool:
         """Whether the pictures, taken as right, determine the pose better than the prior in every direction.  The
         scatter of their edges about the model says how exactly the pose is known, not whether it is determined."""
-        held = hold_shifts(refined.measurements, refined.prediction, self.p.refinement)
+        held = hold_shifts(refined.measurements, refined.prediction)
         hessian, _ = self._normal_equations(held, refined.world_from_rig, refined.own)
         left = np.linalg.eigvals(np.linalg.inv(hessian)[:6, :6] @ self.prior.information).real
         return float(left.max()) < self.p.refinement.max_prior_share
@@ -319,7 +319,7 @@ class Fit:
         """The occurrence whose removal, to first order, moves the pose furthest: one of those that determine it less
         than the others together, and one of those that determine it more, unless most of what was found belongs to
         it."""
-        p, m = self.p, hold_shifts(refined.measurements, refined.prediction, self.p.refinement)
+        p, m = self.p, hold_shifts(refined.measurements, refined.prediction)
         occurrence, group = np.unique(self.scene.occurrence_of_arc[refined.prediction.arc], return_inverse=True)
         if len(occurrence) < 2:
             return []

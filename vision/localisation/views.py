@@ -120,8 +120,9 @@ class EdgeMeasurements:
     view_arc: the run, -1 where none of the view's is of the arc; world (n, 3) mm: the model point; normal (n, 2);
     position (n, 2): the element found, pixels of the camera without distortion; sigma px; weight 0..1; residual px
     along the normal where the pictures were last looked at, the camera's own unknowns taken off.  response: derivative
-    of the place by the camera's response; tolerance px: standard deviation of where the model has the arc; arc,
-    stretch: which samples err together; length px of the arc that a sample stands for.
+    of the place by the camera's response; tolerance px: standard deviation of where the model has the arc; arc_shift
+    px: of how far its image is shifted as a whole; arc, stretch: which samples err together; length px of the arc that
+    a sample stands for.
     """
 
     view_arc: Ints
@@ -133,6 +134,7 @@ class EdgeMeasurements:
     residual: Floats
     response: Floats
     tolerance: Floats
+    arc_shift: Floats
     arc: Ints
     stretch: Ints
     length: Floats
@@ -156,6 +158,7 @@ def collect_edge_measurements(
         residual=m.offset[rows],
         response=m.jacobian[rows, 6 + COUNT * camera],
         tolerance=p.tolerance_px[rows],
+        arc_shift=m.arc_shift[rows],
         arc=p.arc[rows],
         stretch=group_by_stretch(p)[rows],
         length=p.weight[rows] * correlation_px,
