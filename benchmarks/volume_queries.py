@@ -274,8 +274,8 @@ _BARE = (
 _MEET = "{0}.x0 <= a.x1 AND {0}.y0 <= a.y1 AND {0}.z0 <= a.z1 AND {0}.x1 >= a.x0 AND {0}.y1 >= a.y0 AND {0}.z1 >= a.z0"
 _SCAN = "SELECT * FROM bare AS b, (SELECT {} AS x0, {} AS y0, {} AS z0, {} AS x1, {} AS y1, {} AS z1) AS a WHERE "
 _BY_HAND = (
-    f"SELECT a.volume_no, b.* FROM asked AS a JOIN bare_page AS g ON {_MEET.format('g')} "  # noqa: S608
-    f"JOIN bare AS b ON b.page = g.page AND {_MEET.format('b')}"
+    f"WITH met AS MATERIALIZED (SELECT a.*, g.page FROM asked AS a JOIN bare_page AS g ON {_MEET.format('g')}) "  # noqa: S608
+    f"SELECT a.volume_no, b.* FROM met AS a JOIN bare AS b ON b.page = a.page AND {_MEET.format('b')}"
 )
 _CUBE = "SELECT * FROM bare WHERE c && cube(ARRAY[{}, {}, {}]::FLOAT8[], ARRAY[{}, {}, {}]::FLOAT8[])"
 _CUBES = (
