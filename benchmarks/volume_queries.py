@@ -1,11 +1,14 @@
 """What lies in a volume: this project's kinds of index and its store, beside peers, on the same boxes in one run.
 
     python benchmarks/volume_queries.py --in-process [--boxes 10000 100000 1000000] [--spread ...]
+    python benchmarks/volume_queries.py --in-sql [--boxes 100000 1000000]
     python benchmarks/volume_queries.py [--boxes 1000 10000 100000 1000000] [--spread clustered slab nested uniform]
         [--alone 10000000] [--report FOLDER] [--seed 0]
 
 With `--in-process`, processor time of `rtree` and its peers in process, in turns, with the ratio of `rtree` to the best
-of them; then `WorldIndex` beside its tree, and an index that changes beside one that was just built.
+of them; then `WorldIndex` beside its tree, and an index that changes beside one that was just built.  With `--in-sql`,
+the functions that a store brings along beside what a person writes by hand over bare boxes: on DuckDB by processor time
+of one thread, up to 1e5 boxes on PostgreSQL by the clock.
 
 Boxes are clustered as parts of machines are, strewn over a slab of the size of the demonstration bulkhead, nested in
 each other as assemblies are, uniform, or rods.  Peers: geoindex-rs, a flatbush in Rust, and shapely's STRtree, both
@@ -39,6 +42,7 @@ from tabulate import tabulate
 
 from benchmarks.peers.boxes import (
     COLUMNS,
+    Cube,
     Embree,
     Floats,
     GeoIndex,
@@ -75,10 +79,10 @@ PACKAGES = {Libspatialindex: "rtree", GeoIndex: "geoindex_rs", Vtk: "vtk"}
 class StoreTables(Peer):
     """A DuckDB store that holds the boxes as placed parts, written row by row's columns; asked as a planner does."""
 
-    def __init__(self, boxes: Floats, name: str = "store") -> None:
+    def __init__(self, boxes: Floats, name: str = "store", target: str = "") -> None:
         self.name = name
         self.folder = tempfile.TemporaryDirectory(prefix="relmodel-")
-        self.store = Store.create(Path(self.folder.name) / "store.duckdb")
+        self.store = Store.create(target or Path(self.folder.name) / "store.duckdb")
         page = pack(boxes)
         order = np.argsort(page, kind="stable")  # as the store keeps parts: in the order of the pages
         self.number, boxes, page = order, boxes[order], page[order]
@@ -228,8 +232,8 @@ def world_index(boxes: Floats, seed: int) -> list[list[Any]]:
     tree, rows = PackedRTree(boxes), []
     for hits in (hits for hits in HITS if hits < len(boxes)):
         asked = about(boxes, hits, 20, seed + 1)
-        pairs = [(box[None], Box(*box)) for box in asked]
-        each = [processor_ms([partial(tree.in_boxes, b), partial(index.in_volume, v)], 6) for b, v in pairs]
+        pairs = [(box, Box(*box)) for box in asked]
+        each = [processor_ms([partial(tree.in_box, b), partial(index.in_volume, v)], 6) for b, v in pairs]
         one = np.median(each, axis=0).tolist()
         rows.append([f"one box of {hits:,} hits", *one, one[1] / one[0]])
     for hits in HITS[:3]:
@@ -260,6 +264,97 @@ def changes(boxes: Floats, seed: int) -> list[list[Any]]:
         spent = [float(np.median(times)), float(np.mean(times)), max(times)] if times else [None] * 3
         rows.append([moves, *spent, *both, both[1] / both[0]])
     return rows
+
+
+_BARE = (
+    "CREATE TEMP TABLE bare AS SELECT node_no, page, x0, y0, z0, x1, y1, z1 FROM object_node WHERE page IS NOT NULL",
+    "CREATE TEMP TABLE bare_page AS SELECT page, x0, y0, z0, x1, y1, z1 FROM object_page",
+    "CREATE TEMP TABLE asked (volume_no INTEGER, x0 FLOAT8, y0 FLOAT8, z0 FLOAT8, x1 FLOAT8, y1 FLOAT8, z1 FLOAT8)",
+)
+_MEET = "{0}.x0 <= a.x1 AND {0}.y0 <= a.y1 AND {0}.z0 <= a.z1 AND {0}.x1 >= a.x0 AND {0}.y1 >= a.y0 AND {0}.z1 >= a.z0"
+_SCAN = "SELECT * FROM bare AS b, (SELECT {} AS x0, {} AS y0, {} AS z0, {} AS x1, {} AS y1, {} AS z1) AS a WHERE "
+_BY_HAND = (
+    f"WITH met AS MATERIALIZED (SELECT a.*, g.page FROM asked AS a JOIN bare_page AS g ON {_MEET.format('g')}) "  # noqa: S608
+    f"SELECT a.volume_no, b.* FROM met AS a JOIN bare AS b ON b.page = a.page AND {_MEET.format('b')}"
+)
+_CUBE = "SELECT * FROM bare WHERE c && cube(ARRAY[{}, {}, {}]::FLOAT8[], ARRAY[{}, {}, {}]::FLOAT8[])"
+_CUBES = (
+    "SELECT a.volume_no, b.* FROM asked AS a "
+    "JOIN bare AS b ON b.c && cube(ARRAY[a.x0, a.y0, a.z0], ARRAY[a.x1, a.y1, a.z1])"
+)
+_BARE_CUBES = (
+    "CREATE EXTENSION cube",
+    "ALTER TABLE bare ADD COLUMN c CUBE",
+    "UPDATE bare SET c = cube(ARRAY[x0, y0, z0], ARRAY[x1, y1, z1])",
+    "CREATE INDEX ON bare USING gist (c)",
+    "ANALYZE",
+)
+_PARTS = "SELECT * FROM parts_in_box({}, {}, {}, {}, {}, {})"
+
+
+def in_sql(boxes: Floats, seed: int, server: str = "") -> list[list[Any]]:
+    """Rows: what is asked of a store, ms, and what is asked by hand, ms, and the ratio; on PostgreSQL where a server is
+    given, else on DuckDB.  Answers are counted and compared."""
+    tables = StoreTables(boxes, target=_new_database(server) if server else "")
+    lent = tables.store.engine.raw_connection()
+    driver: Any = lent.driver_connection
+    if server:
+        import psycopg
+
+        driver = psycopg.connect(server.replace("dbname=postgres", "dbname=boxes"), autocommit=True)
+    else:
+        driver.execute("SET threads = 1")
+    for statement in _BARE:
+        driver.execute(statement)
+    one, many = about(boxes, 10, 12, seed + 1), about(boxes, 10, 1000, seed + 3)
+    rows_asked = ", ".join(str((i, *box)) for i, box in enumerate(many.tolist()))
+    driver.execute(f"INSERT INTO asked VALUES {rows_asked}")  # noqa: S608
+    for statement in _BARE_CUBES if server else ():
+        driver.execute(statement)
+    measure = in_turns_ms if server else processor_ms
+
+    def ask(statement: str, numbers: list[float]) -> int:
+        if server:  # as the driver does with what is asked again and again
+            text = statement.format(*["%s"] * 6).replace("%s AS", "%s::FLOAT8 AS")
+            return len(driver.execute(text, numbers, prepare=True).fetchall())
+        return len(driver.execute(statement.format(*map(repr, numbers))).fetchall())
+
+    def compared(label: str, ours: Callable[[Any], int], by_hand: Callable[[Any], int], asked: list[Any]) -> list[Any]:
+        assert all(ours(a) == by_hand(a) for a in asked)
+        times = np.median([measure([partial(ours, a), partial(by_hand, a)], 4) for a in asked], axis=0).tolist()
+        return [label, *times, times[0] / times[1]]
+
+    bare = _CUBE if server else _SCAN + _MEET.format("b")
+    joined = _CUBES if server else _BY_HAND
+    single = [box.tolist() for box in one]
+
+    def rows_of(statement: str, _: Any) -> int:
+        return len(driver.execute(statement).fetchall())
+
+    by_hand, all_boxes = partial(rows_of, joined), partial(rows_of, "SELECT * FROM parts_in_boxes('asked')")
+    table = [
+        compared("parts_in_box, one box", partial(ask, _PARTS), partial(ask, bare), single),
+        compared("in_volume, one box", lambda box: len(tables.one(np.array(box))), partial(ask, bare), single),
+        compared("parts_in_boxes, 1,000 boxes", all_boxes, by_hand, [None]),
+        compared("in_volumes, 1,000 boxes", lambda _: tables.many(many), by_hand, [None]),
+    ]
+    lent.close()
+    if server:
+        driver.close()
+    tables.close()
+    return table
+
+
+def _new_database(server: str) -> str:
+    """URL of an empty database of the private server, in which boxes may be written without all that they refer to."""
+    import psycopg
+
+    with psycopg.connect(server, autocommit=True) as connection:
+        connection.execute("DROP DATABASE IF EXISTS boxes WITH (FORCE)")
+        connection.execute("CREATE DATABASE boxes")
+        connection.execute("ALTER DATABASE boxes SET session_replication_role = replica")
+        info = connection.info
+        return f"postgresql+psycopg://{info.user}@/boxes?host={info.host}"
 
 
 def resident() -> int:
@@ -376,6 +471,7 @@ def main() -> None:
     parser.add_argument("--boxes", type=int, nargs="*", default=[1000, 10_000, 100_000, 1_000_000])
     parser.add_argument("--spread", nargs="+", choices=SPREADS, default=list(SPREADS))
     parser.add_argument("--in-process", action="store_true", dest="in_process")
+    parser.add_argument("--in-sql", action="store_true", dest="in_sql")
     parser.add_argument("--alone", type=int, nargs="*", default=[10_000_000])
     parser.add_argument("--report", type=Path, metavar="FOLDER")
     parser.add_argument("--seed", type=int, default=0)
@@ -410,6 +506,18 @@ def main() -> None:
             (args.report / "volume_queries_in_process.md").write_text("# " + "\n\n".join(pages) + "\n")
         return
     with postgresql() as (server, extensions):
+        for count in args.boxes:
+            boxes = clustered(count, args.seed)
+            show(f"DuckDB, {count:,} parts", ["store", "by hand", "ratio"], in_sql(boxes, args.seed))
+            if Cube in extensions and count <= 100_000:
+                show(
+                    f"PostgreSQL, {count:,} parts", ["store", "cube's GiST", "ratio"], in_sql(boxes, args.seed, server)
+                )
+        if args.in_sql:
+            if args.report:
+                args.report.mkdir(parents=True, exist_ok=True)
+                (args.report / "volume_queries_in_sql.md").write_text("# " + "\n\n".join(pages) + "\n")
+            return
         for spread in args.spread:
             for count in args.boxes:
                 boxes = SPREADS[spread](count, args.seed)

@@ -123,17 +123,18 @@ CREATE VIEW shape_box (  -- Boxes of the features, surfaces and arcs of a shape 
     shape_id,  -- the shape
     level,  -- feature, surface or arc
     element_no,  -- feature_no, surface_no or arc_no
+    name,  -- name in the source, or level and ordinal
     x0, y0, z0,  -- least x, y and z of the element's bounding box in the shape's frame, mm
     x1, y1, z1  -- greatest x, y and z of the element's bounding box in the shape's frame, mm
 ) AS
-SELECT shape_id, 'feature' AS level, feature_no AS element_no, x0, y0, z0, x1, y1, z1
+SELECT shape_id, 'feature' AS level, feature_no AS element_no, name, x0, y0, z0, x1, y1, z1
 FROM feature
 UNION ALL
-SELECT u.shape_id, 'surface', u.surface_no, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1
+SELECT u.shape_id, 'surface', u.surface_no, coalesce(u.name, 'surface ' || CAST(u.surface_no AS TEXT)), s.x0, s.y0, s.z0, s.x1, s.y1, s.z1
 FROM shape_surface AS u
 JOIN surface AS s ON s.id = u.surface_id
 UNION ALL
-SELECT u.shape_id, 'arc', u.arc_no, a.x0, a.y0, a.z0, a.x1, a.y1, a.z1
+SELECT u.shape_id, 'arc', u.arc_no, 'arc ' || CAST(u.arc_no AS TEXT), a.x0, a.y0, a.z0, a.x1, a.y1, a.z1
 FROM shape_arc AS u
 JOIN arc AS a ON a.id = u.arc_id;
 

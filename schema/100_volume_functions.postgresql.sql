@@ -59,7 +59,9 @@ RETURN (SELECT max(nx * p.x + ny * p.y + nz * p.z) FROM unnest(xs, ys, zs) AS p 
 COMMENT ON FUNCTION hull_forth IS
     'The greatest n . p + shift of the corners p of a hull; null of none.';
 
-CREATE FUNCTION page_ball(x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION) RETURNS box LANGUAGE sql IMMUTABLE
+CREATE FUNCTION page_ball(
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+) RETURNS box LANGUAGE sql IMMUTABLE
 RETURN box(
     point((x0 + x1) / 2 - (x1 - x0 + y1 - y0 + z1 - z0) / 2 - 1e-6, (y0 + y1) / 2 - (x1 - x0 + y1 - y0 + z1 - z0) / 2 - 1e-6),
     point((x0 + x1) / 2 + (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6, (y0 + y1) / 2 + (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6)
@@ -69,7 +71,8 @@ COMMENT ON FUNCTION page_ball IS
 CREATE INDEX object_page_ball ON object_page USING gist (page_ball(x0, y0, z0, x1, y1, z1));
 
 CREATE FUNCTION asked_in_body(
-    m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m03 DOUBLE PRECISION, m10 DOUBLE PRECISION, m11 DOUBLE PRECISION, m13 DOUBLE PRECISION, m20 DOUBLE PRECISION, m21 DOUBLE PRECISION, m23 DOUBLE PRECISION,
+    m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m03 DOUBLE PRECISION, m10 DOUBLE PRECISION, m11 DOUBLE PRECISION, m13 DOUBLE PRECISION,
+    m20 DOUBLE PRECISION, m21 DOUBLE PRECISION, m23 DOUBLE PRECISION,
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) RETURNS box LANGUAGE sql IMMUTABLE
 RETURN box(
@@ -85,17 +88,24 @@ RETURN box(
 COMMENT ON FUNCTION asked_in_body IS
     'The x and y of the box around a box of the world in the frame of a body.';
 
-CREATE FUNCTION all_about_boxes(
-    volume_nos INTEGER[], xs0 DOUBLE PRECISION[], ys0 DOUBLE PRECISION[], zs0 DOUBLE PRECISION[], xs1 DOUBLE PRECISION[], ys1 DOUBLE PRECISION[], zs1 DOUBLE PRECISION[], in_world TEXT
-) RETURNS TABLE (
-    volume_no INTEGER, least_x DOUBLE PRECISION, least_y DOUBLE PRECISION, least_z DOUBLE PRECISION, most_x DOUBLE PRECISION, most_y DOUBLE PRECISION, most_z DOUBLE PRECISION,
-    world TEXT, id BIGINT, path TEXT, part_id BIGINT, shape_id BIGINT,
+CREATE TYPE placed_element AS (
+    volume_no INTEGER, world TEXT, occurrence_id BIGINT, path TEXT, shape_id BIGINT, element_no INTEGER, name TEXT,
     m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m02 DOUBLE PRECISION, m03 DOUBLE PRECISION,
     m10 DOUBLE PRECISION, m11 DOUBLE PRECISION, m12 DOUBLE PRECISION, m13 DOUBLE PRECISION,
     m20 DOUBLE PRECISION, m21 DOUBLE PRECISION, m22 DOUBLE PRECISION, m23 DOUBLE PRECISION,
-    shape_x0 DOUBLE PRECISION, shape_y0 DOUBLE PRECISION, shape_z0 DOUBLE PRECISION, shape_x1 DOUBLE PRECISION, shape_y1 DOUBLE PRECISION, shape_z1 DOUBLE PRECISION,
+    shape_x0 DOUBLE PRECISION, shape_y0 DOUBLE PRECISION, shape_z0 DOUBLE PRECISION, shape_x1 DOUBLE PRECISION, shape_y1 DOUBLE PRECISION,
+    shape_z1 DOUBLE PRECISION,
+    part_x0 DOUBLE PRECISION, part_y0 DOUBLE PRECISION, part_z0 DOUBLE PRECISION, part_x1 DOUBLE PRECISION, part_y1 DOUBLE PRECISION,
+    part_z1 DOUBLE PRECISION,
     x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
+);
+COMMENT ON TYPE placed_element IS
+    'A placed part, or an element of one: its pose, its box in the shape''s frame, its part''s box and its own in the world, mm.';
+
+CREATE FUNCTION all_about_boxes(
+    in_level TEXT, volume_nos INTEGER[], xs0 DOUBLE PRECISION[], ys0 DOUBLE PRECISION[], zs0 DOUBLE PRECISION[], xs1 DOUBLE PRECISION[],
+    ys1 DOUBLE PRECISION[], zs1 DOUBLE PRECISION[], in_world TEXT
+) RETURNS SETOF placed_element LANGUAGE sql STABLE AS $$
 WITH asked_box AS MATERIALIZED (
     SELECT *
     FROM unnest(volume_nos, xs0, ys0, zs0, xs1, ys1, zs1) AS q (volume_no, x0, y0, z0, x1, y1, z1)
@@ -114,7 +124,7 @@ near_body AS MATERIALIZED (
 near AS MATERIALIZED (  -- parts whose box in the body's frame, carried into the world, meets the box asked
     SELECT b.volume_no, b.x0 AS least_x, b.y0 AS least_y, b.z0 AS least_z,
         b.x1 AS most_x, b.y1 AS most_y, b.z1 AS most_z, b.world,
-        CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS id, b.name || n.path AS path, n.part_id, n.shape_id,
+        CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS occurrence_id, b.name || n.path AS path, n.part_id, n.shape_id,
         b.m00 * n.m00 + b.m01 * n.m10 + b.m02 * n.m20 AS m00,
         b.m00 * n.m01 + b.m01 * n.m11 + b.m02 * n.m21 AS m01,
         b.m00 * n.m02 + b.m01 * n.m12 + b.m02 * n.m22 AS m02,
@@ -149,102 +159,213 @@ near AS MATERIALIZED (  -- parts whose box in the body's frame, carried into the
         AND abs(b.m20 * (n.x0 + n.x1) / 2 + b.m21 * (n.y0 + n.y1) / 2 + b.m22 * (n.z0 + n.z1) / 2 + b.m23 - (b.z0 + b.z1) / 2)
             <= (abs(b.m20) * (n.x1 - n.x0) + abs(b.m21) * (n.y1 - n.y0) + abs(b.m22) * (n.z1 - n.z0) + b.z1 - b.z0) / 2 + 1e-6
 ),
-boxed AS MATERIALIZED (
-    SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
-        s.z1 AS shape_z1, s.hull_x, s.hull_y, s.hull_z, s.hull_mm,
-        reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x0,
-        reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y0,
-        reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z0,
-        reach_forth(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x1,
-        reach_forth(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y1,
-        reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z1
-    FROM near AS o
-    JOIN shape AS s ON s.id = o.shape_id
-),
-hulled AS MATERIALIZED (
-    SELECT o.volume_no, o.least_x, o.least_y, o.least_z, o.most_x, o.most_y, o.most_z, o.world, o.id, o.path,
-        o.part_id, o.shape_id,
-        o.m00, o.m01, o.m02, o.m03,
-        o.m10, o.m11, o.m12, o.m13,
-        o.m20, o.m21, o.m22, o.m23,
-        o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
-        CASE WHEN o.hull_mm IS NULL THEN o.x0 ELSE greatest(o.x0, hull_back(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
-            - o.hull_mm) END AS x0,
-        CASE WHEN o.hull_mm IS NULL THEN o.y0 ELSE greatest(o.y0, hull_back(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
-            - o.hull_mm) END AS y0,
-        CASE WHEN o.hull_mm IS NULL THEN o.z0 ELSE greatest(o.z0, hull_back(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
-            - o.hull_mm) END AS z0,
-        CASE WHEN o.hull_mm IS NULL THEN o.x1 ELSE least(o.x1, hull_forth(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
-            + o.hull_mm) END AS x1,
-        CASE WHEN o.hull_mm IS NULL THEN o.y1 ELSE least(o.y1, hull_forth(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
-            + o.hull_mm) END AS y1,
-        CASE WHEN o.hull_mm IS NULL THEN o.z1 ELSE least(o.z1, hull_forth(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
-            + o.hull_mm) END AS z1
-    FROM boxed AS o
+met AS MATERIALIZED (  -- by the boxes around the placed boxes of the shapes and around the placed hulls
+    SELECT o.*
+    FROM (
+        SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1, s.z1 AS shape_z1,
+            greatest(reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1), h.x0 + o.m03 - s.hull_mm) AS x0,
+            greatest(reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1), h.y0 + o.m13 - s.hull_mm) AS y0,
+            greatest(reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1), h.z0 + o.m23 - s.hull_mm) AS z0,
+            least(reach_forth(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1), h.x1 + o.m03 + s.hull_mm) AS x1,
+            least(reach_forth(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1), h.y1 + o.m13 + s.hull_mm) AS y1,
+            least(reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1), h.z1 + o.m23 + s.hull_mm) AS z1
+        FROM near AS o
+        JOIN shape AS s ON s.id = o.shape_id
+        CROSS JOIN LATERAL (  -- all six at once: a function of lists, which is not taken in, takes ten times as long
+            SELECT min(o.m00 * p.x + o.m01 * p.y + o.m02 * p.z) AS x0, min(o.m10 * p.x + o.m11 * p.y + o.m12 * p.z) AS y0,
+            min(o.m20 * p.x + o.m21 * p.y + o.m22 * p.z) AS z0,
+                max(o.m00 * p.x + o.m01 * p.y + o.m02 * p.z) AS x1, max(o.m10 * p.x + o.m11 * p.y + o.m12 * p.z) AS y1,
+                max(o.m20 * p.x + o.m21 * p.y + o.m22 * p.z) AS z1
+            FROM (SELECT unnest(s.hull_x) AS x, unnest(s.hull_y) AS y, unnest(s.hull_z) AS z) AS p
+        ) AS h
+    ) AS o
     WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
         AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
 )
-SELECT o.*
-FROM hulled AS o
+SELECT o.volume_no, o.world, o.occurrence_id, o.path, o.shape_id, -1, p.name,
+    o.m00, o.m01, o.m02, o.m03,
+    o.m10, o.m11, o.m12, o.m13,
+    o.m20, o.m21, o.m22, o.m23,
+    o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
+FROM met AS o
+JOIN part AS p ON p.id = o.part_id
+WHERE in_level = 'part'
+UNION ALL
+SELECT o.volume_no, o.world, o.occurrence_id, o.path, o.shape_id, o.element_no, o.name,
+    o.m00, o.m01, o.m02, o.m03,
+    o.m10, o.m11, o.m12, o.m13,
+    o.m20, o.m21, o.m22, o.m23,
+    o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1, o.part_x0, o.part_y0, o.part_z0, o.part_x1, o.part_y1, o.part_z1, o.x0,
+    o.y0, o.z0, o.x1, o.y1, o.z1
+FROM (
+    SELECT o.volume_no, o.least_x, o.least_y, o.least_z, o.most_x, o.most_y, o.most_z, o.world, o.occurrence_id, o.path, o.shape_id,
+        o.m00, o.m01, o.m02, o.m03,
+        o.m10, o.m11, o.m12, o.m13,
+        o.m20, o.m21, o.m22, o.m23,
+        e.element_no, e.name, e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0, e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
+        o.x0 AS part_x0, o.y0 AS part_y0, o.z0 AS part_z0, o.x1 AS part_x1, o.y1 AS part_y1, o.z1 AS part_z1,
+        reach_back(o.m00, o.m01, o.m02, o.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x0,
+        reach_back(o.m10, o.m11, o.m12, o.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y0,
+        reach_back(o.m20, o.m21, o.m22, o.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z0,
+        reach_forth(o.m00, o.m01, o.m02, o.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x1,
+        reach_forth(o.m10, o.m11, o.m12, o.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y1,
+        reach_forth(o.m20, o.m21, o.m22, o.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z1
+    FROM met AS o
+    JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = in_level
+) AS o
 WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
     AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
 $$;
 COMMENT ON FUNCTION all_about_boxes IS
-    'Placed parts whose world box meets each of the boxes given by columns, with pose and shape box; newest revision of all worlds or one.';
+    'Placed parts, or their elements of a level, whose world boxes meet each of the boxes given by columns; newest revision of all worlds or one.';
 
-CREATE FUNCTION all_in_bounds(
-    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
-    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, id BIGINT, path TEXT, part_id BIGINT, shape_id BIGINT,
-    m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m02 DOUBLE PRECISION, m03 DOUBLE PRECISION,
-    m10 DOUBLE PRECISION, m11 DOUBLE PRECISION, m12 DOUBLE PRECISION, m13 DOUBLE PRECISION,
-    m20 DOUBLE PRECISION, m21 DOUBLE PRECISION, m22 DOUBLE PRECISION, m23 DOUBLE PRECISION,
-    shape_x0 DOUBLE PRECISION, shape_y0 DOUBLE PRECISION, shape_z0 DOUBLE PRECISION,
-    shape_x1 DOUBLE PRECISION, shape_y1 DOUBLE PRECISION, shape_z1 DOUBLE PRECISION,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT o.world, o.id, o.path, o.part_id, o.shape_id,
-    o.m00, o.m01, o.m02, o.m03,
-    o.m10, o.m11, o.m12, o.m13,
-    o.m20, o.m21, o.m22, o.m23,
-    o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
-    o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-FROM all_about_boxes(
-    CASE WHEN checked_box(from_x, from_y, from_z, to_x, to_y, to_z) THEN ARRAY[0] END,
-    ARRAY[from_x], ARRAY[from_y], ARRAY[from_z], ARRAY[to_x], ARRAY[to_y], ARRAY[to_z], in_world
-) AS o
+CREATE FUNCTION all_in_box(
+    in_level TEXT, from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION, to_x DOUBLE PRECISION, to_y DOUBLE PRECISION,
+    to_z DOUBLE PRECISION, in_world TEXT
+) RETURNS SETOF placed_element LANGUAGE sql STABLE AS $$
+SELECT *
+FROM all_about_boxes(in_level, ARRAY[0], ARRAY[from_x], ARRAY[from_y], ARRAY[from_z], ARRAY[to_x], ARRAY[to_y], ARRAY[to_z], in_world)
 $$;
-COMMENT ON FUNCTION all_in_bounds IS
-    'Placed parts whose world box meets a box, with pose and shape box; newest revision of all worlds or one.';
+COMMENT ON FUNCTION all_in_box IS
+    'The same of one box.';
+
+CREATE FUNCTION all_nearest(
+    in_level TEXT, at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, how_many BIGINT, in_world TEXT
+) RETURNS TABLE (
+    world TEXT, occurrence_id BIGINT, path TEXT, element_no INTEGER, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION, distance_mm DOUBLE PRECISION
+) LANGUAGE sql STABLE AS $$
+WITH page AS MATERIALIZED (  -- how many parts each holds, how many are in nearer ones, and how far from the point these are at most
+    SELECT g.*, sum(g.box_count) OVER (ORDER BY g.reach) - g.box_count AS nearer
+    FROM (
+        SELECT b.object_no, g.object_id, g.page, g.box_count, 1e-6 + sqrt(
+            power(abs(b.m00 * g.x + b.m01 * g.y + b.m02 * g.z + b.m03 - at_x) + abs(b.m00) * g.rx + abs(b.m01) * g.ry + abs(b.m02) * g.rz, 2)
+            + power(abs(b.m10 * g.x + b.m11 * g.y + b.m12 * g.z + b.m13 - at_y) + abs(b.m10) * g.rx + abs(b.m11) * g.ry + abs(b.m12) * g.rz, 2)
+            + power(abs(b.m20 * g.x + b.m21 * g.y + b.m22 * g.z + b.m23 - at_z) + abs(b.m20) * g.rx + abs(b.m21) * g.ry + abs(b.m22) * g.rz, 2)
+        ) AS reach
+        FROM placed_body AS b
+        JOIN placed_object AS p ON p.object_no = b.object_no
+        JOIN (
+            SELECT *, (x0 + x1) / 2 AS x, (y0 + y1) / 2 AS y, (z0 + z1) / 2 AS z,
+                (x1 - x0) / 2 AS rx, (y1 - y0) / 2 AS ry, (z1 - z0) / 2 AS rz
+            FROM object_page
+        ) AS g ON g.object_id = p.object_id AND g.body_no = b.body_no
+        WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
+    ) AS g
+),
+element_count AS MATERIALIZED (  -- of pages enough for most questions: if these hold too few, all are asked
+    SELECT g.object_no, g.page, count(*) AS elements
+    FROM page AS g
+    JOIN object_node AS n ON n.object_id = g.object_id AND n.page = g.page
+    JOIN shape_box AS e ON e.shape_id = n.shape_id AND e.level = in_level
+    WHERE g.nearer < CAST(how_many AS DOUBLE PRECISION) * 16 + 1000
+    GROUP BY g.object_no, g.page
+),
+enough AS MATERIALIZED (  -- within which there are so many
+    SELECT coalesce(min(h.reach) FILTER (WHERE h.held >= how_many), max(h.reach)) AS reach
+    FROM (
+        SELECT g.reach,
+            sum(CASE WHEN in_level = 'part' THEN g.box_count ELSE coalesce(c.elements, 0) END) OVER (ORDER BY g.reach) AS held
+        FROM page AS g
+        LEFT JOIN element_count AS c ON c.object_no = g.object_no AND c.page = g.page
+    ) AS h
+)
+SELECT o.world, o.occurrence_id, o.path, o.element_no, o.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1, sqrt(
+        power(greatest(o.x0 - at_x, at_x - o.x1, o.part_x0 - at_x, at_x - o.part_x1, 0), 2)
+        + power(greatest(o.y0 - at_y, at_y - o.y1, o.part_y0 - at_y, at_y - o.part_y1, 0), 2)
+        + power(greatest(o.z0 - at_z, at_z - o.z1, o.part_z0 - at_z, at_z - o.part_z1, 0), 2)
+    ) AS distance_mm
+FROM enough AS r
+CROSS JOIN LATERAL all_in_box(
+    in_level, at_x - r.reach, at_y - r.reach, at_z - r.reach, at_x + r.reach, at_y + r.reach, at_z + r.reach, in_world
+) AS o
+ORDER BY distance_mm, o.occurrence_id, o.element_no
+LIMIT how_many
+$$;
+COMMENT ON FUNCTION all_nearest IS
+    'The placed parts, or their elements of a level, nearest to a point, so many, and how far their boxes in their parts'' boxes are, mm.';
+
+CREATE TYPE found_part AS (
+    world TEXT, occurrence_id BIGINT, path TEXT, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION,
+    y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+);
+CREATE TYPE asked_part AS (
+    volume_no INTEGER, world TEXT, occurrence_id BIGINT, path TEXT, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+);
+CREATE TYPE found_feature AS (
+    world TEXT, occurrence_id BIGINT, path TEXT, feature_no INTEGER, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+);
+CREATE TYPE asked_feature AS (
+    volume_no INTEGER, world TEXT, occurrence_id BIGINT, path TEXT, feature_no INTEGER, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION,
+    z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+);
+CREATE TYPE found_surface AS (
+    world TEXT, occurrence_id BIGINT, path TEXT, surface_no INTEGER, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+);
+CREATE TYPE asked_surface AS (
+    volume_no INTEGER, world TEXT, occurrence_id BIGINT, path TEXT, surface_no INTEGER, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION,
+    z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+);
+CREATE TYPE found_arc AS (
+    world TEXT, occurrence_id BIGINT, path TEXT, arc_no INTEGER, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+);
+CREATE TYPE asked_arc AS (
+    volume_no INTEGER, world TEXT, occurrence_id BIGINT, path TEXT, arc_no INTEGER, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION,
+    z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+);
+COMMENT ON TYPE found_part IS 'A placed part and the box around it in the world, mm; found_feature and so on of its elements,
+    asked_part and so on of a volume asked.';
 
 CREATE FUNCTION parts_in_box(
-    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
-    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
+    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION, to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
     in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-FROM all_in_bounds(from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS o
-JOIN part ON part.id = o.part_id
+) RETURNS SETOF found_part LANGUAGE sql STABLE AS $$
+SELECT world, occurrence_id, path, name, x0, y0, z0, x1, y1, z1
+FROM all_in_box('part', CASE WHEN checked_box(from_x, from_y, from_z, to_x, to_y, to_z) THEN from_x END, from_y, from_z, to_x, to_y, to_z, in_world)
 $$;
 COMMENT ON FUNCTION parts_in_box IS
     'Placed parts whose world box meets a box; newest revision of all worlds or one.';
 
-CREATE FUNCTION parts_within_box(
-    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
-    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
+CREATE FUNCTION features_in_box(
+    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION, to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
     in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
+) RETURNS SETOF found_feature LANGUAGE sql STABLE AS $$
+SELECT world, occurrence_id, path, element_no AS feature_no, name, x0, y0, z0, x1, y1, z1
+FROM all_in_box('feature', CASE WHEN checked_box(from_x, from_y, from_z, to_x, to_y, to_z) THEN from_x END, from_y, from_z, to_x, to_y, to_z,
+    in_world)
+$$;
+COMMENT ON FUNCTION features_in_box IS
+    'Features of placed parts whose world box meets a box; newest revision of all worlds or one.';
+
+CREATE FUNCTION surfaces_in_box(
+    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION, to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
+) RETURNS SETOF found_surface LANGUAGE sql STABLE AS $$
+SELECT world, occurrence_id, path, element_no AS surface_no, name, x0, y0, z0, x1, y1, z1
+FROM all_in_box('surface', CASE WHEN checked_box(from_x, from_y, from_z, to_x, to_y, to_z) THEN from_x END, from_y, from_z, to_x, to_y, to_z,
+    in_world)
+$$;
+COMMENT ON FUNCTION surfaces_in_box IS
+    'Surfaces of placed parts whose world box meets a box; newest revision of all worlds or one.';
+
+CREATE FUNCTION arcs_in_box(
+    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION, to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
+) RETURNS SETOF found_arc LANGUAGE sql STABLE AS $$
+SELECT world, occurrence_id, path, element_no AS arc_no, name, x0, y0, z0, x1, y1, z1
+FROM all_in_box('arc', CASE WHEN checked_box(from_x, from_y, from_z, to_x, to_y, to_z) THEN from_x END, from_y, from_z, to_x, to_y, to_z, in_world)
+$$;
+COMMENT ON FUNCTION arcs_in_box IS
+    'Arcs of placed parts whose world box meets a box; newest revision of all worlds or one.';
+
+CREATE FUNCTION parts_within_box(
+    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION, to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
+) RETURNS SETOF found_part LANGUAGE sql STABLE AS $$
 SELECT o.*
 FROM parts_in_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS o
 WHERE o.x0 >= from_x AND o.y0 >= from_y AND o.z0 >= from_z AND o.x1 <= to_x AND o.y1 <= to_y AND o.z1 <= to_z
@@ -252,136 +373,37 @@ $$;
 COMMENT ON FUNCTION parts_within_box IS
     'Placed parts whose world box lies wholly in a box; newest revision of all worlds or one.';
 
+CREATE FUNCTION features_within_box(
+    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION, to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
+    in_world TEXT DEFAULT NULL
+) RETURNS SETOF found_feature LANGUAGE sql STABLE AS $$
+SELECT o.*
+FROM features_in_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS o
+WHERE o.x0 >= from_x AND o.y0 >= from_y AND o.z0 >= from_z AND o.x1 <= to_x AND o.y1 <= to_y AND o.z1 <= to_z
+$$;
+COMMENT ON FUNCTION features_within_box IS
+    'Features of placed parts whose world box lies wholly in a box; newest revision of all worlds or one.';
+
 CREATE FUNCTION nearest_parts(
     at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, how_many BIGINT, in_world TEXT DEFAULT NULL
 ) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION, distance_mm DOUBLE PRECISION
+    world TEXT, occurrence_id BIGINT, path TEXT, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION,
+    y1 DOUBLE PRECISION, z1 DOUBLE PRECISION, distance_mm DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-WITH page AS MATERIALIZED (  -- how many parts each holds, and how far from the point these are at most
-    SELECT g.box_count, 1e-6 + sqrt(
-            power(greatest(
-                at_x - reach_back(b.m00, b.m01, b.m02, b.m03, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1),
-                reach_forth(b.m00, b.m01, b.m02, b.m03, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) - at_x
-            ), 2)
-            + power(greatest(
-                at_y - reach_back(b.m10, b.m11, b.m12, b.m13, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1),
-                reach_forth(b.m10, b.m11, b.m12, b.m13, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) - at_y
-            ), 2)
-            + power(greatest(
-                at_z - reach_back(b.m20, b.m21, b.m22, b.m23, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1),
-                reach_forth(b.m20, b.m21, b.m22, b.m23, g.x0, g.y0, g.z0, g.x1, g.y1, g.z1) - at_z
-            ), 2)
-        ) AS reach
-    FROM placed_body AS b
-    JOIN placed_object AS p ON p.object_no = b.object_no
-    JOIN object_page AS g ON g.object_id = p.object_id AND g.body_no = b.body_no
-    WHERE b.last_revision IS NULL AND (in_world IS NULL OR p.world = in_world)
-),
-enough AS MATERIALIZED (  -- within which there are so many
-    SELECT min(h.reach) AS reach
-    FROM (SELECT reach, sum(box_count) OVER (ORDER BY reach) AS held FROM page) AS h
-    WHERE h.held >= least(how_many, (SELECT sum(box_count) FROM page))
-)
-SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1,
-    sqrt(power(greatest(o.x0 - at_x, at_x - o.x1, 0), 2) + power(greatest(o.y0 - at_y, at_y - o.y1, 0), 2)
-        + power(greatest(o.z0 - at_z, at_z - o.z1, 0), 2)) AS distance_mm
-FROM enough AS r
-CROSS JOIN LATERAL all_about_boxes(
-    ARRAY[0], ARRAY[at_x - r.reach], ARRAY[at_y - r.reach], ARRAY[at_z - r.reach],
-    ARRAY[at_x + r.reach], ARRAY[at_y + r.reach], ARRAY[at_z + r.reach], in_world
-) AS o
-JOIN part ON part.id = o.part_id
-ORDER BY distance_mm, occurrence_id
-LIMIT how_many
+SELECT world, occurrence_id, path, name, x0, y0, z0, x1, y1, z1, distance_mm
+FROM all_nearest('part', at_x, at_y, at_z, how_many, in_world)
 $$;
 COMMENT ON FUNCTION nearest_parts IS
     'The parts whose world boxes are nearest to a point, so many, and how far these are, mm; newest revision of all worlds or one.';
 
-CREATE FUNCTION all_in_box(
-    in_level TEXT,
-    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
-    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
+CREATE FUNCTION nearest_features(
+    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, how_many BIGINT, in_world TEXT DEFAULT NULL
 ) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, shape_id BIGINT, element_no INTEGER,
-    m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m02 DOUBLE PRECISION, m03 DOUBLE PRECISION,
-    m10 DOUBLE PRECISION, m11 DOUBLE PRECISION, m12 DOUBLE PRECISION, m13 DOUBLE PRECISION,
-    m20 DOUBLE PRECISION, m21 DOUBLE PRECISION, m22 DOUBLE PRECISION, m23 DOUBLE PRECISION,
-    shape_x0 DOUBLE PRECISION, shape_y0 DOUBLE PRECISION, shape_z0 DOUBLE PRECISION,
-    shape_x1 DOUBLE PRECISION, shape_y1 DOUBLE PRECISION, shape_z1 DOUBLE PRECISION,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+    world TEXT, occurrence_id BIGINT, path TEXT, feature_no INTEGER, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
+    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION, distance_mm DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
-WITH carried AS (
-    SELECT o.world, o.id AS occurrence_id, o.path, o.shape_id, e.element_no,
-        o.m00, o.m01, o.m02, o.m03,
-        o.m10, o.m11, o.m12, o.m13,
-        o.m20, o.m21, o.m22, o.m23,
-        e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0, e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
-        reach_back(o.m00, o.m01, o.m02, o.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x0,
-        reach_back(o.m10, o.m11, o.m12, o.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y0,
-        reach_back(o.m20, o.m21, o.m22, o.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z0,
-        reach_forth(o.m00, o.m01, o.m02, o.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x1,
-        reach_forth(o.m10, o.m11, o.m12, o.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y1,
-        reach_forth(o.m20, o.m21, o.m22, o.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z1
-    FROM all_in_bounds(from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS o
-    JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = in_level
-)
-SELECT c.*
-FROM carried AS c
-WHERE c.x0 <= to_x AND c.y0 <= to_y AND c.z0 <= to_z
-    AND c.x1 >= from_x AND c.y1 >= from_y AND c.z1 >= from_z
+SELECT world, occurrence_id, path, element_no AS feature_no, name, x0, y0, z0, x1, y1, z1, distance_mm
+FROM all_nearest('feature', at_x, at_y, at_z, how_many, in_world)
 $$;
-COMMENT ON FUNCTION all_in_box IS
-    'Elements of a level of placed parts whose world box meets a box, with pose and shape box; newest revision of all worlds or one.';
-
-CREATE FUNCTION features_in_box(
-    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
-    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, feature_no INTEGER, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT e.world, e.occurrence_id, e.path, e.element_no AS feature_no, f.name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM all_in_box('feature', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
-JOIN feature AS f ON f.shape_id = e.shape_id AND f.feature_no = e.element_no
-$$;
-COMMENT ON FUNCTION features_in_box IS
-    'Features of placed parts whose world box meets a box; newest revision of all worlds or one.';
-
-CREATE FUNCTION surfaces_in_box(
-    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
-    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, surface_no INTEGER, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT e.world, e.occurrence_id, e.path, e.element_no AS surface_no,
-    coalesce(s.name, 'surface ' || CAST(e.element_no AS TEXT)) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM all_in_box('surface', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
-LEFT JOIN shape_surface AS s ON s.shape_id = e.shape_id AND s.surface_no = e.element_no
-$$;
-COMMENT ON FUNCTION surfaces_in_box IS
-    'Surfaces of placed parts whose world box meets a box; newest revision of all worlds or one.';
-
-CREATE FUNCTION arcs_in_box(
-    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION,
-    to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, arc_no INTEGER, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT e.world, e.occurrence_id, e.path, e.element_no AS arc_no,
-    'arc ' || CAST(e.element_no AS TEXT) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM all_in_box('arc', from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS e
-$$;
-COMMENT ON FUNCTION arcs_in_box IS
-    'Arcs of placed parts whose world box meets a box; newest revision of all worlds or one.';
+COMMENT ON FUNCTION nearest_features IS
+    'The features whose world boxes, and the boxes of whose parts, are nearest to a point, so many, and how far these are, mm; newest revision of all worlds or one.';

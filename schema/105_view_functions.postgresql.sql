@@ -29,14 +29,11 @@ COMMENT ON FUNCTION checked_depths IS
     'True where two depths of a view are so, else an error.';
 
 CREATE FUNCTION view_box(
-    in_camera BIGINT,
-    c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION,
-    c10 DOUBLE PRECISION, c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION,
-    c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION, c23 DOUBLE PRECISION,
-    near DOUBLE PRECISION, far DOUBLE PRECISION
+    in_camera BIGINT, c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION, c10 DOUBLE PRECISION,
+    c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION, c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION,
+    c23 DOUBLE PRECISION, near DOUBLE PRECISION, far DOUBLE PRECISION
 ) RETURNS TABLE (
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
+    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
 ) LANGUAGE sql STABLE AS $$
 SELECT
     min(c00 * x + c01 * y + c02 * z + c03) AS x0,
@@ -58,14 +55,10 @@ COMMENT ON FUNCTION view_box IS
     'The box around the view of a camera between two depths.';
 
 CREATE FUNCTION view_planes(
-    in_camera BIGINT,
-    c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION,
-    c10 DOUBLE PRECISION, c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION,
-    c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION, c23 DOUBLE PRECISION,
-    near DOUBLE PRECISION, far DOUBLE PRECISION
-) RETURNS TABLE (
-    nx DOUBLE PRECISION, ny DOUBLE PRECISION, nz DOUBLE PRECISION, d DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
+    in_camera BIGINT, c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION, c10 DOUBLE PRECISION,
+    c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION, c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION,
+    c23 DOUBLE PRECISION, near DOUBLE PRECISION, far DOUBLE PRECISION
+) RETURNS TABLE (nx DOUBLE PRECISION, ny DOUBLE PRECISION, nz DOUBLE PRECISION, d DOUBLE PRECISION) LANGUAGE sql STABLE AS $$
 SELECT w.nx, w.ny, w.nz, w.nx * c03 + w.ny * c13 + w.nz * c23 + q.d AS d
 FROM (
     SELECT -c.fx AS x, -c.skew AS y, c.view_u0 - c.cx AS z, 0.0 AS d FROM camera AS c WHERE c.id = in_camera
@@ -89,115 +82,26 @@ COMMENT ON FUNCTION view_planes IS
     'The faces of the view of a camera between two depths: outward normals n and offsets d; inside where n . p <= d.';
 
 CREATE FUNCTION all_in_sphere(
-    in_level TEXT,
-    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, shape_id BIGINT, element_no INTEGER,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT o.world, o.occurrence_id, o.path, o.shape_id, o.element_no, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
+    in_level TEXT, at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION, in_world TEXT
+) RETURNS SETOF placed_element LANGUAGE sql STABLE AS $$
+SELECT o.*
 FROM all_in_box(
     in_level, CASE WHEN checked_ball(radius) THEN at_x - radius END, at_y - radius, at_z - radius,
     at_x + radius, at_y + radius, at_z + radius, in_world
 ) AS o
-CROSS JOIN LATERAL (
-    SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
-        o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
-        o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
-) AS c
-WHERE power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
-        + power(greatest(o.shape_z0 - c.cz, c.cz - o.shape_z1, 0), 2) <= radius * radius
+WHERE NOT ball_missed(at_x, at_y, at_z, radius,
+    o.m00, o.m01, o.m02, o.m03, o.m10, o.m11, o.m12, o.m13, o.m20, o.m21, o.m22, o.m23, o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1,
+    o.shape_z1)
 $$;
 COMMENT ON FUNCTION all_in_sphere IS
-    'Elements of a level of placed parts whose box meets a ball; newest revision of all worlds or one.';
-
-CREATE FUNCTION parts_in_sphere(
-    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-FROM all_in_bounds(
-    CASE WHEN checked_ball(radius) THEN at_x - radius END, at_y - radius, at_z - radius,
-    at_x + radius, at_y + radius, at_z + radius, in_world
-) AS o
-JOIN part ON part.id = o.part_id
-CROSS JOIN LATERAL (
-    SELECT o.m00 * (at_x - o.m03) + o.m10 * (at_y - o.m13) + o.m20 * (at_z - o.m23) AS cx,
-        o.m01 * (at_x - o.m03) + o.m11 * (at_y - o.m13) + o.m21 * (at_z - o.m23) AS cy,
-        o.m02 * (at_x - o.m03) + o.m12 * (at_y - o.m13) + o.m22 * (at_z - o.m23) AS cz
-) AS c
-WHERE power(greatest(o.shape_x0 - c.cx, c.cx - o.shape_x1, 0), 2) + power(greatest(o.shape_y0 - c.cy, c.cy - o.shape_y1, 0), 2)
-        + power(greatest(o.shape_z0 - c.cz, c.cz - o.shape_z1, 0), 2) <= radius * radius
-$$;
-COMMENT ON FUNCTION parts_in_sphere IS
-    'Placed parts whose box meets a ball; newest revision of all worlds or one.';
-
-CREATE FUNCTION features_in_sphere(
-    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, feature_no INTEGER, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT e.world, e.occurrence_id, e.path, e.element_no AS feature_no, f.name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM all_in_sphere('feature', at_x, at_y, at_z, radius, in_world) AS e
-JOIN feature AS f ON f.shape_id = e.shape_id AND f.feature_no = e.element_no
-$$;
-COMMENT ON FUNCTION features_in_sphere IS
-    'Features of placed parts whose box meets a ball; newest revision of all worlds or one.';
-
-CREATE FUNCTION surfaces_in_sphere(
-    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, surface_no INTEGER, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT e.world, e.occurrence_id, e.path, e.element_no AS surface_no,
-    coalesce(s.name, 'surface ' || CAST(e.element_no AS TEXT)) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM all_in_sphere('surface', at_x, at_y, at_z, radius, in_world) AS e
-LEFT JOIN shape_surface AS s ON s.shape_id = e.shape_id AND s.surface_no = e.element_no
-$$;
-COMMENT ON FUNCTION surfaces_in_sphere IS
-    'Surfaces of placed parts whose box meets a ball; newest revision of all worlds or one.';
-
-CREATE FUNCTION arcs_in_sphere(
-    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, arc_no INTEGER, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT e.world, e.occurrence_id, e.path, e.element_no AS arc_no,
-    'arc ' || CAST(e.element_no AS TEXT) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM all_in_sphere('arc', at_x, at_y, at_z, radius, in_world) AS e
-$$;
-COMMENT ON FUNCTION arcs_in_sphere IS
-    'Arcs of placed parts whose box meets a ball; newest revision of all worlds or one.';
+    'Placed parts, or their elements of a level, whose box meets a ball.';
 
 CREATE FUNCTION all_in_view(
-    in_level TEXT,
-    in_camera BIGINT,
-    c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION,
-    c10 DOUBLE PRECISION, c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION,
-    c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION, c23 DOUBLE PRECISION,
-    near DOUBLE PRECISION, far DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, shape_id BIGINT, element_no INTEGER,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT o.world, o.occurrence_id, o.path, o.shape_id, o.element_no, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
+    in_level TEXT, in_camera BIGINT, c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION, c10 DOUBLE PRECISION,
+    c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION, c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION,
+    c23 DOUBLE PRECISION, near DOUBLE PRECISION, far DOUBLE PRECISION, in_world TEXT
+) RETURNS SETOF placed_element LANGUAGE sql STABLE AS $$
+SELECT o.*
 FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
 CROSS JOIN LATERAL all_in_box(in_level, b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS o
 WHERE checked_depths(near, far) AND NOT EXISTS (
@@ -211,93 +115,84 @@ WHERE checked_depths(near, far) AND NOT EXISTS (
 )
 $$;
 COMMENT ON FUNCTION all_in_view IS
-    'Elements of a level of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
+    'Placed parts, or their elements of a level, whose box meets the view of a camera.';
+
+CREATE FUNCTION parts_in_sphere(
+    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION, in_world TEXT DEFAULT NULL
+) RETURNS SETOF found_part LANGUAGE sql STABLE AS $$
+SELECT world, occurrence_id, path, name, x0, y0, z0, x1, y1, z1
+FROM all_in_sphere('part', at_x, at_y, at_z, radius, in_world)
+$$;
+COMMENT ON FUNCTION parts_in_sphere IS
+    'Placed parts whose box meets a ball; newest revision of all worlds or one.';
+
+CREATE FUNCTION features_in_sphere(
+    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION, in_world TEXT DEFAULT NULL
+) RETURNS SETOF found_feature LANGUAGE sql STABLE AS $$
+SELECT world, occurrence_id, path, element_no AS feature_no, name, x0, y0, z0, x1, y1, z1
+FROM all_in_sphere('feature', at_x, at_y, at_z, radius, in_world)
+$$;
+COMMENT ON FUNCTION features_in_sphere IS
+    'Features of placed parts whose box meets a ball; newest revision of all worlds or one.';
+
+CREATE FUNCTION surfaces_in_sphere(
+    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION, in_world TEXT DEFAULT NULL
+) RETURNS SETOF found_surface LANGUAGE sql STABLE AS $$
+SELECT world, occurrence_id, path, element_no AS surface_no, name, x0, y0, z0, x1, y1, z1
+FROM all_in_sphere('surface', at_x, at_y, at_z, radius, in_world)
+$$;
+COMMENT ON FUNCTION surfaces_in_sphere IS
+    'Surfaces of placed parts whose box meets a ball; newest revision of all worlds or one.';
+
+CREATE FUNCTION arcs_in_sphere(
+    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION, in_world TEXT DEFAULT NULL
+) RETURNS SETOF found_arc LANGUAGE sql STABLE AS $$
+SELECT world, occurrence_id, path, element_no AS arc_no, name, x0, y0, z0, x1, y1, z1
+FROM all_in_sphere('arc', at_x, at_y, at_z, radius, in_world)
+$$;
+COMMENT ON FUNCTION arcs_in_sphere IS
+    'Arcs of placed parts whose box meets a ball; newest revision of all worlds or one.';
 
 CREATE FUNCTION parts_in_view(
-    in_camera BIGINT,
-    c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION,
-    c10 DOUBLE PRECISION, c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION,
-    c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION, c23 DOUBLE PRECISION,
-    near DOUBLE PRECISION, far DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT o.world, o.id AS occurrence_id, o.path, part.name, o.x0, o.y0, o.z0, o.x1, o.y1, o.z1
-FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
-CROSS JOIN LATERAL all_in_bounds(b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS o
-JOIN part ON part.id = o.part_id
-WHERE checked_depths(near, far) AND NOT EXISTS (
-    SELECT 1
-    FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
-    WHERE reach_back(
-        p.nx * o.m00 + p.ny * o.m10 + p.nz * o.m20, p.nx * o.m01 + p.ny * o.m11 + p.nz * o.m21,
-        p.nx * o.m02 + p.ny * o.m12 + p.nz * o.m22, p.nx * o.m03 + p.ny * o.m13 + p.nz * o.m23,
-        o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1
-    ) > p.d
-)
+    in_camera BIGINT, c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION, c10 DOUBLE PRECISION,
+    c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION, c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION,
+    c23 DOUBLE PRECISION, near DOUBLE PRECISION, far DOUBLE PRECISION, in_world TEXT DEFAULT NULL
+) RETURNS SETOF found_part LANGUAGE sql STABLE AS $$
+SELECT world, occurrence_id, path, name, x0, y0, z0, x1, y1, z1
+FROM all_in_view('part', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world)
 $$;
 COMMENT ON FUNCTION parts_in_view IS
     'Placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
 
 CREATE FUNCTION features_in_view(
-    in_camera BIGINT,
-    c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION,
-    c10 DOUBLE PRECISION, c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION,
-    c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION, c23 DOUBLE PRECISION,
-    near DOUBLE PRECISION, far DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, feature_no INTEGER, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT e.world, e.occurrence_id, e.path, e.element_no AS feature_no, f.name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM all_in_view('feature', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23,
-    near, far, in_world) AS e
-JOIN feature AS f ON f.shape_id = e.shape_id AND f.feature_no = e.element_no
+    in_camera BIGINT, c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION, c10 DOUBLE PRECISION,
+    c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION, c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION,
+    c23 DOUBLE PRECISION, near DOUBLE PRECISION, far DOUBLE PRECISION, in_world TEXT DEFAULT NULL
+) RETURNS SETOF found_feature LANGUAGE sql STABLE AS $$
+SELECT world, occurrence_id, path, element_no AS feature_no, name, x0, y0, z0, x1, y1, z1
+FROM all_in_view('feature', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world)
 $$;
 COMMENT ON FUNCTION features_in_view IS
     'Features of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
 
 CREATE FUNCTION surfaces_in_view(
-    in_camera BIGINT,
-    c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION,
-    c10 DOUBLE PRECISION, c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION,
-    c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION, c23 DOUBLE PRECISION,
-    near DOUBLE PRECISION, far DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, surface_no INTEGER, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT e.world, e.occurrence_id, e.path, e.element_no AS surface_no,
-    coalesce(s.name, 'surface ' || CAST(e.element_no AS TEXT)) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM all_in_view('surface', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23,
-    near, far, in_world) AS e
-LEFT JOIN shape_surface AS s ON s.shape_id = e.shape_id AND s.surface_no = e.element_no
+    in_camera BIGINT, c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION, c10 DOUBLE PRECISION,
+    c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION, c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION,
+    c23 DOUBLE PRECISION, near DOUBLE PRECISION, far DOUBLE PRECISION, in_world TEXT DEFAULT NULL
+) RETURNS SETOF found_surface LANGUAGE sql STABLE AS $$
+SELECT world, occurrence_id, path, element_no AS surface_no, name, x0, y0, z0, x1, y1, z1
+FROM all_in_view('surface', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world)
 $$;
 COMMENT ON FUNCTION surfaces_in_view IS
     'Surfaces of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
 
 CREATE FUNCTION arcs_in_view(
-    in_camera BIGINT,
-    c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION,
-    c10 DOUBLE PRECISION, c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION,
-    c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION, c23 DOUBLE PRECISION,
-    near DOUBLE PRECISION, far DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, arc_no INTEGER, name TEXT,
-    x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT e.world, e.occurrence_id, e.path, e.element_no AS arc_no,
-    'arc ' || CAST(e.element_no AS TEXT) AS name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
-FROM all_in_view('arc', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world) AS e
+    in_camera BIGINT, c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION, c10 DOUBLE PRECISION,
+    c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION, c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION,
+    c23 DOUBLE PRECISION, near DOUBLE PRECISION, far DOUBLE PRECISION, in_world TEXT DEFAULT NULL
+) RETURNS SETOF found_arc LANGUAGE sql STABLE AS $$
+SELECT world, occurrence_id, path, element_no AS arc_no, name, x0, y0, z0, x1, y1, z1
+FROM all_in_view('arc', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world)
 $$;
 COMMENT ON FUNCTION arcs_in_view IS
     'Arcs of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';

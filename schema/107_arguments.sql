@@ -7,11 +7,12 @@ CREATE VIEW sds_argument (  -- What each function that may be called in SQL take
     type,  -- its type
     comment  -- what it means, with its unit
 ) AS
-SELECT concat(l.start, a.volume) AS function_name, a.argument_no, a.argument, a.type, a.comment
+SELECT concat(l.start, coalesce(l.ending, a.volume)) AS function_name, a.argument_no, a.argument, a.type, a.comment
 FROM (VALUES
-    ('parts_in_', NULL), ('features_in_', NULL), ('surfaces_in_', NULL), ('arcs_in_', NULL),
-    ('parts_within_', 'box'), ('nearest_', 'parts')
-) AS l (start, only_volume)
+    ('parts_in_', NULL, NULL), ('features_in_', NULL, NULL), ('surfaces_in_', NULL, NULL), ('arcs_in_', NULL, NULL),
+    ('parts_within_', 'box', 'box'), ('features_within_', 'box', 'box'),
+    ('nearest_', 'parts', 'point'), ('nearest_', 'features', 'point')
+) AS l (start, ending, only_volume)
 JOIN (VALUES
     ('box', 1, 'from_x', 'DOUBLE PRECISION', 'least x of the box, mm, in the world''s frame'),
     ('box', 2, 'from_y', 'DOUBLE PRECISION', 'least y of the box, mm'),
@@ -22,11 +23,11 @@ JOIN (VALUES
     ('box', 7, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds'),
     ('boxes', 1, 'asked', 'TEXT', 'name of a table or view of volume_no and the box x0 .. z1, mm, in the world''s frame'),
     ('boxes', 2, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds'),
-    ('parts', 1, 'at_x', 'DOUBLE PRECISION', 'x of the point, mm, in the world''s frame'),
-    ('parts', 2, 'at_y', 'DOUBLE PRECISION', 'y of the point, mm'),
-    ('parts', 3, 'at_z', 'DOUBLE PRECISION', 'z of the point, mm'),
-    ('parts', 4, 'how_many', 'BIGINT', 'how many parts, at least 0'),
-    ('parts', 5, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds'),
+    ('point', 1, 'at_x', 'DOUBLE PRECISION', 'x of the point, mm, in the world''s frame'),
+    ('point', 2, 'at_y', 'DOUBLE PRECISION', 'y of the point, mm'),
+    ('point', 3, 'at_z', 'DOUBLE PRECISION', 'z of the point, mm'),
+    ('point', 4, 'how_many', 'BIGINT', 'how many, at least 0'),
+    ('point', 5, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds'),
     ('volumes', 1, 'asked', 'TEXT', 'the same, with ball_x .. ball_z and ball_radius, and half_spaces (nx, ny, nz, d of each after the other), or null'),
     ('volumes', 2, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds'),
     ('sphere', 1, 'at_x', 'DOUBLE PRECISION', 'x of the ball''s centre, mm, in the world''s frame'),
@@ -51,7 +52,7 @@ JOIN (VALUES
     ('view', 15, 'far', 'DOUBLE PRECISION', 'depth at which it ends, mm, more than near'),
     ('view', 16, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds')
 ) AS a (volume, argument_no, argument, type, comment) ON a.volume = coalesce(l.only_volume, a.volume)
-    AND (a.volume <> 'parts' OR l.start = 'nearest_');
+    AND (a.volume <> 'point' OR l.start = 'nearest_');
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('sds_argument', 'catalogue', 'view');

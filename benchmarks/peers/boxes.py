@@ -83,7 +83,7 @@ class Kind(Peer):
         return self.index.nbytes
 
     def one(self, box: Floats) -> Any:
-        return self.index.in_boxes(box[None])[1]
+        return self.index.in_box(box)
 
     def any(self, box: Floats) -> bool:
         return self.index.any_in_box(box)

@@ -60,47 +60,33 @@ posed AS MATERIALIZED (
         b.m20 * n.m03 + b.m21 * n.m13 + b.m22 * n.m23 + b.m23 AS m23
     FROM listed AS l
     JOIN near AS b ON b.volume_no = l.volume_no AND b.object_no = l.object_no AND b.body_no = l.body_no
-    JOIN object_node AS n ON n.object_id = l.object_id AND n.node_no = l.node_no
+    JOIN (
+        SELECT *, (x0 + x1) / 2 AS x, (y0 + y1) / 2 AS y, (z0 + z1) / 2 AS z,
+            (x1 - x0 + y1 - y0 + z1 - z0) / 2 + 1e-6 AS reach
+        FROM object_node
+    ) AS n ON n.object_id = l.object_id AND n.node_no = l.node_no
+        AND b.m00 * n.x + b.m01 * n.y + b.m02 * n.z + b.m03 BETWEEN b.x0 - n.reach AND b.x1 + n.reach
+        AND b.m10 * n.x + b.m11 * n.y + b.m12 * n.z + b.m13 BETWEEN b.y0 - n.reach AND b.y1 + n.reach
+        AND b.m20 * n.x + b.m21 * n.y + b.m22 * n.z + b.m23 BETWEEN b.z0 - n.reach AND b.z1 + n.reach
 ),
-boxed AS MATERIALIZED (
+met AS MATERIALIZED (  -- by the boxes around the placed boxes of the shapes and around the placed hulls
     SELECT o.*
     FROM (
-        SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1,
-            s.z1 AS shape_z1, s.hull_x, s.hull_y, s.hull_z, s.hull_mm,
-            reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x0,
-            reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y0,
-            reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z0,
-            reach_forth(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS x1,
-            reach_forth(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS y1,
-            reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS z1
+        SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1, s.z1 AS shape_z1,
+            greatest(reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1),
+                hull_back(o.m00, o.m01, o.m02, o.m03, s.hull_x, s.hull_y, s.hull_z) - s.hull_mm) AS x0,
+            greatest(reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1),
+                hull_back(o.m10, o.m11, o.m12, o.m13, s.hull_x, s.hull_y, s.hull_z) - s.hull_mm) AS y0,
+            greatest(reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1),
+                hull_back(o.m20, o.m21, o.m22, o.m23, s.hull_x, s.hull_y, s.hull_z) - s.hull_mm) AS z0,
+            least(reach_forth(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1),
+                hull_forth(o.m00, o.m01, o.m02, o.m03, s.hull_x, s.hull_y, s.hull_z) + s.hull_mm) AS x1,
+            least(reach_forth(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1),
+                hull_forth(o.m10, o.m11, o.m12, o.m13, s.hull_x, s.hull_y, s.hull_z) + s.hull_mm) AS y1,
+            least(reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1),
+                hull_forth(o.m20, o.m21, o.m22, o.m23, s.hull_x, s.hull_y, s.hull_z) + s.hull_mm) AS z1
         FROM posed AS o
         JOIN shape AS s ON s.id = o.shape_id
-    ) AS o
-    WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
-        AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
-),
-met AS MATERIALIZED (  -- by the box around the placed hull, where the one around the placed box meets
-    SELECT o.*
-    FROM (
-        SELECT o.volume_no, o.least_x, o.least_y, o.least_z, o.most_x, o.most_y, o.most_z, o.id, o.path, o.part_id,
-            o.shape_id,
-            o.m00, o.m01, o.m02, o.m03,
-            o.m10, o.m11, o.m12, o.m13,
-            o.m20, o.m21, o.m22, o.m23,
-            o.shape_x0, o.shape_y0, o.shape_z0, o.shape_x1, o.shape_y1, o.shape_z1,
-            greatest(o.x0, hull_back(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
-                - o.hull_mm) AS x0,
-            greatest(o.y0, hull_back(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
-                - o.hull_mm) AS y0,
-            greatest(o.z0, hull_back(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
-                - o.hull_mm) AS z0,
-            least(o.x1, hull_forth(o.m00, o.m01, o.m02, o.m03, o.hull_x, o.hull_y, o.hull_z)
-                + o.hull_mm) AS x1,
-            least(o.y1, hull_forth(o.m10, o.m11, o.m12, o.m13, o.hull_x, o.hull_y, o.hull_z)
-                + o.hull_mm) AS y1,
-            least(o.z1, hull_forth(o.m20, o.m21, o.m22, o.m23, o.hull_x, o.hull_y, o.hull_z)
-                + o.hull_mm) AS z1
-        FROM boxed AS o
     ) AS o
     WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
         AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
@@ -110,8 +96,7 @@ carried AS (
         o.m00, o.m01, o.m02, o.m03,
         o.m10, o.m11, o.m12, o.m13,
         o.m20, o.m21, o.m22, o.m23,
-        e.element_no, coalesce(f.name, s.name, CAST(:level AS TEXT) || ' ' || CAST(e.element_no AS TEXT)) AS name,
-        e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0, e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
+        e.element_no, e.name, e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0, e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
         reach_back(o.m00, o.m01, o.m02, o.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x0,
         reach_back(o.m10, o.m11, o.m12, o.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y0,
         reach_back(o.m20, o.m21, o.m22, o.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z0,
@@ -120,10 +105,6 @@ carried AS (
         reach_forth(o.m20, o.m21, o.m22, o.m23, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS z1
     FROM met AS o
     JOIN shape_box AS e ON e.shape_id = o.shape_id AND e.level = :level
-    LEFT JOIN feature AS f
-        ON f.shape_id = e.shape_id AND f.feature_no = e.element_no AND CAST(:level AS TEXT) = 'feature'
-    LEFT JOIN shape_surface AS s
-        ON s.shape_id = e.shape_id AND s.surface_no = e.element_no AND CAST(:level AS TEXT) = 'surface'
     WHERE CAST(:level AS TEXT) <> 'part'
     UNION ALL
     SELECT o.volume_no, o.least_x, o.least_y, o.least_z, o.most_x, o.most_y, o.most_z, o.id, o.path, o.shape_id,

@@ -11,11 +11,7 @@ SELECT p.shape_id, 'part' AS level, -1 AS element_no, NULL AS name, s.x0, s.y0, 
 FROM placed AS p
 JOIN shape AS s ON s.id = p.shape_id
 UNION ALL
-SELECT e.shape_id, e.level, e.element_no,
-    coalesce(f.name, s.name, e.level || ' ' || CAST(e.element_no AS TEXT)) AS name,
-    e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
+SELECT e.shape_id, e.level, e.element_no, e.name, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1
 FROM placed AS p
 JOIN shape_box AS e ON e.shape_id = p.shape_id
-LEFT JOIN feature AS f ON f.shape_id = e.shape_id AND f.feature_no = e.element_no AND e.level = 'feature'
-LEFT JOIN shape_surface AS s ON s.shape_id = e.shape_id AND s.surface_no = e.element_no AND e.level = 'surface'
 ORDER BY shape_id, level, element_no

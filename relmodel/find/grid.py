@@ -55,6 +55,9 @@ class Grid:
         kept = (self._boxes, self._number, self._depth_cell, self._column, self._column_start)
         return sum(array.nbytes for array in kept)
 
+    def in_box(self, box: Floats) -> Ints:
+        return self.in_boxes(box[None])[1]
+
     def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
         return self._ask(asked, first_only=False)
 

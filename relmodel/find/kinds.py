@@ -20,6 +20,9 @@ class BoxIndex(Protocol):
     def nbytes(self) -> int:
         """Size of its arrays, bytes."""
 
+    def in_box(self, box: Floats) -> Ints:
+        """Numbers of the boxes that meet a box (6,)."""
+
     def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
         """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked."""
 

@@ -83,6 +83,9 @@ class Octree:
         arrays = (self._boxes, self.cells, self.first_child, self.child_count, self.entry, self.first_entry)
         return sum(array.nbytes for array in arrays)
 
+    def in_box(self, box: Floats) -> Ints:
+        return self.in_boxes(box[None])[1]
+
     def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
         return self._ask(asked, first_only=False)
 

@@ -78,7 +78,7 @@ class WorldIndex:
     def in_volume(self, volume: Volume, level: str = "part") -> tuple[Ints, Ints]:
         """occurrence_id and element_no (-1 of parts) of what lies in a volume, sorted; defined as in `find`."""
         if level == "part" and isinstance(volume, Box):  # what a planner asks most often
-            part = self._tree.in_boxes(volume.bounds[None])[1]
+            part = self._tree.in_box(volume.bounds)
             part.sort()
             return self._occurrence_id[part], self._no_element[: len(part)]
         return self.in_volumes([volume], level)[1:]
@@ -87,8 +87,9 @@ class WorldIndex:
         """Ordinal of the volume, occurrence_id and element_no (-1 of parts) of what lies in volumes, sorted."""
         if level not in LEVELS:
             raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
-        boxes_only = all(isinstance(volume, Box) for volume in volumes)
-        bounds = np.array([volume.bounds for volume in volumes]).reshape(-1, 6)
+        boxes_only = {*map(type, volumes)} <= {Box}
+        each: list[Any] = [volume.bounds for volume in volumes]
+        bounds = np.frombuffer(bytearray().join(each)).reshape(-1, 6)  # a fourth of np.array's time
         table = None if boxes_only and level == "part" else VolumeTable.of(volumes)
         pairs = self._tree.in_boxes(bounds) if boxes_only or table is None else self._tree.in_volumes(table)
         key = pairs[0] << 32 | pairs[1]

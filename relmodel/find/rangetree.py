@@ -43,6 +43,9 @@ class RangeTree:
     def nbytes(self) -> int:
         return sum(array.nbytes for array in (self._boxes, self._number, *self._x, *self._y, self._greatest))
 
+    def in_box(self, box: Floats) -> Ints:
+        return self.in_boxes(box[None])[1]
+
     def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
         numbers, found, _ = self._ask(asked, first_only=False)
         return numbers, self._number[found]

@@ -43,31 +43,32 @@ class PackedRTree:
             firsts.insert(0, np.cumsum([0, *there.sum(axis=1)]))
         counts = [len(first) - 1 for first in firsts]  # of nodes, a level
         ends = np.cumsum(counts)
-        self._nodes = np.empty((int(ends[-1]), 6, FANOUT))
-        for level, order, first, count, end in zip(levels, final, firsts, counts, ends, strict=True):
-            rtree_kernels.fill_nodes(level, order, first, self._nodes[end - count : end])
-        children = [first[:-1] + begin for first, begin in zip(firsts[1:], [0, *ends[:-2]], strict=False)]
-        self._first_child = np.concatenate([np.empty(0, np.int64), *children])
-        self._number = np.zeros((counts[0], FANOUT), np.int32)
-        self._number[np.arange(FANOUT) < np.diff(firsts[0])[:, None]] = final[0]
+        self._nodes = np.empty((int(ends[-1]), 7, FANOUT))
+        begins = [-1, 0, *ends[:-2].tolist()]  # of the nodes below
+        for level, order, first, count, end, below in zip(levels, final, firsts, counts, ends, begins, strict=False):
+            rtree_kernels.fill_nodes(level, order, first, below, self._nodes[end - count : end])
+        self._leaves = counts[0]
         self._count = len(levels[0])
         self._around = bounds_of_runs(levels[-1], _ONE) if self._count else np.zeros((1, 6))
 
     def __len__(self) -> int:
         return self._count
 
+    def in_box(self, box: Floats) -> Ints:
+        """Numbers of the boxes that meet a box (6,)."""
+        return self._kernels.entries_in_box(self._nodes, self._leaves, box[None])
+
     def in_boxes(self, boxes: Floats, order: Ints | None = None) -> tuple[Ints, Ints]:
         """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked.
 
         order: in which they are looked at, as `turns` gives it.
         """
-        if order is None:
-            order = _ONE if len(boxes) == 1 else self.turns(boxes)  # another call would take a tenth of one box's time
-        return self._kernels.entries_in_boxes(self._nodes, self._first_child, self._number, order, boxes)
+        order = self.turns(boxes) if order is None else order
+        return self._kernels.entries_in_boxes(self._nodes, self._leaves, order, boxes)
 
     def turns(self, boxes: Floats) -> Ints:
         """Numbers (k,) of boxes (k, 6) in an order in which near ones mostly follow each other, where they are many."""
-        order = _ONE if len(boxes) == 1 else np.arange(len(boxes))
+        order = np.arange(len(boxes))
         if len(boxes) > _FEW:
             self._kernels.near_keys(boxes, self._around, order)
             order.sort()
@@ -80,13 +81,7 @@ class PackedRTree:
         from relmodel.find import volume_kernels
 
         return volume_kernels.entries_in_volumes(
-            self._nodes,
-            self._first_child,
-            self._number,
-            volumes.bounds,
-            volumes.half_spaces,
-            volumes.start,
-            volumes.balls,
+            self._nodes, self._leaves, volumes.bounds, volumes.half_spaces, volumes.start, volumes.balls
         )
 
     def any_in_box(self, box: npt.ArrayLike) -> bool:
@@ -97,7 +92,7 @@ class PackedRTree:
         """Whether any box meets each of some boxes (k, 6): (k,)."""
         from relmodel.find import rtree_kernels
 
-        return rtree_kernels.any_in_boxes(self._nodes, self._first_child, len(self._number), boxes)
+        return rtree_kernels.any_in_boxes(self._nodes, self._leaves, boxes)
 
     def drop(self, number: int) -> bool:
         """Take a box out, which is then met by nothing; returns whether it was there."""
@@ -115,23 +110,23 @@ class PackedRTree:
     def clear(self) -> None:
         """Take all boxes out of a tree of two levels."""
         _ = self._place  # found by what is there
-        self._nodes[:] = EMPTY[:, None]
+        self._nodes[:, :6] = EMPTY[:, None]
 
     def kept(self) -> tuple[Ints, Floats]:
         """Numbers (n,) and bounds (n, 6) of the boxes that were not taken out."""
-        boxes = self._nodes[: len(self._number)].transpose(0, 2, 1).reshape(-1, 6)
-        there = np.flatnonzero(boxes[:, 0] < np.inf)
-        return self._number.reshape(-1)[there].astype(np.int64), boxes[there]
+        leaves = self._nodes[: self._leaves].transpose(0, 2, 1).reshape(-1, 7)
+        there = np.flatnonzero(leaves[:, 0] < np.inf)
+        return leaves[there, 6].astype(np.int64), leaves[there, :6]
 
     @cached_property
     def _place(self) -> Ints32:
         """Leaf and place in it, as 16 leaf + place, of each box by number."""
         place = np.empty(self._count, np.int32)
-        there = np.flatnonzero(self._nodes[: len(self._number), 0].reshape(-1) < np.inf).astype(np.int32)
-        place[self._number.reshape(-1)[there]] = there
+        there = np.flatnonzero(self._nodes[: self._leaves, 0].reshape(-1) < np.inf).astype(np.int32)
+        place[self._nodes[: self._leaves, 6].reshape(-1)[there].astype(np.int64)] = there
         return place
 
     @property
     def nbytes(self) -> int:
         """Size of its arrays, bytes."""
-        return self._nodes.nbytes + self._first_child.nbytes + self._number.nbytes
+        return self._nodes.nbytes

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints, Ints32
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.compiled import helper, kernel
 from relmodel.find.rtree_kernels import FANOUT, FIRST_ROOM, STACK, grown, mark
 
@@ -42,11 +42,10 @@ def _unshifted(half_spaces: Floats) -> Floats:
     return planes
 
 
-@kernel("UniTuple(i8[::1], 2)(f8[:, :, ::1], i8[::1], i4[:, ::1], f8[:, ::1], f8[:, ::1], i8[::1], f8[:, ::1])")
+@kernel("UniTuple(i8[::1], 2)(f8[:, :, ::1], i8, f8[:, ::1], f8[:, ::1], i8[::1], f8[:, ::1])")
 def entries_in_volumes(
     nodes: Floats,
-    first_child: Ints,
-    number: Ints32,
+    leaves: int,
     bounds: Floats,
     half_spaces: Floats,
     start: Ints,
@@ -54,7 +53,6 @@ def entries_in_volumes(
 ) -> tuple[Ints, Ints]:
     """Pairs (number of the volume, number of the entry) of a table of volumes: entries not wholly outside any
     half-space, nor the ball: two arrays, by volume.  For the tree see `rtree_kernels`."""
-    leaves = len(number)
     planes = _unshifted(half_spaces)
     room = FIRST_ROOM
     out_volume = np.empty(room, np.int64)
@@ -80,14 +78,14 @@ def entries_in_volumes(
                 if _outside(box, planes, first, end) or _beyond(box, cx, cy, cz, radius):
                     continue
                 if node >= leaves:
-                    stack[depth] = first_child[node - leaves] + k
+                    stack[depth] = int(nodes[node, 6, k])
                     depth += 1
                     continue
                 if count == room:
                     out_volume, out_entry = grown(out_volume), grown(out_entry)
                     room *= 2
                 out_volume[count] = volume
-                out_entry[count] = number[node, k]
+                out_entry[count] = int(nodes[node, 6, k])
                 count += 1
     return out_volume[:count], out_entry[:count]
 

@@ -1,5 +1,6 @@
 """What is asked in SQL, on both engines: tables of boxes and volumes, against what Python answers (which brute force
-checks), and the parts within a box and nearest to a point, against brute force."""
+checks), and the parts and features within a box and nearest to a
+point, against brute force."""
 
 from __future__ import annotations
 
@@ -7,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 import sqlalchemy as sa
 
 from relmodel.find.find import LEVELS, in_volumes
@@ -62,32 +64,86 @@ def test_tables_of_volumes(fresh_store: str, tmp_path: Path) -> None:
             assert connection.execute(sa.text(none)).scalar_one() == 0
 
 
-def test_parts_within_a_box_and_nearest_to_a_point(fresh_store: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("level", ["part", "feature"])
+def test_within_a_box_and_nearest_to_a_point(fresh_store: str, tmp_path: Path, level: str) -> None:
+    """A feature is as far as the farther of its box and its part's, on each axis."""
     with Store.open(fresh_store) as store:
         oracle = fill(store, tmp_path)
-        paths = np.array([path for path, _ in oracle.key["part"]])
-        low, high = oracle.low["part"], oracle.high["part"]
-        rng, counts = np.random.default_rng(9), [1, 7, 40, len(paths) + 5]
+        of_part = {path: i for i, (path, _) in enumerate(oracle.key["part"])}
+        own = [of_part[path] for path, _ in oracle.key[level]]
+        low, high = oracle.low[level], oracle.high[level]
+        part_low, part_high = oracle.low["part"][own], oracle.high["part"][own]
+        rng, counts = np.random.default_rng(9), [1, 7, 40, len(own) + 5]
+        names = "path, -1" if level == "part" else "path, feature_no"
         with store.engine.connect() as connection:
-            within = sa.text("SELECT path FROM parts_within_box(:x0, :y0, :z0, :x1, :y1, :z1) ORDER BY path")
+            within = sa.text(f"SELECT {names} FROM {level}s_within_box(:x0, :y0, :z0, :x1, :y1, :z1)")  # noqa: S608
             held = 0
             for box in random_boxes(oracle, 20, 8):
                 bounds = box.bounds + np.repeat([-200.0, 200.0], 3)
                 asked = dict(zip(_NUMBERS[:6], bounds.tolist(), strict=True))
-                truth = paths[(low >= bounds[:3]).all(axis=1) & (high <= bounds[3:]).all(axis=1)].tolist()
-                assert connection.execute(within, asked).scalars().all() == sorted(truth)
+                inside = (low >= bounds[:3]).all(axis=1) & (high <= bounds[3:]).all(axis=1)
+                inside &= (part_low <= bounds[3:]).all(axis=1) & (part_high >= bounds[:3]).all(axis=1)
+                truth = [oracle.key[level][i] for i in np.flatnonzero(inside)]
+                assert sorted(map(tuple, connection.execute(within, asked).fetchall())) == sorted(truth)
                 held += len(truth)
-            assert 20 < held < 20 * len(paths)
-            near = sa.text("SELECT path, distance_mm FROM nearest_parts(:x, :y, :z, :count) ORDER BY distance_mm")
+            assert 20 < held < 20 * len(own)
+            near = sa.text(f"SELECT {names}, distance_mm FROM nearest_{level}s(:x, :y, :z, :count)")  # noqa: S608
             for number, at in enumerate(np.concatenate([rng.uniform(low.min(0), high.max(0), (11, 3)), [[9e4, 0, 0]]])):
-                away = np.linalg.norm(np.maximum(np.maximum(low - at, at - high), 0), axis=1)
+                beyond = np.maximum.reduce([low - at, at - high, part_low - at, at - part_high])
+                away = np.linalg.norm(np.maximum(beyond, 0), axis=1)
                 count = counts[number % len(counts)]
-                rows = connection.execute(
-                    near, {**dict(zip("xyz", at.tolist(), strict=True)), "count": count}
-                ).fetchall()
-                assert np.abs([row[1] for row in rows] - np.sort(away)[:count]).max() < 1e-9
-                own = dict(zip(paths.tolist(), away.tolist(), strict=True))
-                assert all(abs(own[path] - distance) < 1e-9 for path, distance in rows)
-                assert len({path for path, _ in rows}) == min(count, len(paths))
-            none = "SELECT count(*) FROM nearest_parts(0, 0, 0, 3, 'no such world')"
+                asked = {**dict(zip("xyz", at.tolist(), strict=True)), "count": count}
+                rows = connection.execute(near, asked).fetchall()
+                assert np.abs([row[2] for row in rows] - np.sort(away)[:count]).max() < 1e-9
+                known = dict(zip(oracle.key[level], away.tolist(), strict=True))
+                assert all(abs(known[path, element] - distance) < 1e-9 for path, element, distance in rows)
+                assert len({row[:2] for row in rows}) == min(count, len(own))
+            none = f"SELECT count(*) FROM nearest_{level}s(0, 0, 0, 3, 'no such world')"  # noqa: S608
             assert connection.execute(sa.text(none)).scalar_one() == 0
+
+
+_CROWD = """
+INSERT INTO object_node
+SELECT n.object_id, 100000 + g.i, n.parent_no, n.body_no, concat(n.path, '/', g.i), n.child_id, n.part_id, n.shape_id,
+    n.m00, n.m01, n.m02, n.m03, n.m10, n.m11, n.m12, n.m13, n.m20, n.m21, n.m22, n.m23,
+    9999, n.x0, n.y0, n.z0, n.x1, n.y1, n.z1
+FROM object_node AS n CROSS JOIN generate_series(1, 1200) AS g (i)
+WHERE n.object_id = :object_id AND n.node_no = :node_no
+"""
+_CROWDED_PAGE = """
+INSERT INTO object_page (object_id, page, body_no, box_count, x0, y0, z0, x1, y1, z1)
+SELECT DISTINCT object_id, page, body_no, 1200, x0, y0, z0, x1, y1, z1 FROM object_node WHERE page = 9999
+"""
+
+
+def test_nearest_features_past_a_crowd_of_parts_without_any(fresh_store: str, tmp_path: Path) -> None:
+    with Store.open(fresh_store) as store:
+        oracle = fill(store, tmp_path)
+        paths = {path for path, _ in oracle.key["feature"] if path.startswith("a/")}
+        with store.engine.begin() as connection:
+
+            def run(statement: str, **values: Any) -> Any:
+                return connection.execute(sa.text(statement), values)
+
+            own = run("SELECT path, shape_id FROM occurrence").fetchall()
+            kept = next(row.shape_id for row in own if row.path == min(paths))
+            run("DELETE FROM feature WHERE shape_id <> :kept", kept=kept)
+            node = run(
+                "SELECT * FROM object_node WHERE part_id IS NOT NULL AND shape_id <> :kept ORDER BY node_no", kept=kept
+            ).first()
+            run(_CROWD, object_id=node.object_id, node_no=node.node_no)
+            run(_CROWDED_PAGE)
+            at = np.array([node.x0 + node.x1, node.y0 + node.y1, node.z0 + node.z1]) / 2
+            rows = run(
+                "SELECT path, distance_mm FROM nearest_features(:x, :y, :z, 3)", **dict(zip("xyz", at, strict=True))
+            )
+            with_any = {row.path for row in own if row.shape_id == kept}
+            features = [i for i, (path, _) in enumerate(oracle.key["feature"]) if path in with_any]
+            parts = {path: i for i, (path, _) in enumerate(oracle.key["part"])}
+            away = []
+            for i in features:
+                part = parts[oracle.key["feature"][i][0]]
+                low = np.maximum(oracle.low["feature"][i], oracle.low["part"][part])
+                high = np.minimum(oracle.high["feature"][i], oracle.high["part"][part])
+                away.append(float(np.linalg.norm(np.maximum(np.maximum(low - at, at - high), 0))))
+            assert np.abs([row.distance_mm for row in rows] - np.sort(away)[:3]).max() < 1e-9

@@ -44,7 +44,7 @@ def test_schema_has_every_column_with_a_comment(fresh_store: str, capsys: pytest
     assert {(c["relation"], c["column"]) for c in columns} == reflected | arguments
 
 
-FUNCTIONS = {"parts_within_box", "nearest_parts"} | {
+FUNCTIONS = {"parts_within_box", "nearest_parts", "features_within_box", "nearest_features"} | {
     f"{level}_in_{of}"
     for level in ("parts", "features", "surfaces", "arcs")
     for of in ("box", "boxes", "volumes", "sphere", "view")
