@@ -22,6 +22,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 from sqlalchemy import Connection
 
+import relmodel
+from relmodel.drawing.colours import BLEND, STATES, UNEXPLAINED, hexadecimal
 from relmodel.errors import InputError
 from relmodel.paths import check_writable
 from relmodel.printing import plain
@@ -71,12 +73,15 @@ def read_table(connection: Connection, title: str, name: str, /, **parameters: A
 
 
 def render(template: str, **values: Any) -> str:
-    """A page: the template filled in."""
+    """A page: the template filled in; of what it may show, nothing where it is not given."""
     own: dict[str, Any] = {
-        "seal": None,
+        **dict.fromkeys(("mood", "reason", "pictures_title", "seal"), ""),
+        **dict.fromkeys(("facts", "sheet", "pictures", "states", "layers", "summary"), ()),
+        "cards": None,
+        "maker": f"Made by relmodel {relmodel.__version__} from rows of the store",
         "script": Markup(page_script()),
         "policy": policy(),
-        "style": Markup((_FOLDER / "page.css").read_text()),
+        "style": Markup(_style()),
     }
     return _environment().get_template(template).render(**(own | values))
 
@@ -89,6 +94,14 @@ def write_page(path: Path, made: Callable[[], str]) -> None:
         path.write_text(text, encoding="utf-8")
     except OSError as error:
         raise InputError(f"the page {path} cannot be written ({error.strerror}): name another place") from error
+
+
+@cache
+def _style() -> str:
+    states = "".join(f".state-{n} {{ --state: {hexadecimal(c)}; --key: var(--state); }}\n" for n, c in STATES.items())
+    root = f":root {{ --blend: {hexadecimal(BLEND)}; --unexplained: {hexadecimal(UNEXPLAINED)}; }}\n"
+    met = f".states {{ --key: {hexadecimal(STATES['confirmed'])}; }}\n"
+    return root + (_FOLDER / "page.css").read_text() + states + met
 
 
 @cache

@@ -12,11 +12,11 @@ from markupsafe import Markup
 from sqlalchemy import Connection
 
 from relmodel.app.audit.compare_runs import compare_runs
-from relmodel.app.report.drawing import Point, history
 from relmodel.app.report.object import object_page, object_tables
 from relmodel.app.report.page import ROWS_SHOWN, Table, cell, policy, render
 from relmodel.app.report.run import run_page, run_tables
 from relmodel.app.serve.questions import finite, first_line, question_names, read_question
+from relmodel.drawing.plots import Point, history
 from relmodel.errors import UsageError
 from relmodel.find.find import LEVELS, find_rows
 from relmodel.find.volumes import Box

@@ -104,6 +104,14 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
     return rows
 
 
+def material_rows(store: Store, connection: Connection, tree: Tree) -> Ints:
+    """Rows of the tree that are parts with geometry: sheets and lines that are no material would lie on the faces that
+    they were drawn for."""
+    ids = [int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
+    drawn = [int(p.id) for p in store.rows(connection, "object/parts", part_ids=ids) if not p.supplemental]
+    return np.flatnonzero((tree.shape_id >= 0) & np.isin(tree.part_id, drawn))
+
+
 def alike(tree: Tree) -> tuple[Ints, Ints]:
     """Rows of the tree that stand for siblings of one part or object, and for how many each does.
 

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from markupsafe import Markup
 
-from relmodel.app.report.page import cell
 from relmodel.arrays import Floats, Ints
+from relmodel.text import visible
 
 _DETAIL_PX = 0.4  # how far a drawn course may leave the points that it stands for: less than a line is wide
 
@@ -23,9 +23,14 @@ def courses(owner: Ints, x: Floats, y: Floats, *, detail: float = _DETAIL_PX) ->
     if not len(owner):
         return {}
     starts = np.flatnonzero(np.r_[True, owner[1:] != owner[:-1]])
-    points = np.stack([x, y], axis=1).astype(np.float32)
+    points = np.stack([x, y], axis=1)
     pieces = zip(owner[starts].tolist(), np.split(points, starts[1:]), strict=True)
-    return {int(no): path_data(np.asarray(cv2.approxPolyDP(piece, detail, False)[:, 0], float)) for no, piece in pieces}
+    return {int(no): course(piece, detail) for no, piece in pieces}
+
+
+def course(points: Floats, detail: float = _DETAIL_PX) -> str:
+    """SVG path data of points (n, 2), px, as `courses` has it."""
+    return path_data(np.asarray(cv2.approxPolyDP(points.astype(np.float32), detail, False)[:, 0], float))
 
 
 def path_data(points: Floats, closed: bool = False) -> str:
@@ -142,7 +147,7 @@ def history(points: Sequence[Point], unit: str) -> Markup:
             '<circle class="{}" cx="{:.1f}" cy="{:.1f}" r="4">'
             "<title>{}: {:.4g}{} {}</title></circle></a>"
         ).format(
-            p.link, u, top, bottom, "bad" if p.bad else "good", u, v, cell(p.label), p.value,
+            p.link, u, top, bottom, "bad" if p.bad else "good", u, v, visible(p.label), p.value,
             "" if p.sigma is None else f" \u00b1 {p.sigma:.2g}", unit,
         )
         for p, u, v, top, bottom in zip(points, x, y(value), y(value + spread), y(value - spread), strict=True)

@@ -9,9 +9,9 @@ import re
 import numpy as np
 from PIL import Image
 
-from relmodel.app.report.drawing import courses, ellipse_points, histogram, path_data
 from relmodel.app.report.page import cell, clauses, script_json
-from relmodel.app.report.pictures import data_uri, read_image
+from relmodel.drawing.images import data_uri, read_image
+from relmodel.drawing.plots import courses, ellipse_points, histogram, path_data
 
 RNG = np.random.default_rng(5)
 
