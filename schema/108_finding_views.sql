@@ -36,6 +36,11 @@ WITH failing AS (
     -- A part that fails by its features alone is no finding of its own.
     WHERE p.level <> 'surface' AND p.state IN ('changed', 'contradicted') AND p.reason <> 'a feature of it is not as modelled'
 ),
+moved AS (
+    SELECT f.run_id, f.item_no, f.strength, m.what, m.value, m.sigma, m.changed
+    FROM failing AS f
+    JOIN measured_size AS m ON m.run_id = f.run_id AND m.item_no = f.item_no AND m.what IN ('offset', 'displacement')
+),
 linked AS (
     SELECT run_id, item_no, strength FROM failing
     UNION ALL
@@ -54,16 +59,14 @@ linked AS (
         OR h.surface_a = g.surface_no AND h.surface_b = f.surface_no)
     WHERE a.state = 'contradicted' AND b.state = 'contradicted'
     UNION ALL
-    SELECT m.run_id, m.item_no, b.strength
-    FROM measured_size AS m  -- a surface that moved is one measure of each feature that it bounds, a displacement of each part
-    JOIN measured_size AS o ON o.run_id = m.run_id AND o.what = m.what AND o.value = m.value AND o.sigma = m.sigma
-    JOIN failing AS b ON b.run_id = o.run_id AND b.item_no = o.item_no
-    WHERE m.what = 'offset' AND m.changed OR m.what = 'displacement'
+    SELECT a.run_id, a.item_no, b.strength  -- a surface that moved is one measure of each feature that it bounds, a displacement of each part
+    FROM moved AS a
+    JOIN moved AS b ON b.run_id = a.run_id AND b.what = a.what AND b.value = a.value AND b.sigma = a.sigma
+    WHERE a.what = 'displacement' OR a.changed
 ),
 lead AS (
-    SELECT f.run_id, f.item_no, s.item_no AS lead_no
+    SELECT l.run_id, l.item_no, s.item_no AS lead_no
     FROM (SELECT run_id, item_no, min(strength) AS strength FROM linked GROUP BY run_id, item_no) AS l
-    JOIN failing AS f ON f.run_id = l.run_id AND f.item_no = l.item_no
     JOIN failing AS s ON s.run_id = l.run_id AND s.strength = l.strength
 )
 SELECT a.run_id, a.item_no, b.lead_no

@@ -109,12 +109,14 @@ def page_script() -> str:
     return "".join((_FOLDER / name).read_text() for name in ("viewer.js", "page.js"))
 
 
-def policy(forms: str = "'none'") -> str:
-    """The Content-Security-Policy of a page: nothing is fetched, and only the page's own script runs."""
+def policy(served: bool = False) -> str:
+    """The Content-Security-Policy of a page: nothing is fetched, by served pages from their server alone, and only the
+    page's own script runs."""
+    own, fetched = ("'self'", " 'self'; connect-src 'self'") if served else ("'none'", "")
     digest = base64.b64encode(hashlib.sha256(page_script().encode()).digest()).decode()
     return (
-        "default-src 'none'; img-src data:; style-src 'unsafe-inline'; "
-        f"script-src 'sha256-{digest}'; base-uri 'none'; form-action {forms}"
+        f"default-src 'none'; img-src data:{fetched}; style-src 'unsafe-inline'; "
+        f"script-src 'sha256-{digest}'; base-uri 'none'; form-action {own}"
     )
 
 

@@ -38,12 +38,18 @@ class Tree:
 def read_tree(store: Store, connection: Connection, name: str, variant: str = "") -> Tree:
     """Tree of the newest revision of a variant, as `find_variant` finds it; raises UsageError as that."""
     found = find_variant(store, connection, name, variant)
-    object_id = found.object_id
+    return expand(store, connection, found.object_id, name, found.variant, found.revision)
+
+
+def expand(
+    store: Store, connection: Connection, object_id: int, name: str = "", variant: str = "", revision: int = 0
+) -> Tree:
+    """Tree of an object by its identity."""
     rows = store.columns(connection, "object/expansion", object_id=object_id)
     depth, child, part, shape = (np.asarray(rows[c], np.int64) for c in ("depth", "object_id", "part_id", "shape_id"))
     pose = matrices({c: rows[c] for c in MATRIX_COLUMNS})
     path = [str(p) for p in rows["path"]]
-    return Tree(object_id, name, found.variant, found.revision, path, depth, child, part, shape, pose)
+    return Tree(object_id, name, variant, revision, path, depth, child, part, shape, pose)
 
 
 def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str, Any]]:
