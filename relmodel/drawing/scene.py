@@ -130,7 +130,7 @@ def broadside(shapes: Sequence[Any], parts: Sequence[Part]) -> Floats:
     """The direction (3,), level where z is up, from which the largest part shows most."""
     by_id = {s["id"]: s for s in shapes}
     sizes = np.array([np.ptp(_box(by_id[p["shape"]], p["m"]), axis=0) for p in parts] or [np.ones(3)])
-    return -np.eye(3)[np.argmin(sizes[np.argmax(sizes.prod(axis=1))][:2])]
+    return np.asarray(-np.eye(3)[np.argmin(sizes[np.argmax(sizes.prod(axis=1))][:2])])
 
 
 def _box(shape: dict[str, Any], place: Sequence[float]) -> Floats:
