@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from sqlalchemy import Connection
 
+from relmodel.app.report.items import Entry, script_data
 from relmodel.app.report.page import Table, read_table, render
 from relmodel.app.show.tree import Tree, material_rows, read_tree, tree_rows
 from relmodel.drawing.colours import Rgb, colours_of, hexadecimal
@@ -18,21 +18,6 @@ from relmodel.store import Store
 MOST_ITEMS = 3000  # of the list next to the model
 _COLOURED = ("added", "removed", "changed", "moved")
 _UP = (0, 1, 0)  # of an object: as its drawings show it
-
-
-@dataclass(frozen=True)
-class Entry:
-    """An entry of the list next to the model: what it is called, its part in the scene, and surfaces (None: all); key:
-    the placed part and its feature."""
-
-    level: str
-    name: str
-    share: str
-    part: int | None
-    surfaces: list[int] | None = None
-    state: str = ""
-    note: str = ""
-    key: tuple[int, int | None] | None = None
 
 
 def object_page(
@@ -174,7 +159,6 @@ def _page(
     store: Store,
     around: Mapping[str, Any] | None = None,
 ) -> str:
-    items = [{"arcs": [], "part": e.part, "surfaces": e.surfaces} for e in entries]
     return render(
         "run.html",
         **(around or {}),
@@ -186,7 +170,7 @@ def _page(
         items_title=entries_title,
         scene=drawn,
         legend=legend,
-        data={"items": items, "scene": drawn},
+        data=script_data(entries, drawn),
         sections=sections,
         store=store.name,
     )

@@ -11,7 +11,7 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.app.report.findings import Card, group_rest, read_cards, size_words
-from relmodel.app.report.object import Entry
+from relmodel.app.report.items import Entry, script_data
 from relmodel.app.report.page import read_table, render
 from relmodel.app.report.pictures import pose_matrix
 from relmodel.app.report.run import read_sheet
@@ -81,7 +81,7 @@ def serial_page(store: Store, connection: Connection, serial: str) -> str:
         items_title="Parts and features",
         scene=drawn,
         legend=_LEGEND,
-        data={"items": [{"arcs": [], "part": e.part, "surfaces": e.surfaces} for e in entries], "scene": drawn},
+        data=script_data(entries, drawn),
         sections=[("All rows", folded)],
         store=store.name,
     )
