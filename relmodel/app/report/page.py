@@ -79,7 +79,7 @@ def render(template: str, **values: Any) -> str:
         **dict.fromkeys(("facts", "sheet", "pictures", "states", "layers", "summary"), ()),
         "cards": None,
         "maker": f"Made by relmodel {relmodel.__version__} from rows of the store",
-        "script": Markup(page_script()),
+        "script": page_script(),
         "policy": policy(),
         "style": Markup(_style()),
     }
@@ -105,15 +105,16 @@ def _style() -> str:
 
 
 @cache
-def page_script() -> str:
-    return "".join((_FOLDER / name).read_text() for name in ("viewer.js", "page.js"))
+def page_script(served: bool = False) -> Markup:
+    names = ("viewer.js", "page.js", *(["served.js"] if served else []))
+    return Markup("".join((_FOLDER / name).read_text() for name in names))
 
 
 def policy(served: bool = False) -> str:
     """The Content-Security-Policy of a page: nothing is fetched, by served pages from their server alone, and only the
     page's own script runs."""
     own, fetched = ("'self'", " 'self'; connect-src 'self'") if served else ("'none'", "")
-    digest = base64.b64encode(hashlib.sha256(page_script().encode()).digest()).decode()
+    digest = base64.b64encode(hashlib.sha256(page_script(served).encode()).digest()).decode()
     return (
         f"default-src 'none'; img-src data:{fetched}; style-src 'unsafe-inline'; "
         f"script-src 'sha256-{digest}'; base-uri 'none'; form-action {own}"

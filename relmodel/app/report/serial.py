@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +12,7 @@ from sqlalchemy import Connection
 
 from relmodel.app.report.findings import Card, group_rest, read_cards, size_words
 from relmodel.app.report.items import Entry, script_data
-from relmodel.app.report.page import read_table, render
+from relmodel.app.report.page import Table, read_table, render
 from relmodel.app.report.pictures import pose_matrix
 from relmodel.app.report.run import read_sheet
 from relmodel.app.report.run_scene import finding_views
@@ -48,12 +48,17 @@ _TABLES = {
 }
 
 
-def serial_page(store: Store, connection: Connection, serial: str) -> str:
-    """The page of a physical part.  Raises UsageError where no inspection was of it."""
+def serial_tables(connection: Connection, serial: str) -> dict[str, Table]:
+    """The tables of a physical part's page by name."""
+    return {name: read_table(connection, title, f"report/{name}", serial=serial) for name, title in _TABLES.items()}
+
+
+def serial_page(store: Store, connection: Connection, serial: str, around: Mapping[str, Any] | None = None) -> str:
+    """The page of a physical part; around: as of a run's page.  Raises UsageError where no inspection was of it."""
     found = store.rows(connection, "report/serial_outcome", serial=serial)
     if not found:
         raise UsageError(f"no inspection was of the part {serial}: relmodel inspect --serial names it")
-    tables = {name: read_table(connection, title, f"report/{name}", serial=serial) for name, title in _TABLES.items()}
+    tables = serial_tables(connection, serial)
     stops = [(int(row[0]), str(row[2])) for row in tables["serial_stops"].rows]
     rows = store.rows(connection, "report/serial_states", serial=serial)
     cards = _cards(store, connection, serial)
@@ -66,6 +71,7 @@ def serial_page(store: Store, connection: Connection, serial: str) -> str:
     by_place: list[Any] = [tables[name] for name in ("serial_zones", "serial_kinds", "serial_stops")]
     return render(
         "run.html",
+        **(around or {}),
         title=f"{serial}: {word}",
         over="Inspection of a part, all stops",
         word=word,

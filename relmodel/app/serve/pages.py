@@ -16,8 +16,9 @@ from sqlalchemy import Connection
 
 from relmodel.app.audit.compare_runs import compare_runs
 from relmodel.app.report.object import object_page, object_tables
-from relmodel.app.report.page import ROWS_SHOWN, Table, cell, policy, render
+from relmodel.app.report.page import ROWS_SHOWN, Table, cell, page_script, policy, render
 from relmodel.app.report.run import run_page, run_tables
+from relmodel.app.report.serial import serial_page, serial_tables
 from relmodel.app.serve.questions import PLOTS, finite, question_groups, read_question
 from relmodel.app.serve.thumbnails import object_thumbnail, run_thumbnail
 from relmodel.drawing.plots import Point, bars, history
@@ -32,6 +33,7 @@ from relmodel.store import Store, sql
 BOUNDS = ("x0", "y0", "z0", "x1", "y1", "z1")
 _NAV = (
     ("/", "runs"),
+    ("/parts", "parts"),
     ("/objects", "objects"),
     ("/over-time", "over time"),
     ("/compare", "two runs"),
@@ -40,7 +42,7 @@ _NAV = (
 )
 _MOST_BARS = 40
 _FORMS = {".json": ("json", "application/json"), ".csv": ("csv", "text/csv")}
-AROUND = {"nav": _NAV, "policy": policy(served=True)}
+AROUND = {"nav": _NAV, "policy": policy(served=True), "script": page_script(served=True)}
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,12 @@ def answer(store: Store, connection: Connection, path: str, asked: Mapping[str, 
         if suffix:
             return _as_files(run_tables(store, connection, run), suffix, asked)
         return Page(run_page(store, connection, run, AROUND | {"files": _files(name, asked)}))
+    if name == "/part":
+        _takes(asked, "serial", *table)
+        serial = asked.get("serial", "")
+        if suffix:
+            return _as_files(serial_tables(connection, serial), suffix, asked)
+        return Page(serial_page(store, connection, serial, AROUND | {"files": _files(name, asked)}))
     if name.startswith("/object/"):
         _takes(asked, "variant", *table)
         named = name[8:], asked.get("variant", "")
@@ -129,6 +137,12 @@ def _listing(store: Store, connection: Connection, name: str, asked: Mapping[str
         return _size(connection, asked)
     if name == "/camera":
         return _camera(connection, asked)
+    if name == "/parts":
+        _takes(asked)
+        table = _table(connection, "Physical parts", "serve/parts")
+        links = [f"/part?{urlencode({'serial': r[0]})}" for r in table.rows]
+        pictures = _pictures_of(store, connection, [int(r[-1]) for r in table.rows])
+        return Listing("Physical parts", table, links=links, pictures=pictures)
     if name == "/objects":
         _takes(asked)
         table = _table(connection, "Objects", "serve/objects")
@@ -160,7 +174,7 @@ _RUN_COLUMNS = (
 
 
 def _runs(store: Store, connection: Connection, asked: Mapping[str, str], whole: bool) -> Listing:
-    """Runs, the newest first; of a page as many as it shows, looked for in pieces from the newest on."""
+    """Runs, the newest first; of a page as many as it shows."""
     names = ("kind", "state", "verdict", "part", "text")
     _takes(asked, *names, "before")
     given = {n: asked.get(n) or None for n in names}
@@ -185,17 +199,22 @@ def _runs(store: Store, connection: Connection, asked: Mapping[str, str], whole:
     }
     fields = [Field(n, asked.get(n, ""), ("", *choices[n]) if n in choices else ()) for n in given]
     runs = [int(r[0]) for r in kept]
-    bounds = {"low": min(runs, default=0), "high": max(runs, default=0)}
-    pictured = {int(r.run) for r in store.rows(connection, "serve/pictured_runs", **bounds)}
     return Listing(
         "Runs",
         table,
         fields,
         [f"/run/{run}" for run in runs],
         older=older,
-        pictures=[f"/picture/run/{run}" if run in pictured else "" for run in runs],
+        pictures=_pictures_of(store, connection, runs),
         newest="" if asked.get("before") else _newest(store, connection),
     )
+
+
+def _pictures_of(store: Store, connection: Connection, runs: Sequence[int]) -> list[str]:
+    """Where the pictures of runs are; empty of a run that kept none."""
+    bounds = {"low": min(runs, default=0), "high": max(runs, default=0)}
+    pictured = {int(r.run) for r in store.rows(connection, "serve/pictured_runs", **bounds)}
+    return [f"/picture/run/{run}" if run in pictured else "" for run in runs]
 
 
 def _newest(store: Store, connection: Connection) -> str:

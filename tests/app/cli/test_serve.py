@@ -212,6 +212,25 @@ def test_objects_are_shown_by_picture_name_and_revision(server: Server) -> None:
     assert 0.2 < solid.mean() < 0.8
 
 
+def test_a_physical_part_is_shown_by_all_its_stops(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+    store = changed(copy_store(inspection.store), "UPDATE inspection SET serial = $given", given=EVIL)
+    with serving(store) as started:
+        (found,) = rows(started, "/parts")
+        assert found["serial"] == EVIL
+        assert (found["stops"], found["usable_stops"]) == (1, 1)
+        shown = Page(page(started, "/parts"))
+        (address,) = {a["href"] for tag, a in shown.elements if tag == "a" and a["href"].startswith("/part?")}
+        own = Page(page(started, address))
+        assert not [tag for page_ in (shown, own) for tag, a in page_.elements if tag == "img" and "onerror" in a]
+        assert EVIL.replace("\x1b", "\\x1b") in own.text
+        stops = rows(started, "/part", serial=EVIL, table="serial_stops")
+        assert len(stops) == 1
+        assert f"{found['checked']} of {found['features']} checked" in own.text
+    with serving(inspection.store) as started:
+        assert rows(started, "/parts") == []
+        assert asked(started, "/part", serial="none")[0] == 400
+
+
 def test_a_rig_is_shown_as_a_whole(server: Server) -> None:
     (inspected,) = rows(server, "/runs", kind="inspect")
     listed = next(r for r in rows(server, "/over-time") if r["what"] == "all")
@@ -606,6 +625,7 @@ def test_a_browser_shows_its_pages_without_complaint(inspection: Inspection) -> 
             "find?" + urlencode(BOX),
             "question/hole_sizes",
             "questions",
+            "parts",
             "over-time",
             "rig?rig=1",
             "compare?a=1&b=2",
