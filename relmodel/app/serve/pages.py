@@ -168,7 +168,7 @@ def _listing(store: Store, connection: Connection, name: str, asked: Mapping[str
 
 # Of runs on a page, what is decisive first.
 _RUN_COLUMNS = (
-    *("run", "began_at", "kind", "state", "serial", "pose_verdict", "part_verdict", "findings", "checked", "in_view"),
+    *("run", "kind", "part_verdict", "pose_verdict", "findings", "serial", "began_at", "state", "checked", "in_view"),
     *("changed", "contradicted", "not_confirmed", "undecidable", "seconds", "variant", "message"),
 )
 
