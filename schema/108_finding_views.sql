@@ -11,6 +11,33 @@ CREATE TABLE finding_decision (  -- What a person decided of a finding; appended
     CHECK (decision IN ('accepted', 'rejected'))
 );
 
+CREATE VIEW failing (  -- Parts and features that are changed or contradicted by themselves. A view, since a stage of a query that is asked for twice
+    -- is made of all runs.
+    run_id,  -- the run
+    item_no,  -- the item
+    level,  -- part or feature
+    occurrence_id,  -- the placed part
+    feature_no,  -- feature of its shape; null of a part
+    state,  -- changed or contradicted
+    strength  -- rank in the run: of several that are one finding the least leads it
+) AS
+SELECT p.run_id, p.item_no, p.level, p.occurrence_id, p.feature_no, p.state,
+    row_number() OVER (
+        PARTITION BY p.run_id
+        ORDER BY CASE p.level WHEN 'part' THEN 0 ELSE 1 END, CASE WHEN m.sizes > 0 THEN 0 ELSE 1 END,
+            coalesce(m.offsets, 0), p.moved_log_odds DESC NULLS LAST, p.visible_pixels DESC, p.item_no
+    ) AS strength
+FROM presence AS p
+LEFT JOIN (
+    SELECT run_id, item_no, count(CASE WHEN what <> 'offset' THEN 1 END) AS sizes,
+        count(CASE WHEN what = 'offset' THEN 1 END) AS offsets
+    FROM measured_size
+    WHERE changed AND what <> 'distance'
+    GROUP BY run_id, item_no
+) AS m ON m.run_id = p.run_id AND m.item_no = p.item_no
+-- A part that fails by its features alone is no finding of its own.
+WHERE p.level <> 'surface' AND p.state IN ('changed', 'contradicted') AND p.reason <> 'a feature of it is not as modelled';
+
 CREATE VIEW failing_item (  -- To which finding each part and feature belongs that is changed or contradicted: a feature to its part where that is too,
     -- parts that are displaced as one to the largest, a wall of two features to the one whose size it changes, a bore
     -- that is gone to the boss that is gone with it.
@@ -18,25 +45,7 @@ CREATE VIEW failing_item (  -- To which finding each part and feature belongs th
     item_no,  -- the item
     lead_no  -- the item that leads the finding
 ) AS
-WITH failing AS (
-    SELECT p.run_id, p.item_no, p.level, p.occurrence_id, p.feature_no, p.state,
-        row_number() OVER (
-            PARTITION BY p.run_id
-            ORDER BY CASE p.level WHEN 'part' THEN 0 ELSE 1 END, CASE WHEN m.sizes > 0 THEN 0 ELSE 1 END,
-                coalesce(m.offsets, 0), p.moved_log_odds DESC NULLS LAST, p.visible_pixels DESC, p.item_no
-        ) AS strength
-    FROM presence AS p
-    LEFT JOIN (
-        SELECT run_id, item_no, count(CASE WHEN what <> 'offset' THEN 1 END) AS sizes,
-            count(CASE WHEN what = 'offset' THEN 1 END) AS offsets
-        FROM measured_size
-        WHERE changed AND what <> 'distance'
-        GROUP BY run_id, item_no
-    ) AS m ON m.run_id = p.run_id AND m.item_no = p.item_no
-    -- A part that fails by its features alone is no finding of its own.
-    WHERE p.level <> 'surface' AND p.state IN ('changed', 'contradicted') AND p.reason <> 'a feature of it is not as modelled'
-),
-linked AS (
+WITH linked AS (
     SELECT run_id, item_no, strength FROM failing
     UNION ALL
     SELECT a.run_id, a.item_no, b.strength
@@ -54,16 +63,18 @@ linked AS (
         OR h.surface_a = g.surface_no AND h.surface_b = f.surface_no)
     WHERE a.state = 'contradicted' AND b.state = 'contradicted'
     UNION ALL
-    SELECT m.run_id, m.item_no, b.strength
-    FROM measured_size AS m  -- a surface that moved is one measure of each feature that it bounds, a displacement of each part
-    JOIN measured_size AS o ON o.run_id = m.run_id AND o.what = m.what AND o.value = m.value AND o.sigma = m.sigma
-    JOIN failing AS b ON b.run_id = o.run_id AND b.item_no = o.item_no
-    WHERE m.what = 'offset' AND m.changed OR m.what = 'displacement'
+    SELECT a.run_id, a.item_no, b.strength  -- a surface that moved is one measure of each feature that it bounds, a displacement of each part
+    FROM failing AS a
+    JOIN measured_size AS m ON m.run_id = a.run_id AND m.item_no = a.item_no
+    JOIN failing AS b ON b.run_id = a.run_id
+    JOIN measured_size AS o ON o.run_id = b.run_id AND o.item_no = b.item_no AND o.what = m.what AND o.value = m.value
+        AND o.sigma = m.sigma
+    WHERE m.what IN ('offset', 'displacement') AND o.what IN ('offset', 'displacement')
+        AND (m.changed OR m.what = 'displacement')
 ),
 lead AS (
-    SELECT f.run_id, f.item_no, s.item_no AS lead_no
+    SELECT l.run_id, l.item_no, s.item_no AS lead_no
     FROM (SELECT run_id, item_no, min(strength) AS strength FROM linked GROUP BY run_id, item_no) AS l
-    JOIN failing AS f ON f.run_id = l.run_id AND f.item_no = l.item_no
     JOIN failing AS s ON s.run_id = l.run_id AND s.strength = l.strength
 )
 SELECT a.run_id, a.item_no, b.lead_no
@@ -229,6 +240,7 @@ ORDER BY s.serial, f.path, f.run_id DESC;
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('finding_decision', 'run', 'primary'),
+    ('failing', 'localisation', 'view'),
     ('failing_item', 'localisation', 'view'),
     ('finding', 'localisation', 'view'),
     ('serial_evidence', 'localisation', 'view'),

@@ -1,4 +1,5 @@
--- What usable inspections measured more than once or can: sizes of parts and features, residuals of cameras.
+-- What usable inspections measured more than once or can: sizes of parts and features, residuals of cameras, and rigs as a
+-- whole.
 -- Takes nothing; gives name (path, or rig and camera), what, rig (its number; null of sizes), camera (likewise), runs and the
 -- newest; what most runs measured first.
 SELECT p.path AS name, m.what, CAST(NULL AS BIGINT) AS rig, CAST(NULL AS TEXT) AS camera, count(DISTINCT m.run_id) AS runs,
@@ -14,4 +15,9 @@ FROM inspection AS i
 JOIN inspection_image AS v ON v.run_id = i.run_id
 WHERE i.verdict = 'accepted'
 GROUP BY i.rig_id, v.camera
+UNION ALL
+SELECT concat('rig ', rig_id), 'all', rig_id, NULL, count(*), max(run_id)
+FROM inspection
+WHERE verdict = 'accepted'
+GROUP BY rig_id
 ORDER BY runs DESC, rig NULLS LAST, name, what

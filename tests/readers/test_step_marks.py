@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 
-from relmodel.app.show.picture import write_picture
-from relmodel.app.show.tree import read_tree
+from relmodel.app.show.tree import material_rows, read_tree
+from relmodel.drawing.solid import write_picture
 from relmodel.errors import InputError
 from relmodel.find.find import world_named
 from relmodel.model.model import Pmi, Shape
@@ -303,9 +303,10 @@ def test_supplemental_geometry_stays_out_of_worlds_and_views(tmp_path: Path, fre
             assert scene.paths == ["b/bracket"]
             assert scene.scene.vertices[:, 2].max() == 10.0
             assert scene.scene.sample_point[:, 2].max() == pytest.approx(10.0)
-            legend = write_picture(
-                store, connection, read_tree(store, connection, "bracket"), tmp_path / "side.png", "right"
-            )
+            tree = read_tree(store, connection, "bracket")
+            at = material_rows(store, connection, tree)
+            picture = tmp_path / "side.png"
+            legend = write_picture(store, connection, tree.shape_id[at], tree.pose[at], picture, "right")
         drawn = cv2.imread(str(tmp_path / "side.png"))
         assert drawn is not None
         assert legend

@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from relmodel.arrays import Bytes, Floats
+from relmodel.drawing.colours import Rgb
+from relmodel.drawing.strokes import Stroke, draw, in_colour, with_key
 from vision.extraction.arcs import KINDS as _KINDS
 from vision.extraction.edges import EdgeElements
 from vision.extraction.end_points import snap_polylines
@@ -16,7 +18,6 @@ from vision.extraction.linking import Chains, link
 from vision.extraction.topography import LABELS
 from vision.relations.relations import KINDS as _RELATIONS
 
-_SHIFT = 4  # cv2 draws at fixed-point places
 # RGB, of the kinds of arcs in their order, of the topographic labels, of relations and kinds of junctions.
 _KIND_COLOURS = ((235, 60, 40), (40, 120, 255), (240, 190, 30), (30, 190, 90))
 _TEXTURE_COLOUR = (150, 150, 150)
@@ -41,7 +42,6 @@ _RELATION_COLOURS = {
     "equal_radius": (240, 150, 30),
 }
 _JUNCTION_COLOURS = ((30, 160, 80), (0, 190, 200), (40, 120, 255), (170, 40, 200), (240, 150, 30))
-_LEAST_FOR_KEY = (240, 400)  # rows and columns: a key would hide a smaller picture
 
 
 def draw_stage(grey: Floats, extraction: Extraction, stage: str) -> Bytes:
@@ -68,8 +68,7 @@ def _linked(found: Extraction) -> Chains:
 
 def _draw_chains(grey: Floats, found: Extraction, chains: Chains) -> Bytes:
     """Chains, each in a colour of its own, over the faded picture."""
-    colours = _palette(len(chains))
-    return _strokes(_faded(grey), found.edges, chains, [colours[i].tolist() for i in range(len(chains))])
+    return _strokes(_faded(grey), found.edges, chains, [(r, g, b) for r, g, b in _palette(len(chains)).tolist()])
 
 
 def _arcs(grey: Floats, found: Extraction) -> Bytes:
@@ -78,7 +77,7 @@ def _arcs(grey: Floats, found: Extraction) -> Bytes:
     kinds = found.arcs.kind.tolist()
     colours = [_KIND_COLOURS[k] if edge else _TEXTURE_COLOUR for k, edge in zip(kinds, surely_edge, strict=True)]
     canvas = _strokes(np.full((*found.shape, 3), 255, np.uint8), found.edges, found.arcs.chains, colours)
-    return _with_key(canvas, {**dict(zip(_KINDS, _KIND_COLOURS, strict=True)), "likely texture": _TEXTURE_COLOUR})
+    return with_key(canvas, {**dict(zip(_KINDS, _KIND_COLOURS, strict=True)), "likely texture": _TEXTURE_COLOUR})
 
 
 def _regions(grey: Floats, found: Extraction) -> Bytes:
@@ -95,60 +94,39 @@ def _topography(grey: Floats, found: Extraction) -> Bytes:
     canvas = np.array([_LABEL_COLOURS[name] for name in LABELS], dtype=np.uint8)[found.labels]
     colours = [_TEXTURE_COLOUR if texture else _RIDGE_COLOUR for texture in found.ridge_quality.texture > 0.5]
     canvas = _strokes(canvas, found.ridges.elements, found.ridge_arcs.chains, colours)
-    return _with_key(canvas, {**_LABEL_COLOURS, "ridge lines": _RIDGE_COLOUR, "likely texture": _TEXTURE_COLOUR})
+    return with_key(canvas, {**_LABEL_COLOURS, "ridge lines": _RIDGE_COLOUR, "likely texture": _TEXTURE_COLOUR})
 
 
 def _junctions(grey: Floats, found: Extraction) -> Bytes:
     """Arcs, their ends closed, and dots where they meet."""
     import cv2
 
-    canvas = np.ascontiguousarray(_faded(grey))
     polyline, offsets = snap_polylines(found.arcs, found.junctions, found.parameters.junctions)
-    points = np.rint(np.column_stack([polyline.x, polyline.y]) * 2**_SHIFT).astype(np.int32)
-    cv2.polylines(canvas, np.split(points, offsets[1:-1]), False, _TEXTURE_COLOUR, 2, cv2.LINE_AA, _SHIFT)
-    places = np.rint(np.column_stack([found.junctions.x, found.junctions.y]) * 2**_SHIFT).astype(np.int32)
+    points = np.column_stack([polyline.x, polyline.y])
+    canvas = draw(_faded(grey), [Stroke(np.split(points, offsets[1:-1]), _TEXTURE_COLOUR, 2)])
+    places = np.rint(np.column_stack([found.junctions.x, found.junctions.y]) * 16).astype(np.int32)
     for place, kind in zip(places.tolist(), found.junctions.kind.tolist(), strict=True):
-        cv2.circle(canvas, place, 3 << _SHIFT, _JUNCTION_COLOURS[kind], -1, cv2.LINE_AA, _SHIFT)
-    return _with_key(canvas, dict(zip(_JUNCTIONS, _JUNCTION_COLOURS, strict=True)))
+        cv2.circle(canvas, place, 3 * 16, _JUNCTION_COLOURS[kind], -1, cv2.LINE_AA, 4)  # in sixteenths of a pixel
+    return with_key(canvas, dict(zip(_JUNCTIONS, _JUNCTION_COLOURS, strict=True)))
 
 
 def _relations(grey: Floats, found: Extraction) -> Bytes:
     """Arcs; lines between the middles of those that are parallel or meet, and between the centres of those that are
     concentric or of equal radius."""
-    import cv2
-
     canvas = _strokes(_faded(grey), found.edges, found.arcs.chains, [_TEXTURE_COLOUR] * len(found.arcs))
     arcs, related = found.arcs, found.relations
     middle = np.column_stack([arcs.start_x + arcs.end_x, arcs.start_y + arcs.end_y]) / 2
     centre = np.column_stack([arcs.centre_x, arcs.centre_y])
+    lines = []
     for name, colour in _RELATION_COLOURS.items():
         pairs = np.flatnonzero((related.kind == _RELATIONS.index(name)) & (related.a < related.b))
         place = middle if name in ("parallel", "junction") else centre
-        ends = np.rint(np.stack([place[related.a[pairs]], place[related.b[pairs]]], axis=1) * 2**_SHIFT)
-        cv2.polylines(canvas, list(ends.astype(np.int32)), False, colour, 1, cv2.LINE_AA, _SHIFT)
-    return _with_key(canvas, _RELATION_COLOURS)
-
-
-def _with_key(canvas: Bytes, colours: dict[str, tuple[int, int, int]]) -> Bytes:
-    """The picture with what its colours mean in the lower left corner, where it is large enough."""
-    import cv2
-
-    if canvas.shape[0] < _LEAST_FOR_KEY[0] or canvas.shape[1] < _LEAST_FOR_KEY[1]:
-        return canvas
-    line, width = 16, 138
-    top = canvas.shape[0] - line * len(colours) - 8
-    canvas[top:, :width] = 240
-    for i, (name, colour) in enumerate(colours.items()):
-        y = top + 4 + line * i
-        cv2.rectangle(canvas, (6, y + 2), (22, y + line - 3), colour, -1)
-        cv2.putText(
-            canvas, name.replace("_", " "), (28, y + line - 4), cv2.FONT_HERSHEY_SIMPLEX, 0.4, (0, 0, 0), 1, cv2.LINE_AA
-        )
-    return canvas
+        lines.append(Stroke(list(np.stack([place[related.a[pairs]], place[related.b[pairs]]], axis=1)), colour))
+    return with_key(draw(canvas, lines), _RELATION_COLOURS)
 
 
 def _faded(grey: Floats) -> Bytes:
-    return np.repeat((170 + np.clip(grey, 0, 255) / 3).clip(0, 255).astype(np.uint8)[..., None], 3, axis=2)
+    return in_colour(170 + np.clip(grey, 0, 255) / 3)
 
 
 def _palette(count: int) -> Bytes:
@@ -159,15 +137,10 @@ def _palette(count: int) -> Bytes:
     return np.asarray(np.clip(light + 65 * wave, 0, 255).astype(np.uint8))
 
 
-def _strokes(canvas: Bytes, elements: EdgeElements, chains: Chains, colours: Sequence[Sequence[int]]) -> Bytes:
-    import cv2
-
-    canvas = np.ascontiguousarray(canvas)
-    points = np.rint(np.column_stack([elements.x, elements.y]) * 2**_SHIFT).astype(np.int32)
-    for i, colour in enumerate(colours):
-        polyline = points[chains.elements[chains.offsets[i] : chains.offsets[i + 1]]]
-        cv2.polylines(canvas, [polyline], bool(chains.closed[i]), colour, 2, cv2.LINE_AA, _SHIFT)
-    return canvas
+def _strokes(canvas: Bytes, elements: EdgeElements, chains: Chains, colours: Sequence[Rgb]) -> Bytes:
+    courses = np.split(np.column_stack([elements.x, elements.y])[chains.elements], chains.offsets[1:-1])[: len(colours)]
+    each = zip(courses, colours, chains.closed.tolist(), strict=True)
+    return draw(canvas, [Stroke([course], colour, 2, closed) for course, colour, closed in each])
 
 
 STAGES: dict[str, tuple[Callable[[Floats, Extraction], Bytes], Callable[[Extraction], int]]] = {

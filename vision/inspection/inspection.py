@@ -11,6 +11,8 @@ from typing import Any
 from sqlalchemy import Connection
 
 from relmodel.arrays import Bytes, Floats
+from relmodel.drawing.model_edges import check_crops, write_crops, write_overlay
+from relmodel.drawing.strokes import check_writable
 from relmodel.errors import UsageError
 from relmodel.find.find import world_named
 from relmodel.labelling.solve import check_mode
@@ -20,7 +22,6 @@ from relmodel.user import user_name
 from relmodel.world.correction import Carrier, Correction, correct_base, predict_covariance
 from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
-from vision.cameras.drawing import check_writable
 from vision.cameras.files import read_needs, read_prior, read_rig, rig_inputs
 from vision.cameras.images import describe_bits, read_pictures
 from vision.cameras.record_cameras import find_rig
@@ -28,13 +29,11 @@ from vision.cameras.view_volume import Selection
 from vision.extraction import extract as extraction
 from vision.extraction.primitives import Primitives
 from vision.inspection.against import Considered, Recognised, place_candidates, recognise
-from vision.inspection.crops import check_crops, write_crops
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.inspection.locate import Sight, select_parts
 from vision.inspection.matched_views import match_views
 from vision.inspection.memory import return_memory
 from vision.inspection.outcome import Outcome, read_outcome
-from vision.inspection.overlay import draw_overlay
 from vision.inspection.pictures import extract_pictures
 from vision.inspection.quality import doubt_pictures, find_faults, measure_quality
 from vision.inspection.record_decisions import record_decisions
@@ -204,6 +203,8 @@ def inspect(
     bad inputs, UsageError where several objects carry the rig and `carrier` does not choose; the run then ended as
     failed, and the store is otherwise as it was.
     """
+    if (overlay or crops) and not full_audit:
+        raise UsageError("overlay and crops are drawn from rows that a minimal audit leaves out: leave out one of both")
     if overlay is not None:
         check_writable(overlay)
     if crops is not None:
@@ -377,10 +378,6 @@ def _inspect(
             store, stored, selection, found.rig, primitives, greys, found, presence, parameters, most
         )
         run.step("variants")
-    if call.overlay is not None:
-        draw_overlay(call.overlay, pictures, found.rig, found, presence)
-    if call.crops is not None and presence is not None:
-        write_crops(call.crops, pictures, found.rig, found, presence)
 
     def record(connection: Connection) -> None:
         record_inspection(
@@ -414,6 +411,11 @@ def _inspect(
         run.finish(found.verdict.reason, connection, last="record")
 
     run.transact(record)
+    greys = {name: picture.grey for name, picture in pictures.items()}
+    if call.overlay is not None:
+        write_overlay(call.overlay, store, run.id, greys)
+    if call.crops is not None:
+        write_crops(call.crops, store, run.id, greys)
     outcome, notes = read_outcome(store, run.id), [*notes, *describe_bits(pictures.values())]
     if prior is None and mounted is not None:
         notes.append(f"no prior was given: the rig is taken to be where {mounted.base} has it")

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
-from PIL import Image
 from sqlalchemy import Connection
 
-from relmodel.app.report.drawing import courses
-from relmodel.app.report.pictures import course_columns, data_uri, read_image
 from relmodel.app.report.run_scene import view_name
+from relmodel.drawing.images import data_uri
+from relmodel.drawing.model_edges import Edge, Seen, box_about, item_edges
+from relmodel.drawing.plots import course
 from relmodel.store import Store
 
-_MARGIN_PX, _LEAST_PX = 40, 160  # about a finding, and of the side of a crop: what lies around it says where that is
 _MOST_ODDS = 1_000_000
 
 
@@ -77,70 +76,40 @@ def size_words(row: Any) -> str:
     return f"{row.what} {row.nominal:.6g} → {known}" if row.nominal else f"{row.what} {known}"
 
 
-def read_cards(store: Store, connection: Connection, run: int, numbers: dict[int, int] | None = None) -> list[Card]:
-    """The findings of a run; of those that `numbers` names by their number in the run, with their number on the
-    page."""
+def read_cards(
+    store: Store, connection: Connection, run: int, seen: Sequence[Seen], numbers: dict[int, int] | None = None
+) -> list[Card]:
+    """The findings of a run, whose pictures are `seen`; of those that `numbers` names by their number in the run, with
+    their number on the page."""
     rows = store.rows(connection, "report/run_findings", run_id=run)
-    rows = [row for row in rows if numbers is None or row.finding_no in numbers]
-    arcs: dict[int, dict[str, set[int]]] = defaultdict(lambda: defaultdict(set))
-    for r in store.rows(connection, "report/finding_arcs", run_id=run) if rows else []:
-        arcs[r.finding_no][r.camera].add(int(r.view_arc_no))
-    pictures = _Pictures(store, connection, run) if rows else None
-    return [
-        Card(
-            row.finding_no if numbers is None else numbers[row.finding_no],
-            run,
-            row,
-            [] if pictures is None else list(pictures.crop(arcs[row.finding_no], None if numbers is None else run)),
+    edges = item_edges(store, connection, run) if rows else {}
+    in_view = {r.item_no: int(r.in_view_no) for r in store.rows(connection, "report/failures", run_id=run)}
+    out = []
+    for row in rows:
+        if numbers is None or row.finding_no in numbers:
+            mine = edges.get(in_view.get(row.item_no, -1), set())
+            own = [(s, [e for e in s.edges if (s.row.camera, e.number) in mine]) for s in seen if s.image is not None]
+            crops = [_crop(s, shown, None if numbers is None else run) for s, shown in own if shown]
+            out.append(Card(row.finding_no if numbers is None else numbers[row.finding_no], run, row, crops))
+    return out
+
+
+def _crop(seen: Seen, own: Sequence[Edge], run: int | None) -> Crop:
+    """What a camera shows of edges, and all edges of the model there; run: where the page is of several."""
+    assert seen.image is not None
+    u0, v0, u1, v1 = box_about(own, seen.image.size)
+    numbers = {e.number for e in own}
+    paths = [
+        Markup('<path class="drawn state-{}{}" d="{}"/>').format(
+            e.state, " own" if e.number in numbers else "", course(e.points)
         )
-        for row in rows
+        for e in seen.edges
+        if np.all(e.points.max(axis=0) > (u0, v0)) and np.all(e.points.min(axis=0) < (u1, v1))
     ]
-
-
-class _Pictures:
-    """The pictures of a run and the model's arcs in them."""
-
-    def __init__(self, store: Store, connection: Connection, run: int) -> None:
-        self._images: dict[str, Image.Image] = {}
-        for row in store.rows(connection, "report/pictures", run_id=run):
-            image = None if row.bytes is None else read_image(row.bytes)
-            if image is not None:
-                self._images[row.camera] = image
-        points = store.columns(connection, "report/model_arc_courses", run_id=run)
-        camera = np.asarray(points["camera"])
-        states = {
-            (r.camera, int(r.view_arc_no)): r.state for r in store.rows(connection, "report/state_arcs", run_id=run)
-        }
-        self._arcs: dict[str, list[tuple[int, str, str, Any]]] = {}
-        for name in self._images:
-            own = camera == name
-            owner, x, y = course_columns(*(np.asarray(points[c])[own] for c in ("view_arc_no", "x", "y")))
-            starts = np.flatnonzero(np.r_[True, owner[1:] != owner[:-1]]) if len(owner) else np.zeros(0, np.int64)
-            bounds = [f.reduceat(of, starts) for f in (np.minimum, np.maximum) for of in (x, y)] if len(owner) else []
-            drawn = courses(owner, x, y)
-            self._arcs[name] = [
-                (no, drawn[no], states.get((name, no), ""), box)
-                for no, box in zip(owner[starts].tolist(), np.transpose(bounds).tolist(), strict=True)
-            ]
-
-    def crop(self, arcs: dict[str, set[int]], run: int | None) -> Iterable[Crop]:
-        """What each camera shows of those arcs, and all arcs of the model there; run: where the page is of several."""
-        for camera, image in self._images.items():
-            mine = np.array([box for no, _, _, box in self._arcs[camera] if no in arcs[camera]])
-            if not len(mine):
-                continue
-            low, high = mine[:, :2].min(axis=0), mine[:, 2:].max(axis=0)
-            margin = np.maximum(_MARGIN_PX, (_LEAST_PX - (high - low)) / 2)
-            u0, v0 = np.floor(low - margin).clip(0).astype(int).tolist()
-            u1, v1 = np.ceil(high + margin).clip((u0 + 1, v0 + 1), image.size).astype(int).tolist()
-            paths = [
-                Markup('<path class="drawn state-{}{}" d="{}"/>').format(state, " own" if no in arcs[camera] else "", d)
-                for no, d, state, (left, top, right, bottom) in self._arcs[camera]
-                if left < u1 and right > u0 and top < v1 and bottom > v0
-            ]
-            piece = image.crop((u0, v0, u1, v1))
-            view = camera if run is None else view_name(run, camera)
-            yield Crop(camera, data_uri(piece), (u0, v0, u1 - u0, v1 - v0), Markup("").join(paths), view)
+    camera = seen.row.camera
+    view = camera if run is None else view_name(run, camera)
+    uri = data_uri(seen.image.crop((u0, v0, u1, v1)))
+    return Crop(camera, uri, (u0, v0, u1 - u0, v1 - v0), Markup("").join(paths), view)
 
 
 @dataclass(frozen=True)

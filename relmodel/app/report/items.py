@@ -1,4 +1,4 @@
-"""The parts and features in view as a list that is linked to the pictures and to the model."""
+"""The list next to pictures and model, which it is linked to; of a run the parts and features in view."""
 
 from __future__ import annotations
 
@@ -18,72 +18,34 @@ STATES = (*_FAILING, "undecidable", "confirmed")
 
 
 @dataclass(frozen=True)
-class Item:
-    """An entry of the list: its number in view, the part placed, and how it is shown.
+class Entry:
+    """An entry of the list: what it is and is called, its part in the scene, surfaces of that (None: all), ids of arcs
+    in the pictures; key: the placed part and its feature.
 
-    level: finding (not as modelled), part or feature; share: its size where that is another, else how much of it is
-    visible; state empty where the run did not look what is there.
+    level: finding (not as modelled), part or feature; share: its size where that is another, or how much of it there
+    is; state empty where nothing was said of it.
     """
 
-    no: int
-    occurrence: int
-    feature: int | None
     level: str
     name: str
     share: str
+    part: int | None
+    surfaces: list[int] | None = None
     state: str = ""
     note: str = ""
+    key: tuple[int, int | None] | None = None
+    arcs: Sequence[str] = ()
 
 
-def read_items(store: Store, connection: Connection, run: int) -> list[Item]:
+def script_data(entries: Sequence[Entry], scene: dict[str, Any] | None) -> dict[str, Any]:
+    """What the page's script is given: what each entry is linked to, and the model."""
+    return {"items": [{"arcs": e.arcs, "part": e.part, "surfaces": e.surfaces} for e in entries], "scene": scene}
+
+
+def read_entries(
+    store: Store, connection: Connection, run: int, pictures: Sequence[RunPicture], part_of: dict[int, int]
+) -> list[Entry]:
     """What is not as modelled, the worst first; then the parts in view, each followed by its features in view."""
-    rows = store.rows(connection, "report/items", run_id=run)
-    sizes = {r.item_no: size_words(r) for r in store.rows(connection, "report/run_findings", run_id=run)}
-    part = {int(r.occurrence_id): r for r in rows if r.level == "part"}
-    place = {occurrence: i for i, occurrence in enumerate(part)}
-    rows = sorted(rows, key=lambda r: (place.get(int(r.occurrence_id), len(place)), r.level == "feature", r.in_view_no))
-    failing = sorted((r for r in rows if r.state in _FAILING), key=lambda r: _FAILING.index(r.state))
-    return [_item(r, "finding", r.path, sizes.get(r.item_no)) for r in failing] + [
-        _item(r, r.level, r.path if r.level == "part" else r.path.removeprefix(part[int(r.occurrence_id)].path + "/"))
-        for r in rows
-        if r.state not in _FAILING and (r.level == "part" or int(r.occurrence_id) in part)
-    ]
-
-
-def _item(row: Any, level: str, name: str, size: str | None = None) -> Item:
-    return Item(
-        int(row.in_view_no),
-        int(row.occurrence_id),
-        None if row.feature_no is None else int(row.feature_no),
-        level,
-        name,
-        size or f"{100 * row.visible:.0f} % visible",
-        row.state or "",
-        (f"{row.reason}; " if row.reason else "")
-        + f"{row.matched} of {row.arcs} edges matched, {row.pixels:.0f} px in view",
-    )
-
-
-def checked(store: Store, connection: Connection, run: int, items: Sequence[Item]) -> list[tuple[str, str, str]]:
-    """Name, value and note: how much is in view, and how much of it was checked."""
-    checked_rows = store.rows(connection, "report/checked", run_id=run)
-    if checked_rows:
-        return [
-            (f"{r.level}s checked", f"{r.checked} of {r.in_view}", f"{r.confirmed} as modelled") for r in checked_rows
-        ]
-    features = sum(i.feature is not None for i in items)
-    return [("in view", f"{len(items) - features} parts", f"and {features} features")] if items else []
-
-
-def item_data(
-    store: Store,
-    connection: Connection,
-    run: int,
-    items: Sequence[Item],
-    pictures: Sequence[RunPicture],
-    part_of: dict[int, int],
-) -> list[dict[str, Any]]:
-    """What the script links each item to: ids of arcs in the pictures, a part of the model, surfaces of it."""
     number = {p.camera: i for i, p in enumerate(pictures)}
     arcs: dict[int, list[str]] = defaultdict(list)
     for r in store.rows(connection, "report/item_arcs", run_id=run):
@@ -92,11 +54,41 @@ def item_data(
     surfaces: dict[int, list[int]] = defaultdict(list)
     for r in store.rows(connection, "report/item_surfaces", run_id=run):
         surfaces[int(r.in_view_no)].append(int(r.surface_no))
-    return [
-        {
-            "arcs": arcs[i.no],
-            "part": part_of.get(i.occurrence),
-            "surfaces": surfaces[i.no] if i.feature is not None else None,
-        }
-        for i in items
+    sizes = {r.item_no: size_words(r) for r in store.rows(connection, "report/run_findings", run_id=run)}
+
+    def entry(row: Any, level: str, name: str, size: str | None = None) -> Entry:
+        occurrence, no = int(row.occurrence_id), int(row.in_view_no)
+        return Entry(
+            level,
+            name,
+            size or f"{100 * row.visible:.0f} % visible",
+            part_of.get(occurrence),
+            None if row.feature_no is None else surfaces[no],
+            row.state or "",
+            (f"{row.reason}; " if row.reason else "")
+            + f"{row.matched} of {row.arcs} edges matched, {row.pixels:.0f} px in view",
+            (occurrence, None if row.feature_no is None else int(row.feature_no)),
+            arcs[no],
+        )
+
+    rows = store.rows(connection, "report/items", run_id=run)
+    part = {int(r.occurrence_id): r for r in rows if r.level == "part"}
+    place = {occurrence: i for i, occurrence in enumerate(part)}
+    rows = sorted(rows, key=lambda r: (place.get(int(r.occurrence_id), len(place)), r.level == "feature", r.in_view_no))
+    failing = sorted((r for r in rows if r.state in _FAILING), key=lambda r: _FAILING.index(r.state))
+    return [entry(r, "finding", r.path, sizes.get(r.item_no)) for r in failing] + [
+        entry(r, r.level, r.path if r.level == "part" else r.path.removeprefix(part[int(r.occurrence_id)].path + "/"))
+        for r in rows
+        if r.state not in _FAILING and (r.level == "part" or int(r.occurrence_id) in part)
     ]
+
+
+def checked(store: Store, connection: Connection, run: int, entries: Sequence[Entry]) -> list[tuple[str, str, str]]:
+    """Name, value and note: how much is in view, and how much of it was checked."""
+    checked_rows = store.rows(connection, "report/checked", run_id=run)
+    if checked_rows:
+        return [
+            (f"{r.level}s checked", f"{r.checked} of {r.in_view}", f"{r.confirmed} as modelled") for r in checked_rows
+        ]
+    features = sum(e.surfaces is not None for e in entries)
+    return [("in view", f"{len(entries) - features} parts", f"and {features} features")] if entries else []

@@ -3,37 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from sqlalchemy import Connection
 
-import relmodel
+from relmodel.app.report.items import Entry, script_data
 from relmodel.app.report.page import Table, read_table, render
-from relmodel.app.report.scene import MOST_PARTS, Part, placed, scene, shapes_of
-from relmodel.app.show.picture import Colour, colours_of
-from relmodel.app.show.tree import Tree, read_tree, tree_rows
+from relmodel.app.show.tree import Tree, material_rows, read_tree, tree_rows
+from relmodel.drawing.colours import Rgb, colours_of, hexadecimal
+from relmodel.drawing.scene import Part, place_parts, scene
 from relmodel.store import Store
 
 MOST_ITEMS = 3000  # of the list next to the model
 _COLOURED = ("added", "removed", "changed", "moved")
 _UP = (0, 1, 0)  # of an object: as its drawings show it
-
-
-@dataclass(frozen=True)
-class Entry:
-    """An entry of the list next to the model: what it is called, its part in the scene, and surfaces (None: all); key:
-    the placed part and its feature."""
-
-    level: str
-    name: str
-    share: str
-    part: int | None
-    surfaces: list[int] | None = None
-    state: str = ""
-    note: str = ""
-    key: tuple[int, int | None] | None = None
 
 
 def object_page(
@@ -65,7 +49,7 @@ def object_page(
         entries,
         "Parts and features",
         scene(shapes, parts, up=_UP),
-        [(kind.replace("_", " "), "#{:02x}{:02x}{:02x}".format(*rgb)) for kind, rgb in kinds.items()],
+        [(kind.replace("_", " "), hexadecimal(rgb)) for kind, rgb in kinds.items()],
         [
             ("Tree", [tables["tree"]]),
             ("Features", [tables["object_features"], tables["object_kinds"]]),
@@ -175,27 +159,20 @@ def _page(
     store: Store,
     around: Mapping[str, Any] | None = None,
 ) -> str:
-    items = [{"arcs": [], "part": e.part, "surfaces": e.surfaces} for e in entries]
     return render(
         "run.html",
         **(around or {}),
         title=word,
         over=over,
         word=word,
-        mood="",
-        reason="",
         facts=facts,
-        pictures=[],
-        states=[],
-        pictures_title="",
-        layers=[],
         items=entries,
         items_title=entries_title,
         scene=drawn,
         legend=legend,
-        data={"items": items, "scene": drawn},
+        data=script_data(entries, drawn),
         sections=sections,
-        footer=f"Made by relmodel {relmodel.__version__} from rows of the store {store.name}.",
+        store=store.name,
     )
 
 
@@ -203,20 +180,13 @@ def _parts(
     store: Store, connection: Connection, tree: Tree, colours: dict[str, str] | None = None
 ) -> tuple[list[dict[str, Any]], list[Part]]:
     """The shapes of a tree and its parts that are material, in the colours given by path."""
-    ids = [int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
-    drawn = [int(p.id) for p in store.rows(connection, "object/parts", part_ids=ids) if not p.supplemental]
-    at = np.flatnonzero((tree.shape_id >= 0) & np.isin(tree.part_id, drawn))[:MOST_PARTS]
-    shapes = shapes_of(store, connection, np.unique(tree.shape_id[at]))
-    known = {s["id"] for s in shapes}
-    parts = [
-        placed(int(tree.shape_id[i]), tree.path[i], tree.pose[i], (colours or {}).get(tree.path[i], "plain"))
-        for i in at.tolist()
-        if int(tree.shape_id[i]) in known
-    ]
-    return shapes, parts
+    at = material_rows(store, connection, tree)
+    paths = [tree.path[i] for i in at]
+    given = [(colours or {}).get(path, "plain") for path in paths]
+    return place_parts(store, connection, tree.shape_id[at], paths, tree.pose[at], given)[:2]
 
 
-def _paint(store: Store, connection: Connection, shapes: list[dict[str, Any]]) -> dict[str, Colour]:
+def _paint(store: Store, connection: Connection, shapes: list[dict[str, Any]]) -> dict[str, Rgb]:
     """Colour the surfaces of shapes by the kind of their feature; the kinds that there are, with their colours."""
     surfaces: dict[int, dict[str, list[int]]] = {}
     for r in store.rows(connection, "object/surface_features", shape_ids=[s["id"] for s in shapes]):

@@ -22,6 +22,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 from sqlalchemy import Connection
 
+import relmodel
+from relmodel.drawing.colours import BLEND, STATES, UNEXPLAINED, hexadecimal
 from relmodel.errors import InputError
 from relmodel.paths import check_writable
 from relmodel.printing import plain
@@ -71,12 +73,15 @@ def read_table(connection: Connection, title: str, name: str, /, **parameters: A
 
 
 def render(template: str, **values: Any) -> str:
-    """A page: the template filled in."""
+    """A page: the template filled in; of what it may show, nothing where it is not given."""
     own: dict[str, Any] = {
-        "seal": None,
-        "script": Markup(page_script()),
+        **dict.fromkeys(("mood", "reason", "pictures_title", "seal"), ""),
+        **dict.fromkeys(("facts", "sheet", "pictures", "states", "layers", "summary"), ()),
+        "cards": None,
+        "maker": f"Made by relmodel {relmodel.__version__} from rows of the store",
+        "script": page_script(),
         "policy": policy(),
-        "style": Markup((_FOLDER / "page.css").read_text()),
+        "style": Markup(_style()),
     }
     return _environment().get_template(template).render(**(own | values))
 
@@ -92,16 +97,27 @@ def write_page(path: Path, made: Callable[[], str]) -> None:
 
 
 @cache
-def page_script() -> str:
-    return "".join((_FOLDER / name).read_text() for name in ("viewer.js", "page.js"))
+def _style() -> str:
+    states = "".join(f".state-{n} {{ --state: {hexadecimal(c)}; --key: var(--state); }}\n" for n, c in STATES.items())
+    root = f":root {{ --blend: {hexadecimal(BLEND)}; --unexplained: {hexadecimal(UNEXPLAINED)}; }}\n"
+    met = f".states {{ --key: {hexadecimal(STATES['confirmed'])}; }}\n"
+    return root + (_FOLDER / "page.css").read_text() + states + met
 
 
-def policy(forms: str = "'none'") -> str:
-    """The Content-Security-Policy of a page: nothing is fetched, and only the page's own script runs."""
-    digest = base64.b64encode(hashlib.sha256(page_script().encode()).digest()).decode()
+@cache
+def page_script(served: bool = False) -> Markup:
+    names = ("viewer.js", "page.js", *(["served.js"] if served else []))
+    return Markup("".join((_FOLDER / name).read_text() for name in names))
+
+
+def policy(served: bool = False) -> str:
+    """The Content-Security-Policy of a page: nothing is fetched, by served pages from their server alone, and only the
+    page's own script runs."""
+    own, fetched = ("'self'", " 'self'; connect-src 'self'") if served else ("'none'", "")
+    digest = base64.b64encode(hashlib.sha256(page_script(served).encode()).digest()).decode()
     return (
-        "default-src 'none'; img-src data:; style-src 'unsafe-inline'; "
-        f"script-src 'sha256-{digest}'; base-uri 'none'; form-action {forms}"
+        f"default-src 'none'; img-src data:{fetched}; style-src 'unsafe-inline'; "
+        f"script-src 'sha256-{digest}'; base-uri 'none'; form-action {own}"
     )
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -12,18 +10,16 @@ from typing import Any
 import cv2
 import numpy as np
 from markupsafe import Markup
-from PIL import Image
 from sqlalchemy import Connection
 
-from relmodel.app.report.drawing import courses, ellipse_points, path_data
 from relmodel.app.report.page import cell
 from relmodel.arrays import Floats, Ints
+from relmodel.drawing.images import data_uri
+from relmodel.drawing.model_edges import Edge, Seen
+from relmodel.drawing.plots import course, courses, ellipse_points, path_data
 from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrices, rotation_matrix, rotation_vector
 from relmodel.store import Store
 
-_LONGEST_PX = 2048  # of a picture in the page; the drawing over it keeps the picture's own pixels
-_MOST_PIXELS = 200_000_000  # of a picture that is decoded at all
-_WEBP_QUALITY = 82
 _ELLIPSES = 24  # a camera: as many as one still tells apart
 _REGION_DETAIL_PX = 1.5
 
@@ -41,74 +37,38 @@ class RunPicture:
     ellipse_scale: float
 
 
-def read_pictures(store: Store, connection: Connection, run: int) -> list[RunPicture]:
+def read_pictures(store: Store, connection: Connection, run: int, seen: Sequence[Seen]) -> list[RunPicture]:
     """The pictures of a run with their drawings; elements have ids `cN-iM` (image arc M of picture N), `cN-mM` (model
     arc) and `cN-rM` (region)."""
-    pictures = store.rows(connection, "report/pictures", run_id=run)
-    model, course = (_by_camera(store, connection, f"report/model_arc{s}", run) for s in ("s", "_courses"))
     fates = _fates(store, connection, run)
     surfaces: dict[tuple[str, int], list[str]] = defaultdict(list)
     for r in store.rows(connection, "report/region_surfaces", run_id=run):
         surfaces[r.camera, int(r.region_no)].append(f"surface {r.surface_no} of {r.path}")
     spread = pose_spread(store, connection, run)
-    states = {(r.camera, int(r.view_arc_no)): r.state for r in store.rows(connection, "report/state_arcs", run_id=run)}
     unexplained = store.rows(connection, "report/unexplained", run_id=run)
     alien = {(r.camera, int(r.image_arc_no)) for r in unexplained if r.image_arc_no is not None}
     patches = {(r.camera, int(r.region_no)) for r in unexplained if r.region_no is not None}
     out = []
-    for number, picture in enumerate(pictures):
-        name = picture.camera
+    for number, it in enumerate(seen):
+        picture, name = it.row, it.row.camera
         drawn = [] if picture.extraction_id is None else _regions(store, connection, number, picture, surfaces, patches)
-        if name in model:
-            drawn += _model_arcs(number, model[name], course.get(name, []), fates, states)
+        drawn += [_model_arc(number, edge, fates) for edge in it.edges]
         if picture.extraction_id is not None:
             drawn += _image_arcs(store, connection, number, picture, fates, alien)
         scale = 1.0
         if name in spread:
             scale, ellipses = _ellipses(*spread[name])
             drawn += ellipses
-        image = None if picture.bytes is None else read_image(picture.bytes)
-        uri = None if image is None else data_uri(image)
+        uri = None if it.image is None else data_uri(it.image)
         drawing = Markup("").join(drawn)
         out.append(RunPicture(name, picture.file_name, picture.width, picture.height, uri, drawing, scale))
     return out
-
-
-def read_image(data: bytes) -> Image.Image | None:
-    """A picture in eight bits; None where it cannot be decoded."""
-    try:
-        with Image.open(io.BytesIO(data)) as opened:
-            if opened.width * opened.height > _MOST_PIXELS:
-                return None
-            grey = np.asarray(opened) if opened.mode[0] in "IF" else None
-            picture = opened.convert("RGB" if opened.mode in ("RGB", "RGBA", "P", "CMYK", "YCbCr") else "L")
-    except (OSError, ValueError, Image.DecompressionBombError):
-        return None
-    if grey is not None:  # sixteen bits
-        bright = max(float(np.percentile(grey, 99.9)), 1e-9)
-        picture = Image.fromarray(np.clip(grey * (255 / bright), 0, 255).astype(np.uint8))
-    return picture
-
-
-def data_uri(picture: Image.Image) -> str:
-    """A picture as a data URI, no larger than a page needs."""
-    picture.thumbnail((_LONGEST_PX, _LONGEST_PX))
-    out = io.BytesIO()
-    picture.save(out, "WEBP", quality=_WEBP_QUALITY)
-    return "data:image/webp;base64," + base64.b64encode(out.getvalue()).decode()
 
 
 def _path(identity: str, classes: str, data: str, title: str) -> Markup:
     return Markup('<path id="{}" class="{}" d="{}"><title>{}</title></path>').format(
         identity, classes, data, cell(title)
     )
-
-
-def _by_camera(store: Store, connection: Connection, name: str, run: int) -> dict[str, list[Any]]:
-    out: dict[str, list[Any]] = defaultdict(list)
-    for row in store.rows(connection, name, run_id=run):
-        out[row.camera].append(row)
-    return out
 
 
 def _fates(store: Store, connection: Connection, run: int) -> dict[tuple[str, str, int], str]:
@@ -147,26 +107,14 @@ def _image_arcs(
     return out
 
 
-def _model_arcs(
-    number: int,
-    arcs: Sequence[Any],
-    points: Sequence[Any],
-    fates: dict[tuple[str, str, int], str],
-    states: dict[tuple[str, int], str],
-) -> list[Markup]:
-    drawn = courses(*course_columns(*([getattr(p, c) for p in points] for c in ("view_arc_no", "x", "y"))))
-    out = []
-    for a in arcs:
-        no = int(a.view_arc_no)
-        if no in drawn:
-            of = f"arc {a.arc_no}" if a.surface_no is None else f"silhouette of surface {a.surface_no}"
-            fate = fates.get((a.camera, "m", no), "not matched")
-            title = f"{a.path}, {of} ({a.kind}, {a.length:.0f} px): {fate}"
-            met = "met" if (a.camera, "m", no) in fates else "unmet"
-            state = states.get((a.camera, no))
-            classes = f"model {a.kind} {met}" + (f" state-{state}" if state else "")
-            out.append(_path(f"c{number}-m{no}", classes, drawn[no], title + (f"; {state}" if state else "")))
-    return out
+def _model_arc(number: int, edge: Edge, fates: dict[tuple[str, str, int], str]) -> Markup:
+    a, no = edge.row, edge.number
+    of = f"arc {a.arc_no}" if a.surface_no is None else f"silhouette of surface {a.surface_no}"
+    fate = fates.get((a.camera, "m", no), "not matched")
+    title = f"{a.path}, {of} ({a.kind}, {a.length:.0f} px): {fate}"
+    met = "met" if (a.camera, "m", no) in fates else "unmet"
+    classes = f"model {a.kind} {met}" + (f" state-{edge.state}" if edge.state else "")
+    return _path(f"c{number}-m{no}", classes, course(edge.points), title + (f"; {edge.state}" if edge.state else ""))
 
 
 def _regions(

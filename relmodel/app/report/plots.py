@@ -10,8 +10,8 @@ import numpy as np
 from markupsafe import Markup
 from sqlalchemy import Connection
 
-from relmodel.app.report.drawing import ellipse, histogram, residual_map
 from relmodel.app.report.page import Table, cell
+from relmodel.drawing.plots import ellipse, histogram, residual_map
 from relmodel.store import Store
 
 _LONGEST_SHARE = 0.04  # of the picture's width: what the largest residuals are drawn as

@@ -10,14 +10,14 @@ import numpy as np
 from markupsafe import Markup
 from sqlalchemy import Connection
 
-import relmodel
 from relmodel.app.audit.newest import find_run
 from relmodel.app.report.findings import group_rest, read_cards
-from relmodel.app.report.items import STATES, Item, checked, item_data, read_items
+from relmodel.app.report.items import STATES, Entry, checked, read_entries, script_data
 from relmodel.app.report.page import Table, cell, read_table, render
 from relmodel.app.report.pictures import RunPicture, read_pictures
 from relmodel.app.report.plots import evidence_plots, pose_plots, times
 from relmodel.app.report.run_scene import LEGEND, run_scene
+from relmodel.drawing.model_edges import read_seen
 from relmodel.store import Store
 from relmodel.store.digests import seal
 
@@ -64,9 +64,10 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     row = find_run(store, connection, run)
     pose = next(iter(store.rows(connection, "report/pose", run_id=run)), None)
     prior = next(iter(store.rows(connection, "report/prior", run_id=run)), None)
-    items = read_items(store, connection, run)
-    pictures = read_pictures(store, connection, run)
+    seen = read_seen(store, connection, run)
+    pictures = read_pictures(store, connection, run, seen)
     scene, part_of = run_scene(store, connection, run)
+    items = read_entries(store, connection, run, pictures, part_of)
     word, mood = _ENDS.get(row.state, (row.state, "warn"))
     reason = (pose.reason if pose is not None else row.message) or _NO_MORE.get(row.state, "")
     if pose is not None:
@@ -88,8 +89,8 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         reason=reason,
         facts=_facts(store, connection, run, row, pose, prior, items),
         sheet=read_sheet(store, connection, run),
-        cards=read_cards(store, connection, run),
-        chosen={(i.occurrence, i.feature): n for n, i in enumerate(items)},
+        cards=read_cards(store, connection, run, seen),
+        chosen={e.key: n for n, e in enumerate(items)},
         rest=rest,
         passed=passed,
         seal=None if pose is None else (f"run {run}", seal(store, connection, [run])),
@@ -101,9 +102,9 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         items_title="In view",
         scene=scene,
         legend=LEGEND,
-        data={"items": item_data(store, connection, run, items, pictures, part_of), "scene": scene},
+        data=script_data(items, scene),
         sections=_sections(store, connection, run, pictures),
-        footer=f"Made by relmodel {relmodel.__version__} from rows of the store {store.name}.",
+        store=store.name,
     )
 
 
@@ -128,7 +129,7 @@ _KINDS = {
 
 
 def _facts(
-    store: Store, connection: Connection, run: int, row: Any, pose: Any, prior: Any, items: list[Item]
+    store: Store, connection: Connection, run: int, row: Any, pose: Any, prior: Any, items: list[Entry]
 ) -> list[tuple[str, str, str]]:
     """Name, value and note of what the head of the page says."""
     facts = checked(store, connection, run, items)

@@ -8,8 +8,9 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.app.report.pictures import pose_matrix
-from relmodel.app.report.scene import MOST_PARTS, Lines, camera_lines, ellipsoid_lines, placed, scene, shapes_of
 from relmodel.arrays import Floats
+from relmodel.drawing.scene import MOST_PARTS, Lines, camera_lines, ellipsoid_lines, place_parts, scene
+from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 
 LEGEND = (("in view", "seen"), ("cameras found", "pose"), ("prior, two sigma", "prior"), ("chosen", "chosen"))
@@ -22,13 +23,12 @@ def run_scene(store: Store, connection: Connection, run: int) -> tuple[dict[str,
     priors = store.rows(connection, "report/prior_matrix", run_id=run)
     if not priors:
         return None, {}
-    rows = store.rows(connection, "report/scene_parts", run_id=run, most=MOST_PARTS)
-    shapes = shapes_of(store, connection, np.unique([int(r.shape_id) for r in rows]))
-    drawn = {s["id"] for s in shapes}
-    rows = [r for r in rows if int(r.shape_id) in drawn]
-    parts = [placed(int(r.shape_id), r.path, pose_matrix(r), "seen" if r.in_view else "plain") for r in rows]
+    rows = store.columns(connection, "report/scene_parts", run_id=run, most=MOST_PARTS)
+    colours = ["seen" if it else "plain" for it in rows["in_view"]]
+    shape_id = np.asarray(rows["shape_id"], np.int64)
+    shapes, parts, kept = place_parts(store, connection, shape_id, rows["path"], matrices(rows), colours)
     lines, views = _cameras(store, connection, run, priors[0])
-    part_of = {int(r.id): i for i, r in enumerate(rows)}
+    part_of = {int(rows["id"][row]): i for i, row in enumerate(kept)}
     seen_from = next(
         (p for p in (priors[0], *store.rows(connection, "report/pose_matrix", run_id=run)) if p.m00 is not None), None
     )

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from sqlalchemy import Connection
 
-import relmodel
 from relmodel.app.report.findings import Card, group_rest, read_cards, size_words
-from relmodel.app.report.object import Entry
-from relmodel.app.report.page import read_table, render
+from relmodel.app.report.items import Entry, script_data
+from relmodel.app.report.page import Table, read_table, render
 from relmodel.app.report.pictures import pose_matrix
 from relmodel.app.report.run import read_sheet
 from relmodel.app.report.run_scene import finding_views
-from relmodel.app.report.scene import MOST_PARTS, placed, scene, shapes_of
+from relmodel.drawing.model_edges import read_seen
+from relmodel.drawing.scene import place_parts, scene
 from relmodel.errors import UsageError
+from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 from relmodel.store.digests import seal
 
@@ -47,12 +48,17 @@ _TABLES = {
 }
 
 
-def serial_page(store: Store, connection: Connection, serial: str) -> str:
-    """The page of a physical part.  Raises UsageError where no inspection was of it."""
+def serial_tables(connection: Connection, serial: str) -> dict[str, Table]:
+    """The tables of a physical part's page by name."""
+    return {name: read_table(connection, title, f"report/{name}", serial=serial) for name, title in _TABLES.items()}
+
+
+def serial_page(store: Store, connection: Connection, serial: str, around: Mapping[str, Any] | None = None) -> str:
+    """The page of a physical part; around: as of a run's page.  Raises UsageError where no inspection was of it."""
     found = store.rows(connection, "report/serial_outcome", serial=serial)
     if not found:
         raise UsageError(f"no inspection was of the part {serial}: relmodel inspect --serial names it")
-    tables = {name: read_table(connection, title, f"report/{name}", serial=serial) for name, title in _TABLES.items()}
+    tables = serial_tables(connection, serial)
     stops = [(int(row[0]), str(row[2])) for row in tables["serial_stops"].rows]
     rows = store.rows(connection, "report/serial_states", serial=serial)
     cards = _cards(store, connection, serial)
@@ -65,12 +71,11 @@ def serial_page(store: Store, connection: Connection, serial: str) -> str:
     by_place: list[Any] = [tables[name] for name in ("serial_zones", "serial_kinds", "serial_stops")]
     return render(
         "run.html",
+        **(around or {}),
         title=f"{serial}: {word}",
         over="Inspection of a part, all stops",
         word=word,
         mood=found[0].mood,
-        reason="",
-        facts=[],
         sheet=list(sheet.items()),
         cards=cards,
         chosen={e.key: n for n, e in enumerate(entries)},
@@ -78,17 +83,13 @@ def serial_page(store: Store, connection: Connection, serial: str) -> str:
         passed=passed,
         seal=(f"serial {serial}", seal(store, connection, [run for run, _ in stops])),
         summary=by_place,
-        pictures=[],
-        pictures_title="",
-        layers=[],
-        states=[],
         items=entries,
         items_title="Parts and features",
         scene=drawn,
         legend=_LEGEND,
-        data={"items": [{"arcs": [], "part": e.part, "surfaces": e.surfaces} for e in entries], "scene": drawn},
+        data=script_data(entries, drawn),
         sections=[("All rows", folded)],
-        footer=f"Made by relmodel {relmodel.__version__} from rows of the store {store.name}.",
+        store=store.name,
     )
 
 
@@ -97,7 +98,9 @@ def _cards(store: Store, connection: Connection, serial: str) -> list[Card]:
     by_run: dict[int, dict[int, int]] = defaultdict(dict)
     for no, row in enumerate(store.rows(connection, "report/serial_findings", serial=serial), 1):
         by_run[int(row.run_id)][row.finding_no] = no
-    cards = [card for run, numbers in by_run.items() for card in read_cards(store, connection, run, numbers)]
+    cards: list[Card] = []
+    for run, numbers in by_run.items():
+        cards += read_cards(store, connection, run, read_seen(store, connection, run), numbers)
     return sorted(cards, key=lambda card: card.no)
 
 
@@ -111,10 +114,9 @@ def _scene(
 ) -> tuple[dict[str, Any] | None, dict[int, int]]:
     """The whole part, its features coloured by state, seen as at the newest stop that is usable, and as the cameras of
     some runs see it; which part of the scene each placed part is."""
-    rows = store.rows(connection, "report/serial_parts", serial=serial)[:MOST_PARTS]
-    shapes = shapes_of(store, connection, np.unique([int(r.shape_id) for r in rows]))
-    known = {s["id"] for s in shapes}
-    rows = [r for r in rows if int(r.shape_id) in known]
+    rows = store.columns(connection, "report/serial_parts", serial=serial)
+    shape_id = np.asarray(rows["shape_id"], np.int64)
+    shapes, parts, kept = place_parts(store, connection, shape_id, rows["path"], matrices(rows))
     own: dict[int, str] = {}
     paint: dict[int, dict[str, list[int]]] = defaultdict(lambda: defaultdict(list))
     for s in states:
@@ -122,18 +124,17 @@ def _scene(
             own[int(s.occurrence_id)] = s.state
         else:
             paint[int(s.occurrence_id)][s.state] += map(int, s.surfaces or ())
-    parts = []
-    for r in rows:
-        features, state = paint[int(r.id)], own[int(r.id)]
+    part_of = {int(rows["id"][row]): i for i, row in enumerate(kept)}
+    for occurrence, i in part_of.items():
+        features, state = paint[occurrence], own[occurrence]
         # Of a part that has features only these are painted: seen in one place is not seen everywhere.
-        colour = _COLOURS[state] if state in ("changed", "contradicted") or not features else "open"
-        painted = [[_COLOURS[k], features[k]] for k in _COLOURS if k in features]
-        parts.append(placed(int(r.shape_id), r.path, pose_matrix(r), colour) | {"paint": painted})
+        parts[i]["colour"] = _COLOURS[state] if state in ("changed", "contradicted") or not features else "open"
+        parts[i]["paint"] = [[_COLOURS[k], features[k]] for k in _COLOURS if k in features]
     usable = [run for run, verdict in stops if verdict == "usable"]
     poses = store.rows(connection, "report/pose_matrix", run_id=usable[-1]) if usable else []
     back = -pose_matrix(poses[0])[:3, 2] if poses else None
     views = [view for run in runs for view in finding_views(store, connection, run)]
-    return scene(shapes, parts, views=views, back=back), {int(r.id): i for i, r in enumerate(rows)}
+    return scene(shapes, parts, views=views, back=back), part_of
 
 
 def _entries(states: Sequence[Any], cards: list[Card], part_of: dict[int, int]) -> list[Entry]:

@@ -5,58 +5,70 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
+from operator import itemgetter
 from typing import Any
 from urllib.parse import quote, urlencode
 
+import numpy as np
 from markupsafe import Markup
 from sqlalchemy import Connection
 
 from relmodel.app.audit.compare_runs import compare_runs
-from relmodel.app.report.drawing import Point, history
 from relmodel.app.report.object import object_page, object_tables
-from relmodel.app.report.page import ROWS_SHOWN, Table, cell, policy, render
+from relmodel.app.report.page import ROWS_SHOWN, Table, cell, page_script, policy, render
 from relmodel.app.report.run import run_page, run_tables
-from relmodel.app.serve.questions import finite, first_line, question_names, read_question
+from relmodel.app.report.serial import serial_page, serial_tables
+from relmodel.app.serve.questions import PLOTS, finite, question_groups, read_question
+from relmodel.app.serve.thumbnails import object_thumbnail, run_thumbnail
+from relmodel.drawing.plots import Point, bars, history
+from relmodel.drawing.scene import MOST_PARTS, broadside, place_parts, scene
 from relmodel.errors import UsageError
 from relmodel.find.find import LEVELS, find_rows
 from relmodel.find.volumes import Box
+from relmodel.geometry.transforms import matrices
 from relmodel.printing import print_rows, print_tables
 from relmodel.store import Store, sql
 
 BOUNDS = ("x0", "y0", "z0", "x1", "y1", "z1")
 _NAV = (
     ("/", "runs"),
+    ("/parts", "parts"),
     ("/objects", "objects"),
     ("/over-time", "over time"),
     ("/compare", "two runs"),
     ("/find", "in a box"),
     ("/questions", "questions"),
 )
+_MOST_BARS = 40
 _FORMS = {".json": ("json", "application/json"), ".csv": ("csv", "text/csv")}
-AROUND = {"nav": _NAV, "policy": policy("'self'")}
+AROUND = {"nav": _NAV, "policy": policy(served=True), "script": page_script(served=True)}
 
 
 @dataclass(frozen=True)
 class Page:
-    """An answer: its text and its media type."""
+    """An answer: its text, or the bytes of a picture, and its media type."""
 
-    text: str
+    content: str | bytes
     media: str = "text/html"
 
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a form: its name, what stands in it, and what may be chosen (anything where empty)."""
+    """A field of a form: its name, what stands in it, what may be chosen (anything where empty), and of a number that
+    a slider sets from where to where."""
 
     name: str
     value: str
     choices: Sequence[str] = ()
+    reach: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
 class Listing:
-    """A page of one table: what is asked in words, the form that asks again, the rows, and where rows link to; plots
-    above them, and where the page that follows is."""
+    """A page of one table: what is asked in words, the form that asks again, the rows, where rows link to and their
+    pictures are; plots above them, and where the page that follows is; groups in place of the table, each a heading and
+    links with their words; data: what the page's script is given; newest: what changes when there are new rows."""
 
     title: str
     table: Table
@@ -65,10 +77,21 @@ class Listing:
     words: str = ""
     plots: Sequence[Markup] = ()
     older: str = ""
+    pictures: Sequence[str] | None = None
+    groups: Mapping[str, Sequence[tuple[str, str]]] | None = None
+    data: dict[str, Any] | None = None
+    newest: str = ""
 
 
 def answer(store: Store, connection: Connection, path: str, asked: Mapping[str, str]) -> Page | None:
     """What an address shows, None where there is nothing at it.  Raises UsageError for what cannot be asked."""
+    if path.startswith(("/picture/run/", "/picture/object/")):
+        kind, _, number = path.removeprefix("/picture/").partition("/")
+        made = run_thumbnail if kind == "run" else object_thumbnail
+        drawn = made(store, connection, int(number)) if number.isdecimal() and len(number) < 19 else None
+        return None if drawn is None else Page(drawn, "image/webp")
+    if path == "/newest":
+        return Page(_newest(store, connection), "text/plain")
     name, suffix = path, ""
     for ending in _FORMS:
         if path.endswith(ending):
@@ -83,6 +106,12 @@ def answer(store: Store, connection: Connection, path: str, asked: Mapping[str, 
         if suffix:
             return _as_files(run_tables(store, connection, run), suffix, asked)
         return Page(run_page(store, connection, run, AROUND | {"files": _files(name, asked)}))
+    if name == "/part":
+        _takes(asked, "serial", *table)
+        serial = asked.get("serial", "")
+        if suffix:
+            return _as_files(serial_tables(connection, serial), suffix, asked)
+        return Page(serial_page(store, connection, serial, AROUND | {"files": _files(name, asked)}))
     if name.startswith("/object/"):
         _takes(asked, "variant", *table)
         named = name[8:], asked.get("variant", "")
@@ -108,45 +137,60 @@ def _listing(store: Store, connection: Connection, name: str, asked: Mapping[str
         return _size(connection, asked)
     if name == "/camera":
         return _camera(connection, asked)
+    if name == "/parts":
+        _takes(asked)
+        table = _table(connection, "Physical parts", "serve/parts")
+        links = [f"/part?{urlencode({'serial': r[0]})}" for r in table.rows]
+        pictures = _pictures_of(store, connection, [int(r[-1]) for r in table.rows])
+        return Listing("Physical parts", table, links=links, pictures=pictures)
     if name == "/objects":
         _takes(asked)
-        table = _table(connection, "Objects", "object/newest")
-        named, variant = (list(table.columns).index(c) for c in ("name", "variant"))
-        links = [f"/object/{quote(r[named], safe='')}?{urlencode({'variant': r[variant]})}" for r in table.rows]
-        return Listing("Objects", table, links=links)
+        table = _table(connection, "Objects", "serve/objects")
+        pictures = [f"/picture/object/{r[0]}" for r in table.rows]
+        table = replace(table, columns=table.columns[1:], rows=[r[1:] for r in table.rows])
+        links = [f"/object/{quote(r[0], safe='')}?{urlencode({'variant': r[1]})}" for r in table.rows]
+        return Listing("Objects", table, links=links, pictures=pictures)
+    if name == "/rig":
+        return _rig(connection, asked)
     if name == "/find":
         return _find(store, connection, asked)
     if name == "/questions":
         _takes(asked)
-        rows = [(q, first_line(sql.query(f"examples/{q}").text)) for q in question_names()]
-        links = [f"/question/{q}" for q, _ in rows]
-        return Listing("Questions", Table("Questions", ("name", "question"), rows), links=links)
+        groups = question_groups()
+        rows = [(q, words, who) for who, its in groups.items() for q, words in its]
+        table = Table("Questions", ("name", "question", "asked_by"), rows)
+        shown = {who: [(f"/question/{q}", words) for q, words in its] for who, its in groups.items()}
+        return Listing("Questions", table, groups=shown)
     if name.startswith("/question/"):
         return _question(connection, name.removeprefix("/question/"), asked)
     return None
 
 
+# Of runs on a page, what is decisive first.
+_RUN_COLUMNS = (
+    *("run", "kind", "part_verdict", "pose_verdict", "findings", "serial", "began_at", "state", "checked", "in_view"),
+    *("changed", "contradicted", "not_confirmed", "undecidable", "seconds", "variant", "message"),
+)
+
+
 def _runs(store: Store, connection: Connection, asked: Mapping[str, str], whole: bool) -> Listing:
-    """Runs, the newest first; of a page as many as it shows, looked for in pieces from the newest on."""
+    """Runs, the newest first; of a page as many as it shows."""
     names = ("kind", "state", "verdict", "part", "text")
     _takes(asked, *names, "before")
     given = {n: asked.get(n) or None for n in names}
     high = int(store.rows(connection, "run/newest")[0].run)
     if asked.get("before"):
         high = min(high, int(finite("before", asked["before"])) - 1)
-    size = high if whole else ROWS_SHOWN
-    table = _table(connection, "Runs", "run/runs", **given, low=max(high - size + 1, 0), high=high)
-    rows, high = list(table.rows), high - size
-    while high > 0 and len(rows) < ROWS_SHOWN and not whole:
-        size *= 4
-        more = _table(connection, "Runs", "run/runs", **given, low=max(high - size + 1, 0), high=high)
-        rows, high = [*rows, *more.rows], high - size
-    kept = rows if whole else rows[:ROWS_SHOWN]
+    # Without a filter the newest are enough; what a filter finds may lie anywhere.
+    low = 0 if whole or any(given.values()) else max(high - ROWS_SHOWN, 0)
+    table = _table(connection, "Runs", "run/runs", most=None if whole else ROWS_SHOWN + 1, **given, low=low, high=high)
+    kept = table.rows if whole else table.rows[:ROWS_SHOWN]
     older = ""
-    if high > 0 or len(kept) < len(rows):
-        last = kept[-1][0] if len(kept) < len(rows) else high + 1
+    if len(kept) < len(table.rows) or low > 0:
+        last = kept[-1][0] if len(kept) < len(table.rows) else low
         older = f"/?{urlencode({**{n: v for n, v in given.items() if v}, 'before': last})}"
-    table = replace(table, rows=kept)
+    order = range(len(table.columns)) if whole else [list(table.columns).index(c) for c in _RUN_COLUMNS]
+    table = replace(table, columns=[table.columns[i] for i in order], rows=[[r[i] for i in order] for r in kept])
     choices = {
         "kind": ("load", "world", "index", "diff", "extract", "inspect", "set", "decide"),
         "state": ("running", "finished", "failed", "killed"),
@@ -154,7 +198,28 @@ def _runs(store: Store, connection: Connection, asked: Mapping[str, str], whole:
         "part": ("as modelled", "deviates", "another variant", "not enough seen"),
     }
     fields = [Field(n, asked.get(n, ""), ("", *choices[n]) if n in choices else ()) for n in given]
-    return Listing("Runs", table, fields, [f"/run/{r[0]}" for r in table.rows], older=older)
+    runs = [int(r[0]) for r in kept]
+    return Listing(
+        "Runs",
+        table,
+        fields,
+        [f"/run/{run}" for run in runs],
+        older=older,
+        pictures=_pictures_of(store, connection, runs),
+        newest="" if asked.get("before") else _newest(store, connection),
+    )
+
+
+def _pictures_of(store: Store, connection: Connection, runs: Sequence[int]) -> list[str]:
+    """Where the pictures of runs are; empty of a run that kept none."""
+    bounds = {"low": min(runs, default=0), "high": max(runs, default=0)}
+    pictured = {int(r.run) for r in store.rows(connection, "serve/pictured_runs", **bounds)}
+    return [f"/picture/run/{run}" if run in pictured else "" for run in runs]
+
+
+def _newest(store: Store, connection: Connection) -> str:
+    """What is another text when a run began or ended."""
+    return " ".join(str(n) for n in store.rows(connection, "serve/newest")[0])
 
 
 def _compare(store: Store, asked: Mapping[str, str]) -> Listing:
@@ -174,6 +239,8 @@ def _history_of(row: Mapping[str, Any]) -> str:
     """Where what a row of `serve/over_time` names is plotted."""
     if row["rig"] is None:
         return f"/size?{urlencode({'path': row['name'], 'what': row['what']})}"
+    if row["camera"] is None:
+        return f"/rig?{urlencode({'rig': row['rig']})}"
     return f"/camera?{urlencode({'rig': row['rig'], 'name': row['camera']})}"
 
 
@@ -201,6 +268,24 @@ def _camera(connection: Connection, asked: Mapping[str, str]) -> Listing:
     return Listing(table.title, table, fields, [f"/run/{r[0]}" for r in table.rows], plots=plots)
 
 
+def _rig(connection: Connection, asked: Mapping[str, str]) -> Listing:
+    """A rig as a whole: what each of its accepted runs came to, a plot a quantity."""
+    _takes(asked, "rig")
+    rig = int(finite("rig", asked.get("rig", "")))
+    table = _table(connection, f"Rig {rig} over time", "serve/rig_over_time", rig=rig)
+    rows = [dict(zip(table.columns, r, strict=True)) for r in table.rows]
+    plots = []
+    for quantity, group in groupby(rows, key=itemgetter("quantity")):
+        own = list(group)
+        points = [
+            Point(f"/run/{r['run']}", *_point(r)[:2], limit=r["gate"], bad=bool(r["gate"]) and r["value"] > r["gate"])
+            for r in own
+        ]
+        words = Markup('<figure class="drawn"><figcaption>{}</figcaption>{}</figure>')
+        plots.append(words.format(f"{quantity}, {own[0]['unit']}".rstrip(", "), history(points, own[0]["unit"])))
+    return Listing(table.title, table, [Field("rig", str(rig))], [f"/run/{r['run']}" for r in rows], plots=plots)
+
+
 def _point(row: Mapping[str, Any]) -> tuple[str, float, float | None, float | None, float | None]:
     """Label, value, sigma, nominal and limit of a point over time."""
     label = f"run {row['run']}, {cell(row['began_at'])}" + (f", {row['serial']}" if row["serial"] else "")
@@ -213,17 +298,37 @@ def _find(store: Store, connection: Connection, asked: Mapping[str, str]) -> Lis
     level, world = asked.get("level", "part"), asked.get("world") or next(iter(worlds), "")
     if level not in LEVELS:
         raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
-    fields = [Field(n, asked.get(n, "")) for n in BOUNDS] + [
-        Field("level", level, LEVELS),
-        Field("world", world, worlds),
-    ]
+    choices = [Field("level", level, LEVELS), Field("world", world, worlds)]
     rows: list[tuple[Any, ...]] = []
-    words = "Give the least and the greatest corner of a box of the world, mm."
+    words = "Give the least and the greatest corner of a box of the world, mm; a click on a part puts it about that."
     if any(asked.get(n) for n in BOUNDS):
         box = Box(*(finite(n, asked.get(n, "")) for n in BOUNDS))
         rows = [(r.path, r.level, r.name, *r.box) for r in find_rows(store, box, level=level, world=world or None)]
         words = f"{len(rows)} {level}s of the world {world} lie in it by their boxes."
-    return Listing("What lies in a box", Table("Found", ("path", "level", "name", *BOUNDS), rows), fields, words=words)
+    drawn = _world_scene(store, connection, world, {r[0] for r in rows})
+    reach = [(m - drawn["radius"], m + drawn["radius"]) for m in drawn["focus"]] if drawn else [(0.0, 0.0)] * 3
+    first = [f"{low + (high - low) * (1 + 2 * n) / 4:.0f}" for n in (0, 1) for low, high in reach]
+    fields = [
+        Field(n, asked.get(n, given), reach=reach[i % 3])
+        for i, (n, given) in enumerate(zip(BOUNDS, first, strict=True))
+    ]
+    table = Table("Found", ("path", "level", "name", *BOUNDS), rows)
+    return Listing("What lies in a box", table, fields + choices, words=words, data={"items": [], "scene": drawn})
+
+
+def _world_scene(store: Store, connection: Connection, world: str, found: set[str]) -> dict[str, Any] | None:
+    """A world with what was found in it in another colour; None where it has no part."""
+    rows = store.columns(connection, "serve/world_parts", world=world, most=MOST_PARTS)
+    paths = [str(p) for p in rows["path"]]
+    colours = ["pose" if path in found else "plain" for path in paths]
+    shapes, parts, _ = place_parts(
+        store, connection, np.asarray(rows["shape_id"], np.int64), paths, matrices(rows), colours
+    )
+    # Looked at as a whole, whatever was found.
+    whole = scene(shapes, [p | {"colour": "plain"} for p in parts], back=broadside(shapes, parts))
+    for drawn, part in zip(whole["parts"] if whole else (), parts, strict=False):
+        drawn["colour"] = part["colour"]
+    return whole
 
 
 def _question(connection: Connection, name: str, asked: Mapping[str, str]) -> Listing:
@@ -232,12 +337,29 @@ def _question(connection: Connection, name: str, asked: Mapping[str, str]) -> Li
     found = connection.execute(question.query, values)
     columns, rows = list(found.keys()), found.all()
     table = Table(question.words, columns, rows, question.query.text, values, empty="No rows.")
-    return Listing(question.words, table, [Field(n, str(v)) for n, v in values.items()])
+    fields = [Field(n, str(v)) for n, v in values.items()]
+    return Listing(question.words, table, fields, plots=_plots_of(name, columns, rows))
 
 
-def _table(connection: Connection, title: str, name: str, **parameters: Any) -> Table:
+def _plots_of(question: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> list[Markup]:
+    """The plot of a question's answer, where it has one."""
+    named = PLOTS.get(question)
+    shown = [dict(zip(columns, r, strict=True)) for r in rows[:_MOST_BARS]]
+    if named is None or not shown:
+        return []
+    label, value = named
+    if label == "run_id":
+        points = [
+            Point(f"/run/{r[label]}", f"run {r[label]}", r[value], r.get("sigma"), r.get("nominal")) for r in shown
+        ]
+        return [history(points, value)]
+    return [bars([cell(r[label]) for r in shown], [float(r[value]) for r in shown], value)]
+
+
+def _table(connection: Connection, title: str, name: str, *, most: int | None = None, **parameters: Any) -> Table:
     found = connection.execute(sql.query(name), parameters)
-    return Table(title, list(found.keys()), found.all(), sql.query(name).text, parameters, empty="There are none.")
+    rows = found.all() if most is None else found.fetchmany(most)
+    return Table(title, list(found.keys()), rows, sql.query(name).text, parameters, empty="There are none.")
 
 
 def _as_files(tables: Mapping[str, Table], suffix: str, asked: Mapping[str, str]) -> Page:
@@ -274,9 +396,9 @@ def _as_page(listing: Listing, name: str, asked: Mapping[str, str]) -> Page:
         "listing": listing,
         "rows": listing.table.rows[:ROWS_SHOWN],
         "left_out": max(0, len(listing.table.rows) - ROWS_SHOWN),
-        "older": listing.older,
         "files": [(f"{quote(name)}{suffix}{question}", form) for suffix, (form, _) in _FORMS.items()],
-        "data": None,
+        "data": listing.data,
+        "scene": listing.data and listing.data["scene"],
     }
     return Page(render("listing.html", **AROUND, **more))
 

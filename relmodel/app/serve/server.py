@@ -22,6 +22,7 @@ from relmodel.store.ask import TIME_LIMIT_S
 LOOPBACK = "127.0.0.1"
 _PATIENCE_S = 10.0  # for a request to arrive
 _MOST_PARAMETERS = 40
+_MOST_PICTURES = 1000  # some kB each
 
 
 class Server(ThreadingHTTPServer):
@@ -39,6 +40,7 @@ class Server(ThreadingHTTPServer):
         except OSError as error:
             raise UsageError(f"port {port} cannot be used ({error.strerror}): give another with --port") from error
         self.target, self.time_limit_s, self.turn = target, time_limit_s, threading.Lock()
+        self.pictures: dict[str, Page] = {}  # that were made: they take longest, and stay as they are
         self.hosts = {f"{name}:{self.server_port}" for name in (LOOPBACK, "localhost")}
 
     @property
@@ -46,6 +48,14 @@ class Server(ThreadingHTTPServer):
         return f"http://{LOOPBACK}:{self.server_port}/"
 
     def page(self, path: str, asked: dict[str, str]) -> Page | None:
+        if path in self.pictures:
+            return self.pictures[path]
+        page = self._make(path, asked)
+        if page is not None and isinstance(page.content, bytes):
+            self.pictures = dict([*self.pictures.items()][1 - _MOST_PICTURES :]) | {path: page}
+        return page
+
+    def _make(self, path: str, asked: dict[str, str]) -> Page | None:
         with (
             self.turn,
             Store.open(self.target, read_only=True) as store,
@@ -97,13 +107,13 @@ class Handler(BaseHTTPRequestHandler):
         self._send(status, Page(text))
 
     def _send(self, status: HTTPStatus, page: Page) -> None:
-        body = page.text.encode()
+        body = page.content if isinstance(page.content, bytes) else page.content.encode()
         self.close_connection = True
         self.send_response(status)
         for name, value in {
-            "Content-Type": f"{page.media}; charset=utf-8",
+            "Content-Type": page.media if isinstance(page.content, bytes) else f"{page.media}; charset=utf-8",
             "Content-Length": str(len(body)),
-            "Content-Security-Policy": f"{policy(chr(39) + 'self' + chr(39))}; frame-ancestors 'none'",
+            "Content-Security-Policy": f"{policy(served=True)}; frame-ancestors 'none'",
             "X-Content-Type-Options": "nosniff",
             "X-Frame-Options": "DENY",
             "Referrer-Policy": "no-referrer",

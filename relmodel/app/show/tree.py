@@ -38,12 +38,18 @@ class Tree:
 def read_tree(store: Store, connection: Connection, name: str, variant: str = "") -> Tree:
     """Tree of the newest revision of a variant, as `find_variant` finds it; raises UsageError as that."""
     found = find_variant(store, connection, name, variant)
-    object_id = found.object_id
+    return expand(store, connection, found.object_id, name, found.variant, found.revision)
+
+
+def expand(
+    store: Store, connection: Connection, object_id: int, name: str = "", variant: str = "", revision: int = 0
+) -> Tree:
+    """Tree of an object by its identity."""
     rows = store.columns(connection, "object/expansion", object_id=object_id)
     depth, child, part, shape = (np.asarray(rows[c], np.int64) for c in ("depth", "object_id", "part_id", "shape_id"))
     pose = matrices({c: rows[c] for c in MATRIX_COLUMNS})
     path = [str(p) for p in rows["path"]]
-    return Tree(object_id, name, found.variant, found.revision, path, depth, child, part, shape, pose)
+    return Tree(object_id, name, variant, revision, path, depth, child, part, shape, pose)
 
 
 def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str, Any]]:
@@ -104,6 +110,14 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
         row["attributes"] = ", ".join(attributes.get(known, []))
         rows.append({"depth": int(tree.depth[i]), "path": path, **row})
     return rows
+
+
+def material_rows(store: Store, connection: Connection, tree: Tree) -> Ints:
+    """Rows of the tree that are parts with geometry: sheets and lines that are no material would lie on the faces that
+    they were drawn for."""
+    ids = [int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
+    drawn = [int(p.id) for p in store.rows(connection, "object/parts", part_ids=ids) if not p.supplemental]
+    return np.flatnonzero((tree.shape_id >= 0) & np.isin(tree.part_id, drawn))
 
 
 def alike(tree: Tree) -> tuple[Ints, Ints]:

@@ -437,6 +437,10 @@ def test_overlay_that_cannot_be_written_is_told_first(
     ):
         said = refused(capsys, "inspect", "--store", store, *pair.options(overlay=tmp_path / name))
         assert says in said
+    for option in ({"overlay": tmp_path / "a.png"}, {"crops": tmp_path / "crops"}):  # there would be no rows to draw
+        given = pair.options(**option)
+        said = refused(capsys, "inspect", "--store", store, *given, "--audit", "minimal", status=2)
+        assert "a minimal audit leaves out" in said
     assert counts(store) == before
 
 

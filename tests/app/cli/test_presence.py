@@ -16,10 +16,12 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 import yaml
+from PIL import Image
 
 from relmodel.app.cli.main import main
 from relmodel.app.cli.verbs.inspect import print_answer
 from relmodel.app.notebook import PicturedInspection
+from relmodel.drawing.colours import STATES
 from relmodel.loading.load import load
 from relmodel.resources import resource_dir
 from relmodel.store import Store
@@ -36,7 +38,8 @@ Answer = dict[str, Any]
 
 @pytest.fixture(scope="module")
 def done(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, inspection.Inspection]:
-    """A store with variant A where variant B stands, inspected, with crops and a copy beside it; and the answer."""
+    """A store with variant A where variant B stands, inspected, with crops, overlay and a copy beside it; and the
+    answer."""
     folder = tmp_path_factory.mktemp("presence")
     shutil.copy(bulkhead_template, folder / "cell.duckdb")
     with Store.open(folder / "cell.duckdb") as store:
@@ -45,7 +48,9 @@ def done(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) -> t
     world["objects"][0]["variant"] = "A"
     (folder / "world.yaml").write_text(yaml.safe_dump(world))
     assert main(["world", str(folder / "world.yaml"), "--store", str(folder / "cell.duckdb")]) == 0
-    options = halve("pair_04", folder).options(world=world["world"], crops=folder / "crops")
+    options = halve("pair_04", folder).options(
+        world=world["world"], crops=folder / "crops", overlay=folder / "overlay.png"
+    )
     answers = []
 
     def inspect(*given: Any, **named: Any) -> inspection.Inspection:
@@ -367,6 +372,29 @@ def test_crops_show_the_worst_first(answer: Answer, folder: Path) -> None:
     assert len(names) == len(answer["presence"]["look_at"])
     for name, path in zip(names, answer["presence"]["look_at"], strict=True):
         assert item(answer, path)["state"] in name
+
+
+def test_the_overlay_shows_states_where_cameras_see_them(folder: Path) -> None:
+    """By the rendering's own poses: the hole that B lacks is red all round, one that both have green."""
+    truth = json.loads((DEMO / "pair_04_truth.json").read_text())
+    with Image.open(folder / "overlay.png") as opened:
+        drawn = np.asarray(opened.convert("RGB"), int)
+    around = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    for place, diameter, name in (((910, 140), 60, "contradicted"), ((800, 140), 60, "confirmed")):
+        rim = np.array(place) + diameter / 2 * np.stack([np.cos(around), np.sin(around)], axis=1)
+        world = np.column_stack([rim, np.full(60, 23.0), np.ones(60)]) @ np.array(truth["world_from_object"]).T
+        for number, camera in enumerate(("left", "right")):
+            said = truth["cameras"][camera]
+            seen = world @ np.linalg.inv(np.array(said["world_from_camera"])).T
+            u, v = np.rint((seen[:, :3] / seen[:, 2:3] @ np.array(said["matrix"]).T)[:, :2] / 2 - 0.25).astype(int).T
+            assert 0 <= u.min() <= u.max() < 640
+            assert 0 <= v.min() <= v.max() < 480
+            off = [
+                np.abs(drawn[v + dv, u + du + 648 * number] - np.array(STATES[name])).max(axis=1)
+                for dv in range(-3, 4)
+                for du in range(-3, 4)
+            ]
+            assert np.mean(np.min(off, axis=0) < 90) > 0.8, (name, camera)
 
 
 @pytest.mark.parametrize("engine", ["inspection", "postgresql_inspection"])

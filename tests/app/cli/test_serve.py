@@ -16,12 +16,14 @@ from typing import Any
 from urllib.parse import urlencode
 
 import duckdb
+import numpy as np
 import pytest
 import sqlalchemy as sa
+from PIL import Image
 
 from relmodel.app.cli.main import main
 from relmodel.app.serve.limits import StoppedError, only_reading
-from relmodel.app.serve.questions import question_names, read_question
+from relmodel.app.serve.questions import PLOTS, question_names, read_question
 from relmodel.app.serve.server import Server
 from relmodel.app.show.tree import read_tree
 from relmodel.errors import StoreError, UsageError
@@ -30,11 +32,20 @@ from relmodel.find.volumes import Box
 from relmodel.printing import plain
 from relmodel.resources import resource_dir
 from relmodel.store import Store
-from tests.app.cli.conftest import Inspection
+from tests.app.cli.conftest import Inspection, Pair
 from tests.app.cli.test_report import EVIL, changed
 from tests.browser import browser
-from tests.pages import Page
+from tests.pages import Page, data_of
 
+WEBP = "image/webp"
+# A pixel of the canvas that shows a part which was found, in the middle of them, from its upper left corner.
+DRAWN = """(c => {
+  const g = c.getContext('webgl2'), p = new Uint8Array(4 * c.width * c.height), found = [];
+  g.readPixels(0, 0, c.width, c.height, g.RGBA, g.UNSIGNED_BYTE, p);
+  for (let i = 0; i < p.length; i += 4) if (p[i + 1] > p[i] + 30 && p[i + 1] > p[i + 2] + 20) found.push(i / 4);
+  const at = found[found.length >> 1], scale = c.clientWidth / c.width;
+  return [(at % c.width + .5) * scale, (c.height - Math.floor(at / c.width) - .5) * scale];
+})(document.getElementById('canvas'))"""
 BOX = {"x0": "1800", "y0": "-500", "z0": "900", "x1": "2000", "y1": "-400", "z1": "1100"}
 
 
@@ -64,9 +75,13 @@ def asked(
     given = {"Host": host or f"127.0.0.1:{server.server_port}"}
     connection.request(method, address + (f"?{urlencode(parameters)}" if parameters else ""), headers=given)
     said = connection.getresponse()
-    text = said.read().decode()
+    body = said.read()
     connection.close()
-    return said.status, dict(said.getheaders()), text
+    return (
+        said.status,
+        dict(said.getheaders()),
+        body.decode("latin-1" if said.headers["Content-Type"] == WEBP else "utf-8"),
+    )
 
 
 def page(server: Server, address: str, **parameters: str) -> str:
@@ -117,7 +132,8 @@ def test_many_runs_are_paged_the_newest_first(inspection: Inspection, copy_store
         address = "/"
         while address:
             shown = page(started, address)
-            found = [a["href"] for tag, a in Page(shown).elements if tag == "a" and a["href"].startswith("/run/")]
+            links = [a["href"] for tag, a in Page(shown).elements if tag == "a" and a["href"].startswith("/run/")]
+            found = list(dict.fromkeys(links))  # a picture links there too
             assert len(found) <= 300
             seen += found
             older = [a["href"] for tag, a in Page(shown).elements if tag == "a" and a["href"].startswith("/?")]
@@ -156,6 +172,120 @@ def test_sizes_and_cameras_are_plotted_over_time(server: Server) -> None:
     (residual,) = rows(server, "/camera", rig=str(camera["rig"]), name="left")
     assert 0 < residual["value"] < 2
     assert "circle" in page(server, "/camera", rig=str(camera["rig"]), name="left")
+
+
+def picture(server: Server, address: str) -> Image.Image:
+    status, headers, text = asked(server, address)
+    assert (status, headers["Content-Type"]) == (200, WEBP)
+    return Image.open(io.BytesIO(text.encode("latin-1"))).convert("RGB")
+
+
+def test_runs_are_shown_by_their_pictures(server: Server, pair: Pair) -> None:
+    (run,) = (r["run"] for r in rows(server, "/runs", kind="inspect"))
+    shown = [a["src"] for tag, a in Page(page(server, "/")).elements if tag == "img"]
+    assert shown == [f"/picture/run/{run}"]
+    small = np.asarray(picture(server, shown[0]), float)
+    with Image.open(pair.left) as opened:
+        given = np.asarray(opened.convert("RGB").resize((240, 180), Image.Resampling.BICUBIC), float)
+    drawn = np.ptp(small, axis=2) > 40  # the pair is grey, what is drawn over it is not
+    assert 0.02 < drawn.mean() < 0.4
+    assert np.abs(small - given)[np.ptp(small, axis=2) < 8].mean() < 6
+    assert picture(server, shown[0]).tobytes() == picture(server, shown[0]).tobytes()
+    for nothing in ("1", "99999", "x", "1" * 30, "../run/1", ""):
+        assert asked(server, f"/picture/run/{nothing}")[0] == asked(server, f"/picture/object/{nothing}0000")[0] == 404
+
+
+def test_objects_are_shown_by_picture_name_and_revision(server: Server) -> None:
+    found = rows(server, "/objects")
+    assert list(found[0]) == ["name", "variant", "revision", "parts", "mass_kg", "file", "format"]
+    bulkhead = next(r for r in found if r["name"] == "bulkhead")
+    with Store.open(server.target, read_only=True) as store, store.read() as connection:
+        tree = read_tree(store, connection, "bulkhead", "A")
+        masses = sa.text("SELECT sum(mass) FROM placed_part WHERE object = 'bulkhead'")
+        assert bulkhead["mass_kg"] == pytest.approx(connection.execute(masses).scalar())
+    assert (bulkhead["revision"], bulkhead["parts"]) == (tree.revision, int((tree.part_id >= 0).sum()))
+    shown = [a["src"] for tag, a in Page(page(server, "/objects")).elements if tag == "img"]
+    assert len(shown) == len(found)
+    solid = np.asarray(picture(server, f"/picture/object/{tree.object_id}")).min(axis=2) < 240
+    wide, high = np.ptp(np.flatnonzero(solid.any(axis=0))), np.ptp(np.flatnonzero(solid.any(axis=1)))
+    assert 1.3 < wide / high < 4  # a bulkhead of 1.9 m by .9 m, seen from aside
+    assert 0.2 < solid.mean() < 0.8
+
+
+def test_a_physical_part_is_shown_by_all_its_stops(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+    store = changed(copy_store(inspection.store), "UPDATE inspection SET serial = $given", given=EVIL)
+    with serving(store) as started:
+        (found,) = rows(started, "/parts")
+        assert found["serial"] == EVIL
+        assert (found["stops"], found["usable_stops"]) == (1, 1)
+        shown = Page(page(started, "/parts"))
+        (address,) = {a["href"] for tag, a in shown.elements if tag == "a" and a["href"].startswith("/part?")}
+        own = Page(page(started, address))
+        assert not [tag for page_ in (shown, own) for tag, a in page_.elements if tag == "img" and "onerror" in a]
+        assert EVIL.replace("\x1b", "\\x1b") in own.text
+        stops = rows(started, "/part", serial=EVIL, table="serial_stops")
+        assert len(stops) == 1
+        assert f"{found['checked']} of {found['features']} checked" in own.text
+    with serving(inspection.store) as started:
+        assert rows(started, "/parts") == []
+        assert asked(started, "/part", serial="none")[0] == 400
+
+
+def test_a_rig_is_shown_as_a_whole(server: Server) -> None:
+    (inspected,) = rows(server, "/runs", kind="inspect")
+    listed = next(r for r in rows(server, "/over-time") if r["what"] == "all")
+    found = rows(server, "/rig", rig=str(listed["rig"]))
+    rules = {r["rule"]: r for r in rows(server, f"/run/{inspected['run']}", table="rules")}
+    place = next(r for r in found if r["quantity"].startswith("place"))
+    assert (place["value"], place["gate"]) == (rules["translation"]["value"], rules["translation"]["gate"])
+    assert {r["quantity"] for r in found} > {"residual of camera left", "residual of camera right"}
+    shown = page(server, "/rig", rig=str(listed["rig"]))
+    elements = Page(shown).elements
+    plots = [a for tag, a in elements if tag == "svg" and "history" in a["class"]]
+    limits = [a["d"] for tag, a in elements if tag == "path" and a.get("class") == "limit"]
+    circles = [(float(a["cy"]), a["class"]) for tag, a in elements if tag == "circle"]
+    assert len(plots) == len(found) == len(circles)
+    assert len(limits) == 2
+    # What passed lies below its limit, on paper too: y goes down.
+    at = [r["quantity"] for r in found].index(place["quantity"])
+    assert circles[at][0] > float(limits[0].partition(" ")[2].partition("L")[0])
+    assert circles[at][1] == "good"
+    assert f'href="/rig?rig={listed["rig"]}"' in page(server, "/over-time")
+
+
+def test_questions_stand_by_who_asks_with_a_plot(server: Server) -> None:
+    listed = rows(server, "/questions")
+    assert {r["asked_by"] for r in listed} == {
+        "Who designs the part", "Who inspects", "Who keeps the cell", "Who looks into a decision"
+    }  # fmt: skip
+    assert sorted(r["name"] for r in listed) == sorted(question_names())
+    shown = Page(page(server, "/questions"))
+    assert not any(name in shown.text for name in question_names() if "_" in name)
+    assert all(r["question"] in shown.text for r in listed)
+    holes = rows(server, "/question/hole_sizes")
+    drawn = Page(page(server, "/question/hole_sizes"))
+    wide = np.array([float(a["width"]) for tag, a in drawn.elements if tag == "rect"])
+    many = np.array([float(r["holes"]) for r in holes])
+    np.testing.assert_allclose(wide / wide.max(), many / many.max(), atol=1e-3)
+    assert set(PLOTS) <= set(question_names())
+    for name, columns in PLOTS.items():
+        query = (resource_dir("queries") / f"examples/{name}.sql").read_text()
+        with Store.open(server.target, read_only=True) as store, store.read() as connection:
+            assert set(columns) <= set(connection.execute(sa.text(query)).keys())
+
+
+def test_the_world_of_a_box_is_drawn(server: Server) -> None:
+    found = {r["path"] for r in rows(server, "/find", level="feature", **BOX)}
+    scene = data_of(page(server, "/find", level="feature", **BOX))["scene"]
+    assert {p["path"] for p in scene["parts"] if p["colour"] != "plain"} == found
+    with Store.open(server.target, read_only=True) as store, store.read() as connection:
+        placed = sa.text("SELECT path, m03, m13, m23 FROM occurrence WHERE kind = 'part'")
+        places = {r.path: (r.m03, r.m13, r.m23) for r in connection.execute(placed)}
+    assert {p["path"]: tuple(p["m"][3::4]) for p in scene["parts"]} == {
+        path: pytest.approx(at, abs=1e-6) for path, at in places.items()
+    }
+    asked_first = {a["name"]: a["value"] for tag, a in Page(page(server, "/find")).elements if a.get("name") in BOX}
+    assert float(asked_first["x0"]) < float(asked_first["x1"])
 
 
 def test_two_runs_stand_side_by_side(server: Server) -> None:
@@ -431,7 +561,7 @@ def test_names_bring_no_elements_and_no_formulas(inspection: Inspection, copy_st
     )
     with serving(store) as started:
         shown = Page(page(started, "/objects"))
-        assert not [tag for tag, _ in shown.elements if tag == "img"]
+        assert all(a["src"].startswith("/picture/object/") for tag, a in shown.elements if tag == "img")
         assert "window.hacked=1" in shown.text
         assert rows(started, "/objects")[0]["name"] == EVIL
         assert "'=1+1" in asked(started, "/runs.csv")[2]
@@ -445,6 +575,47 @@ def test_a_port_that_is_taken_is_told(server: Server) -> None:
 
 
 @pytest.mark.browser
+def test_new_runs_appear_by_themselves(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+    store = copy_store(inspection.store)
+    with serving(store) as started, browser() as shown:
+        before = asked(started, "/newest")[2]
+        shown.open(started.url)
+        with started.turn, duckdb.connect(store) as connection:
+            connection.execute("INSERT INTO run SELECT * REPLACE (77 AS id) FROM run WHERE id = 1")
+            connection.execute("INSERT INTO run_event SELECT * REPLACE (77 AS run_id) FROM run_event WHERE run_id = 1")
+        assert asked(started, "/newest")[2] != before
+        shown.until(lambda: bool(shown.run("Boolean(document.querySelector('a[href=\"/run/77\"]'))")))
+        assert not shown.complaints
+
+
+@pytest.mark.browser
+def test_a_box_is_drawn_and_asked(inspection: Inspection) -> None:
+    """A slider moves a face; a click on a part puts the box about it, which then holds the part's own."""
+    value = "document.querySelector('.ask [name={}]').value"
+    with serving(inspection.store) as started, browser() as shown:
+        shown.open(started.url + "find?" + urlencode(BOX))
+        shown.run(
+            "(s => { s.value = 1700; s.dispatchEvent(new Event('input')) })(document.querySelector('[data-bound=x0]'))"
+        )
+        assert shown.run(value.format("x0")) == "1700"
+        left, top = shown.run("(r => [r.left, r.top])(document.getElementById('canvas').getBoundingClientRect())")
+        u, v = shown.run(DRAWN)
+        shown.mouse("mousePressed", left + u, top + v, 1)
+        shown.mouse("mouseReleased", left + u, top + v)
+        path = shown.run("document.getElementById('model-part').textContent")
+        low_high = [float(shown.run(value.format(name))) for name in BOX]
+        with Store.open(started.target, read_only=True) as store, store.read() as connection:
+            asked_for = sa.text("SELECT x0, y0, z0, x1, y1, z1 FROM occurrence WHERE path = :path")
+            own = connection.execute(asked_for, {"path": path}).one()
+        assert all(at <= its for at, its in zip(low_high[:3], own[:3], strict=True))
+        assert all(at >= its for at, its in zip(low_high[3:], own[3:], strict=True))
+        shown.run("document.querySelector('.ask button').click()")
+        shown.until(lambda: f"x0={low_high[0]:.0f}" in str(shown.run("location.search")))
+        shown.until(lambda: path in str(shown.run("document.body.textContent")))
+        assert not shown.complaints
+
+
+@pytest.mark.browser
 def test_a_browser_shows_its_pages_without_complaint(inspection: Inspection) -> None:
     with serving(inspection.store) as started, browser() as shown:
         (run,) = (r["run"] for r in rows(started, "/runs", kind="inspect"))
@@ -453,12 +624,18 @@ def test_a_browser_shows_its_pages_without_complaint(inspection: Inspection) -> 
             "objects",
             "find?" + urlencode(BOX),
             "question/hole_sizes",
+            "questions",
+            "parts",
             "over-time",
+            "rig?rig=1",
             "compare?a=1&b=2",
             "object/bulkhead?variant=A",
             f"run/{run}",
         ):
-            shown.open(started.url + address)
-            assert not shown.complaints, address
+            for wide in (420, 1400, 1920):
+                shown.wide(wide)
+                shown.open(started.url + address)
+                assert not shown.complaints, address
+                assert shown.run("document.documentElement.scrollWidth") <= wide, address
             foreign = [u for u in shown.requests if not u.startswith((started.url, "data:"))]
             assert not foreign

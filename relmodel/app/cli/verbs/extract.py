@@ -66,7 +66,7 @@ def _scales(text: str) -> tuple[float, ...]:
 def run(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
     from relmodel.compiled import compile_ahead
-    from vision.cameras.drawing import check_writable, save_side_by_side
+    from relmodel.drawing.strokes import check_writable, save_side_by_side
     from vision.cameras.images import describe_bits, read_mask, read_picture
     from vision.extraction.extract import KERNELS, extract
     from vision.extraction.extraction_parameters import EdgeParameters, ExtractionParameters, RegionParameters

@@ -47,16 +47,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.app.show.picture import write_picture
-    from relmodel.app.show.tree import alike, read_tree, tree_rows
+    from relmodel.app.show.tree import alike, material_rows, read_tree, tree_rows
+    from relmodel.drawing.colours import hexadecimal
+    from relmodel.drawing.solid import write_picture
     from relmodel.store import Store
 
     with Store.open(store_target(args), read_only=True) as store, store.read() as connection:
         tree = read_tree(store, connection, args.object, args.variant)
         rows = tree_rows(store, connection, tree)
         if args.picture is not None:
-            colours = write_picture(store, connection, tree, args.picture, _direction(args.view))
-            legend = ", ".join(f"{kind} #{r:02x}{g:02x}{b:02x}" for kind, (r, g, b) in colours.items())
+            at = material_rows(store, connection, tree)
+            placed = tree.shape_id[at], tree.pose[at]
+            colours = write_picture(store, connection, *placed, args.picture, _direction(args.view))
+            legend = ", ".join(f"{kind} {hexadecimal(colour)}" for kind, colour in colours.items())
             say(f"{args.picture} is written; features by colour: {legend or 'none'}")
     if args.format == "table":
         of_kind = sum((Counter(row.get("kinds", {})) for row in rows), Counter[str]())

@@ -179,12 +179,28 @@
     viewer = makeViewer(canvas, data.scene, part => {
       const words = document.getElementById("model-part");
       if (part < 0) { show([]); words.textContent = ""; return; }
+      putBoxAbout(part);
       if (byPart.has(part)) { show([byPart.get(part)]); reveal(byPart.get(part)); } else { show([]); viewer.choose(new Map([[part, null]])); }
       words.textContent = data.scene.parts[part].path;
     });
     if (!viewer) document.getElementById("model-part").textContent = "This browser draws no WebGL 2: the model is not shown.";
     document.querySelectorAll("[data-view]").forEach(b => b.addEventListener("click", () => viewer && viewer.look(b.dataset.view)));
   }
+
+  // The box that is asked of a world: drawn as its fields say; a slider moves a face of it, a click on a part puts it about that.
+  const bounds = ["x0", "y0", "z0", "x1", "y1", "z1"].map(n => document.querySelector(`.ask input[name="${n}"]`));
+  const sliders = bounds.map(f => f && document.querySelector(`[data-bound="${f.name}"]`));
+  const drawBox = () => { if (viewer && sliders[0]) viewer.box(bounds.map(f => +f.value)); };
+  function putBoxAbout(part) {
+    if (sliders[0]) viewer.bounds(part).forEach((at, i) => { bounds[i].value = i < 3 ? Math.floor(at) : Math.ceil(at); sliders[i].value = at; });
+    drawBox();
+  }
+  sliders.forEach((slider, i) => {
+    if (!slider) return;
+    slider.addEventListener("input", () => { bounds[i].value = slider.value; drawBox(); });
+    bounds[i].addEventListener("input", () => { slider.value = bounds[i].value; drawBox(); });
+  });
+  drawBox();
 
   // The model beside the pictures of a finding.
   document.querySelectorAll("svg[data-model]").forEach(svg => {

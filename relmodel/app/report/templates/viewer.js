@@ -32,8 +32,26 @@ function makeViewer(canvas, scene, picked) {
     shapes = scene.shapes.map(s => ({ lo: s.lo, size: s.size, runs: s.s,
       vertices: buffer(gl.ARRAY_BUFFER, bytes(s.v)), triangles: buffer(gl.ELEMENT_ARRAY_BUFFER, bytes(s.t)),
       wide: s.wide, paint: (s.paint || []).map(([colour, list]) => [new Set(list), colour]), count: bytes(s.t).length / (s.wide ? 4 : 2), edges: buffer(gl.ARRAY_BUFFER, bytes(s.e)), ends: bytes(s.e).length / 6 }));
-    lines = scene.lines.map(l => ({ colour: l.colour, count: l.at.length / 3,
+    put(scene.lines);
+  }
+  function put(drawn) {
+    lines = drawn.map(l => ({ colour: l.colour, count: l.at.length / 3,
       buffer: buffer(gl.ARRAY_BUFFER, new Float32Array(l.at.map((x, i) => x - middle[i % 3]))) }));
+  }
+  // The edges of a box, x0 y0 z0 x1 y1 z1 of the world, in place of those before.
+  function box(b) {
+    const corner = k => [0, 1, 2].map(i => b[i + 3 * (k >> i & 1)]), at = [];
+    for (let k = 0; k < 8; k++) for (let i = 0; i < 3; i++) if (!(k >> i & 1)) at.push(...corner(k), ...corner(k | 1 << i));
+    scene.lines = [...scene.lines.filter(l => l.colour !== "chosen"), { colour: "chosen", at }];
+    put(scene.lines); redraw();
+  }
+  function bounds(number) {  // of a part, in the same order
+    const s = scene.shapes[scene.parts[number].shape], m = scene.parts[number].m, low = [], high = [];
+    for (let i = 0; i < 3; i++) {
+      const reach = [0, 1, 2].map(j => [m[4 * i + j] * s.lo[j], m[4 * i + j] * (s.lo[j] + s.size[j])]);
+      low.push(m[4 * i + 3] + reach.reduce((sum, r) => sum + Math.min(...r), 0)); high.push(m[4 * i + 3] + reach.reduce((sum, r) => sum + Math.max(...r), 0));
+    }
+    return [...low, ...high];
   }
   function build(vertex, fragment) {
     const made = gl.createProgram();
@@ -187,7 +205,7 @@ function makeViewer(canvas, scene, picked) {
   canvas.addEventListener("webglcontextrestored", () => { upload(); draw(false); });
   new ResizeObserver(fit).observe(canvas);
   fit(); draw(false);
-  return { look, choose(found) { chosen = found || none; redraw(); }, render, meet, project };
+  return { look, box, bounds, choose(found) { chosen = found || none; redraw(); }, render, meet, project };
 
   // The model as a camera has a piece of its picture, as the address of an image; what is chosen stands out.
   function render(name, piece, found, scale) {

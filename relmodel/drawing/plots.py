@@ -9,9 +9,11 @@ import cv2
 import numpy as np
 from markupsafe import Markup
 
-from relmodel.app.report.page import cell
 from relmodel.arrays import Floats, Ints
+from relmodel.text import visible
 
+_MOST_POINTS = 500
+_MOST_LETTERS = 26  # of a bar's label: its end tells it apart
 _DETAIL_PX = 0.4  # how far a drawn course may leave the points that it stands for: less than a line is wide
 
 
@@ -23,9 +25,14 @@ def courses(owner: Ints, x: Floats, y: Floats, *, detail: float = _DETAIL_PX) ->
     if not len(owner):
         return {}
     starts = np.flatnonzero(np.r_[True, owner[1:] != owner[:-1]])
-    points = np.stack([x, y], axis=1).astype(np.float32)
+    points = np.stack([x, y], axis=1)
     pieces = zip(owner[starts].tolist(), np.split(points, starts[1:]), strict=True)
-    return {int(no): path_data(np.asarray(cv2.approxPolyDP(piece, detail, False)[:, 0], float)) for no, piece in pieces}
+    return {int(no): course(piece, detail) for no, piece in pieces}
+
+
+def course(points: Floats, detail: float = _DETAIL_PX) -> str:
+    """SVG path data of points (n, 2), px, as `courses` has it."""
+    return path_data(np.asarray(cv2.approxPolyDP(points.astype(np.float32), detail, False)[:, 0], float))
 
 
 def path_data(points: Floats, closed: bool = False) -> str:
@@ -97,10 +104,28 @@ def ellipse_points(covariance: Floats, sigmas: float, count: int = 48) -> Floats
     return np.asarray(sigmas * circle * np.sqrt(np.maximum(values, 0)) @ vectors.T)
 
 
+def bars(labels: Sequence[str], values: Sequence[float], unit: str) -> Markup:
+    """A bar a label, the longest as wide as there is room."""
+    longest = max((abs(v) for v in values), default=0.0) or 1.0
+    drawn = [
+        Markup(
+            '<text x="176" y="{y}" text-anchor="end">{label}</text>'
+            '<rect x="182" y="{top}" width="{wide:.1f}" height="14"/><text x="{end:.1f}" y="{y}">{value:.4g}</text>'
+        ).format(
+            y=20 * n + 15, top=20 * n + 4, wide=380 * abs(v) / longest, end=188 + 380 * abs(v) / longest,
+            label=visible(label)[-_MOST_LETTERS:], value=v,
+        )
+        for n, (label, v) in enumerate(zip(labels, values, strict=True))
+    ]  # fmt: skip
+    return Markup(
+        '<svg class="plot history counts" viewBox="0 0 640 {}" role="img" aria-label="{} by name">{}</svg>'
+    ).format(20 * len(labels) + 8, unit, Markup("").join(drawn))
+
+
 @dataclass(frozen=True)
 class Point:
-    """A value of a plot over time: where a click leads, its label, sigma, nominal and limit where there are such, and
-    whether it is not as it should be."""
+    """A value of a plot over time: where a click leads, its label, sigma, nominal and limit (of how far it is from the
+    nominal, without one of itself) where there are such, and whether it is not as it should be."""
 
     link: str
     label: str
@@ -112,16 +137,23 @@ class Point:
 
 
 def history(points: Sequence[Point], unit: str) -> Markup:
-    """Values one after the other with two standard deviations, the nominal and the limits about it; each is a link."""
+    """Values one after the other with two standard deviations, the nominal and the limits about it; each is a link.
+
+    Of many the last 500 are drawn.
+    """
+    points = points[-_MOST_POINTS:]
     value = np.array([p.value for p in points])
     sigma, nominal, limit = (
         np.array([np.nan if v is None else v for v in column], float)
         for column in zip(*((p.sigma, p.nominal, p.limit) for p in points), strict=True)
     )
     spread = 2 * np.nan_to_num(sigma)
-    shown = np.concatenate([value - spread, value + spread, nominal - limit, nominal + limit, nominal])
+    above = np.nan_to_num(nominal) + limit  # where nothing is nominal the limit is that of the value itself
+    shown = np.concatenate([value - spread, value + spread, nominal - limit, above, nominal])
     low, high = float(np.nanmin(shown)), float(np.nanmax(shown))
-    margin = 0.08 * (high - low) or 0.5
+    if high - low < 1e-9 * abs(high) + 1e-12:  # of one value
+        low, high = low - 0.5 * abs(low) - 1e-6, high + 0.5 * abs(high) + 1e-6
+    margin = 0.08 * (high - low)
     x = 60 + 900 * (np.arange(len(points)) + 0.5) / len(points)
 
     def y(v: Floats) -> Floats:
@@ -133,7 +165,7 @@ def history(points: Sequence[Point], unit: str) -> Markup:
         Markup('<path class="{}" d="{}"/>').format(
             name, path_data(np.column_stack([ends, np.repeat(y(at), 2)])[np.repeat(np.isfinite(at), 2)])
         )
-        for name, at in (("nominal", nominal), ("limit", nominal - limit), ("limit", nominal + limit))
+        for name, at in (("nominal", nominal), ("limit", nominal - limit), ("limit", above))
         if np.isfinite(at).any()
     ]
     dots = [
@@ -142,16 +174,16 @@ def history(points: Sequence[Point], unit: str) -> Markup:
             '<circle class="{}" cx="{:.1f}" cy="{:.1f}" r="4">'
             "<title>{}: {:.4g}{} {}</title></circle></a>"
         ).format(
-            p.link, u, top, bottom, "bad" if p.bad else "good", u, v, cell(p.label), p.value,
+            p.link, u, top, bottom, "bad" if p.bad else "good", u, v, visible(p.label), p.value,
             "" if p.sigma is None else f" \u00b1 {p.sigma:.2g}", unit,
         )
         for p, u, v, top, bottom in zip(points, x, y(value), y(value + spread), y(value - spread), strict=True)
     ]  # fmt: skip
     marks = [
-        Markup('<text x="52" y="{:.1f}" text-anchor="end">{:.5g}</text>').format(float(y(np.array(at))), at)
+        Markup('<text x="52" y="{:.1f}" text-anchor="end">{:.4g}</text>').format(float(y(np.array(at))), at)
         for at in np.linspace(low, high, 5)
     ]
     return Markup(
-        '<svg class="plot history" viewBox="0 0 980 270" role="img" aria-label="values over time, {}">'
+        '<svg class="plot history" viewBox="-30 0 1010 270" role="img" aria-label="values over time, {}">'
         '<path class="axis" d="M60 10V250H960"/>{}</svg>'
     ).format(unit, Markup("").join([*marks, *lines, *dots]))

@@ -98,9 +98,39 @@ def scene(
     }
 
 
-def placed(shape: int, path: str, pose: Floats, colour: str = "plain") -> Part:
-    """A part where it stands: identity of its shape, pose (4, 4) as the upper rows, mm."""
-    return {"shape": shape, "path": path, "m": pose[:3].round(6).ravel().tolist(), "colour": colour}
+def place_parts(
+    store: Store,
+    connection: Connection,
+    shape_id: Ints,
+    paths: Sequence[str] | npt.NDArray[Any],
+    poses: Floats,
+    colours: Sequence[str] | None = None,
+) -> tuple[list[dict[str, Any]], list[Part], Ints]:
+    """The shapes of placed parts, poses (n, 4, 4), mm; the parts, and which of those given they are: no more than a
+    page draws, and none without triangles.  Colours are names that the script knows, all plain where none are given."""
+    shapes = shapes_of(store, connection, np.unique(shape_id[:MOST_PARTS]))
+    kept = np.flatnonzero(np.isin(shape_id[:MOST_PARTS], [s["id"] for s in shapes]))
+    rows = poses[:, :3].round(6).reshape(-1, 12)
+    return (
+        shapes,
+        [
+            {
+                "shape": int(shape_id[i]),
+                "path": paths[i],
+                "m": rows[i].tolist(),
+                "colour": "plain" if colours is None else colours[i],
+            }
+            for i in kept.tolist()
+        ],
+        kept,
+    )
+
+
+def broadside(shapes: Sequence[Any], parts: Sequence[Part]) -> Floats:
+    """The direction (3,), level where z is up, from which the largest part shows most."""
+    by_id = {s["id"]: s for s in shapes}
+    sizes = np.array([np.ptp(_box(by_id[p["shape"]], p["m"]), axis=0) for p in parts] or [np.ones(3)])
+    return np.asarray(-np.eye(3)[np.argmin(sizes[np.argmax(sizes.prod(axis=1))][:2])])
 
 
 def _box(shape: dict[str, Any], place: Sequence[float]) -> Floats:

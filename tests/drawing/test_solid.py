@@ -10,8 +10,8 @@ import pytest
 from PIL import Image
 
 from relmodel.app.cli.main import main
-from relmodel.app.show.picture_kernels import draw
 from relmodel.arrays import Floats, Ints
+from relmodel.drawing.solid_kernels import draw
 from relmodel.model.model import Assembly, Instance, Model, Part
 from relmodel.readers.mesh.shape import shape_from_triangles
 from relmodel.store import Store

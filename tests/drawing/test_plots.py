@@ -7,11 +7,12 @@ import io
 import re
 
 import numpy as np
+import pytest
 from PIL import Image
 
-from relmodel.app.report.drawing import courses, ellipse_points, histogram, path_data
 from relmodel.app.report.page import cell, clauses, script_json
-from relmodel.app.report.pictures import data_uri, read_image
+from relmodel.drawing.images import data_uri, read_image
+from relmodel.drawing.plots import Point, bars, courses, ellipse_points, histogram, history, path_data
 
 RNG = np.random.default_rng(5)
 
@@ -45,6 +46,26 @@ def test_a_histogram_has_one_bar_a_bin_in_proportion() -> None:
     )
     counts, _ = np.histogram(np.clip(values, -4, 4), 40, (-4, 4))
     np.testing.assert_allclose(heights / heights.sum(), counts / counts.sum(), atol=2e-3)
+
+
+def test_bars_are_as_long_as_their_values() -> None:
+    drawn = bars(["a<b", "c"], [3.0, 12.0], "mm")
+    assert re.findall(r'width="([0-9.]+)"', drawn) == ["95.0", "380.0"]
+    assert "a&lt;b" in drawn
+
+
+def test_a_history_has_its_limits() -> None:
+    """Without a nominal one limit of the value itself, else two about the nominal; one value alone has its labels."""
+    points = [Point("/run/1", "run 1", 2.0, limit=3.0), Point("/run/2", "run 2", 1.0, limit=3.0)]
+    heights = [float(y) for y in re.findall(r'cy="([0-9.]+)"', history(points, "mm"))]
+    (limit,) = re.findall(r'class="limit" d="M[0-9.]+ ([0-9.]+)L', history(points, "mm"))
+    assert heights[0] - float(limit) == pytest.approx(heights[1] - heights[0], abs=0.11)
+    both = history([Point("/run/1", "run 1", 2.0, nominal=2.5, limit=1.0)], "mm")
+    below, above = (float(y) for y in re.findall(r'class="limit" d="M[0-9.]+ ([0-9.]+)L', both))
+    (nominal,) = re.findall(r'class="nominal" d="M[0-9.]+ ([0-9.]+)L', both)
+    assert float(nominal) == pytest.approx((below + above) / 2, abs=0.11)
+    assert len(set(re.findall(r">([0-9.]+)</text>", history([Point("/run/1", "run 1", 2.0)], "mm")))) == 5
+    assert history([Point("/run/1", "run 1", 2.0)] * 900, "mm").count("<circle") == 500
 
 
 def test_path_data_closes() -> None:

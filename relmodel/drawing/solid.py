@@ -1,4 +1,4 @@
-"""A picture of a loaded object: seen from afar, hidden surfaces removed, features coloured by kind, with a legend."""
+"""Pictures of placed parts: seen from afar, hidden surfaces removed, features coloured by kind, with a key."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ from xml.sax.saxutils import escape
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.app.show.tree import Tree
-from relmodel.arrays import Floats, Ints
+from relmodel.arrays import Bytes, Floats, Ints
+from relmodel.drawing.colours import INK, PLAIN, Rgb, colours_of, hexadecimal
+from relmodel.drawing.strokes import key_entries, key_height, with_key
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import apply
 from relmodel.paths import check_writable
 from relmodel.store import Store
-
-Colour = tuple[int, int, int]
 
 SUFFIXES = (".svg", ".png", ".jpg", ".jpeg")
 
@@ -31,29 +30,7 @@ VIEWS = {
     "left": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
     "iso": ((-1.0, -1.0, -1.5), (0.0, 1.0, 0.0)),
 }
-COLOURS: dict[str, Colour] = {
-    "body": (214, 206, 190),
-    "pocket": (124, 164, 206),
-    "through_hole": (230, 85, 60),
-    "blind_hole": (240, 150, 60),
-    "boss": (60, 150, 110),
-    "lug": (150, 105, 190),
-    "duct": (200, 60, 130),
-    "flange": (222, 190, 80),
-    "rib": (130, 190, 120),
-    "web": (170, 205, 225),
-    "open_slot": (90, 175, 180),
-    "slot": (60, 130, 150),
-    "step": (165, 140, 100),
-    "fillet": (245, 200, 190),
-    "chamfer": (190, 120, 90),
-}
-_PLAIN: Colour = (196, 200, 204)  # what belongs to no feature
-_OTHERS: tuple[Colour, ...] = ((160, 160, 60), (110, 110, 200), (200, 130, 200), (100, 140, 60))
-_INK = 40
 _FINE = 2  # pixels a pixel and direction of an SVG, whose outlines are traced
-_LEGEND = 26  # px: height of a line of it
-_ENTRY = 190  # px: width of an entry
 
 
 @dataclass(frozen=True)
@@ -66,41 +43,50 @@ class _Scene:
     shade: Floats
     kinds: list[str]  # of the colours from row 1
 
+    @property
+    def rgb(self) -> Floats:
+        """Of each triangle."""
+        return np.array([PLAIN, *colours_of(self.kinds)], float)[self.colour] * self.shade[:, None]
+
 
 def write_picture(
     store: Store,
     connection: Connection,
-    tree: Tree,
+    shape_id: Ints,
+    pose: Floats,
     path: Path,
     view: str | Sequence[float] = "iso",
     width: int = 1600,
-) -> dict[str, Colour]:
-    """Write a picture of the tree in parallel projection and return the colour (RGB) of each kind of feature in it.
+) -> dict[str, Rgb]:
+    """Write a picture of shapes (n,) placed by poses (n, 4, 4), mm, in parallel projection and return the colour (RGB)
+    of each kind of feature in it.
 
     `view` is a name of VIEWS or a direction in which to look.  A path that ends in .svg is written as outlines of the
     visible surfaces, any other as pixels.  Raises UsageError for a view that is none or a name that no picture has,
-    InputError where the picture cannot be written.
+    or where there is nothing to draw; InputError where the picture cannot be written.
     """
     if path.suffix.lower() not in SUFFIXES:
         raise UsageError(f"the picture {path} has no picture suffix: end its name with one of {', '.join(SUFFIXES)}")
     check_writable(path, "picture")
-    scene = _scene(store, connection, tree, _axes(view))
-    colours = colours_of(scene.kinds)
+    scene = _scene(store, connection, shape_id, pose, _axes(view))
     vector = path.suffix.lower() == ".svg"
     hit = _draw(scene, width * (_FINE if vector else 1))
     shown = np.unique(scene.colour[np.unique(hit[hit >= 0])])
+    colours = colours_of(scene.kinds)
     legend = {scene.kinds[row - 1]: colours[row - 1] for row in shown.tolist() if row}
-    rgb = np.array([_PLAIN, *colours], float)[scene.colour] * scene.shade[:, None]
     if vector:
-        path.write_text(_svg(scene, hit, rgb, legend))
+        path.write_text(_svg(scene, hit, legend))
     else:
-        _write_pixels(scene, hit, rgb, legend, path)
+        from PIL import Image
+
+        Image.fromarray(with_key(_pixels(scene, hit), legend)).save(path)
     return legend
 
 
-def colours_of(kinds: Sequence[str]) -> list[Colour]:
-    """The colour of each kind of feature; of kinds that have none of their own, in turn."""
-    return [COLOURS.get(kind, _OTHERS[i % len(_OTHERS)]) for i, kind in enumerate(kinds)]
+def draw_solid(store: Store, connection: Connection, shape_id: Ints, pose: Floats, width: int, view: str) -> Bytes:
+    """The picture alone (rows, `width`, 3: RGB); raises UsageError where there is nothing to draw."""
+    scene = _scene(store, connection, shape_id, pose, _axes(view))
+    return _pixels(scene, _draw(scene, width))
 
 
 def _axes(view: str | Sequence[float]) -> Floats:
@@ -121,12 +107,8 @@ def _axes(view: str | Sequence[float]) -> Floats:
     return np.stack([right, np.cross(right, forward), forward], axis=1)
 
 
-def _scene(store: Store, connection: Connection, tree: Tree, axes: Floats) -> _Scene:
-    parts = [int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
-    # sheets and lines that are no material would lie on the faces that they were drawn for
-    drawn = [int(p.id) for p in store.rows(connection, "object/parts", part_ids=parts) if not p.supplemental]
-    placed = np.flatnonzero((tree.shape_id >= 0) & np.isin(tree.part_id, drawn))
-    shapes = [int(s) for s in np.unique(tree.shape_id[placed])]
+def _scene(store: Store, connection: Connection, shape_id: Ints, pose: Floats, axes: Floats) -> _Scene:
+    shapes = [int(s) for s in np.unique(shape_id)]
     meshes = {int(r.shape_id): r for r in store.rows(connection, "scene/meshes", shape_ids=shapes)}
     kind_of = {
         (int(r.shape_id), int(r.surface_no)): str(r.kind)
@@ -136,11 +118,11 @@ def _scene(store: Store, connection: Connection, tree: Tree, axes: Floats) -> _S
     row_of = {kind: 1 + i for i, kind in enumerate(kinds)}
     corners, surface, colour = [], [], []
     faces = 0  # of the parts before
-    for i in placed.tolist():
-        mesh = meshes.get(int(tree.shape_id[i]))
+    for shape, place in zip(shape_id.tolist(), pose, strict=True):
+        mesh = meshes.get(shape)
         if mesh is None:
             continue
-        points = apply(tree.pose[i], np.reshape(mesh.vertices, (-1, 3))) @ axes
+        points = apply(place, np.reshape(mesh.vertices, (-1, 3))) @ axes
         owner = np.asarray(mesh.triangle_surfaces)
         count = int(owner.max()) + 1
         code = np.array([row_of.get(kind_of.get((int(mesh.shape_id), s), ""), 0) for s in range(count)])
@@ -149,7 +131,7 @@ def _scene(store: Store, connection: Connection, tree: Tree, axes: Floats) -> _S
         surface.append(owner.astype(np.int64) + 1 + faces)
         faces += count
     if not corners:
-        raise UsageError(f"{tree.name} has no geometry to draw")
+        raise UsageError("it has no geometry to draw")
     corner = np.concatenate(corners)
     across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     normal = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-30)
@@ -160,7 +142,7 @@ def _scene(store: Store, connection: Connection, tree: Tree, axes: Floats) -> _S
 
 def _draw(scene: _Scene, width: int) -> Ints:
     """The triangle that each pixel shows, -1 where none."""
-    from relmodel.app.show.picture_kernels import draw
+    from relmodel.drawing.solid_kernels import draw
 
     low, high = scene.corners.min((0, 1)), scene.corners.max((0, 1))
     margin = 0.02 * (high - low)[:2].max()
@@ -189,45 +171,23 @@ def _areas(scene: _Scene, hit: Ints) -> Ints:
     return np.asarray(area[seen])
 
 
-def _entries(legend: dict[str, Colour], width: int, height: int) -> list[tuple[str, Colour, int, int]]:
-    """Kinds and colours of a legend below the picture, each with the place of its upper left corner."""
-    a_line = max(1, width // _ENTRY)
-    return [
-        (kind.replace("_", " "), colour, 12 + _ENTRY * (i % a_line), height + _LEGEND * (i // a_line))
-        for i, (kind, colour) in enumerate(legend.items())
-    ]
-
-
-def _legend_height(legend: dict[str, Colour], width: int) -> int:
-    return _LEGEND * -(-len(legend) // max(1, width // _ENTRY))
-
-
-def _write_pixels(scene: _Scene, hit: Ints, rgb: Floats, legend: dict[str, Colour], path: Path) -> None:
+def _pixels(scene: _Scene, hit: Ints) -> Bytes:
     """Lines are drawn where neighbouring pixels show different areas."""
-    from PIL import Image, ImageDraw, ImageFont
-
-    picture = np.where((hit >= 0)[..., None], rgb[hit], 255.0)
+    picture = np.where((hit >= 0)[..., None], scene.rgb[hit], 255.0)
     seen = _areas(scene, hit)
     line = np.zeros(seen.shape, bool)
     line[:, 1:] |= seen[:, 1:] != seen[:, :-1]
     line[1:] |= seen[1:] != seen[:-1]
-    picture[line] = _INK
-    height, width = seen.shape
-    image = Image.new("RGB", (width, height + _legend_height(legend, width)), "white")
-    image.paste(Image.fromarray(picture.astype(np.uint8)))
-    draw, font = ImageDraw.Draw(image), ImageFont.load_default(16)
-    for words, colour, x, y in _entries(legend, width, height):
-        draw.rectangle((x, y + 3, x + 18, y + 19), fill=colour, outline=(_INK,) * 3)
-        draw.text((x + 26, y + 1), words, fill=(_INK,) * 3, font=font)
-    image.save(path)
+    picture[line] = INK
+    return picture.astype(np.uint8)
 
 
-def _svg(scene: _Scene, hit: Ints, rgb: Floats, legend: dict[str, Colour]) -> str:
+def _svg(scene: _Scene, hit: Ints, legend: dict[str, Rgb]) -> str:
     """Outlines of the visible areas, traced around the pixels that show them."""
     import cv2
     from scipy.ndimage import find_objects
 
-    seen = _areas(scene, hit)
+    seen, rgb = _areas(scene, hit), scene.rgb
     height, width = (n / _FINE for n in seen.shape)
     out = []
     for number, at in enumerate(find_objects(seen), start=1):
@@ -243,25 +203,21 @@ def _svg(scene: _Scene, hit: Ints, rgb: Floats, legend: dict[str, Colour]) -> st
         )
         if not outline:
             continue
-        fill = _hexadecimal(np.median(rgb[np.unique(hit[at][inside > 0])], axis=0))
+        fill = hexadecimal(np.median(rgb[np.unique(hit[at][inside > 0])], axis=0))
         out.append(f'<path fill="{fill}" d="{outline}"/>')
-    total = height + _legend_height(legend, int(width))
+    total = height + key_height(legend, int(width))
     key = [
-        f'<rect x="{x}" y="{y + 3:g}" width="18" height="16" fill="{_hexadecimal(colour)}"/>'
+        f'<rect x="{x}" y="{y + 3:g}" width="18" height="16" fill="{hexadecimal(colour)}"/>'
         f'<text x="{x + 26}" y="{y + 17:g}" stroke="none">{escape(words)}</text>'
-        for words, colour, x, y in _entries(legend, int(width), int(height))
+        for words, colour, x, y in key_entries(legend, int(width), int(height))
     ]
     return "\n".join(
         [
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {total:g}" fill-rule="evenodd" '
-            f'stroke="{_hexadecimal((_INK,) * 3)}" stroke-width="0.8" stroke-linejoin="round" '
+            f'stroke="{hexadecimal(INK)}" stroke-width="0.8" stroke-linejoin="round" '
             'font-family="sans-serif" font-size="16">',
             *out,
             *key,
             "</svg>\n",
         ]
     )
-
-
-def _hexadecimal(rgb: Floats | Sequence[float]) -> str:
-    return "#" + "".join(f"{int(c):02x}" for c in rgb)
