@@ -102,7 +102,7 @@ def test_a_dry_replay_counts_rows(inspection: Inspection, capsys: pytest.Capture
 
 def test_the_pose_is_where_the_measurements_are_least_wrong(inspection: Inspection) -> None:
     """By SciPy, with derivatives by differences, from rows alone: weights held, cameras' principal points and responses
-    solved along."""
+    and the shift of each arc's image solved along."""
     run = inspection.answer["run"]
     with Store.open(inspection.store, read_only=True) as store, store.read() as connection:
         rows = store.columns(connection, "replay/measurements", run=run)
@@ -118,25 +118,31 @@ def test_the_pose_is_where_the_measurements_are_least_wrong(inspection: Inspecti
     solved = [row for row in unknown if row.sigma > 0]
     assert {row.name for row in solved} == {"response", "centre_u", "centre_v"}
     start = np.array(inspection.answer["world_from_rig"])
+    images = np.stack([rows["view_no"], rows["scene_arc"]], axis=1)
+    _, first_of, image = np.unique(images, axis=0, return_index=True, return_inverse=True)
+    shift_sigma, image, known = rows["arc_shift"][first_of], image.ravel(), 6 + len(solved)
+    np.testing.assert_array_equal(shift_sigma[image], rows["arc_shift"])
 
     def wrong(x: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
         pose = perturb(start, x[:6])
-        own = {(row.camera, row.name): value for row, value in zip(solved, x[6:], strict=True)}
-        out = []
+        own = {(row.camera, row.name): value for row, value in zip(solved, x[6:known], strict=True)}
+        shift, out = x[known:] * shift_sigma, []
         for number, name in enumerate(names):
             of = rows["view_no"] == cameras["view_no"][number]
             at = world[of] @ np.linalg.inv(pose @ rig_from_camera[number]).T
             u = cameras["fx"][number] * at[:, 0] / at[:, 2] + cameras["cx"][number] + own[name, "centre_u"]
             v = cameras["fy"][number] * at[:, 1] / at[:, 2] + cameras["cy"][number] + own[name, "centre_v"]
             across = rows["normal_u"][of] * (rows["u"][of] - u) + rows["normal_v"][of] * (rows["v"][of] - v)
-            across -= rows["response"][of] * own[name, "response"]
+            across -= rows["response"][of] * own[name, "response"] + shift[image[of]]
             out.append(across * np.sqrt(rows["weight"][of]) / rows["sigma"][of])
         out.append(information @ perturbation(prior, pose))
-        out.append(np.array([(x - row.expected) / row.sigma for row, x in zip(solved, x[6:], strict=True)]))
+        out.append(np.array([(x - row.expected) / row.sigma for row, x in zip(solved, x[6:known], strict=True)]))
+        out.append(x[known:])
         return np.concatenate(out)
 
-    first = np.concatenate([np.zeros(6), [row.value for row in solved]])
-    found = least_squares(wrong, first, x_scale=np.repeat([0.01, 1e-5, 0.01], [3, 3, len(solved)]), xtol=1e-14)
+    first = np.concatenate([np.zeros(6), [row.value for row in solved], np.zeros(len(shift_sigma))])
+    scale = np.repeat([0.01, 1e-5, 0.01, 0.1], [3, 3, len(solved), len(shift_sigma)])
+    found = least_squares(wrong, first, x_scale=scale, xtol=1e-14)
     sigma = np.sqrt(np.diag(np.array(inspection.answer["covariance"])))
     assert (np.abs(found.x[:6]) < 0.01 * sigma).all()
 
