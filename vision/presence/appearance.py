@@ -81,7 +81,7 @@ def find_normals(scene: Scene) -> Floats:
     return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-9))
 
 
-_Columns = tuple[Ints, Floats, Floats, Floats, Floats, Floats, Floats]  # item, ..., log odds through it alone
+_Columns = tuple[Ints, Floats, Floats, Floats, Floats, Floats, Floats]  # of Appearance; last the log odds through it
 
 
 def _find_patches(
@@ -94,16 +94,18 @@ def _find_patches(
     place = np.asarray(labels, np.int64)
     surfaces = len(normal)
     # A patch is what is seen of a surface, or a place where the model shows nothing.
-    patch = np.where(shown.surface >= 0, shown.surface, np.where(empty > 0, surfaces + place, _NONE))
+    whole = np.where(shown.surface >= 0, shown.surface, np.where(empty > 0, surfaces + place, _NONE))
+    kept = np.unique(whole[whole != _NONE])
+    number = np.full(surfaces + count + 1, _NONE)
+    number[kept] = np.arange(len(kept))
     hole = _find_holes(items, samples, shown, place, count, p)
-    of_patch = np.concatenate([normal, np.zeros((count, 3))])
-    look = _measure_patches(patch, len(of_patch), _measure_texture(grey, shown))
+    of_patch, is_empty = np.concatenate([normal, np.zeros((count, 3))])[kept], kept >= surfaces
+    look = _measure_patches(number[whole], len(kept), _measure_texture(grey, shown))
 
-    kinds = np.isin(np.array(items.kind), KINDS)
-    own = kinds[items.member]
+    own = np.isin(np.array(items.kind), KINDS)[items.member]
     item = np.concatenate([items.member[own], hole[hole != _NONE]])
-    part = np.concatenate([items.surface[own], surfaces + np.flatnonzero(hole != _NONE)])
-    seen = look.cells[part] >= p.least_cells
+    part = number[np.concatenate([items.surface[own], surfaces + np.flatnonzero(hole != _NONE)])]
+    seen = (part != _NONE) & (np.append(look.cells, 0.0)[part] >= p.least_cells)
     item, part = item[seen], part[seen]
     if not len(item):
         return item, *np.zeros((6, 0))
@@ -123,7 +125,6 @@ def _find_patches(
     # As the feature: what is turned alike and near, and belongs to none of its features.
     alike = ((of_patch[part][:, None] - of_patch[None]) ** 2).sum(axis=2)
     far = ((look.centre[part][:, None] - look.centre[None]) ** 2).sum(axis=2)
-    is_empty = np.arange(len(of_patch)) >= surfaces
     weight_like = np.exp(-0.5 * alike / p.alike**2) / (1 + far / p.near_cells**2)
     weight_like *= np.minimum(look.cells, p.most_cells) * (look.cells >= p.least_cells)
     weight_like *= is_empty[part][:, None] == is_empty
@@ -135,25 +136,22 @@ def _find_patches(
     spread = np.hypot(look.spread, [1.5 * p.grey, p.texture])
     with_it = _log_density(mean, np.broadcast_to(look.mean, (len(part), *look.mean.shape)), spread, weight_like, unlike)
 
-    count_of = np.minimum(look.cells[part], p.most_cells_of_patch)
     odds = np.clip(with_it - without, -p.most_log_odds, p.most_log_odds)
-    through = is_empty[part] & (total > p.least_cells)
-    sums = np.zeros((6, len(items)))
-    for row, values in enumerate((count_of, count_of * odds, count_of * mean[:, 0], look.cells[part])):
-        np.add.at(sums[row], item, values)
     like = (weight_like @ look.mean[:, 0]) / np.maximum(total, 1e-9)
     around = (weight[at] * near[at][..., 0]).sum(axis=1) / weight[at].sum(axis=1)
-    np.add.at(sums[4], item, count_of * like)
-    np.add.at(sums[5], item, count_of * around)
-    seen_through = np.full(len(items), np.nan)
-    seen_through[item[through]] = odds[through]
-    rows = np.flatnonzero(sums[0])
-    total_of = sums[0][rows]
-    sure = p.share * np.minimum(total_of / p.sure_cells, 1.0)
-    return (
-        rows, sums[3][rows] * shown.rays.step**2, sums[2][rows] / total_of, sums[5][rows] / total_of,
-        sums[4][rows] / total_of, sure * sums[1][rows] / total_of, seen_through[rows],
-    )  # fmt: skip
+    counted = np.minimum(look.cells[part], p.most_cells_of_patch)
+
+    def add_up(values: Floats) -> Floats:
+        return np.bincount(item, values, len(items)).astype(float)
+
+    through = np.full(len(items), np.nan)
+    shows = is_empty[part] & (total > p.least_cells)
+    through[item[shows]] = odds[shows]
+    rows = np.unique(item)
+    cells, pixels = add_up(counted)[rows], add_up(look.cells[part])[rows] * shown.rays.step**2
+    means = [add_up(counted * values)[rows] / cells for values in (mean[:, 0], around, like, odds)]
+    means[3] *= p.share * np.minimum(cells / p.sure_cells, 1.0)
+    return rows, pixels, *means, through[rows]
 
 
 @dataclass(frozen=True)
