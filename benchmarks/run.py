@@ -71,6 +71,7 @@ BENCHMARKS = (
     Benchmark("extraction_cost", needs_data=True),
     Benchmark("stereo_methods", ("--pairs", "A0", "C1"), needs_data=True),
     Benchmark("nearest_edge", ("--sets", "demo", "A", "--count", "2"), needs_data=True),
+    Benchmark("stated", ("--draws", "1", "--pairs", "2"), needs_data=True),
     Benchmark("without_prior", ("--pairs", "1"), needs_data=True),
     Benchmark("ablations", ("--pairs", "1", "--sets", "A", "render_box"), needs_data=True),
     Benchmark("features", ("10",)),

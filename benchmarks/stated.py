@@ -1,6 +1,6 @@
 """What a user states helps: rendered pairs with a rig, or a model, that is off by what is stated of it.
 
-    python -m benchmarks.stated [--draws 2] [--renders TRIALS] [--seed 0]
+    python -m benchmarks.stated [--draws 2] [--pairs N] [--renders TRIALS] [--seed 0]
 
 Each pair is localised from its stored prior with a calibration drawn from RIG, and with a model of which each arc is
 displaced by a draw of TOLERANCE_MM; each time without a word, and with what is off stated.  A pose is right as
@@ -102,6 +102,7 @@ def measure(trial: Trial, scene: Scene, draws: int, seed: int) -> dict[str, list
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--draws", type=int, default=2)
+    parser.add_argument("--pairs", type=int, help="the first of them, and no others")
     parser.add_argument("--renders", type=Path, help="what python -m examples.render.trials wrote")
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
@@ -113,7 +114,7 @@ def main() -> None:
             trials += list(shared_bulkheads(Path(data), models, ("small",)))
         if args.renders:
             trials += [t for t in rendered(args.renders, models) if len(t.pictures) > 1]
-        for number, trial in enumerate(trials):
+        for number, trial in enumerate(trials[: args.pairs]):
             for name, outcomes in measure(trial, models.scene(trial.model), args.draws, args.seed + number).items():
                 out.setdefault(name, []).extend(outcomes)
                 print(

@@ -250,7 +250,7 @@ def test_sql_of_volume_queries_runs(new_store: Callable[[str], str]) -> None:
     """On both engines; in the demonstration's world there is something in each volume."""
     (block,) = (block for language, block in _BLOCK.findall(volume_queries()) if language == "sql")
     statements = [s for s in re.sub(r"--.*", "", block).split(";") if s.strip()]
-    assert len(statements) == 5
+    assert len(statements) == 7
     for target, found in (("demo/cell.duckdb", True), (new_store("postgresql"), False)):
         with Store.open(target, read_only=True) as store, store.read() as connection:
             for statement in statements:
