@@ -21,7 +21,7 @@ import numpy as np
 from tabulate import tabulate
 
 from benchmarks.trials import Models, Trial, demonstration, rendered, shared_bulkheads
-from benchmarks.verdict import RIGHT_CHI_SQUARE
+from benchmarks.verdict import RIGHT_CHI_SQUARE, RIGHT_MM
 from tests.vision.localisation.simulation import draw_rig
 from vision.cameras.cameras import CalibrationSigma, Rig, perturbation
 from vision.extraction.extract import extract
@@ -32,7 +32,6 @@ from vision.scene.scene import Scene
 
 RIG = CalibrationSigma(focal=0.002, centre_px=2.0, translation_mm=1.0, rotation=float(np.radians(0.1)))
 TOLERANCE_MM = 0.7
-RIGHT_MM = 10.0
 
 
 class Outcome(NamedTuple):

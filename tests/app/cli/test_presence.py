@@ -111,6 +111,8 @@ def test_the_pose_is_accepted_and_the_changes_are_told(answer: Answer, store: St
     assert answer["verdict"] == "accepted"
     gone = item(answer, feature_at(store, 910, 140))
     assert gone["state"] in ("contradicted", "not_confirmed")
+    assert gone["appearance"]
+    assert all(seen["log_odds"] < 0 for seen in gone["appearance"]), "it looks as the web around it"
     assert gone["supported_px"] < 0.3 * gone["distinct_px"]
     wide = item(answer, feature_at(store, 1130, 138))
     assert (wide["state"], wide["qif"]) == ("changed", "FAIL")

@@ -112,4 +112,5 @@ def test_where_hardly_anything_else_shows_what_lies_behind_nothing_is_said() -> 
     """All other holes are of the plate's brightness: there is but the ground beside it."""
     greys = np.full(len(HOLES), 150.0)
     greys[1] = 95.0
-    assert 1 not in look(draw(greys, 1)).item[look(draw(greys, 1)).stopped]
+    found = look(draw(greys, 1))
+    assert 1 not in found.item[found.stopped]
