@@ -1,4 +1,4 @@
-"""Poses that could be right beside the best: those that repeated structure makes plausible, and those about it.
+"""Poses that could be right beside the best because structure repeats.
 
 On identical pockets a pose shifted by one pitch looks the same.  The shifts are read off the model: displacements that
 carry visible arcs onto congruent arcs, gathered by how much visible length they carry along.
@@ -12,9 +12,7 @@ from typing import Any
 import numpy as np
 
 from relmodel.arrays import Floats, Ints, sum_by_group
-from relmodel.geometry.transforms import rotation_matrix
 from vision.cameras.cameras import Prior, perturbations
-from vision.localisation.hypotheses import Prediction
 from vision.localisation.localisation_parameters import DEFAULTS, RivalParameters
 from vision.scene.scene import Scene
 
@@ -96,24 +94,3 @@ def shift_poses(prior: Prior, world_from_rig: Floats, shifts: Floats, most_sigma
     distance = np.einsum("ki,ij,kj->k", delta, prior.information, delta)
     order = np.argsort(distance, kind="stable")
     return np.asarray(poses[order[distance[order] <= most_sigma**2][: p.displacements]])
-
-
-def draw_poses_about(prediction: Prediction, p: RivalParameters) -> Floats:
-    """Right perturbations (k, 6) of the rig's pose that shift, turn and scale what it sees a little, about its middle;
-    what few edges hold has other optima there, such as where an edge lies on the one beside."""
-    rng = np.random.default_rng(p.about_seed)
-    middle = np.median(prediction.point, axis=0)
-    focal, depth = float(prediction.matrix[0, 0, 0]), float(np.linalg.norm(middle))
-    least, most = np.log(p.about_px)
-    px = np.exp(rng.uniform(least, most, p.about))
-    angle = rng.uniform(0, 2 * np.pi, p.about)
-    # Within the picture a point moves by px over focal of its depth; along the line of sight by a share of it.
-    sideways = (px * depth / focal)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    away = rng.normal(0, p.about_turn * depth, (p.about, 1))
-    towards = middle / depth
-    across = np.linalg.svd(towards[None])[2][1:]
-    shift = sideways @ across + away * towards
-    turn = rng.normal(0, p.about_turn, (p.about, 3))
-    # The middle goes to middle + shift: R' (m - t) = m + shift.
-    moved = np.einsum("kij,kj->ki", rotation_matrix(turn), middle + shift)
-    return np.concatenate([middle - moved, turn], axis=1)

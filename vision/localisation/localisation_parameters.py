@@ -126,16 +126,6 @@ class RivalParameters:
     """hypotheses at most; the likeliest by the prior are followed first"""
     congruent: float = 0.02
     """share to which length and second moments of the tangents of congruent arcs agree"""
-    sure_evidence: float = 300.0
-    """evidence of the best from which no other pose is looked for about it: none of small objects has that"""
-    about: int = 48
-    """poses drawn about the best"""
-    about_px: tuple[float, float] = (3.0, 40.0)
-    """px by which they shift the picture, as likely less as more by any factor"""
-    about_turn: float = 0.15
-    """rad: standard deviation of their turns, and the share by which they come nearer or go farther"""
-    about_seed: int = 1948
-    """of these draws"""
     box_mm: float = 2.0
     """mm: boxes in which displacements of congruent arcs are gathered"""
     min_visible_share: float = 0.25
@@ -297,7 +287,7 @@ class VerdictParameters:
     """evidence that the best of the some millions of poses searched has by chance: their logarithm"""
     most_share: float = 1.0
     """share of the expected evidence beyond which more evidence counts no more"""
-    min_posterior: float = 0.9
+    min_posterior: float = 0.95
     """probability from which a pose is accepted"""
     least_share_anywhere: float = 0.6
     """share of the expected evidence that a pose found with no prior has to show: weights and chance are of poses near

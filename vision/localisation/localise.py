@@ -15,7 +15,6 @@ from vision.extraction.primitives import Primitives
 from vision.localisation.alternatives import (
     ArcShapes,
     describe_arc_shapes,
-    draw_poses_about,
     find_displacements,
     shift_poses,
 )
@@ -28,7 +27,6 @@ from vision.localisation.hypotheses import (
     climb,
     climb_each,
     describe_stage,
-    keep_distinct,
     predict,
     project_with_jacobians,
     search_poses,
@@ -251,9 +249,6 @@ class _Solver:
         rule += ["beyond"] * (len(climbed.score) - len(rule))
         stages = [*before, replace(climbed, rule=rule)]
         self._settle(done)
-        if done[0].evidence < r.sure_evidence and not done[0].sees_nothing:
-            stages.append(self._look_about(done))
-            self._settle(done)
         shapes = describe_arc_shapes(self.scene)
         asked: list[Refined] = []
         # The best may change as rivals come in: what repeats about the new best is asked too.  Where no prior bounds
@@ -269,21 +264,6 @@ class _Solver:
             stages.append(describe_stage(f"shift {len(asked)}", delta, score, [f.rule for f in followed_up], score))
             self._settle(done)
         return done, stages
-
-    def _look_about(self, done: list[Refined]) -> Stage:
-        """Follows up what poses drawn about the best climb to, the best of them first."""
-        best, r = done[0], self.p.rivals
-        seen = predict(self.near, self.rig, best.world_from_rig, r.samples, p=self.p)
-        information = r.prior_weight * self.prior.information
-        drawn = draw_poses_about(seen, r)
-        delta, score = climb(seen, self.fine, drawn, information, self.p.search.climb_first_px, r.last_px)
-        worthy = score >= r.min_evidence_share * float(best.support.found.sum())
-        kept = keep_distinct(seen, delta[worthy], score[worthy], r.same_px, r.candidates)
-        poses = perturb(best.world_from_rig, delta[worthy][kept])
-        followed = self._follow(poses, done)
-        from_prior = perturbations(self.prior.world_from_rig, np.reshape(poses, (-1, 4, 4)))
-        reached = np.array([f.score for f in followed])
-        return describe_stage("about", from_prior, reached, [f.rule for f in followed], score)
 
     def _settle(self, done: list[Refined]) -> None:
         """Sorts hypotheses by cost, and refines in full the best and, where several stand, the one that is given
