@@ -50,4 +50,5 @@ def _line(row: Any) -> tuple[Any, ...]:
         result += f", {row.checked} of {row.in_view} checked"
     began = row.began_at and row.began_at.isoformat(" ", "minutes")[:16]
     seconds = None if row.seconds is None else rounded(row.seconds, 1)
-    return row.run, row.kind, row.serial, result, began, seconds, row.message
+    said = row.message and row.message.partition(";")[0]  # --all has the rest
+    return row.run, row.kind, row.serial, result, began, seconds, said
