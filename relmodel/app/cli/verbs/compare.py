@@ -8,7 +8,6 @@ beginning of long values; --all, --md and --json print everything.
 from __future__ import annotations
 
 import argparse
-import re
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
@@ -22,8 +21,6 @@ if TYPE_CHECKING:
 
 EXAMPLE = "relmodel compare 3 7 --store cell.duckdb"
 _ROWS = 6  # of a section
-_LONGEST = 40  # characters of a value
-_DIGEST = re.compile(r"\b([0-9a-f]{8})[0-9a-f]{24,}\b")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -55,28 +52,16 @@ def run(args: argparse.Namespace) -> int:
 
 def _folded(found: Sequence[Difference]) -> Iterator[tuple[Any, ...]]:
     """The first rows of each section, which is named once, and how many more it has."""
+    from relmodel.app.audit.compare_runs import beginnings
+
     for section, group in groupby(found, key=lambda one: one.section):
         rows = list(group)
         for i, row in enumerate(rows[:_ROWS]):
             by = _number(row.difference, 4), _number(row.sigma, 2)
-            yield None if i else section, row.name, *_values(row.first, row.second), *by
+            values = [v if isinstance(v, str) else _number(v) for v in beginnings(row.first, row.second)]
+            yield None if i else section, row.name, *values, *by
         if len(rows) > _ROWS:
             yield None, f"... and {len(rows) - _ROWS} more: --all", None, None, None, None
-
-
-def _values(first: str | float | None, second: str | float | None) -> tuple[str | None, str | None]:
-    """Two values as a table shows them: digests by their first digits, long texts from near where they differ."""
-    a, b = (_DIGEST.sub(r"\1...", v) if isinstance(v, str) else _number(v) for v in (first, second))
-    same = next((i for i, (x, y) in enumerate(zip(a or "", b or "", strict=False)) if x != y), 0)
-    start = same - _LONGEST // 2 if same > _LONGEST * 3 // 4 else 0
-    return _part(a, start), _part(b, start)
-
-
-def _part(text: str | None, start: int) -> str | None:
-    if text is None or len(text) <= _LONGEST:
-        return text
-    end = start + _LONGEST
-    return f"{'...' if start else ''}{text[start:end].strip()}{'...' if end < len(text) else ''}"
 
 
 def _number(value: float | None, digits: int = 6) -> str | None:
