@@ -2,7 +2,7 @@
 -- Takes run_id; gives no row or one; part: the inspected objects of its world with their variants; rig: its file.
 SELECT string_agg(concat(v.name, CASE v.variant WHEN '' THEN '' ELSE concat(' variant ', v.variant) END,
         ' revision ', v.revision), ', ' ORDER BY o.object_no) AS part,
-    i.serial, concat(w.name, CASE s.cell WHEN '' THEN '' ELSE concat(', ', s.cell) END) AS cell,
+    i.serial, nullif(s.cell, '') AS cell, w.name AS world,
     (SELECT min(n.name) FROM run_input AS n WHERE n.run_id = r.id AND n.role = 'rig') AS rig,
     r.parameters ->> 'operator' AS operator, r.began_at AS date, r.id AS run
 FROM inspection AS i

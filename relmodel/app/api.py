@@ -37,7 +37,10 @@ class OpenStore(Store):
     def load(
         self, path: str | Path, *, name: str, variant: str = "", unit: str | None = None, occluder: bool = False
     ) -> LoadReport:
-        """Load a STEP, mesh or URDF file under a name and a variant: `relmodel.loading.load.load`."""
+        """Load a STEP, mesh or URDF file under a name and a variant: `relmodel.loading.load.load`.
+
+        unit: the length unit of a file that states none.  occluder: keep a mesh as triangles, which are not inspected.
+        """
         from relmodel.loading.load import load
 
         return load(self, path, name=name, variant=variant, unit=unit, occluder=occluder)
@@ -106,16 +109,18 @@ class OpenStore(Store):
         believe_pictures: bool = False,
         ignore_blind_camera: bool = False,
     ) -> Inspection:
-        """Inspect a stereo pair, or the picture of the left camera: `vision.inspection.inspection.inspect`.
+        """Inspect a stereo pair, or the picture of the left camera alone: `vision.inspection.inspection.inspect`.
 
+        A notebook shows the answer as the model drawn over the pictures.
+
+        rig, prior, left, right: files.
         needs: how exactly the pose is needed, as in "5mm,2deg".
-        against: names of loaded objects, all where there are none: which of them the pictures show, with no world.
+        against: names of loaded objects, an empty list for all: say which of them the pictures show; needs no world.
         carrier: what is known of the arm that carries the rig.
-        serial: of the physical part, by which its inspections add up.  operator: who makes it, else the user of this
-        machine.
-        believe_pictures: accept a pose that the pictures show surely where it contradicts the prior.
-        ignore_blind_camera: answer by the other cameras where one does not see the model.  A notebook shows the answer
-        with the model drawn over the pictures.
+        serial: number of the physical part, by which its inspections add up.
+        operator: who makes the inspection (default: the user of this machine).
+        believe_pictures: accept a pose that the pictures show surely although it contradicts the prior.
+        ignore_blind_camera: answer by the other cameras where one does not see the model.
         """
         with self.session(
             rig=rig,
@@ -139,7 +144,7 @@ class OpenStore(Store):
         believe_pictures: bool = False,
         ignore_blind_camera: bool = False,
     ) -> Session:
-        """Inspect one pair after the other with one rig: what is made of the model is kept between them, and the
+        """Inspect one pair after the other with one rig.  What is computed from the model is kept between them; the
         answers are those of `inspect`.
 
             with store.session(rig="rig.yaml") as session:
@@ -169,10 +174,11 @@ class OpenStore(Store):
         views: int | None = None,
         out: str | Path | None = None,
     ) -> Plan:
-        """The views that would check most of what is left of a physical part by its serial number, or of an object.
+        """The views that would check most of an object, or of what is left of the physical part of a serial number.
 
-        on: the object that carries the rig, where several do.  distance: from the part's surface, mm.  views: at most
-        so many.  out: a folder for a prior of each view, and pairs.csv, a list of them for `relmodel inspect --list`.
+        on: the object that carries the rig, where several do.  distance: from the cameras to the part's surface, mm.
+        views: at most so many.  out: a folder for a prior of each view, and for pairs.csv, their list for
+        `relmodel inspect --list`.
         """
         from relmodel.app.propose import propose_views
 
@@ -193,7 +199,7 @@ class OpenStore(Store):
         return Table(ask_arrow(self, statement, time_limit_s=time_limit_s))
 
     def results(self, run: int | None = None) -> dict[str, Table]:
-        """The tables of what an inspection found, the newest where `run` names none, by name."""
+        """The tables of what an inspection found, by name; without `run` of the newest."""
         from relmodel.app.audit.newest import newest_inspection
         from relmodel.app.export.results import read_results
 
@@ -211,9 +217,11 @@ class OpenStore(Store):
         variant: str = "",
         diff: tuple[str, str] | None = None,
     ) -> Path:
-        """Write the page of a run, the newest inspection where nothing is named, of the physical part of a serial
-        number, of an object, or of what differs between two variants (of `object`, else each OBJECT:VARIANT); gives
-        where it is."""
+        """Write a report page and return its path.
+
+        It is of a run, of the physical part of a serial number, of an object, or of what differs between two variants
+        (names of variants of `object`, else each OBJECT:VARIANT); without any of these of the newest inspection.
+        """
         from relmodel.app.report.write import write_report
 
         named = None if run is None else str(run)
@@ -229,8 +237,10 @@ class OpenStore(Store):
         variant: str = "",
         tables: str = "parquet",
     ) -> list[Path]:
-        """Write what an inspection found, the newest where nothing is named, as .qif, .json or .glb, or an object as
-        .glb; any other name is a folder for tables, `parquet` or `csv`; gives the files."""
+        """Write what an inspection found (without `run` the newest) as .qif, .json or .glb, or an object as .glb.
+
+        Any other name is a folder for tables, `parquet` or `csv`.  Returns the files.
+        """
         from relmodel.app.audit.newest import newest_inspection
         from relmodel.app.export.results import read_results
         from relmodel.app.export.write import export_object, export_run
@@ -242,8 +252,8 @@ class OpenStore(Store):
             return export_run(self, connection, results, Path(out), tables)
 
     def accept(self, finding: int, *, by: str, note: str, run: int | None = None) -> str:
-        """Record that the part may be used with a finding of an inspection, the newest where `run` names none; says
-        what was decided."""
+        """Record that the part may be used with a finding of an inspection (without `run` of the newest).  Returns a
+        sentence that says what was decided."""
         return self._decide("accepted", finding, by, note, run)
 
     def reject(self, finding: int, *, by: str, note: str, run: int | None = None) -> str:
@@ -258,9 +268,10 @@ class OpenStore(Store):
     def why(
         self, run: int | None = None, *, pose: bool = False, arc: str | None = None, feature: str | None = None
     ) -> Table:
-        """Why an inspection, the newest where `run` names none, decided as it did: a sentence a row.
+        """Why an inspection (without `run` the newest) decided as it did: one sentence a row.
 
-        Of its verdict, its pose, an image arc (CAMERA:NUMBER), or a part or feature by its path."""
+        The sentences are about its verdict, its pose, an image arc (CAMERA:NUMBER), or a part or feature by its path.
+        """
         from relmodel.app.audit.newest import newest_inspection
         from relmodel.app.audit.why import Sentence, explain
 
@@ -271,8 +282,11 @@ class OpenStore(Store):
         return table_of(Sentence._fields, said)
 
     def diff(self, before: str, after: str, *, object: str | None = None, reach: float = REACH) -> Table:
-        """What differs between two variants, of `object`, else each OBJECT:VARIANT, a row each; reach: how far a thing
-        may move and still count as the same, mm.  A comparison that was not made before is written to the store."""
+        """What differs between two variants of `object`, or between two OBJECT:VARIANT: one row a difference.
+
+        reach: how far a thing may move and still count as the same, mm.  A comparison that was not made before is
+        written to the store.
+        """
         from relmodel.app.report.write import variant_named
         from relmodel.variants.compare_variants import compare
 
@@ -294,7 +308,7 @@ class OpenStore(Store):
         world: bool = False,
     ) -> int:
         """Set an attribute of an object, of what stands in it (OBJECT/PATH), of a surface or arc of that by number, or
-        of a world; gives the run that recorded it.  Nothing is overwritten, and the newest value counts."""
+        of a world.  Nothing is overwritten; the newest value counts.  Returns the run that recorded it."""
         from relmodel.app.attributes import set_attribute
 
         given: dict[str, Any] = {"unit": unit, "variant": variant, "surface": surface, "arc": arc, "world": world}

@@ -30,7 +30,7 @@ def compile_behind(say: Callable[[str], None]) -> None:
             return
         asked.parent.mkdir(parents=True, exist_ok=True)
         asked.touch()
-        say("compiling the kernels of inspections behind it, once for this version ...")
+        say("compiling the kernels of inspections in the background, once for this version ...")
         command = [sys.executable, "-c", _WORK]
         Popen(command, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL, start_new_session=True)
 

@@ -6,10 +6,14 @@ import base64
 import io
 from dataclasses import dataclass, field
 from html import escape
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
+import numpy as np
+from PIL import Image
+
+from relmodel.drawing.images import read_image
+from relmodel.drawing.model_edges import draw_over
+from relmodel.drawing.strokes import side_by_side
 from relmodel.store import Store
 from relmodel.text import visible
 from vision.inspection.inspection import Inspection, inspect
@@ -34,20 +38,13 @@ class PicturedInspection(Inspection):
 
 
 def inspect_with_picture(store: Store, **given: Any) -> PicturedInspection:
-    """`inspect` with its overlay kept, at most 1600 px wide."""
-    with TemporaryDirectory() as folder:
-        overlay = Path(folder) / "overlay.png"
-        found = inspect(store, **given, overlay=overlay)
-        picture = _at_most(overlay, _WIDTH)
-    return PicturedInspection(**vars(found), picture=picture)
-
-
-def _at_most(file: Path, width: int) -> bytes:
-    """A picture's PNG, made smaller where it is wider."""
-    from PIL import Image
-
+    """`inspect` with the model drawn over the pictures that it kept, at most 1600 px wide."""
+    found = inspect(store, **given)
+    with store.read() as connection:
+        images = {r.camera: read_image(r.bytes) for r in store.rows(connection, "report/pictures", run_id=found.run)}
+        greys = {name: np.asarray(image.convert("L")) for name, image in images.items() if image is not None}
+        drawn = Image.fromarray(side_by_side(list(draw_over(store, connection, found.run, greys).values())))
+    drawn.thumbnail((_WIDTH, drawn.height))
     out = io.BytesIO()
-    with Image.open(file) as picture:
-        scale = min(1.0, width / picture.width)
-        picture.resize((round(picture.width * scale), round(picture.height * scale))).save(out, "PNG")
-    return out.getvalue()
+    drawn.save(out, "PNG")
+    return PicturedInspection(**vars(found), picture=out.getvalue())

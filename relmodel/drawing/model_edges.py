@@ -88,13 +88,24 @@ def draw_model(canvas: Bytes, edges: Sequence[Edge], boxes: Sequence[Floats] = (
     return draw(canvas, [Stroke(blends, BLEND, width), *by_state, Stroke(boxes, UNEXPLAINED, width, closed=True)])
 
 
+def draw_over(store: Store, connection: Connection, run: int, greys: Mapping[str, Bytes | Floats]) -> dict[str, Bytes]:
+    """The pictures of an inspection, given by camera in 0..255, with the model drawn over them and what it does not
+    account for (rows, columns, 3: RGB); arcs beyond the model are left out."""
+    boxes: dict[str, list[Floats]] = defaultdict(list)
+    for r in store.rows(connection, "result/unexplained", run_id=run):
+        if not r.beyond or r.region_no is not None:
+            boxes[r.camera].append(np.array([[r.u0, r.v0], [r.u1, r.v0], [r.u1, r.v1], [r.u0, r.v1]], float))
+    edges = read_edges(store, connection, run)
+    return {name: draw_model(in_colour(grey), edges.get(name, []), boxes[name]) for name, grey in greys.items()}
+
+
 def write_overlay(path: str | Path, store: Store, run: int, greys: Mapping[str, Bytes | Floats]) -> None:
     """Write the pictures of an inspection, given by camera, side by side with the model drawn over them.
 
     Raises InputError where it cannot be written.
     """
     with store.read() as connection:
-        drawn = _drawn(store, connection, run, greys)
+        drawn = draw_over(store, connection, run, greys)
     save_side_by_side(path, list(drawn.values()))
 
 
@@ -102,7 +113,7 @@ def write_crops(folder: str | Path, store: Store, run: int, greys: Mapping[str, 
     """Write a picture of each failure of an inspection, the worst first and at most 50: what every camera shows there,
     without and with the model."""
     with store.read() as connection:
-        edges, drawn = read_edges(store, connection, run), _drawn(store, connection, run, greys)
+        edges, drawn = read_edges(store, connection, run), draw_over(store, connection, run, greys)
         of_item = item_edges(store, connection, run)
         failures = store.rows(connection, "report/failures", run_id=run)[:_MOST_CROPS]
     for place, row in enumerate(failures, 1):
@@ -142,13 +153,3 @@ def box_about(edges: Iterable[Edge], size: tuple[int, int]) -> tuple[int, int, i
     u0, v0 = np.floor(low - margin).clip(0, np.array(size) - 1).astype(int).tolist()
     u1, v1 = np.ceil(high + margin).clip((u0 + 1, v0 + 1), size).astype(int).tolist()
     return u0, v0, u1, v1
-
-
-def _drawn(store: Store, connection: Connection, run: int, greys: Mapping[str, Bytes | Floats]) -> dict[str, Bytes]:
-    """The pictures with the model and what it does not account for; arcs beyond the model are left out."""
-    boxes: dict[str, list[Floats]] = defaultdict(list)
-    for r in store.rows(connection, "result/unexplained", run_id=run):
-        if not r.beyond or r.region_no is not None:
-            boxes[r.camera].append(np.array([[r.u0, r.v0], [r.u1, r.v0], [r.u1, r.v1], [r.u0, r.v1]], float))
-    edges = read_edges(store, connection, run)
-    return {name: draw_model(in_colour(grey), edges.get(name, []), boxes[name]) for name, grey in greys.items()}

@@ -184,6 +184,6 @@ def history(points: Sequence[Point], unit: str) -> Markup:
         for at in np.linspace(low, high, 5)
     ]
     return Markup(
-        '<svg class="plot history" viewBox="-30 0 1010 270" role="img" aria-label="values over time, {}">'
+        '<svg class="plot history" viewBox="-60 0 1040 270" role="img" aria-label="values over time, {}">'
         '<path class="axis" d="M60 10V250H960"/>{}</svg>'
     ).format(unit, Markup("").join([*marks, *lines, *dots]))

@@ -82,20 +82,25 @@ def check_writable(path: str | Path) -> None:
     paths.check_writable(path, "overlay")
 
 
-def save_side_by_side(path: str | Path, images: Sequence[Bytes]) -> None:
-    """Write images, a gap between them, as one picture; the suffix names the format.
-
-    Raises InputError where it cannot be written.
-    """
-    from PIL import Image
-
+def side_by_side(images: Sequence[Bytes]) -> Bytes:
+    """Pictures (rows, columns, 3: RGB) as one, a white gap between them."""
     height = max(i.shape[0] for i in images)
     pieces = []
     for image in images:
         framed = np.full((height, image.shape[1] + 8, 3), 255, np.uint8)
         framed[: image.shape[0], : image.shape[1]] = image
         pieces.append(framed)
+    return np.concatenate(pieces, axis=1)[:, :-8]
+
+
+def save_side_by_side(path: str | Path, images: Sequence[Bytes]) -> None:
+    """Write pictures as one; the suffix names the format.
+
+    Raises InputError where it cannot be written.
+    """
+    from PIL import Image
+
     try:
-        Image.fromarray(np.concatenate(pieces, axis=1)[:, :-8]).save(path)
+        Image.fromarray(side_by_side(images)).save(path)
     except OSError as error:
         raise InputError(f"the overlay {path} cannot be written ({error.strerror}): name another place") from error

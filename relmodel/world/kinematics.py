@@ -206,9 +206,10 @@ def mounted_rig(store: Store, rig: str, *, world: str | None = None, on: str | N
         mounts = store.rows(connection, "world/mounts", world_id=world_id)
         found = [m for m in mounts if m.rig == rig and on in (None, m.carrier)]
         if len(found) != 1:
-            known = ", ".join(f"{m.rig} on {m.carrier}" for m in mounts if m.rig is not None) or "there are none"
+            known = ", ".join(f"{m.rig} on {m.carrier}" for m in mounts if m.rig is not None)
             what = "several rigs" if found else "no rig"
-            raise UsageError(f"world {name} mounts {what} {rig}{f' on {on}' if on else ''}: name one of: {known}")
+            cure = f"name one of: {known}" if known else "mount one in the world file"
+            raise UsageError(f"world {name} mounts {what} {rig}{f' on {on}' if on else ''}: {cure}")
         return _followed_up(store, connection, world_id, mounts, found[0])
 
 

@@ -26,7 +26,7 @@ REASONS = (
     "its edges are found",
     "its edges are not found, where they would show",
     "its edges are found displaced",
-    "its size is another",
+    "its size differs from the model's",
     "no sharp edge of it is in view",
     "its edges are too short in the picture",
     "its edges lie too near to others or to the picture's border",

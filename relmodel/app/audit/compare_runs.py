@@ -21,6 +21,8 @@ from relmodel.store import Store, sql
 
 _FOLDER = "audit/compare"
 STEPS = "50"  # files with this number and above are steps of a run
+_LONGEST = 40  # characters of a value that is shown in short
+_DIGEST = re.compile(r"\b([0-9a-f]{8})[0-9a-f]{24,}\b")
 _NUMBER = re.compile(r"-?\d+(\.\d*)?([eE][-+]?\d+)?")
 _AXES = ("x", "y", "z")
 _UNITS = ("mm", "mm", "mm", "rad", "rad", "rad")
@@ -55,6 +57,21 @@ def compare_runs(store: Store, first: int, second: int) -> list[Difference]:
         poses = [store.rows(connection, "audit/pose", run=run) for run in (first, second)]
     part = [Difference("first step that differs", did[0].section, None, None)] if did else []
     return [*given, *part, *did, *(_poses(poses[0][0], poses[1][0]) if all(poses) else ())]
+
+
+def beginnings(first: str | float | None, second: str | float | None) -> tuple[str | float | None, str | float | None]:
+    """Two values in short: digests by their first digits, long texts from near where they differ."""
+    a, b = (_DIGEST.sub(r"\1...", v) if isinstance(v, str) else v for v in (first, second))
+    same = next((i for i, (x, y) in enumerate(zip(str(a), str(b), strict=False)) if x != y), 0)
+    start = same - _LONGEST // 2 if same > _LONGEST * 3 // 4 else 0
+    return _part(a, start), _part(b, start)
+
+
+def _part(value: str | float | None, start: int) -> str | float | None:
+    if not isinstance(value, str) or len(value) <= _LONGEST:
+        return value
+    end = start + _LONGEST
+    return f"{'...' if start else ''}{value[start:end].strip()}{'...' if end < len(value) else ''}"
 
 
 def _number(text: str | None) -> str | float | None:

@@ -24,7 +24,7 @@ def add_debug(parser: argparse.ArgumentParser) -> None:
 
 def add_quiet(parser: argparse.ArgumentParser) -> None:
     """`--quiet`, which every verb has."""
-    parser.add_argument("--quiet", action="store_true", help="print data and errors only, no words and no progress")
+    parser.add_argument("--quiet", action="store_true", help="print only data and errors: no messages, no progress")
 
 
 def store_target(args: argparse.Namespace) -> str:

@@ -27,7 +27,7 @@ class Watch:
 
     def __init__(self, usual: Mapping[str, Sequence[tuple[str, float]]]) -> None:
         self._usual = usual
-        self._what, self._done, self._of = "", 0, 1
+        self._what, self._done, self._of = "working", 0, 1
         self._kind, self._passed, self._name = "", list[str](), ""
         self._began = self._step_began = self._told = time.monotonic()
 

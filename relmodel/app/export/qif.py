@@ -3,7 +3,7 @@
 The subset: a characteristic of attributes for each part and feature (its state), one of the fitting kind for each size
 measured of it; of each its definition (limits), nominal, item (a name that stays from run to run) and measurement with
 status, value and standard uncertainty.  There are no product, features, devices or plan.  The order of elements is that
-of the standard's schema files.
+of the standard's schema files, which require a specification that characteristics are judged by: here this program's.
 """
 
 from __future__ import annotations
@@ -37,6 +37,10 @@ def write_qif(tables: dict[str, pa.Table], path: Path) -> None:
     header = _add(root, "Header")
     _add(_add(header, "Application"), "Name", f"relmodel {relmodel.__version__}")
     _add(header, "Description", f"run {about['run']} of the cell {about['cell']}, world {about['world']}")
+    numbers = count(1)
+    standard = _add(_add(root, "StandardsDefinitions", n="1"), "Standard", id=str(next(numbers)))
+    _add(_add(standard, "Organization"), "OtherStandardsOrganization", "relmodel")
+    _add(standard, "Designator", "as modelled")
     units = _add(_add(root, "FileUnits"), "PrimaryUnits")
     for kind, si, name, factor in (
         ("AngularUnit", "radian", "deg", "0.017453292519943295"),
@@ -48,11 +52,12 @@ def write_qif(tables: dict[str, pa.Table], path: Path) -> None:
         _add(_add(unit, "UnitConversion"), "Factor", factor)
 
     characteristics = _add(root, "Characteristics")
+    _add(characteristics, "FormalStandardId", standard.get("id"))
     blocks = {name: _add(characteristics, f"Characteristic{name}s") for name in ("Definition", "Nominal", "Item")}
     result = _add(_add(_add(root, "Results"), "MeasurementResultsSet", n="1"), "MeasurementResults")
-    numbers = count(1)
     result.set("id", str(next(numbers)))
-    measured = _add(_add(result, "MeasuredCharacteristics"), "CharacteristicMeasurements")
+    of_result = _add(result, "MeasuredCharacteristics")
+    measured = _add(of_result, "CharacteristicMeasurements")
     _add(_add(result, "InspectionStatus"), "InspectionStatusEnum", _verdict(about))
     sizes: dict[str, list[dict[str, Any]]] = {}
     for row in tables["measured_size"].to_pylist():
@@ -67,6 +72,9 @@ def write_qif(tables: dict[str, pa.Table], path: Path) -> None:
                 _add_size(name, size, blocks, measured, numbers)
     for block in (*blocks.values(), measured):
         block.set("n", str(len(block)))
+    if not len(measured):  # the standard has no empty lists
+        root.remove(characteristics)
+        result.remove(of_result)
     root.set("idMax", str(next(numbers) - 1))
     ET.indent(root)
     ET.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)

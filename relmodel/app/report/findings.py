@@ -51,7 +51,7 @@ class Card:
         if self.row.what is None:
             return ""
         least = self.row.least_difference
-        return "decided by the odds" if least is None else f"differs from {least:.2g} mm on"
+        return "decided by the odds" if least is None else f"counts from {least:.2g} mm on"
 
     @property
     def odds(self) -> str:
@@ -71,7 +71,8 @@ def size_words(row: Any) -> str:
     digits = min(max(0, 1 - math.floor(math.log10(row.sigma))), 4)
     unit = "°" if row.unit == "deg" else f" {row.unit}"
     if row.what == "offset":
-        return f"a face {abs(row.value):.{digits}f} ± {row.sigma:.{digits}f}{unit} {'out' if row.value > 0 else 'in'}"
+        way = "outward" if row.value > 0 else "inward"
+        return f"a face moved {abs(row.value):.{digits}f} ± {row.sigma:.{digits}f}{unit} {way}"
     known = f"{row.value:{'' if row.nominal else '+'}.{digits}f} ± {row.sigma:.{digits}f}{unit}"
     return f"{row.what} {row.nominal:.6g} → {known}" if row.nominal else f"{row.what} {known}"
 

@@ -61,7 +61,7 @@ def read_entries(
         return Entry(
             level,
             name,
-            size or f"{100 * row.visible:.0f} % visible",
+            size or ("under 1 % visible" if 0 < row.visible < 0.01 else f"{100 * row.visible:.0f} % visible"),
             part_of.get(occurrence),
             None if row.feature_no is None else surfaces[no],
             row.state or "",

@@ -14,7 +14,7 @@ import numpy as np
 from markupsafe import Markup
 from sqlalchemy import Connection
 
-from relmodel.app.audit.compare_runs import compare_runs
+from relmodel.app.audit.compare_runs import beginnings, compare_runs
 from relmodel.app.report.object import object_page, object_tables
 from relmodel.app.report.page import ROWS_SHOWN, Table, cell, page_script, policy, render
 from relmodel.app.report.run import run_page, run_tables
@@ -27,7 +27,7 @@ from relmodel.errors import UsageError
 from relmodel.find.find import LEVELS, find_rows
 from relmodel.find.volumes import Box
 from relmodel.geometry.transforms import matrices
-from relmodel.printing import print_rows, print_tables
+from relmodel.printing import print_rows, print_tables, rounded
 from relmodel.store import Store, sql
 
 BOUNDS = ("x0", "y0", "z0", "x1", "y1", "z1")
@@ -126,7 +126,7 @@ def _listing(store: Store, connection: Connection, name: str, asked: Mapping[str
     if name == "/runs":
         return _runs(store, connection, asked, whole)
     if name == "/compare":
-        return _compare(store, asked)
+        return _compare(store, asked, whole)
     if name == "/over-time":
         _takes(asked)
         table = _table(connection, "Over time", "serve/over_time")
@@ -168,8 +168,8 @@ def _listing(store: Store, connection: Connection, name: str, asked: Mapping[str
 
 # Of runs on a page, what is decisive first.
 _RUN_COLUMNS = (
-    *("run", "kind", "part_verdict", "pose_verdict", "findings", "serial", "began_at", "state", "checked", "in_view"),
-    *("changed", "contradicted", "not_confirmed", "undecidable", "seconds", "variant", "message"),
+    *("run", "kind", "part_verdict", "pose_verdict", "findings", "serial", "began_at", "state", "checked"),
+    *("changed", "contradicted", "not_confirmed", "undecidable", "message", "variant", "seconds"),
 )
 
 
@@ -189,8 +189,9 @@ def _runs(store: Store, connection: Connection, asked: Mapping[str, str], whole:
     if len(kept) < len(table.rows) or low > 0:
         last = kept[-1][0] if len(kept) < len(table.rows) else low
         older = f"/?{urlencode({**{n: v for n, v in given.items() if v}, 'before': last})}"
-    order = range(len(table.columns)) if whole else [list(table.columns).index(c) for c in _RUN_COLUMNS]
-    table = replace(table, columns=[table.columns[i] for i in order], rows=[[r[i] for i in order] for r in kept])
+    if not whole:
+        short = [_in_short(dict(zip(table.columns, r, strict=True))) for r in kept]
+        table = replace(table, columns=_RUN_COLUMNS, rows=[[row[c] for c in _RUN_COLUMNS] for row in short])
     choices = {
         "kind": ("load", "world", "index", "diff", "extract", "inspect", "set", "decide"),
         "state": ("running", "finished", "failed", "killed"),
@@ -210,6 +211,17 @@ def _runs(store: Store, connection: Connection, asked: Mapping[str, str], whole:
     )
 
 
+def _in_short(run: dict[str, Any]) -> dict[str, Any]:
+    """What a list of runs shows of a run, by column: its own page has all of it."""
+    began, seconds = run["began_at"], run["seconds"]
+    return run | {
+        "began_at": began and Markup("<time>{}</time>").format(began.isoformat(" ", "minutes")[:16]),
+        "checked": f"{run['checked']} of {run['in_view']}" if run["in_view"] else None,
+        "message": run["message"] and run["message"].partition(";")[0],
+        "seconds": None if seconds is None else rounded(seconds, 1),
+    }
+
+
 def _pictures_of(store: Store, connection: Connection, runs: Sequence[int]) -> list[str]:
     """Where the pictures of runs are; empty of a run that kept none."""
     bounds = {"low": min(runs, default=0), "high": max(runs, default=0)}
@@ -222,8 +234,11 @@ def _newest(store: Store, connection: Connection) -> str:
     return " ".join(str(n) for n in store.rows(connection, "serve/newest")[0])
 
 
-def _compare(store: Store, asked: Mapping[str, str]) -> Listing:
-    """Two runs: what came out of each, then what differs, from what they were given to the step at which they part."""
+def _compare(store: Store, asked: Mapping[str, str], whole: bool) -> Listing:
+    """Two runs: what came out of each, then what differs, from what they were given to the step at which they part.
+
+    whole: long values are not shortened.
+    """
     _takes(asked, "a", "b")
     fields = [Field(name, asked.get(name, "")) for name in ("a", "b")]
     if not (asked.get("a") and asked.get("b")):
@@ -231,7 +246,11 @@ def _compare(store: Store, asked: Mapping[str, str]) -> Listing:
         return Listing("Two runs", empty, fields, words="What differs between two runs, and where they part.")
     runs = [int(finite(name, asked[name])) for name in ("a", "b")]
     names = ("what", "name", f"run {runs[0]}", f"run {runs[1]}", "difference", "sigma")
-    table = Table("Two runs", names, compare_runs(store, *runs), empty="Nothing differs.")
+    rows: list[tuple[Any, ...]] = list(compare_runs(store, *runs))
+    if not whole:
+        names = names[1:]
+        rows = [(f"{r[0]}: {r[1]}", *beginnings(r[2], r[3]), *r[4:]) for r in rows]
+    table = Table("Two runs", names, rows, empty="Nothing differs.")
     return Listing(f"Run {runs[0]} and run {runs[1]}", table, fields)
 
 

@@ -107,7 +107,7 @@ def test_a_prior_says_how_much_more_the_widened_view_holds(
     camera = {"width": 100, "height": 80, "matrix": [[1000, 0, 49.5], [0, 1000, 39.5], [0, 0, 1]]}
     rig.write_text(yaml.safe_dump({"cameras": {"only": camera | {"rig_from_camera": np.eye(4).tolist()}}}))
     world_from_rig = np.diag([1.0, -1, -1, 1])
-    for x, expected in ((9.5, "1 parts by their boxes; none of 200 sampled poses shows 0"), (90, "0 parts")):
+    for x, expected in ((9.5, "1 parts by their boxes; 0 of them are shown by none of 200"), (90, "0 parts")):
         world_from_rig[:3, 3] = x, 101, 105
         said = {"world_from_rig": world_from_rig.tolist(), "sigma": {"translation_mm": 0.1, "rotation_deg": 0.01}}
         prior.write_text(yaml.safe_dump(said))

@@ -43,6 +43,13 @@ def test_compare(fresh_store: str, tmp_path: Path, capsys: pytest.CaptureFixture
         cell_mm = kept[0].pop("grid_cell_mm")
         assert kept == [{"world": "cell", "kind": best, "because": "compared"}]
         assert f"cells are {cell_mm:.4g} mm wide" in shown.err
+    assert main(["index", "--compare", "--store", fresh_store]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 100
+    assert lines[0].split() == ["what", *KINDS, "store"]
+    assert main(["index", "--store", fresh_store, "--format", "json"]) == 0
+    kept = json.loads(capsys.readouterr().out)
+    best, cell_mm = kept[0]["kind"], kept[0].pop("grid_cell_mm")
     moved = np.eye(4)
     moved[0, 3] = 1000
     with Store.open(fresh_store) as store:  # of a later revision it holds, until the next comparison

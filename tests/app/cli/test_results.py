@@ -20,6 +20,8 @@ import pytest
 
 import relmodel
 from relmodel.app.cli.main import main
+from relmodel.app.export.qif import write_qif
+from relmodel.app.export.results import read_results
 from relmodel.arrays import Floats
 from relmodel.store import Store, sql
 from tests.app.cli.conftest import Inspection
@@ -95,12 +97,14 @@ def test_tables_hold_the_same_in_csv_and_parquet(inspected: Inspection, tmp_path
 
 # What stands in an element, in the order of the schema files of QIF 3.0.
 QIF_CHILDREN = {
-    "QIFDocument": "QPId Header FileUnits Characteristics Results",
+    "QIFDocument": "QPId Header StandardsDefinitions FileUnits Characteristics Results",
+    "StandardsDefinitions": "Standard",
+    "Standard": "Organization Designator",
     "Header": "Application Description",
     "PrimaryUnits": "AngularUnit LinearUnit",
     "AngularUnit": "SIUnitName UnitName UnitConversion",
     "LinearUnit": "SIUnitName UnitName UnitConversion",
-    "Characteristics": "CharacteristicDefinitions CharacteristicNominals CharacteristicItems",
+    "Characteristics": "FormalStandardId CharacteristicDefinitions CharacteristicNominals CharacteristicItems",
     "MeasurementResults": "MeasuredCharacteristics InspectionStatus",
     "UserDefinedAttributeCharacteristicDefinition": "WhatToMeasure",
     "UserDefinedAttributeCharacteristicNominal": "CharacteristicDefinitionId PassValues FailValues",
@@ -142,6 +146,7 @@ def test_qif_has_what_was_checked_and_measured(inspected: Inspection, tmp_path: 
     q = "{http://qifstandards.org/xsd/qif3}"
     assert (root.tag, root.get("versionQIF")) == (f"{q}QIFDocument", "3.0.0")
     ids = {e.get("id"): e for e in root.iter() if e.get("id")}
+    assert ids[root.findtext(f"{q}Characteristics/{q}FormalStandardId")].tag == f"{q}Standard"
     assert len(ids) == sum(bool(e.get("id")) for e in root.iter())
     assert max(int(i) for i in ids if i) == int(root.get("idMax", ""))
     for block in root.iter():
@@ -184,6 +189,17 @@ def test_qif_has_what_was_checked_and_measured(inspected: Inspection, tmp_path: 
         assert float(sigma or "") == pytest.approx(row.sigma, abs=1e-8)
         assert float(target or "") == pytest.approx(row.nominal, abs=1e-8)
         assert (limit is None) == (row.least_difference is None)
+
+
+def test_qif_of_a_run_that_checked_nothing_has_no_empty_list(inspection: Inspection, tmp_path: Path) -> None:
+    """The schema files of QIF want at least one element in every list."""
+    with Store.open(inspection.store, read_only=True) as store, store.read() as connection:
+        tables = read_results(store, connection, inspection.answer["run"])
+    write_qif(tables | {"presence": tables["presence"].slice(0, 0)}, tmp_path / "run.qif")
+    root = ElementTree.parse(tmp_path / "run.qif").getroot()
+    assert [int(e.get("n", "")) for e in root.iter() if e.get("n")] == [1, 1]  # the specification, the result
+    names = [child.tag.partition("}")[2] for child in root]
+    assert names == ["QPId", "Header", "StandardsDefinitions", "FileUnits", "Results"]
 
 
 def test_tables_of_another_store_are_not_replaced(

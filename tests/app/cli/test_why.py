@@ -185,6 +185,16 @@ def test_runs_that_differ_in_nothing_and_in_what_was_asked(
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("| section")
     assert len(lines) == len(found) + 2
+    assert main(["compare", str(a), str(b), "--all", "--store", target]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == len(found) + 2
+    assert main(["compare", str(a), str(b), "--store", target]) == 0
+    said = capsys.readouterr()
+    lines = said.out.splitlines()
+    assert max(map(len, lines)) <= 100
+    assert all(any(line.startswith(one.section.split()[0]) for line in lines) for one in found)
+    left_out = sum(map(int, re.findall(r"\.\.\. and (\d+) more: --all", said.out)))
+    sizes = [len([one for one in found if one.section == name]) for name in {one.section for one in found}]
+    assert left_out == sum(max(0, size - 6) for size in sizes) > 0
     assert main(["compare", str(a), str(a), "--store", target]) == 0
     said = capsys.readouterr()
     assert said.out == ""

@@ -1,8 +1,8 @@
 """Say what differs between two variants of an object: parts, features and surfaces.
 
-identical, retrimmed (same unbounded surfaces, other boundary), moved (by how much), changed, added, removed; and of
-parts what else differs (path, number, material, ...).  Without --level or --all surfaces are only counted.  The rows
-stay in the store: SELECT * FROM variant_change.
+Each is identical, retrimmed (the same unbounded surfaces with another boundary), moved (by how much), changed, added or
+removed; for parts it also says what else differs (path, number, material, ...).  Surfaces are only counted without
+--level or --all.  The rows stay in the store: SELECT * FROM variant_change.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ EXAMPLE = """relmodel diff A B --object bulkhead --level feature --store cell.du
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("before", metavar="A", help="the variant before; with --object its name, else OBJECT:VARIANT")
     parser.add_argument("after", metavar="B", help="the variant after")
-    parser.add_argument("--object", metavar="NAME", help="name of the object of both")
+    parser.add_argument("--object", metavar="NAME", help="name of the object, where both are variants of one")
     parser.add_argument("--level", choices=("part", "feature", "surface"), help="only this level")
     parser.add_argument(
         "--reach",

@@ -1,11 +1,12 @@
 """Export an object, the results of an inspection, or the placed parts of the worlds, as files of other programs.
 
-An object: a file that ends in .glb is written in metres, with shared geometry; any other name is a folder for the
-tables placed_part, part, feature, surface and arc.  An inspection (--run): .json has all its results, .qif what was
-checked and measured as QIF 3 (ISO 23952), .glb the placed world with rig and cameras, any other name is a folder for
-the tables.  With --parquet: the worlds in all revisions, and what is in each placed object once, for
+An object is written as a .glb file in metres, with shared geometry, or else into a folder as the tables placed_part,
+part, feature, surface and arc.  An inspection (--run) is written as .json with all its results, as .qif with what was
+checked and measured (QIF 3, ISO 23952), as .glb with the placed world, rig and cameras, or else into a folder of
+tables.
+--parquet writes the worlds in all revisions, and the contents of each placed object once, for
 queries/parquet/placed_parts.sql and find_in_volumes.sql on DuckDB or Spark.
-Every row carries the id of the store and the name of its cell (relmodel init --cell).
+Every row has the id of the store and the name of its cell (relmodel init --cell).
 """
 
 from __future__ import annotations
@@ -32,9 +33,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--tables", choices=("parquet", "csv"), default="parquet", help="form of the tables in a folder"
     )
     parser.add_argument(
-        "--parquet", type=Path, metavar="FOLDER", help="a folder for worlds and what stands in them, of many stores"
+        "--parquet",
+        type=Path,
+        metavar="FOLDER",
+        help="write the worlds and what stands in them into this folder, of many stores",
     )
-    parser.add_argument("--world", metavar="NAME", help="with --parquet: this world only")
+    parser.add_argument("--world", metavar="NAME", help="with --parquet: only this world")
 
 
 def run(args: argparse.Namespace) -> int:

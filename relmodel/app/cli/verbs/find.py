@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     bounds = ("x0", "y0", "z0", "x1", "y1", "z1")
     volume.add_argument("--box", nargs=6, type=float, metavar=bounds, help="a box in the world, mm")
     oriented = ("x", "y", "z", "hx", "hy", "hz", "rx_deg", "ry_deg", "rz_deg")
-    words = "a turned box: its centre, half its sizes (mm) and its turn, a rotation vector"
+    words = "a turned box: its centre, half its sizes (mm) and its turn, a rotation vector in degrees"
     volume.add_argument("--obb", nargs=9, type=float, metavar=oriented, help=words)
     volume.add_argument("--sphere", nargs=4, type=float, metavar=("x", "y", "z", "radius"), help="a ball, mm")
     words = "a convex polyhedron: a list half_spaces of [nx, ny, nz, d], inside where n . p <= d"
@@ -49,8 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--tool", type=Path, metavar="FILE.yaml", help=words)
     words = "with --near-to: radius of a ball that stands at the point or goes the way, or all round the tool, mm"
     parser.add_argument("--radius", type=float, default=0.0, help=words)
-    parser.add_argument("--count", type=int, default=5, help="of the nearest parts: how many (default: 5)")
-    parser.add_argument("--wholly", action="store_true", help="only what lies in the volume with all of it")
+    parser.add_argument("--count", type=int, default=5, help="how many of the nearest parts (default: 5)")
+    parser.add_argument("--wholly", action="store_true", help="only what lies wholly inside the volume")
     parser.add_argument(
         "--at", type=Path, metavar="POSE.yaml", help="where the rig is: a file that says world_from_rig"
     )
@@ -90,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
             selection = select_in_view(store, rig, prior, parameters, level=level, world=args.world)
             say(
                 f"the widened view contains {len(selection.shown)} {level}s by their boxes; "
-                f"none of {parameters.sampled_poses} sampled poses shows {selection.superfluous} of them"
+                f"{selection.superfluous} of them are shown by none of {parameters.sampled_poses} sampled poses"
             )
             uncertain = _by_probability(store, args, rig, prior, volumes, parameters)
             _print(("path", "level", "name", "probability"), uncertain, args)

@@ -6,10 +6,16 @@ Planners that hold the world in process use the one that is stored.  Without an 
 from __future__ import annotations
 
 import argparse
+import math
+from decimal import Decimal
+from typing import TYPE_CHECKING
 
 from relmodel.app.cli.options import add_format, store_target
 from relmodel.app.cli.output import say
-from relmodel.printing import print_rows
+from relmodel.printing import WIDTH, print_rows, rounded
+
+if TYPE_CHECKING:
+    from relmodel.find.compare_indexes import Figures
 
 EXAMPLE = "relmodel index --compare --store cell.duckdb"
 
@@ -49,15 +55,37 @@ def run(args: argparse.Namespace) -> int:
 
     with Store.open(store_target(args)) as store, shown(store) as progress:
         found = compare(store, args.world, progress)
-    hits = [f"hits_{hits}_ms" for hits in found.store.one_ms]
-    names = ("kind", "build_ms", "size_mb", *hits, "any_ms", "view_ms", "thousand_ms", "score")
-    rows = []
-    for f in (*found.kinds, found.store):
-        values = (f.build_ms, f.size_mb, *f.one_ms.values(), f.any_ms, f.view_ms, f.thousand_ms, f.score)
-        rows.append((f.kind, *(None if v is None else round(v, 4) for v in values)))
-    print_rows(names, rows, args.format)
+    measured = (*found.kinds, found.store)
+    if args.format == "table":
+        of_box = [f"a box of {hits} hits, ms" for hits in found.store.one_ms]
+        labels = (
+            "build, ms",
+            "size, MB",
+            *of_box,
+            "any box here?, ms",
+            "a view, ms",
+            "1,000 boxes, ms",
+            "score, least is best",
+        )
+        lines = zip(labels, *(map(_rounded, _values(f)) for f in measured), strict=True)
+        print_rows(("what", *(f.kind for f in measured)), lines, "table", width=WIDTH)
+    else:
+        hits = [f"hits_{hits}_ms" for hits in found.store.one_ms]
+        names = ("kind", "build_ms", "size_mb", *hits, "any_ms", "view_ms", "thousand_ms", "score")
+        rows = [(f.kind, *(None if v is None else round(v, 4) for v in _values(f))) for f in measured]
+        print_rows(names, rows, args.format)
     say(
         f"world {found.world}, {found.parts} parts: {found.recommended} is recommended and stored; "
         f"the grid's cells are {found.cell_mm:.4g} mm wide"
     )
     return 0
+
+
+def _values(measured: Figures) -> tuple[float | None, ...]:
+    m = measured
+    return m.build_ms, m.size_mb, *m.one_ms.values(), m.any_ms, m.view_ms, m.thousand_ms, m.score
+
+
+def _rounded(value: float | None) -> Decimal | None:
+    """A number with three digits."""
+    return None if value is None else rounded(value, max(0, 2 - math.floor(math.log10(value))) if value > 0 else 0)

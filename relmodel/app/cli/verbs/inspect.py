@@ -1,15 +1,19 @@
 """Inspect a stereo pair or one picture: say which parts are in view and where the cameras are.
 
 Without --prior a rig that no arm carries is located by the circles that its pictures show, wherever they were taken.
-With --against no world is needed: the pictures are compared with each of the loaded objects that it names.
-With --list the pairs that a CSV file names are inspected one after the other, which saves starting anew for each; its
-first line names its columns: left, and any of right, prior, rig, overlay, crops and serial, with paths relative to the
-file.  Each pair is one line of the answer; one that fails leaves the others.
-Without --right only the picture of the left camera is used.  Where the world mounts the rig on an arm, an accepted
-pose also says how far the arm's base stands from where the world has it, with the joints fixed unless their sigmas are
-given.  Exit status 0 where the pose is accepted, 1 where it is ambiguous or refused; 5 where it is accepted and
-something is there that --fail-on names; of a list the worst of its pairs: 4 an internal error, 2 wrong use, 3 bad
-input, then 1, then 5.
+Without --right only the picture of the left camera is used.  With --against no world is needed: the pictures are
+compared with each of the loaded objects that it names.
+
+With --list the pairs that a CSV file names are inspected one after the other, which saves starting anew for each.  The
+first line names the columns: left, and any of right, prior, rig, overlay, crops and serial; paths are relative to the
+file.  Each pair gives one line of the answer, and one that fails does not stop the others.
+
+Where the world mounts the rig on an arm, an accepted pose also says how far the arm's base stands from where the world
+has it.  The joints are taken as they are said to stand, unless --joint-sigma lets them be corrected.
+
+The exit status is 0 where the pose is accepted, 5 where it is accepted and something is there that --fail-on names, and
+1 where it is ambiguous or refused.  For a list it is the worst of its pairs: first 4 (an internal error), then 2 (wrong
+use), 3 (bad input), 1 and 5.
 """
 
 from __future__ import annotations
@@ -83,7 +87,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--serial", metavar="SN", help="serial number of the part, by which its inspections add up (relmodel report)"
     )
-    parser.add_argument("--operator", metavar="NAME", help="who makes it (default: the user of this machine)")
+    parser.add_argument("--operator", metavar="NAME", help="who inspects (default: the user of this machine)")
     parser.add_argument(
         "--against",
         nargs="?",
@@ -299,9 +303,9 @@ def print_answer(answer: Inspection, form: str) -> None:
     for words in answer.notes:
         say(words)
     say(
-        f"selected from the world: {len(answer.selection.shown)} parts"
+        f"{len(answer.selection.shown)} parts of the world were looked for"
         + (
-            f", of which {answer.selection.superfluous} in no view of the poses sampled about the prior"
+            f"; {answer.selection.superfluous} of them are shown by no pose sampled about the prior"
             if answer.selection.superfluous
             else ""
         )

@@ -4,9 +4,9 @@ A second load of the same content adds nothing; another variant adds only what d
 an object by the name of its file, or with --object a variant of that object by the name of its file.  They are read
 side by side; one that is refused leaves the others loaded, and the exit status is then that of the refusal (3).
 
-What is not as it should be in a file that loads, such as an edge off its face by more than its tolerance, is a row of
-load_finding and a line on stderr.  Refused is what cannot be read, lost faces (but for --allow-partial), numbers that
-are not finite and limits; with --strict findings too.
+An irregularity in a file that loads, such as an edge off its face by more than its tolerance, is a finding: a row of
+load_finding, and a line on stderr.  A file is refused if it cannot be read, has numbers that are not finite, exceeds a
+limit, or lost faces (--allow-partial loads the rest); with --strict also if it has findings.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Propose the next views of a part: those that would check most of what is left of it.
 
-Poses on a grid about the part, where the world mounts the rig on an arm those that the arm reaches, are tried by the
-model's own visibility; each view is the one that checks most that none before it does, until 95 % of what any of them
-could check is checked.  What stands in the arm's way is not looked at.  With --out each view is a prior for
-`relmodel inspect`, and pairs.csv a list for its --list, which says how the pictures are to be called.
+Poses on a grid about the part are tried: what of the model would be visible from each?  Where the world mounts the rig
+on an arm, only poses that the arm reaches count; obstacles in its way are not considered.  Each next view is the one
+that checks most of what no view before it checks, until 95 % of what any pose could check is checked.  --out writes
+each view as a prior for `relmodel inspect`, and pairs.csv for its --list, which says how to name the pictures.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ EXAMPLE = "relmodel plan --serial SN-0042 --rig rig.yaml --out next --store cell
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = parser.add_mutually_exclusive_group(required=True)
-    what.add_argument("--serial", metavar="SN", help="the physical part, of which its inspections have checked some")
-    what.add_argument("--object", metavar="NAME", help="an inspected object of the world, of which nothing is checked")
+    what.add_argument("--serial", metavar="SN", help="plan what the inspections of this physical part have not decided")
+    what.add_argument("--object", metavar="NAME", help="plan all of this inspected object of the world")
     parser.add_argument("--rig", type=Path, required=True, metavar="RIG", help="the cameras, as for relmodel inspect")
     parser.add_argument("--world", metavar="NAME", help="the world of --object, where the store has several")
     parser.add_argument("--on", metavar="OBJECT", help="the object that carries the rig, where several do")

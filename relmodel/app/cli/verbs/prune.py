@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--state", choices=("finished", "failed", "killed"), help="runs in this state")
     parser.add_argument("--verdict", choices=("accepted", "ambiguous", "refused"), help="runs with this verdict")
-    parser.add_argument("--older-than", type=float, metavar="DAYS", help="runs that began longer ago")
+    parser.add_argument("--older-than", type=float, metavar="DAYS", help="runs that began longer ago than this")
     parser.add_argument("--yes", action="store_true", help="remove the rows; without it they are only listed")
     add_format(parser)
 

@@ -1,6 +1,6 @@
 """Reject a finding: the part must not be used with it.
 
-As relmodel accept, with the other answer.
+It is recorded like relmodel accept, with the opposite decision.
 """
 
 from __future__ import annotations

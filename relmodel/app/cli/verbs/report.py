@@ -1,9 +1,9 @@
 """Write a page of a run, a physical part, an object or two variants: one file that a browser shows without network.
 
-A run's page has its verdict, the pictures with what was found drawn over them, the parts and features in view, the
-model in three dimensions and the tables that all rests on, each with its SQL.  A run that was refused or failed has
-one that shows why.  Without RUN: of the newest inspection.  With --serial: of all inspections of one physical part,
-what is checked, what failed and what was not yet seen.
+The page of a run has its verdict, the pictures with what was found drawn over them, the parts and features in view, the
+model in three dimensions, and the tables that all this rests on, each with its SQL.  The page of a run that was refused
+or failed shows why.  Without RUN it is of the newest inspection.  With --serial it is of all inspections of one
+physical part: what was checked, what failed and what was not yet seen.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ EXAMPLE = """relmodel report 3 -o run.html --store cell.duckdb
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_run(parser)
-    parser.add_argument("--serial", metavar="SN", help="of the physical part of this serial number instead")
-    parser.add_argument("--object", metavar="NAME", help="of this object instead")
+    parser.add_argument("--serial", metavar="SN", help="report the physical part with this serial number instead")
+    parser.add_argument("--object", metavar="NAME", help="report this object instead")
     parser.add_argument("--variant", default="", help="with --object: its variant")
     parser.add_argument(
         "--diff",
         nargs=2,
         metavar=("A", "B"),
-        help="of what differs between two variants instead; with --object its name, else OBJECT:VARIANT",
+        help="report what differs between two variants instead: their names with --object, else OBJECT:VARIANT",
     )
     parser.add_argument("-o", "--out", type=Path, metavar="FILE.html", required=True, help="the page to write")
 

@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--kind", help="only runs of this kind: inspect, load, ...")
     parser.add_argument("--state", choices=STATES, help="only runs in this state")
     parser.add_argument("--verdict", choices=VERDICTS, help="only inspections of this verdict")
-    parser.add_argument("--part", choices=PARTS, help="only inspections by which the part is so")
+    parser.add_argument("--part", choices=PARTS, help="only inspections with this verdict of the part")
     parser.add_argument("--text", help="only runs with this in serial number, outcome or message")
     add_all(parser)
     add_format(parser)
@@ -50,4 +50,5 @@ def _line(row: Any) -> tuple[Any, ...]:
         result += f", {row.checked} of {row.in_view} checked"
     began = row.began_at and row.began_at.isoformat(" ", "minutes")[:16]
     seconds = None if row.seconds is None else rounded(row.seconds, 1)
-    return row.run, row.kind, row.serial, result, began, seconds, row.message
+    said = row.message and row.message.partition(";")[0]  # --all has the rest
+    return row.run, row.kind, row.serial, result, began, seconds, said

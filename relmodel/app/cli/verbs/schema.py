@@ -1,6 +1,6 @@
-"""Print the dictionary of the store: its relations and functions, a line each; or all of one: columns, keys, meaning.
+"""Print the dictionary of the store: a line for each relation and function; or one in full: columns, keys, meaning.
 
-Without a store: of the schema that this relmodel makes, on DuckDB.
+Without a store it describes the schema that this version makes on DuckDB.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ EXAMPLE = """relmodel schema --store cell.duckdb
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("relation", nargs="?", metavar="NAME", help="all of this relation or function")
+    parser.add_argument("relation", nargs="?", metavar="NAME", help="describe this relation or function in full")
     parser.add_argument(
         "--columns", action="store_true", help="every column of every relation and argument of every function"
     )

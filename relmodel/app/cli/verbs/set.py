@@ -21,10 +21,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("name", metavar="NAME", help="name of the attribute")
     parser.add_argument("value", metavar="VALUE", help="number, true, false or text")
     parser.add_argument("--unit", help="unit of a number: kg/m3, g/cm3, kg, lb, mm, ...")
-    parser.add_argument("--text", action="store_true", help="take the value as a text, whatever it looks like")
+    parser.add_argument("--text", action="store_true", help="take VALUE as a text, whatever it looks like")
     parser.add_argument("--variant", default="", help="variant of the object, where it has several")
-    parser.add_argument("--surface", type=int, metavar="NO", help="of the part's surface of this surface_no")
-    parser.add_argument("--arc", type=int, metavar="NO", help="of the part's arc of this arc_no")
+    parser.add_argument("--surface", type=int, metavar="NO", help="set it on this surface of the part (its surface_no)")
+    parser.add_argument("--arc", type=int, metavar="NO", help="set it on this arc of the part (its arc_no)")
     parser.add_argument("--world", action="store_true", help="PATH is the name of a world")
 
 

@@ -1,9 +1,9 @@
 """Ask the store in SQL; nothing is written.
 
-Takes one SELECT, WITH, VALUES, TABLE or EXPLAIN; rows are printed as they come, and end after --timeout.  The store is
-opened read-only; on DuckDB statements reach no other file and change no setting; on PostgreSQL the role must not reach
-the server's files or programs, so superusers are refused, but may do by functions whatever it is granted: docs/sql.md
-says what is promised, and how to make a role that only reads.
+It takes one SELECT, WITH, VALUES, TABLE or EXPLAIN, prints rows as they come, and ends after --timeout.  The store is
+opened read-only.  On DuckDB a statement reaches no other file and changes no setting.  On PostgreSQL superusers and
+other roles that reach the server's files or programs are refused, but a statement may call every function that the
+role may call.  docs/sql.md says what is promised, and how to make a role that only reads.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Match the pictures of two cameras of a rig: arcs and regions in pairs, and the arcs in space.
 
-No model is needed: the pair itself says how far off things are.  With --prior the model of the store's world, seen from
-there, bounds it.  Methods: pong (votes of epipolar rows, attributes of arcs and regions, then relations), relational
-(only relations, within the epipolar geometry).
+No model is needed: the pair itself gives the range of depths.  With --prior the depths come from the model instead, as
+it stands in the store's world.  The method pong uses votes of epipolar rows, attributes of arcs and regions, then
+relations; relational uses only relations, within the epipolar geometry.
 """
 
 from __future__ import annotations
