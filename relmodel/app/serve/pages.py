@@ -245,7 +245,7 @@ def _compare(store: Store, asked: Mapping[str, str], whole: bool) -> Listing:
         empty = Table("Two runs", (), [], empty="Give the numbers of two runs.")
         return Listing("Two runs", empty, fields, words="What differs between two runs, and where they part.")
     runs = [int(finite(name, asked[name])) for name in ("a", "b")]
-    names = ("what", "name", f"run {runs[0]}", f"run {runs[1]}", "difference", "sigma")
+    names: Sequence[str] = ("what", "name", f"run {runs[0]}", f"run {runs[1]}", "difference", "sigma")
     rows: list[tuple[Any, ...]] = list(compare_runs(store, *runs))
     if not whole:
         names = names[1:]
