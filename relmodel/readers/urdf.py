@@ -1,6 +1,6 @@
 """Robots and tools in URDF: links become objects in the robot's, visuals parts in the links', joints rows.
 
-Boxes, cylinders and spheres are exact (`model/primitives.py`); meshes (STL, OBJ, PLY, GLB) are read as everywhere
+Boxes, cylinders and spheres are solids (`primitives.py`); meshes (STL, OBJ, PLY, GLB) are read as everywhere
 (`mesh/read.py`), from the file's own folder or the ROS package they name; no surfaces are fitted to them.
 URDF states metres and radians.
 (http://wiki.ros.org/urdf/XML)
@@ -22,11 +22,11 @@ from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.joints import KINDS, Joint, JointTree, Mimic
 from relmodel.geometry.transforms import rotation_matrix
-from relmodel.model import primitives
 from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Shape, SourceFile
+from relmodel.readers import primitives
 from relmodel.readers.formats import UNITLESS_FORMATS
 
-LOADER_VERSION = "urdf 3"
+LOADER_VERSION = "urdf 4"
 MESH_FORMATS = ("stl", "obj", "ply", "glb", "gltf")
 
 _M = 1000.0  # mm in a metre

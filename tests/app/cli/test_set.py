@@ -13,8 +13,8 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.app.cli.main import main
-from relmodel.model import primitives
 from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Pmi, Shape
+from relmodel.readers import primitives
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.store.check import check
