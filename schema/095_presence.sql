@@ -102,7 +102,7 @@ CREATE TABLE variant_evidence (  -- What the pictures say at the pose found of e
     object_variant_id BIGINT NOT NULL,  -- the variant
     placed BOOLEAN NOT NULL,  -- whether it is the one that the world has there
     log_odds DOUBLE PRECISION NOT NULL,  -- natural logarithm of the odds of its visible edges, of each there against not there, summed
-    against INTEGER NOT NULL,  -- how many of its parts and features in view are not as it has them
+    against INTEGER NOT NULL,  -- how many of its parts and features in view differ from it
     decided INTEGER NOT NULL,  -- how many of its parts and features in view are decided at all
     distinguished_by TEXT,  -- paths of parts and features that distinguish it from the likeliest variant of the object: not as this one has them, and
         -- right or absent in that one; worst first, five at most; null where there are none

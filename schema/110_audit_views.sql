@@ -36,13 +36,13 @@ SELECT s.run_id, s.object_no, s.name, s.variant, p.variant AS placed_variant, s.
     END) AS words,
     concat(CASE
         WHEN s.placed_less >= 3 THEN concat('variant ', b.variant, ' explains the pictures better than ', p.variant,
-            ', which the world has there, by ', CAST(s.placed_less AS NUMERIC(18, 0)), ' nats of evidence, and ',
-            b.against, ' of ', b.decided, ' parts and features are not as it has them, against ', p.against, ' of ',
-            p.decided)
+            ', which the world has there, by ', CAST(s.placed_less AS NUMERIC(18, 0)), ' nats of evidence: ',
+            b.against, ' of ', b.decided, ' parts and features differ from ', b.variant, ', ', p.against, ' of ',
+            p.decided, ' from ', p.variant)
         ELSE concat('variant ', b.variant, ' explains the pictures better than ', o.variant, ' by ',
             CAST(o.nats_less AS NUMERIC(18, 0)), ' nats of evidence')
-    END, CASE WHEN s.placed_less >= 3 THEN ' (not as ' || p.variant || ' has it: ' || p.distinguished_by || ')'
-        ELSE ' (not as ' || o.variant || ' has it: ' || o.distinguished_by || ')' END) AS evidence
+    END, CASE WHEN s.placed_less >= 3 THEN ' (unlike ' || p.variant || ': ' || p.distinguished_by || ')'
+        ELSE ' (unlike ' || o.variant || ': ' || o.distinguished_by || ')' END) AS evidence
 FROM shown AS s
 LEFT JOIN inspection AS i ON i.run_id = s.run_id
 LEFT JOIN world AS w ON w.id = i.world_id

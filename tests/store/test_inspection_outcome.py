@@ -16,7 +16,7 @@ from vision.localisation.localisation_parameters import VerdictParameters
 
 Variants = list[
     tuple[str, float, int]
-]  # name, log odds, and how many items are not as it has them; the first is placed
+]  # name, log odds, and how many items differ from it; the first is placed
 
 
 def outcome(target: str, states: list[str], variants: Variants, verdict: str = "accepted") -> Outcome:
@@ -93,8 +93,8 @@ A = ("A", 10.0, 12)
         (
             [A, ("B", 60.0, 1), ("C", 40.0, 5)],
             "the pictures show variant B of bulkhead, not A",
-            "better than A, which the world has there, by 50 nats of evidence, and 1 of 90 parts and features are not "
-            "as it has them, against 12 of 90",
+            "better than A, which the world has there, by 50 nats of evidence: 1 of 90 parts and features differ from "
+            "B, 12 of 90 from A",
         ),
         (
             [A, ("B", 58.0, 1), ("", 60.0, 1)],

@@ -29,8 +29,8 @@ class VariantEvidence:
     """What the pictures say of a variant in the place of the one that the world has there.
 
     object_no: of the world's object; placed: whether it is the world's; log_odds: the sum over its visible edges,
-    each there against not there; against: how many of its features and parts in view are not as it has them; of: how
-    many are decided at all.  distinguished_by: paths, worst first, of those that are not as it has them, and that the
+    each there against not there; against: how many of its features and parts in view differ from it; of: how many are
+    decided at all.  distinguished_by: paths, worst first, of those that differ from it, and that the
     likeliest variant has right or does not have.
     """
 
