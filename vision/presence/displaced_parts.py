@@ -116,7 +116,9 @@ def measure_displacements(
         occurrence, np.einsum("ni,nij->nj", x[:, :3], axes), np.swapaxes(axes, 1, 2) @ covariance[:, :3, :3] @ axes,
         turn, np.sqrt(covariance[:, 3, 3]), log_odds[row], known, known & turned[aspect],
     )  # fmt: skip
-    return replace(out, far=known & (out.distance > np.maximum(q.least_mm, q.least_sigma * out.sigma)))
+    return replace(
+        out, far=known & (out.distance > np.maximum(p.displacement.least_mm, p.displacement.sure_sigma * out.sigma))
+    )
 
 
 def _take_best(group: Ints, score: Floats, most: int) -> Ints:
@@ -160,15 +162,16 @@ class _Bodies:
             return slope, beside.find_nearest(self.each, self.none, self.zero, reach)
 
         p = self.pictures.p
-        return fit(look, self.body, self.edges.length, start, np.tile(p.parts.sigma, (self.count, 1)), p.displacement)
+        sigma, counts = np.tile(p.parts.sigma, (self.count, 1)), self.edges.length / p.runs.stretch_px
+        return fit(look, self.body, counts, start, sigma, p.displacement)
 
     def score(self, x: Floats) -> Floats:
         """How near elements lie to the edges of bodies at x (m, 4), 0 to 1 in the mean."""
-        q, length = self.pictures.p.parts, self.edges.length
-        away = self._look(x, q.near_px)[0].find_nearest(self.each, self.none, self.zero, q.near_px)
-        near = length * np.exp(-0.5 * (np.where(np.isfinite(away), away, np.inf) / (0.4 * q.near_px)) ** 2)
-        px, seen = (np.bincount(self.body, v, self.count) for v in (near, length))
-        return np.asarray(px / np.maximum(seen, 1e-9))
+        reach, length = self.pictures.p.displacement.reach_px[0], self.edges.length
+        away = self._look(x, reach)[0].find_nearest(self.each, self.none, self.zero, reach)
+        near = np.exp(-0.5 * (np.where(np.isfinite(away), away, np.inf) / (0.4 * reach)) ** 2)
+        total = np.maximum(np.bincount(self.body, length, self.count), 1e-9)
+        return np.asarray(np.bincount(self.body, length * near, self.count) / total)
 
     def weigh(self, x: Floats) -> Floats:
         """Log odds (m, c), by camera, of bodies being at x (m, 4) against not there."""

@@ -89,7 +89,7 @@ def measure_moved(edges: Edges, surface: Ints, mm: Floats, p: PresenceParameters
 
     free = np.where(closed[:, None], FREE_MM, FIXED_MM)
     sigma = np.concatenate([free, free, free, np.full((count, 1), FREE_MM)], axis=1)
-    return fit(look, body, length, start, sigma, p.displacement), closed
+    return fit(look, body, length / p.runs.stretch_px, start, sigma, p.displacement), closed
 
 
 def seek_moved(edges: Edges, count: int, cameras: int, opposed: Opposed, p: PresenceParameters) -> Moved:
@@ -122,6 +122,8 @@ class _Search:
     """What the weighing of displacements needs, prepared once; neighbours: pairs of surfaces that meet, both ways."""
 
     def __init__(self, edges: Edges, count: int, cameras: int, parameters: PresenceParameters) -> None:
+        from scipy.sparse import csr_array
+
         p, samples, px = parameters.moved, edges.samples, edges.beside.weight
         self.edges, self.count, self.cameras, self.p, self.parameters = edges, count, cameras, p, parameters
         half = round(p.reach_mm / p.step_mm)
@@ -138,17 +140,9 @@ class _Search:
         self.rate = np.bincount(surface, weight * np.abs(self.rate_px), count) / np.maximum(distinct_px, 1e-9)
         self.sought = np.flatnonzero(distinct_px >= p.least_distinct_px)
         # Surfaces that carry the same edge.
-        order = np.argsort(moving.sample, kind="stable")
-        both = [
-            np.stack([moving.surface[order[:-k]], moving.surface[order[k:]]], axis=1)[
-                moving.sample[order[:-k]] == moving.sample[order[k:]]
-            ]
-            for k in range(1, int(np.bincount(moving.sample).max(initial=1)))
-        ]
-        pairs = np.concatenate([np.zeros((0, 2), np.int64), *both])
-        pairs = pairs[pairs[:, 0] != pairs[:, 1]]
-        every = np.unique(np.concatenate([pairs, pairs[:, ::-1]]) @ [count, 1])
-        self.neighbours = np.stack(np.divmod(every, count))
+        carries = csr_array((np.ones(len(moving.sample)), (moving.sample, moving.surface)), (len(px), count))
+        one, other = (carries.T @ carries).nonzero()
+        self.neighbours = np.stack([one, other])[:, one != other].astype(np.int64)
 
     def weigh(self, surface: Ints, mm: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, Floats]:
         """The best displacement (m,) of surfaces, away from their place and between bounds (s,), with its log odds (m,)
@@ -161,7 +155,7 @@ class _Search:
         by_camera = np.zeros((len(surface), self.cameras, cells))
         np.add.at(by_camera, (number[self.surface[groups]], runs.camera[self.run[groups]]), odds)
         by_camera -= by_camera[:, :, cells // 2, None]
-        clear = np.maximum(p.least_mm, p.least_px / np.maximum(self.rate[surface], 1e-9))
+        clear = np.maximum(self.parameters.displacement.least_mm, p.least_px / np.maximum(self.rate[surface], 1e-9))
         penalty = np.log(2 * p.reach_mm / p.distinct_mm)
         there = (self.grid >= low[surface, None]) & (self.grid <= high[surface, None])
         there &= np.abs(self.grid) >= clear[:, None]

@@ -76,12 +76,12 @@ class Beside:
 
 @dataclass(frozen=True)
 class Displacement:
-    """Where bodies (m,) lie: x (m, 4) from where the model has them; covariance (m, 4, 4); found_px (m,): of the edges
-    that agree on it."""
+    """Where bodies (m,) lie: x (m, 4) from where the model has them; covariance (m, 4, 4); agree (m,):
+    how many measurements do."""
 
     x: Floats
     covariance: Floats
-    found_px: Floats
+    agree: Floats
 
 
 # Of bodies at x (m, 4), within a reach (px): slope (n, 4) of their samples, px a unit, and residual (n,), px from these
@@ -90,11 +90,12 @@ Look = Callable[[Floats, float], tuple[Floats, Floats]]
 
 
 def fit(
-    look: Look, body: Ints, length: Floats, start: Floats, sigma: Floats, p: DisplacementParameters
+    look: Look, body: Ints, counts: Floats, start: Floats, sigma: Floats, p: DisplacementParameters
 ) -> Displacement:
     """Where the elements beside samples put their bodies: robust least squares (Geman and McClure) from starts (m, 4).
 
-    body (n,), length (n,) px: of the samples; sigma (m, 4): of the unknowns where nothing is seen.
+    body (n,), counts (n,): of the samples, and as how many measurements each counts; sigma (m, 4): of the unknowns
+    where nothing is seen.
     """
     x, count = start.copy(), len(start)
     prior = sigma[:, :, None] ** -2.0 * np.eye(4)
@@ -102,7 +103,7 @@ def fit(
         slope, residual = look(x, reach)
         found = np.isfinite(residual)
         residual = np.where(found, residual, 0.0)
-        weight = found * (length / p.stretch_px) / (1 + (residual / (p.scale * reach)) ** 2) ** 2
+        weight = found * counts / (1 + (residual / (p.scale * reach)) ** 2) ** 2
         equations = slope[:, :, None] * np.concatenate([slope, residual[:, None]], axis=1)[:, None, :]
         sums = sum_by_group(body, equations, count, weight) / p.edge_px**2
         pull = sums[:, :, 4] - np.einsum("mij,mj->mi", prior, x)
@@ -118,4 +119,4 @@ def fit(
     alike = p.systematic_px * total[:, None] / np.maximum(rate, 1e-9)
     covariance += np.where(rate > 1e-9, alike, 0.0)[:, [0, 0, 0, 1], None] ** 2 * np.eye(4)
     agreeing = found & (np.abs(residual) < 3 * p.scale * reach)
-    return Displacement(x, covariance, np.bincount(body, length * agreeing, count).astype(float))
+    return Displacement(x, covariance, np.bincount(body, counts * agreeing, count).astype(float))

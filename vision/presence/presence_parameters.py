@@ -99,8 +99,6 @@ class DisplacementParameters:
     """px from the place tried within which elements count, a step of least squares each"""
     scale: float = 0.28
     """scale of the robust loss (Geman and McClure), of the reach"""
-    stretch_px: float = 20.0
-    """px of an edge that count as one measurement: nearer samples err together"""
     edge_px: float = 0.5
     """px by which a stretch of an edge errs, one standard deviation: rounding, burr and response"""
     floor_px: float = 0.1
@@ -115,6 +113,10 @@ class DisplacementParameters:
     """px within which what belongs to an edge of another body hides one"""
     least_seen: float = 0.5
     """share of an edge that must be in sight at a displacement, clear of what belongs to others, to count"""
+    least_mm: float = 0.75
+    """mm: edges cannot distinguish a smaller displacement from rounding and burr"""
+    sure_sigma: float = 4.0
+    """standard deviations by which a displacement must differ from none"""
 
 
 @dataclass(frozen=True)
@@ -135,26 +137,20 @@ class MovedParameters:
     """mm between two opposite faces, of material or room: no displacement leaves less"""
     min_px_per_mm: float = 0.15
     """px by which an edge must move in the picture for each mm to count"""
-    least_mm: float = 0.75
-    """mm: edges cannot distinguish a smaller change from rounding and burr"""
     least_px: float = 0.8
     """px: a smaller displacement is not clear of the edge's own place"""
     least_distinct_px: float = 40.0
-    """px of edges that can be distinguished from others, at least"""
+    """px of edges that can be distinguished from others, at least, and from which a displacement is measured"""
     least_log_odds: float = 1.0
     """log odds of moved against in place, for all the displacements tried"""
     rounds: int = 6
     """rounds of weighing displacements again after some surfaces moved"""
     sure_log_odds: float = 3.0
     """log odds likewise, 20 to 1, from which it is said to have moved; below, it only explains its neighbours' edges"""
-    sure_sigma: float = 4.0
-    """standard deviations by which the measured displacement must differ from none"""
     most_mean_normal: float = 0.5
     """length of the mean of the unit normals below which a surface bends around"""
     least_spread: float = 0.15
     """mean square of the normals along the second direction that they span, there"""
-    least_measured_px: float = 40.0
-    """px of edges from which a displacement is measured"""
     least_found: float = 0.6
     """share of a surface's edges that must be found where it is measured"""
 
@@ -213,19 +209,13 @@ class PartParameters:
     """mm between the places"""
     coarse: int = 30
     """samples of a piece in a camera by which places are chosen"""
-    near_px: float = 5.0
-    """px along the normals within which elements count there"""
     best: int = 6
     """places from which least squares start"""
     sigma: tuple[float, ...] = (5.0, 5.0, 0.3, radians(6.0))
     """standard deviations of where a piece lies: mm in its plane and out of it, for it sits on its neighbour, rad about
     its normal"""
-    least_log_odds: float = 2.0
+    least_log_odds: float = 4.0
     """log odds of there against in place, for all the places tried, and of turned against not"""
-    least_mm: float = 1.0
-    """mm: less is no displacement"""
-    least_sigma: float = 5.0
-    """standard deviations likewise"""
     turned_px: float = 500.0
     """px of edges of a piece that is sought at any turn: bolts look alike at any turn"""
     turned_share: float = 0.35

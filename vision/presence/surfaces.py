@@ -52,14 +52,15 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     # What is seen where it should be lies elsewhere only if that is seen better.
     in_place = np.maximum(_weigh_in_place(runs, count, cameras), 0.0)
     certain = sought.log_odds - in_place >= p.moved.sure_log_odds
-    there = np.flatnonzero(weight >= p.moved.least_measured_px)
+    there = np.flatnonzero(weight >= p.moved.least_distinct_px)
     offsets, closed = measure_moved(edges, there, sought.mm, p)
     # Surfaces found in place, or found displaced, or bent around and found all around.
-    found = offsets.found_px >= p.moved.least_found * weight[there]
+    agree_px = offsets.agree * p.runs.stretch_px
+    found = agree_px >= p.moved.least_found * weight[there]
     in_place = supported[there] >= p.moved.least_found * weight[there]
     displaced = sought.mm[there] != 0
     doubtful = displaced & ~certain[there]
-    sure = (offsets.found_px >= p.moved.least_measured_px) & (displaced | in_place | (closed & found)) & ~doubtful
+    sure = (agree_px >= p.moved.least_distinct_px) & (displaced | in_place | (closed & found)) & ~doubtful
     kept = there[sure]
     mm, sigma, shift_sigma = np.full((3, count), np.nan)
     shift = np.full((count, 3), np.nan)
@@ -71,7 +72,11 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     # A surface that moves with its corners, its own edges out of sight, lies where the search found it.
     unmeasured = ~np.isfinite(mm) & (sought.mm != 0) & certain
     mm[unmeasured], sigma[unmeasured] = sought.mm[unmeasured], sought.sigma[unmeasured]
-    moved = (sought.mm != 0) & certain & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))
+    moved = (
+        (sought.mm != 0)
+        & certain
+        & (np.abs(mm) > np.maximum(p.displacement.sure_sigma * sigma, p.displacement.least_mm))
+    )
     moved &= _count_own_px(runs, moved, sought.log_odds) >= p.moved.least_distinct_px
     return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 

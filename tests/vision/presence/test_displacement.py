@@ -32,15 +32,15 @@ def test_two_bodies_lie_where_their_robust_losses_are_least() -> None:
     truth = np.array([[1.0, -2.0, 0.5, 0.2], [0.0, 0.3, -1.0, 0.1]])
     element = np.einsum("ni,ni->n", slope, truth[body]) + rng.normal(0, 0.3, 140)
     element[::7] += rng.uniform(-6, 6, 20)  # what is no edge of the body
-    length, sigma = rng.uniform(5, 20, 140), np.array([[5.0, 5, 0.3, 0.1], [1e3, 1e3, 1e3, 1e3]])
-    found = fit(sees(slope, element, body), body, length, truth + 0.2, sigma, p)
+    counts, sigma = rng.uniform(0.2, 1, 140), np.array([[5.0, 5, 0.3, 0.1], [1e3, 1e3, 1e3, 1e3]])
+    found = fit(sees(slope, element, body), body, counts, truth + 0.2, sigma, p)
     scale = p.scale * 50.0
     for one in (0, 1):
         mine = body == one
 
         def loss(x: Floats, mine: Floats = mine, one: int = one) -> float:
             z = ((element - slope @ x)[mine] / scale) ** 2
-            seen = length[mine] / (p.stretch_px * p.edge_px**2) @ (scale**2 * z / (1 + z))
+            seen = counts[mine] / p.edge_px**2 @ (scale**2 * z / (1 + z))
             return float(seen + ((x / sigma[one]) ** 2).sum())
 
         best = minimize(
@@ -51,7 +51,7 @@ def test_two_bodies_lie_where_their_robust_losses_are_least() -> None:
 
 def test_the_covariance_is_the_scatter_of_the_places_found() -> None:
     rng = np.random.default_rng(5)
-    p, count = replace(P, systematic_px=0.0, floor_px=0.02, stretch_px=1.0, edge_px=0.1, scale=10.0), 600
+    p, count = replace(P, systematic_px=0.0, floor_px=0.02, edge_px=0.1, scale=10.0), 600
     body = np.repeat(np.arange(count), 100)
     slope = np.tile(rng.normal(size=(100, 4)), (count, 1))
     look = sees(slope, rng.normal(0, 0.1, len(body)), body)
@@ -62,17 +62,17 @@ def test_the_covariance_is_the_scatter_of_the_places_found() -> None:
 def test_edges_that_are_all_drawn_alike_move_a_body_by_so_much() -> None:
     """A shift by 2 px a mm, and no noise: .2 px are .1 mm."""
     slope = np.tile([2.0, 0.0, 0.0, 0.0], (50, 1))
-    found = fit(sees(slope, np.full(50, 1.0), NONE[:50]), NONE[:50], np.full(50, 20.0), np.zeros((1, 4)), WIDE, P)
+    found = fit(sees(slope, np.full(50, 1.0), NONE[:50]), NONE[:50], np.ones(50), np.zeros((1, 4)), WIDE, P)
     assert found.x[0] == pytest.approx([0.5, 0, 0, 0], abs=1e-6)
     assert found.covariance[0, 0, 0] ** 0.5 == pytest.approx(np.hypot(0.1, 0.1 / np.sqrt(50) / 2), rel=0.05)
-    assert found.found_px[0] == pytest.approx(1000.0)
+    assert found.agree[0] == pytest.approx(50.0)
 
 
 def test_a_body_of_which_nothing_is_seen_stays() -> None:
     found = fit(sees(np.ones((9, 4)), np.full(9, 99.0), NONE[:9]), NONE[:9], np.ones(9), np.zeros((1, 4)), WIDE, P)
     assert isinstance(found, Displacement)
     assert not found.x.any()
-    assert found.found_px.tolist() == [0.0]
+    assert found.agree.tolist() == [0.0]
 
 
 def test_the_nearest_usable_element_is_found() -> None:
