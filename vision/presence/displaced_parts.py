@@ -18,7 +18,7 @@ from vision.localisation.measurements import EdgeIndex
 from vision.presence.displacement import Beside, Displacement, fit
 from vision.presence.items import Items
 from vision.presence.measures import DISPLACED, Measures
-from vision.presence.pieces import Aspects, Eyes, PieceEdges, add_turned, find_pieces, list_pieces
+from vision.presence.pieces import Aspects, Eyes, PieceEdges, add_turned, find_pieces, list_pieces, rank_in_groups
 from vision.presence.presence_parameters import PresenceParameters, StateParameters
 from vision.presence.samples import Nearby, Samples, find_nearby
 from vision.presence.stretches import Runs
@@ -95,7 +95,7 @@ def measure_displacements(
     places = np.pad(np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2), [(0, 0), (0, 2)])
     aspect, start = np.repeat(np.arange(len(turned)), len(places)), np.tile(places, (len(turned), 1))
     score = _Bodies(pictures, edges.thin(q.coarse), aspects, aspect).score(start)
-    best = _take_best(2 * aspects.piece[aspect] + turned[aspect], score, q.best)
+    best = np.flatnonzero(rank_in_groups(2 * aspects.piece[aspect] + turned[aspect], score) < q.best)
     # In place, and from the best starts of each piece, as the model has it and turned.
     aspect = np.append(np.arange(len(tried)), aspect[best])
     bodies = _Bodies(pictures, edges.thin(ENOUGH), aspects, aspect)
@@ -108,7 +108,8 @@ def measure_displacements(
     log_odds[: len(tried)] = -np.inf
 
     occurrence = np.flatnonzero(np.isin(piece_of, tried))
-    row = _take_best(number, log_odds, 1)[np.searchsorted(tried, piece_of[occurrence])]
+    first = np.flatnonzero(rank_in_groups(number, log_odds) == 0)
+    row = first[np.argsort(number[first])][np.searchsorted(tried, piece_of[occurrence])]
     aspect, x, covariance, axes = aspect[row], there.x[row], there.covariance[row], aspects.axes[aspect[row]]
     known = (log_odds[row] >= q.least_log_odds) & (gain[row].min(axis=1) >= 0)
     turn = np.mod(x[:, 3] + aspects.angle[aspect] + np.pi, 2 * np.pi) - np.pi
@@ -119,14 +120,6 @@ def measure_displacements(
     return replace(
         out, far=known & (out.distance > np.maximum(p.displacement.least_mm, p.displacement.sure_sigma * out.sigma))
     )
-
-
-def _take_best(group: Ints, score: Floats, most: int) -> Ints:
-    """Of each group the rows that score best, group by group."""
-    order = np.lexsort((-score, group))
-    first = np.flatnonzero(np.diff(group[order], prepend=-1) != 0)
-    rank = np.arange(len(order)) - np.repeat(first, np.diff(np.append(first, len(order))))
-    return np.asarray(order[rank < most])
 
 
 @dataclass(frozen=True)

@@ -95,13 +95,18 @@ class PieceEdges:
     def thin(self, enough: int) -> PieceEdges:
         """Of many samples of an aspect in a camera every so many, which then stand for the others."""
         group = self.camera * (self.aspect.max(initial=0) + 1) + self.aspect
-        order = np.argsort(group, kind="stable")
-        first = np.flatnonzero(np.diff(group[order], prepend=-1) != 0)
-        count = np.diff(np.append(first, len(order)))
-        rows = order[(np.arange(len(order)) - np.repeat(first, count)) % np.repeat(1 + count // enough, count) == 0]
-        px, kept = np.bincount(group, self.length), np.bincount(group[rows], self.length[rows])
+        step = 1 + np.bincount(group) // enough
+        rows = np.flatnonzero(rank_in_groups(group, np.zeros(len(group))) % step[group] == 0)
         some = self.take(rows)
-        return replace(some, length=some.length * (px / np.maximum(kept, 1e-9))[group[rows]])
+        return replace(some, length=some.length * step[group[rows]])
+
+
+def rank_in_groups(group: Ints, score: Floats) -> Ints:
+    """How many rows of its group (n,) each comes after, the highest score first."""
+    order, count = np.lexsort((-score, group)), np.bincount(group)
+    rank = np.empty(len(group), np.int64)
+    rank[order] = np.arange(len(group)) - np.repeat(np.cumsum(count) - count, count)
+    return rank
 
 
 T = TypeVar("T", Aspects, PieceEdges)
