@@ -111,7 +111,7 @@ def fit(
         x = x + step
     residual = residual - np.einsum("ni,ni->n", slope, step[body])
     total = np.bincount(body, weight, count)
-    variance = (np.bincount(body, weight * residual**2, count) + p.floor_px**2) / np.maximum(total, 1.0) + p.floor_px**2
+    variance = np.maximum(np.bincount(body, weight * residual**2, count) / np.maximum(total, 1.0), 1e-6)
     covariance = np.asarray(np.linalg.inv(sums[:, :, :4] * (p.edge_px**2 / variance)[:, None, None] + prior))
     # All edges of a body may be drawn alike.
     by_shift, by_other = np.linalg.norm(slope[:, :3], axis=1), np.abs(slope[:, 3])

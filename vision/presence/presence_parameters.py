@@ -101,8 +101,6 @@ class DisplacementParameters:
     """scale of the robust loss (Geman and McClure), of the reach"""
     edge_px: float = 0.5
     """px by which a stretch of an edge errs, one standard deviation: rounding, burr and response"""
-    floor_px: float = 0.1
-    """px: what a measurement errs at least"""
     systematic_px: float = 0.2
     """px: by which all edges of a body may be drawn alike: the camera's response is known no better"""
     tolerance_px: tuple[float, ...] = (0.4, 1.2)
@@ -216,7 +214,7 @@ class PartParameters:
     its normal"""
     least_log_odds: float = 4.0
     """log odds of there against in place, for all the places tried, and of turned against not"""
-    turned_px: float = 500.0
+    turned_px: float = 700.0
     """px of edges of a piece that is sought at any turn: bolts look alike at any turn"""
     turned_share: float = 0.35
     """share of its edges found in place up to which it is"""

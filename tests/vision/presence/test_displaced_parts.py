@@ -39,7 +39,7 @@ def scene(shift: Floats) -> Scene:
     block = np.array([60.0, 40.0, 20.0])
     plate = (np.array([-250.0, -200.0, -30.0]), np.array([500.0, 400.0, 30.0]))
     return box_scene(
-        [plate, (np.array([-150.0, -100.0, 0.0]), block), (np.array([80.0, 50.0, 0.0]) + shift, block + 10)]
+        [plate, (np.array([-150.0, -100.0, 0.0]), block), (np.array([80.0, 50.0, 0.0]) + shift, 1.5 * block)]
     )
 
 
