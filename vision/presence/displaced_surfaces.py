@@ -37,19 +37,6 @@ class Edges:
     runs: Runs
 
 
-@dataclass(frozen=True)
-class Moved:
-    """The scene's surfaces (s,) where the pictures put them together.
-
-    mm: displacement outward, zero in place; sigma (mm): how well an edge of each places it; log_odds: of that against
-    in place with the others where they are, for all the displacements tried, at most zero where nothing has moved.
-    """
-
-    mm: Floats
-    sigma: Floats
-    log_odds: Floats
-
-
 def find_usable(samples: Samples, nearby: Nearby, support: Support, blends: Bools, p: MovedParameters) -> Bools:
     """Which elements near samples (m, 2) may be edges of a displaced surface, either one of the sample's: they do not
     belong to an edge of other surfaces.
@@ -92,8 +79,11 @@ def measure_moved(edges: Edges, surface: Ints, mm: Floats, p: PresenceParameters
     return fit(look, body, length / p.runs.stretch_px, start, sigma, p.displacement), closed
 
 
-def seek_moved(edges: Edges, count: int, cameras: int, opposed: Opposed, p: PresenceParameters) -> Moved:
-    """Where the surfaces of a scene of `count` lie together."""
+def seek_moved(
+    edges: Edges, count: int, cameras: int, opposed: Opposed, p: PresenceParameters
+) -> tuple[Floats, Floats]:
+    """How far outward the surfaces (s,) of a scene of `count` lie together, mm, zero in place, and the log odds of that
+    against in place with the others where they are, for all the displacements tried: at most zero in place."""
     search = _Search(edges, count, cameras, p)
     mm, log_odds = np.zeros((2, count))
     stale = search.sought
@@ -114,8 +104,7 @@ def seek_moved(edges: Edges, count: int, cameras: int, opposed: Opposed, p: Pres
         touched = changes.copy()
         touched[one[changes[other]]] = True
         stale = search.sought[touched[search.sought]]
-    sigma = min(p.displacement.tolerance_px) / np.maximum(search.rate, 1e-9)
-    return Moved(mm, sigma, np.where(mm != 0, log_odds, np.minimum(log_odds, 0.0)))
+    return mm, np.where(mm != 0, log_odds, np.minimum(log_odds, 0.0))
 
 
 class _Search:

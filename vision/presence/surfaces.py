@@ -48,17 +48,17 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     inward, middle, normal = _bend(samples, count)
     opposed = find_opposed(items, stored.scene, middle, normal)
     weight, supported = (_by_surface(runs, values, count) for values in (runs.weight_px, runs.weight_px * runs.found))
-    sought = seek_moved(edges, count, cameras, opposed, p)
+    sought, log_odds = seek_moved(edges, count, cameras, opposed, p)
     # What is seen where it should be lies elsewhere only if that is seen better.
     in_place = np.maximum(_weigh_in_place(runs, count, cameras), 0.0)
-    certain = sought.log_odds - in_place >= p.moved.sure_log_odds
+    certain = log_odds - in_place >= p.moved.sure_log_odds
     there = np.flatnonzero(weight >= p.moved.least_distinct_px)
-    offsets, closed = measure_moved(edges, there, sought.mm, p)
+    offsets, closed = measure_moved(edges, there, sought, p)
     # Surfaces found in place, or found displaced, or bent around and found all around.
     agree_px = offsets.agree * p.runs.stretch_px
     found = agree_px >= p.moved.least_found * weight[there]
     in_place = supported[there] >= p.moved.least_found * weight[there]
-    displaced = sought.mm[there] != 0
+    displaced = sought[there] != 0
     doubtful = displaced & ~certain[there]
     sure = (agree_px >= p.moved.least_distinct_px) & (displaced | in_place | (closed & found)) & ~doubtful
     kept = there[sure]
@@ -69,16 +69,10 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     # Along the axis of a bore its edges say nothing.
     across = np.sqrt(np.linalg.eigvalsh(offsets.covariance[:, :3, :3])[:, 1])
     shift_sigma[kept] = np.where(closed, across, np.nan)[sure]
-    # A surface that moves with its corners, its own edges out of sight, lies where the search found it.
-    unmeasured = ~np.isfinite(mm) & (sought.mm != 0) & certain
-    mm[unmeasured], sigma[unmeasured] = sought.mm[unmeasured], sought.sigma[unmeasured]
-    moved = (
-        (sought.mm != 0)
-        & certain
-        & (np.abs(mm) > np.maximum(p.displacement.sure_sigma * sigma, p.displacement.least_mm))
-    )
-    moved &= _count_own_px(runs, moved, sought.log_odds) >= p.moved.least_distinct_px
-    return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
+    least = np.maximum(p.displacement.sure_sigma * sigma, p.displacement.least_mm)
+    moved = (sought != 0) & certain & (np.abs(mm) > least)
+    moved &= _count_own_px(runs, moved, log_odds) >= p.moved.least_distinct_px
+    return Surfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 
 
 def _weigh_in_place(runs: Runs, count: int, cameras: int) -> Floats:

@@ -86,9 +86,9 @@ def test_a_bore_s_radius_and_place_are_measured(radius: float, aside: tuple[floa
 
 def test_a_bore_of_another_size_is_sought_and_found() -> None:
     edges = bore(34.0, np.zeros(2), noise=0.15)
-    moved = seek_moved(edges, 2, 1, ALONE, P)
-    assert moved.mm == pytest.approx([6.0, 0.0], abs=P.moved.step_mm)
-    found, _ = measure_moved(edges, np.array([0]), moved.mm, P)
+    moved, _ = seek_moved(edges, 2, 1, ALONE, P)
+    assert moved == pytest.approx([6.0, 0.0], abs=P.moved.step_mm)
+    found, _ = measure_moved(edges, np.array([0]), moved, P)
     assert found.x[0, 3] == pytest.approx(6.0, abs=3 * found.covariance[0, 3, 3] ** 0.5)
 
 
@@ -111,7 +111,7 @@ def test_texture_moves_nothing() -> None:
     rng = np.random.default_rng(7)
     angle = rng.uniform(0, 2 * np.pi, 3000)
     index = EdgeIndex(edge_points(rng.uniform(20, 180, (3000, 2)), np.stack([np.cos(angle), np.sin(angle)], axis=1)))
-    assert not seek_moved(look(edges.samples, index), 2, 1, ALONE, P).mm.any()
+    assert not seek_moved(look(edges.samples, index), 2, 1, ALONE, P)[0].any()
 
 
 @pytest.mark.parametrize(("nearby", "moved"), [(-4.0, -4.0), (-9.0, 0.0), (9.0, 9.0)])
@@ -125,8 +125,8 @@ def test_no_side_of_a_rib_moves_through_the_other(nearby: float, moved: float) -
     index = EdgeIndex(edge_points(pixel + np.array([0.0, nearby]), np.tile([0.0, 1.0], (len(line), 1))))
     one = np.ones(1, np.int64)
     rib = Opposed(0 * one, 0 * one, one, np.array([6.0]), one, np.array([100.0]))
-    found = seek_moved(look(samples, index), 3, 1, rib, P)
-    assert found.mm == pytest.approx([moved, 0, 0], abs=P.moved.step_mm)
+    found, _ = seek_moved(look(samples, index), 3, 1, rib, P)
+    assert found == pytest.approx([moved, 0, 0], abs=P.moved.step_mm)
 
 
 def test_no_surface_moves_to_where_its_edges_are_out_of_sight() -> None:
@@ -137,7 +137,7 @@ def test_no_surface_moves_to_where_its_edges_are_out_of_sight() -> None:
     samples = samples_at(np.stack([x, y], axis=1), along, np.tile([0, 1], (len(x), 1)), np.repeat(edges, len(line)))
     samples.px_per_mm[:] = [3.0, 0.0]
     index = EdgeIndex(edge_points(np.full((1, 2), 999.0), np.array([[0.0, 1.0]])))
-    assert not seek_moved(look(samples, index), 2, 1, ALONE, P).mm.any()
+    assert not seek_moved(look(samples, index), 2, 1, ALONE, P)[0].any()
 
 
 @pytest.mark.parametrize("deeper", [0.0, -3.0, 4.5])
@@ -159,8 +159,8 @@ def test_a_floor_moves_and_not_the_walls_that_it_meets(deeper: float) -> None:
     rng = np.random.default_rng(2)
     there = pixel + offset + rng.normal(size=(len(pixel), 1)) * [0.0, 0.1]
     index = EdgeIndex(edge_points(there, np.tile([0.0, 1.0], (len(pixel), 1))))
-    moved = seek_moved(look(samples, index), 6, 1, ALONE, P)
-    assert moved.mm == pytest.approx([deeper, 0, 0, 0, 0, 0], abs=2 * P.moved.step_mm)
+    moved, _ = seek_moved(look(samples, index), 6, 1, ALONE, P)
+    assert moved == pytest.approx([deeper, 0, 0, 0, 0, 0], abs=2 * P.moved.step_mm)
 
 
 def test_a_corner_moves_with_the_wall_that_runs_into_it() -> None:
