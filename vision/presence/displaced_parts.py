@@ -31,9 +31,9 @@ ENOUGH = 150  # samples of a piece in a camera: more samples add no information
 @dataclass(frozen=True)
 class Displacements:
     """Where the edges of parts were found best, of those parts that may lie elsewhere, as columns: occurrence: the
-    scene's; shift (n, 3), covariance (n, 3, 3): mm in the world, from where the model has it; turn, turn_sigma: rad
-    about the normal of the part's plane; log_odds: of lying there against lying in place; far, turned: whether it
-    surely lies elsewhere, or turned."""
+    scene's, ascending; shift (n, 3), covariance (n, 3, 3): mm in the world, from where the model has it; turn,
+    turn_sigma: rad about the normal of the part's plane; log_odds: of lying there against lying in place; far, turned:
+    whether it surely lies elsewhere, or turned."""
 
     occurrence: Ints
     shift: Floats
@@ -105,7 +105,7 @@ def measure_displacements(
     gain = odds - odds[number]
     cost = np.log(len(places)) + turned * (q.least_log_odds + np.log(360 / q.step_degrees))
     log_odds = gain.sum(axis=1) - cost[aspect]
-    log_odds[: len(tried)] = -np.inf
+    log_odds[: len(tried)] = -np.inf  # in place
 
     occurrence = np.flatnonzero(np.isin(piece_of, tried))
     first = np.flatnonzero(rank_in_groups(number, log_odds) == 0)
@@ -117,9 +117,8 @@ def measure_displacements(
         occurrence, np.einsum("ni,nij->nj", x[:, :3], axes), np.swapaxes(axes, 1, 2) @ covariance[:, :3, :3] @ axes,
         turn, np.sqrt(covariance[:, 3, 3]), log_odds[row], known, known & turned[aspect],
     )  # fmt: skip
-    return replace(
-        out, far=known & (out.distance > np.maximum(p.displacement.least_mm, p.displacement.sure_sigma * out.sigma))
-    )
+    least = np.maximum(p.displacement.least_mm, p.displacement.sure_sigma * out.sigma)
+    return replace(out, far=known & (out.distance > least))
 
 
 @dataclass(frozen=True)
@@ -198,13 +197,9 @@ class _Bodies:
 
 def report_displacements(items: Items, displacements: Displacements, p: StateParameters) -> Measures:
     """Sizes of the parts that lie elsewhere: how far, that along the world's axes, and how they are turned."""
-    part = np.array([level == "part" for level in items.level])
-    rows = np.flatnonzero(
-        part & np.isin(items.occurrence, displacements.occurrence[displacements.far | displacements.turned])
-    )
-    order = np.argsort(displacements.occurrence)
-    at = order[np.searchsorted(displacements.occurrence, items.occurrence[rows], sorter=order)]
-    it = displacements
+    it, part = displacements, np.array([level == "part" for level in items.level])
+    rows = np.flatnonzero(part & np.isin(items.occurrence, it.occurrence[it.far | it.turned]))
+    at = np.searchsorted(it.occurrence, items.occurrence[rows])
     value = np.stack([it.distance, *it.shift.T, np.degrees(it.turn)])[:, at]
     sigma = np.stack([it.sigma, *it.shift_sigma.T, np.degrees(it.turn_sigma)])[:, at]
     changed = np.stack([it.far, it.far, it.far, it.far, it.turned])[:, at]
