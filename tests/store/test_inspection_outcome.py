@@ -14,9 +14,7 @@ from vision.inspection.outcome import Outcome, read_outcome
 from vision.inspection.record_decisions import _numbers
 from vision.localisation.localisation_parameters import VerdictParameters
 
-Variants = list[
-    tuple[str, float, int]
-]  # name, log odds, and how many items differ from it; the first is placed
+Variants = list[tuple[str, float, int]]  # name, log odds, and how many items differ from it; the first is placed
 
 
 def outcome(target: str, states: list[str], variants: Variants, verdict: str = "accepted") -> Outcome:

@@ -65,7 +65,7 @@ KERNELS = (
     "vision.localisation.measure_kernels",
     "vision.localisation.coverage_kernels",
     "vision.presence.nearby_kernels",
-    "vision.presence.moved_kernels",
+    "vision.presence.displacement_kernels",
 )
 PACKAGES = ("duckdb", "embreex", "numba", "numpy", "opencv-python-headless", "scipy", "sqlalchemy")
 

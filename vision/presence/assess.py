@@ -17,10 +17,11 @@ from vision.localisation.views import SMOOTH, ViewArcs
 from vision.localisation.visibility import VisibleArcs
 from vision.matching.pose_problem import MatchedView
 from vision.presence.appearance import find_normals, look_at_features
-from vision.presence.displaced import measure_displacements
+from vision.presence.displaced_parts import measure_displacements
+from vision.presence.displaced_surfaces import Edges, find_usable
+from vision.presence.displacement import Beside
 from vision.presence.distances import measure_distances
 from vision.presence.items import list_items
-from vision.presence.moved import Edges, find_usable
 from vision.presence.moving_surfaces import find_moving_surfaces, find_tangent
 from vision.presence.presence_parameters import DEFAULTS, PresenceParameters
 from vision.presence.regions import gather_regions
@@ -55,7 +56,7 @@ def assess(
     indexes = [edge_indexes[name] for name in rig.cameras]
     bounds = [(index.edges.low, index.edges.high) for index in indexes]
     samples = collect_samples(stored, rig, bounds, pose.world_from_rig, views, p.samples)
-    nearby = find_nearby(samples, indexes, pose.own[:, 0], p.samples)
+    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, indexes, pose.own[:, 0], p.samples)
     support = measure_support(samples, nearby, p.support)
     sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)
     runs = weigh_runs(samples, support, sides, p.runs)
@@ -69,7 +70,8 @@ def assess(
         ]
     )
     moving = find_moving_surfaces(samples, find_tangent(stored, p.moved.tangent_cosine))
-    edges = Edges(samples, moving, nearby, support, runs, find_usable(samples, nearby, support, blends, p.moved))
+    usable = find_usable(samples, nearby, support, blends, p.moved)
+    edges = Edges(samples, moving, Beside(nearby.first, nearby.offset, usable, support.weight), runs)
     surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
     unexplained = find_unexplained(stored.scene, rig, pictures, indexes, pose.world_from_rig, views, p.unexplained)
     regions = gather_regions([matched.get(name) for name in rig.cameras], len(stored.surface_no))
@@ -77,7 +79,7 @@ def assess(
         items, samples, find_normals(stored.scene), [greys[name] for name in rig.cameras], seen, p.appearance
     )
     displacements = measure_displacements(
-        stored, rig, pose.world_from_rig, indexes, samples, nearby, support, p.displaced
+        stored, rig, pose.world_from_rig, indexes, pose.own[:, 0], samples, nearby, support, runs, p
     )
     distances = measure_distances(items, stored.scene, stored.radius, surfaces, p.distances)
     return decide(

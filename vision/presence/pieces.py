@@ -1,24 +1,19 @@
-"""Pieces of the model that are moved as one: what cameras should see of them, and least squares of where they lie."""
+"""Pieces of the model that are moved as one, a part or an assembly, and what cameras should see of them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import cos, radians
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints
-from relmodel.geometry.transforms import skew
-from vision.cameras.cameras import Rig
-from vision.localisation.measurements import EdgeIndex
-from vision.presence.presence_parameters import DisplacedParameters
+from relmodel.arrays import Floats, Ints, sum_by_group
+from relmodel.geometry.transforms import rotation_matrix
+from vision.presence.presence_parameters import PartParameters
 from vision.presence.samples import Samples
+from vision.presence.stretches import Runs
 from vision.scene.scene import Scene
-
-ALONG_PX = 1.0  # along the edge, between a sample and the element on its normal
-ENOUGH = 150  # samples of a piece in a camera: more samples add no information
-MIN_COSINE = cos(radians(20))  # of the angle between their normals
 
 
 def find_pieces(paths: Sequence[str]) -> Ints:
@@ -48,95 +43,135 @@ def find_axes(scene: Scene, occurrences: Ints, ahead: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class PieceCamera:
-    """A camera's pose (4, 4) and matrix (3, 3), its elements, and which of all cameras' elements they are."""
+class Eyes:
+    """Cameras' poses (c, 4, 4) in the world and matrices (c, 3, 3)."""
 
     pose: Floats
     matrix: Floats
-    index: EdgeIndex
-    elements: slice
 
-
-def list_cameras(rig: Rig, world_from_rig: Floats, indexes: list[EdgeIndex]) -> list[PieceCamera]:
-    out, first = [], 0
-    for (name, camera), index in zip(rig.cameras.items(), indexes, strict=True):
-        elements = slice(first, first + len(index.edges.position))
-        out.append(PieceCamera(world_from_rig @ rig.rig_from_camera[name], camera.matrix, index, elements))
-        first = elements.stop
-    return out
+    def project(self, camera: Ints, point: Floats, ways: Floats) -> tuple[Floats, Floats]:
+        """Pixels (n, 2) of points (n, 3), and how they move (n, k, 2), px a mm, by motions (n, k, 3) of these."""
+        pixel, flow = np.empty((len(camera), 2)), np.empty((*ways.shape[:2], 2))
+        for number, (pose, matrix) in enumerate(zip(self.pose, self.matrix, strict=True)):
+            mine = camera == number
+            seen, there = (point[mine] - pose[:3, 3]) @ pose[:3, :3], ways[mine] @ pose[:3, :3]
+            flat = seen[:, :2] / seen[:, 2:]
+            pixel[mine] = flat @ matrix[:2, :2].T + matrix[:2, 2]
+            flow[mine] = (there[..., :2] - there[..., 2:] * flat[:, None]) / seen[:, 2, None, None] @ matrix[:2, :2].T
+        return pixel, flow
 
 
 @dataclass(frozen=True)
-class PieceView:
-    """What a camera should see of a piece: samples' points (n, 3), image directions (n, 2), lengths px; free (e,):
-    which elements no other piece's edge takes."""
+class Aspects:
+    """How pieces are looked for, as columns: piece; angle, rad, that it is turned about the last of its axes (a, 3, 3)
+    through its centre (a, 3)."""
 
-    camera: PieceCamera
+    piece: Ints
+    angle: Floats
+    centre: Floats
+    axes: Floats
+
+    def take(self, rows: Ints) -> Aspects:
+        return Aspects(self.piece[rows], self.angle[rows], self.centre[rows], self.axes[rows])
+
+
+@dataclass(frozen=True)
+class PieceEdges:
+    """What cameras should see of aspects, as columns: camera; aspect; edge, of one camera: it shows or hides by itself;
+    point (n, 3) in the world; direction (n, 2) in the picture; length, px; chance, shows: as `Runs` has them."""
+
+    camera: Ints
+    aspect: Ints
+    edge: Ints
     point: Floats
     direction: Floats
     length: Floats
-    free: Bools
+    chance: Floats
+    shows: Floats
+
+    def take(self, rows: Ints) -> PieceEdges:
+        return PieceEdges(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+    def thin(self, enough: int) -> PieceEdges:
+        """Of many samples of an aspect in a camera every so many, which then stand for the others."""
+        group = self.camera * (self.aspect.max(initial=0) + 1) + self.aspect
+        step = 1 + np.bincount(group) // enough
+        rows = np.flatnonzero(rank_in_groups(group, np.zeros(len(group))) % step[group] == 0)
+        some = self.take(rows)
+        return replace(some, length=some.length * step[group[rows]])
 
 
-def list_views(samples: Samples, weight: Floats, cameras: list[PieceCamera], free: Bools) -> list[PieceView]:
-    """Of the cameras that see something; of many samples every so many, which then stand for the others."""
-    out = []
-    for number, camera in enumerate(cameras):
-        own = np.flatnonzero(samples.camera == number)
-        if len(own):
-            some = own[:: 1 + len(own) // ENOUGH]
-            length = weight[some] * (weight[own].sum() / weight[some].sum())
-            out.append(PieceView(camera, samples.point[some], samples.direction[some], length, free[camera.elements]))
-    return out
+def rank_in_groups(group: Ints, score: Floats) -> Ints:
+    """How many rows of its group (n,) each comes after, the highest score first."""
+    order, count = np.lexsort((-score, group)), np.bincount(group)
+    rank = np.empty(len(group), np.int64)
+    rank[order] = np.arange(len(group)) - np.repeat(np.cumsum(count) - count, count)
+    return rank
 
 
-def fit(
-    views: list[PieceView], centre: Floats, axes: Floats, start: Floats, rise_mm: float, p: DisplacedParameters
-) -> tuple[Floats, Floats]:
-    """The displacements (m, 4) that the elements near a piece's edges agree on, each from a start (m, 4), and their
-    covariances (m, 4, 4)."""
-    x = start.copy()
-    loose = np.diag(np.array([p.plane_mm, p.plane_mm, rise_mm, p.turn]) ** -2.0)
-    hessian = np.tile(loose, (len(x), 1, 1))
-    for reach in p.reach_px:
-        hessian, gradient = np.tile(loose, (len(x), 1, 1)), -x @ loose
-        for view in views:
-            slope, residual = look(view, centre, axes, x, reach)
-            found = np.isfinite(residual)
-            residual = np.where(found, residual, 0.0)
-            weight = found * view.length / (p.stretch_px * p.sigma_px**2 * (1 + (residual / p.scale_px) ** 2) ** 2)
-            scaled = np.swapaxes(slope * weight[..., None], 1, 2)
-            hessian += scaled @ slope
-            gradient += (scaled @ residual[..., None])[..., 0]
-        x = x + np.linalg.solve(hessian, gradient[..., None])[..., 0]
-    return x, np.asarray(np.linalg.inv(hessian))
+T = TypeVar("T", Aspects, PieceEdges)
 
 
-def look(view: PieceView, centre: Floats, axes: Floats, x: Floats, reach_px: float) -> tuple[Floats, Floats]:
-    """Of samples displaced by each x (m, 4): how their edges move along the image normals by it (m, n, 4), and how far
-    the nearest element of about their direction lies along these (m, n), px, nan where none lies within the reach."""
-    camera = view.camera
-    cosine, sine, none = np.cos(x[:, 3]), np.sin(x[:, 3]), np.zeros(len(x))
-    in_plane = np.stack([cosine, -sine, none, sine, cosine, none, none, none, none + 1], axis=1).reshape(-1, 3, 3)
-    arm = (view.point - centre) @ np.swapaxes(axes.T @ in_plane @ axes, 1, 2)
-    seen = (centre + arm + (x[:, :3] @ axes)[:, None] - camera.pose[:3, 3]) @ camera.pose[:3, :3]
-    pixel = (seen / seen[..., 2:] @ camera.matrix.T)[..., :2]
-    across = np.stack([-view.direction[:, 1], view.direction[:, 0]], axis=1)
-    # How much a motion along each of the camera's axes moves the edge.
-    push = across @ camera.matrix[:2, :2] / seen[..., 2:]
-    push = np.concatenate([push, -(push * seen[..., :2] / seen[..., 2:]).sum(axis=2, keepdims=True)], axis=2)
-    push = push @ camera.pose[:3, :3].T
-    turning = (push * (arm @ skew(axes[2]).T)).sum(axis=2, keepdims=True)
-    slope = np.concatenate([push @ axes.T, turning], axis=2)
+def list_pieces(
+    scene: Scene,
+    piece_of: Ints,
+    pieces: Ints,
+    of_sample: Ints,
+    samples: Samples,
+    weight: Floats,
+    runs: Runs,
+    eyes: Eyes,
+) -> tuple[PieceEdges, Aspects]:
+    """What cameras see of pieces where the model has them, an aspect each; of_sample (n,): the piece of each sample."""
+    rows = np.flatnonzero(np.isin(of_sample, pieces) & (weight > 0))
+    aspect, run = np.searchsorted(pieces, of_sample[rows]), samples.run[rows]
+    edges = PieceEdges(
+        samples.camera[rows], aspect, run, samples.point[rows], samples.direction[rows], weight[rows],
+        runs.chance[run], runs.shows[run],
+    )  # fmt: skip
+    centre = sum_by_group(aspect, edges.point, len(pieces), edges.length)
+    centre /= np.bincount(aspect, edges.length, len(pieces))[:, None]
+    ahead = eyes.pose[:, :3, 3].mean(axis=0) - centre
+    axes = [find_axes(scene, np.flatnonzero(piece_of == k), way) for k, way in zip(pieces.tolist(), ahead, strict=True)]
+    return edges, Aspects(pieces, np.zeros(len(pieces)), centre, np.reshape(axes, (-1, 3, 3)))
 
-    at, directions = np.ascontiguousarray(pixel.reshape(-1, 2)), np.tile(view.direction, (len(x), 1))
-    limits = (reach_px, 1.0, MIN_COSINE, ALONG_PX)
-    offset, found = camera.index.seek(at, directions, limits, view.free.astype(float))
-    return slope, np.where(found >= 0, offset, np.nan).reshape(pixel.shape[:2])
+
+def add_turned(
+    scene: Scene, piece_of: Ints, lost: Ints, edges: PieceEdges, aspects: Aspects, eyes: Eyes, p: PartParameters
+) -> tuple[PieceEdges, Aspects]:
+    """With the edges of lost pieces at every turn about their middle: those of faces toward the cameras."""
+    angle = np.radians(np.arange(p.step_degrees, 360.0, p.step_degrees))
+    pieces, more, turns = [edges], [aspects], np.zeros(len(angle), np.int64)
+    for number in np.flatnonzero(np.isin(aspects.piece, lost)).tolist():
+        members = np.flatnonzero(piece_of == aspects.piece[number])
+        mine = np.isin(scene.arc_occurrence[scene.sample_arc], members) & (scene.sample_cosine < p.max_cosine)
+        if not mine.any():
+            continue
+        place = scene.sample_point[mine]
+        centre, axes = 0.5 * (place.min(axis=0) + place.max(axis=0)), aspects.axes[number]
+        ways = np.stack([scene.sample_tangent[mine], scene.sample_normal_a[mine], scene.sample_normal_b[mine]], axis=1)
+        back = np.swapaxes(rotation_matrix(angle[:, None] * axes[2]), 1, 2)
+        point, way = centre + (place - centre) @ back, ways @ back[:, None]
+        own, begins = edges.aspect == number, sum(len(a.piece) for a in more)
+        usual = [np.average(v[own], weights=edges.length[own]) for v in (edges.chance, edges.shows)]
+        for camera, pose in enumerate(eyes.pose):
+            front = np.einsum("tnki,tni->tnk", way[:, :, 1:], pose[:3, 3] - point) > 0
+            turn, sample = np.nonzero(front.any(axis=2))
+            same, at = np.full(len(turn), camera), (turn, sample)
+            direction = eyes.project(same, point[at], way[at][:, :1])[1][:, 0]
+            stretch = np.maximum(np.linalg.norm(direction, axis=1), 1e-9)
+            pieces.append(
+                PieceEdges(
+                    same, begins + turn, scene.sample_arc[mine][sample] * len(eyes.pose) + camera, point[at],
+                    direction / stretch[:, None], scene.sample_length[mine][sample] * stretch,
+                    *np.repeat(usual, len(turn)).reshape(2, -1),
+                )
+            )  # fmt: skip
+        more.append(replace(aspects.take(turns + number), angle=angle, centre=np.tile(centre, (len(angle), 1))))
+    return _join(pieces), _join(more)
 
 
-def measure_distance(x: Floats, covariance: Floats) -> tuple[float, float]:
-    """How far a displacement goes, mm, and its standard deviation along it."""
-    distance = float(np.linalg.norm(x[:3]))
-    way = x[:3] / distance if distance > 0 else np.eye(3)[0]
-    return distance, float(np.sqrt(way @ covariance[:3, :3] @ way))
+def _join(tables: Sequence[T]) -> T:
+    """The rows of all."""
+    kind = type(tables[0])
+    return kind(*(np.concatenate([getattr(t, name) for t in tables]) for name in kind.__dataclass_fields__))

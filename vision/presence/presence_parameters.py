@@ -92,6 +92,32 @@ class RunParameters:
 
 
 @dataclass(frozen=True)
+class DisplacementParameters:
+    """Where bodies lie by the elements beside their edges: surfaces, parts and assemblies alike."""
+
+    reach_px: tuple[float, ...] = (5.0, 4.0, 3.0, 2.5, 2.5, 2.5)
+    """px from the place tried within which elements count, a step of least squares each"""
+    scale: float = 0.28
+    """scale of the robust loss (Geman and McClure), of the reach"""
+    edge_px: float = 0.5
+    """px by which a stretch of an edge errs, one standard deviation: rounding, burr and response"""
+    systematic_px: float = 0.2
+    """px: by which all edges of a body may be drawn alike: the camera's response is known no better"""
+    tolerance_px: tuple[float, ...] = (0.4, 1.2)
+    """px within which an edge is found at a displacement, of one that is drawn well and of one that is drawn roughly"""
+    drawn: tuple[float, ...] = (0.75, 0.25)
+    """shares of the edges that are drawn so"""
+    hidden_px: float = 2.0
+    """px within which what belongs to an edge of another body hides one"""
+    least_seen: float = 0.5
+    """share of an edge that must be in sight at a displacement, clear of what belongs to others, to count"""
+    least_mm: float = 0.75
+    """mm: edges cannot distinguish a smaller displacement from rounding and burr"""
+    sure_sigma: float = 4.0
+    """standard deviations by which a displacement must differ from none"""
+
+
+@dataclass(frozen=True)
 class MovedParameters:
     """Displaced surfaces."""
 
@@ -99,68 +125,30 @@ class MovedParameters:
     """mm either way"""
     step_mm: float = 0.25
     """mm between the displacements tried"""
-    tolerance_px: tuple[float, ...] = (0.4, 1.2)
-    """px within which an edge is found at a displacement, of one that is drawn well and of one that is drawn roughly"""
-    least_seen: float = 0.5
-    """share of an edge that must be in sight at a displacement, clear of what belongs to others, to count"""
-    drawn: tuple[float, ...] = (0.75, 0.25)
-    """shares of the edges that are drawn so"""
     distinct_mm: float = 1.0
     """mm by which two displacements are different ones"""
     tangent_cosine: float = 0.99
     """cosine of the angle within which surfaces meet smoothly: a corner moves with its walls"""
-    hidden_px: float = 2.0
-    """px within which what belongs to an edge of other surfaces hides another"""
     own_px: float = 2.0
     """px from an edge's place within which what lies on a blend may still be the edge"""
     least_left_mm: float = 1.0
     """mm between two opposite faces, of material or room: no displacement leaves less"""
     min_px_per_mm: float = 0.15
     """px by which an edge must move in the picture for each mm to count"""
-    least_mm: float = 0.75
-    """mm: edges cannot distinguish a smaller change from rounding and burr"""
     least_px: float = 0.8
     """px: a smaller displacement is not clear of the edge's own place"""
     least_distinct_px: float = 40.0
-    """px of edges that can be distinguished from others, at least"""
+    """px of edges that can be distinguished from others, at least, and from which a displacement is measured"""
     least_log_odds: float = 1.0
     """log odds of moved against in place, for all the displacements tried"""
     rounds: int = 6
     """rounds of weighing displacements again after some surfaces moved"""
     sure_log_odds: float = 3.0
     """log odds likewise, 20 to 1, from which it is said to have moved; below, it only explains its neighbours' edges"""
-    sure_sigma: float = 4.0
-    """standard deviations by which the measured displacement must differ from none"""
-
-
-@dataclass(frozen=True)
-class SizeParameters:
-    """Least squares of surfaces' displacements."""
-
-    reach_px: float = 2.5
-    """px from the displacement tried within which elements count"""
-    wide_px: float = 8.0
-    """px likewise where a bore or a boss that lies aside is sought"""
-    wide_scale_px: float = 2.5
-    """px: scale of the loss then"""
-    much_more: float = 1.15
-    """times the edges that must agree on what is found so, of those that agree on the place nearby"""
-    scale_px: float = 0.7
-    """px: scale of the robust loss (Geman and McClure)"""
-    steps: int = 8
-    """steps of reweighting"""
-    stretch_px: float = 20.0
-    """px of an edge that count as one measurement: nearer samples err together"""
-    floor_px: float = 0.1
-    """px: what a measurement errs at least"""
-    systematic_px: float = 0.2
-    """px: by which all edges of a surface may be drawn alike: the camera's response is known no better"""
     most_mean_normal: float = 0.5
     """length of the mean of the unit normals below which a surface bends around"""
     least_spread: float = 0.15
     """mean square of the normals along the second direction that they span, there"""
-    least_px: float = 40.0
-    """px of edges from which a displacement is measured"""
     least_found: float = 0.6
     """share of a surface's edges that must be found where it is measured"""
 
@@ -206,79 +194,34 @@ class AppearanceParameters:
 
 
 @dataclass(frozen=True)
-class TurnedParameters:
-    """Parts that are sought at any turn."""
-
-    least_px: float = 300.0
-    """px of edges that a part shows in place: bolts look alike at any turn"""
-    most_in_place: float = 0.25
-    """share of a part's edges found in place from which it is not sought turned"""
-    max_cosine: float = cos(radians(20))
-    """cosine of the angle between two faces up to which their edge shows"""
-    step_degrees: float = 5.0
-    """degrees between turns"""
-    reach_mm: float = 8.0
-    """mm aside: the middle that it is turned about is not known"""
-    step_mm: float = 4.0
-    """mm between places"""
-    near_px: float = 1.2
-    """px: how far elements may lie, one standard deviation"""
-    least_score: float = 0.5
-    """mean nearness of its edges, 0 to 1: .57 to .71 of clips that are turned"""
-    least_gain: float = 0.12
-    """by how much that must exceed the best without a turn"""
-    least_found: float = 0.3
-    """share of its edges that must be found at the turn, once fitted"""
-    sigma_mm: float = 1.0
-    """mm: what the place errs by edges that are taken to be in view and are hidden; 2.4 once of five clips"""
-    sigma: float = radians(0.3)
-    """rad: likewise of the turn"""
-
-
-@dataclass(frozen=True)
-class DisplacedParameters:
+class PartParameters:
     """Displaced parts, each as one piece."""
 
     least_px: float = 60.0
     """px of edges that a piece shows"""
     most_share: float = 0.3
     """share of all edges in view from which the pose depends on the piece itself"""
-    start_mm: float = 3.0
-    """mm along either axis of its plane from its place: where else the least squares start"""
-    reach_px: tuple[float, ...] = (4.0, 3.0, 2.0, 2.0, 1.5, 1.5)
-    """px along the normals within which elements count, a step of least squares each"""
-    plane_mm: float = 5.0
-    """mm: standard deviation of where in its plane a piece may lie"""
-    seated_mm: float = 0.3
-    """mm: likewise out of the plane, of what sits on its neighbour"""
-    rise_mm: float = 3.0
-    """mm: likewise, of what does not"""
-    turn: float = radians(6.0)
-    """rad: likewise of its turn about the plane's normal"""
-    scale_px: float = 0.7
-    """px: scale of the robust loss (Geman and McClure)"""
-    sigma_px: float = 0.5
-    """px: standard deviation of a stretch of an edge: rounding, burr and response"""
-    stretch_px: float = 20.0
-    """px of an edge that count as one measurement"""
-    shows: float = 0.8
-    """probability that an edge shows"""
-    least_chance: float = 0.05
-    """share of windows near edges where chance finds something, at least"""
-    least_log_odds: float = 3.0
-    """log odds of there against in place, and of out of the plane against in it"""
-    found_px: float = 1.0
-    """px within which an edge is found at a place"""
-    least_found: float = 0.4
-    """share of its edges that must be found there: of bolts that have moved .4 to .8 are"""
-    least_gain: float = 0.3
-    """by how much that must exceed the share found in place: of clips in small pictures, whose edges lie close
-    together, .15 to .25 more are found at a displacement of such as have not moved"""
-    least_mm: float = 1.0
-    """mm: less is no displacement"""
-    least_sigma: float = 5.0
-    """standard deviations likewise"""
-    turned: TurnedParameters = field(default_factory=TurnedParameters)
+    reach_mm: float = 6.0
+    """mm either way along both axes of its plane: where a piece is sought"""
+    step_mm: float = 2.0
+    """mm between the places"""
+    coarse: int = 30
+    """samples of a piece in a camera by which places are chosen"""
+    best: int = 6
+    """places from which least squares start"""
+    sigma: tuple[float, ...] = (5.0, 5.0, 0.3, radians(6.0))
+    """standard deviations of where a piece lies: mm in its plane and out of it, for it sits on its neighbour, rad about
+    its normal"""
+    least_log_odds: float = 4.0
+    """log odds of there against in place, for all the places tried, and of turned against not"""
+    turned_px: float = 700.0
+    """px of edges of a piece that is sought at any turn: bolts look alike at any turn"""
+    turned_share: float = 0.35
+    """share of its edges found in place up to which it is"""
+    max_cosine: float = cos(radians(20))
+    """cosine of the angle between two faces up to which their edge shows"""
+    step_degrees: float = 5.0
+    """degrees between turns"""
 
 
 @dataclass(frozen=True)
@@ -370,10 +313,10 @@ class PresenceParameters:
     support: SupportParameters = field(default_factory=SupportParameters)
     sides: SideParameters = field(default_factory=SideParameters)
     runs: RunParameters = field(default_factory=RunParameters)
+    displacement: DisplacementParameters = field(default_factory=DisplacementParameters)
     moved: MovedParameters = field(default_factory=MovedParameters)
-    sizes: SizeParameters = field(default_factory=SizeParameters)
     appearance: AppearanceParameters = field(default_factory=AppearanceParameters)
-    displaced: DisplacedParameters = field(default_factory=DisplacedParameters)
+    parts: PartParameters = field(default_factory=PartParameters)
     distances: DistanceParameters = field(default_factory=DistanceParameters)
     states: StateParameters = field(default_factory=StateParameters)
     unexplained: UnexplainedParameters = field(default_factory=UnexplainedParameters)

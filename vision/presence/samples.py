@@ -159,21 +159,28 @@ class Nearby:
     contrast: Floats
 
 
-def find_nearby(samples: Samples, indexes: list[EdgeIndex], response_px: Floats, p: SampleParameters) -> Nearby:
-    """The elements near all samples; response_px (c,): how far each camera moves an edge of the whole range of grey
-    toward its dark side."""
+def find_nearby(
+    camera: Ints,
+    pixel: Floats,
+    direction: Floats,
+    indexes: list[EdgeIndex],
+    response_px: Floats,
+    p: SampleParameters,
+) -> Nearby:
+    """The elements near samples, which stand camera by camera; response_px (c,): how far each camera moves an edge of
+    the whole range of grey toward its dark side."""
     from vision.presence import nearby_kernels
 
     limits = np.array([p.reach_px, p.min_cosine, p.max_along_px])
     pieces, counts, elements = [], [], 0
     for number, index in enumerate(indexes):
-        rows = np.flatnonzero(samples.camera == number)
+        rows = np.flatnonzero(camera == number)
         edges = index.edges
         first = np.zeros(len(rows) + 1, np.int64)
         offset, element = np.zeros(0), np.zeros(0, np.int64)
         for _ in range(2):
             nearby_kernels.list_elements(
-                np.ascontiguousarray(samples.pixel[rows]), np.ascontiguousarray(samples.direction[rows]), limits,
+                np.ascontiguousarray(pixel[rows]), np.ascontiguousarray(direction[rows]), limits,
                 edges.position, edges.normal, index.start, index.order, np.array([index.columns, index.rows]),
                 edges.low, first, offset, element,
             )  # fmt: skip
@@ -184,14 +191,13 @@ def find_nearby(samples: Samples, indexes: list[EdgeIndex], response_px: Floats,
                 if not len(offset):
                     break
         sample = np.repeat(rows, counts[-1])
-        direction = samples.direction[sample]
-        polarity = np.sign(edges.normal[element, 1] * direction[:, 0] - edges.normal[element, 0] * direction[:, 1])
+        along = direction[sample]
+        polarity = np.sign(edges.normal[element, 1] * along[:, 0] - edges.normal[element, 0] * along[:, 1])
         contrast = np.abs(edges.contrast[element])
         # An edge is seen toward its dark side: the true one lies toward the bright.
         offset = offset + polarity * contrast / edges.grey_range * response_px[number]
         pieces.append((sample, elements + element, offset, contrast))
         elements += len(edges.position)
     columns = [np.concatenate(column) for column in zip(*pieces, strict=True)]
-    # Samples stand camera by camera, so that theirs do as well.
     first = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
     return Nearby(first, *columns)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.presence.appearance import Appearance
-from vision.presence.displaced import Displacements, report_displacements
+from vision.presence.displaced_parts import Displacements, report_displacements
 from vision.presence.distances import Distances
 from vision.presence.items import Items
 from vision.presence.measures import DISPLACED, Measures, find_moved, join, measure_items

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints
+from relmodel.arrays import Bools, Floats
+from vision.presence.displaced_surfaces import Edges, measure_moved, seek_moved
 from vision.presence.items import Items
-from vision.presence.moved import Edges, Moved, Readings, collect_readings, seek_moved
 from vision.presence.opposed import Opposed, find_opposed
-from vision.presence.presence_parameters import PresenceParameters, SizeParameters
+from vision.presence.presence_parameters import PresenceParameters
 from vision.presence.samples import Samples
-from vision.presence.sizes import Offsets, measure_offsets
 from vision.presence.stretches import Runs, sum_in_one_light
-from vision.presence.support import Support
 from vision.scene.stored_scene import StoredScene
 
 
@@ -45,36 +43,36 @@ class Surfaces:
 
 def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: int, p: PresenceParameters) -> Surfaces:
     """The scene's surfaces by their edges."""
-    samples, support, runs = edges.samples, edges.support, edges.runs
+    samples, runs = edges.samples, edges.runs
     count = len(stored.surface_no)
     inward, middle, normal = _bend(samples, count)
     opposed = find_opposed(items, stored.scene, middle, normal)
     weight, supported = (_by_surface(runs, values, count) for values in (runs.weight_px, runs.weight_px * runs.found))
-    sought = seek_moved(edges, count, cameras, opposed, p)
-    sought = replace(sought, log_odds=_join(items, sought, p.moved.distinct_mm))
+    sought, log_odds = seek_moved(edges, count, cameras, opposed, p)
     # What is seen where it should be lies elsewhere only if that is seen better.
     in_place = np.maximum(_weigh_in_place(runs, count, cameras), 0.0)
-    certain = sought.log_odds - in_place >= p.moved.sure_log_odds
-    there = np.flatnonzero(weight >= p.sizes.least_px)
-    readings = collect_readings(edges, sought.mm, p.moved)
-    offsets = _measure(samples, support, readings, there, sought.mm[there], p.sizes)
+    certain = log_odds - in_place >= p.moved.sure_log_odds
+    there = np.flatnonzero(weight >= p.moved.least_distinct_px)
+    offsets, closed = measure_moved(edges, there, sought, p)
     # Surfaces found in place, or found displaced, or bent around and found all around.
-    found = offsets.weight_px >= p.sizes.least_found * weight[there]
-    in_place = supported[there] >= p.sizes.least_found * weight[there]
-    displaced = sought.mm[there] != 0
+    agree_px = offsets.agree * p.runs.stretch_px
+    found = agree_px >= p.moved.least_found * weight[there]
+    in_place = supported[there] >= p.moved.least_found * weight[there]
+    displaced = sought[there] != 0
     doubtful = displaced & ~certain[there]
-    sure = (offsets.weight_px >= p.sizes.least_px) & (displaced | in_place | (offsets.closed & found)) & ~doubtful
+    sure = (agree_px >= p.moved.least_distinct_px) & (displaced | in_place | (closed & found)) & ~doubtful
     kept = there[sure]
     mm, sigma, shift_sigma = np.full((3, count), np.nan)
     shift = np.full((count, 3), np.nan)
-    mm[kept], sigma[kept] = offsets.mm[sure], offsets.sigma[sure]
-    shift[kept], shift_sigma[kept] = offsets.shift[sure], offsets.shift_sigma[sure]
-    # A surface that moves with its corners, its own edges out of sight, lies where the search found it.
-    unmeasured = ~np.isfinite(mm) & (sought.mm != 0) & certain
-    mm[unmeasured], sigma[unmeasured] = sought.mm[unmeasured], sought.sigma[unmeasured]
-    moved = (sought.mm != 0) & certain & (np.abs(mm) > np.maximum(p.moved.sure_sigma * sigma, p.moved.least_mm))
-    moved &= _count_own_px(runs, moved, sought.log_odds) >= p.moved.least_distinct_px
-    return Surfaces(moved, sought.log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
+    mm[kept], sigma[kept] = offsets.x[sure, 3], np.sqrt(offsets.covariance[sure, 3, 3])
+    shift[kept] = np.where(closed[:, None], offsets.x[:, :3], 0.0)[sure]
+    # Along the axis of a bore its edges say nothing.
+    across = np.sqrt(np.linalg.eigvalsh(offsets.covariance[:, :3, :3])[:, 1])
+    shift_sigma[kept] = np.where(closed, across, np.nan)[sure]
+    least = np.maximum(p.displacement.sure_sigma * sigma, p.displacement.least_mm)
+    moved = (sought != 0) & certain & (np.abs(mm) > least)
+    moved &= _count_own_px(runs, moved, log_odds) >= p.moved.least_distinct_px
+    return Surfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 
 
 def _weigh_in_place(runs: Runs, count: int, cameras: int) -> Floats:
@@ -95,43 +93,6 @@ def _count_own_px(runs: Runs, moved: Bools, log_odds: Floats) -> Floats:
         rows = (own >= 0) & ~surer
         out += np.bincount(own[rows], runs.weight_px[rows], len(moved))
     return out
-
-
-def _join(items: Items, sought: Moved, distinct_mm: float) -> Floats:
-    """Log odds (s,) of the surfaces' displacements together with those of other faces of one feature that have moved as
-    far: the walls of a wider pocket or a thicker rib."""
-    rows = np.flatnonzero((sought.mm != 0)[items.surface] & (np.array(items.level) == "feature")[items.member])
-    surface, far = items.surface[rows], np.abs(sought.mm[items.surface[rows]])
-    total = sought.log_odds[surface]
-    for k in range(1, int(np.bincount(items.member[rows]).max(initial=1))):
-        a, b = np.arange(len(rows))[:-k], np.arange(len(rows))[k:]
-        alike = (items.member[rows[a]] == items.member[rows[b]]) & (np.abs(far[a] - far[b]) < distinct_mm)
-        a, b = a[alike], b[alike]
-        np.add.at(total, a, np.maximum(sought.log_odds[surface[b]], 0.0))
-        np.add.at(total, b, np.maximum(sought.log_odds[surface[a]], 0.0))
-    out = sought.log_odds.copy()
-    np.maximum.at(out, surface, total)
-    return out
-
-
-def _measure(
-    samples: Samples, support: Support, readings: Readings, surface: Ints, start_mm: Floats, p: SizeParameters
-) -> Offsets:
-    """Offsets measured from the start, from where that ends, and from where it ends with a wider reach: what explains
-    clearly most of the edges."""
-    none = np.zeros((len(surface), 3))
-    near = measure_offsets(samples, support, readings, surface, start_mm, none, p)
-    near = measure_offsets(samples, support, readings, surface, near.mm, near.shift, p)
-    wide = replace(p, reach_px=p.wide_px, scale_px=p.wide_scale_px)
-    far = measure_offsets(samples, support, readings, surface, start_mm, none, wide)
-    far = measure_offsets(samples, support, readings, surface, far.mm, far.shift, p)
-    better = far.closed & near.closed & (far.weight_px > p.much_more * near.weight_px)
-    return Offsets(
-        *(
-            np.where(better[:, None] if a.ndim == 2 else better, b, a)
-            for a, b in ((getattr(near, name), getattr(far, name)) for name in Offsets.__dataclass_fields__)
-        )
-    )
 
 
 def _by_surface(runs: Runs, values: Floats, count: int) -> Floats:

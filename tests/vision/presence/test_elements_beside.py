@@ -51,8 +51,7 @@ def test_all_elements_along_the_normals_are_listed_and_no_others() -> None:
     pixel = np.concatenate([rng.uniform(-5, 205, (150, 2)), np.full((4, 2), 100.0)])
     angle = np.concatenate([rng.uniform(0, 2 * np.pi, 150), np.pi / 2 * np.arange(4)])
     direction = unit(angle)
-    arc = np.arange(len(pixel))
-    found = find_nearby(samples_at(pixel, direction, np.stack([arc, -1 - 0 * arc], 1), arc), [index], np.zeros(1), P)
+    found = find_nearby(np.zeros(len(pixel), np.int64), pixel, direction, [index], np.zeros(1), P)
     edges = index.edges
     for k in range(len(pixel)):
         normal = np.array([-direction[k, 1], direction[k, 0]])
@@ -68,8 +67,8 @@ def test_the_camera_s_response_is_taken_off() -> None:
     """An edge that is brighter below is seen too high, toward its dark side."""
     at = np.array([[50.0, 49.9]])
     index = EdgeIndex(edge_points(at, np.array([[0.0, 1.0]]), contrast=100.0))
-    there = samples_at(np.array([[50.0, 50.0]]), np.array([[1.0, 0.0]]), np.array([[0, 1]]), np.zeros(1, np.int64))
-    found = find_nearby(there, [index], np.array([0.2]), P)
+    there, along = np.array([[50.0, 50.0]]), np.array([[1.0, 0.0]])
+    found = find_nearby(np.zeros(1, np.int64), there, along, [index], np.array([0.2]), P)
     assert np.allclose(found.offset, 0.0)
 
 
@@ -81,7 +80,7 @@ def two_lines(apart: float, surfaces: tuple[tuple[int, int], tuple[int, int]]) -
     surface = np.repeat(np.array(surfaces), len(x), axis=0)
     samples = samples_at(np.concatenate([first, second]), np.tile([1.0, 0.0], (2 * len(x), 1)), surface, arc)
     index = EdgeIndex(edge_points(first + np.array([0.0, 0.1]), np.tile([0.0, 1.0], (len(x), 1))))
-    return samples, find_nearby(samples, [index], np.zeros(1), P)
+    return samples, find_nearby(samples.camera, samples.pixel, samples.direction, [index], np.zeros(1), P)
 
 
 def test_an_element_supports_the_nearer_of_two_edges_alone() -> None:

@@ -8,12 +8,12 @@ import pytest
 from relmodel.arrays import Floats
 from tests.vision.presence.test_elements_beside import edge_points, samples_at
 from vision.localisation.measurements import EdgeIndex
-from vision.presence.moved import Edges, collect_readings, find_usable, seek_moved
+from vision.presence.displaced_surfaces import Edges, find_usable, measure_moved, seek_moved
+from vision.presence.displacement import Beside
 from vision.presence.moving_surfaces import find_moving_surfaces
 from vision.presence.opposed import Opposed
 from vision.presence.presence_parameters import PresenceParameters
 from vision.presence.samples import Samples, find_nearby
-from vision.presence.sizes import measure_offsets
 from vision.presence.stretches import Runs
 from vision.presence.support import measure_support
 
@@ -31,7 +31,7 @@ def ring(radius: float, centre: Floats, count: int) -> tuple[Floats, Floats]:
 
 def look(samples: Samples, index: EdgeIndex) -> Edges:
     """What elements show along samples, of edges that mostly show where chance finds little."""
-    nearby = find_nearby(samples, [index], np.zeros(1), P.samples)
+    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, [index], np.zeros(1), P.samples)
     support = measure_support(samples, nearby, P.support)
     blends = np.zeros(len(index.edges.position), bool)
     count = samples.run_count
@@ -44,7 +44,8 @@ def look(samples: Samples, index: EdgeIndex) -> Edges:
     )  # fmt: skip
     none = np.zeros(0, np.int64)
     moving = find_moving_surfaces(samples, (none, none, np.zeros((0, 3))))
-    return Edges(samples, moving, nearby, support, runs, find_usable(samples, nearby, support, blends, P.moved))
+    usable = find_usable(samples, nearby, support, blends, P.moved)
+    return Edges(samples, moving, Beside(nearby.first, nearby.offset, usable, support.weight), runs)
 
 
 def bore(true_radius: float, aside: Floats, noise: float) -> Edges:
@@ -75,27 +76,33 @@ def bore(true_radius: float, aside: Floats, noise: float) -> Edges:
 @pytest.mark.parametrize(("radius", "aside"), [(40.0, (0.0, 0.0)), (40.6, (0.4, -0.3)), (39.2, (-0.5, 0.2))])
 def test_a_bore_s_radius_and_place_are_measured(radius: float, aside: tuple[float, float]) -> None:
     edges = bore(radius, np.array(aside), noise=0.15)
-    readings = collect_readings(edges, np.zeros(2), P.moved)
-    found = measure_offsets(
-        edges.samples, edges.support, readings, np.array([0]), np.zeros(1), np.zeros((1, 3)), P.sizes
-    )
-    assert found.closed[0]
-    assert 40 - found.mm[0] == pytest.approx(radius, abs=3 * found.sigma[0])
-    assert 40 - found.mm[0] == pytest.approx(radius, abs=0.1)
-    assert found.shift[0] == pytest.approx([*aside, 0.0], abs=0.1)
-    assert found.sigma[0] < 0.2
+    found, closed = measure_moved(edges, np.array([0]), np.zeros(2), P)
+    sigma = np.sqrt(np.diagonal(found.covariance[0]))
+    assert closed[0]
+    assert 40 - found.x[0, 3] == pytest.approx(radius, abs=min(3 * sigma[3], 0.1))
+    assert found.x[0, :3] == pytest.approx([*aside, 0.0], abs=0.1)
+    assert (sigma[[0, 1, 3]] < 0.3).all()
 
 
 def test_a_bore_of_another_size_is_sought_and_found() -> None:
     edges = bore(34.0, np.zeros(2), noise=0.15)
-    assert not edges.support.found.any()
-    moved = seek_moved(edges, 2, 1, ALONE, P)
-    assert moved.mm == pytest.approx([6.0, 0.0], abs=P.moved.step_mm)
-    readings = collect_readings(edges, moved.mm, P.moved)
-    found = measure_offsets(
-        edges.samples, edges.support, readings, np.array([0]), moved.mm[:1], np.zeros((1, 3)), P.sizes
-    )
-    assert found.mm[0] == pytest.approx(6.0, abs=3 * found.sigma[0])
+    moved, _ = seek_moved(edges, 2, 1, ALONE, P)
+    assert moved == pytest.approx([6.0, 0.0], abs=P.moved.step_mm)
+    found, _ = measure_moved(edges, np.array([0]), moved, P)
+    assert found.x[0, 3] == pytest.approx(6.0, abs=3 * found.covariance[0, 3, 3] ** 0.5)
+
+
+@pytest.mark.parametrize("out", [0.0, 0.5])
+def test_a_flat_face_has_no_shift_of_its_own(out: float) -> None:
+    """A face seen along one edge: how far outward it lies and how far it is shifted that way are the same."""
+    line = np.arange(30.0, 171.0)
+    pixel, along = np.stack([line, 0 * line + 100], axis=1), np.tile([1.0, 0.0], (len(line), 1))
+    samples = samples_at(pixel, along, np.tile([0, 1], (len(line), 1)), np.zeros(len(line), np.int64))
+    samples.px_per_mm[:] = [1.5, 0.0]
+    index = EdgeIndex(edge_points(pixel + np.array([0.0, 1.5 * out]), np.tile([0.0, 1.0], (len(line), 1))))
+    found, closed = measure_moved(look(samples, index), np.array([0]), np.zeros(2), P)
+    assert not closed[0]
+    assert found.x[0] == pytest.approx([0, 0, 0, out], abs=1e-3)
 
 
 def test_texture_moves_nothing() -> None:
@@ -104,7 +111,7 @@ def test_texture_moves_nothing() -> None:
     rng = np.random.default_rng(7)
     angle = rng.uniform(0, 2 * np.pi, 3000)
     index = EdgeIndex(edge_points(rng.uniform(20, 180, (3000, 2)), np.stack([np.cos(angle), np.sin(angle)], axis=1)))
-    assert not seek_moved(look(edges.samples, index), 2, 1, ALONE, P).mm.any()
+    assert not seek_moved(look(edges.samples, index), 2, 1, ALONE, P)[0].any()
 
 
 @pytest.mark.parametrize(("nearby", "moved"), [(-4.0, -4.0), (-9.0, 0.0), (9.0, 9.0)])
@@ -118,8 +125,8 @@ def test_no_side_of_a_rib_moves_through_the_other(nearby: float, moved: float) -
     index = EdgeIndex(edge_points(pixel + np.array([0.0, nearby]), np.tile([0.0, 1.0], (len(line), 1))))
     one = np.ones(1, np.int64)
     rib = Opposed(0 * one, 0 * one, one, np.array([6.0]), one, np.array([100.0]))
-    found = seek_moved(look(samples, index), 3, 1, rib, P)
-    assert found.mm == pytest.approx([moved, 0, 0], abs=P.moved.step_mm)
+    found, _ = seek_moved(look(samples, index), 3, 1, rib, P)
+    assert found == pytest.approx([moved, 0, 0], abs=P.moved.step_mm)
 
 
 def test_no_surface_moves_to_where_its_edges_are_out_of_sight() -> None:
@@ -130,7 +137,7 @@ def test_no_surface_moves_to_where_its_edges_are_out_of_sight() -> None:
     samples = samples_at(np.stack([x, y], axis=1), along, np.tile([0, 1], (len(x), 1)), np.repeat(edges, len(line)))
     samples.px_per_mm[:] = [3.0, 0.0]
     index = EdgeIndex(edge_points(np.full((1, 2), 999.0), np.array([[0.0, 1.0]])))
-    assert not seek_moved(look(samples, index), 2, 1, ALONE, P).mm.any()
+    assert not seek_moved(look(samples, index), 2, 1, ALONE, P)[0].any()
 
 
 @pytest.mark.parametrize("deeper", [0.0, -3.0, 4.5])
@@ -152,8 +159,8 @@ def test_a_floor_moves_and_not_the_walls_that_it_meets(deeper: float) -> None:
     rng = np.random.default_rng(2)
     there = pixel + offset + rng.normal(size=(len(pixel), 1)) * [0.0, 0.1]
     index = EdgeIndex(edge_points(there, np.tile([0.0, 1.0], (len(pixel), 1))))
-    moved = seek_moved(look(samples, index), 6, 1, ALONE, P)
-    assert moved.mm == pytest.approx([deeper, 0, 0, 0, 0, 0], abs=2 * P.moved.step_mm)
+    moved, _ = seek_moved(look(samples, index), 6, 1, ALONE, P)
+    assert moved == pytest.approx([deeper, 0, 0, 0, 0, 0], abs=2 * P.moved.step_mm)
 
 
 def test_a_corner_moves_with_the_wall_that_runs_into_it() -> None:

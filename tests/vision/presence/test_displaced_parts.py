@@ -16,10 +16,11 @@ from vision.cameras.cameras import Camera, Rig
 from vision.localisation.evidence import EdgePoints
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import find_view_arcs
-from vision.presence.displaced import Displacements, measure_displacements
+from vision.presence.displaced_parts import Displacements, measure_displacements
 from vision.presence.pieces import find_pieces
 from vision.presence.presence_parameters import PresenceParameters
 from vision.presence.samples import Samples, find_nearby
+from vision.presence.stretches import Runs
 from vision.presence.support import measure_support
 from vision.scene.scene import Scene
 from vision.scene.stored_scene import StoredScene
@@ -38,7 +39,7 @@ def scene(shift: Floats) -> Scene:
     block = np.array([60.0, 40.0, 20.0])
     plate = (np.array([-250.0, -200.0, -30.0]), np.array([500.0, 400.0, 30.0]))
     return box_scene(
-        [plate, (np.array([-150.0, -100.0, 0.0]), block), (np.array([80.0, 50.0, 0.0]) + shift, block + 10)]
+        [plate, (np.array([-150.0, -100.0, 0.0]), block), (np.array([80.0, 50.0, 0.0]) + shift, 1.5 * block)]
     )
 
 
@@ -64,7 +65,8 @@ def measured(shift: Floats, missing: bool = False, angle: float = 0.0) -> Displa
     """What is measured where the second block is moved, turned or missing, and the model has it in place."""
     model, there = scene(np.zeros(3)), turned(scene(shift), angle)
     rng = np.random.default_rng(11)
-    indexes, pieces = [], []
+    indexes: list[EdgeIndex] = []
+    pieces: list[Samples] = []
     for number, name in enumerate(RIG.cameras):
         pose = RIG_POSE @ RIG.rig_from_camera[name]
         seen = find_view_arcs(there, CAMERA, pose).samples
@@ -76,11 +78,11 @@ def measured(shift: Floats, missing: bool = False, angle: float = 0.0) -> Displa
             EdgeIndex(EdgePoints(place[keep], normal[keep], np.full(count, 40.0), np.full(count, 0.1), *bounds, 200.0))
         )
         view = find_view_arcs(model, CAMERA, pose)
-        n = len(view.samples.arc)
+        n, runs = len(view.samples.arc), pieces[-1].run.max() + 1 if pieces else 0
         surface = np.stack([6 * model.arc_occurrence[view.samples.arc], np.full(n, -1)], axis=1)
         pieces.append(
             Samples(
-                camera=np.full(n, number), run=view.run, view_run=view.run, kind=np.zeros(n, np.int8),
+                camera=np.full(n, number), run=view.run + runs, view_run=view.run, kind=np.zeros(n, np.int8),
                 arc=view.samples.arc, surface=surface, kin=surface, point=view.samples.point,
                 pixel=view.samples.pixel, direction=view.samples.direction, normal=np.zeros((n, 2, 3)),
                 px_per_mm=np.zeros((n, 2)), length_px=view.samples.length_px,
@@ -88,11 +90,12 @@ def measured(shift: Floats, missing: bool = False, angle: float = 0.0) -> Displa
             )
         )  # fmt: skip
     samples = Samples(*(np.concatenate([getattr(s, name) for s in pieces]) for name in Samples.__dataclass_fields__))
-    nearby = find_nearby(samples, indexes, np.zeros(2), P.samples)
+    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, indexes, np.zeros(2), P.samples)
     stored = SimpleNamespace(scene=model, paths=["it/plate", "it/block", "it/moved"])
     support = measure_support(samples, nearby, P.support)
+    runs = cast(Runs, SimpleNamespace(chance=np.full(samples.run_count, 0.05), shows=np.full(samples.run_count, 0.8)))
     return measure_displacements(
-        cast(StoredScene, stored), RIG, RIG_POSE, indexes, samples, nearby, support, P.displaced
+        cast(StoredScene, stored), RIG, RIG_POSE, indexes, np.zeros(2), samples, nearby, support, runs, P
     )
 
 

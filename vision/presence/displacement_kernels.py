@@ -1,9 +1,30 @@
-"""Kernel that counts what is found along edges at each displacement of a surface."""
+"""Kernels that look where the elements beside displaced edges lie."""
 
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.compiled import kernel
+
+
+@kernel("void(i8[::1], i8[::1], f8[::1], i8[::1], f8[::1], b1[:, ::1], f8, f8[::1])")
+def find_nearest(
+    sample: Ints,
+    side: Ints,
+    ahead: Floats,
+    first: Ints,
+    offset: Floats,
+    usable: Bools,
+    reach: float,
+    residual: Floats,
+) -> None:
+    """Px from each row's sample, moved `ahead` (px along its normal), to the nearest element that is usable for its
+    side, nan where none lies within the reach; first, offset, usable: as in `count_found`."""
+    for row in range(len(sample)):
+        residual[row], nearest = np.nan, reach
+        for element in range(first[sample[row]], first[sample[row] + 1]):
+            away = offset[element] - ahead[row]
+            if usable[element, side[row]] and abs(away) <= nearest:
+                nearest, residual[row] = abs(away), away
 
 
 @kernel(
@@ -26,13 +47,13 @@ def count_found(
     seen: Floats,
     found: Floats,
 ) -> None:
-    """Px of edges `seen` (groups, cells) and, within each tolerance, `found` (tolerances, groups, cells) where a
-    surface is displaced by each of `grid` (mm).
+    """Px of edges `seen` (groups, cells) and, within each tolerance, `found` (tolerances, groups, cells) where a body
+    is displaced by each of `grid`.
 
-    sample, side, group: what a group's surface carries, one row a sample; rate: likewise, px along the normal for each
-    mm; other: likewise, px by which other surfaces move the sample; weight (n,): px; first (n + 1,), offset: the
-    elements near samples; usable (elements, 2): for either surface; tolerance: px within which an edge is found,
-    softened by half.  `limits`: greatest offset seen, px within which what is another's hides.
+    sample, side, group: what a group's body carries, one row a sample; rate: likewise, px along the normal for each
+    unit; other: likewise, px by which other bodies move the sample; weight (n,): px; first (n + 1,), offset: the
+    elements near samples; usable (elements, 2): for the body on either side; tolerance: px within which an edge is
+    found, softened by half.  `limits`: greatest offset seen, px within which what is another's hides.
     """
     reach, hidden = limits[0], limits[1]
     own, alien = np.empty(len(grid)), np.empty(len(grid))

@@ -15,49 +15,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints, sum_by_group
+from vision.presence.displacement import Beside, Displacement, fit
 from vision.presence.moving_surfaces import MovingSurfaces
 from vision.presence.opposed import Opposed
 from vision.presence.presence_parameters import MovedParameters, PresenceParameters
 from vision.presence.samples import Nearby, Samples
-from vision.presence.stretches import Runs, compute_log_odds
+from vision.presence.stretches import Runs
 from vision.presence.support import Support
+
+FREE_MM, FIXED_MM = 1e3, 1e-3  # standard deviations of what is sought, and of what is not
 
 
 @dataclass(frozen=True)
 class Edges:
-    """The predicted edges with the edge elements near them; usable: from `find_usable`."""
+    """The predicted edges, the surfaces that carry them, and the elements beside them: usable by `find_usable`."""
 
     samples: Samples
     moving: MovingSurfaces
-    nearby: Nearby
-    support: Support
+    beside: Beside
     runs: Runs
-    usable: Bools
-
-
-@dataclass(frozen=True)
-class Readings:
-    """What elements say of surfaces' displacements, as columns, those of a sample's side together: sample, side of the
-    sample (0, 1), the surface, and the displacement (mm) that would carry the sample's edge onto the element."""
-
-    sample: Ints
-    side: Ints
-    surface: Ints
-    mm: Floats
-
-
-@dataclass(frozen=True)
-class Moved:
-    """The scene's surfaces (s,) where the pictures put them together.
-
-    mm: displacement outward, zero in place; sigma (mm): how well an edge of each places it; log_odds: of that against
-    in place with the others where they are, for all the displacements tried, at most zero where nothing has moved.
-    """
-
-    mm: Floats
-    sigma: Floats
-    log_odds: Floats
 
 
 def find_usable(samples: Samples, nearby: Nearby, support: Support, blends: Bools, p: MovedParameters) -> Bools:
@@ -73,25 +50,40 @@ def find_usable(samples: Samples, nearby: Nearby, support: Support, blends: Bool
     return np.ascontiguousarray((surface >= 0) & free[:, None] & ((owner < 0)[:, None] | own))
 
 
-def collect_readings(edges: Edges, mm: Floats, p: MovedParameters) -> Readings:
-    """All displacements within reach that usable elements speak for; mm (s,): where the other surfaces lie."""
-    samples, nearby = edges.samples, edges.nearby
-    moved, pieces = edges.moving.displace(mm, len(samples.run)), []
-    for side in (0, 1):
-        rate = samples.px_per_mm[nearby.sample, side]
-        other = moved - np.append(mm, 0.0)[samples.surface[:, side]] * samples.px_per_mm[:, side]
-        known = edges.usable[:, side] & (edges.support.weight[nearby.sample] > 0)
-        row = np.flatnonzero(known & (np.abs(rate) >= p.min_px_per_mm))
-        away = (nearby.offset[row] - other[nearby.sample[row]]) / rate[row]
-        near = np.abs(away) <= p.reach_mm
-        row, away = row[near], away[near]
-        sample = nearby.sample[row]
-        pieces.append((sample, np.full(len(row), side), samples.surface[sample, side], away))
-    return Readings(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
+def measure_moved(edges: Edges, surface: Ints, mm: Floats, p: PresenceParameters) -> tuple[Displacement, Bools]:
+    """Where surfaces (m,), ascending, lie, from and with all surfaces displaced outward by mm (s,), and which bend
+    around: only of these a shift in the plane of their normals, which the pose's error makes as well, is separated."""
+    samples, beside, count = edges.samples, edges.beside, len(surface)
+    number = np.full(len(mm) + 1, -1)
+    number[surface] = np.arange(count)
+    known = (beside.weight > 0)[:, None] & (np.abs(samples.px_per_mm) >= p.moved.min_px_per_mm)
+    sample, side = (np.ascontiguousarray(i) for i in np.nonzero(known & (number[samples.surface] >= 0)))
+    own, rate = samples.surface[sample, side], samples.px_per_mm[sample, side]
+    body, length, normal = number[own], beside.weight[sample], samples.normal[sample, side]
+    ahead = edges.moving.displace(mm, len(samples.run))[sample]
+    slope = rate[:, None] * np.concatenate([normal, np.ones((len(body), 1))], axis=1)
+    # As far as its edges are found.
+    near = np.isfinite(beside.find_nearest(sample, side, ahead, p.displacement.reach_px[0])) * length
+    total = np.maximum(np.bincount(body, near, count), 1e-9)[:, None]
+    spread = sum_by_group(body, normal[:, :, None] * normal[:, None, :], count, near) / total[..., None]
+    closed = np.linalg.norm(sum_by_group(body, normal, count, near) / total, axis=1) < p.moved.most_mean_normal
+    closed &= np.linalg.eigvalsh(spread)[:, 1] > p.moved.least_spread
+    start = np.pad(mm[surface, None], [(0, 0), (3, 0)])
+
+    def look(x: Floats, reach: float) -> tuple[Floats, Floats]:
+        there = ahead + np.einsum("ni,ni->n", slope, (x - start)[body])
+        return slope, beside.find_nearest(sample, side, there, reach)
+
+    free = np.where(closed[:, None], FREE_MM, FIXED_MM)
+    sigma = np.concatenate([free, free, free, np.full((count, 1), FREE_MM)], axis=1)
+    return fit(look, body, length / p.runs.stretch_px, start, sigma, p.displacement), closed
 
 
-def seek_moved(edges: Edges, count: int, cameras: int, opposed: Opposed, p: PresenceParameters) -> Moved:
-    """Where the surfaces of a scene of `count` lie together."""
+def seek_moved(
+    edges: Edges, count: int, cameras: int, opposed: Opposed, p: PresenceParameters
+) -> tuple[Floats, Floats]:
+    """How far outward the surfaces (s,) of a scene of `count` lie together, mm, zero in place, and the log odds of that
+    against in place with the others where they are, for all the displacements tried: at most zero in place."""
     search = _Search(edges, count, cameras, p)
     mm, log_odds = np.zeros((2, count))
     stale = search.sought
@@ -112,24 +104,24 @@ def seek_moved(edges: Edges, count: int, cameras: int, opposed: Opposed, p: Pres
         touched = changes.copy()
         touched[one[changes[other]]] = True
         stale = search.sought[touched[search.sought]]
-    sigma = min(p.moved.tolerance_px) / np.maximum(search.rate, 1e-9)
-    return Moved(mm, sigma, np.where(mm != 0, log_odds, np.minimum(log_odds, 0.0)))
+    return mm, np.where(mm != 0, log_odds, np.minimum(log_odds, 0.0))
 
 
 class _Search:
     """What the weighing of displacements needs, prepared once; neighbours: pairs of surfaces that meet, both ways."""
 
     def __init__(self, edges: Edges, count: int, cameras: int, parameters: PresenceParameters) -> None:
-        p, samples, support = parameters.moved, edges.samples, edges.support
-        self.edges, self.count, self.cameras, self.p, self.run_parameters = edges, count, cameras, p, parameters.runs
+        from scipy.sparse import csr_array
+
+        p, samples, px = parameters.moved, edges.samples, edges.beside.weight
+        self.edges, self.count, self.cameras, self.p, self.parameters = edges, count, cameras, p, parameters
         half = round(p.reach_mm / p.step_mm)
         self.grid = p.step_mm * np.arange(-half, half + 1, dtype=np.float64)
-        self.limits = np.array([parameters.samples.reach_px - max(p.tolerance_px), p.hidden_px])
         moving = edges.moving
-        known = (support.weight[moving.sample] > 0) & (np.abs(moving.rate) >= p.min_px_per_mm)
+        known = (px[moving.sample] > 0) & (np.abs(moving.rate) >= p.min_px_per_mm)
         self.sample, self.side, self.rate_px = moving.sample[known], moving.side[known], moving.rate[known]
         surface = moving.surface[known]
-        run, weight = samples.run[self.sample], support.weight[self.sample]
+        run, weight = samples.run[self.sample], px[self.sample]
         first = np.flatnonzero((np.diff(surface, prepend=-1) != 0) | (np.diff(run, prepend=-1) != 0))
         self.group = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(surface))))
         self.surface, self.run = surface[first], run[first]
@@ -137,17 +129,9 @@ class _Search:
         self.rate = np.bincount(surface, weight * np.abs(self.rate_px), count) / np.maximum(distinct_px, 1e-9)
         self.sought = np.flatnonzero(distinct_px >= p.least_distinct_px)
         # Surfaces that carry the same edge.
-        order = np.argsort(moving.sample, kind="stable")
-        both = [
-            np.stack([moving.surface[order[:-k]], moving.surface[order[k:]]], axis=1)[
-                moving.sample[order[:-k]] == moving.sample[order[k:]]
-            ]
-            for k in range(1, int(np.bincount(moving.sample).max(initial=1)))
-        ]
-        pairs = np.concatenate([np.zeros((0, 2), np.int64), *both])
-        pairs = pairs[pairs[:, 0] != pairs[:, 1]]
-        every = np.unique(np.concatenate([pairs, pairs[:, ::-1]]) @ [count, 1])
-        self.neighbours = np.stack(np.divmod(every, count))
+        carries = csr_array((np.ones(len(moving.sample)), (moving.sample, moving.surface)), (len(px), count))
+        one, other = (carries.T @ carries).nonzero()
+        self.neighbours = np.stack([one, other])[:, one != other].astype(np.int64)
 
     def weigh(self, surface: Ints, mm: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, Floats]:
         """The best displacement (m,) of surfaces, away from their place and between bounds (s,), with its log odds (m,)
@@ -160,7 +144,7 @@ class _Search:
         by_camera = np.zeros((len(surface), self.cameras, cells))
         np.add.at(by_camera, (number[self.surface[groups]], runs.camera[self.run[groups]]), odds)
         by_camera -= by_camera[:, :, cells // 2, None]
-        clear = np.maximum(p.least_mm, p.least_px / np.maximum(self.rate[surface], 1e-9))
+        clear = np.maximum(self.parameters.displacement.least_mm, p.least_px / np.maximum(self.rate[surface], 1e-9))
         penalty = np.log(2 * p.reach_mm / p.distinct_mm)
         there = (self.grid >= low[surface, None]) & (self.grid <= high[surface, None])
         there &= np.abs(self.grid) >= clear[:, None]
@@ -171,32 +155,16 @@ class _Search:
 
     def _weigh_edges(self, groups: Ints, mm: Floats) -> Floats:
         """Log odds (groups, cells) of an edge being there against not, where its surface is displaced."""
-        from vision.presence import moved_kernels
-
-        p, edges, runs, cells = self.p, self.edges, self.edges.runs, len(self.grid)
-        group = np.full(len(self.surface), -1)
-        group[groups] = np.arange(len(groups))
-        group = group[self.group]
-        rows = np.flatnonzero(group >= 0)
-        sample, group = self.sample[rows], group[rows]
-        seen, found = np.zeros((len(groups), cells)), np.zeros((len(p.tolerance_px), len(groups), cells))
-        rate = self.rate_px[rows]
-        other = edges.moving.displace(mm, len(edges.samples.run))[sample] - rate * mm[self.surface][self.group[rows]]
-        moved_kernels.count_found(
-            sample, self.side[rows], group, rate, other, edges.support.weight, edges.nearby.first,
-            edges.nearby.offset, edges.usable, self.grid, np.array(p.tolerance_px), self.limits, seen, found,
+        edges, runs, middle = self.edges, self.edges.runs, len(self.grid) // 2
+        number = np.full(len(self.surface), -1)
+        number[groups] = np.arange(len(groups))
+        rows = np.flatnonzero(number[self.group] >= 0)
+        sample, group, rate = self.sample[rows], self.group[rows], self.rate_px[rows]
+        other = edges.moving.displace(mm, len(edges.samples.run))[sample] - rate * mm[self.surface[group]]
+        run, reach = self.run[groups], self.parameters.samples.reach_px - max(self.parameters.displacement.tolerance_px)
+        odds, in_sight = edges.beside.weigh(
+            (sample, self.side[rows], number[group]), rate, other, runs.chance[run], runs.shows[run], self.grid, reach,
+            self.parameters,
         )  # fmt: skip
-        # An edge lies where it is drawn well, mostly, or roughly, which places it the less.
-        run, widest = self.run[groups], max(p.tolerance_px)
-        chance, shows = runs.chance[run][:, None], runs.shows[run][:, None]
-        stretches, least = seen / self.run_parameters.stretch_px, self.run_parameters.least_chance
-        odds = []
-        for px, tolerance, likely in zip(found, p.tolerance_px, p.drawn, strict=True):
-            share, by_chance = px / np.maximum(seen, 1e-9), np.maximum(chance * tolerance / widest, least)
-            placed = np.minimum(stretches, 1.0) * np.log(likely * widest / tolerance)
-            odds.append(placed + compute_log_odds(share, stretches, by_chance, shows, self.run_parameters))
-        whole = np.bincount(group, edges.support.weight[sample], len(groups))
-        unseen = seen < p.least_seen * whole[:, None]
-        total = np.where(unseen, 0.0, np.logaddexp.reduce(odds))
         # An edge that is out of sight at a displacement is no evidence for it where it is not found in place.
-        return np.where(unseen, np.minimum(total[:, cells // 2, None], 0.0), total)
+        return np.where(in_sight, odds, np.minimum(odds[:, middle, None], 0.0))
