@@ -82,40 +82,60 @@ def measure_displacements(
     shown, found = (np.bincount(of_sample, support.weight * v, count) for v in (1.0, support.found))
     inspected = np.isin(np.arange(count), piece_of[scene.inspected])
     tried = np.flatnonzero(inspected & (shown >= q.least_px) & (shown <= q.most_share * shown.sum()))
+    lost = tried[((shown >= q.turned_px) & (found <= q.turned_share * shown))[tried]]
+    edges, aspects = list_pieces(scene, piece_of, tried, of_sample, samples, support.weight, runs, eyes)
+    edges, aspects = add_turned(scene, piece_of, lost, edges, aspects, eyes, q)
     taken = np.full(sum(len(index.edges.position) for index in indexes), -1)
     owned = np.flatnonzero(support.owner >= 0)
     taken[nearby.element[owned]] = of_sample[support.owner[owned]]
+    places = _seek_places(_Pictures(eyes, indexes, response_px, taken, p), edges, aspects, tried)
+    return _choose(places, aspects, piece_of, tried, p)
 
-    edges, aspects = list_pieces(scene, piece_of, tried, of_sample, samples, support.weight, runs, eyes)
-    lost = tried[((shown >= q.turned_px) & (found <= q.turned_share * shown))[tried]]
-    edges, aspects = add_turned(scene, piece_of, lost, edges, aspects, eyes, q)
+
+@dataclass(frozen=True)
+class _Places:
+    """Where pieces may lie, as columns: aspect: of the piece; there: place; gain (k, c): log odds, by camera, of there
+    against in place; log_odds: their sum, less what all the places tried cost, -inf in place."""
+
+    aspect: Ints
+    there: Displacement
+    gain: Floats
+    log_odds: Floats
+
+
+def _seek_places(pictures: _Pictures, edges: PieceEdges, aspects: Aspects, tried: Ints) -> _Places:
+    """Where least squares puts pieces from in place, and from the best of the starts around it, as the model has them
+    and turned; the first aspects are those of the pieces tried, as the model has them."""
+    q = pictures.p.parts
     turned = np.arange(len(aspects.piece)) >= len(tried)
-    pictures = _Pictures(eyes, indexes, response_px, taken, p)
     side = np.arange(-q.reach_mm, q.reach_mm + 1e-9, q.step_mm)
     places = np.pad(np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2), [(0, 0), (0, 2)])
     aspect, start = np.repeat(np.arange(len(turned)), len(places)), np.tile(places, (len(turned), 1))
     score = _Bodies(pictures, edges.thin(q.coarse), aspects, aspect).score(start)
     best = np.flatnonzero(rank_in_groups(2 * aspects.piece[aspect] + turned[aspect], score) < q.best)
-    # In place, and from the best starts of each piece, as the model has it and turned.
     aspect = np.append(np.arange(len(tried)), aspect[best])
     bodies = _Bodies(pictures, edges.thin(ENOUGH), aspects, aspect)
     there = bodies.settle(np.append(np.zeros((len(tried), 4)), start[best], axis=0))
-    odds = bodies.weigh(np.where((np.arange(len(aspect)) < len(tried))[:, None], 0.0, there.x))
-    number = np.searchsorted(tried, aspects.piece[aspect])
-    gain = odds - odds[number]
+    in_place = np.arange(len(aspect)) < len(tried)
+    odds = bodies.weigh(np.where(in_place[:, None], 0.0, there.x))
+    gain = odds - odds[np.searchsorted(tried, aspects.piece[aspect])]
     cost = np.log(len(places)) + turned * (q.least_log_odds + np.log(360 / q.step_degrees))
-    log_odds = gain.sum(axis=1) - cost[aspect]
-    log_odds[: len(tried)] = -np.inf  # in place
+    return _Places(aspect, there, gain, np.where(in_place, -np.inf, gain.sum(axis=1) - cost[aspect]))
 
+
+def _choose(it: _Places, aspects: Aspects, piece_of: Ints, tried: Ints, p: PresenceParameters) -> Displacements:
+    """The likeliest place of each piece, for all of its occurrences."""
+    number = np.searchsorted(tried, aspects.piece[it.aspect])
     occurrence = np.flatnonzero(np.isin(piece_of, tried))
-    first = np.flatnonzero(rank_in_groups(number, log_odds) == 0)
+    first = np.flatnonzero(rank_in_groups(number, it.log_odds) == 0)
     row = first[np.argsort(number[first])][np.searchsorted(tried, piece_of[occurrence])]
-    aspect, x, covariance, axes = aspect[row], there.x[row], there.covariance[row], aspects.axes[aspect[row]]
-    known = (log_odds[row] >= q.least_log_odds) & (gain[row].min(axis=1) >= 0)
+    aspect, x, covariance, log_odds = it.aspect[row], it.there.x[row], it.there.covariance[row], it.log_odds[row]
+    known = (log_odds >= p.parts.least_log_odds) & (it.gain[row].min(axis=1) >= 0)
+    axes, turned = aspects.axes[aspect], aspect >= len(tried)
     turn = np.mod(x[:, 3] + aspects.angle[aspect] + np.pi, 2 * np.pi) - np.pi
     out = Displacements(
         occurrence, np.einsum("ni,nij->nj", x[:, :3], axes), np.swapaxes(axes, 1, 2) @ covariance[:, :3, :3] @ axes,
-        turn, np.sqrt(covariance[:, 3, 3]), log_odds[row], known, known & turned[aspect],
+        turn, np.sqrt(covariance[:, 3, 3]), log_odds, known, known & turned,
     )  # fmt: skip
     least = np.maximum(p.displacement.least_mm, p.displacement.sure_sigma * out.sigma)
     return replace(out, far=known & (out.distance > least))
