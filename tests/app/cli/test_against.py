@@ -92,7 +92,7 @@ def test_what_tells_the_variants_apart_is_named(held: Held) -> None:
     assert len(other["distinguished_by"]) <= other["against"]
     (words,) = held.answers["B"]["outcome"]["variants"]
     assert words.startswith("the pictures show variant B of bulkhead: ")
-    assert f"not as A has it: {other['distinguished_by'][0]}" in words
+    assert f"unlike A: {other['distinguished_by'][0]}" in words
 
 
 def test_none_of_what_is_asked_for(held: Held) -> None:
