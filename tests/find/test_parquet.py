@@ -259,8 +259,8 @@ def test_spark_answers_as_duckdb_and_reads_only_the_pages_met(spark: Any, tmp_pa
         parts = occurrences(store)
     files = list((tmp_path / "parts/object_node").rglob("*.parquet"))
     assert len(files) == 6
-    documented = (Path(__file__).parents[2] / "docs/scale-out.md").read_text().partition("With Spark, given a session")[2]
-    block = documented.partition("```python\n")[2].partition("```")[0]
+    page = (Path(__file__).parents[2] / "docs/scale-out.md").read_text()
+    block = page.partition("With Spark, given a session")[2].partition("```python\n")[2].partition("```")[0]
     said: dict[str, Any] = {"spark": spark, "query": sql.query}
     exec(block, said)
     answered = [_row(row) for row in said["rows"]]

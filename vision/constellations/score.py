@@ -41,8 +41,8 @@ class ScenePoints:
 
     @cached_property
     def middle(self) -> Floats:
-        """The middle (3,) of what is seen."""
-        return np.asarray(np.median(self.point, axis=0))
+        """The middle (3,) of what is seen, the origin where nothing is."""
+        return np.asarray(np.median(self.point, axis=0)) if len(self.point) else np.zeros(3)
 
     def thin(self, count: int) -> ScenePoints:
         """About `count` of them, evenly."""

@@ -338,8 +338,6 @@ class _Solver:
     def _same(self, h: Refined, pose: Floats) -> bool:
         """Whether a pose shows what the hypothesis shows at the same place."""
         there = perturbation(h.world_from_rig, pose)
-        p = h.prediction
-        _, jacobian = project_with_jacobians(p)
-        return bool(
-            np.sqrt(np.mean((jacobian[:: max(len(jacobian) // 100, 1)] @ there) ** 2) * 2) < self.p.rivals.same_px
-        )
+        _, jacobian = project_with_jacobians(h.prediction)
+        moved = jacobian[:: max(len(jacobian) // 100, 1)] @ there
+        return len(moved) > 0 and float(np.sqrt(2 * np.mean(moved**2))) < self.p.rivals.same_px
