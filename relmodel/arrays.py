@@ -25,3 +25,11 @@ def sum_by_group(group: Ints, values: Floats, count: int, weight: Floats | None 
     of_rows = csc_array((each, group, np.arange(len(group) + 1)), shape=(count, len(group)))
     sums = of_rows @ values.reshape(len(values), int(np.prod(values.shape[1:])))
     return np.asarray(sums, float).reshape(count, *values.shape[1:])
+
+
+def rank_in_groups(group: Ints, score: Floats) -> Ints:
+    """How many rows of its group (n,) each comes after, the highest score first."""
+    order, count = np.lexsort((-score, group)), np.bincount(group)
+    rank = np.empty(len(group), np.int64)
+    rank[order] = np.arange(len(group)) - np.repeat(np.cumsum(count) - count, count)
+    return rank

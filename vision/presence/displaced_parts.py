@@ -11,14 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints, rank_in_groups
 from relmodel.geometry.transforms import rotation_matrix
 from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
 from vision.presence.displacement import Beside, Displacement, fit
 from vision.presence.items import Items
 from vision.presence.measures import DISPLACED, Measures
-from vision.presence.pieces import Aspects, Eyes, PieceEdges, add_turned, find_pieces, list_pieces, rank_in_groups
+from vision.presence.pieces import Aspects, Eyes, PieceEdges, add_turned, find_pieces, list_pieces
 from vision.presence.presence_parameters import PresenceParameters, StateParameters
 from vision.presence.samples import Nearby, Samples, find_nearby
 from vision.presence.stretches import Runs

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from relmodel.arrays import Floats, Ints, sum_by_group
+from relmodel.arrays import Floats, Ints, rank_in_groups, sum_by_group
 from relmodel.geometry.transforms import rotation_matrix
 from vision.presence.presence_parameters import PartParameters
 from vision.presence.samples import Samples
@@ -99,14 +99,6 @@ class PieceEdges:
         rows = np.flatnonzero(rank_in_groups(group, np.zeros(len(group))) % step[group] == 0)
         some = self.take(rows)
         return replace(some, length=some.length * step[group[rows]])
-
-
-def rank_in_groups(group: Ints, score: Floats) -> Ints:
-    """How many rows of its group (n,) each comes after, the highest score first."""
-    order, count = np.lexsort((-score, group)), np.bincount(group)
-    rank = np.empty(len(group), np.int64)
-    rank[order] = np.arange(len(group)) - np.repeat(np.cumsum(count) - count, count)
-    return rank
 
 
 T = TypeVar("T", Aspects, PieceEdges)

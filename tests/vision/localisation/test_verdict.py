@@ -27,6 +27,22 @@ def test_no_more_is_found_than_is_expected_and_zero_has_no_sign(found: float, ac
     assert accepted or "contrast of 0.0 along 105 px" in verdict.reason
 
 
+@pytest.mark.parametrize(
+    ("prior_sigma", "evidence", "share", "agreement", "accepted"),
+    [
+        (5.7, 40.8, 0.41, 0.81, False),  # a small object, sought in the picture of a bulkhead
+        (2.7, 48.7, 0.54, 0.92, True),  # of right poses in rendered pictures the one of least odds
+    ],
+)
+def test_what_a_wrong_pose_gathered_is_refused_and_what_a_right_one_did_is_not(
+    prior_sigma: float, evidence: float, share: float, agreement: float, accepted: bool
+) -> None:
+    columns = (prior_sigma, evidence, 100 * share, 100.0, 100.0, 1.0, 10.0, False, np.nan)
+    gathered = Gathered(*(np.array([value]) for value in columns))
+    verdict = judge(gathered, np.array([0]), agreement, [], {}, (0.1, 1e-3, "x"), 0, Needs(5.0, 0.03), DEFAULTS.verdict)
+    assert (verdict.verdict == "accepted") is accepted, verdict.reason
+
+
 @pytest.mark.parametrize("share", [0.31, 0.7])
 @pytest.mark.parametrize("prior_sigma", [1.0, np.nan])
 @pytest.mark.parametrize("cameras", [1, 2])
