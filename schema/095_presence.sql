@@ -43,7 +43,7 @@ CREATE TABLE presence_camera (  -- What single cameras say of an item.
     distinct_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     supported_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     region_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
-    inside_px DOUBLE PRECISION,  -- of holes, bosses and pockets, px seen of them, and through them; this and the next five are null of others
+    inside_px DOUBLE PRECISION,  -- px seen of a feature or surface, and through a hole; this and the next five are null where too little is seen
     inside_grey DOUBLE PRECISION,  -- mean grey of that, 0..255
     around_grey DOUBLE PRECISION,  -- mean grey of what is around it
     like_grey DOUBLE PRECISION,  -- mean grey of what it would look like: faces turned alike, and what lies behind the object elsewhere

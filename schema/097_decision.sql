@@ -11,13 +11,14 @@ CREATE TABLE threshold (  -- The numbers that the decisions of a run were compar
 
 CREATE TABLE verdict_statistic (  -- What the verdict of an inspection weighed, in full precision.
     run_id BIGINT NOT NULL,  -- the run
-    name TEXT NOT NULL,  -- evidence (log odds against chance), share (evidence found over expected), agreement (share of edges found that lie on the
-        -- arcs), apart (sigmas between the single cameras), prior_sigma (sigmas from the prior), prior_mm
+    name TEXT NOT NULL,  -- evidence (log odds of edges and outlines), chance_level and chance_scale (of poses elsewhere in the pictures one in
+        -- exp((evidence - level) / scale) gathers as much), rarity (that exponent), share (evidence found over expected), agreement (share of edges
+        -- found that lie on the arcs), apart (sigmas between the single cameras), prior_sigma (sigmas from the prior), prior_mm
         -- (how far the rig is from it; only where the pose was found without it, for it contradicts the pictures), prior_left_out (1 where the pictures were
         -- to be believed then, else 0), sigma_mm and sigma_rad (of the pose, worst
         -- direction), rivals, excluded (placed parts left out), log_odds and likely (that the model is there, by the pictures), of each of several
-        -- cameras by its name, as of left: sees left (log odds that it sees the model) and agreement left; and others
-        -- that the posterior weighs
+        -- cameras by its name, as of left: sees left (log odds that it sees the model), agreement left, chance_level left and
+        -- chance_scale left; and others that the posterior weighs
     value DOUBLE PRECISION NOT NULL,  -- its value
     PRIMARY KEY (run_id, name)
 );

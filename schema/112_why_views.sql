@@ -147,6 +147,8 @@ WITH statistic AS (
     SELECT run_id,
         max(CASE name WHEN 'evidence' THEN value END) AS evidence, max(CASE name WHEN 'share' THEN value END) AS share,
         max(CASE name WHEN 'agreement' THEN value END) AS agreement, max(CASE name WHEN 'apart' THEN value END) AS apart,
+        max(CASE name WHEN 'chance_level' THEN value END) AS chance_level,
+        max(CASE name WHEN 'chance_scale' THEN value END) AS chance_scale,
         max(CASE name WHEN 'prior_sigma' THEN value END) AS prior_sigma,
         max(CASE name WHEN 'prior_mm' THEN value END) AS prior_mm,
         max(CASE name WHEN 'prior_left_out' THEN value END) AS prior_left_out,
@@ -162,6 +164,7 @@ WITH statistic AS (
 ),
 criterion AS (
     SELECT run_id, max(CASE name WHEN 'min_posterior' THEN value END) AS min_posterior,
+        max(CASE name WHEN 'searched_rarity' THEN value END) AS searched_rarity,
         max(CASE name WHEN 'max_sigma' THEN value END) AS max_sigma,
         max(CASE name WHEN 'max_apart_sigma' THEN value END) AS max_apart,
         max(CASE name WHEN 'least_share_anywhere' THEN value END) AS least_share,
@@ -177,10 +180,13 @@ rule AS (
         s.likely >= h.min_posterior AS holds, concat('that the model is there is ',
             CAST(100 * s.likely AS NUMERIC(18, 2)), ' percent probable by the pictures, and ',
             CAST(100 * h.min_posterior AS NUMERIC(18, 2)), ' percent are needed: evidence of ',
-            CAST(s.evidence AS NUMERIC(18, 0)), ' against chance, ', CAST(100 * least(s.share, 1) AS NUMERIC(18, 0)),
-            ' percent of the edges expected, ', CAST(100 * s.agreement AS NUMERIC(18, 0)),
-            ' percent of those found on the model''s, a contrast of ', CAST(s.outline_contrast AS NUMERIC(18, 1)),
-            ' along ', CAST(s.outline_px AS NUMERIC(18, 0)), ' px of outline') AS sentence
+            CAST(s.evidence AS NUMERIC(18, 0)), ' where poses elsewhere reach ',
+            CAST(s.chance_level + s.chance_scale * h.searched_rarity AS NUMERIC(18, 0)), ', ',
+            CAST(100 * least(s.share, 1) AS NUMERIC(18, 0)), ' percent of the edges expected, ',
+            CAST(100 * s.agreement AS NUMERIC(18, 0)), ' percent of those found on the model''s, a contrast of ',
+            CAST(s.outline_contrast AS NUMERIC(18, 1)), ' along ', CAST(s.outline_px AS NUMERIC(18, 0)), ' px of outline',
+            CASE WHEN s.prior_sigma IS NULL THEN ''
+                ELSE concat(', ', CAST(s.prior_sigma AS NUMERIC(18, 1)), ' sigma from the prior') END) AS sentence
     FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
     UNION ALL
     SELECT s.run_id, 1, 'prior', s.prior_sigma, h.max_sigma, s.prior_sigma <= h.max_sigma OR coalesce(s.prior_left_out, 0) = 1,
@@ -271,22 +277,32 @@ seeing AS (
 -- Log odds of the best pose were all found that is expected there: what view and model could say at most.
 most AS (
     SELECT s.run_id, ln(t.needed / (1 - t.needed)) AS needed,
-        least(t.offset_odds + t.evidence_weight * ln(greatest(sum(s.expected), 1) / t.chance) + t.share_weight
-            + t.agreement_weight, CASE WHEN sum(s.expected) <= t.chance THEN 0 END) AS odds
-    FROM hypothesis_support AS s
+        least(t.offset_odds + t.rarity_weight * least(s.rarity, t.most_rarity) + t.share_weight + t.agreement_weight,
+            CASE WHEN s.rarity <= t.searched_rarity THEN 0 END) AS odds
+    FROM (
+        SELECT e.run_id, (e.expected - c.level) / c.scale AS rarity
+        FROM (
+            SELECT run_id, sum(expected) AS expected FROM hypothesis_support WHERE hypothesis_no = 0 GROUP BY run_id
+        ) AS e
+        JOIN (
+            SELECT run_id, max(CASE name WHEN 'chance_level' THEN value END) AS level,
+                max(CASE name WHEN 'chance_scale' THEN value END) AS scale
+            FROM verdict_statistic
+            GROUP BY run_id
+        ) AS c ON c.run_id = e.run_id
+    ) AS s
     JOIN (
         SELECT run_id, max(CASE name WHEN 'offset' THEN value END) AS offset_odds,
-            max(CASE name WHEN 'weights[0]' THEN value END) AS evidence_weight,
+            max(CASE name WHEN 'weights[0]' THEN value END) AS rarity_weight,
             max(CASE name WHEN 'weights[1]' THEN value END) AS share_weight,
             max(CASE name WHEN 'weights[2]' THEN value END) AS agreement_weight,
-            max(CASE name WHEN 'chance_evidence' THEN value END) AS chance,
+            max(CASE name WHEN 'searched_rarity' THEN value END) AS searched_rarity,
+            max(CASE name WHEN 'most_rarity' THEN value END) AS most_rarity,
             max(CASE name WHEN 'min_posterior' THEN value END) AS needed
         FROM threshold
         WHERE decision = 'verdict'
         GROUP BY run_id
     ) AS t ON t.run_id = s.run_id
-    WHERE s.hypothesis_no = 0
-    GROUP BY s.run_id, t.offset_odds, t.evidence_weight, t.share_weight, t.agreement_weight, t.chance, t.needed
 ),
 judged AS (
     SELECT i.run_id, f.likely, f.prior, f.apart, f.precise, f.rivals, f.share, f.cameras, u.cameras AS pictures, i.reason,

@@ -141,6 +141,7 @@ def test_a_variant_weighed_alone_says_nothing(fresh_store: str) -> None:
 # Rules that a pose passes, and of what it fails only these: statistics, edges expected, and the cause.
 PASSED = {"likely": 0.99, "evidence": 900.0, "share": 0.9, "agreement": 0.9, "apart": 1.0, "prior_sigma": 1.0}
 PASSED |= {"sigma_mm": 0.1, "sigma_rad": 0.001, "rivals": 0.0, "outline_px": 900.0, "outline_contrast": 2.0}
+PASSED |= {"chance_level": -4.0, "chance_scale": 2.0}
 CAUSES: list[tuple[dict[str, float], float, str]] = [
     ({"rivals": 2.0}, 900.0, "repeats"),
     ({"apart": 9.0}, 900.0, "calibration"),

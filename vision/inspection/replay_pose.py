@@ -21,6 +21,7 @@ from vision.inspection.quality import PictureParameters, doubt_pictures, find_fa
 from vision.inspection.record_decisions import UNKNOWNS
 from vision.localisation.calibration import describe_unknowns
 from vision.localisation.covariance import compute_covariance
+from vision.localisation.elsewhere import Chance
 from vision.localisation.hypotheses import Prediction, project_with_jacobians, see_from
 from vision.localisation.localisation_parameters import LocalisationParameters, VerdictParameters
 from vision.localisation.measurements import Sightings, compare_with_edges, hold_shifts
@@ -109,7 +110,9 @@ def replay_verdict(store: Database, connection: Connection, run: int, given: Any
 
     gathered_by = store.rows(connection, "replay/support", run=run, hypothesis_no=int(standing[0]))
     support = {
-        row.camera: CameraSupport(row.evidence, row.found, row.expected, agreement(row.camera))
+        row.camera: CameraSupport(
+            row.evidence, row.found, row.expected, agreement(row.camera), _read_chance(stats, f" {row.camera}")
+        )
         for row in (gathered_by if len(by_camera) > 1 else [])
     }
     again = judge(
@@ -118,6 +121,7 @@ def replay_verdict(store: Database, connection: Connection, run: int, given: Any
         compute_agreement(rows["length"], rows["residual"], p) if measured else stats["agreement"],
         [pose.log_odds for pose in by_camera],
         support,
+        _read_chance(stats),
         compute_precision(found.covariance, np.array([given.middle_x, given.middle_y, given.middle_z])),
         int(stats["excluded"]),
         Needs(given.needs_translation_mm, given.needs_rotation),
@@ -147,6 +151,10 @@ def replay_verdict(store: Database, connection: Connection, run: int, given: Any
         yield Compared("verdict", what, np.asarray(values, float), np.asarray(replayed, float))
     yield Compared("verdict", "verdict", given.verdict, again.verdict)
     yield Compared("verdict", "reason", given.reason, again.reason)
+
+
+def _read_chance(stats: dict[str, float], of: str = "") -> Chance:
+    return Chance(stats[f"chance_level{of}"], stats[f"chance_scale{of}"])
 
 
 def read_used_prior(store: Database, connection: Connection, run: int) -> Prior | None:

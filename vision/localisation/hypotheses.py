@@ -46,6 +46,13 @@ class Prediction:
         unit = self.view * (int(self.arc.max(initial=0)) + 1) + self.arc
         return np.asarray(np.unique(unit, return_inverse=True)[1].ravel())
 
+    @cached_property
+    def view_of_image(self) -> Ints:
+        """The camera (a,) of each image of an arc."""
+        out = np.zeros(int(self.image_of_arc.max(initial=-1)) + 1, np.int64)
+        out[self.image_of_arc] = self.view
+        return out
+
     def take(self, rows: Ints) -> Prediction:
         """Some of the samples, of the same cameras."""
         of_samples = ("point", "tangent", "weight", "tolerance_px", "view", "arc")
@@ -390,6 +397,22 @@ def climb(
 
     _in_threads(len(delta), climb_some)
     return delta, score
+
+
+def gather_evidence(prediction: Prediction, fields: Fields, delta: Floats) -> Floats:
+    """The evidence (k, a) of each image of an arc at perturbations (k, 6) of the pose that a prediction is of: the sum
+    over its samples, weighted."""
+    from vision.localisation import search_kernels
+
+    out = np.zeros((len(delta), len(prediction.view_of_image)))
+    poses = np.hstack([rotation_matrix(delta[:, 3:]).reshape(-1, 9), delta[:, :3]])
+    tables, group = _tables(prediction, fields), prediction.image_of_arc
+
+    def gather(rows: slice) -> None:
+        search_kernels.gather(*tables, fields[0].cell, fields[0].parameters.orientations, poses[rows], group, out[rows])
+
+    _in_threads(len(delta), gather)
+    return out
 
 
 def look_up_evidence(prediction: Prediction, fields: list[Evidence], pixel: Floats, direction: Floats) -> Floats:

@@ -122,6 +122,11 @@ class RivalParameters:
     """weight of the prior in it"""
     rounds: int = 3
     """rounds of shifting the best pose, which may change"""
+    leading_share: float = 0.5
+    """share of what is known of the best pose in some direction that an arc holds, from which it is left out on
+    trial"""
+    leading_arcs: int = 8
+    """such arcs at most"""
     max_refined: int = 60
     """hypotheses at most; the likeliest by the prior are followed first"""
     congruent: float = 0.02
@@ -276,15 +281,40 @@ class OutlineParameters:
 
 
 @dataclass(frozen=True)
+class ElsewhereParameters:
+    """Poses where the object is not, drawn about the best."""
+
+    seed: int = 1975
+    """of the draws"""
+    poses: int = 128
+    """poses drawn"""
+    outlined: int = 16
+    """shifts by which the outlines are laid elsewhere"""
+    near_px: float = 20.0
+    """px, rms, by which the image of what is seen moves at least, and the outlines"""
+    far_px: float = 150.0
+    """px at most"""
+    least_px_per_unit: float = 100.0
+    """px for each radian, or for each shift by the distance: a direction that moves the image less is taken to move it
+    so much"""
+    share: float = 0.25
+    """share of the poses by whose evidence the rest of the distribution is told"""
+    least_scale: float = 1.0
+    """log odds by which these exceed it in the mean, at least: chance is never less than that of independent places"""
+
+
+@dataclass(frozen=True)
 class VerdictParameters:
     """When a pose is accepted, ambiguous or refused."""
 
-    offset: float = -5.79
+    offset: float = -12.6
     """log odds of a pose whose statistics are all zero; fitted, as `weights`, by benchmarks/verdict.py"""
-    weights: tuple[float, ...] = (1.46, 3.78, 7.15)
-    """log odds for each unit of: log of evidence over `chance_evidence`, share, agreement"""
-    chance_evidence: float = 16.0
-    """evidence that the best of the some millions of poses searched has by chance: their logarithm"""
+    weights: tuple[float, ...] = (0.26, 6.4, 9.5, 0.22)
+    """log odds for each unit of: rarity of the evidence elsewhere, share, agreement, nearness to the prior"""
+    searched_rarity: float = 12.0
+    """rarity that the best of all poses of a search has by chance; less says nothing for a pose"""
+    most_rarity: float = 30.0
+    """rarity beyond which more says no more"""
     most_share: float = 1.0
     """share of the expected evidence beyond which more evidence counts no more"""
     min_posterior: float = 0.95
@@ -327,6 +357,7 @@ class LocalisationParameters:
     refinement: RefinementParameters = field(default_factory=RefinementParameters)
     support: SupportParameters = field(default_factory=SupportParameters)
     outlines: OutlineParameters = field(default_factory=OutlineParameters)
+    elsewhere: ElsewhereParameters = field(default_factory=ElsewhereParameters)
     verdict: VerdictParameters = field(default_factory=VerdictParameters)
 
 

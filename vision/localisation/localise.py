@@ -19,6 +19,7 @@ from vision.localisation.alternatives import (
     shift_poses,
 )
 from vision.localisation.calibration import correct_rig
+from vision.localisation.elsewhere import gather_elsewhere
 from vision.localisation.evidence import Fields, collect_edge_points
 from vision.localisation.hypotheses import (
     Candidates,
@@ -36,7 +37,7 @@ from vision.localisation.hypotheses import (
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.outlines import GreyGrid, lay_grey_grids, measure_outlines
-from vision.localisation.refine import Refined, refine, refine_roughly
+from vision.localisation.refine import Refined, refine, refine_roughly, refine_without_arcs
 from vision.localisation.symmetry import complete_group, find_symmetries
 from vision.localisation.verdict import Gathered, Verdict, decide, find_standing
 from vision.localisation.views import (
@@ -143,9 +144,10 @@ def localise(
     equivalent = [m @ best.world_from_rig for m in complete_group([m for m in motions if m is not None], p.symmetry)]
     names = rig.cameras if len(rig.cameras) > 1 else ()
     single = {name: solver.solve_single_camera(name, best.world_from_rig) for name in names}
-    verdict = decide(hypotheses, standing, single, needs, p.verdict)
-    clock.lap("verdict")
     solved = correct_rig(rig, best.own)
+    elsewhere = gather_elsewhere(near, solved, best.prediction, fine, solver.greys, best.world_from_rig, p)
+    verdict = decide(hypotheses, standing, single, elsewhere, needs, p.verdict)
+    clock.lap("verdict")
     views = {name: _view(scene, solved, name, best, indexes[name], p) for name in rig.cameras}
     clock.lap("view")
     rivals = [hypotheses[h] for h in standing[1:]]
@@ -263,7 +265,14 @@ class _Solver:
             delta = perturbations(self.prior.world_from_rig, np.reshape(shifted, (-1, 4, 4)))
             stages.append(describe_stage(f"shift {len(asked)}", delta, score, [f.rule for f in followed_up], score))
             self._settle(done)
+            self._leave_out_arcs(done)
         return done, stages
+
+    def _leave_out_arcs(self, done: list[Refined]) -> None:
+        """Appends the poses that are left where an arc of the best is none of the object."""
+        for h in refine_without_arcs(self.near, self.rig, self.indexes, self.fine, self.prior, done[0], self.p):
+            self._add(self._outline(h), done)
+        self._settle(done)
 
     def _settle(self, done: list[Refined]) -> None:
         """Sorts hypotheses by cost, and refines in full the best and, where several stand, the one that is given

@@ -9,7 +9,7 @@ one beside the object has background on both sides: both find neither.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,24 +72,54 @@ def measure_outlines(
 ) -> Outlines:
     """The outlines at a pose, in the pictures of the rig's cameras."""
     found = [
-        _measure(scene, grid, world_from_rig @ rig.rig_from_camera[name], p)
+        _compare(_find_model(scene, grid, world_from_rig @ rig.rig_from_camera[name]), grid.seen, grid, p)
         for name, grid in zip(rig.cameras, grids, strict=True)
     ]
     length, contrast = (np.array(column) for column in zip(*found, strict=True))
     return Outlines(length, contrast, float(length @ contrast / p.observed_px))
 
 
-def _measure(scene: Scene, grid: GreyGrid, world_from_camera: Floats, p: OutlineParameters) -> tuple[float, float]:
-    """Length (px) and contrast of the outlines in one picture."""
+def measure_shifted_outlines(
+    scene: Scene, rig: Rig, grids: Sequence[GreyGrid], world_from_rig: Floats, shifts: Floats, p: OutlineParameters
+) -> Floats:
+    """The log odds (n,) that the outlines seen from a pose are outlines where they are laid elsewhere in the pictures,
+    shifted by so many px (n, c, 2) in each camera's."""
+    import cv2
+
+    total = np.zeros(len(shifts))
+    for camera, (name, grid) in enumerate(zip(rig.cameras, grids, strict=True)):
+        model = _find_model(scene, grid, world_from_rig @ rig.rig_from_camera[name])
+        rows, columns = model.shape
+        for number, (x, y) in enumerate(np.rint(shifts[:, camera] / p.step_px)):
+            there, known = (
+                cv2.warpAffine(
+                    mask.astype(np.uint8), np.array([[1, 0, x], [0, 1, y]]), (columns, rows), flags=cv2.INTER_NEAREST
+                )
+                for mask in (model, grid.seen)
+            )
+            # What lies beyond the picture is not known: its border is no outline.
+            clear = p.step_px * cv2.distanceTransform(known, cv2.DIST_L2, 5) > p.far_px + p.step_px
+            length, contrast = _compare(there > 0, grid.seen & clear, grid, p)
+            total[number] += length * contrast / p.observed_px
+    return total
+
+
+def _find_model(scene: Scene, grid: GreyGrid, world_from_camera: Floats) -> Bools:
+    """Which rays of a grid meet the model."""
     model = np.zeros(grid.seen.shape, bool)
     directions = grid.directions[grid.seen] @ world_from_camera[:3, :3].T
     model[grid.seen] = scene.rays.meet(world_from_camera[:3, 3], directions)
+    return model
+
+
+def _compare(model: Bools, known: Bools, grid: GreyGrid, p: OutlineParameters) -> tuple[float, float]:
+    """Length (px) and contrast of the outlines of the model in one picture, where they are known."""
     away = _distance_from_outline(model, p.step_px)
-    near = grid.seen & (np.abs(away) > p.near_px) & (np.abs(away) <= p.far_px)
+    near = known & (np.abs(away) > p.near_px) & (np.abs(away) <= p.far_px)
     if not near.any():
         return 0.0, 0.0
-    inside, counted = _log_likelihood(grid.grey, grid.seen & (away > p.far_px), p)
-    outside, also = _log_likelihood(grid.grey, grid.seen & (away < -p.far_px), p)
+    inside, counted = _log_likelihood(grid.grey, known & (away > p.far_px), p)
+    outside, also = _log_likelihood(grid.grey, known & (away < -p.far_px), p)
     near &= (counted >= p.min_cells) & (also >= p.min_cells)
     if not near.any():
         return 0.0, 0.0

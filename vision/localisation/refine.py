@@ -151,6 +151,28 @@ def refine_roughly(
     return replace(_take_step(refined, fit, []), is_rough=True)
 
 
+def refine_without_arcs(
+    scene: Scene,
+    rig: Rig,
+    indexes: dict[str, EdgeIndex],
+    fields: list[Evidence],
+    prior: Prior,
+    refined: Refined,
+    p: LocalisationParameters = DEFAULTS,
+) -> list[Refined]:
+    """Poses to which least squares leads where one arc of a refined pose lies on another edge altogether, as of a
+    print: fitted by all rounds without the arc, then roughly with it.
+
+    An arc that alone determines the pose in some direction fits wherever it lies, so that nothing at the pose itself
+    tells; of these, the ones that determine most."""
+    fit = Fit.of(scene, rig, indexes, fields, prior, p)
+    without = (
+        fit.solve(refined.world_from_rig, refined.excluded, arc=arc).world_from_rig
+        for arc in fit.find_leading_arcs(refined)
+    )
+    return [refine_roughly(scene, rig, indexes, fields, prior, pose, p) for pose in without]
+
+
 def _take_step(refined: Refined, fit: Fit, explanations: list[Explanation]) -> Refined:
     """A pose after its last step, with the covariance that the explanations of the pictures leave."""
     m = hold_shifts(refined.measurements, refined.prediction)
@@ -254,13 +276,18 @@ class Fit:
         return self.predicted[key]
 
     def solve(
-        self, world_from_rig: Floats, excluded: Bools, rounds: tuple[tuple[float, float], ...] | None = None
+        self,
+        world_from_rig: Floats,
+        excluded: Bools,
+        rounds: tuple[tuple[float, float], ...] | None = None,
+        arc: int | None = None,
     ) -> Refined:
-        """The best pose from all occurrences that are not excluded, by all rounds or by those given."""
+        """The best pose from all occurrences that are not excluded, by all rounds or by those given; without an arc of
+        the scene, where one is named."""
         p, pose, own = self.p, world_from_rig, self.unknowns.mean
         for reach, scale in rounds or p.refinement.rounds:
             prediction = self.predict(pose, p.refinement.samples)
-            votes = ~excluded[self.scene.occurrence_of_arc[prediction.arc]]
+            votes = ~excluded[self.scene.occurrence_of_arc[prediction.arc]] & (prediction.arc != arc)
             delta = np.zeros(6)
             if (reach, scale) != p.refinement.rounds[0]:
                 m = measure(prediction, self.cameras, delta, self.unknowns, own, reach, scale, votes, p)
@@ -334,6 +361,19 @@ class Fit:
         sigmas = np.einsum("bi,ij,bj->b", shifts, np.linalg.inv(refined.covariance), shifts)
         worst = [int(np.argmax(sigmas * some)) for some in (lesser, greater) if some.any()]
         return [int(occurrence[w]) for w in worst if sigmas[w] > p.refinement.suspect_sigma**2]
+
+    def find_leading_arcs(self, refined: Refined) -> list[int]:
+        """The arcs that hold most of what is known of the pose in some direction, those that hold most first."""
+        m = hold_shifts(refined.measurements, refined.prediction)
+        arc, group = np.unique(refined.prediction.arc, return_inverse=True)
+        hessian, _ = self._normal_equations(m, refined.world_from_rig, refined.own)
+        _, hessians = _by_group(m, group.ravel())
+        # A weight just short of all of it: what an arc alone determines would be known in no way without it.
+        without = np.linalg.inv(hessian - 0.999 * hessians)[:, :6, :6]
+        known = np.linalg.inv(np.linalg.inv(hessian)[:6, :6])
+        share = 1 - 1 / np.linalg.eigvals(known @ without).real.max(axis=1, initial=1.0)
+        order = np.argsort(-share, kind="stable")[: self.p.rivals.leading_arcs]
+        return [int(arc[a]) for a in order if share[a] > self.p.rivals.leading_share]
 
     def _normal_equations(self, m: Measurements, world_from_rig: Floats, own: Floats) -> tuple[Floats, Floats]:
         return normal_equations(m, world_from_rig, own, self.prior, self.unknowns)

@@ -189,3 +189,28 @@ def climb(
             if not moved:
                 step *= 0.5
         score[p] = value
+
+
+@kernel("void(f8[:, ::1], i8[::1], f8[:, ::1], i8[:, ::1], f4[::1], f8, i8, f8[:, ::1], i8[::1], f8[:, ::1])")
+def gather(
+    samples: Floats,
+    view: Ints,
+    cameras: Floats,
+    layout: Ints,
+    field: Floats32,
+    cell: float,
+    orientations: int,
+    poses: Floats,
+    group: Ints,
+    out: Floats,
+) -> None:
+    """Adds to `out` (p, a) the evidence of the samples of each group (n,) of a arcs at each pose (p, 12)."""
+    for p in range(len(poses)):
+        for i in range(len(samples)):
+            c = view[i]
+            column, row, turn = _place(samples[i], cameras[c], poses[p], cell, orientations)
+            start, rows, columns = layout[c, 0], layout[c, 1], layout[c, 2]
+            if turn < 0 or not (column > -0.5 and row > -0.5 and column < columns - 0.5 and row < rows - 0.5):
+                continue
+            x, y = int(np.rint(column)), int(np.rint(row))
+            out[p, group[i]] += samples[i, 6] * field[start + (turn * rows + y) * columns + x]

@@ -150,9 +150,13 @@ def sum_over_arcs(prediction: Prediction, places: Floats, cameras: int, p: Suppo
     group = prediction.image_of_arc
     count = int(group.max(initial=-1)) + 1
     arc = np.bincount(group, places, minlength=count).astype(float)
-    view = np.zeros(count, np.int64)
-    view[group] = prediction.view
-    shown = np.array(p.shown_shares)
-    one = np.logaddexp(np.log(shown)[:, None] + arc, np.log1p(-shown)[:, None])
-    by_camera = np.stack([np.bincount(view, row, minlength=cameras) for row in one]).reshape(len(shown), cameras)
+    return mix_over_arcs(arc, prediction.view_of_image, cameras, p)
+
+
+def mix_over_arcs(arc: Floats, view: Ints, cameras: int, p: SupportParameters) -> Floats:
+    """The log odds (..., c) by camera that arcs with sums (..., a), each in the picture of the camera view (a,), give
+    where any may not show."""
+    shown = np.array(p.shown_shares).reshape(-1, *np.ones(arc.ndim, int))
+    one = np.logaddexp(np.log(shown) + arc, np.log1p(-shown))
+    by_camera = one @ (view[:, None] == np.arange(cameras)).astype(float)
     return np.asarray(np.logaddexp.reduce(by_camera, axis=0) - np.log(len(shown)))

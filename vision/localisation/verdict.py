@@ -1,12 +1,12 @@
 """Accepted, ambiguous or refused: how likely the best pose is the right one, and whether it is known well enough.
 
 Nothing here rests on residuals alone: a wrong pose of a box can fit as well as the right one.  Two questions have two
-answers.  Whether the object is there, about here, says a posterior.  It weighs the evidence of the best pose against
-chance in a search of that many poses, the share of the model's edges that show, and how closely the edges found lie on
-them; its weights come from trials with known truth (benchmarks/verdict.py).  How exactly says the covariance.  Rivals,
-those of repeated structure among them, take their share of it; the greys on both sides of the model's outline help to
-tell them apart.  Each camera must see the model by itself, and the poses that single cameras give must agree.  An
-accepted pose is also as precise as the user needs it.
+answers.  Whether the object is there, about here, says a posterior.  It weighs how rarely poses elsewhere gather as
+much in these very pictures (elsewhere.py), the share of the model's edges that show, how closely the edges found lie on
+them, and how near the prior the pose lies; its weights come from trials with known truth (benchmarks/verdict.py).  How
+exactly says the covariance.  Rivals, those of repeated structure among them, take their share of the posterior.  Each
+camera must see the model by itself, and the poses that single cameras give must agree.  An accepted pose is also as
+precise as the user needs it.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.transforms import skew
 from vision.cameras.cameras import Needs, Prior
+from vision.localisation.elsewhere import Chance, Elsewhere
 from vision.localisation.localisation_parameters import VerdictParameters
 from vision.localisation.refine import Refined
 
@@ -53,7 +54,7 @@ class Verdict:
 class Gathered:
     """What hypotheses gather, as columns (h,).
 
-    prior_sigma: distance from the prior, NaN where there is none; evidence: log odds of the edges against chance;
+    prior_sigma: distance from the prior, NaN where there is none; evidence: log odds of the edges;
     found, expected: sum of the places' log odds without regard to arcs, and its expectation at the right pose;
     outline_px, outline_contrast, outline_evidence: length of the outlines against the background, contrast of the greys
     beside them, and the log odds that they are outlines; is_symmetric: whether a symmetry of the model leads there from
@@ -167,12 +168,13 @@ def compute_disagreement(own: Sequence[float], joint: Sequence[float], p: Verdic
 class VerdictStatistics:
     """What speaks for and against a pose, as the posterior weighs it.
 
-    evidence: log odds of the edges against chance; prior_sigma: distance from the prior, NaN where there is none;
-    share: evidence found over what the right pose is expected to find; agreement: share of the edges found that lie on
-    the arcs; outline_px, outline_contrast: length of the outlines against the background and the contrast of greys
-    beside them; apart: sigmas by which the cameras disagree."""
+    evidence: log odds of edges and outlines; rarity: how rarely poses elsewhere gather as much; prior_sigma: distance
+    from the prior, NaN where there is none; share: evidence found over what the right pose is expected to find;
+    agreement: share of the edges found that lie on the arcs; outline_px, outline_contrast: length of the outlines
+    against the background and the contrast of greys beside them; apart: sigmas by which the cameras disagree."""
 
     evidence: float
+    rarity: float
     prior_sigma: float
     share: float
     agreement: float
@@ -180,47 +182,47 @@ class VerdictStatistics:
     outline_contrast: float
     apart: float
 
-    @property
-    def beyond_prior(self) -> float:
-        """The evidence less what the prior takes off beyond what it takes off the right pose in the mean."""
-        return self.evidence - float(np.nan_to_num(0.5 * (self.prior_sigma**2 - 6)))
-
     def columns(self, p: VerdictParameters) -> Floats:
-        """The statistics (3,) that the posterior weighs: the logarithm of the evidence, less what the prior takes off
-        beyond what it takes off the right pose in the mean; share; agreement."""
-        against_chance = np.log(max(self.beyond_prior, 1.0) / p.chance_evidence)
-        return np.array([against_chance, min(self.share, p.most_share), self.agreement])
+        """The statistics (4,) that the posterior weighs: rarity; share; agreement; and what the prior takes off beyond
+        what it takes off the right pose in the mean."""
+        beyond = max(float(np.nan_to_num(0.5 * (self.prior_sigma**2 - 6))), 0.0)
+        return np.array([min(self.rarity, p.most_rarity), min(self.share, p.most_share), self.agreement, -beyond])
 
     def log_odds(self, p: VerdictParameters) -> float:
-        """Log odds of the pose by these statistics; evidence that chance reaches says nothing for it."""
+        """Log odds of the pose by these statistics; evidence that a search reaches by chance says nothing for it."""
         odds = float(p.offset + np.array(p.weights) @ self.columns(p))
-        return odds if self.beyond_prior > p.chance_evidence else min(odds, 0.0)
+        return odds if self.rarity > p.searched_rarity else min(odds, 0.0)
 
 
 @dataclass(frozen=True)
 class CameraSupport:
-    """What one camera of several gathers at the best pose, as `Support` and `compute_agreement` have it."""
+    """What one camera of several gathers at the best pose, as `Support` and `compute_agreement` have it, and what poses
+    elsewhere gather in its picture."""
 
     evidence: float
     found: float
     expected: float
     agreement: float
+    chance: Chance
 
     def log_odds(self, p: VerdictParameters) -> float:
         """Log odds that the camera sees the model, weighed as a pose is; the prior has no part in it."""
         share = self.found / max(self.expected, 1e-9)
-        return VerdictStatistics(self.evidence, np.nan, share, self.agreement, 0.0, 0.0, 0.0).log_odds(p)
+        rarity = self.chance.rarity(self.evidence)
+        return VerdictStatistics(self.evidence, rarity, np.nan, share, self.agreement, 0.0, 0.0, 0.0).log_odds(p)
 
     def tells(self, p: VerdictParameters) -> bool:
         """Whether enough of the model is expected in it for a camera that finds it all to be told from a blind one."""
-        return CameraSupport(self.expected, self.expected, self.expected, 1.0).log_odds(p) > 0
+        return replace(self, evidence=self.expected, found=self.expected, agreement=1.0).log_odds(p) > 0
 
     def is_blind(self, p: VerdictParameters) -> bool:
         """Whether it sees nothing of the model where it would tell."""
         return self.tells(p) and self.log_odds(p) < p.least_camera_odds
 
 
-def support_by_camera(best: Refined, cameras: Sequence[str], p: VerdictParameters) -> dict[str, CameraSupport]:
+def support_by_camera(
+    best: Refined, cameras: Sequence[str], elsewhere: Elsewhere, p: VerdictParameters
+) -> dict[str, CameraSupport]:
     """What each of several cameras gathers at a pose; nothing for one alone, whose support is that of the pose."""
     it, m, w = best.support, best.measurements, best.prediction.weight
 
@@ -234,6 +236,7 @@ def support_by_camera(best: Refined, cameras: Sequence[str], p: VerdictParameter
             float(it.found[number]),
             float(it.expected[number]),
             agreement(number),
+            elsewhere.by_camera[number],
         )
         for number, name in enumerate(cameras if len(cameras) > 1 else ())
     }
@@ -246,10 +249,12 @@ def measure_agreement(best: Refined, p: VerdictParameters) -> float:
     return compute_agreement(best.prediction.weight[found], m.offset[found], p)
 
 
-def compute_statistics(g: Gathered, row: int, agreement: float, apart: float) -> VerdictStatistics:
+def compute_statistics(g: Gathered, row: int, agreement: float, apart: float, chance: Chance) -> VerdictStatistics:
     """The statistics of one hypothesis; `apart`: the sigmas by which the cameras disagree there."""
+    evidence = float(g.evidence[row] + g.outline_evidence[row])
     return VerdictStatistics(
-        float(g.evidence[row]),
+        evidence,
+        chance.rarity(evidence),
         float(g.prior_sigma[row]),
         float(g.share[row]),
         agreement,
@@ -263,18 +268,20 @@ def decide(
     hypotheses: Sequence[Refined],
     standing: Ints,
     by_camera: Mapping[str, Refined],
+    elsewhere: Elsewhere,
     needs: Needs,
     p: VerdictParameters,
 ) -> Verdict:
     """The verdict on the first of the hypotheses that stand; `by_camera`: the poses that single cameras give, in the
-    rig's order, where there are several."""
+    rig's order, where there are several; `elsewhere`: what poses elsewhere gather."""
     best = hypotheses[standing[0]]
     return judge(
         Gathered.of(hypotheses),
         standing,
         measure_agreement(best, p),
         [h.evidence for h in by_camera.values()],
-        support_by_camera(best, list(by_camera), p),
+        support_by_camera(best, list(by_camera), elsewhere, p),
+        elsewhere.together,
         compute_precision(best.covariance, best.middle),
         int(best.excluded.sum()),
         needs,
@@ -288,15 +295,17 @@ def judge(
     agreement: float,
     by_camera: Sequence[float],
     support: Mapping[str, CameraSupport],
+    chance: Chance,
     precision: tuple[float, float, str],
     excluded: int,
     needs: Needs,
     p: VerdictParameters,
 ) -> Verdict:
     """The rule of `decide` on numbers: the agreement of the best, what each of several cameras gathers at the pose it
-    gives by itself and at the best pose, the precision of that, and how many placed parts it leaves out."""
+    gives by itself and at the best pose, what poses elsewhere gather by all, the precision of the best, and how many
+    placed parts it leaves out."""
     apart = compute_disagreement(by_camera, [camera.evidence for camera in support.values()], p)
-    stats = compute_statistics(g, int(standing[0]), agreement, apart)
+    stats = compute_statistics(g, int(standing[0]), agreement, apart, chance)
     costs, believed, from_prior = (g.cost - g.related)[standing], g.believed[standing], stats.prior_sigma
     odds = stats.log_odds(p)
     # Rivals share what the best has in proportion to prior and evidence, which is tempered: neighbouring edges err
@@ -309,9 +318,11 @@ def judge(
     missing = []
     if likely < p.min_posterior:
         missing.append(
-            f"the pictures do not show the model there surely enough: evidence of {stats.evidence:.0f} against chance, "
-            f"{_share(stats.share)} of the edges expected, {stats.agreement:.0%} of those found lie on the model's, "
+            f"the pictures do not show the model there surely enough: evidence of {stats.evidence:.0f} where poses "
+            f"elsewhere reach {chance.reached(p.searched_rarity):.0f}, {_share(stats.share)} of the edges expected, "
+            f"{stats.agreement:.0%} of those found lie on the model's, "
             f"contrast of {round(stats.outline_contrast, 1) + 0.0:.1f} along {stats.outline_px:.0f} px of outline"
+            + ("" if np.isnan(from_prior) else f", {from_prior:.1f} sigma from the prior")
             + (f", the cameras disagree by {stats.apart:.1f} sigma" if by_camera else "")
         )
     if np.isnan(from_prior) and stats.share < p.least_share_anywhere:
@@ -323,8 +334,8 @@ def judge(
         missing.append(f"the pose lies {from_prior:.1f} sigma from the prior, which contradicts it")
     blind = {
         name: (
-            f"camera {name} does not see this: evidence of {camera.evidence:.0f} against chance where "
-            f"{camera.expected:.0f} is expected, and {camera.agreement:.0%} of the edges found lie on the model's "
+            f"camera {name} does not see this: evidence of {camera.evidence:.0f} where {camera.expected:.0f} is "
+            f"expected, and {camera.agreement:.0%} of the edges found lie on the model's "
             f"(log odds {camera.log_odds(p):.1f}, {p.least_camera_odds:g} needed): look at its picture, "
             "or let it be ignored"
         )
@@ -357,6 +368,8 @@ def judge(
         verdict = "ambiguous" if len(costs) > 1 and len(missing) == 1 else "refused"
         reason = "; ".join(missing)
     weighed = {name: value for name, value in asdict(stats).items() if not np.isnan(value)} | {
+        "chance_level": chance.level,
+        "chance_scale": chance.scale,
         "log_odds": odds,
         "likely": likely,
         "sigma_mm": sigma_mm,
@@ -366,6 +379,8 @@ def judge(
     }
     for name, camera in support.items():
         weighed[f"agreement {name}"] = camera.agreement
+        weighed[f"chance_level {name}"] = camera.chance.level
+        weighed[f"chance_scale {name}"] = camera.chance.scale
         if camera.tells(p):
             weighed[f"sees {name}"] = camera.log_odds(p)
     return Verdict(verdict, reason, posterior, missing, sigma_mm, sigma_rad, weakest, weighed, blind)

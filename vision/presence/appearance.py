@@ -1,10 +1,10 @@
-"""What holes, bosses and pockets look like: the grey and the texture of what is seen of them, held against what
-would be seen there with them and without.
+"""What features and surfaces look like: the grey and the texture of what is seen of them, held against what would be
+seen there with them and without.
 
-With a feature its faces look as faces turned likewise do elsewhere in the same picture, and through a hole shows what
-lies behind the object elsewhere.  Without it, what is around continues, or something else altogether is there.  Both
-are mixtures of Gaussians over what the picture shows.  Grey that is as bright as can be is a value as any other: a dark
-hole in glare is told by the glare around it.
+With it, faces look as faces turned likewise do elsewhere in the same picture, and through a hole shows what lies behind
+the object elsewhere.  Without it, what is around continues, or what lies behind shows, or something else altogether is
+there.  Both are mixtures of Gaussians over what the picture shows.  Grey that is as bright as can be is a value as any
+other: a dark hole in glare is told by the glare around it.
 """
 
 from __future__ import annotations
@@ -23,16 +23,17 @@ from vision.presence.samples import Samples
 from vision.scene.scene import Scene
 
 THROUGH = ("through_hole", "duct")
-KINDS = (*THROUGH, "blind_hole", "boss", "pocket")
+SET_APART = (*THROUGH, "blind_hole", "boss", "pocket")  # in another light than what they are cut into or stand on
+WITHIN = (*SET_APART, "open_slot", "rib", "step")  # of what is around: without them that continues
 _NONE = -1
 _ANYTHING = 1 / (255 * 3.0)  # density of any grey with any texture
 
 
 @dataclass(frozen=True)
 class Appearance:
-    """Features that a camera sees enough of, as columns: item; camera: number in the rig; pixels: seen of it; grey,
-    around, like: mean grey, 0..255, of it, of what is around it, and of what it would look like; log_odds: of there
-    against not there, by that; stopped: whether all cameras together see something through it that does not lie
+    """Features and surfaces that a camera sees enough of, as columns: item; camera: number in the rig; pixels: seen of
+    it; grey, around, like: mean grey, 0..255, of it, of what is around it, and of what it would look like; log_odds: of
+    there against not there, by that; stopped: whether all cameras together see something through it that does not lie
     behind."""
 
     item: Ints
@@ -53,8 +54,8 @@ def look_at_features(
     seen: Sequence[SurfaceMap],
     p: AppearanceParameters,
 ) -> Appearance:
-    """The appearance of all features of KINDS; samples: their rims among others; normal (s, 3): of `find_normals`;
-    greys (rows, columns), seen: by camera, in the rig's order."""
+    """The appearance of all features and surfaces; samples: the rims of holes among others; normal (s, 3): of
+    `find_normals`; greys (rows, columns), seen: by camera, in the rig's order."""
     pieces = []
     for camera, (grey, shown) in enumerate(zip(greys, seen, strict=True)):
         patches = _find_patches(items, samples.take(samples.camera == camera), grey, shown, normal, p)
@@ -102,7 +103,7 @@ def _find_patches(
     of_patch, is_empty = np.concatenate([normal, np.zeros((count, 3))])[kept], kept >= surfaces
     look = _measure_patches(number[whole], len(kept), _measure_texture(grey, shown))
 
-    own = np.isin(np.array(items.kind), KINDS)[items.member]
+    own = (np.array(items.level) != "part")[items.member]
     item = np.concatenate([items.member[own], hole[hole != _NONE]])
     part = number[np.concatenate([items.surface[own], surfaces + np.flatnonzero(hole != _NONE)])]
     seen = (part != _NONE) & (np.append(look.cells, 0.0)[part] >= p.least_cells)
@@ -112,15 +113,21 @@ def _find_patches(
     belongs = np.zeros((len(items), len(of_patch)), bool)
     belongs[item, part] = True
 
-    # Around a feature: what neighbours its patches, where it does.
+    # Without it: what neighbours its patches continues, if it is of what is around; and unless it is open itself what
+    # lies behind shows.
     rows = np.unique(item)
-    weight, near = look.around(belongs[rows])
+    around, near = look.around(belongs[rows])
+    is_open = belongs[rows][:, is_empty].any(axis=1)
+    behind = np.where(is_empty & (look.cells >= p.least_cells), np.minimum(look.cells, p.most_cells_behind), 0.0)
+    continues = np.where(np.isin(np.array(items.kind)[rows], WITHIN)[:, None], around, 0.0)
+    without_it = np.where(continues > 0, continues, np.where(is_open[:, None] | belongs[rows], 0.0, behind))
     at = np.searchsorted(rows, item)
-    known = weight[at].sum(axis=1) >= p.least_cells
+    known = (without_it[at].sum(axis=1) >= p.least_cells) & (around[at].sum(axis=1) > 0)
     item, part, at = item[known], part[known], at[known]
     mean = look.mean[part]
     spread = np.broadcast_to(np.array([p.grey, p.texture]), look.mean.shape)
-    without = _log_density(mean, near[at], spread, weight[at], p.else_there)
+    expected = np.where((continues > 0)[..., None], near, look.mean)
+    without = _log_density(mean, expected[at], spread, without_it[at], p.else_there)
 
     # As the feature: what is turned alike and near, and belongs to none of its features.
     alike = ((of_patch[part][:, None] - of_patch[None]) ** 2).sum(axis=2)
@@ -137,20 +144,25 @@ def _find_patches(
     with_it = _log_density(mean, np.broadcast_to(look.mean, (len(part), *look.mean.shape)), spread, weight_like, unlike)
 
     odds = np.clip(with_it - without, -p.most_log_odds, p.most_log_odds)
+    # What is cut or raised without depth lies in one light with what is around it, and may look so though it is there.
+    kind = np.array(items.kind)[item]
+    level = np.isin(kind, WITHIN) & ~np.isin(kind, SET_APART)
+    odds[level] = np.logaddexp(np.log1p(-p.like_around) + odds[level], np.log(p.like_around))
     like = (weight_like @ look.mean[:, 0]) / np.maximum(total, 1e-9)
-    around = (weight[at] * near[at][..., 0]).sum(axis=1) / weight[at].sum(axis=1)
+    beside = (around[at] * near[at][..., 0]).sum(axis=1) / around[at].sum(axis=1)
     counted = np.minimum(look.cells[part], p.most_cells_of_patch)
 
     def add_up(values: Floats) -> Floats:
         return np.bincount(item, values, len(items)).astype(float)
 
     through = np.full(len(items), np.nan)
-    shows = is_empty[part] & (total > p.least_cells)
-    through[item[shows]] = odds[shows]
+    looks_through = is_empty[part] & (total > p.least_cells)
+    through[item[looks_through]] = odds[looks_through]
     rows = np.unique(item)
     cells, pixels = add_up(counted)[rows], add_up(look.cells[part])[rows] * shown.rays.step**2
-    means = [add_up(counted * values)[rows] / cells for values in (mean[:, 0], around, like, odds)]
-    means[3] *= p.share * np.minimum(cells / p.sure_cells, 1.0)
+    means = [add_up(counted * values)[rows] / cells for values in (mean[:, 0], beside, like, odds)]
+    means[3] *= np.where(np.isin(np.array(items.kind)[rows], WITHIN), p.share, p.share_of_faces)
+    means[3] *= np.minimum(cells / p.sure_cells, 1.0)
     return rows, pixels, *means, through[rows]
 
 

@@ -155,7 +155,7 @@ class MovedParameters:
 
 @dataclass(frozen=True)
 class AppearanceParameters:
-    """What features look like, with them and without."""
+    """What features and surfaces look like, with them and without."""
 
     least_cells: float = 5.0
     """cells of the map of surfaces, clear of its border, from which a patch, or what is around one, says something"""
@@ -171,12 +171,16 @@ class AppearanceParameters:
     """cells at which another face counts half: light is uneven"""
     most_cells: float = 200.0
     """cells from which another patch counts no more"""
+    most_cells_behind: float = 30.0
+    """cells as which what lies behind counts at most, where nothing is there, beside what is around"""
     usual_cells: float = 50.0
     """cells of others that what anything looks like is worth"""
     usual_cells_behind: float = 10.0
     """the same of what lies behind, which is alike everywhere"""
     unlike: float = 0.02
     """share of the features that look like nothing else in the picture"""
+    like_around: float = 0.11
+    """share of the ribs, steps and slots that look as what is around them and not as others"""
     else_there: float = 0.3
     """share of the places without the feature where something else is than around: a plug, a patch"""
     most_cells_of_patch: float = 60.0
@@ -187,6 +191,8 @@ class AppearanceParameters:
     """log odds of a patch at most"""
     share: float = 0.5
     """by which log odds are multiplied: grey and texture of all patches err together"""
+    share_of_faces: float = 0.35
+    """the same of what is not cut into what is around it or raised on it"""
     stopped_log_odds: float = 3.0
     """log odds against what lies behind, by all cameras, from which something else shows through a hole"""
     camera_log_odds: float = 0.5

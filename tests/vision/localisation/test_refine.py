@@ -13,6 +13,7 @@ from tests.vision.localisation.scenes import above, blocks, box_scene, off, ster
 from tests.vision.localisation.simulation import Errors, simulate
 from vision.cameras.cameras import CalibrationSigma, Needs, Prior, Rig, perturb, perturbation
 from vision.localisation.calibration import describe_unknowns
+from vision.localisation.elsewhere import Chance, Elsewhere
 from vision.localisation.evidence import EdgePoints, build_evidence
 from vision.localisation.hypotheses import (
     build_fine_evidence,
@@ -23,7 +24,7 @@ from vision.localisation.hypotheses import (
 )
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.measurements import EdgeIndex
-from vision.localisation.refine import Fit, Refined, refine
+from vision.localisation.refine import Fit, Refined, refine, refine_without_arcs
 from vision.localisation.verdict import compute_precision, decide
 from vision.localisation.visibility import find_visible_arcs
 from vision.scene.scene import Scene
@@ -130,6 +131,29 @@ def test_of_two_like_bodies_that_disagree_either_may_be_off(shift: tuple[float, 
         assert set(left_out) == {(False, False), (True, False), (False, True)}
         right = left_out[shifted == 0, shifted == 1]
         assert np.abs(perturbation(right.world_from_rig, truth)[:3]).max() < 0.5
+
+
+@pytest.mark.parametrize("printed", [(7,), (9,), (0, 9), (7, 10)])
+def test_a_fit_that_an_arc_leads_astray_finds_back_without_it(printed: tuple[int, ...]) -> None:
+    """One camera before a box, of which some edges show nothing and lines are printed 4 px beside them."""
+    scene = box_scene([(np.array([-60.0, -40, 0]), np.array([120.0, 80, 60]))])
+    rig, truth = stereo_rig().only("left"), above(15, -25, 420)
+    seen = find_visible_arcs(scene, rig.cameras["left"], truth @ rig.rig_from_camera["left"])
+    whole = exact_edges(truth, np.random.default_rng(2), scene=scene)["left"]
+    position = whole.position.copy()
+    for arc in printed:
+        own = np.flatnonzero(seen.arc == arc)
+        across = whole.normal[own[0]]
+        inward = np.sign((seen.pixel.mean(axis=0) - seen.pixel[own].mean(axis=0)) @ across)
+        position[own] += 4.0 * inward * across
+    edges = {"left": replace(whole, position=position)}
+    indexes, fields = {"left": EdgeIndex(edges["left"])}, build_fine_evidence(rig, edges)
+    prior = off(truth, 6.0, np.radians(1.5), 1)
+    astray = refine(scene, rig, indexes, fields, prior, prior.world_from_rig)
+    assert np.linalg.norm(perturbation(astray.world_from_rig, truth)[:3]) > 2.0
+    best = min(refine_without_arcs(scene, rig, indexes, fields, prior, astray), key=lambda h: h.cost)
+    assert best.cost < astray.cost
+    assert np.linalg.norm(perturbation(best.world_from_rig, truth)[:3]) < 0.3
 
 
 def test_nothing_is_left_out_of_one_rigid_part() -> None:
@@ -306,7 +330,8 @@ def test_the_direction_that_parallel_edges_leave_open_is_named() -> None:
     along = truth[:3, :3].T @ [1.0, 0, 0]
     axis = "xyz"[int(np.argmax(np.abs(along)))]
     assert weakest.startswith(f"shift along {axis}")
-    verdict = decide([found], np.array([0]), {}, Needs(5.0, 0.02), DEFAULTS.verdict)
+    elsewhere = Elsewhere(Chance(0.0, 1.0), [])
+    verdict = decide([found], np.array([0]), {}, elsewhere, Needs(5.0, 0.02), DEFAULTS.verdict)
     assert verdict.verdict == "refused"
     assert any(weakest in sentence for sentence in verdict.missing)
 

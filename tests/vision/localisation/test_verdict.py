@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 
 from vision.cameras.cameras import Needs
+from vision.localisation.elsewhere import Chance
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.verdict import CameraSupport, Gathered, compute_disagreement, find_standing, judge
+
+LITTLE = Chance(level=-2.0, scale=1.0)  # poses elsewhere gather next to nothing
 
 
 @pytest.mark.parametrize(("found", "accepted"), [(1.013, True), (1.013, False), (0.4, False)])
@@ -21,7 +24,9 @@ def test_no_more_is_found_than_is_expected_and_zero_has_no_sign(found: float, ac
         outline_contrast=-0.04 * one, outline_evidence=0 * one, is_symmetric=np.zeros(1, bool),
         relational_distance=np.nan * one,
     )  # fmt: skip
-    verdict = judge(gathered, np.array([0]), 0.9, [], {}, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), DEFAULTS.verdict)
+    verdict = judge(
+        gathered, np.array([0]), 0.9, [], {}, LITTLE, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), DEFAULTS.verdict
+    )
     assert (verdict.verdict == "accepted") is accepted
     assert f"{min(round(100 * found), 100)}% of the" in verdict.reason
     assert accepted or "contrast of 0.0 along 105 px" in verdict.reason
@@ -39,7 +44,9 @@ def test_what_a_wrong_pose_gathered_is_refused_and_what_a_right_one_did_is_not(
 ) -> None:
     columns = (prior_sigma, evidence, 100 * share, 100.0, 100.0, 1.0, 10.0, False, np.nan)
     gathered = Gathered(*(np.array([value]) for value in columns))
-    verdict = judge(gathered, np.array([0]), agreement, [], {}, (0.1, 1e-3, "x"), 0, Needs(5.0, 0.03), DEFAULTS.verdict)
+    verdict = judge(
+        gathered, np.array([0]), agreement, [], {}, LITTLE, (0.1, 1e-3, "x"), 0, Needs(5.0, 0.03), DEFAULTS.verdict
+    )
     assert (verdict.verdict == "accepted") is accepted, verdict.reason
 
 
@@ -50,9 +57,12 @@ def test_without_a_prior_most_of_the_edges_have_to_be_found(share: float, prior_
     columns = (prior_sigma, 3000.0, share * 1000.0, 1000.0, 100.0, 2.0, 10.0, False, np.nan)
     gathered = Gathered(*(np.array([value]) for value in columns))
     several = ["left", "right"] if cameras > 1 else []
-    by_camera, support = [1500.0] * len(several), dict.fromkeys(several, CameraSupport(1500.0, 300.0, 400.0, 1.0))
+    by_camera, support = (
+        [1500.0] * len(several),
+        dict.fromkeys(several, CameraSupport(1500.0, 300.0, 400.0, 1.0, LITTLE)),
+    )
     p = replace(DEFAULTS.verdict, min_posterior=0.5)
-    verdict = judge(gathered, np.array([0]), 1.0, by_camera, support, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), p)
+    verdict = judge(gathered, np.array([0]), 1.0, by_camera, support, LITTLE, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), p)
     lacks = np.isnan(prior_sigma) and share < 0.6
     assert verdict.verdict == ("refused" if lacks else "accepted"), verdict.reason
     assert ("give a prior" in verdict.reason) == lacks
@@ -77,7 +87,7 @@ def test_relational_matching_tells_rivals_apart(distances: list[float], standing
     )  # fmt: skip
     found = find_standing(gathered, DEFAULTS.verdict)
     assert found.tolist() == standing
-    verdict = judge(gathered, found, 0.9, [], {}, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), DEFAULTS.verdict)
+    verdict = judge(gathered, found, 0.9, [], {}, LITTLE, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), DEFAULTS.verdict)
     assert verdict.verdict == ("accepted" if len(standing) == 1 else "ambiguous")
 
 
