@@ -113,14 +113,15 @@ def _find_patches(
     belongs = np.zeros((len(items), len(of_patch)), bool)
     belongs[item, part] = True
 
-    # Without it: what neighbours its patches continues, if it is of what is around; and unless it is open itself what
-    # lies behind shows.
+    # Without it what neighbours its patches continues, if it is cut into that or raised on it; else, or besides, what
+    # lies behind the object shows.
     rows = np.unique(item)
+    kind = np.array(items.kind)[rows, None]
     around, near = look.around(belongs[rows])
-    is_open = belongs[rows][:, is_empty].any(axis=1)
+    continues = np.where(np.isin(kind, WITHIN), around, 0.0)
     behind = np.where(is_empty & (look.cells >= p.least_cells), np.minimum(look.cells, p.most_cells_behind), 0.0)
-    continues = np.where(np.isin(np.array(items.kind)[rows], WITHIN)[:, None], around, 0.0)
-    without_it = np.where(continues > 0, continues, np.where(is_open[:, None] | belongs[rows], 0.0, behind))
+    shows = np.where(np.isin(kind, SET_APART) | belongs[rows], 0.0, behind)
+    without_it = np.where(continues > 0, continues, shows)
     at = np.searchsorted(rows, item)
     known = (without_it[at].sum(axis=1) >= p.least_cells) & (around[at].sum(axis=1) > 0)
     item, part, at = item[known], part[known], at[known]
