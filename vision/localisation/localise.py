@@ -269,7 +269,10 @@ class _Solver:
         return done, stages
 
     def _leave_out_arcs(self, done: list[Refined]) -> None:
-        """Appends the poses that are left where an arc of the best is none of the object."""
+        """Appends the poses that are left where an arc of the best is none of the object; nothing to a pose that the
+        edges speak against."""
+        if done[0].support.found.sum() <= 0:
+            return
         for h in refine_without_arcs(self.near, self.rig, self.indexes, self.fine, self.prior, done[0], self.p):
             self._add(self._outline(h), done)
         self._settle(done)
