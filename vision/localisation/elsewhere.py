@@ -66,7 +66,10 @@ def gather_elsewhere(
     world_from_rig: Floats,
     p: LocalisationParameters,
 ) -> Elsewhere:
-    """What the model gathers elsewhere than at a pose; `prediction`: what is seen from there."""
+    """What the model gathers elsewhere than at a pose; `prediction`: what is seen from there, nothing perhaps."""
+    if not len(prediction.point):
+        nothing = Chance(0.0, p.elsewhere.least_scale)
+        return Elsewhere(nothing, [nothing] * len(fields))
     delta = draw_elsewhere(prediction, p.elsewhere)
     arcs = gather_evidence(prediction, fields, delta)
     edges = mix_over_arcs(arcs, prediction.view_of_image, len(fields), p.support)

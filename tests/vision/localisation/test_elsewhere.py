@@ -9,7 +9,7 @@ import pytest
 
 from tests.vision.localisation.scenes import above, blocks, stereo_rig
 from tests.vision.localisation.test_refine import exact_edges
-from vision.localisation.elsewhere import Chance, draw_elsewhere
+from vision.localisation.elsewhere import Chance, draw_elsewhere, gather_elsewhere
 from vision.localisation.hypotheses import (
     build_fine_evidence,
     gather_evidence,
@@ -43,6 +43,15 @@ def test_what_is_gathered_besides_shifts_and_widens_chance() -> None:
 
 def test_where_nothing_is_gathered_chance_is_that_of_independent_places() -> None:
     assert Chance.of(np.full(50, -3.0), P).scale == P.least_scale
+
+
+def test_where_nothing_is_seen_nothing_is_rare() -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    nothing = predict(scene, rig, truth, 400).take(np.zeros(0, np.int64))
+    fields = build_fine_evidence(rig, exact_edges(truth, np.random.default_rng(5)))
+    elsewhere = gather_elsewhere(scene, rig, nothing, fields, [], truth, DEFAULTS)
+    assert elsewhere.together.rarity(0.0) == 0.0
+    assert len(elsewhere.by_camera) == 2
 
 
 def test_poses_elsewhere_show_everything_elsewhere() -> None:
