@@ -7,7 +7,7 @@ TESTS := .venv/tests
 BENCH := .venv/bench
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable
 
-.PHONY: demo cell test lint docs bench bench-full clean
+.PHONY: demo cell test lint docs house answers bench bench-full clean
 
 demo: $(RUNS)  ## one inspection of the demonstration bulkhead
 	$(BIN)/relmodel demo
@@ -25,6 +25,12 @@ lint: $(TESTS)  ## ruff and mypy
 
 docs: $(TESTS)  ## the documentation as a site, docs/_build/index.html; needs no network, and a warning is an error
 	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs docs/_build
+
+house: $(TESTS)  ## how big the house is, held against its limits
+	$(BIN)/python -m benchmarks.house
+
+answers: $(TESTS)  ## whether answers are those of the commit BASE, and what they cost beside it
+	$(BIN)/python -m benchmarks.answers $(BASE)
 
 bench: $(BENCH)  ## the benchmarks' quick preset, under 20 minutes, and one page of what they print: build/benchmarks.html
 	$(BIN)/python -m benchmarks.run

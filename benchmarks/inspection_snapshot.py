@@ -1,11 +1,13 @@
 """What inspections answer, kept and compared later: whether a change moved any verdict, state or pose.
 
-    python benchmarks/inspection_snapshot.py make FILE      inspects right and wrong pairs, keeps the answers as JSON
+    python benchmarks/inspection_snapshot.py make FILE [--checkout DIR]     inspects right and wrong pairs by the code
+                                                                            of a checkout, keeps the answers as JSON
     python benchmarks/inspection_snapshot.py compare OLD NEW [--mm MM] [--rad RAD]
 
-Pairs are the demonstration's, each against its own variant, the first also swapped and against the other variant, and
-of the folder that RELMODEL_TEST_DATA names the first pairs of each bulkhead with their small, and of C with their
-`half_pitch` prior.  Verdicts, states and what is told of variants must be equal, poses to 1e-9 or as given.
+Pairs are the demonstration's, each against its own variant with its prior and without, the first also swapped and
+against the other variant, and of the folder that RELMODEL_TEST_DATA names all pairs of the bulkheads with their small
+prior and without, and of C with their `half_pitch` prior.  Verdicts, states and what is told of variants must be equal,
+poses to 1e-9 or as given.
 """
 
 from __future__ import annotations
@@ -17,6 +19,8 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from functools import cache
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -25,21 +29,32 @@ import yaml
 
 CHECKOUT = Path(__file__).resolve().parents[1]
 DEMO = CHECKOUT / "examples/demo"
-SHARED = (("A", "small", 3), ("B", "small", 1), ("C", "small", 1), ("C", "half_pitch", 2))
+code = CHECKOUT  # whose code answers
+KINDS = {"A": ("small", None), "B": ("small", None), "C": ("small", "half_pitch", None)}
 
 
 def run(*words: object, status: tuple[int, ...] = (0,)) -> str:
-    done = subprocess.run(
-        [sys.executable, "-m", "relmodel", *map(str, words)], cwd=CHECKOUT, capture_output=True, text=True, check=False
-    )
+    command = [sys.executable, "-m", "relmodel", *map(str, words)]
+    done = subprocess.run(command, cwd=code, capture_output=True, text=True, check=False)
     if done.returncode not in status:
         sys.exit(f"relmodel {' '.join(map(str, words))}: {done.stderr}")
     return done.stdout
 
 
-def inspect(store: Path, stem: Path, rig: Path, prior: Path, world: str, *, swap: bool = False) -> dict[str, Any]:
-    sides = [f"{stem}_right.png", f"{stem}_left.png"] if swap else [f"{stem}_left.png", f"{stem}_right.png"]
-    given = ("--rig", rig, "--left", sides[0], "--right", sides[1], "--prior", prior, "--world", world)
+@cache
+def by_option() -> bool:
+    """Whether the code takes pictures by options, as it did before cameras had names."""
+    return "--left" in run("inspect", "--help")
+
+
+def inspect(
+    store: Path, stem: Path, rig: Path, prior: Path | None, world: str, *, swap: bool = False
+) -> dict[str, Any]:
+    sides = dict(zip(("left", "right"), ("right", "left") if swap else ("left", "right"), strict=True))
+    given: list[object] = ["--rig", rig, "--world", world, *(("--prior", prior) if prior else ())]
+    for camera, side in sides.items():
+        picture = f"{stem}_{side}.png"
+        given += [f"--{camera}", picture] if by_option() else [f"{camera}={picture}"]
     answer = json.loads(run("inspect", "--store", store, *given, "--format", "json", status=(0, 1)))
     keys = ("verdict", "world_from_rig", "covariance", "posterior", "parts_in_view", "presence", "variants")
     return {key: answer[key] for key in keys}
@@ -59,6 +74,7 @@ def demonstration(folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
         variant = json.loads(truth.read_text())["variant"]
         files = (store, DEMO / name, DEMO / f"{name}_rig.yaml", DEMO / f"{name}_prior.yaml")
         yield f"demo {name}", inspect(*files, worlds[variant])
+        yield f"demo {name} no prior", inspect(*files[:3], None, worlds[variant])
         if name == "pair_00":
             yield f"demo {name} swapped", inspect(*files, worlds[variant], swap=True)
         if name in ("pair_00", "pair_04"):
@@ -67,25 +83,29 @@ def demonstration(folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
 
 def shared(data: Path, folder: Path) -> Iterator[tuple[str, dict[str, Any]]]:
     rig_file, prior_file, world_file = (folder / f"{name}.yaml" for name in ("rig", "prior", "world"))
-    for part, kind, most in SHARED:
+    for part, kinds in KINDS.items():
         pairs, store = data / "bulkhead" / part / "pairs", folder / f"{part}.duckdb"
-        truths = [json.loads(file.read_text()) for file in sorted(pairs.glob("pair_*_truth.json"))[:most]]
-        if not store.exists():
-            run("init", "--store", store)
-            run("load", pairs.parent / "bulkhead_parts.step", "--object", "bulkhead", "--store", store)
-            placed = {"object": "bulkhead", "world_from_object": truths[0]["T_world_part"]}
-            world_file.write_text(yaml.safe_dump({"world": "cell", "objects": [placed]}))
-            run("world", world_file, "--store", store)
-        for truth in truths:
+        truths = [json.loads(file.read_text()) for file in sorted(pairs.glob("pair_*_truth.json"))]
+        run("init", "--store", store)
+        run("load", pairs.parent / "bulkhead_parts.step", "--object", "bulkhead", "--store", store)
+        placed = {"object": "bulkhead", "world_from_object": truths[0]["T_world_part"]}
+        world_file.write_text(yaml.safe_dump({"world": "cell", "objects": [placed]}))
+        run("world", world_file, "--store", store)
+        for truth, kind in product(truths, kinds):
             (width, height), cameras = truth["image_size"], {}
             for side, pose in (("left", np.eye(4).tolist()), ("right", truth["T_left_right"])):
                 matrix = truth["cameras"][side]["K"]
                 cameras[side] = {"width": width, "height": height, "matrix": matrix, "rig_from_camera": pose}
             rig_file.write_text(yaml.safe_dump({"cameras": cameras}))
-            prior = truth["priors"][kind]
+            stem = pairs / f"pair_{truth['pair']:02d}"
+            if kind is None:
+                yield f"{part}{truth['pair']} no prior", inspect(store, stem, rig_file, None, "cell")
+                continue
+            prior = truth["priors"].get(kind)
+            if prior is None:
+                continue
             sigma = {"translation_mm": max(prior["mm"] / 3**0.5, 1.0), "rotation_deg": max(prior["deg"] / 3**0.5, 0.5)}
             prior_file.write_text(yaml.safe_dump({"world_from_rig": prior["T_world_cam_left"], "sigma": sigma}))
-            stem = pairs / f"pair_{truth['pair']:02d}"
             yield f"{part}{truth['pair']} {kind}", inspect(store, stem, rig_file, prior_file, "cell")
 
 
@@ -133,7 +153,9 @@ def compare(old: Path, new: Path, mm: float, rad: float) -> int:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     verbs = parser.add_subparsers(dest="verb", required=True)
-    verbs.add_parser("make").add_argument("file", type=Path)
+    making = verbs.add_parser("make")
+    making.add_argument("file", type=Path)
+    making.add_argument("--checkout", type=Path, default=CHECKOUT, help="whose code answers (default: this one's)")
     comparing = verbs.add_parser("compare")
     comparing.add_argument("old", type=Path)
     comparing.add_argument("new", type=Path)
@@ -141,6 +163,8 @@ def main() -> None:
     comparing.add_argument("--rad", type=float, default=1e-9, help="how far they may turn (default 1e-9)")
     given = parser.parse_args()
     if given.verb == "make":
+        global code
+        code = given.checkout.resolve()
         make(given.file)
     else:
         sys.exit(compare(given.old, given.new, given.mm, given.rad))

@@ -1,7 +1,9 @@
 """What loading gives, kept as Parquet and compared later: whether a change of the loaders changed any row that counts.
 
-    python benchmarks/load_snapshot.py make FOLDER        loads every STEP and URDF file into a store of its own
-    python benchmarks/load_snapshot.py compare OLD NEW    lists every column that differs, and in how many values
+    python benchmarks/load_snapshot.py make FOLDER [CHECKOUT]   loads every STEP and URDF file by the code of a checkout
+                                                                into a store of its own
+    python benchmarks/load_snapshot.py compare OLD NEW          lists every column that differs, and in how many values;
+                                                                tables and columns of one of the two only are named
 
 Files are those of examples/ and of the folder that RELMODEL_TEST_DATA names.  Numbers must be equal to 1e-9, all else
 wholly; what tells of the run itself is left out, and so are keys, which are hashes of what is compared.
@@ -26,6 +28,7 @@ import pyarrow.compute as pc
 CHECKOUT = Path(__file__).resolve().parents[1]
 SUFFIXES = (".step", ".stp", ".p21", ".step.gz", ".urdf")
 OF_THE_RUN = {"store", "run", "run_event", "row_digest"}
+GONE = "gone"
 _COMPARED = "SELECT COLUMNS(c -> c NOT LIKE '%_key' AND c NOT IN ('loaded_at', 'made_at')) FROM read_parquet($file)"
 
 
@@ -43,17 +46,17 @@ def files() -> list[tuple[str, Path]]:
     return sorted(found)
 
 
-def make(folder: Path) -> None:
-    """Load each file with this checkout's `relmodel load` and keep every table."""
+def make(folder: Path, code: Path = CHECKOUT) -> None:
+    """Load each file with a checkout's `relmodel load` and keep every table."""
     for name, path in files():
         out = folder / name
         out.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory() as scratch:
             store = Path(scratch) / "one.duckdb"
             run: list[str | Path] = [sys.executable, "-m", "relmodel"]
-            subprocess.run([*run, "init", "--store", store], cwd=CHECKOUT, check=True, capture_output=True)
+            subprocess.run([*run, "init", "--store", store], cwd=code, check=True, capture_output=True)
             load = [*run, "load", path, "--object", "one", "--variant", "A", "--store", store]
-            done = subprocess.run(load, cwd=CHECKOUT, check=False, capture_output=True, text=True)
+            done = subprocess.run(load, cwd=code, check=False, capture_output=True, text=True)
             (out / "outcome.txt").write_text(f"{done.returncode}\n{done.stdout}{done.stderr}")
             with duckdb.connect(str(store), read_only=True) as connection:
                 for (table,) in connection.execute(
@@ -73,10 +76,15 @@ def differences(old: Path, new: Path) -> Iterator[str]:
             continue
         files = [str(side / table) for side in (old, new) if (side / table).exists()]
         rows: list[Any] = [duckdb.execute(_COMPARED, {"file": file}).to_arrow_table() for file in files]
-        if len({(one.num_rows, *one.column_names) for one in rows}) > 1 or len(rows) < 2:
+        if len(rows) < 2:
+            yield f"{GONE if (old / table).exists() else 'new'}: table {table}"
+            continue
+        names = [set(one.column_names) for one in rows]
+        yield from (f"{GONE}: column {table} {name}" for name in sorted(names[0] - names[1]))
+        if len({one.num_rows for one in rows}) > 1 or names[1] - names[0]:
             yield f"{table}: rows or columns are others"
             continue
-        for name in rows[0].column_names:
+        for name in sorted(names[1]):
             a, b = (_values(one[name]) for one in rows)
             off = len(a) != len(b) or np.sum(~(np.isclose(a, b, 1e-9, 1e-9, True) if a.dtype.kind == "f" else a == b))
             if off:
@@ -96,7 +104,7 @@ def main() -> None:
     parser.add_argument("folders", type=Path, nargs="+")
     options = parser.parse_args()
     if options.verb == "make":
-        make(options.folders[0])
+        make(*options.folders)
         return
     old, new = options.folders
     for folder in sorted(path for path in old.iterdir() if path.is_dir()):
