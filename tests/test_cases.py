@@ -1,0 +1,208 @@
+"""Faults that people met, a folder each: what `EXPECTED.txt` says is right comes out."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from relmodel.app.cli.main import main
+
+pytestmark = pytest.mark.data
+
+
+class Said(NamedTuple):
+    """How a command ended, and what it printed."""
+
+    status: int
+    out: str
+    err: str
+
+
+class Case:
+    """The folder of a case, a store of its own, and the commands as a user gives them."""
+
+    def __init__(self, folder: Path, store: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        self.folder, self.store, self._capsys = folder, store, capsys
+
+    def run(self, verb: str, *arguments: object) -> Said:
+        self._capsys.readouterr()
+        status = main([verb, "--store", str(self.store), *map(str, arguments)])
+        return Said(status, *self._capsys.readouterr())
+
+    def load(self, *names: str) -> Said:
+        said = self.run("load", *(self.folder / name for name in names))
+        assert said.status == 0, said.err
+        return said
+
+    def ask(self, statement: str) -> list[dict[str, Any]]:
+        said = self.run("sql", "--format", "json", statement)
+        assert said.status == 0, said.err
+        rows: list[dict[str, Any]] = json.loads(said.out)
+        return rows
+
+    def column(self, statement: str) -> list[Any]:
+        return [next(iter(row.values())) for row in self.ask(statement)]
+
+    def parts(self) -> list[float]:
+        """Volumes of the placed parts, mm3."""
+        return self.column("SELECT volume FROM placed_part JOIN shape ON shape.id = shape_id ORDER BY volume")
+
+    def box(self) -> list[float]:
+        """Box of all that is placed in the object, mm: the least corner, then the greatest."""
+        corners = [f"{end}({axis}_{end}) AS {axis}{end}" for end in ("min", "max") for axis in "xyz"]
+        (row,) = self.ask(f"SELECT {', '.join(corners)} FROM object_node WHERE part_id IS NOT NULL")  # noqa: S608
+        return list(row.values())
+
+    def rig(self, name: str) -> list[dict[str, Any]]:
+        said = self.run("rig", "show", self.folder / name, "--format", "json")
+        assert said.status == 0, said.err
+        rows: list[dict[str, Any]] = json.loads(said.out)
+        return rows
+
+    def refusal(self, name: str) -> str:
+        """The one sentence with which the rig file is refused."""
+        said = self.run("rig", "show", self.folder / name)
+        assert (said.status, said.err.count("\n")) == (3, 1), said
+        return said.err
+
+
+def files_by_id(case: Case) -> None:
+    case.load("h_item_path.3mf")
+    assert case.parts() == pytest.approx([2500])
+    assert case.box() == pytest.approx([5, 0, 0, 15, 20, 30])
+
+
+def two_objects_of_one_file(case: Case) -> None:
+    case.load("h_one_file_two_objects.3mf")
+    assert case.parts() == pytest.approx([2500, 20000])
+    assert case.box() == pytest.approx([0, 0, 0, 70, 40, 60])
+
+
+def slivers(case: Case) -> None:
+    case.load("tjunction_sliver.obj")
+    assert case.parts() == pytest.approx([6000])
+    assert "open_mesh" not in case.column("SELECT kind FROM load_finding")
+
+
+def dotted_names(case: Case) -> None:
+    case.load("pump.10.201.obj", "pump.10.202.obj")
+    rows = case.ask("SELECT o.name, v.revision FROM object_variant v JOIN object o ON o.id = v.object_id ORDER BY 1")
+    assert [tuple(row.values()) for row in rows] == [("pump.10.201", 1), ("pump.10.202", 1)]
+
+
+def byte_order_mark(case: Case) -> None:
+    case.load("m_bom.step")
+    assert len(case.parts()) == 6
+    assert sum(case.parts()) == pytest.approx(177687.611, abs=1e-3)
+
+
+def chinese_names(case: Case) -> None:
+    case.load("n_gbk.step")
+    names = {*case.column("SELECT name FROM part"), *case.column("SELECT name FROM object")}
+    assert {"支架零件", "装配体"} <= names or "unread_text" in case.column("SELECT kind FROM load_finding")
+
+
+def latin_names(case: Case) -> None:
+    case.load("n_latin1.step")
+    assert case.column("SELECT name FROM part") == ["Größe-Träger"]
+    assert "Motorträger" in case.column("SELECT name FROM object")
+
+
+def names_of_usages(case: Case) -> None:
+    case.load("names.step")
+    paths = case.column("SELECT object_path FROM placed_part")
+    assert "Größe Ø12" in paths
+    assert not [path for path in paths if path.startswith("=>")]
+
+
+def robots(case: Case) -> None:
+    case.load("slash.urdf")
+    case.load("dae_visual.urdf")
+    assert len(case.parts()) == 3
+    sizeless = case.folder.parent / "sizeless.urdf"
+    link = '<link name="{}"><visual><geometry><box size=".1 .1 .2"/></geometry></visual>{}</link>'
+    none = '<collision><geometry><box size="0 0 0"/></geometry></collision>'
+    sizeless.write_text(f'<robot name="a">{link.format("base", none)}</robot>')
+    assert case.run("load", sizeless).status == 0
+
+
+def no_number(case: Case) -> None:
+    (row,) = case.ask("SELECT 'nan'::double a, 1/0 b")
+    assert row == {"a": None, "b": None}
+
+
+def turned_picture(case: Case) -> None:
+    said = case.run("extract", case.folder / "exif180.jpg", "--picture", case.folder / "arcs.png")
+    assert said.status == 0
+    assert "180" in said.err
+    with Image.open(case.folder / "exif180.jpg") as stored, Image.open(case.folder / "arcs.png") as drawn:
+        grey, seen = (np.asarray(picture.convert("L"), float) for picture in (stored, drawn))
+    turned = grey[::-1, ::-1]
+    assert np.median(np.abs(seen - turned)) < np.median(np.abs(seen - grey))
+
+
+def binary_colmap(case: Case) -> None:
+    assert "model_converter" in case.refusal("col_bin")
+
+
+def storage_of_opencv(case: Case) -> None:
+    for name in ("cv.xml", "cv.json"):
+        (camera,) = case.rig(name)
+        assert (camera["width"], camera["height"]) == (1280, 960)
+        assert camera["fx"] == pytest.approx(1490)
+
+
+def lens_by_name(case: Case) -> None:
+    assert "equidistant" in case.refusal("cvros_equidistant.yaml")
+
+
+def tail_of_an_echo(case: Case) -> None:
+    (camera,) = case.rig("ros_echo_tail.yaml")
+    assert camera["fx"] == pytest.approx(1490)
+
+
+def region_of_the_whole(case: Case) -> None:
+    (camera,) = case.rig("ros_roi_full.yaml")
+    assert (camera["width"], camera["height"]) == (1280, 960)
+
+
+CHECKS: dict[str, Callable[[Case], None]] = {
+    "3mf_item_path": files_by_id,
+    "3mf_one_file_two_objects": two_objects_of_one_file,
+    "colmap_binary": binary_colmap,
+    "exif_turned": turned_picture,
+    "json_nan": no_number,
+    "mesh_sliver_closed": slivers,
+    "name_with_dots": dotted_names,
+    "opencv_xml_json": storage_of_opencv,
+    "opencv_yaml_fisheye_silent": lens_by_name,
+    "ros_echo_separator": tail_of_an_echo,
+    "ros_roi_whole_picture": region_of_the_whole,
+    "step_bom": byte_order_mark,
+    "step_gbk_names": chinese_names,
+    "step_latin1_assembly_name": latin_names,
+    "step_placed_auto_names": names_of_usages,
+    "urdf_in_the_wild": robots,
+}
+
+# What a wrong calibration looks like is told once calibrations are doubted.
+LATER = {"bayer_mosaic", "own_rig_in_metres", "rig_wrong_no_prior"}
+
+
+def test_each_case_has_a_check(data_dir: Path) -> None:
+    assert {file.parent.name for file in data_dir.glob("cases/*/EXPECTED.txt")} == CHECKS.keys() | LATER
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_case(
+    name: str, data_dir: Path, duckdb_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], reads_here: None
+) -> None:
+    folder = shutil.copytree(data_dir / "cases" / name, tmp_path / "case")
+    CHECKS[name](Case(folder, duckdb_file, capsys))
