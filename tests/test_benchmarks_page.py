@@ -13,6 +13,8 @@ from benchmarks.run import BENCHMARKS, FULL_ONLY, Benchmark, Outcome
 # What draws a picture of the docs, makes or keeps data that other scripts read, or works over a folder of trials in
 # several steps.
 TOOLS = {
+    "answers",
+    "house",
     "altered_models",
     "constellation",
     "displaced_views",
