@@ -67,7 +67,7 @@ def with_many_parameters(file: Path) -> Iterator[str]:
 def circles(files: list[Path]) -> list[list[str]]:
     """Modules that import each other while they are imported, directly or by others."""
     modules = {module_of(file) for file in files}
-    graph = nx.DiGraph()
+    graph: nx.DiGraph[str] = nx.DiGraph()
     for file in files:
         for node in ast.parse(file.read_text()).body:
             if isinstance(node, ast.ImportFrom) and node.module in modules:
