@@ -15,12 +15,16 @@ from relmodel.paths import read_text
 ROTATION_TOLERANCE = 1e-4
 
 
-def parse_yaml(text: str, path: Path, what: str, loader: Any = None) -> dict[str, Any]:
-    """The mapping that a YAML text holds, read by PyYAML's safe loader or one made from it."""
+def parse_yaml(text: str, path: Path, what: str, loader: Any = None, *, first: bool = False) -> dict[str, Any]:
+    """The mapping that a YAML text holds, read by PyYAML's safe loader or one made from it; `first`: of several
+    documents the first that is not empty."""
     import yaml
 
     try:
-        data = yaml.load(text, Loader=loader or yaml.SafeLoader)
+        documents = yaml.load_all(text, Loader=loader or yaml.SafeLoader)
+        data = next((it for it in documents if it is not None), None)
+        if not first and next((it for it in documents if it is not None), None) is not None:
+            raise InputError(f"the {what} file {path} holds several documents, each after a line ---: keep one")
     except (yaml.YAMLError, ValueError, RecursionError) as e:
         mark = getattr(e, "problem_mark", None)
         at = f" at line {mark.line + 1}" if mark else ""

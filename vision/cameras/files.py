@@ -13,7 +13,8 @@ from relmodel.errors import InputError, UsageError
 from relmodel.paths import check_writable, read_text
 from vision.cameras.cameras import Camera, Needs, Prior, Rig
 from vision.cameras.fields import member, numbers, parse_yaml, read_yaml, rigid
-from vision.cameras.formats import colmap, kalibr, opencv, own, ros
+from vision.cameras.formats import colmap, kalibr, opencv, others, own, ros
+from vision.cameras.formats.common import check_lens
 
 # Fields that lenses have: from 0.1 mrad across the picture to 85 degrees off the axis.
 LEAST_FIELD, WIDEST_TANGENT = 1e-4, 11.43
@@ -27,20 +28,27 @@ _YAML = {"rig": own, "opencv": opencv, "ros": ros, "kalibr": kalibr}
 UNITLESS = ("opencv", "colmap")
 
 
-def read_rig(path: Path | str, *, unit_mm: float | None = None) -> Rig:
+def read_rig(path: Path | str, *, unit_mm: float | None = None, size: tuple[int, int] | None = None) -> Rig:
     """The rig in a file of any of RIG_FORMATS, recognised by its content, not by its name: the project's own rig file,
-    YAML of OpenCV, CameraInfo of ROS, camchain of Kalibr, or COLMAP's cameras.txt (or its folder).
+    YAML, XML or JSON of OpenCV (of a pair in two files: one of them, or their folder), CameraInfo of ROS, camchain of
+    Kalibr, or COLMAP's cameras.txt (or its folder).
 
-    `unit_mm` is the unit of length of a format that says none, mm.  InputError says in one sentence what is missing,
-    wrong, or not possible in a rig."""
+    `unit_mm` is the unit of length of a format that says none, mm, `size` width and height of the picture of a file
+    that says none, px.  InputError says in one sentence what is missing, wrong, or not possible in a rig."""
     path = Path(path)
+    stated = dict(zip(("image_width", "image_height"), size or (), strict=False))
     if colmap.is_model(path):
         form, rig = "colmap", colmap.read(path)
     else:
-        text = opencv.without_header(read_text(path, "rig file"))
-        data = parse_yaml(text, path, "rig", opencv.Loader)
-        form = _format_of(data)
-        rig = _YAML[form].parse(data, path)
+        path, *beside = opencv.files(path)
+        form, data = _read_mapping(path)
+        for file in beside if form == "opencv" and "M1" in data else ():
+            data |= _read_mapping(file)[1]
+            path = path.with_name(f"{path.name} with {file.name}")
+        check_lens(data, path)
+        rig = _YAML[form].parse(stated | data, path)
+    if stated and (form != "opencv" or stated.keys() & data.keys()):
+        raise UsageError(f"{path} says its picture's size: leave the size out")
     if form in UNITLESS:
         rig = _in_mm(rig, 1.0 if unit_mm is None else unit_mm, path)
     elif unit_mm is not None:
@@ -53,7 +61,8 @@ def read_rig(path: Path | str, *, unit_mm: float | None = None) -> Rig:
 def rig_inputs(path: Path | str) -> dict[str, Path]:
     """The files that `read_rig` reads for a path, by their role in a run: `rig` the one with the cameras."""
     path = Path(path)
-    files = colmap.files(path) if colmap.is_model(path) else [path]
+    files = (colmap if colmap.is_model(path) else opencv).files(path)
+    others.refuse_path(files[0])
     return {"rig" if i == 0 else f"rig {file.name}": file for i, file in enumerate(files)}
 
 
@@ -69,15 +78,37 @@ def write_rig(rig: Rig, path: Path | str, form: str) -> list[Path]:
     return [path]
 
 
-def _format_of(data: dict[str, Any]) -> str:
-    """Which format a mapping is of, by the keys that only this one has; the project's own where there is none."""
-    if any(isinstance(value, opencv.Matrix) for value in data.values()):
-        return "opencv"
-    if "cam0" in data:
-        return "kalibr"
-    if "camera_matrix" in data or {"k", "K"} & set(data):
-        return "ros"
-    return "rig"
+def _read_mapping(path: Path) -> tuple[str, dict[str, Any]]:
+    """Format and content of a file of one of _YAML, the first of several documents; of others a refusal by name."""
+    others.refuse_path(path)
+    text = read_text(path, "rig file").lstrip("\ufeff")
+    xml = text.lstrip().startswith("<")
+    try:
+        found = (
+            opencv.parse_xml(text, path)
+            if xml
+            else parse_yaml(opencv.without_header(text), path, "rig", opencv.Loader, first=True)
+        )
+    except InputError:
+        others.refuse_text(text, path)
+        raise
+    data = opencv.with_sample_keys(found or {})
+    matrices = {key for key, value in data.items() if isinstance(value, opencv.Matrix)}
+    if matrices & {"camera_matrix", "M1"}:
+        return "opencv", data
+    if isinstance(data.get("cam0"), dict):
+        return "kalibr", data
+    if {"camera_matrix", "k", "K"} & (data.keys() - matrices):
+        return "ros", data
+    if not isinstance(data.get("cameras"), dict):
+        others.refuse_text(text, path)
+    if matrices:
+        return "opencv", data
+    if xml or (data and "cameras" not in data):
+        raise InputError(
+            f"{path} is of no format that a rig is read from, and has no 'cameras': see docs/calibration.md"
+        )
+    return "rig", data
 
 
 def _in_mm(rig: Rig, unit_mm: float, path: Path) -> Rig:

@@ -195,7 +195,7 @@ def test_bad_priors(tmp_path: Path, path: str, value: object, message: str) -> N
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("text", ["- 1\n- 2\n", "a: [1\n", "\x00"])
+@pytest.mark.parametrize("text", ["- 1\n- 2\n", "a: [1\n", "\x00", "a: 1\n---\nb: 2\n"])
 def test_files_that_hold_no_mapping(tmp_path: Path, text: str) -> None:
     with pytest.raises(InputError):
         read_prior(write(tmp_path, text))

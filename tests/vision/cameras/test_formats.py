@@ -40,7 +40,9 @@ class Truth:
         fx, fy, cx, cy = self.intrinsics
         rotation, translation = cv2.Rodrigues(self.camera_from_rig[:3, :3])[0], self.camera_from_rig[:3, 3]
         matrix = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
-        found, _ = cv2.projectPoints(points, rotation, translation, matrix, np.append(self.distortion, np.zeros(4))[:8])
+        found, _ = cv2.projectPoints(
+            points, rotation, translation, matrix, np.append(self.distortion, np.zeros(14))[:14]
+        )
         return np.asarray(found.reshape(-1, 2))
 
 
@@ -52,13 +54,13 @@ def draw(seed: int, cameras: int, coefficients: int, *, one_size: bool = True, o
         width, height = (1280, 960) if one_size else (int(rng.integers(600, 2000)), int(rng.integers(400, 1500)))
         focal = rng.uniform(0.9, 1.6) * width * rng.uniform(0.98, 1.02, 2)
         centre = np.array([width, height]) * rng.uniform(0.45, 0.55, 2)
-        scales = np.array([0.2, 0.08, 1e-3, 1e-3, 0.02, 0.05, 0.02, 0.01])
+        scales = np.array([0.2, 0.08, 1e-3, 1e-3, 0.02, 0.05, 0.02, 0.01, *[2e-3] * 4, 0.02, 0.02])
         pose = np.eye(4)
         if i or own_frame:
             pose[:3, :3] = Rotation.from_rotvec(rng.normal(0, 0.1, 3)).as_matrix()
             pose[:3, 3] = [-150.0 * i - 20, *rng.normal(0, 10, 2)]
         out.append(
-            Truth(width, height, np.append(focal, centre), (rng.uniform(-1, 1, 8) * scales)[:coefficients], pose)
+            Truth(width, height, np.append(focal, centre), (rng.uniform(-1, 1, 14) * scales)[:coefficients], pose)
         )
     return out
 
@@ -451,7 +453,7 @@ def dumped(data: dict[str, Any], **other: Any) -> str:
         (dumped(ROS, camera_matrix={"data": [700.0, 2, 320, 0, 700, 240, 0, 0, 1]}), "skew 2"),
         (dumped(ROS, binning_x=2), "binned"),
         (dumped(ROS, roi={"x_offset": 10, "y_offset": 0, "width": 100, "height": 100}), "roi"),
-        (dumped(ROS, distortion_coefficients={"data": [0.1] * 8}), "plumb_bob has 5 coefficients, not 8"),
+        (dumped(ROS, distortion_coefficients={"data": [0.1] * 8}), "plumb_bob has 4 or 5 coefficients, not 8"),
         (dumped(KALIBR, cam0=KALIBR_CAMERA | {"distortion_model": "equidistant"}), "distortion_model is 'equidistant'"),
         (dumped(KALIBR, cam0=KALIBR_CAMERA | {"camera_model": "omni"}), "camera_model is 'omni'"),
         (dumped(KALIBR, cam1=KALIBR_CAMERA), "cam1.T_cn_cnm1' is missing"),
@@ -468,7 +470,8 @@ def dumped(data: dict[str, Any], **other: Any) -> str:
         ),
         (CV, "'M2' is missing"),
         (CV.replace("image_width: 640\n", ""), "'image_width' is missing"),
-        (ONE + "fisheye_model: 1\n", "fisheye_model"),
+        (ONE + "fisheye_model: 1\n", "fisheye_model is 1"),
+        (CV.replace("M1", "M2").replace("D1", "D2") + CV[CV.index("M1") :], "R and T of the pair are missing"),
         (ONE.replace("rows: 3", "rows: 4"), "camera_matrix is not a matrix"),
         (ONE.replace("700., 0.,", "700., 3.,"), "skew 3"),
         (ONE.replace("cols: 5", "cols: 3").replace("0., 0., 0., 0., 0.", "0., 0., 0."), "has 3 numbers"),
@@ -497,6 +500,9 @@ def test_damaged_files_are_refused_in_a_sentence(tmp_path: Path) -> None:
         "kalibr": dumped(KALIBR),
         "colmap": (folder / "rigs.txt").read_text(),
     }
+    for suffix in ("xml", "json"):
+        put_pair(draw(0, 2, 5), tmp_path / suffix, f".{suffix}", sized=True)
+        good[suffix] = (tmp_path / suffix / f"intrinsics.{suffix}").read_text()
     said: list[str] = []
     for form, text in good.items():
         for _ in range(25):
@@ -530,3 +536,217 @@ def test_the_verb_converts_and_shows(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert main(["rig", "convert", str(source)]) == 2
     assert main(["rig", "convert", str(given), str(tmp_path / "b"), "--to", "colmap"]) == 2
     assert "already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("count", [5, 8, 12, 14])
+@pytest.mark.parametrize("put", [put_ros, put_ros_message])
+def test_rational_lenses_of_ros(count: int, put: Put, tmp_path: Path) -> None:
+    """Whole and back: where OpenCV shows points is where we do, and from there the same rays come."""
+    (truth,) = draw(count, 1, count)
+    file = put([truth], tmp_path / "info")
+    file.write_text(file.read_text().replace("plumb_bob", "rational_polynomial"))
+    rig = read_rig(file)
+    assert_same_pixels(rig, [truth])
+    points = points_seen([truth], 9)
+    rays = rig.cameras["left"].normalise(rig.cameras["left"].undistort(truth.pixels(points)))
+    np.testing.assert_allclose(rays, points[:, :2] / points[:, 2:], rtol=0, atol=1e-11)
+
+
+MESSAGE = (
+    "header: {frame_id: optical}\nheight: 480\nwidth: 640\ndistortion_model: plumb_bob\n"
+    "d: [-0.1, 0.05, 0.0, 0.0, 0.0]\nk: [700.0, 0, 320, 0, 700, 240, 0, 0, 1]\nbinning_x: 1\nbinning_y: 1\n"
+)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        MESSAGE,
+        MESSAGE + "---\n",
+        "---\n" + MESSAGE + "---\n" + MESSAGE + "---\nheader: {fra",
+        MESSAGE + "roi: {x_offset: 0, y_offset: 0, height: 480, width: 640, do_rectify: false}\n---\n",
+        MESSAGE.replace("distortion_model: plumb_bob\n", ""),
+        MESSAGE.replace("0.0]", "0.0, 0.0, 0.0, 0.0]"),
+    ],
+)
+def test_what_a_topic_says(text: str, tmp_path: Path) -> None:
+    (tmp_path / "echo").write_text(text)
+    lens = np.array([-0.1, 0.05, 0, 0, 0])
+    assert_same_pixels(
+        read_rig(tmp_path / "echo"), [Truth(640, 480, np.array([700.0, 700, 320, 240]), lens, np.eye(4))]
+    )
+
+
+@pytest.mark.parametrize("change", [{"x_offset": 1}, {"width": 639}, {"height": 240}])
+def test_a_cut_picture_is_refused(change: dict[str, int], tmp_path: Path) -> None:
+    roi = {"x_offset": 0, "y_offset": 0, "width": 640, "height": 480} | change
+    (tmp_path / "cut").write_text(dumped(ROS, roi=roi))
+    with pytest.raises(InputError, match="roi names a part"):
+        read_rig(tmp_path / "cut")
+
+
+def put_pair(truths: list[Truth], folder: Path, suffix: str, *, sized: bool) -> None:
+    """As OpenCV's sample stereo_calib.cpp does, by OpenCV itself."""
+    folder.mkdir()
+    one, other = truths
+    wrong = np.full((3, 3), 9.0)  # what rectified pictures need, and we do not
+    contents = {
+        "intrinsics": {"M1": matrix3(one), "D1": one.distortion[None]}
+        | {"M2": matrix3(other), "D2": other.distortion[None]},
+        "extrinsics": {"R": other.camera_from_rig[:3, :3], "T": other.camera_from_rig[:3, 3:]}
+        | {"R1": wrong, "P1": wrong},
+    }
+    for name, matrices in contents.items():
+        file = cv2.FileStorage(str(folder / f"{name}{suffix}"), cv2.FILE_STORAGE_WRITE)
+        for key, matrix in matrices.items():
+            file.write(key, matrix)
+        if sized and name == "intrinsics":
+            file.write("image_width", one.width)
+            file.write("image_height", one.height)
+        file.release()
+
+
+@pytest.mark.parametrize("suffix", [".yml", ".xml", ".json"])
+@pytest.mark.parametrize("named", ["", "intrinsics", "extrinsics"])
+def test_a_pair_in_two_files_of_opencv(suffix: str, named: str, tmp_path: Path) -> None:
+    truths = draw(6, 2, 5)
+    put_pair(truths, tmp_path / "cv", suffix, sized=True)
+    path = tmp_path / "cv" / f"{named}{suffix}" if named else tmp_path / "cv"
+    assert_same_pixels(read_rig(path), truths)
+    assert {file.name for file in rig_inputs(path).values()} == {f"intrinsics{suffix}", f"extrinsics{suffix}"}
+    with pytest.raises(UsageError, match="says its picture's size"):
+        read_rig(path, size=(1280, 960))
+
+
+def test_a_pair_that_does_not_say_its_size(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    truths = draw(6, 2, 8)
+    put_pair(truths, tmp_path / "cv", ".yml", sized=False)
+    with pytest.raises(InputError, match=r"'image_width' is missing.*--size"):
+        read_rig(tmp_path / "cv")
+    convert = ["rig", "convert", str(tmp_path / "cv"), str(tmp_path / "rig.yaml"), "--to", "rig", "--size"]
+    assert main([*convert, "1280"]) == 2
+    assert "1280 is no size" in capsys.readouterr().err
+    assert main([*convert, "1280x960"]) == 0
+    assert_same_pixels(read_rig(tmp_path / "rig.yaml"), truths)
+    (tmp_path / "cv" / "extrinsics.yml").unlink()
+    with pytest.raises(InputError, match=r"put extrinsics\.yml beside"):
+        read_rig(tmp_path / "cv", size=(1280, 960))
+
+
+@pytest.mark.parametrize("form", ["XML", "JSON", "YAML"])
+def test_file_storage_in_each_of_its_forms(form: str, tmp_path: Path) -> None:
+    """With the samples' keys, and those of interactive-calibration."""
+    (truth,) = draw(7, 1, 14)
+    for keys in (("camera_matrix", "distortion_coefficients"), ("cameraMatrix", "dist_coeffs")):
+        path = tmp_path / keys[0]
+        file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE | getattr(cv2, f"FILE_STORAGE_FORMAT_{form}"))
+        file.write("calibration_time", "Thu 01 Jan 2026 10:00:00 AM: <none> & 7")
+        if keys[0] == "camera_matrix":
+            file.write("image_width", truth.width)
+            file.write("image_height", truth.height)
+            file.write("fisheye_model", 0)
+        else:
+            file.startWriteStruct("cameraResolution", cv2.FileNode_SEQ | cv2.FileNode_FLOW)
+            file.write("", truth.width)
+            file.write("", truth.height)
+            file.endWriteStruct()
+        file.write(keys[0], matrix3(truth))
+        file.write(keys[1], truth.distortion[None])
+        file.release()
+        assert_same_pixels(read_rig(path), [truth])
+
+
+OWN_CAMERA = {"width": 640, "height": 480, "matrix": [[700, 0, 320], [0, 700, 240], [0, 0, 1]], "rig_from_camera": EYE}
+LENS = {"coefficients": [-0.01, 0.02, -0.01, 0.003]}
+OTHER_LENSES = ["equidistant", "FISHEYE", "fish-eye", "KannalaBrandt8", "kannala_brandt", "omni", "omni-radtan", "mei",
+                "ds", "eucm", "scaramuzza", "fov", "opencv_fisheye", "thin_prism_fisheye", "inverse_brown_conrady",
+                "equirectangular", "division_k3"]  # fmt: skip
+
+
+@pytest.mark.parametrize("value", OTHER_LENSES)
+def test_a_lens_model_is_never_ignored(value: str, tmp_path: Path) -> None:
+    """In any format, under any key that names one."""
+    texts = [dumped({"cameras": {"a": OWN_CAMERA | {"distortion": LENS | {"model": value}}}})]
+    for key in ("distortion_model", "camera_model", "model", "model_type", "projection", "calibrationModel"):
+        texts.append(ONE + f"{key}: {value}\n")
+        texts.append(dumped(ROS | {key: value}))
+        texts.append(dumped({"cam0": KALIBR_CAMERA | {key: value}}))
+        texts.append(dumped({"cameras": {"a": OWN_CAMERA | {"distortion": LENS, key: value}}}))
+    texts.append(dumped({"cameras": {"a": OWN_CAMERA}, "lens": {"model": value}}))
+    for text in texts:
+        (tmp_path / "file").write_text(text)
+        with pytest.raises(InputError, match=f"is '{value}'") as caught:
+            read_rig(tmp_path / "file")
+        assert "opencv (k1 k2" in str(caught.value), text
+    (tmp_path / "cameras.txt").write_text(f"1 {value.upper().replace('-', '_')} 640 480 700 700 320 240 0 0 0 0\n")
+    with pytest.raises(InputError, match="which a rig does not hold"):
+        read_rig(tmp_path / "cameras.txt")
+
+
+@pytest.mark.parametrize("line", ["xi: 0.9", "is_fisheye: true", "fisheye: 1", "fisheye: {k1: 0.1}"])
+def test_a_lens_model_named_by_a_key(line: str, tmp_path: Path) -> None:
+    """OpenCV's omnidir::calibrate is told by its `xi` alone."""
+    (tmp_path / "file").write_text(f"{ONE}{line}\n")
+    with pytest.raises(InputError, match="a lens that a rig does not hold"):
+        read_rig(tmp_path / "file")
+
+
+def test_names_that_are_no_lens_model(tmp_path: Path) -> None:
+    lines = "distortion_model: plumb_bob\ncamera_model: pinhole\nmodel: Radial-Tangential\nis_fisheye: false\nxi: 0\n"
+    lines += "fisheye_model: 0\ncamera_name: fisheye_left\nsensor_model: OmniVision OV9281\nimu0: {model: calibrated}\n"
+    lines += "mirrored: true\ncamera_type: stereocamera\nstereocam: 1\n"
+    (tmp_path / "cv").write_text(ONE + lines)
+    assert list(read_rig(tmp_path / "cv").cameras) == ["left"]
+    (tmp_path / "own").write_text(dumped({"cameras": {"fisheye_left": OWN_CAMERA, "omni": OWN_CAMERA}}))
+    assert list(read_rig(tmp_path / "own").cameras) == ["fisheye_left", "omni"]
+
+
+POSE = (
+    "!!opencv-matrix\n   rows: 4\n   cols: 4\n   dt: d\n   data: [ 1., 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1 ]\n"
+)
+KITTI = "P0: 7.2e+02 0.0e+00 6.1e+02 0.0e+00 0.0e+00 7.2e+02 1.7e+02 0.0e+00 0.0e+00 0.0e+00 1.0e+00 0.0e+00\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (f"%YAML:1.0\nimu: 1\ncam0_calib: \"a.yaml\"\nbody_T_cam0: {POSE}image_width: 640\n", "VINS.*Kalibr"),
+        ("%YAML:1.0\n---\nmodel_type: PINHOLE\nprojection_parameters:\n   fx: 4.6e+02\n", "VINS"),
+        ("%YAML:1.0\nrelative_config_imucam: \"kalibr_imucam_chain.yaml\"\n", "OpenVINS.*kalibr_imucam_chain"),
+        (f"%YAML:1.0\nCamera.type: \"PinHole\"\nCamera1.fx: 458.6\nStereo.T_c1_c2: {POSE}", "ORB-SLAM"),
+        ("cameras:\n     - {T_SC: [1.0, 0.0], image_dimension: [752, 480]}\n", "OKVIS"),
+        ("sensor_type: camera\nT_BS: {cols: 4, rows: 4}\nresolution: [752, 480]\ncamera_model: pinhole\n", "EuRoC"),
+        ('{"value0": {"intrinsics": [{"camera_type": "ds", "intrinsics": {"fx": 1.0}}]}}', "Basalt"),
+        ('{"width": 640, "height": 480, "ppx": 320.1, "ppy": 240.2, "fx": 600.0, "coeffs": [0]}', "RealSense"),
+        ('Intrinsic of "Color" / 640x480 / {YUYV}\n  Width:\t640\n  PPX:\t320.1\n', "RealSense"),
+        ('{"0": {"cam_K": [700, 0, 320, 0, 700, 240, 0, 0, 1], "depth_scale": 0.1}}', "BOP"),
+        ('{"cx": 320.0, "cy": 240.0, "depth_scale": 1.0, "fx": 700.0, "height": 480, "width": 640}', "BOP"),
+        (KITTI + KITTI.replace("P0", "P1"), "KITTI"),
+        ("calib_time: 09-Jan-2012 13:57:47\ncorner_dist: 9.95e-02\nS_00: 1.392e+03 5.12e+02\n", "KITTI"),
+        ('<?xml version="1.0"?>\n<root><camera><model><type>perspectiveProjWithDistortion</type></model></camera>'
+         "</root>", "ViSP.*px, py, u0, v0"),
+        ("<calibration><projection>frame</projection></calibration>", "no format that a rig is read from"),
+        ("<opencv_storage><image_width>640", "not valid XML"),
+        ("w: 640\nh: 480\nfl_x: 700.0\n", "no format that a rig is read from"),
+    ],
+)  # fmt: skip
+def test_files_of_others_are_answered(text: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text(text)
+    with pytest.raises(InputError, match=message) as caught:
+        read_rig(tmp_path / "file")
+    assert "\n" not in str(caught.value)
+
+
+def test_binary_models_of_colmap_and_folders_without_a_rig(tmp_path: Path) -> None:
+    for name in ("cameras.bin", "images.bin"):
+        (tmp_path / name).write_bytes(b"\2\0\0\0\0\0\0\0\xff")
+    for path in (tmp_path, tmp_path / "images.bin"):
+        for read in (read_rig, rig_inputs):
+            with pytest.raises(InputError, match="binary model: write it as text by colmap model_converter"):
+                read(path)
+    (tmp_path / "images.txt").write_text("1 1 0 0 0 0 0 0 1 a.png\n\n")
+    with pytest.raises(InputError, match="holds no camera: name its folder"):
+        read_rig(tmp_path / "images.txt")
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match=r"holds neither cameras\.txt nor intrinsics\.yml"):
+        read_rig(tmp_path / "empty")

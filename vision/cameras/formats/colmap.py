@@ -30,14 +30,14 @@ MODELS = {
     "FULL_OPENCV": ((0, 1, 2, 3), (4, 5, 6, 7, 8, 9, 10, 11)),
 }
 _WRITTEN = {0: "PINHOLE", 4: "OPENCV", 8: "FULL_OPENCV"}
-_CAMERA_LINE = re.compile(r"\d+\s+[A-Z_0-9]+\s+\d+\s+\d+(\s+\S+)+\s*\Z")
+_CAMERA_LINE = re.compile(r"\d+\s+[A-Z][A-Z_0-9]+\s+\d+\s+\d+(\s+\S+)+\s*\Z")
 _POSE = 7  # numbers of a pose: a quaternion, w first, and a translation
 
 
 def is_model(path: Path) -> bool:
     """Whether a path is a folder with cameras.txt, or a file whose first line that is no comment is a camera's."""
     if path.is_dir():
-        return True
+        return (path / "cameras.txt").exists()
     try:
         lines = map(str.strip, read_text(path, "rig file").splitlines())
     except InputError:

@@ -18,27 +18,31 @@ from vision.cameras.cameras import Rig
 from vision.cameras.fields import numbers, pixel_count
 from vision.cameras.formats.common import check_expressible, pinhole_of_matrix
 
-# Numbers of coefficients that the distortion models have; plumb_bob is written short by some drivers.
-MODELS = {"plumb_bob": (0, 4, 5), "rational_polynomial": (8,)}
+# Numbers of coefficients that the distortion models have, as OpenCV evaluates them; some drivers write them short.
+MODELS = {"plumb_bob": (0, 4, 5), "rational_polynomial": (0, 4, 5, 8, 12, 14)}
 
 
 def parse(data: dict[str, Any], path: Path) -> Rig:
     """The rig of one camera, of the name in the file or else `left`; the rig's frame is the camera's."""
     prefix = "image_" if "image_width" in data else ""
     width, height = (pixel_count(data, prefix + key, path, "") for key in ("width", "height"))
-    _check_whole(data, path)
+    _check_whole(data, width, height, path)
     keys = {key.lower(): key for key in ("K", "D", "k", "d") if key in data}
     matrix = _flat(data, "camera_matrix" if prefix else keys.get("k", "K"), 9, path).reshape(3, 3)
     if not matrix.any():
         raise InputError(f"{path}: the camera matrix is zero, so the camera is not calibrated: calibrate it")
     coefficients = _flat(data, "distortion_coefficients" if prefix else keys.get("d", "D"), None, path)
-    model = data.get("distortion_model") or ("plumb_bob" if not coefficients.any() else None)
+    # A file without the key is of the time before there were other models.
+    model = data.get("distortion_model", "plumb_bob") or ("plumb_bob" if not coefficients.any() else "")
     if model not in MODELS:
         raise InputError(
             f"{path}: distortion_model is {model!r}, which a rig does not hold: give {' or '.join(MODELS)}"
         )
+    if model == "plumb_bob" and not coefficients[5:].any():
+        coefficients = coefficients[:5]
     if coefficients.size not in MODELS[model]:
-        raise InputError(f"{path}: {model} has {MODELS[model][-1]} coefficients, not {coefficients.size}: correct them")
+        sizes = " or ".join(map(str, MODELS[model][1:]))
+        raise InputError(f"{path}: {model} has {sizes} coefficients, not {coefficients.size}: correct them")
     name = str(data.get("camera_name") or "left")
     camera = pinhole_of_matrix(width, height, matrix, coefficients, path, "the camera matrix", "ROS")
     return Rig({name: camera}, {name: np.eye(4)})
@@ -68,15 +72,15 @@ def write(rig: Rig, path: Path) -> None:
     path.write_text(yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=200), encoding="utf-8")
 
 
-def _check_whole(data: dict[str, Any], path: Path) -> None:
+def _check_whole(data: dict[str, Any], width: int, height: int, path: Path) -> None:
     """Refuse calibration of a picture that was binned or cut: it holds for the whole one."""
     roi = data.get("roi") if isinstance(data.get("roi"), dict) else {}
     given = {key: data.get(key) or 0 for key in ("binning_x", "binning_y")}
-    cut = {f"roi.{key}": (roi or {}).get(key) or 0 for key in ("x_offset", "y_offset", "width", "height")}
+    cut = [(roi or {}).get(key) or 0 for key in ("x_offset", "y_offset", "width", "height")]
     for key, value in given.items():
         if value not in (0, 1):
             raise InputError(f"{path}: {key} is {value}: give the calibration of pictures that are not binned")
-    if any(cut.values()):
+    if any(cut[:2]) or cut[2] not in (0, width) or cut[3] not in (0, height):
         raise InputError(f"{path}: roi names a part of the picture: give the calibration of whole pictures")
 
 

@@ -7,6 +7,7 @@ what it says, not by its name.  What a format cannot express, of lens or rig, is
 from __future__ import annotations
 
 import argparse
+import re
 from pathlib import Path
 
 from relmodel.app.cli.options import add_format
@@ -29,6 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--to", choices=("rig", "opencv", "ros", "kalibr", "colmap"), help="the format of OUT")
     words = "unit of length of IN where its format says none, as opencv and colmap (default: mm)"
     parser.add_argument("--unit", choices=tuple(_UNITS), help=words)
+    parser.add_argument("--size", metavar="WxH", help="size of the pictures where IN does not say it, as 1280x960")
     add_format(parser)
 
 
@@ -37,7 +39,14 @@ def run(args: argparse.Namespace) -> int:
 
     if (args.action == "convert") != (args.out is not None and args.to is not None):
         raise UsageError("give convert IN OUT --to FORMAT, or show IN")
-    rig = read_rig(args.source, unit_mm=None if args.unit is None else _UNITS[args.unit])
+    size = re.fullmatch(r"([1-9]\d{0,5})x([1-9]\d{0,5})", args.size or "")
+    if args.size is not None and size is None:
+        raise UsageError(f"--size {args.size} is no size: give width and height in px, as 1280x960")
+    rig = read_rig(
+        args.source,
+        unit_mm=None if args.unit is None else _UNITS[args.unit],
+        size=None if size is None else (int(size[1]), int(size[2])),
+    )
     if args.action == "convert":
         for file in write_rig(rig, args.out, args.to):
             say(f"{file} is written")
