@@ -139,7 +139,7 @@ def extract(
         kept, keeping = select_significant(terms, members, chains, p.significance)
         members, chains = members.take(kept), chains.take(keeping)
         arcs = measure_arcs(edges, members, kinds[kept], bright_right, scale=scale, p=p.fitting)
-        arcs = replace(arcs, significance=compute_significance(terms, members, p.significance))
+        arcs = replace(arcs, significance=compute_significance(terms, arcs.chains, p.significance))
         lap("arcs")
         junctions = find_junctions(grey, arcs, p.junctions)
         arcs = snap_end_points(arcs, junctions)
