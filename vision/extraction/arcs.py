@@ -96,7 +96,9 @@ class Arcs:
         of_all = of_all + self.sigma + self.angle_sigma + self.residual
         total = of_all + np.where(curved, self.centre_x + self.centre_y + self.radius, 0.0)
         total += np.where(oval, self.radius2 + self.axis_angle, 0.0)
-        return np.isfinite(total + np.bincount(self.chains.chain_of_member, self.x + self.y + self.point_sigma, len(self)))
+        return np.isfinite(
+            total + np.bincount(self.chains.chain_of_member, self.x + self.y + self.point_sigma, len(self))
+        )
 
     def take(self, kept: Bools) -> "Arcs":
         """The arcs that the mask selects."""

@@ -27,7 +27,7 @@ from vision.extraction.significance import compute_false_alarm_terms, compute_si
 from vision.extraction.topography import Ridges, fit_ridge_arcs, label_topography, mark_inflections
 from vision.relations.relations import Relations
 
-VERSION = "15"  # raised whenever equal pictures and parameters give other primitives than before
+VERSION = "16"  # raised whenever equal pictures and parameters give other primitives than before
 
 # The kernels of an extraction at one scale.
 KERNELS = (
