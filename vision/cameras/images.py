@@ -89,15 +89,13 @@ _TURNS = {
 
 
 def describe_reading(pictures: Iterable[Picture]) -> list[str]:
-    """What was taken of each picture, a sentence each: how it was turned, how many of sixteen bits, and what says so."""
+    """A sentence each: how pictures were turned, how many of sixteen bits they use, and what says so."""
     said = {"file": "the file says", "rig": "the rig says", "values": "the values show"}
     out = []
     for it in pictures:
         if it.orientation in _TURNS:
-            turned = _TURNS[it.orientation]
-            out.append(
-                f"{it.file_name}: {turned}, as its EXIF orientation says; the calibration must be of pictures so"
-            )
+            turned = f"{it.file_name}: {_TURNS[it.orientation]}, as its EXIF orientation says"
+            out.append(f"{turned}; calibrate with pictures read so")
         if it.depth == 16:
             out.append(f"{it.file_name}: {it.bits} of 16 bits are used, as {said[it.bits_from]}")
     return out
