@@ -5,8 +5,9 @@ CREATE TABLE image (  -- A picture, by content.
     id BIGINT PRIMARY KEY,  -- identity of the image
     sha256 TEXT NOT NULL UNIQUE,  -- SHA-256 of the file's bytes, hexadecimal
     file_name TEXT NOT NULL,  -- name of the file as first given, without its folder
-    width INTEGER NOT NULL,  -- width, px
-    height INTEGER NOT NULL,  -- height, px
+    orientation INTEGER,  -- EXIF orientation, 2 to 8, by which what the file stores was turned; null where it is taken as it is
+    width INTEGER NOT NULL,  -- width when turned, px
+    height INTEGER NOT NULL,  -- height when turned, px
     depth INTEGER NOT NULL,  -- bits a pixel and channel that the file has, 8 or 16
     channels INTEGER NOT NULL,  -- number of channels
     CHECK (width > 0 AND height > 0)

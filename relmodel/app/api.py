@@ -171,14 +171,15 @@ class OpenStore(Store):
         world: str | None = None,
         on: str | None = None,
         distance: float | None = None,
+        above: str | None = None,
         views: int | None = None,
         out: str | Path | None = None,
     ) -> Plan:
         """The views that would check most of an object, or of what is left of the physical part of a serial number.
 
         on: the object that carries the rig, where several do.  distance: from the cameras to the part's surface, mm.
-        views: at most so many.  out: a folder for a prior of each view, and for pairs.csv, their list for
-        `relmodel inspect --list`.
+        above: the plane of the world that cameras stay above, as z=0, or none.  views: at most so many.  out: a folder
+        for a prior of each view, and for pairs.csv, their list for `relmodel inspect --list`.
         """
         from relmodel.app.propose import propose_views
 
@@ -190,6 +191,7 @@ class OpenStore(Store):
             world=world,
             on=on,
             distance_mm=distance,
+            above=above,
             most=views,
             out=None if out is None else Path(out),
         )

@@ -27,6 +27,7 @@ def propose_views(
     world: str | None = None,
     on: str | None = None,
     distance_mm: float | None = None,
+    above: str | None = None,
     most: int | None = None,
     out: Path | None = None,
     progress: Progress = silent,
@@ -47,6 +48,7 @@ def propose_views(
         world=world,
         on=on,
         distance_mm=distance_mm,
+        above=above,
         most=most,
         progress=progress,
     )

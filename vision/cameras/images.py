@@ -1,4 +1,4 @@
-"""Reading pictures: grey, colour, 8 and 16 bit, PNG, TIFF and JPEG, checked before they are decoded."""
+"""Reading pictures: grey, colour, 8 and 16 bit, PNG, TIFF and JPEG, turned as their EXIF orientation says."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ class Picture:
     """A picture as read.
 
     depth: bits of a sample in the file, 8 or 16; bits: those of them that values fill; bits_from: what says so, the
-    file, the rig or the values; values: (height, width) float64, luminance of 0..2^bits - 1.
+    file, the rig or the values; values: (height, width) float64, luminance of 0..2^bits - 1, turned as the file's EXIF
+    orientation says, 1 where it says none.
     """
 
     file_name: str
@@ -51,6 +52,7 @@ class Picture:
     values: Floats
     bits: int = 8
     bits_from: str = "file"
+    orientation: int = 1
 
     @property
     def width(self) -> int:
@@ -74,16 +76,34 @@ def read_pictures(paths: Mapping[str, Path], rig: Rig) -> dict[str, Picture]:
     return {name: replace(it, bits=most) if it.bits_from == "values" else it for name, it in read.items()}
 
 
-def describe_bits(pictures: Iterable[Picture]) -> list[str]:
-    """A sentence a picture: how many of sixteen bits it uses, and what says so."""
-    words = {"file": "the file says", "rig": "the rig says", "values": "the values show"}
-    return [
-        f"{it.file_name}: {it.bits} of 16 bits are used, as {words[it.bits_from]}" for it in pictures if it.depth == 16
-    ]
+# How EXIF orientations turn what is stored.
+_TURNS = {
+    2: "mirrored left to right",
+    3: "turned by 180 degrees",
+    4: "mirrored top to bottom",
+    5: "mirrored left to right, then turned by 90 degrees counterclockwise",
+    6: "turned by 90 degrees clockwise",
+    7: "mirrored left to right, then turned by 90 degrees clockwise",
+    8: "turned by 90 degrees counterclockwise",
+}
+
+
+def describe_reading(pictures: Iterable[Picture]) -> list[str]:
+    """A sentence each: how pictures were turned, how many of sixteen bits they use, and what says so."""
+    said = {"file": "the file says", "rig": "the rig says", "values": "the values show"}
+    out = []
+    for it in pictures:
+        if it.orientation in _TURNS:
+            turned = f"{it.file_name}: {_TURNS[it.orientation]}, as its EXIF orientation says"
+            out.append(f"{turned}; calibrate with pictures read so")
+        if it.depth == 16:
+            out.append(f"{it.file_name}: {it.bits} of 16 bits are used, as {said[it.bits_from]}")
+    return out
 
 
 def read_picture(path: str | Path, camera: Camera | None = None) -> Picture:
-    """Read a picture: its pixels as stored, of several pages the first.  `camera` is the one that took it.
+    """Read a picture, turned as its EXIF orientation says, of several pages the first.  `camera` is the one that took
+    it.
 
     Colour is taken as luminance, alpha is passed over.
     Raises InputError where the file is missing, no picture, damaged, too large, or not of the camera's size or bits.
@@ -92,6 +112,8 @@ def read_picture(path: str | Path, camera: Camera | None = None) -> Picture:
 
     from PIL import Image, UnidentifiedImageError
 
+    from relmodel.drawing.images import read_orientation, turn
+
     path = Path(path)
     data = read_bytes(path, "image", MAX_FILE_BYTES)
     try:
@@ -99,29 +121,33 @@ def read_picture(path: str | Path, camera: Camera | None = None) -> Picture:
             warnings.catch_warnings(action="ignore"),
             Image.open(io.BytesIO(data), formats=("PNG", "TIFF", "JPEG", "BMP", "PPM")) as image,
         ):
-            if camera is not None and image.size != (camera.width, camera.height):
-                raise InputError(
-                    f"the image {path} is {image.width}x{image.height} but its camera {camera.width}x{camera.height}: "
-                    "give the picture as the camera took it, or the calibration of that size"
-                )
             if image.width * image.height > MAX_PIXELS:
                 raise InputError(f"the image {path} has more than {MAX_PIXELS // 10**6} million pixels: scale it down")
             if image.mode not in _PLAIN | _CONVERTED:
                 raise InputError(
                     f"the image {path} is coded as {image.mode}, neither grey nor colour of 8 or 16 bits: convert it"
                 )
-            stated = stated_bits(image, data)
+            stated, orientation = stated_bits(image, data), read_orientation(image)
             if _is_deep_colour(image, data):
                 image.load()  # says what is damaged; the other reader does not
                 pixels = _deep_colour(data)
             else:
                 pixels = np.asarray(image.convert("RGB") if image.mode in _CONVERTED else image)
+            if image.format != "TIFF":  # both readers turn those themselves
+                pixels = turn(pixels, orientation)
     except UnidentifiedImageError as error:
         raise InputError(
             f"the file {path} is not a picture in a known format: give a PNG, TIFF or JPEG file of 8 or 16 bits"
         ) from error
     except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
         raise InputError(f"the image {path} cannot be read ({error}): give a whole PNG, TIFF or JPEG file") from error
+    height, width = pixels.shape[:2]
+    if camera is not None and (width, height) != (camera.width, camera.height):
+        turned = f", {_TURNS[orientation]} as its EXIF orientation says," if orientation > 4 else ""
+        raise InputError(
+            f"the image {path} is {width}x{height}{turned} but its camera {camera.width}x{camera.height}: "
+            "give the picture as the camera took it, or the calibration of that size"
+        )
     # 32-bit containers (TIFF, and PNG in some versions of the reader) may hold 16 bits.
     if pixels.dtype.itemsize > 2 and not (pixels.dtype.kind == "i" and pixels.min() >= 0 and pixels.max() < 2**16):
         raise InputError(f"the image {path} has neither 8 nor 16 bits a channel: convert it to one of these")
@@ -131,7 +157,7 @@ def read_picture(path: str | Path, camera: Camera | None = None) -> Picture:
         depth, (bits, bits_from) = 16, find_bits(pixels, stated, said, path)
     channels = 1 if pixels.ndim == 2 else pixels.shape[2]
     sha256 = hashlib.sha256(data).hexdigest()
-    return Picture(path.name, sha256, data, depth, channels, _luminance(pixels), bits, bits_from)
+    return Picture(path.name, sha256, data, depth, channels, _luminance(pixels), bits, bits_from, orientation)
 
 
 def read_mask(path: str | Path) -> Bools:

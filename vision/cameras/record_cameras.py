@@ -32,6 +32,7 @@ def record_picture(run: Run, connection: Connection, picture: Picture, *, keep_b
         "id": [image_id],
         "sha256": picture.sha256,
         "file_name": picture.file_name,
+        "orientation": [picture.orientation if picture.orientation > 1 else None],
         "width": picture.width,
         "height": picture.height,
         "depth": picture.depth,

@@ -126,7 +126,9 @@ def _start(
         counted += count_alike(relations, joined)
     named = {name: unit[relations[name]] for name in ("unit_a", "unit_b")}
     described = relations | named | {"alike": counted}
-    return _Started(np.concatenate(poses), 1.0 / np.concatenate(alike), kind, described)
+    every, rarity = np.concatenate(poses), 1.0 / np.concatenate(alike)
+    decided = np.isfinite(every).all(axis=(1, 2))
+    return _Started(every[decided], rarity[decided], kind, described)
 
 
 def read_inspected(store: Database, connection: Connection, world_id: int) -> list[tuple[int, Floats]]:

@@ -51,7 +51,7 @@ def count_alike(relations: Relations, joined: JoinedPairs | JoinedLines) -> Ints
 
 def solve_poses(scene: Circles, model: Circles, joined: JoinedPairs) -> Floats:
     """Poses (k, 2, 4, 4), model from scene, of joined pairs: centres fall together along their line, and the normals of
-    the first circles, whose sign is open, either way."""
+    the first circles, whose sign is open, either way.  NaN where a pair leaves the turn about its line open."""
     a, b = joined.scene.T
     c, d = joined.model.T
     here = _frames(scene.centre[b] - scene.centre[a], scene.normal[a] + _aligned(scene.normal, a, b))
@@ -75,8 +75,13 @@ def _aligned(normal: Floats, a: Ints, b: Ints) -> Floats:
 
 
 def _frames(line: Floats, normal: Floats) -> Floats:
-    """Axes (k, 3, 3), as columns: along the line, across both, and of the normal's part across the line."""
-    x = line / np.linalg.norm(line, axis=1, keepdims=True)
-    z = normal - np.einsum("ij,ij->i", normal, x)[:, None] * x
-    z /= np.linalg.norm(z, axis=1, keepdims=True)
+    """Axes (k, 3, 3), as columns: along the line, across both, and of the normal's part across the line; NaN where
+    there is no line or no such part."""
+    x = _unit(line)
+    z = _unit(normal - np.einsum("ij,ij->i", normal, x)[:, None] * x)
     return np.stack([x, np.cross(z, x), z], axis=2)
+
+
+def _unit(vectors: Floats) -> Floats:
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(length > 1e-9, length, np.nan))

@@ -88,6 +88,18 @@ class Arcs:
         chord = np.column_stack([self.end_x - self.start_x, self.end_y - self.start_y])
         return np.asarray(chord / np.maximum(np.linalg.norm(chord, axis=1, keepdims=True), 1e-12))
 
+    @property
+    def is_finite(self) -> Bools:
+        """(n,): which arcs have a number in every column that their kind has."""
+        curved, oval = np.isin(self.kind, (CIRCULAR, ELLIPTIC)), self.kind == ELLIPTIC
+        of_all = self.start_x + self.start_y + self.end_x + self.end_y + self.length + self.contrast + self.width
+        of_all = of_all + self.sigma + self.angle_sigma + self.residual
+        total = of_all + np.where(curved, self.centre_x + self.centre_y + self.radius, 0.0)
+        total += np.where(oval, self.radius2 + self.axis_angle, 0.0)
+        return np.isfinite(
+            total + np.bincount(self.chains.chain_of_member, self.x + self.y + self.point_sigma, len(self))
+        )
+
     def take(self, kept: Bools) -> "Arcs":
         """The arcs that the mask selects."""
         members = self.chains.take(kept)
@@ -183,7 +195,7 @@ def measure_arcs(
 ) -> Arcs:
     """Final fits of arcs with these members and of these kinds, from `segmentation.segment_chains`, and the columns
     that follow from them; `bright_right` says of each edge element whether its bright side is on the right of the
-    walk."""
+    walk.  What no number comes of is no arc."""
     correlation, w = compute_correlation(scale), weigh_elements(edges, members, scale, p)
     x, y = members.gather(edges.x, edges.y)
     fit = fit_members(x, y, w, members, kinds)
@@ -240,7 +252,7 @@ def measure_arcs(
     free = np.isin(kinds, (FREE, ELLIPTIC))[:, None]
     start = np.where(free, np.column_stack([polyline.x[first], polyline.y[first]]), start)
     end = np.where(free, np.column_stack([polyline.x[last], polyline.y[last]]), end)
-    return Arcs(
+    arcs = Arcs(
         kind=kinds.astype(np.int8),
         start_x=start[:, 0],
         start_y=start[:, 1],
@@ -267,6 +279,8 @@ def measure_arcs(
         y=polyline.y,
         point_sigma=polyline.sigma,
     )
+    finite = arcs.is_finite
+    return arcs if finite.all() else arcs.take(finite)
 
 
 def _deviations(

@@ -27,7 +27,7 @@ from vision.extraction.significance import compute_false_alarm_terms, compute_si
 from vision.extraction.topography import Ridges, fit_ridge_arcs, label_topography, mark_inflections
 from vision.relations.relations import Relations
 
-VERSION = "15"  # raised whenever equal pictures and parameters give other primitives than before
+VERSION = "16"  # raised whenever equal pictures and parameters give other primitives than before
 
 # The kernels of an extraction at one scale.
 KERNELS = (
@@ -139,7 +139,7 @@ def extract(
         kept, keeping = select_significant(terms, members, chains, p.significance)
         members, chains = members.take(kept), chains.take(keeping)
         arcs = measure_arcs(edges, members, kinds[kept], bright_right, scale=scale, p=p.fitting)
-        arcs = replace(arcs, significance=compute_significance(terms, members, p.significance))
+        arcs = replace(arcs, significance=compute_significance(terms, arcs.chains, p.significance))
         lap("arcs")
         junctions = find_junctions(grey, arcs, p.junctions)
         arcs = snap_end_points(arcs, junctions)

@@ -55,7 +55,7 @@ def compute_curvature_bias(radius: Floats, half_spread: Floats) -> Floats:
     variance S^2 the slope along the radius of a disc of radius R is extreme at r = R (I0(z) / I1(z) - 1 / z), z = r R /
     S^2; S^2 / 2 R for large ones.  There the step looks wider than it is, to first order by S^4 / 2 r^2.
     """
-    from scipy.special import ive
+    from scipy.special import i0e, i1e
 
     valid = np.isfinite(radius) & (radius > 0.0)
     seen = np.where(valid, radius, 1.0)
@@ -63,7 +63,7 @@ def compute_curvature_bias(radius: Floats, half_spread: Floats) -> Floats:
     disc = seen + 0.5 * spread / seen
     for _ in range(5):
         z = seen * disc / spread
-        disc = seen / (ive(0, z) / ive(1, z) - 1.0 / z)
+        disc = seen / (i0e(z) / i1e(z) - 1.0 / z)
     # a spot smaller than the blur is seen larger than it is, by an unknown amount
     return np.asarray(np.where(valid, np.maximum(disc - seen, 0.0), 0.0))
 

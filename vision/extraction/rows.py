@@ -116,6 +116,7 @@ def _arcs(extraction: Extraction, arcs: Arcs) -> Columns:
         "kind": np.array(arc_columns.KINDS, dtype=object)[arcs.kind],
         "topography": np.array(["edge", "ridge", "ravine"], dtype=object)[kinds],
         **{name: getattr(arcs, name) for name in (*ARC_FLOATS, "closed")},
+        "sigma": np.maximum(arcs.sigma, _LEAST_SIGMA),
         **_quality(extraction),
         "element_count": arcs.chains.counts,
     }
@@ -131,7 +132,7 @@ def _points(extraction: Extraction, arcs: Arcs) -> Columns:
         "point_no": point_no[free],
         "x": polyline.x[free],
         "y": polyline.y[free],
-        "sigma": polyline.sigma[free],
+        "sigma": np.maximum(polyline.sigma[free], _LEAST_SIGMA),
     }
 
 

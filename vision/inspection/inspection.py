@@ -23,7 +23,7 @@ from relmodel.world.correction import Carrier, Correction, correct_base, predict
 from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
 from vision.cameras.files import read_needs, read_prior, read_rig, rig_inputs
-from vision.cameras.images import describe_bits, read_pictures
+from vision.cameras.images import describe_reading, read_pictures
 from vision.cameras.record_cameras import find_rig
 from vision.cameras.view_volume import Selection
 from vision.extraction import extract as extraction
@@ -416,7 +416,7 @@ def _inspect(
         write_overlay(call.overlay, store, run.id, greys)
     if call.crops is not None:
         write_crops(call.crops, store, run.id, greys)
-    outcome, notes = read_outcome(store, run.id), [*notes, *describe_bits(pictures.values())]
+    outcome, notes = read_outcome(store, run.id), [*notes, *describe_reading(pictures.values())]
     if prior is None and mounted is not None:
         notes.append(f"no prior was given: the rig is taken to be where {mounted.base} has it")
     return _answer(

@@ -15,7 +15,7 @@ from relmodel.labelling.problem import NONE
 from relmodel.store import Run, Store, digest_inputs
 from vision.cameras.cameras import Rig
 from vision.cameras.files import read_prior, read_rig, rig_inputs
-from vision.cameras.images import describe_bits, read_pictures
+from vision.cameras.images import describe_reading, read_pictures
 from vision.cameras.record_cameras import record_rig
 from vision.cameras.view_volume import select_in_view
 from vision.extraction import extract as extraction
@@ -126,7 +126,7 @@ def match_pair(
             run.finish(connection=connection, last="record")
 
         run.transact(record)
-    return StereoAnswer(run.id, matches, describe_bits(pictures.values()))
+    return StereoAnswer(run.id, matches, describe_reading(pictures.values()))
 
 
 def _world(store: Store, world: str | None) -> str:

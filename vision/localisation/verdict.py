@@ -315,8 +315,8 @@ def judge(
     likely = 1.0 / (1.0 + float(np.exp(-odds)))
     posterior = share * likely
     sigma_mm, sigma_rad, weakest = precision
-    missing = []
-    if likely < p.min_posterior:
+    missing = []  # each is asked so that what is no number is missing too
+    if not likely >= p.min_posterior:
         missing.append(
             f"the pictures do not show the model there surely enough: evidence of {stats.evidence:.0f} where poses "
             f"elsewhere reach {chance.reached(p.searched_rarity):.0f}, {_share(stats.share)} of the edges expected, "
@@ -343,9 +343,9 @@ def judge(
         if camera.is_blind(p)
     }
     missing += blind.values()
-    if stats.apart > p.max_apart_sigma:
+    if not stats.apart <= p.max_apart_sigma:
         missing.append(f"the cameras disagree by {stats.apart:.0f} sigma: check the rig's calibration")
-    if 2 * sigma_mm > needs.translation_mm or 2 * sigma_rad > needs.rotation:
+    if not (2 * sigma_mm <= needs.translation_mm and 2 * sigma_rad <= needs.rotation):
         missing.append(
             f"the pose is known to {2 * sigma_mm:.2g} mm and {np.degrees(2 * sigma_rad):.2g} degrees (two sigma; "
             f"{needs.translation_mm:g} mm and {np.degrees(needs.rotation):.2g} degrees needed), worst: {weakest}"

@@ -25,13 +25,52 @@ class Grid:
         return Grid(self.world_from_rig[rows], self.target[rows])
 
 
-def usual_distance(rig: Rig, p: PlanningParameters = DEFAULTS) -> float:
-    """The distance (mm) at which a pixel of the coarsest camera shows `p.pixel_mm` of what it looks at."""
-    return p.pixel_mm * min(float(camera.matrix[0, 0]) for camera in rig.cameras.values())
+@dataclass(frozen=True)
+class Floor:
+    """A plane across an axis (0, 1, 2) of the world at a place along it, mm, that cameras stay above."""
+
+    axis: int
+    mm: float
+
+    def __str__(self) -> str:
+        return f"{'xyz'[self.axis]} = {self.mm:g}"
 
 
-def lay_grid(scene: Scene, occurrences: Ints, rig: Rig, distance_mm: float, p: PlanningParameters = DEFAULTS) -> Grid:
-    """The poses at a distance from the surface of placed parts, no camera too near to anything.
+def find_table(scene: Scene) -> Floor | None:
+    """The plane z = 0 of the world, where nothing lies below it."""
+    return Floor(2, 0.0) if scene.vertices[:, 2].min(initial=0.0) >= -1.0 else None
+
+
+def usual_distance(rig: Rig, size: Floats, p: PlanningParameters = DEFAULTS) -> float:
+    """Where the axes of toed-in cameras meet.  Else where a box of this size (3,) mm fills the picture of all cameras,
+    but no farther than where a pixel of the coarsest shows `p.pixel_mm`."""
+    poses = np.stack(list(rig.rig_from_camera.values()))
+    place, way, look = poses[:, :3, 3], poses[:, :3, 2], _look_frame(rig)
+    if np.linalg.norm(np.cross(way[0], way[-1])) > np.sin(p.least_toe_in):
+        across = np.eye(3) - way[:, :, None] * way[:, None, :]
+        met = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, place))
+        if (far := float((met - look[:3, 3]) @ look[:3, 2])) > 0:
+            return far
+    long, short = np.sort(size)[:0:-1]
+    long += np.linalg.norm(place[-1] - place[0])
+    sides = [
+        (c.matrix[0, 0], c.matrix[0, 0] * long / c.width, c.matrix[1, 1] * short / c.height)
+        for c in rig.cameras.values()
+    ]
+    focal, *fills = np.array(sides, float).T
+    return float(min(p.pixel_mm * focal.min(), np.max(fills)))
+
+
+def lay_grid(
+    scene: Scene,
+    occurrences: Ints,
+    rig: Rig,
+    distance_mm: float | None = None,
+    floor: Floor | None = None,
+    p: PlanningParameters = DEFAULTS,
+) -> Grid:
+    """The poses at a distance from the surface of placed parts, `usual_distance` where none is given, no camera too
+    near to anything.
 
     Each side of the box about them is a lattice of views that overlap; the first ray inward from each point says what
     is looked at, and where nothing is there is no view."""
@@ -39,6 +78,7 @@ def lay_grid(scene: Scene, occurrences: Ints, rig: Rig, distance_mm: float, p: P
     corners = scene.vertices[np.unique(scene.triangles[mine])]
     axes = _box_axes(corners, find_axes(scene, occurrences, np.array([0.0, 0.0, 1.0])))
     low, high = (corners @ axes.T).min(axis=0), (corners @ axes.T).max(axis=0)
+    distance_mm = usual_distance(rig, high - low, p) if distance_mm is None else distance_mm
     sizes = [(c.width / c.matrix[0, 0], c.height / c.matrix[1, 1]) for c in rig.cameras.values()]
     step = p.step * distance_mm * np.min(np.array(sizes, float), axis=0)
     rig_from_look = _look_frame(rig)
@@ -56,17 +96,23 @@ def lay_grid(scene: Scene, occurrences: Ints, rig: Rig, distance_mm: float, p: P
                 poses.append(_looking(target, way, axes[u], distance_mm) @ np.linalg.inv(rig_from_look))
                 targets.append(target)
     grid = Grid(np.concatenate(poses), np.concatenate(targets))
-    return grid.take(np.array([_is_clear(scene, rig, pose, p.clear_mm) for pose in grid.world_from_rig], bool))
+    clear = min(p.clear_mm, 0.5 * distance_mm)
+    return grid.take(np.array([_is_clear(scene, floor, rig, pose, clear) for pose in grid.world_from_rig], bool))
 
 
 def look_from(
-    scene: Scene, occurrences: Ints, rig: Rig, poses: Floats, p: PlanningParameters = DEFAULTS
+    scene: Scene,
+    occurrences: Ints,
+    rig: Rig,
+    poses: Floats,
+    floor: Floor | None = None,
+    p: PlanningParameters = DEFAULTS,
 ) -> tuple[Grid, Ints]:
     """Those of some poses (n, 4, 4) of a rig from which the middle of its view lies on placed parts, and which those
     are; no camera too near to anything."""
     look = poses @ _look_frame(rig)
     met, target = _meet(scene, look[:, :3, 3], look[:, :3, 2], occurrences)
-    kept = np.array([_is_clear(scene, rig, pose, p.clear_mm) for pose in poses[met]], bool)
+    kept = np.array([_is_clear(scene, floor, rig, pose, p.clear_mm) for pose in poses[met]], bool)
     return Grid(poses[met], target).take(kept), np.flatnonzero(met)[kept]
 
 
@@ -122,10 +168,12 @@ def _looking(target: Floats, way: Floats, across: Floats, distance_mm: float) ->
     return out
 
 
-def _is_clear(scene: Scene, rig: Rig, world_from_rig: Floats, clear_mm: float) -> bool:
-    """Whether no surface lies within a distance of a camera, as far as rays to all sides tell."""
+def _is_clear(scene: Scene, floor: Floor | None, rig: Rig, world_from_rig: Floats, clear_mm: float) -> bool:
+    """Whether every camera is that far above the floor and from all surfaces, as far as rays to all sides tell."""
     ways = np.stack(np.meshgrid(*[np.arange(-2.0, 3.0)] * 3), -1).reshape(-1, 3)
     ways = ways[np.abs(ways).max(axis=1) == 2]
     ways *= clear_mm / np.linalg.norm(ways, axis=1)[:, None]
     eyes = [(world_from_rig @ pose)[:3, 3] for pose in rig.rig_from_camera.values()]
+    if floor is not None and min(eye[floor.axis] for eye in eyes) < floor.mm + clear_mm:
+        return False
     return not any(scene.rays.blocked(eye + ways, eye).any() for eye in eyes)

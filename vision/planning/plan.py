@@ -18,7 +18,7 @@ from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import Rig
 from vision.cameras.record_cameras import find_rig
 from vision.localisation.parts_in_view import PART, PartsInView
-from vision.planning.grid import Grid, lay_grid, look_from, usual_distance
+from vision.planning.grid import Floor, Grid, find_table, lay_grid, look_from
 from vision.planning.planning_parameters import DEFAULTS, PlanningParameters
 from vision.planning.predict import predict_distinct_px
 from vision.planning.reach import reach, reaches_any_pose, spread_joints
@@ -51,18 +51,20 @@ class PlannedView:
 @dataclass(frozen=True)
 class Plan:
     """The views proposed; left: how many parts and features are not checked yet; tried: poses looked at, out_of_reach:
-    those of the grid to which the arm does not bring the rig; hidden: paths of what no pose tried would check."""
+    those of the grid to which the arm does not bring the rig; hidden: paths of what no pose tried would check; above:
+    the plane that the cameras were kept above, as `z = 0`."""
 
     views: list[PlannedView]
     left: int
     tried: int
     out_of_reach: int
     hidden: list[str]
+    above: str | None = None
 
     def to_json(self) -> dict[str, Any]:
         views = [view.to_json() for view in self.views]
         counts = {"left": self.left, "tried": self.tried, "out_of_reach": self.out_of_reach}
-        return {"views": views, **counts, "hidden": self.hidden}
+        return {"views": views, **counts, "hidden": self.hidden, "above": self.above}
 
 
 def plan_views(
@@ -74,16 +76,19 @@ def plan_views(
     world: str | None = None,
     on: str | None = None,
     distance_mm: float | None = None,
+    above: str | None = None,
     most: int | None = None,
     p: PlanningParameters = DEFAULTS,
     progress: Progress = silent,
 ) -> Plan:
     """The next views of a physical part, by what its inspections have not decided, or of an object of a world.
 
-    distance_mm: from the surface, else `usual_distance`; most: views, else as many as check `p.enough` of what any
-    would.  Where the world mounts the rig on an arm, `on` it where several do, only poses that it reaches are tried; of
-    a carrier with fewer than six joints those that it brings the rig to, at whatever distance.
-    Raises UsageError where the part or object is not there."""
+    distance_mm: from the surface, else `usual_distance`; above: the plane that cameras stay above, as z=0, or none,
+    else `find_table`; most: views, else as many as check `p.enough` of what any would.  Where the world mounts the rig
+    on an arm, `on` it where several do, only poses that it reaches are tried; of a carrier with fewer than six joints
+    those that it brings the rig to, at whatever distance.
+    Raises UsageError where the part or object is not there, and for a plane that is none."""
+    stated = None if above is None else _read_floor(above)
     with store.read() as connection:
         rows, world_id = _left(store, connection, serial, object_name, world)
         if not rows:
@@ -93,8 +98,8 @@ def plan_views(
         mounted = None if rig_id is None else mount_of_rig(store, connection, world_id, rig_id, on)
     store.release()
     items = _items(stored, rows)
-    distance = usual_distance(rig, p) if distance_mm is None else distance_mm
-    grid, joints, beyond = _poses(stored, items, rig, mounted, distance, p)
+    floor = find_table(stored.scene) if above is None else stated
+    grid, joints, beyond = _poses(stored, items, rig, mounted, distance_mm, floor, p)
     px = np.zeros((len(joints), len(items)))
     for number, pose in enumerate(grid.world_from_rig):
         progress("looking from poses about the part", number, len(joints))
@@ -108,11 +113,29 @@ def plan_views(
         paths, share = [items.path[i] for i in new], float(seen.sum() / some.sum())
         views.append(PlannedView(grid.world_from_rig[number], grid.target[number], joints[number], paths, share))
     hidden = [items.path[i] for i in np.flatnonzero(~some)]
-    return Plan(views, len(items), len(joints), beyond, hidden)
+    return Plan(views, len(items), len(joints), beyond, hidden, None if floor is None else str(floor))
+
+
+def _read_floor(above: str) -> Floor | None:
+    axis, equals, mm = above.replace(" ", "").partition("=")
+    if above == "none":
+        return None
+    try:
+        if equals and axis in ("x", "y", "z") and np.isfinite(float(mm)):
+            return Floor("xyz".index(axis), float(mm))
+    except ValueError:
+        pass
+    raise UsageError(f"{above!r} is no plane that cameras stay above: give an axis and mm, as z=0, or none")
 
 
 def _poses(
-    stored: StoredScene, items: Items, rig: Rig, mounted: MountedRig | None, distance_mm: float, p: PlanningParameters
+    stored: StoredScene,
+    items: Items,
+    rig: Rig,
+    mounted: MountedRig | None,
+    distance_mm: float | None,
+    floor: Floor | None,
+    p: PlanningParameters,
 ) -> tuple[Grid, list[dict[str, float]], int]:
     """The poses to try, the joints of each, and how many of the grid the arm does not reach."""
     scene = stored.scene
@@ -120,9 +143,9 @@ def _poses(
     wholes = [np.flatnonzero(pieces == name) for name in sorted(set(pieces[np.unique(items.occurrence)]))]
     if mounted is not None and not reaches_any_pose(mounted):
         poses, given = spread_joints(mounted, p)
-        grid, kept = look_from(scene, np.concatenate(wholes), rig, poses, p)
+        grid, kept = look_from(scene, np.concatenate(wholes), rig, poses, floor, p)
         return grid, [given[i] for i in kept], 0
-    grids = [lay_grid(scene, whole, rig, distance_mm, p) for whole in wholes]
+    grids = [lay_grid(scene, whole, rig, distance_mm, floor, p) for whole in wholes]
     grid = Grid(*(np.concatenate([getattr(g, name) for g in grids]) for name in ("world_from_rig", "target")))
     if mounted is None:
         return grid, [{}] * len(grid.target), 0

@@ -8,14 +8,17 @@ from math import radians
 class PlanningParameters:
     """Which views are tried, and what counts as checked by one."""
 
+    least_toe_in: float = radians(2)
+    """rad between the axes of cameras that are set to look at one place; less may be how they were mounted"""
     pixel_mm: float = 0.6
-    """mm of the part in a pixel at the distance that is taken where none is given: finer than a change that counts"""
+    """mm of the part in a pixel, at most, at the distance that is taken where none is given: finer than a change that
+    counts"""
     step: float = 0.6
     """share of a view's width and height from one view to the next: neighbours overlap"""
     tilt: float = radians(35)
     """rad: beside the view straight on, one tilted to each side shows the walls of what is deep"""
     clear_mm: float = 150.0
-    """mm about a camera in which nothing may lie"""
+    """mm about a camera in which nothing may lie; of a shorter distance half"""
     least_px: float = 120.0
     """px of edges that can be distinguished from others, over all cameras, from which a part or feature counts as
     checked: of those of the demonstration's pairs with as many 11 in 12 were decided, of those with less 1 in 8"""

@@ -208,7 +208,8 @@ def find_again(store: Store, run: int, *changes: str) -> Candidates:
 
 
 def test_the_pose_comes_from_stored_relations(found: Inspection, tmp_path: Path) -> None:
-    """With other distances or radii in the rows of the model the pose is not found."""
+    """With other distances or radii in the rows of the model, or circles paired with themselves, the pose is not
+    found."""
     run = found.answer["run"]
     with Store.open(shutil.copy(found.store, tmp_path / "cell.duckdb")) as store:
         share = find_again(store, run).score
@@ -217,6 +218,9 @@ def test_the_pose_comes_from_stored_relations(found: Inspection, tmp_path: Path)
         assert longer.max(initial=0.0) < 0.6 * share[0]
         wider = find_again(store, run, "UPDATE circle_relation SET radius_a = 3 * radius_a + 20").score
         assert wider.max(initial=0.0) < 0.6 * share[0]
+        as_loaded = "UPDATE circle_relation SET distance = distance / 1.1, radius_a = (radius_a - 20) / 3"
+        paired = "UPDATE circle_relation SET circles = list_transform(circles, lambda c: circles[1])"
+        assert find_again(store, run, as_loaded, paired).score.max(initial=0.0) < 0.6 * share[0]
 
 
 def test_the_pose_comes_from_relations_of_the_scene(

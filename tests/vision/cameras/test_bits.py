@@ -21,7 +21,7 @@ from tests.vision.cameras.test_cameras import rig_data, write
 from vision.cameras.bits import BITS
 from vision.cameras.cameras import Camera, Rig
 from vision.cameras.files import read_rig, write_rig
-from vision.cameras.images import describe_bits, read_mask, read_picture, read_pictures
+from vision.cameras.images import describe_reading, read_mask, read_picture, read_pictures
 from vision.extraction.extract import extract
 from vision.extraction.rows import make_primitives
 
@@ -60,7 +60,7 @@ def test_values_show_how_many_bits_a_camera_has(bits: int, suffix: str, scene: F
     picture = read_picture(save(tmp_path / f"a.{suffix}", scene, bits))
     assert (picture.depth, picture.bits, picture.bits_from) == (16, bits, "values")
     np.testing.assert_allclose(picture.grey, 255 * scene, atol=0.5001 * 255 / (2**bits - 1))
-    assert describe_bits([picture]) == [f"a.{suffix}: {bits} of 16 bits are used, as the values show"]
+    assert describe_reading([picture]) == [f"a.{suffix}: {bits} of 16 bits are used, as the values show"]
 
 
 def test_eight_bits_are_as_they_are(scene: Floats, tmp_path: Path) -> None:
@@ -68,7 +68,7 @@ def test_eight_bits_are_as_they_are(scene: Floats, tmp_path: Path) -> None:
     picture = read_picture(with_significant_bits(tmp_path / "a.png", 5))
     assert (picture.depth, picture.bits, picture.bits_from) == (8, 8, "file")
     assert np.array_equal(picture.grey, counts(scene, 8))
-    assert describe_bits([picture]) == []
+    assert describe_reading([picture]) == []
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from vision.constellations.circles import Circles, read_circles
 from vision.constellations.constellation_parameters import JoinParameters
-from vision.constellations.join import join_pairs, solve_poses
+from vision.constellations.join import JoinedPairs, join_pairs, solve_poses
 
 OBJECT = 7
 
@@ -165,6 +165,28 @@ def test_one_of_the_poses_is_the_right_one(fresh_store: str) -> None:
     truth[:3, :3], truth[:3, 3] = rotation.T, -rotation.T @ shift
     off = np.abs(poses - truth).max(axis=(1, 2, 3)) if poses.ndim == 3 else np.abs(poses - truth).max(axis=(2, 3))
     assert off.min() < 1e-6
+
+
+def test_pairs_give_poses_that_are_rigid_or_none_at_all() -> None:
+    """Whatever pairs a store names: a circle with itself, circles about one centre or on one axis leave a turn open."""
+    model = circles(12, 8)
+    centre, normal = model.centre.copy(), model.normal.copy()
+    centre[1], normal[1] = centre[0], normal[0]
+    centre[2], normal[2] = centre[0] + 30 * normal[0], normal[0]
+    model = Circles.exact(centre, normal, model.radius)
+    scene = moved(model, rotation_matrix(np.array([0.3, -0.2, 0.5])), np.array([10.0, 20.0, 700.0]))
+    pairs = np.array([(i, j) for i in range(12) for j in range(12)])
+    open_ = np.array([i == j or {i, j} < {0, 1, 2} for i, j in pairs.tolist()])
+    shuffled = np.random.default_rng(1).permutation(len(pairs))
+    joined = JoinedPairs(pairs, pairs[shuffled], np.ones(len(pairs), np.int64))
+    poses = solve_poses(scene, model, joined)
+    decided = np.isfinite(poses).all(axis=(1, 2, 3))
+    np.testing.assert_array_equal(decided, ~(open_ | open_[shuffled]))
+    rotation = poses[decided][..., :3, :3]
+    np.testing.assert_allclose(
+        rotation @ rotation.swapaxes(2, 3), np.broadcast_to(np.eye(3), rotation.shape), atol=1e-9
+    )
+    np.testing.assert_allclose(np.linalg.det(rotation), 1.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("model", [circles(30, 5), lattice(9, 9)], ids=["scattered", "lattice"])

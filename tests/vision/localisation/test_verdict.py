@@ -50,6 +50,17 @@ def test_what_a_wrong_pose_gathered_is_refused_and_what_a_right_one_did_is_not(
     assert (verdict.verdict == "accepted") is accepted, verdict.reason
 
 
+@pytest.mark.parametrize("what", ["nothing", "evidence", "found", "agreement", "sigma_mm", "sigma_rad"])
+def test_what_is_no_number_is_refused(what: str) -> None:
+    given = {"evidence": 2000.0, "found": 1e3, "agreement": 0.9, "sigma_mm": 0.01, "sigma_rad": 1e-5} | {what: np.nan}
+    columns = (1.0, given["evidence"], given["found"], 1e3, 105.0, 1.0, 0.0, False, np.nan)
+    verdict = judge(
+        Gathered(*(np.array([value]) for value in columns)), np.array([0]), given["agreement"], [], {}, LITTLE,
+        (given["sigma_mm"], given["sigma_rad"], "x"), 0, Needs(1.0, 0.01), DEFAULTS.verdict,
+    )  # fmt: skip
+    assert verdict.verdict == ("accepted" if what == "nothing" else "refused")
+
+
 @pytest.mark.parametrize("share", [0.31, 0.7])
 @pytest.mark.parametrize("prior_sigma", [1.0, np.nan])
 @pytest.mark.parametrize("cameras", [1, 2])

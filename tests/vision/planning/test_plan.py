@@ -11,6 +11,7 @@ import pytest
 
 from relmodel.arrays import Floats
 from relmodel.errors import UsageError
+from relmodel.find.find import world_named
 from relmodel.geometry.joints import Joint, JointTree
 from relmodel.store import Store
 from relmodel.world.kinematics import MountedRig
@@ -18,8 +19,11 @@ from relmodel.world.placement import place_world
 from tests.parts.step_parts import write_product
 from tests.reading import load
 from vision.cameras.cameras import Camera, Rig, perturb
-from vision.planning.plan import choose_views, plan_views
+from vision.planning.grid import Floor, Grid, find_table, lay_grid, usual_distance
+from vision.planning.plan import _items, _left, choose_views, plan_views
+from vision.planning.predict import predict_distinct_px
 from vision.planning.reach import reach, reaches_any_pose, spread_joints
+from vision.scene.stored_scene import read_scene
 
 F = 1000.0
 SIZE = np.array([120.0, 80.0, 60.0])
@@ -50,7 +54,7 @@ def block(fresh_store: str, tmp_path: Path) -> Iterator[Store]:
 
 
 def test_holes_on_opposite_sides_need_two_views(block: Store) -> None:
-    plan = plan_views(block, ONE, object_name="block", distance_mm=400.0)
+    plan = plan_views(block, ONE, object_name="block", distance_mm=400.0, above="none")
     holes = [{path for path in view.paths if "hole" in path} for view in plan.views]
     assert plan.hidden == []
     assert plan.tried >= 30
@@ -67,13 +71,56 @@ def test_holes_on_opposite_sides_need_two_views(block: Store) -> None:
         plan_views(block, ONE, object_name="wing")
 
 
+def grid(block: Store, rig: Rig, distance_mm: float | None = None, floor: Floor | None = None) -> Grid:
+    with block.read() as connection:
+        scene = read_scene(block, connection, world_named(block, connection, None)[0]).scene
+    assert find_table(scene) == Floor(2, 0.0)
+    return lay_grid(scene, np.unique(scene.surface_occurrence), rig, distance_mm, floor)
+
+
+def test_cameras_stay_above_the_table_or_a_plane_that_is_stated(block: Store) -> None:
+    everywhere = grid(block, ONE, 400.0).world_from_rig[:, :3, 3]
+    for floor in (Floor(2, 0.0), Floor(0, 600.0), Floor(2, -5000.0)):
+        height = everywhere[:, floor.axis] - floor.mm
+        kept = grid(block, ONE, 400.0, floor).world_from_rig[:, :3, 3]
+        assert np.array_equal(kept, everywhere[height >= 150])  # as far as from anything else
+    assert (everywhere[:, 2] < 0).any()
+    on_table = plan_views(block, ONE, object_name="block", distance_mm=400.0)
+    assert on_table.above == "z = 0"
+    assert min(view.world_from_rig[2, 3] for view in on_table.views) > 0
+    assert len(on_table.hidden) == 1  # the hole from below
+    assert "hole" in on_table.hidden[0]
+    for wrong in ("z", "z=", "w=3", "z=up", "z=nan", "3", ""):
+        with pytest.raises(UsageError, match="give an axis and mm, as z=0, or none"):
+            plan_views(block, ONE, object_name="block", above=wrong)
+
+
+def pair_of(angle: float, apart: float) -> Rig:
+    """Two cameras like `ONE`, so far apart, each turned inwards by half the angle (rad)."""
+    poses = {}
+    for name, side in (("left", -1.0), ("right", 1.0)):
+        turn, pose = side * angle / 2, np.eye(4)
+        pose[:3, :3] = [[np.cos(turn), 0, -np.sin(turn)], [0, 1, 0], [np.sin(turn), 0, np.cos(turn)]]
+        pose[:3, 3] = side * apart / 2, 0, 0
+        poses[name] = pose
+    return Rig(dict.fromkeys(poses, ONE.cameras["left"]), poses)
+
+
+def test_views_are_taken_from_where_the_cameras_look_or_the_part_fills_them(block: Store) -> None:
+    toed_in = pair_of(2 * np.arctan(50 / 700), 100.0)
+    for rig, distance in ((toed_in, 700.0), (ONE, F * SIZE[0] / 800)):
+        views = grid(block, rig)
+        far = np.linalg.norm(views.target - views.world_from_rig[:, :3, 3], axis=1)
+        assert far == pytest.approx([distance] * len(far))
+    # Parallel, diverging or hardly toed in: the part in both pictures; a large part no farther than pixels are fine.
+    for angle in (0.0, -0.2, 0.01):
+        assert usual_distance(pair_of(angle, 100.0), SIZE) == pytest.approx(F * (SIZE[0] + 100) / 800)
+    assert usual_distance(ONE, np.array([10.0, 300, 280])) == pytest.approx(F * 280 / 600)
+    assert usual_distance(ONE, np.array([3000.0, 40, 1000])) == 600.0
+
+
 def test_px_of_a_face_seen_straight_on(block: Store) -> None:
     """From above the block shows its outline, the rim of the hole and the rim of its floor, and nothing else."""
-    from relmodel.find.find import world_named
-    from vision.planning.plan import _items, _left
-    from vision.planning.predict import predict_distinct_px
-    from vision.scene.stored_scene import read_scene
-
     with block.read() as connection:
         rows, world = _left(block, connection, None, "block", None)
         assert world == world_named(block, connection, None)[0]

@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
     from relmodel.compiled import compile_ahead
     from relmodel.drawing.strokes import check_writable, save_side_by_side
-    from vision.cameras.images import describe_bits, read_mask, read_picture
+    from vision.cameras.images import describe_reading, read_mask, read_picture
     from vision.extraction.extract import KERNELS, extract
     from vision.extraction.extraction_parameters import EdgeParameters, ExtractionParameters, RegionParameters
     from vision.extraction.pictures import STAGES, count_of_stage, draw_stage
@@ -80,7 +80,7 @@ def run(args: argparse.Namespace) -> int:
     )
     with _run(args, parameters) as stored:
         pictures = [read_picture(path) for path in args.images]
-        for words in describe_bits(pictures):
+        for words in describe_reading(pictures):
             say(words)
         compile_ahead(KERNELS, say)
         found = []

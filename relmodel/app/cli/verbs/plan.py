@@ -34,7 +34,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--distance",
         type=float,
         metavar="MM",
-        help="from the cameras to the part's surface (default: where a pixel shows .6 mm)",
+        help="from the cameras to the part's surface (default: where the axes of toed-in cameras meet; else where the "
+        "part fills the picture, or nearer, where a pixel shows .6 mm)",
+    )
+    parser.add_argument(
+        "--above",
+        metavar="PLANE",
+        help="keep the cameras above a plane of the world, as z=0 (default: z=0 where nothing of the world lies below "
+        "it, else none)",
     )
     parser.add_argument(
         "--views", type=int, metavar="N", help="at most so many (default: as many as check 95 %% of what any could)"
@@ -57,6 +64,7 @@ def run(args: argparse.Namespace) -> int:
             world=args.world,
             on=args.on,
             distance_mm=args.distance,
+            above=args.above,
             most=args.views,
             out=args.out,
             progress=progress,
@@ -86,8 +94,9 @@ def _summary(plan: Plan) -> str:
         return "all is checked: there is nothing to plan"
     sum_of = sum(len(view.paths) for view in plan.views)
     hidden = f"; no pose tried would check {len(plan.hidden)} (--format json names them)" if plan.hidden else ""
+    above = f" above {plan.above}" if plan.above else ""
     beyond = f", {plan.out_of_reach} more are out of the arm's reach" if plan.out_of_reach else ""
     return (
         f"{len(plan.views)} views would check {sum_of} of {plan.left} parts and features that are left{hidden}; "
-        f"{plan.tried} poses were tried{beyond}"
+        f"{plan.tried} poses were tried{above}{beyond}"
     )
