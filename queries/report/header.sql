@@ -1,8 +1,8 @@
 -- What the head of a report that is signed says: part, serial number, cell, rig, operator and date.
 -- Takes run_id; gives a row of an inspection, however it ended; part: the inspected objects of its world with their
 -- variants, null where it came to no answer or was pruned; rig: its file.
-SELECT string_agg(concat(v.name, CASE v.variant WHEN '' THEN '' ELSE concat(' variant ', v.variant) END,
-        ' revision ', v.revision), ', ' ORDER BY o.object_no) AS part,
+SELECT string_agg(CASE WHEN v.id IS NOT NULL THEN concat(v.name, CASE v.variant WHEN '' THEN '' ELSE concat(' variant ', v.variant) END,
+        ' revision ', v.revision) END, ', ' ORDER BY o.object_no) AS part,
     coalesce(i.serial, (r.parameters ->> 'serial')) AS serial, nullif(s.cell, '') AS cell,
     coalesce(w.name, nullif((r.parameters ->> 'world'), '')) AS world,
     (SELECT min(n.name) FROM run_input AS n WHERE n.run_id = r.id AND n.role = 'rig') AS rig,
