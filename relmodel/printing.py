@@ -59,10 +59,19 @@ def rounded(value: float, decimals: int) -> Decimal:
 
 def print_tables(tables: Mapping[str, tuple[Sequence[str], Iterable[Sequence[Any]]]], out: TextIO) -> None:
     """Print several tables, each its columns' names and its rows, as JSON: an object of lists of objects."""
-    _print_json({title: list(_objects(names, rows)) for title, (names, rows) in tables.items()}, out)
+    listed = {title: list(_objects(names, rows)) for title, (names, rows) in tables.items()}
+    out.write(json_text(listed, indent=1) + "\n")
 
 
-def plain(value: Any) -> Any:
+def json_text(data: Any, **form: Any) -> str:
+    """Data as JSON, in the form that `json.dumps` is told: numbers that are not finite are null."""
+    try:
+        return json.dumps(data, default=_plain, allow_nan=False, **form)
+    except (TypeError, ValueError):  # a key that is no text, or a number that is not finite
+        return json.dumps(finite(data), allow_nan=False, **form)
+
+
+def _plain(value: Any) -> Any:
     """What JSON has no form for: decimals as floats, NumPy's as Python's, bytes in hexadecimal, others as text."""
     if isinstance(value, Decimal):
         return float(value)
@@ -73,16 +82,22 @@ def plain(value: Any) -> Any:
     return str(value)
 
 
-def _print_json(data: Any, out: TextIO) -> None:
-    json.dump(data, out, default=plain, indent=1)
-    out.write("\n")
+def finite(value: Any) -> Any:
+    """Data of what JSON has a form for alone; numbers that are not finite are None."""
+    if isinstance(value, dict):
+        return {key if isinstance(key, str) else str(key): finite(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(inner) for inner in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, str | int) else finite(_plain(value))
 
 
 def _print_objects(names: Sequence[str], rows: Iterable[Sequence[Any]], out: TextIO) -> None:
-    """What `_print_json` makes of a list of objects, each printed as it comes."""
+    """What `json_text` makes of a list of objects, each printed as it comes."""
     before = "["
     for one in _objects(names, rows):
-        out.write(f"{before}\n " + json.dumps(one, default=plain, indent=1).replace("\n", "\n "))
+        out.write(f"{before}\n " + json_text(one, indent=1).replace("\n", "\n "))
         before = ","
     out.write("[]\n" if before == "[" else "\n]\n")
 

@@ -34,11 +34,13 @@ CREATE TABLE run_event (  -- What happened in a run, appended in order; run_stat
     seconds DOUBLE PRECISION,  -- how long the step or the run took, s; those of the steps add up to that of the run
     state TEXT,  -- how the run ended: finished (it did what it was asked, whatever the verdict), failed (bad input or an error) or killed (its
         -- process was gone); null of what happened before
+    cause TEXT,  -- of a run that failed: input (what it was given is bad: no more than tried) or error; null of all else
     message TEXT,  -- the error or the reason, one sentence
     happened_at TIMESTAMPTZ NOT NULL,  -- when it happened: of a step, when the step ended
     PRIMARY KEY (run_id, event_no),
     CHECK (kind IN ('begun', 'step', 'ended', 'found_dead')),
     CHECK ((state IS NOT NULL) = (kind IN ('ended', 'found_dead'))),
+    CHECK (cause IN ('input', 'error')),
     CHECK (CASE kind WHEN 'ended' THEN state IN ('finished', 'failed') ELSE state = 'killed' END)
 );
 

@@ -11,6 +11,13 @@ CREATE TABLE finding_decision (  -- What a person decided of a finding; appended
     CHECK (decision IN ('accepted', 'rejected'))
 );
 
+CREATE VIEW current_decision (  -- What a person decided last of a finding.
+    run_id, inspection_run_id, item_no, decision, decided_by, note  -- as in finding_decision
+) AS
+SELECT DISTINCT ON (inspection_run_id, item_no) run_id, inspection_run_id, item_no, decision, decided_by, note
+FROM finding_decision
+ORDER BY inspection_run_id, item_no, run_id DESC;
+
 CREATE VIEW failing (  -- Parts and features that are changed or contradicted by themselves. A view, since a stage of a query that is asked for twice
     -- is made of all runs.
     run_id,  -- the run
@@ -118,12 +125,6 @@ grouped AS (
     FROM failing_item AS g
     JOIN presence AS p ON p.run_id = g.run_id AND p.item_no = g.item_no
     GROUP BY g.run_id, g.lead_no
-),
-decided AS (
-    SELECT DISTINCT ON (d.inspection_run_id, d.item_no) d.*, r.began_at
-    FROM finding_decision AS d
-    JOIN run AS r ON r.id = d.run_id
-    ORDER BY d.inspection_run_id, d.item_no, d.run_id DESC
 )
 SELECT p.run_id,
     row_number() OVER (
@@ -133,14 +134,15 @@ SELECT p.run_id,
     p.item_no, p.path, p.level, p.occurrence_id, p.feature_no, p.state, p.reason,
     greatest(-p.log_odds, coalesce(p.moved_log_odds, 0)) AS evidence, m.what, m.nominal, m.value, m.sigma, m.unit,
     CASE WHEN m.what IN ('diameter', 'shift', 'thickness', 'width') THEN greatest(t.value, k.value * m.sigma) END AS least_difference,
-    g.together, d.decision, d.decided_by, d.note, d.began_at AS decided_at
+    g.together, d.decision, d.decided_by, d.note, r.began_at AS decided_at
 FROM grouped AS g
 JOIN presence AS p ON p.run_id = g.run_id AND p.item_no = g.lead_no
 LEFT JOIN ranked AS m ON m.run_id = p.run_id AND m.item_no = p.item_no AND m.place = 1
 LEFT JOIN threshold AS t ON t.run_id = p.run_id AND t.decision = 'presence'
     AND t.name = CASE m.what WHEN 'thickness' THEN 'states.changed_wall_mm' ELSE 'states.changed_mm' END
 LEFT JOIN threshold AS k ON k.run_id = p.run_id AND k.decision = 'presence' AND k.name = 'states.changed_sigma'
-LEFT JOIN decided AS d ON d.inspection_run_id = p.run_id AND d.item_no = p.item_no;
+LEFT JOIN current_decision AS d ON d.inspection_run_id = p.run_id AND d.item_no = p.item_no
+LEFT JOIN run AS r ON r.id = d.run_id;
 
 CREATE VIEW serial_evidence (  -- What all inspections of a physical part say of each part and feature that its model has. Of the accepted inspections that
     -- decided it the newest counts that was to see at least half as much of it as the one that was to see most: each state
@@ -240,6 +242,7 @@ ORDER BY s.serial, f.path, f.run_id DESC;
 
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('finding_decision', 'run', 'primary'),
+    ('current_decision', 'run', 'view'),
     ('failing', 'localisation', 'view'),
     ('failing_item', 'localisation', 'view'),
     ('finding', 'localisation', 'view'),

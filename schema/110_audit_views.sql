@@ -83,14 +83,17 @@ other AS (
     GROUP BY run_id
 ),
 found AS (
-    SELECT run_id, count(DISTINCT lead_no) AS findings
-    FROM failing_item
-    GROUP BY run_id
+    SELECT f.run_id, count(*) AS findings, count(d.run_id) AS accepted,
+        string_agg(DISTINCT d.decided_by, ', ' ORDER BY d.decided_by) AS accepted_by
+    FROM (SELECT DISTINCT run_id, lead_no FROM failing_item) AS f
+    LEFT JOIN current_decision AS d
+        ON d.inspection_run_id = f.run_id AND d.item_no = f.lead_no AND d.decision = 'accepted'
+    GROUP BY f.run_id
 ),
 said AS (
     SELECT p.run_id, p.verdict, CASE WHEN c.in_view IS NOT NULL THEN coalesce(f.findings, 0) END AS findings,
         c.confirmed + c.changed + c.contradicted AS checked, c.in_view, c.changed, c.contradicted, c.not_confirmed,
-        c.undecidable, o.variant,
+        c.undecidable, o.variant, f.accepted, f.accepted_by,
         CASE p.verdict WHEN 'accepted' THEN 'usable' WHEN 'ambiguous' THEN 'not unique' ELSE 'not found' END AS pose_verdict,
         CASE
             WHEN p.verdict <> 'accepted' THEN 'not enough seen'
@@ -112,7 +115,8 @@ SELECT run_id, verdict, pose_verdict, part_verdict,
     END AS mood,
     findings, checked, in_view, changed, contradicted, not_confirmed, undecidable, variant,
     concat('pose ', pose_verdict, '; part ', part_verdict,
-        CASE WHEN part_verdict = 'deviates' THEN concat(' (', findings, CASE findings WHEN 1 THEN ' finding)' ELSE ' findings)' END) END,
+        CASE WHEN part_verdict = 'deviates' THEN concat(' (', findings, CASE findings WHEN 1 THEN ' finding' ELSE ' findings' END,
+            CASE WHEN accepted > 0 THEN concat(', ', CASE WHEN accepted < findings THEN concat(accepted, ' ') END, 'accepted by ', accepted_by) END, ')') END,
         CASE WHEN in_view > 0 THEN concat('; ', concat_ws(', ', concat(checked, ' of ', in_view, ' checked'),
             CASE WHEN changed > 0 THEN concat(changed, ' changed') END,
             CASE WHEN contradicted > 0 THEN concat(contradicted, ' contradicted') END,
@@ -120,6 +124,28 @@ SELECT run_id, verdict, pose_verdict, part_verdict,
             CASE WHEN undecidable > 0 THEN concat(undecidable, ' undecidable') END)) END,
         '; ' || variant) AS outcome
 FROM said;
+
+CREATE VIEW serial_stop (  -- The stops of a physical part: every inspection that was begun with its serial number, however it ended.
+    serial,  -- the physical part
+    run_id,  -- the run
+    ended,  -- usable, not unique or not found, as of its pose; failed, killed or running where it came to none; or pruned
+    reason  -- why, one sentence; null while it runs
+) AS
+SELECT coalesce(i.serial, (r.parameters ->> 'serial')) AS serial, r.id AS run_id,
+    CASE
+        WHEN q.by_run_id IS NOT NULL THEN 'pruned'
+        WHEN i.verdict = 'accepted' THEN 'usable'
+        WHEN i.verdict = 'ambiguous' THEN 'not unique'
+        WHEN i.verdict = 'refused' THEN 'not found'
+        ELSE s.state
+    END AS ended,
+    CASE WHEN q.by_run_id IS NULL THEN coalesce(i.reason, e.message) ELSE concat('run ', q.by_run_id, ' removed what it found') END AS reason
+FROM run AS r
+JOIN run_state AS s ON s.run_id = r.id
+LEFT JOIN run_event AS e ON e.run_id = r.id AND e.kind IN ('ended', 'found_dead')
+LEFT JOIN inspection AS i ON i.run_id = r.id
+LEFT JOIN pruned_run AS q ON q.run_id = r.id AND q.what = 'runs'
+WHERE r.kind = 'inspect' AND coalesce(i.serial, (r.parameters ->> 'serial')) IS NOT NULL;
 
 CREATE VIEW serial_outcome (  -- How a physical part is by all inspections of it: what its report and `relmodel runs` would say in one line.
     serial,  -- the physical part
@@ -130,8 +156,9 @@ CREATE VIEW serial_outcome (  -- How a physical part is by all inspections of it
     checked,  -- parts and features that are checked
     features,  -- parts and features that its model has
     not_seen,  -- parts and features that no accepted inspection had in view
-    stops,  -- inspections of it
+    stops,  -- inspections of it, however they ended
     usable_stops,  -- those whose pose is usable
+    unusable,  -- of each other one its run, how it ended and why; null where there is none
     variant,  -- that its stops show another variant than the world has; null where they do not
     outcome  -- all of it in words
 ) AS
@@ -143,15 +170,22 @@ WITH counted AS (
     GROUP BY serial
 ),
 stop AS (
-    SELECT serial, count(*) AS stops, count(CASE verdict WHEN 'accepted' THEN 1 END) AS usable_stops
-    FROM inspection
-    WHERE serial IS NOT NULL
+    SELECT serial, count(*) AS stops, count(CASE ended WHEN 'usable' THEN 1 END) AS usable_stops,
+        string_agg(CASE WHEN ended <> 'usable' THEN concat('run ', run_id, ', ', ended, ': ' || reason) END, '; ' ORDER BY run_id) AS unusable
+    FROM serial_stop
+    GROUP BY serial
+),
+other AS (  -- how many stops ended in each way but usable, in words
+    SELECT serial, string_agg(concat(CASE stops WHEN 1 THEN 'one' ELSE CAST(stops AS TEXT) END, ' ', ended), ', ' ORDER BY ended) AS ends
+    FROM (SELECT serial, ended, count(*) AS stops FROM serial_stop WHERE ended <> 'usable' GROUP BY serial, ended) AS counted_ends
     GROUP BY serial
 ),
 found AS (
-    SELECT serial, count(*) AS findings
-    FROM serial_finding
-    GROUP BY serial
+    SELECT s.serial, count(*) AS findings, count(d.run_id) AS accepted,
+        string_agg(DISTINCT d.decided_by, ', ' ORDER BY d.decided_by) AS accepted_by
+    FROM serial_finding AS s
+    LEFT JOIN finding AS d ON d.run_id = s.run_id AND d.finding_no = s.finding_no AND d.decision = 'accepted'
+    GROUP BY s.serial
 ),
 weighed AS (
     SELECT DISTINCT ON (i.serial) i.serial, o.variant
@@ -161,21 +195,23 @@ weighed AS (
     ORDER BY i.serial, i.run_id DESC
 ),
 said AS (
-    SELECT c.serial, coalesce(f.findings, 0) AS findings, c.confirmed + c.failed AS checked, c.features, c.not_seen,
-        s.stops, s.usable_stops, w.variant,
+    SELECT s.serial, coalesce(f.findings, 0) AS findings, f.accepted, f.accepted_by, coalesce(c.confirmed + c.failed, 0) AS checked,
+        coalesce(c.features, 0) AS features, coalesce(c.not_seen, 0) AS not_seen, s.stops, s.usable_stops, s.unusable, o.ends, w.variant,
         CASE WHEN w.variant IS NOT NULL THEN 'another variant' WHEN c.failed > 0 THEN 'deviates' WHEN 2 * c.confirmed >= c.features THEN 'as modelled' ELSE 'not enough seen' END AS part_verdict
-    FROM counted AS c
-    JOIN stop AS s ON s.serial = c.serial
-    LEFT JOIN found AS f ON f.serial = c.serial
-    LEFT JOIN weighed AS w ON w.serial = c.serial
+    FROM stop AS s
+    LEFT JOIN counted AS c ON c.serial = s.serial
+    LEFT JOIN other AS o ON o.serial = s.serial
+    LEFT JOIN found AS f ON f.serial = s.serial
+    LEFT JOIN weighed AS w ON w.serial = s.serial
 )
 SELECT serial, part_verdict,
     CASE WHEN part_verdict IN ('deviates', 'another variant') THEN 'bad' WHEN part_verdict = 'as modelled' AND checked = features THEN 'good' ELSE 'warn' END AS mood,
-    findings, checked, features, not_seen, stops, usable_stops, variant,
+    findings, checked, features, not_seen, stops, usable_stops, unusable, variant,
     concat('part ', part_verdict,
-        CASE WHEN findings > 0 THEN concat(' (', findings, CASE findings WHEN 1 THEN ' finding)' ELSE ' findings)' END) END,
-        '; ', checked, ' of ', features, ' checked, ', features - checked - not_seen, ' seen and not checked, ', not_seen,
-        ' not yet seen; ', usable_stops, ' of ', stops, ' stops usable', CASE WHEN variant IS NOT NULL THEN concat('; ', variant) END) AS outcome
+        CASE WHEN findings > 0 THEN concat(' (', findings, CASE findings WHEN 1 THEN ' finding' ELSE ' findings' END,
+            CASE WHEN accepted > 0 THEN concat(', ', CASE WHEN accepted < findings THEN concat(accepted, ' ') END, 'accepted by ', accepted_by) END, ')') END,
+        CASE WHEN features > 0 THEN concat('; ', checked, ' of ', features, ' checked, ', features - checked - not_seen, ' seen and not checked, ', not_seen,
+            ' not yet seen') END, '; ', usable_stops, ' of ', stops, ' stops usable', ': ' || ends, CASE WHEN variant IS NOT NULL THEN concat('; ', variant) END) AS outcome
 FROM said;
 
 CREATE VIEW run_summary (  -- Every run with how it ended, and the verdict and what is not as modelled where it was an inspection.
@@ -196,19 +232,21 @@ CREATE VIEW run_summary (  -- Every run with how it ended, and the verdict and w
     not_confirmed,  -- parts and features that should be seen and are not, likewise
     undecidable,  -- parts and features of which the pictures do not tell, likewise
     variant,  -- that the pictures show another variant than the world has, likewise
-    outcome,  -- both verdicts, counts and variant in words, likewise
+    outcome,  -- both verdicts, counts and variant in words, likewise; or by which run it was pruned
     message,  -- the error or the reason
     evidence_ratio  -- evidence found in the images over what a right pose would find; null where it was no inspection
 ) AS
 SELECT
-    r.id AS run_id, r.kind, r.began_at, e.seconds, s.state, i.serial, o.verdict, o.pose_verdict, o.part_verdict, o.findings,
-    o.checked, o.in_view, o.changed, o.contradicted, o.not_confirmed, o.undecidable, o.variant, o.outcome, e.message, p.evidence_ratio
+    r.id AS run_id, r.kind, r.began_at, e.seconds, s.state, coalesce(i.serial, (r.parameters ->> 'serial')) AS serial, o.verdict, o.pose_verdict, o.part_verdict, o.findings,
+    o.checked, o.in_view, o.changed, o.contradicted, o.not_confirmed, o.undecidable, o.variant,
+    coalesce(o.outcome, 'pruned by run ' || CAST(q.by_run_id AS TEXT)) AS outcome, e.message, p.evidence_ratio
 FROM run AS r
 JOIN run_state AS s ON s.run_id = r.id
 LEFT JOIN run_event AS e ON e.run_id = r.id AND e.kind IN ('ended', 'found_dead')
 LEFT JOIN pose AS p ON p.run_id = r.id
 LEFT JOIN inspection AS i ON i.run_id = r.id
-LEFT JOIN inspection_outcome AS o ON o.run_id = r.id;
+LEFT JOIN inspection_outcome AS o ON o.run_id = r.id
+LEFT JOIN pruned_run AS q ON q.run_id = r.id AND q.what = 'runs';
 
 CREATE VIEW pose_world (  -- Where the rig was in the world, and how sure that is along and about the world's axes; pose has the same in the rig's
     -- frame.
@@ -391,6 +429,7 @@ JOIN run AS r ON r.id = a.run_id;
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('found_variant', 'localisation', 'view'),
     ('inspection_outcome', 'localisation', 'view'),
+    ('serial_stop', 'run', 'view'),
     ('serial_outcome', 'localisation', 'view'),
     ('run_summary', 'run', 'view'),
     ('pose_world', 'localisation', 'view'),

@@ -1,8 +1,9 @@
--- The inspections of a physical part.
--- Takes serial; gives one row an inspection, the first first.
-SELECT i.run_id AS run, r.began_at, o.pose_verdict, o.part_verdict, o.findings, o.checked, o.in_view, i.reason
-FROM inspection AS i
-JOIN run AS r ON r.id = i.run_id
-JOIN inspection_outcome AS o ON o.run_id = i.run_id
-WHERE i.serial = :serial
-ORDER BY i.run_id
+-- The stops of a physical part: its inspections, however they ended.
+-- Takes serial; gives one row a stop, the first first; ended: usable, not unique or not found, of its pose, else failed,
+-- killed, running or pruned.
+SELECT s.run_id AS run, r.began_at, s.ended, o.part_verdict, o.findings, o.checked, o.in_view, s.reason
+FROM serial_stop AS s
+JOIN run AS r ON r.id = s.run_id
+LEFT JOIN inspection_outcome AS o ON o.run_id = s.run_id
+WHERE s.serial = :serial
+ORDER BY s.run_id

@@ -86,12 +86,13 @@ class OpenStore(Store):
         path: npt.ArrayLike,
         count: int = 1,
         *,
+        level: str = "part",
         radius: float = 0.0,
         tool: npt.ArrayLike = (0.0, 0.0, 0.0),
         world: str | None = None,
     ) -> Columns:
-        """The parts nearest to a point, a part or a tool's way, by columns: `relmodel.find.find.nearest_parts`."""
-        return Columns(find.nearest_parts(self, path, count, radius=radius, tool=tool, world=world))
+        """What is nearest to a point, a part or a tool's way, by columns: `relmodel.find.find.nearest_parts`."""
+        return Columns(find.nearest_parts(self, path, count, level=level, radius=radius, tool=tool, world=world))
 
     def inspect(
         self,

@@ -42,6 +42,8 @@ _KNOWN = {
     "colour": _Known(("part", "surface", "arc")),
     "layer": _Known(("part", "surface", "arc")),
 }
+# What inspections read of an object as its world places it, which an attribute would not change.
+_OF_WORLD_FILE = ("tolerance_mm", "role", "joints", "world_from_object")
 
 
 @dataclass(frozen=True)
@@ -166,6 +168,11 @@ def _check(owner: Owner, name: str, value: Value, unit: str | None, units: dict[
         raise UsageError(f"the unit {unit!r} is unknown: use one of {', '.join(units)}")
     if name in ("index_kind", "grid_cell_mm") and owner.level == "world":
         raise UsageError(f"{name} is measured by relmodel index --compare: it is not set by hand")
+    if name.lower() in _OF_WORLD_FILE:
+        raise UsageError(
+            f"{name} is read from the world file: write it there beside the object and place it again, with relmodel "
+            "world FILE"
+        )
     if name in _KNOWN:
         _check_known(owner, name, value, unit, units)
 

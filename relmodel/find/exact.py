@@ -63,21 +63,27 @@ def exactly_met(
 
 
 def exact_distances(
-    store: Store, connection: Connection, body: Floats, body_solid: bool, found: Mapping[str, npt.NDArray[Any]]
+    store: Store,
+    connection: Connection,
+    level: str,
+    body: Floats,
+    body_solid: bool,
+    found: Mapping[str, npt.NDArray[Any]],
 ) -> Floats:
-    """Distances (n,), mm, of parts, rows of `in_volumes`, from a body, triangles (m, 3, 3): of their triangles, or of
-    those of their boxes where they have none."""
+    """Distances (n,), mm, of what a level has, rows of `in_volumes`, from a body, triangles (m, 3, 3): of their
+    triangles, or of those of their boxes where they have none."""
     from relmodel.find.exact_kernels import distances
 
-    geometry = _Geometry.of_parts(store, connection, found)
-    element = geometry.number(found["shape_id"].astype(np.int64), np.full(len(found["shape_id"]), -1, np.int64))
+    geometry = _Geometry.of_all(store, connection, level, found)
+    element = geometry.number(found["shape_id"].astype(np.int64), found["element_no"].astype(np.int64))
     given = geometry.triangles, geometry.first_triangle, geometry.solid
     return distances(np.ascontiguousarray(body), body_solid, matrices(found), element, *given)
 
 
 def placed_triangles(store: Store, connection: Connection, part: Mapping[str, npt.NDArray[Any]]) -> tuple[Floats, bool]:
     """Triangles (m, 3, 3) of a part, the only row, in the world, or those of its box; and whether it is solid."""
-    geometry, pose = _Geometry.of_parts(store, connection, part), matrices(part)[0]
+    one = {**part, "element_no": np.array([-1])}
+    geometry, pose = _Geometry.of_all(store, connection, "part", one), matrices(part)[0]
     return geometry.triangles @ pose[:3, :3].T + pose[:3, 3], bool(geometry.solid[0])
 
 
@@ -144,16 +150,20 @@ class _Geometry:
         return cls(list(features), triangles, [False] * len(features), deviation)
 
     @classmethod
-    def of_parts(cls, store: Store, connection: Connection, parts: Mapping[str, npt.NDArray[Any]]) -> _Geometry:
-        """Of the shapes of some parts; one that has no triangles is its box, and solid."""
-        shape_id, first = np.unique(parts["shape_id"].astype(np.int64), return_index=True)
-        meshes = cls.load(store, connection, "part", shape_id.tolist())
-        places = meshes.number(shape_id, np.full(len(shape_id), -1, np.int64)).tolist()
-        boxes = np.stack([parts[f"shape_{axis}{end}"][first] for end in (0, 1) for axis in "xyz"], axis=1).astype(float)
+    def of_all(
+        cls, store: Store, connection: Connection, level: str, found: Mapping[str, npt.NDArray[Any]]
+    ) -> _Geometry:
+        """Of some rows of `in_volumes`; what has no triangles is its box, and solid."""
+        key = np.stack([found["shape_id"], found["element_no"]]).astype(np.int64)
+        (shape_id, element_no), first = np.unique(key, axis=1, return_index=True)
+        meshes = cls.load(store, connection, level, np.unique(shape_id).tolist())
+        places = meshes.number(shape_id, element_no).tolist()
+        boxes = np.stack([found[f"shape_{axis}{end}"][first] for end in (0, 1) for axis in "xyz"], axis=1).astype(float)
         meshed = np.split(meshes.triangles, meshes.first_triangle[1:-1])
         triangles = [_box_triangles(box) if at < 0 else meshed[at] for at, box in zip(places, boxes, strict=True)]
         solid = [at < 0 or bool(meshes.solid[at]) for at in places]
-        return cls([(number, -1) for number in shape_id.tolist()], triangles, solid, [0.0] * len(places))
+        keys = list(zip(shape_id.tolist(), element_no.tolist(), strict=True))
+        return cls(keys, triangles, solid, [0.0] * len(places))
 
     def number(self, shape_id: Ints, element_no: Ints) -> Ints:
         """Places of elements in this table (n,), -1 where it has none."""

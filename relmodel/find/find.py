@@ -150,16 +150,18 @@ def nearest_parts(
     path: npt.ArrayLike,
     count: int = 1,
     *,
+    level: str = "part",
     radius: float = 0.0,
     tool: npt.ArrayLike = (0.0, 0.0, 0.0),
     world: str | None = None,
 ) -> dict[str, npt.NDArray[Any]]:
-    """The `count` parts nearest to a point (3,), to a tool swept along straight pieces between points (k, 3), or, where
-    `path` is the path of a placed part, to that part, itself left out.
+    """The `count` parts, or elements of another level, nearest to a point (3,), to a tool swept along straight pieces
+    between points (k, 3), or, where `path` is the path of a placed part, to that part, itself and its elements left
+    out.
 
     Columns of `in_volumes`, and distance_mm, 0 where the part is touched or one is inside the other and that is solid,
-    by which they are sorted, then by occurrence_id.  Distances are of the triangles, true within what these miss
-    (`shape_mesh`), or of the box of a part that has none.
+    by which they are sorted, then by occurrence_id and element_no.  Distances are of the triangles or, of arcs, the
+    chords, true within what these miss (`shape_mesh`), or of the box of what has none.
     tool: points (n, 3), mm, about the point that goes the path, turned as the world is; the tool is their convex hull,
     without them a point.  radius: by which it is larger all round, mm, as a ball is than a point.  Raises UsageError
     where the path or the tool is none, no such part is placed, the count is below 1 or the radius below 0, and as
@@ -182,12 +184,12 @@ def nearest_parts(
     reach = 64.0
     while True:
         grown = bounds + np.repeat([-1.0, 1.0], 3) * (radius + reach)
-        found = in_volume(store, Box(*grown), world=world)
+        found = in_volume(store, Box(*grown), level=level, world=world)
         found = _chosen(found, found["occurrence_id"] != itself)
         with store.read() as connection:
-            away = exact_distances(store, connection, body, solid, found) - radius
+            away = exact_distances(store, connection, level, body, solid, found) - radius
         found["distance_mm"] = np.maximum(away, 0.0)
-        order = np.lexsort((found["occurrence_id"], found["distance_mm"]))
+        order = np.lexsort((found["element_no"], found["occurrence_id"], found["distance_mm"]))
         order = order[found["distance_mm"][order] <= reach][:count]
         if len(order) == count or reach > _FARTHEST_MM:
             return {name: values[order] for name, values in found.items()}

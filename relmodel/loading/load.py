@@ -19,6 +19,7 @@ from relmodel.progress import Progress, silent
 from relmodel.readers import TIME_LIMIT_S, Reader, ReadOptions, read
 from relmodel.readers.formats import check_unit, format_of
 from relmodel.store import Run, Store, digest_inputs
+from relmodel.store.runs import cause_of
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
@@ -219,6 +220,6 @@ def _note_refusal(
         run.inputs(connection, files)
         run.append(connection, "load_report", {"run_id": [run.id], "status": "refused", "message": message})
         append_findings_of_refused(run, connection, findings)
-        run.fail(message, connection)
+        run.fail(message, connection, cause=cause_of(error))
 
     run.transact(write)

@@ -20,7 +20,7 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from relmodel.errors import InputError
+from relmodel.errors import InputError, missing_library
 from relmodel.readers import ReadOptions, read
 
 if TYPE_CHECKING:
@@ -94,6 +94,10 @@ def main(arguments: list[str]) -> int:
         found = str(error).replace(str(path), str(named))
     except MemoryError:
         found = _too_much(named, options)
+    except (ImportError, OSError) as error:
+        if (missing := missing_library(error)) is None:
+            raise
+        found = f"{named} cannot be read: {missing}"
     with os.fdopen(result, "wb") as file:
         pickle.dump(found, file, protocol=5)
     return 0

@@ -20,7 +20,7 @@ import numpy as np
 
 import relmodel
 from relmodel.columns import Columns
-from relmodel.errors import InputError
+from relmodel.errors import InputError, UsageError
 from relmodel.identity import code_commit, code_sha256
 from relmodel.paths import check_readable
 from relmodel.store import bulk, journal, sql
@@ -92,6 +92,11 @@ class _Count(NamedTuple):
     written: int
 
 
+def cause_of(error: BaseException) -> str:
+    """What made a run fail: its input, where that was refused, else an error."""
+    return "input" if isinstance(error, InputError | UsageError) else "error"
+
+
 class Run:
     """A run that is under way.  Its row and its begun event are committed at once; what it finds is appended in
     transactions of its own, together with the ledger of the rows; `finish` says that it did what it was asked.
@@ -133,8 +138,8 @@ class Run:
                 yield run
             except BaseException as error:
                 if not run._count.ended:
-                    interrupted = isinstance(error, KeyboardInterrupt)
-                    run.fail("interrupted" if interrupted else str(error) or type(error).__name__)
+                    said = "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
+                    run.fail(said or type(error).__name__, cause=cause_of(error))
                 raise
             if not run._count.ended:
                 run.finish()
@@ -295,20 +300,24 @@ class Run:
         where there were steps."""
         self._end("finished", message, connection, last)
 
-    def fail(self, message: str, connection: Connection | None = None) -> None:
-        """End the run as failed, with the reason; its last step is called unfinished."""
-        self._end("failed", message, connection, "unfinished")
+    def fail(self, message: str, connection: Connection | None = None, *, cause: str = "error") -> None:
+        """End the run as failed, with the reason, and whether that is its input or an error; its last step is called
+        unfinished."""
+        self._end("failed", message, connection, "unfinished", cause)
 
-    def _end(self, state: str, message: str | None, connection: Connection | None, last: str) -> None:
+    def _end(
+        self, state: str, message: str | None, connection: Connection | None, last: str, cause: str | None = None
+    ) -> None:
         if connection is None:
-            self._again(self._transaction, lambda own: self._end(state, message, own, last))
+            self._again(self._transaction, lambda own: self._end(state, message, own, last, cause))
             journal.record(self.store, "run_event", self.id, self._count.events - 1)
             return
         if self._count.steps:
             self.step(last)
         self._write_steps(connection)
         now = self._count.step_began if self._count.steps else time.perf_counter()
-        self._append_events(connection, ["ended"], seconds=[now - self._began], state=[state], message=[message])
+        ended = {"seconds": [now - self._began], "state": [state], "cause": [cause], "message": [message]}
+        self._append_events(connection, ["ended"], **ended)
         self._count = self._count._replace(ended=True)
 
     def _write_steps(self, connection: Connection) -> None:

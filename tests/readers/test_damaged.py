@@ -143,7 +143,11 @@ FAILURES = [
     ("import os; os.abort()", r"that read .* crashed \(SIGABRT\): export it again"),
     ("raise MemoryError", r"takes more than 6 GB of memory: split the file"),
     ("import sys; sys.exit('MemoryError')", r"takes more than 6 GB of memory: split the file"),
-    ("raise ImportError('libGL.so.1: no such file')", r"kernel does not start \(libGL\.so\.1.*install it again"),
+    ("raise ImportError('OCP is of another Python')", r"kernel does not start \(OCP is.*install it again"),
+    (
+        "raise ImportError('libGL.so.1: cannot open shared object file: No such file or directory')",
+        r"kernel does not start: the library libGL\.so\.1 is not installed: apt install libgl1 \(Debian",
+    ),
     ("raise ModuleNotFoundError('none', name='OCP')", r"not installed: pip install 'relmodel\[step\]'"),
     ("raise RuntimeError('lost its way')", r"could not be read \(RuntimeError: lost its way\): export it again"),
     ("print('#' * 10**6); import sys; sys.exit('enough')", r"could not be read \(enough\): export it again"),

@@ -19,7 +19,7 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel import identity
-from relmodel.errors import StoreError
+from relmodel.errors import InputError, StoreError
 from relmodel.store import Run, Store, database, sql
 from relmodel.store.check import check
 
@@ -330,3 +330,23 @@ class answer_lost:  # noqa: N801
         self.transaction.__exit__(*error)
         if error[0] is None:
             raise TransientError("the connection was lost")
+
+
+def test_a_stop_keeps_its_serial_number_however_it_ended(fresh_store: str) -> None:
+    """On both engines: what was refused for its input is no newest inspection, and what broke down is."""
+    broken: list[Exception] = [ValueError("the lens fell off"), InputError("no such file: name another")]
+    with Store.open(fresh_store) as store:
+        for error in broken:
+            with pytest.raises(type(error)), Run.begin(store, "inspect", {"serial": "SN1", "world": "cell"}):
+                raise error
+        with store.read() as connection:
+            stops = store.rows(connection, "report/serial_stops", serial="SN1")
+            (said,) = store.rows(connection, "report/serial_outcome", serial="SN1")
+            (newest,) = store.rows(connection, "audit/newest_inspection")
+            (head,) = store.rows(connection, "report/header", run_id=newest.run_id)
+            (listed,) = store.rows(connection, "serve/parts")
+            assert not store.rows(connection, "report/serial_stops", serial="SN2")
+    assert [(row.ended, row.reason) for row in stops] == [("failed", str(error)) for error in broken]
+    assert said.outcome == "part not enough seen; 0 of 2 stops usable: 2 failed"
+    assert (newest.run_id, listed.newest) == (stops[0].run, stops[1].run)
+    assert (head.serial, head.world, head.part) == ("SN1", "cell", None)

@@ -173,10 +173,11 @@ def _left(
 ) -> tuple[Sequence[Any], int]:
     """Rows of what is left to be checked, and the world."""
     if serial is not None:
-        if not store.rows(connection, "report/serial_outcome", serial=serial):
+        outcome = store.rows(connection, "report/serial_outcome", serial=serial)
+        if not outcome or not outcome[0].features:
             raise UsageError(
-                f"no inspection names the serial number {serial}: plan its first views with --object, or see "
-                "relmodel runs"
+                f"no inspection names the serial number {serial} and came to an answer: plan its first views with "
+                "--object, or see relmodel runs"
             )
         rows = store.rows(connection, "plan/left_of_serial", serial=serial)
         return rows, int(rows[0].world_id) if rows else -1

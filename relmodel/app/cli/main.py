@@ -23,7 +23,7 @@ from relmodel import __version__
 from relmodel.app.cli import output
 from relmodel.app.cli.bounds import drop_output
 from relmodel.app.cli.options import add_debug, add_quiet, add_store
-from relmodel.errors import RelmodelError
+from relmodel.errors import InputError, RelmodelError, missing_library
 from relmodel.text import visible
 
 # Verbs in the order in which help lists them; NAME is the module relmodel.app.cli.verbs.NAME.
@@ -109,6 +109,8 @@ def _interrupts() -> Iterator[list[int]]:
 
 def report_error(args: argparse.Namespace, error: Exception, place: str = "") -> int:
     """Say what went wrong in a sentence, and where; the exit status."""
+    if isinstance(error, ImportError | OSError) and (missing := missing_library(error)):
+        error = InputError(missing)
     if isinstance(error, RelmodelError):
         output.complain(f"relmodel {args.verb}: {place}{error}")
         return error.exit_status

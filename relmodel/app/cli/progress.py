@@ -55,8 +55,9 @@ class Watch:
             steps = steps if at is None else steps[at + 1 :]
         return steps
 
-    def _known(self) -> tuple[float, float | None, bool]:
-        """The share done, the seconds left where something tells them, and whether it takes longer than the last."""
+    def _known(self) -> tuple[float, float | None]:
+        """The share done, and the seconds left where something tells them: nothing does from when it takes longer than
+        the last."""
         now = time.monotonic()
         total = sum(seconds for _, seconds in self._usual.get(self._kind, ()))
         share, took = self._done / max(self._of, 1), now - self._began
@@ -64,23 +65,24 @@ class Watch:
             left, in_step = self._left(), now - self._step_began
             rest = sum(seconds for _, seconds in left) - (min(in_step, left[0][1]) if left else 0.0)
             seconds = (self._of - self._done - 1) * total + rest
-            return 1 - seconds / (self._of * total), seconds, seconds < 1 and bool(left) and in_step > left[0][1]
+            if seconds < 1 and left and in_step > left[0][1]:
+                return 1.0, None
+            return 1 - seconds / (self._of * total), seconds
         if total > 0:  # the pieces of one run, of which each may take another time
-            return share, total - took, took > total
+            return share, None if took > total else total - took
         # As long for what is left as for what was done, where it does not take longer already.
         seconds = (self._told - self._began) * (1 - share) / share - (now - self._told) if share > 0 else -1.0
-        return share, None if seconds < 0 else seconds, False
+        return share, None if seconds < 0 else seconds
 
     def words(self) -> str:
         """What is being done, the step, the share done and the seconds left; where not known how long it has taken."""
-        share, seconds, late = self._known()
+        share, seconds = self._known()
         # Others tell their steps themselves.
         said = f"{self._what} ({self._name})" if self._name and self._kind == "inspect" else self._what
-        so_far = f"{time.monotonic() - self._began:.0f} s so far"
-        if late:
-            return f"{said}, {so_far}, longer than the last time"
         said += f", {share:.0%}" if 0 < share < 1 else ""
-        return f"{said}, " + (so_far if seconds is None else f"about {max(seconds, 1):.0f} s left")
+        if seconds is None:
+            return f"{said}, {time.monotonic() - self._began:.0f} s so far"
+        return f"{said}, about {max(seconds, 1):.0f} s left"
 
     def share(self) -> float:
         """What is done of the whole, from 0 to 1."""

@@ -15,6 +15,7 @@ from relmodel.app.export.tables import of_store
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
 from relmodel.paths import check_writable
+from relmodel.printing import finite
 from relmodel.progress import Progress, silent
 from relmodel.store import Store, sql
 
@@ -62,10 +63,9 @@ def results_json(tables: dict[str, pa.Table]) -> dict[str, Any]:
     rows = {name: [_plain_row(name, row) for row in table.to_pylist()] for name, table in tables.items()}
     single = {name: next(iter(rows[name]), None) for name in _SINGLE}
     answer: dict[str, Any] = single["inspection"] or {}
-    return {
-        **answer,
-        **{name: single[name] if name in _SINGLE else rows[name] for name in rows if name != "inspection"},
-    }
+    others = {name: single[name] if name in _SINGLE else rows[name] for name in rows if name != "inspection"}
+    plain: dict[str, Any] = finite({**answer, **others})
+    return plain
 
 
 def write_json(tables: dict[str, pa.Table], path: Path) -> None:

@@ -12,6 +12,7 @@ from sqlalchemy import Connection
 from relmodel.app.show.tree import Tree
 from relmodel.errors import InputError, UsageError
 from relmodel.geometry.transforms import matrix_columns
+from relmodel.printing import json_text
 from relmodel.progress import Progress, silent
 from relmodel.store import Store
 
@@ -108,15 +109,13 @@ def _stores_in(file: Path, form: str) -> set[str | None]:
 def _as_text(table: pa.Table) -> pa.Table:
     """A table that CSV can hold: lists as JSON, and an apostrophe before text that a spreadsheet would take for a
     formula."""
-    import json
-
     import pyarrow as pa
     from pyarrow import compute
 
     for number, field in enumerate(table.schema):
         column = table.column(number)
         if pa.types.is_list(field.type):
-            lists = [None if value is None else json.dumps(value) for value in column.to_pylist()]
+            lists = [None if value is None else json_text(value) for value in column.to_pylist()]
             table = table.set_column(number, field.name, pa.array(lists, pa.string()))
         elif pa.types.is_string(field.type):
             texts = compute.replace_substring_regex(column, r"\A([=+\-@\t\r\n])", r"'\1")

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import json
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -26,7 +25,7 @@ import relmodel
 from relmodel.drawing.colours import BLEND, STATES, UNEXPLAINED, hexadecimal
 from relmodel.errors import InputError
 from relmodel.paths import check_writable
-from relmodel.printing import plain
+from relmodel.printing import json_text
 from relmodel.store import sql
 from relmodel.text import visible
 
@@ -123,7 +122,7 @@ def policy(served: bool = False) -> str:
 
 def script_json(data: Any) -> Markup:
     """JSON for an element of type application/json: no `<` in it can end the element."""
-    text = json.dumps(data, separators=(",", ":"), default=plain, allow_nan=False)
+    text = json_text(data, separators=(",", ":"))
     return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))
 
 

@@ -70,6 +70,9 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     items = read_entries(store, connection, run, pictures, part_of)
     word, mood = _ENDS.get(row.state, (row.state, "warn"))
     reason = (pose.reason if pose is not None else row.message) or _NO_MORE.get(row.state, "")
+    if pruned := store.rows(connection, "audit/pruned", run=run):
+        word, mood = "Pruned", "warn"
+        reason = f"run {pruned[0].by_run_id} removed what it found; it had ended: {reason}"
     if pose is not None:
         word, mood = pose.outcome[0].upper() + pose.outcome[1:], pose.mood
         shown = store.rows(connection, "why/verdict/12_against", run=run)[:1]
@@ -109,7 +112,7 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
 
 
 def read_sheet(store: Store, connection: Connection, run: int) -> list[tuple[str, Any]]:
-    """Name and value of what the head of a report that is signed says; of no inspection nothing."""
+    """Name and value of what the head of a report that is signed says; of what is no inspection nothing."""
     return [item for r in store.rows(connection, "report/header", run_id=run) for item in r._mapping.items()]
 
 

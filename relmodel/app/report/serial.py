@@ -66,7 +66,8 @@ def serial_page(store: Store, connection: Connection, serial: str, around: Mappi
     entries = _entries(rows, cards, part_of)
     rest, passed = group_rest(rows)
     word = found[0].outcome[0].upper() + found[0].outcome[1:]
-    sheet = dict(read_sheet(store, connection, stops[-1][0])) | {"run": None, "stops": len(stops)}
+    newest = next((row[0] for row in reversed(tables["serial_stops"].rows) if row[3] is not None), stops[-1][0])
+    sheet = dict(read_sheet(store, connection, newest)) | {"run": None, "stops": len(stops)}
     folded = [replace(tables[name], folded=True) for name in ("serial_findings", "serial_states")]
     by_place: list[Any] = [tables[name] for name in ("serial_zones", "serial_kinds", "serial_stops")]
     return render(
@@ -76,6 +77,7 @@ def serial_page(store: Store, connection: Connection, serial: str, around: Mappi
         over="Inspection of a part, all stops",
         word=word,
         mood=found[0].mood,
+        reason=found[0].unusable or "",
         sheet=list(sheet.items()),
         cards=cards,
         chosen={e.key: n for n, e in enumerate(entries)},
@@ -130,7 +132,7 @@ def _scene(
         # Of a part that has features only these are painted: seen in one place is not seen everywhere.
         parts[i]["colour"] = _COLOURS[state] if state in ("changed", "contradicted") or not features else "open"
         parts[i]["paint"] = [[_COLOURS[k], features[k]] for k in _COLOURS if k in features]
-    usable = [run for run, verdict in stops if verdict == "usable"]
+    usable = [run for run, ended in stops if ended == "usable"]
     poses = store.rows(connection, "report/pose_matrix", run_id=usable[-1]) if usable else []
     back = -pose_matrix(poses[0])[:3, 2] if poses else None
     views = [view for run in runs for view in finding_views(store, connection, run)]

@@ -17,7 +17,7 @@ from xml.parsers import expat
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.errors import InputError
+from relmodel.errors import InputError, missing_library
 from relmodel.geometry.transforms import nearest_rotation
 from relmodel.model.model import Assembly, Instance, Model, Part, Shape, SourceFile
 from relmodel.readers.formats import UNITS_MM, check_unit, short_unit
@@ -117,8 +117,10 @@ def _fault(error: Exception) -> str:
     """What is wrong with a file, by the error that its parser raised.
 
     Messages of parsers other than those of XML and JSON describe the parser and not the file.  Raises MemoryError where
-    the parser ran out of memory."""
+    the parser ran out of memory, and the error where it lacks a library."""
     match error:
+        case ImportError() if missing_library(error):
+            raise error
         case SyntaxError() if str(error).startswith("unknown error"):  # libxml2 has no words for it
             raise MemoryError from error
         case expat.ExpatError() | SyntaxError():

@@ -12,7 +12,7 @@ from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
-from relmodel.errors import InputError
+from relmodel.errors import InputError, missing_library
 from relmodel.model.model import Model, SourceFile
 from relmodel.readers.step import part21
 from relmodel.readers.step.part21_instances import Instances
@@ -54,7 +54,9 @@ def _by_kernel(content: bytes, instances: Instances, path: Path) -> Model:
         ) from error
     except ImportError as error:
         raise InputError(
-            f"{path} cannot be read, as the CAD kernel does not start ({error}): free memory, or install it again"
+            f"{path} cannot be read, as the CAD kernel does not start: {missing}"
+            if (missing := missing_library(error))
+            else f"{path} cannot be read, as the CAD kernel does not start ({error}): free memory, or install it again"
         ) from error
     try:
         return document.read_document(content, instances)

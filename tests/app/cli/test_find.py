@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sqlalchemy as sa
+import trimesh
 import yaml
 
 import relmodel
@@ -43,6 +45,53 @@ def test_box(world: str, capsys: pytest.CaptureFixture[str]) -> None:
     # The edge from (2, 0) to (2, 1) in the plate is the one at y = 102 in the world.
     arcs = found(capsys, "--store", world, "--box", "9.5", "101.9", "4", "9.6", "103", "6", "--level", "arc")
     assert len(arcs) == 1
+
+
+def test_the_nearest_of_any_level(bulkhead_template: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Against the distance of the point from all triangles of the bulkhead's parts, by trimesh."""
+    at, target = np.array([1675.0, -460, 975]), str(bulkhead_template)
+    asked = "SELECT id, path, shape_id, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23 FROM occurrence"
+    features, surfaces, parts = dict[tuple[str, str], float](), dict[tuple[str, int], float](), dict[str, float]()
+    with Store.open(target, read_only=True) as store, store.read() as connection:
+        placed = connection.execute(sa.text(f"{asked} WHERE kind = 'part'")).all()
+        shapes = sorted({int(row.shape_id) for row in placed})
+        meshes = {int(row.shape_id): row for row in store.rows(connection, "scene/meshes", shape_ids=shapes)}
+        named = "SELECT shape_id, name, surface_no FROM feature JOIN feature_surface USING (shape_id, feature_no)"
+        of_features = connection.execute(sa.text(named)).all()
+    for row in placed:
+        mesh, pose = meshes[int(row.shape_id)], np.array(row[3:]).reshape(3, 4)
+        corners = np.reshape(mesh.vertices, (-1, 3)) @ pose[:, :3].T + pose[:, 3]
+        triangles = corners[np.reshape(mesh.triangles, (-1, 3))]
+        nearest = trimesh.triangles.closest_point(triangles, np.broadcast_to(at, (len(triangles), 3)))
+        away = np.linalg.norm(nearest - at, axis=1)
+        parts[row.path] = float(away.min())
+        of_surface = np.asarray(mesh.triangle_surfaces)
+        for number in np.unique(of_surface).tolist():
+            surfaces[row.path, number] = float(away[of_surface == number].min())
+        for shape_id, name, number in of_features:
+            if shape_id == row.shape_id and (row.path, number) in surfaces:
+                key = row.path, name
+                features[key] = min(features.get(key, np.inf), surfaces[row.path, number])
+    for level, truth in (("part", parts), ("feature", features), ("surface", surfaces)):
+        point = ["--near-to", *map(str, at.tolist()), "--count", "7"]
+        got = found(capsys, "--store", target, *point, "--level", level)
+        assert [row["distance_mm"] for row in got] == pytest.approx(sorted(truth.values())[:7], abs=1e-6)  # type: ignore[attr-defined]
+        if level == "feature":
+            assert [features[row["path"], row["name"]] for row in got] == pytest.approx(
+                [row["distance_mm"] for row in got], abs=1e-6
+            )
+    near = found(capsys, "--store", target, "--near-to-part", "bulkhead/CLIP_1/CLIP", "--level", "feature")
+    assert [row["path"] != "bulkhead/CLIP_1/CLIP" for row in near] == [True] * 5
+    (arc,) = found(capsys, "--store", target, *point[:4], "--level", "arc", "--count", "1")
+    assert arc["distance_mm"] >= min(surfaces.values()) - 1e-6
+
+
+@pytest.mark.parametrize(
+    "words", ["--near-to 0 0 0 --wholly", "--box 0 0 0 1 1 1 --count 3", "--box 0 0 0 1 1 1 --radius 3"]
+)
+def test_an_option_that_would_change_nothing_is_refused(words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["find", *words.split(), "--store", "none.duckdb"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
 
 
 @pytest.mark.parametrize(

@@ -12,10 +12,15 @@ import pytest
 import sqlalchemy as sa
 
 import relmodel
+from relmodel.app.audit.newest import newest_inspection
+from relmodel.app.audit.prune import Pruning, prune
 from relmodel.app.cli.main import main
+from relmodel.app.decide import decide
 from relmodel.columns import Ragged
+from relmodel.errors import InputError
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
+from tests.app.cli.conftest import Pair
 from tests.browser import browser
 from tests.pages import Page
 
@@ -43,7 +48,7 @@ def stop(
     for path in (f"bulkhead/{path}" for path, _, _ in seen):
         part = parts.get(path) or parts[path.rpartition("/")[0]]
         rows.append((part.id, None if path in parts else features[part.shape_id, path.rpartition("/")[2]], path))
-    with Run.begin(store, "inspect", {}) as run, run.write() as connection:
+    with Run.begin(store, "inspect", {"serial": serial}) as run, run.write() as connection:
         given: dict[str, Any] = {"world_id": world, "rig_id": 1, "needs_translation_mm": 1.0, "needs_rotation": 0.01}
         given |= {"prior_covariance": Ragged.pack([np.eye(6).ravel()]), **matrix_columns(np.eye(4)[None])}
         found: dict[str, Any] = {"verdict": verdict, "reason": "so", "posterior": 0.99, "serial": [serial]}
@@ -237,6 +242,96 @@ def test_a_decision_in_python_is_the_row_of_the_command_line(target: str) -> Non
             store, "SELECT inspection_run_id, decision, decided_by, note FROM finding_decision ORDER BY run_id"
         )
     assert kept == [(run, "accepted", "A. Meier", "concession 118"), (run, "rejected", "A. Meier", "no")]
+
+
+def ended_otherwise(target: str, error: Exception, serial: str = "SN1") -> int:
+    """A stop that came to no answer."""
+    with (
+        Store.open(target) as store,
+        pytest.raises(type(error)),
+        Run.begin(store, "inspect", {"serial": serial, "world": "cell"}) as run,
+    ):
+        raise error
+    return run.id
+
+
+def headline(store: Store, serial: str = "SN1") -> list[Any]:
+    return asked(store, "SELECT outcome, unusable FROM serial_outcome WHERE serial = :serial", serial=serial)
+
+
+def newest(target: str) -> int:
+    with Store.open(target, read_only=True) as store, store.read() as connection:
+        return newest_inspection(store, connection)
+
+
+def test_stops_that_failed_or_were_pruned_are_counted_with_the_reason(
+    target: str, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with Store.open(target) as store:
+        good = stop(store, [(RIB, "confirmed", 9.0)])
+    missing = pair.options(left=tmp_path / "lost.png")
+    assert main(["inspect", *missing, "--serial", "SN1", "--store", target]) == 3
+    said = capsys.readouterr().err.partition(": ")[2].strip()
+    assert newest(target) == good, "a name that was mistyped is no inspection"
+    with Store.open(target, read_only=True) as store:
+        ((words, unusable),) = headline(store)
+        mistyped = asked(store, "SELECT run_id FROM run_summary WHERE serial = 'SN1' AND state = 'failed'")[0][0]
+    assert words.endswith("; 1 of 2 stops usable: one failed")
+    assert unusable == f"run {mistyped}, failed: {said}"
+    broken = ended_otherwise(target, ValueError("the lens fell off"))
+    assert newest(target) == broken
+    with Store.open(target) as store:
+        gone, open_pose = stop(store, [(RIB, "confirmed", 9.0)]), stop(store, [], verdict="refused")
+        by = prune(store, Pruning("runs", run=gone))[0]
+    page = tmp_path / "part.html"
+    assert main(["report", "--serial", "SN1", "-o", str(page), "--store", target]) == 0
+    text = " ".join(Page(page.read_text()).text.split())
+    assert "1 of 5 stops usable: 2 failed, one not found, one pruned" in text
+    assert f"run {broken}, failed: the lens fell off" in text
+    assert f"run {gone}, pruned: run {by} removed what it found" in text
+    assert f"run {open_pose}, not found: so" in text
+    assert main(["check", "--report", str(page), "--store", target]) == 0
+    for run, words in ((gone, f"Pruned run {by} removed what it found"), (broken, "Failed the lens fell off")):
+        assert main(["report", str(run), "-o", str(page), "--store", target]) == 0
+        text = " ".join(Page(page.read_text()).text.split())
+        assert words in text
+        assert "serial SN1" in text
+    capsys.readouterr()
+    assert main(["runs", "--text", "pruned by", "--format", "json", "--store", target]) == 0
+    assert [row["run"] for row in json.loads(capsys.readouterr().out)] == [gone]
+
+
+def test_a_part_of_which_no_stop_came_to_an_answer_is_reported(
+    target: str, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ended_otherwise(target, InputError("no light: switch it on"))
+    page = tmp_path / "part.html"
+    assert main(["report", "--serial", "SN1", "-o", str(page), "--store", target]) == 0
+    text = " ".join(Page(page.read_text()).text.split())
+    assert "Part not enough seen; 0 of 1 stops usable: one failed" in text
+    assert "failed: no light: switch it on" in text
+    assert main(["report", "-o", str(page), "--store", target]) == 2
+    assert "holds no inspection" in capsys.readouterr().err
+    assert main(["plan", "--serial", "SN1", "--rig", str(pair.rig_file), "--store", target]) == 2
+    assert "and came to an answer" in capsys.readouterr().err
+
+
+def test_the_headline_counts_what_was_accepted(target: str) -> None:
+    with Store.open(target) as store:
+        run = stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)])
+    said = []
+    decisions = [(1, "accepted", "A. Meier"), (2, "accepted", "B. Roth"), (2, "accepted", "A. Meier")]
+    for finding, decision, by in [*decisions, (1, "rejected", "B. Roth")]:
+        with Store.open(target) as store:
+            decide(store, str(run), finding, decision, by, "so")
+            said += asked(store, "SELECT outcome FROM inspection_outcome WHERE run_id = :run", run=run)
+            assert headline(store)[0][0].partition(";")[0] == said[-1][0].split("; ")[1]
+    assert [words.split("; ")[1] for (words,) in said] == [
+        "part deviates (2 findings, 1 accepted by A. Meier)",
+        "part deviates (2 findings, accepted by A. Meier, B. Roth)",
+        "part deviates (2 findings, accepted by A. Meier)",
+        "part deviates (2 findings, 1 accepted by A. Meier)",
+    ]
 
 
 def store_zones(store: Store) -> list[Any]:

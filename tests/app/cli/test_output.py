@@ -10,16 +10,24 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from datetime import datetime
+from decimal import Decimal
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+import pyarrow as pa
 import pyarrow.parquet
 import pytest
 import trimesh
 
 from relmodel.app.cli.main import main
+from relmodel.app.export.tables import write_tables
+from relmodel.app.report.page import script_json
+from relmodel.errors import missing_library
 from relmodel.loading.load import load
-from relmodel.printing import print_rows
+from relmodel.printing import finite, print_rows, print_tables
 from relmodel.store import Store
+from tests.conftest import make_reader
 
 EVIL = "a\x1b[31mred\x07\x9b2J\u202eb\x7f"
 SEEN = r"a\x1b[31mred\x07\x9b2J\u202eb\x7f"
@@ -199,3 +207,85 @@ def test_what_nobody_foresaw_is_a_sentence_and_4(
     with pytest.raises(SystemExit):
         main(["--help"])
     assert "4 an internal error" in " ".join(capsys.readouterr().out.split())
+
+
+STRANGE = {
+    "a": float("nan"),
+    "b": [1.5, [float("inf")], {"c": -np.inf}],
+    "d": np.array([[1.0, np.nan], [np.inf, 2.0]]),
+    "e": np.float32("nan"),
+    "f": Decimal("NaN"),
+    "g": (np.int64(3), np.bool_(True), None, datetime(2026, 1, 2), b"\xff"),
+    "h": {float("inf"): np.float64("-inf"), 7: 1.0},
+}
+PLAIN = {
+    "a": None,
+    "b": [1.5, [None], {"c": None}],
+    "d": [[1.0, None], [None, 2.0]],
+    "e": None,
+    "f": None,
+    "g": [3, True, None, "2026-01-02 00:00:00", "ff"],
+    "h": {"inf": None, "7": 1.0},
+}
+
+
+def strictly(text: str) -> Any:
+    """JSON as RFC 8259 has it: Python would take NaN and Infinity."""
+
+    def refuse(word: str) -> None:
+        raise AssertionError(f"{word} is no JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def test_json_has_null_for_numbers_that_are_not_finite(tmp_path: Path) -> None:
+    out = io.StringIO()
+    print_rows(list(STRANGE), [list(STRANGE.values()), [1] * len(STRANGE)], "json", out)
+    assert strictly(out.getvalue()) == [PLAIN, dict.fromkeys(PLAIN, 1)]
+    out = io.StringIO()
+    print_tables({"one": (list(STRANGE), [list(STRANGE.values())])}, out)
+    assert strictly(out.getvalue()) == {"one": [PLAIN]}
+    assert strictly(str(script_json(STRANGE))) == PLAIN  # of pages
+    assert strictly(json.dumps(finite(STRANGE))) == PLAIN  # of what is exported
+    listed = pa.table({"store_id": ["s"], "list": [[1.0, float("nan")]]})
+    (file,) = write_tables({"t": listed}, tmp_path, "csv")
+    assert strictly(cells(file.read_text())[1][1]) == [1.0, None]
+
+
+def test_a_statement_gives_json_whatever_its_numbers(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    target = make_reader(fresh_store)
+    number = "CAST('{}' AS DOUBLE PRECISION)".format
+    query = f"SELECT {number('nan')} AS a, ARRAY[1, {number('-inf')}] AS b, {number('inf')} AS c, 2.5 AS d"
+    assert main(["sql", query, "--format", "json", "--store", target]) == 0
+    assert strictly(capsys.readouterr().out) == [{"a": None, "b": [1.0, None], "c": None, "d": 2.5}]
+    if "://" not in fresh_store:
+        query = "SELECT {'x': 'inf'::DOUBLE, 'y': MAP {2.5: 'nan'::FLOAT}} AS a, 1 / 0 AS b"
+        assert main(["sql", query, "--format", "json", "--store", target]) == 0
+        assert strictly(capsys.readouterr().out) == [{"a": {"x": None, "y": {"2.5": None}}, "b": None}]
+
+
+@pytest.mark.parametrize(
+    ("library", "package"),  # as Debian 12 has them
+    [
+        ("libGL.so.1", "libgl1"),
+        ("libX11.so.6", "libx11-6"),
+        ("libXext.so.6", "libxext6"),
+        ("libgthread-2.0.so.0", "libglib2.0-0"),
+        ("libz.so.1", "zlib1g"),
+        ("libgomp.so.1", "libgomp1"),
+        ("libpng16.so.16", "libpng16-16"),
+    ],
+)
+def test_a_missing_library_is_said_with_its_package(
+    library: str, package: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(_: object) -> None:
+        raise ImportError(f"{library}: cannot open shared object file: No such file or directory")
+
+    monkeypatch.setattr("relmodel.app.cli.verbs.schema.run", fail)
+    assert main(["schema"]) == 3
+    said = capsys.readouterr().err
+    assert said.startswith(f"relmodel schema: the library {library} is not installed: apt install {package} (Debian")
+    assert said.count("\n") == 1
+    assert missing_library(ImportError("cannot import name 'x'")) is None
+    assert missing_library(FileNotFoundError(2, "No such file or directory", "x.step")) is None

@@ -205,6 +205,9 @@ def boxes(new_store: Callable[[str], str]) -> str:
         (("thing/inner", "a", "1", "--arc", "1"), "surfaces and arcs are of parts"),
         (("thing/left", "a", "1", "--arc", "1", "--surface", "1"), "name one of them"),
         (("cell", "a", "1", "--world"), "a world has no variant"),
+        (("thing", "tolerance_mm", "0.3"), "tolerance_mm is read from the world file: write it there"),
+        (("thing/left", "Tolerance_mm", "0.3", "--unit", "mm"), "place it again, with relmodel world FILE"),
+        (("thing/inner", "role", "fixture"), "role is read from the world file"),
     ],
 )
 def test_nonsense_is_refused_in_one_sentence(

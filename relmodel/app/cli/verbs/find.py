@@ -39,9 +39,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     volume.add_argument(
         "--camera", type=Path, metavar="RIG", help="what the cameras of a rig see (needs --at or --prior)"
     )
-    words = "the parts nearest to a point, or to a way of straight pieces between points, mm"
+    words = "what is nearest to a point, or to a way of straight pieces between points, mm: parts, or what --level says"
     volume.add_argument("--near-to", nargs="+", type=float, metavar="X Y Z", help=words)
-    words = "the parts nearest to a placed part, of which this is the path in the world"
+    words = "the same to a placed part, of which this is the path in the world"
     volume.add_argument("--near-to-part", metavar="PATH", help=words)
     words = (
         "with --near-to: a tool that goes the way without turning, the convex hull of a list points of [x, y, z], mm"
@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--tool", type=Path, metavar="FILE.yaml", help=words)
     words = "with --near-to: radius of a ball that stands at the point or goes the way, or all round the tool, mm"
     parser.add_argument("--radius", type=float, default=0.0, help=words)
-    parser.add_argument("--count", type=int, default=5, help="how many of the nearest parts (default: 5)")
+    parser.add_argument("--count", type=int, help="how many of the nearest (default: 5)")
     parser.add_argument("--wholly", action="store_true", help="only what lies wholly inside the volume")
     parser.add_argument(
         "--at", type=Path, metavar="POSE.yaml", help="where the rig is: a file that says world_from_rig"
@@ -73,6 +73,7 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.find.find import BOX_COLUMNS, find_rows
     from relmodel.store import Store
 
+    _check_options(args)
     if args.near_to or args.near_to_part:
         return _nearest(args)
     rig, prior = _rig_and_prior(args)
@@ -181,20 +182,30 @@ def _nearest(args: argparse.Namespace) -> int:
     from relmodel.find.find import nearest_parts
     from relmodel.store import Store
 
-    if args.near_to_part and (args.tool or args.radius):
-        raise UsageError("--tool and --radius go a way: give them with --near-to, not with --near-to-part")
     if len(args.near_to or ()) % 3:
         raise UsageError(f"--near-to has {len(args.near_to)} numbers: give x y z of a point, or of each of a way")
     tool = _rows(args.tool, "tool", "points", "x, y, z") if args.tool else [[0.0, 0.0, 0.0]]
-    given = {"radius": args.radius, "tool": tool, "world": args.world}
+    count = 5 if args.count is None else args.count
+    given = {"level": args.level or "part", "radius": args.radius, "tool": tool, "world": args.world}
     with Store.open(store_target(args), read_only=True) as store:
-        found = nearest_parts(store, args.near_to or args.near_to_part, args.count, **given)
+        found = nearest_parts(store, args.near_to or args.near_to_part, count, **given)
     rows = [
         (str(path), str(name), float(away))
         for path, name, away in zip(found["path"], found["name"], found["distance_mm"], strict=True)
     ]
     _print(("path", "name", "distance_mm"), rows, args)
     return 0
+
+
+def _check_options(args: argparse.Namespace) -> None:
+    """Raise UsageError for an option that would change nothing beside the others."""
+    nearest = bool(args.near_to or args.near_to_part)
+    if not args.near_to and (args.tool or args.radius):
+        raise UsageError("--tool and --radius go a way: give them with --near-to")
+    if not nearest and args.count is not None:
+        raise UsageError("--count says how many of the nearest: give it with --near-to or --near-to-part")
+    if nearest and args.wholly:
+        raise UsageError("--wholly is asked of a volume, and nearest has none: leave it out")
 
 
 def _rig_and_prior(args: argparse.Namespace) -> tuple[Rig | None, Prior | None]:

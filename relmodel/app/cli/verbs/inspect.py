@@ -19,7 +19,6 @@ use), 3 (bad input), 1 and 5.
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -31,7 +30,7 @@ from relmodel.app.cli.options import add_format, add_search, store_target
 from relmodel.app.cli.output import clear_line, say
 from relmodel.app.cli.pair_list import FILES, Listed, read_pairs, worst
 from relmodel.errors import UsageError
-from relmodel.printing import WIDTH, print_rows
+from relmodel.printing import WIDTH, json_text, print_rows
 from relmodel.progress import Progress
 from relmodel.text import visible
 
@@ -275,7 +274,7 @@ def _run_list(
         for number, pair, answer, error in answers():
             line = {"pair": number, "of": len(pairs), "serial": pair.serial, "left": str(pair.paths["left"])}
             line |= {"exit_status": statuses[-1], "error": error or None}
-            print(json.dumps(line | {"answer": answer and answer.to_json()}))
+            print(json_text(line | {"answer": answer and answer.to_json()}))
     return worst(statuses)
 
 
@@ -290,7 +289,7 @@ def print_answer(answer: Inspection, form: str) -> None:
     from vision.presence.report import describe, summarise
 
     if form == "json":
-        print(json.dumps(answer.to_json()))
+        print(json_text(answer.to_json()))
         return
     names = ["path", "level", "visible_share"]
     rows: list[list[Any]] = [[part[name] for name in names] for part in answer.parts_in_view]

@@ -9,13 +9,12 @@ each view as a prior for `relmodel inspect`, and pairs.csv for its --list, which
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from relmodel.app.cli.options import add_format, store_target
 from relmodel.app.cli.output import say
-from relmodel.printing import WIDTH, print_rows
+from relmodel.printing import WIDTH, json_text, print_rows
 
 if TYPE_CHECKING:
     from vision.planning.plan import Plan
@@ -70,7 +69,7 @@ def run(args: argparse.Namespace) -> int:
             progress=progress,
         )
     if args.format == "json":
-        print(json.dumps(plan.to_json()))
+        print(json_text(plan.to_json()))
     else:
         _print(plan, args.format)
     say(_summary(plan))
