@@ -29,8 +29,8 @@ class NoiseParameters:
 class EdgeParameters:
     """What counts as an edge element."""
 
-    scales: tuple[float, ...] = (1.4,)
-    """px, ascending: of several, a finer one needs a coarser to confirm what it sees"""
+    scale: float = 1.4
+    """px: standard deviation of the Gaussian facet"""
     min_contrast: float = 4.0
     """grey: least height of a step"""
     significance: float = 1e-3
@@ -47,10 +47,6 @@ class EdgeParameters:
     """px: blur of the step for which the bias of the offset is calibrated"""
     min_thin_cosine: float = 0.7
     """cosine of the greatest angle between neighbours that see the same crossing, of which one is kept"""
-    partner_reach: float = 1.5
-    """scales: within this distance the coarser scale has to show the edge too"""
-    min_partner_cosine: float = 0.8
-    """cosine of the greatest angle between partners"""
     kept_share: float = 0.03
     """of the picture's range of grey: weaker elements that nothing links are evidence of nothing and are not kept"""
 

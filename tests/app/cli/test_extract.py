@@ -147,16 +147,6 @@ def test_rows_reach_the_store(square: Path, fresh_store: str) -> None:
         assert (count("extraction"), count("image_arc")) == (1, 4)
 
 
-def test_scales_are_named_finest_first(square: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["extract", str(square), "--scales", "1,1.4,2,2.8"]) == 0
-    assert main(["extract", str(square), "--scales", "2,1.4"]) == 2
-    assert "ascend" in capsys.readouterr().err
-    assert main(["extract", str(square), "--scales", "1.4,40"]) == 2
-    with pytest.raises(SystemExit, match="2"):
-        main(["extract", str(square), "--scales", "fine"])
-    assert "'fine' is not a list of numbers" in capsys.readouterr().err
-
-
 def test_bits_of_a_camera_are_said_and_stored(
     square: Path, fresh_store: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -156,5 +156,5 @@ def test_the_key_of_an_extraction_depends_on_the_bits_and_each_parameter() -> No
     of_bits = [content_key(replace(picture, bits=bits), plain) for bits in (8, 10, 12, 14)]
     assert len({*of_bits, *(content_key(picture, p) for p in [plain, *others])}) == 5 + len(others)
     recorded = json.loads(plain.to_json())
-    assert recorded["edges"]["scales"] == [1.4]
+    assert recorded["edges"]["scale"] == 1.4
     assert list(recorded) == sorted(recorded)
