@@ -64,10 +64,9 @@ class Inspected:
     considered: list[Considered]
 
 
-def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: bool, keep_bounds: bool) -> None:
+def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: bool) -> None:
     """Append the rows of an inspection within the transaction of `connection`: all, or unless `full` what was decided
-    without the views, correspondences, measurements and stereo matches that it rests on; the proofs of bounds where
-    `keep_bounds`."""
+    without the views, correspondences, measurements and stereo matches that it rests on."""
     _record_verdict(run, connection, it)
     views = it.found.views if full else {}
     view_no = {name: number for number, name in enumerate(views)}
@@ -89,7 +88,7 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
         )
     if full and it.stereo is not None:
         left, right = (it.pictures[name].recorded.unit_set_id for name in ("left", "right"))
-        record_stereo(run, connection, STEREO, left, right, it.stereo, keep_bound=keep_bounds)
+        record_stereo(run, connection, STEREO, left, right, it.stereo)
         record_relations(run, connection, STEREO, it.relations)
     _record_hypotheses(run, connection, it.found.hypotheses)
     for number, (name, view) in enumerate(views.items()):
@@ -103,7 +102,6 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
             it.matched[name],
             it.stored,
             it.matching,
-            keep_bound=keep_bounds,
         )
     if it.correction is not None:
         _record_correction(run, connection, it.correction)

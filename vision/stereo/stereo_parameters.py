@@ -192,18 +192,6 @@ class TriangulationParameters:
 
 
 @dataclass(frozen=True)
-class DepthRangeParameters:
-    """The range of depths in which stereo looks, predicted from the model and the prior."""
-
-    cell_px: int = 8
-    """px: cells of the map"""
-    sigmas: float = 3.0
-    """standard deviations of the prior by which it is widened"""
-    min_depth_share: float = 0.1
-    """share of the least depth seen: the least that is allowed"""
-
-
-@dataclass(frozen=True)
 class StereoParameters:
     """All parameters of a stereo match: the method (`vision.stereo.match.METHODS`), the search
     (`relmodel.labelling.solve.MODES`), what relations tell, and a field a step."""
@@ -212,7 +200,6 @@ class StereoParameters:
     search: str = "dual_ascent"
     tolerances: dict[str, Tolerance] = field(default_factory=lambda: dict(TOLERANCES))
     epipolar: EpipolarParameters = field(default_factory=EpipolarParameters)
-    depth_range: DepthRangeParameters = field(default_factory=DepthRangeParameters)
     range: RangeParameters = field(default_factory=RangeParameters)
     evidence: EvidenceParameters = field(default_factory=EvidenceParameters)
     regions: RegionEvidenceParameters = field(default_factory=RegionEvidenceParameters)
