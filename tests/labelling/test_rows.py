@@ -31,12 +31,11 @@ def store(fresh_store: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
     with Store.open(fresh_store) as store, Run.begin(store, "inspect", {}) as run:
         with run.write() as connection:
             image: dict[str, Any] = {"sha256": ["1"], "file_name": ["x.png"], "width": [1], "height": [1], "depth": [8]}
-            run.append(connection, "image", {"id": [1], **image, "channels": [1]})
+            run.append(connection, "image", {"id": [1], **image})
             extraction: dict[str, Any] = {"image_id": [1], "content_key": ["1"], "parameters": ["{}"], "version": ["1"]}
             extraction |= {
                 "bits": [8],
                 "bits_from": ["file"],
-                "noise_sigma": [1.0],
                 "grey_dark": [0.0],
                 "grey_bright": [255.0],
             }

@@ -78,11 +78,6 @@ class Extraction:
     relations: Relations
     timings_s: dict[str, float] = field(compare=False)
 
-    @property
-    def noise_sigma(self) -> float:
-        """The noise at middle grey."""
-        return float(np.median(self.noise))
-
 
 _DEFAULTS = ExtractionParameters()
 

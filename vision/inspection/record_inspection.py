@@ -182,8 +182,6 @@ def _record_view(run: Run, connection: Connection, number: int, view: View, stor
     arcs, measured = view.arcs, view.measurements
     key = {"run_id": run.id, "view_no": number}
     outline = arcs.kind == SILHOUETTE
-    t = np.stack([stored.sample_parameter[np.where(outline, 0, s)] for s in (arcs.first_sample, arcs.last_sample)])
-    t[:, outline] = np.nan
     run.append(
         connection,
         "view_arc",
@@ -192,15 +190,9 @@ def _record_view(run: Run, connection: Connection, number: int, view: View, stor
             "view_arc_no": np.arange(len(arcs.kind)),
             "occurrence_id": stored.occurrence_id[arcs.occurrence],
             "kind": [KINDS[k] for k in arcs.kind],
-            # A silhouette is no arc of the model: it is of a surface, and has no interval.
+            # A silhouette is no arc of the model: it is of a surface.
             "arc_no": np.ma.masked_array(stored.arc_no[np.where(outline, 0, arcs.element)], outline),
             "surface_no": np.ma.masked_array(stored.surface_no[np.where(outline, arcs.element, 0)], ~outline),
-            "t0": t.min(axis=0),
-            "t1": t.max(axis=0),
-            "start_u": arcs.start[:, 0],
-            "start_v": arcs.start[:, 1],
-            "end_u": arcs.end[:, 0],
-            "end_v": arcs.end[:, 1],
             "length": arcs.length,
         },
     )
@@ -243,7 +235,6 @@ def _record_correction(run: Run, connection: Connection, it: Correction) -> None
             **{f"shift_{axis}": float(value) for axis, value in zip("xyz", it.shift, strict=True)},
             **{f"turn_{axis}": float(value) for axis, value in zip("xyz", it.turn, strict=True)},
             "covariance": Ragged.pack([it.covariance]),
-            "prior_covariance": Ragged.pack([it.base_covariance]),
         },
     )
     names = list(it.joints)

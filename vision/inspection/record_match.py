@@ -37,7 +37,7 @@ def record_match(
         "view_surface",
         {
             **key,
-            **units.surfaces,
+            "view_surface_no": np.arange(len(surface)),
             "occurrence_id": stored.occurrence_id[stored.scene.surface_occurrence[surface]],
             "surface_no": stored.surface_no[surface],
         },

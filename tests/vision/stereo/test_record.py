@@ -39,7 +39,6 @@ def recorded(new_store: Callable[[str], str], found: StereoMatches) -> Iterator[
                         "width": [1280],
                         "height": [960],
                         "depth": [8],
-                        "channels": [1],
                     },
                 )
                 run.append(
@@ -53,7 +52,6 @@ def recorded(new_store: Callable[[str], str], found: StereoMatches) -> Iterator[
                         "bits_from": ["file"],
                         "parameters": ["{}"],
                         "version": ["1"],
-                        "noise_sigma": [1.0],
                         "grey_dark": [0.0],
                         "grey_bright": [255.0],
                     },
