@@ -26,8 +26,7 @@ class InspectionParameters:
     """whether a pose that the pictures show surely is accepted where it contradicts the prior"""
     ignore_blind_camera: bool = False
     """whether the other cameras answer where one does not see the model or its picture says nothing"""
-    most_parts: int = 20_000
-    """placed parts of a world in which the prior is doubted: all of them are then looked for"""
+    most_parts: int = 20_000  # placed parts of a world in which the prior is doubted: all of them are then looked for
     matching: MatchingParameters = field(default_factory=MatchingParameters)
     presence: PresenceParameters = field(default_factory=PresenceParameters)
     most_variants: int = 5
