@@ -9,9 +9,13 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.cameras.cameras import Rig
-from vision.planning.planning_parameters import DEFAULTS, PlanningParameters
 from vision.presence.pieces import find_axes
 from vision.scene.scene import Scene
+
+_PIXEL_MM = 0.6  # of the part in a pixel, where no distance is given: finer than a change that counts
+_STEP = 0.6  # share of a view's width and height from one view to the next: neighbours overlap
+_TILT = np.radians(35)  # beside the view straight on, one tilted to each side shows the walls of what is deep
+_CLEAR_MM = 150.0  # about a camera in which nothing may lie
 
 
 @dataclass(frozen=True)
@@ -25,12 +29,12 @@ class Grid:
         return Grid(self.world_from_rig[rows], self.target[rows])
 
 
-def usual_distance(rig: Rig, p: PlanningParameters = DEFAULTS) -> float:
-    """The distance (mm) at which a pixel of the coarsest camera shows `p.pixel_mm` of what it looks at."""
-    return p.pixel_mm * min(float(camera.matrix[0, 0]) for camera in rig.cameras.values())
+def usual_distance(rig: Rig) -> float:
+    """The distance (mm) at which a pixel of the coarsest camera shows `_PIXEL_MM` of what it looks at."""
+    return _PIXEL_MM * min(float(camera.matrix[0, 0]) for camera in rig.cameras.values())
 
 
-def lay_grid(scene: Scene, occurrences: Ints, rig: Rig, distance_mm: float, p: PlanningParameters = DEFAULTS) -> Grid:
+def lay_grid(scene: Scene, occurrences: Ints, rig: Rig, distance_mm: float) -> Grid:
     """The poses at a distance from the surface of placed parts, no camera too near to anything.
 
     Each side of the box about them is a lattice of views that overlap; the first ray inward from each point says what
@@ -40,7 +44,7 @@ def lay_grid(scene: Scene, occurrences: Ints, rig: Rig, distance_mm: float, p: P
     axes = _box_axes(corners, find_axes(scene, occurrences, np.array([0.0, 0.0, 1.0])))
     low, high = (corners @ axes.T).min(axis=0), (corners @ axes.T).max(axis=0)
     sizes = [(c.width / c.matrix[0, 0], c.height / c.matrix[1, 1]) for c in rig.cameras.values()]
-    step = p.step * distance_mm * np.min(np.array(sizes, float), axis=0)
+    step = _STEP * distance_mm * np.min(np.array(sizes, float), axis=0)
     rig_from_look = _look_frame(rig)
     poses, targets = [], []
     for axis in range(3):
@@ -52,21 +56,19 @@ def lay_grid(scene: Scene, occurrences: Ints, rig: Rig, distance_mm: float, p: P
             at[:, [u, v]] = start.reshape(-1, 2)
             at[:, axis] = (high if side > 0 else low)[axis] + side
             target = _meet(scene, at @ axes, np.tile(-side * axes[axis], (len(at), 1)), occurrences)[1]
-            for way in (side * axes[axis], *_tilted(side * axes[axis], axes[u], axes[v], p.tilt)):
+            for way in (side * axes[axis], *_tilted(side * axes[axis], axes[u], axes[v])):
                 poses.append(_looking(target, way, axes[u], distance_mm) @ np.linalg.inv(rig_from_look))
                 targets.append(target)
     grid = Grid(np.concatenate(poses), np.concatenate(targets))
-    return grid.take(np.array([_is_clear(scene, rig, pose, p.clear_mm) for pose in grid.world_from_rig], bool))
+    return grid.take(np.array([_is_clear(scene, rig, pose) for pose in grid.world_from_rig], bool))
 
 
-def look_from(
-    scene: Scene, occurrences: Ints, rig: Rig, poses: Floats, p: PlanningParameters = DEFAULTS
-) -> tuple[Grid, Ints]:
+def look_from(scene: Scene, occurrences: Ints, rig: Rig, poses: Floats) -> tuple[Grid, Ints]:
     """Those of some poses (n, 4, 4) of a rig from which the middle of its view lies on placed parts, and which those
     are; no camera too near to anything."""
     look = poses @ _look_frame(rig)
     met, target = _meet(scene, look[:, :3, 3], look[:, :3, 2], occurrences)
-    kept = np.array([_is_clear(scene, rig, pose, p.clear_mm) for pose in poses[met]], bool)
+    kept = np.array([_is_clear(scene, rig, pose) for pose in poses[met]], bool)
     return Grid(poses[met], target).take(kept), np.flatnonzero(met)[kept]
 
 
@@ -82,8 +84,8 @@ def _spread(low: float, high: float, step: float) -> Floats:
     return np.asarray(low + (np.arange(count) + 0.5) * (high - low) / count)
 
 
-def _tilted(normal: Floats, u: Floats, v: Floats, tilt: float) -> list[Floats]:
-    return [np.cos(tilt) * normal + np.sin(tilt) * way for way in (u, -u, v, -v)]
+def _tilted(normal: Floats, u: Floats, v: Floats) -> list[Floats]:
+    return [np.cos(_TILT) * normal + np.sin(_TILT) * way for way in (u, -u, v, -v)]
 
 
 def _meet(scene: Scene, start: Floats, way: Floats, occurrences: Ints) -> tuple[Bools, Floats]:
@@ -122,10 +124,10 @@ def _looking(target: Floats, way: Floats, across: Floats, distance_mm: float) ->
     return out
 
 
-def _is_clear(scene: Scene, rig: Rig, world_from_rig: Floats, clear_mm: float) -> bool:
-    """Whether no surface lies within a distance of a camera, as far as rays to all sides tell."""
+def _is_clear(scene: Scene, rig: Rig, world_from_rig: Floats) -> bool:
+    """Whether no surface lies within `_CLEAR_MM` of a camera, as far as rays to all sides tell."""
     ways = np.stack(np.meshgrid(*[np.arange(-2.0, 3.0)] * 3), -1).reshape(-1, 3)
     ways = ways[np.abs(ways).max(axis=1) == 2]
-    ways *= clear_mm / np.linalg.norm(ways, axis=1)[:, None]
+    ways *= _CLEAR_MM / np.linalg.norm(ways, axis=1)[:, None]
     eyes = [(world_from_rig @ pose)[:3, 3] for pose in rig.rig_from_camera.values()]
     return not any(scene.rays.blocked(eye + ways, eye).any() for eye in eyes)
