@@ -167,7 +167,9 @@ def _record_hypotheses(run: Run, connection: Connection, hypotheses: list[Refine
             "hypothesis_no": np.arange(len(hypotheses)),
             **matrix_columns([h.world_from_rig for h in hypotheses]),
             "cost": np.array([h.cost for h in hypotheses]),
-            "evidence_ratio": np.array([_evidence_ratio(h) for h in hypotheses]),
+            "evidence_ratio": np.array(
+                [h.support.found.sum() / max(h.support.expected.sum(), 1e-9) for h in hypotheses]
+            ),
             "outline_length": np.array([h.outlines.total_px if h.outlines else 0.0 for h in hypotheses]),
             "outline_contrast": np.array([h.outlines.mean if h.outlines else 0.0 for h in hypotheses]),
             "outline_evidence": np.array([h.outlines.evidence if h.outlines else 0.0 for h in hypotheses]),
@@ -251,10 +253,6 @@ def _record_correction(run: Run, connection: Connection, it: Correction) -> None
                 "sigma": [it.joint_sigmas.get(name) for name in names],
             },
         )
-
-
-def _evidence_ratio(h: Refined) -> float:
-    return float(h.support.found.sum() / max(float(h.support.expected.sum()), 1e-9))
 
 
 def _singular_values(refined: Refined) -> Floats:

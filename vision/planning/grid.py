@@ -56,7 +56,9 @@ def lay_grid(scene: Scene, occurrences: Ints, rig: Rig, distance_mm: float) -> G
             at[:, [u, v]] = start.reshape(-1, 2)
             at[:, axis] = (high if side > 0 else low)[axis] + side
             target = _meet(scene, at @ axes, np.tile(-side * axes[axis], (len(at), 1)), occurrences)[1]
-            for way in (side * axes[axis], *_tilted(side * axes[axis], axes[u], axes[v])):
+            ahead = side * axes[axis]
+            tilted = [np.cos(_TILT) * ahead + np.sin(_TILT) * aside for aside in (axes[u], -axes[u], axes[v], -axes[v])]
+            for way in (ahead, *tilted):
                 poses.append(_looking(target, way, axes[u], distance_mm) @ np.linalg.inv(rig_from_look))
                 targets.append(target)
     grid = Grid(np.concatenate(poses), np.concatenate(targets))
@@ -82,10 +84,6 @@ def _box_axes(points: Floats, axes: Floats) -> Floats:
 def _spread(low: float, high: float, step: float) -> Floats:
     count = max(int(np.ceil((high - low) / step)), 1)
     return np.asarray(low + (np.arange(count) + 0.5) * (high - low) / count)
-
-
-def _tilted(normal: Floats, u: Floats, v: Floats) -> list[Floats]:
-    return [np.cos(_TILT) * normal + np.sin(_TILT) * way for way in (u, -u, v, -v)]
 
 
 def _meet(scene: Scene, start: Floats, way: Floats, occurrences: Ints) -> tuple[Bools, Floats]:

@@ -24,8 +24,8 @@ from vision.planning.reach import reach, reaches_any_pose, spread_joints
 from vision.presence.items import Items, list_items
 from vision.scene.stored_scene import StoredScene, read_scene
 
-# px of edges that can be distinguished from others, over all cameras, from which a part or feature counts as checked: of
-# those of the demonstration's pairs with as many 11 in 12 were decided, of those with less 1 in 8.
+# px of edges that can be distinguished from others, over all cameras, from which a part or feature counts as checked:
+# of those of the demonstration's pairs with as many 11 in 12 were decided, of those with less 1 in 8.
 LEAST_PX = 120.0
 _ENOUGH = 0.95  # share of what any view could check at which a plan ends
 

@@ -84,13 +84,9 @@ def _trusted(votes: Votes, left: Side, right: Side, p: RangeParameters) -> Bools
     return np.asarray(most & (votes.votes >= p.least_votes) & (votes.votes >= p.least_share * longer))
 
 
-def _nearest(at: Floats, place: Floats, disparity: Floats, count: int) -> Floats:
+def _around(at: Floats, place: Floats, disparity: Floats, p: RangeParameters) -> Floats:
     from scipy.spatial import cKDTree
 
-    return np.asarray(disparity[cKDTree(place).query(at, count)[1]])
-
-
-def _around(at: Floats, place: Floats, disparity: Floats, p: RangeParameters) -> Floats:
-    near = np.sort(_nearest(at, place, disparity, p.neighbours), axis=1)
+    near = np.sort(disparity[cKDTree(place).query(at, p.neighbours)[1]], axis=1)
     cut = int(p.cut * p.neighbours)
     return np.column_stack([near[:, cut] - p.margin, near[:, p.neighbours - 1 - cut] + p.margin])
