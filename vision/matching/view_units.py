@@ -161,8 +161,8 @@ def _curves(points: Columns, arcs: int, p: ViewParameters) -> Curves:
     )
 
 
-def _surfaces(seen: SurfaceMap, p: ViewParameters) -> tuple[Ints, Areas, Columns]:
-    """Surfaces that show at least `p.least_surface_px`, the outlines of what they show, and columns of view_surface."""
+def _surfaces(seen: SurfaceMap, p: ViewParameters) -> tuple[Ints, Areas]:
+    """Surfaces that show at least `p.least_surface_px`, and the outlines of what they show."""
     import cv2
 
     shown = seen.surface.ravel()
