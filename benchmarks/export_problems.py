@@ -20,7 +20,8 @@ def main() -> None:
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     with Store.open(args.store, read_only=True) as store, store.read() as connection:
-        for number, row in enumerate(store.rows(connection, "matching/problems"), 1):
+        problems = store.table("problem").select().order_by("run_id", "problem_no")
+        for number, row in enumerate(connection.execute(problems).all(), 1):
             problem = read_problem(store, connection, row.run_id, row.problem_no)
             write_problem(args.folder / f"matching_{row.kind}_{number:02}.parquet", problem)
 

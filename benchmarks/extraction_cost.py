@@ -25,12 +25,10 @@ from relmodel.store.store import Store
 from vision.cameras.images import read_picture
 from vision.cameras.record_cameras import record_picture
 from vision.extraction.extract import Extraction, extract
-from vision.extraction.extraction_parameters import EdgeParameters, ExtractionParameters
 from vision.extraction.record_extraction import record_extraction
 from vision.extraction.rows import make_rows
 
 PICTURES = ("A/pairs/pair_00", "B/pairs/pair_00", "C/pairs/pair_00")
-_ALL_SCALES = ExtractionParameters(edges=EdgeParameters(scales=(1.0, 1.4, 2.0, 2.8)))
 _FIRST_CALL = """
 import sys
 from time import perf_counter, process_time
@@ -61,17 +59,14 @@ def stages(data: Path) -> None:
         eight_bit = grey.astype(np.uint8)
         laps: list[Extraction] = []
         one = _best(lambda grey=grey, laps=laps: laps.append(extract(grey)))  # type: ignore[misc]
-        every = _best(lambda grey=grey: extract(grey, _ALL_SCALES), 3)  # type: ignore[misc]
         lsd = _best(lambda picture=eight_bit: cv2.createLineSegmentDetector().detect(picture))  # type: ignore[misc]
         canny = _best(lambda picture=eight_bit: cv2.Canny(cv2.GaussianBlur(picture, (0, 0), 2.0), 20, 50))  # type: ignore[misc]
         by_stage.append(
             {"ms": name, **{stage: min(lap.timings_s[stage] for lap in laps) * 1e3 for stage in laps[0].timings_s}}
         )
         for kind, at in (("wall", 0), ("processor", 1)):
-            row = {"ms": f"{name} {kind}", "one scale": one[at], "four scales": every[at], "LSD": lsd[at]}
-            totals.append(
-                {**row, "Canny": canny[at], "one / LSD": one[at] / lsd[at], "four / LSD": every[at] / lsd[at]}
-            )
+            row = {"ms": f"{name} {kind}", "relmodel": one[at], "LSD": lsd[at], "Canny": canny[at]}
+            totals.append({**row, "relmodel / LSD": one[at] / lsd[at]})
     print(tabulate(by_stage, headers="keys", floatfmt=".1f"), "\n")
     print(tabulate(totals, headers="keys", floatfmt=".1f"), "\n")
 

@@ -1,8 +1,8 @@
 """The methods of stereo against each other and against peers, on rendered metal and on photographs.
 
-    RELMODEL_TEST_DATA=... python -m benchmarks.stereo_methods [--pairs A0 C1 ...] [--prior 60]
+    RELMODEL_TEST_DATA=... python -m benchmarks.stereo_methods [--pairs A0 C1 ...]
 
-Rendered pairs (folder bulkhead), no model and no prior unless --prior says by how many mm one would be off: an arc that
+Rendered pairs (folder bulkhead), no model and no prior: an arc that
 runs along visible edges is matched rightly where its partner shows the same edge at the same place in space (see
 tests/vision/stereo/rendered.py); `recall` counts every left arc with a partner of its size, level ones too.  Regions,
 carried over by their depth, alike.  `held`: how often the 95 % ellipse across the true edge, of the ends of rightly
@@ -35,7 +35,6 @@ from tabulate import tabulate
 from relmodel.arrays import Bools, Bytes, Floats, Ints
 from tests.vision.stereo.rendered import (
     RenderedPair,
-    depth_maps,
     find_region_siblings,
     find_siblings,
     measure_ends,
@@ -56,7 +55,7 @@ OPENCV: Any = cv2  # whose stubs lack parts of it
 HELD = 5.99  # 95 % of chi square with two degrees of freedom
 
 
-def rendered(folder: Path, names: list[str], slack: float | None) -> str:
+def rendered(folder: Path, names: list[str]) -> str:
     """A table: one row a method, sums over the pairs."""
     counts = {name: Counter[str]() for name in (*METHODS, "LSD with descriptors", "SGBM at arcs")}
     for name in names:
@@ -67,8 +66,7 @@ def rendered(folder: Path, names: list[str], slack: float | None) -> str:
         regions = find_region_siblings(pair, left.regions, right.regions)
         for method in METHODS:
             began = time.process_time()
-            depths = None if slack is None else depth_maps(pair.depth, slack)
-            found = match_stereo(pair.rig, left, right, depths, replace(DEFAULTS, method=method))
+            found = match_stereo(pair.rig, left, right, parameters=replace(DEFAULTS, method=method))
             counts[method]["ms"] += round(1000 * (time.process_time() - began))
             counts[method].update(_judge(siblings.real, siblings.possible(), found.arc_label, siblings.right))
             of_regions = _judge(regions.known, regions.possible, found.region_label, regions.right)
@@ -155,7 +153,8 @@ def _block_matching(pair: RenderedPair, arcs: StereoArcs) -> dict[str, int]:
     inside = arcs.points.round().astype(int).clip(0, [camera.width - 1, camera.height - 1])
     depth = pair.depth[inside[:, 1], inside[:, 0]]
     place = rectification.points(rectification.left, arcs.points)
-    truth = rectification.disparity(arcs.points, np.maximum(depth, 1.0))
+    stretch = rectification.left.directions(arcs.points) @ rectification.left.rectified_from_camera[2]
+    truth = rectification.focal * rectification.baseline / (np.maximum(depth, 1.0) * stretch)
     low = int(np.percentile(truth[depth > 0], 1)) - 32
     # One frame for both, the right picture moved by the least disparity.
     corner = np.floor(place.min(axis=0)) - 16
@@ -243,10 +242,9 @@ def _samples(found: StereoMatches, left: Primitives, right: Primitives, truth: F
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--pairs", nargs="*", default=PAIRS, choices=PAIRS)
-    parser.add_argument("--prior", type=float, metavar="MM")
     args = parser.parse_args()
     data = Path(os.environ["RELMODEL_TEST_DATA"])
-    print(rendered(data / "bulkhead", args.pairs, args.prior), end="\n\n")
+    print(rendered(data / "bulkhead", args.pairs), end="\n\n")
     print(photographs(data / "stereo_scenes"))
 
 

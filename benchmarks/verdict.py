@@ -150,7 +150,7 @@ def locate(trial: Trial, models: Models, found: dict[str, Primitives]) -> Locali
         stereo = None
         if len(found) > 1:
             left, right = found.values()
-            stereo = match_stereo(trial.rig, left, right, None, p.stereo)
+            stereo = match_stereo(trial.rig, left, right, p.stereo)
         needs = NEEDS[len(found)]
         scenes = Scenes(store)
         sight = Sight(run, scenes, 1, "cell", trial.rig, found, trial.pictures, stereo, needs, p)

@@ -53,7 +53,6 @@ CREATE TABLE shape_arc_sample (  -- Points along the arcs of a shape with the no
     shape_id BIGINT NOT NULL,  -- the shape
     arc_no INTEGER NOT NULL,  -- the arc
     sample_count INTEGER NOT NULL,  -- number of points
-    parameters DOUBLE PRECISION[] NOT NULL,  -- parameter t of each point; only the first and last where those between are evenly spaced
     points DOUBLE PRECISION[] NOT NULL,  -- points, x y z after each other, mm; only the first and last where those between are evenly spaced on a
         -- straight line
     tangents REAL[] NOT NULL,  -- unit tangents towards growing t; only one where all are equal

@@ -127,14 +127,12 @@ CREATE TABLE camera (  -- A calibrated camera, by content.
     cx DOUBLE PRECISION NOT NULL,  -- principal point x, px; (0, 0) is the centre of the top-left pixel
     cy DOUBLE PRECISION NOT NULL,  -- principal point y, px
     skew DOUBLE PRECISION NOT NULL,  -- element (0, 1) of the camera matrix
-    distortion_model TEXT NOT NULL,  -- opencv: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty, as many as there are
-    distortion DOUBLE PRECISION[] NOT NULL,  -- coefficients of the model
+    distortion DOUBLE PRECISION[] NOT NULL,  -- coefficients of OpenCV: k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty, as many as there are
     view_u0 DOUBLE PRECISION NOT NULL, view_v0 DOUBLE PRECISION NOT NULL,  -- least x and y of all that the camera sees, freed of distortion, px: -0.5 without it
     view_u1 DOUBLE PRECISION NOT NULL,  -- greatest x of all that the camera sees, freed of distortion, px: width - 0.5 without it
     view_v1 DOUBLE PRECISION NOT NULL,  -- greatest y of all that the camera sees, freed of distortion, px: height - 0.5 without it
     CHECK (width > 0 AND height > 0 AND fx > 0 AND fy > 0),
-    CHECK (view_u0 < view_u1 AND view_v0 < view_v1),
-    CHECK (distortion_model IN ('opencv'))
+    CHECK (view_u0 < view_u1 AND view_v0 < view_v1)
 );
 
 CREATE SEQUENCE rig_id_seq;

@@ -9,7 +9,6 @@ CREATE TABLE image (  -- A picture, by content.
     width INTEGER NOT NULL,  -- width when turned, px
     height INTEGER NOT NULL,  -- height when turned, px
     depth INTEGER NOT NULL,  -- bits a pixel and channel that the file has, 8 or 16
-    channels INTEGER NOT NULL,  -- number of channels
     CHECK (width > 0 AND height > 0)
 );
 
@@ -28,7 +27,6 @@ CREATE TABLE extraction (  -- One extraction of arcs and regions from an image; 
     bits_from TEXT NOT NULL,  -- what said how many bits: file, rig (bits of the camera) or values (the least of 8, 10, 12, 14 and 16 that holds the greatest)
     parameters JSON NOT NULL,  -- parameters, defaults included
     version TEXT NOT NULL,  -- version of the extraction
-    noise_sigma DOUBLE PRECISION NOT NULL,  -- standard deviation of the image noise found, grey levels of 0..255
     grey_dark REAL NOT NULL,  -- grey level that one pixel in a hundred is below, 0..255
     grey_bright REAL NOT NULL,  -- grey level that one pixel in a hundred is above, 0..255
     CHECK (bits_from IN ('file', 'rig', 'values'))

@@ -48,12 +48,9 @@ CREATE TABLE problem (  -- One matching problem of a run: units to be given labe
     nat_cost DOUBLE PRECISION NOT NULL,  -- what a nat of a relation costs, in the integers of the costs
     relation_weight INTEGER,  -- what all relations of a unit weigh together, about, as they repeat much the same information; null where each weighs
         -- what its kinds do
-    dual_scale INTEGER,  -- duals are costs times this, and costs are integers, so bounds are rounded up; null where costs are real and duals as they
-        -- are
-    status TEXT NOT NULL,  -- optimal (the stored proof meets the cost), bounded or stopped
+    status TEXT NOT NULL,  -- optimal (the bound meets the cost), bounded or stopped
     cost DOUBLE PRECISION NOT NULL,  -- cost of the assignment found
     bound DOUBLE PRECISION NOT NULL,  -- proved lower bound of the cost
-    bound_kept BOOLEAN NOT NULL,  -- whether the duals that prove it are kept (bound_price, bound_message), as on request
     PRIMARY KEY (run_id, problem_no),
     CHECK (kind IN ('stereo', 'localisation')),
     CHECK (status IN ('optimal', 'bounded', 'stopped'))
@@ -84,7 +81,7 @@ CREATE TABLE problem_tolerance (  -- How relations of labels differ from those o
     PRIMARY KEY (run_id, problem_no, kind)
 );
 
--- Without keys, as the compatibilities and duals: many rows, and queries/check finds what is there twice.
+-- Without keys, as the compatibilities: many rows, and queries/check finds what is there twice.
 CREATE TABLE problem_relation (  -- Neighbours of a unit in a problem, and what it costs when one confirms nothing of its label.
     run_id BIGINT NOT NULL,  -- the run
     problem_no INTEGER NOT NULL,  -- the problem
@@ -215,17 +212,6 @@ saving AS (
 )
 SELECT run_id, problem_no, unit_a, label_a, unit_b, label_b, saves FROM saving WHERE saves > 0;
 
-CREATE TABLE vote (  -- Votes of epipolar rows for pairs of arcs in stereo.
-    run_id BIGINT NOT NULL,  -- the run
-    problem_no INTEGER NOT NULL,  -- the problem
-    unit_no INTEGER NOT NULL,  -- unit of the left image
-    label_no INTEGER NOT NULL,  -- unit of the right image
-    votes INTEGER NOT NULL,  -- rows in which they were matched
-    overlap INTEGER NOT NULL,  -- rows that both cross
-    disparity DOUBLE PRECISION NOT NULL,  -- mean disparity over the votes, px of the rectified images
-    PRIMARY KEY (run_id, problem_no, unit_no, label_no)
-);
-
 CREATE TABLE assignment (  -- What the matcher decided for each unit.
     run_id BIGINT NOT NULL,  -- the run
     problem_no INTEGER NOT NULL,  -- the problem
@@ -243,7 +229,6 @@ CREATE TABLE search_node (  -- Sets of labellings that a search split a problem 
     problem_no INTEGER NOT NULL,  -- the problem
     node_no INTEGER NOT NULL,  -- ordinal in the search, from 0, the root
     parent_no INTEGER,  -- node that it is part of
-    proof_no INTEGER NOT NULL,  -- node whose duals bound it: itself or its parent
     depth INTEGER NOT NULL,  -- depth in the tree
     branch TEXT NOT NULL,  -- root: all labellings; take: those of the parent in which the unit has the label; rest: those that are in no take of the
         -- parent
@@ -256,24 +241,6 @@ CREATE TABLE search_node (  -- Sets of labellings that a search split a problem 
     CHECK ((parent_no IS NULL) = (branch = 'root')),
     CHECK ((unit_no IS NOT NULL) = (branch = 'take')),
     CHECK (status IN ('branched', 'pruned', 'open'))
-);
-
-CREATE TABLE bound_price (  -- Certificate of a bound: dual values of labels; 0 where there is no row.
-    run_id BIGINT NOT NULL,  -- the run
-    problem_no INTEGER NOT NULL,  -- the problem
-    node_no INTEGER NOT NULL,  -- the node of the search that it bounds
-    label_no INTEGER NOT NULL,  -- the label
-    dual DOUBLE PRECISION NOT NULL  -- its dual value, at most 0: what every unit that takes it pays on top
-);
-
-CREATE TABLE bound_message (  -- Certificate of a bound: dual values of a unit's label and a neighbour; 0 where there is no row.
-    run_id BIGINT NOT NULL,  -- the run
-    problem_no INTEGER NOT NULL,  -- the problem
-    node_no INTEGER NOT NULL,  -- the node of the search that it bounds
-    unit_no INTEGER NOT NULL,  -- the unit
-    label_no INTEGER NOT NULL,  -- its label
-    neighbour_no INTEGER NOT NULL,  -- the neighbour
-    dual DOUBLE PRECISION NOT NULL  -- the share, at least 0, of what the two save when they confirm each other that is credited to this unit
 );
 
 CREATE TABLE triangulated_unit (  -- Stereo matches in space: matched arcs as curves in the frame of the rig, with both ends.
@@ -330,11 +297,8 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('compatibility', 'matching', 'redundant'),
     ('due_relation', 'matching', 'view'),
     ('due_compatibility', 'matching', 'view'),
-    ('vote', 'matching', 'primary'),
     ('assignment', 'matching', 'primary'),
     ('search_node', 'matching', 'primary'),
-    ('bound_price', 'matching', 'primary'),
-    ('bound_message', 'matching', 'primary'),
     ('triangulated_unit', 'matching', 'primary'),
     ('space_relation', 'matching', 'redundant');
 
@@ -347,7 +311,6 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('candidate', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('problem_tolerance', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('compatibility', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
-    ('vote', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('assignment', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('search_node', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
     ('triangulated_unit', 0, ARRAY['run_id', 'problem_no', 'unit_no'], 'assignment', ARRAY['run_id', 'problem_no', 'unit_no']),

@@ -59,10 +59,6 @@ CREATE TABLE view_arc (  -- A run of a model arc, or of a silhouette, that a vie
     kind TEXT NOT NULL,  -- sharp, smooth or silhouette
     arc_no INTEGER,  -- the arc in the part's shape; null for a silhouette
     surface_no INTEGER,  -- the surface in the part's shape that a silhouette is of; null for an arc
-    t0 DOUBLE PRECISION,  -- start of the visible interval of the arc's parameter; null for a silhouette
-    t1 DOUBLE PRECISION,  -- end of the visible interval
-    start_u DOUBLE PRECISION NOT NULL, start_v DOUBLE PRECISION NOT NULL,  -- x and y of the first end in the image, px of the camera freed of distortion
-    end_u DOUBLE PRECISION NOT NULL, end_v DOUBLE PRECISION NOT NULL,  -- x and y of the last end in the image, px of the camera freed of distortion
     length DOUBLE PRECISION NOT NULL,  -- visible length in the image, px
     PRIMARY KEY (run_id, view_no, view_arc_no),
     CHECK (kind IN ('sharp', 'smooth', 'silhouette')),
@@ -75,8 +71,6 @@ CREATE TABLE view_surface (  -- A surface that a view predicts to be visible.
     view_surface_no INTEGER NOT NULL,  -- ordinal in the view, from 0
     occurrence_id BIGINT NOT NULL,  -- the placed part it belongs to
     surface_no INTEGER NOT NULL,  -- the surface in the part's shape
-    visible_pixels DOUBLE PRECISION NOT NULL,  -- pixels it shows
-    centroid_x REAL NOT NULL, centroid_y REAL NOT NULL,  -- x and y of the centroid of what it shows, px
     PRIMARY KEY (run_id, view_no, view_surface_no)
 );
 
@@ -209,7 +203,6 @@ CREATE TABLE base_correction (  -- Where the base of the arm that carries the ri
     shift_x DOUBLE PRECISION NOT NULL, shift_y DOUBLE PRECISION NOT NULL, shift_z DOUBLE PRECISION NOT NULL,  -- how far the base's origin is from where the world has it, along the world's x, y and z, mm
     turn_x DOUBLE PRECISION NOT NULL, turn_y DOUBLE PRECISION NOT NULL, turn_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the rotation vector from the base as the world has it, in its frame, rad
     covariance DOUBLE PRECISION[] NOT NULL,  -- 36 numbers, row-major: covariance of the base, of a right perturbation in its frame, (t mm, r rad)
-    prior_covariance DOUBLE PRECISION[],  -- the same of the base where the world has it, as given; null: it could stand anywhere
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6

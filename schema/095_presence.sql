@@ -43,15 +43,14 @@ CREATE TABLE presence_camera (  -- What single cameras say of an item.
     distinct_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     supported_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     region_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
-    inside_px DOUBLE PRECISION,  -- px seen of a feature or surface, and through a hole; this and the next five are null where too little is seen
-    inside_grey DOUBLE PRECISION,  -- mean grey of that, 0..255
+    inside_grey DOUBLE PRECISION,  -- mean grey of what is seen of a feature or surface, and through a hole, 0..255; this and the next four are null where too
+        -- little is seen
     around_grey DOUBLE PRECISION,  -- mean grey of what is around it
     like_grey DOUBLE PRECISION,  -- mean grey of what it would look like: faces turned alike, and what lies behind the object elsewhere
     appearance_log_odds DOUBLE PRECISION,  -- log odds of there against not there by grey and texture, in log_odds
     stopped BOOLEAN,  -- whether all cameras together see something through it that does not lie behind
     PRIMARY KEY (run_id, item_no, camera),
-    CHECK (inside_px > 0),
-    CHECK ((inside_px IS NULL) = (stopped IS NULL) AND (inside_px IS NULL) = (appearance_log_odds IS NULL))
+    CHECK ((inside_grey IS NULL) = (stopped IS NULL) AND (inside_grey IS NULL) = (appearance_log_odds IS NULL))
 );
 
 CREATE TABLE measured_size (  -- Sizes of items that their edges give, and distances between them, whether they differ from the model or not.

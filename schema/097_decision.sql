@@ -30,7 +30,6 @@ CREATE TABLE hypothesis_support (  -- What each camera's picture says for a hypo
     evidence DOUBLE PRECISION NOT NULL,  -- log odds that the model is there, arcs that do not show allowed for
     found DOUBLE PRECISION NOT NULL,  -- sum of the log odds of all places looked at
     expected DOUBLE PRECISION NOT NULL,  -- what that sum would be at the right pose
-    deviation DOUBLE PRECISION NOT NULL,  -- its standard deviation there
     length_px DOUBLE PRECISION NOT NULL,  -- length of the predicted arcs in view, px
     PRIMARY KEY (run_id, hypothesis_no, camera)
 );
@@ -72,18 +71,12 @@ CREATE TABLE solved_pose (  -- Poses of the rig that go with the best hypothesis
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6)
 );
 
-CREATE TABLE search_stage (  -- The stages of the search for the pose, and the scores of all poses that each looked at.
+CREATE TABLE search_stage (  -- The stages of the search for the pose.
     run_id BIGINT NOT NULL,  -- the run
     stage_no INTEGER NOT NULL,  -- ordinal in the run, from 0
     name TEXT NOT NULL,  -- join (of circles), lines (a join of straight edges where circles explain too little), about (drawn about the best where few edges hold it), scan (of the prior's volume, on coarse evidence), climb (on finer), and shift 1 .. (of the best
         -- pose by what repeats in the model)
     looked_at INTEGER NOT NULL,  -- poses that it looked at
-    least DOUBLE PRECISION,  -- least of their scores: evidence less half the squared distance from the prior; of a join the share of what stereo puts
-        -- in space that lies on the model, of one picture the log odds of its ellipses; null where none was worked out
-    median DOUBLE PRECISION,  -- median of their scores
-    share_90 DOUBLE PRECISION,  -- score that 90 percent of them do not exceed
-    share_99 DOUBLE PRECISION,  -- score that 99 percent of them do not exceed
-    greatest DOUBLE PRECISION,  -- greatest of their scores
     PRIMARY KEY (run_id, stage_no)
 );
 
@@ -94,7 +87,8 @@ CREATE TABLE search_pose (  -- The poses of the rig that left a stage of the sea
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_rig
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
     m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
-    score DOUBLE PRECISION,  -- its score, as in search_stage; null where none was worked out
+    score DOUBLE PRECISION,  -- its score: evidence less half the squared distance from the prior; of a join the share of what stereo puts
+        -- in space that lies on the model, of one picture the log odds of its ellipses; null where none was worked out
     rule TEXT NOT NULL,  -- goes_on (to the next stage), refined, or why dropped: like_a_better_one or like_a_refined_one (shows the same),
         -- little_evidence (against the best), nothing_in_view, beyond (more than are followed up)
     PRIMARY KEY (run_id, stage_no, pose_no),

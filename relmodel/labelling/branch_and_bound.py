@@ -28,7 +28,6 @@ from relmodel.labelling.result import (
     STOPPED,
     TAKE,
     MatchingResult,
-    Proof,
     SearchNode,
 )
 from relmodel.labelling.tables import search_tables
@@ -38,6 +37,7 @@ MODE = "dual_ascent"
 _SWEEPS = 4  # between two assignments
 _STALLED = 0.02  # of the gap that is left: less gained by so many sweeps is no progress
 _ANNEALING = (20, 200)  # steps
+_MOST_NODES = 100_000  # of a tree that is told; of a larger one its root, with what the whole of it proves
 
 
 @dataclass
@@ -49,7 +49,6 @@ class _Node:
     branch: str
     state: int
     bound: int  # scaled
-    opened: bool = False  # bounded by duals of its own, no more by its parent's
     status: str = OPEN
 
 
@@ -63,22 +62,18 @@ class _Waiting:
     state: int
 
 
-def search(
-    problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None, proof_rows: int
-) -> MatchingResult:
+def search(problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None) -> MatchingResult:
     """See `relmodel.labelling.solve`."""
-    return _Search(problem, limit, proof_rows).run(nodes, seconds)
+    return _Search(problem, limit).run(nodes, seconds)
 
 
 class _Search:
-    def __init__(self, problem: MatchingProblem, limit: int | None, proof_rows: int) -> None:
+    def __init__(self, problem: MatchingProblem, limit: int | None) -> None:
         tables = search_tables(problem)
         self.problem, self.limit, self.tables = problem, limit, tables
         self.bounds = Bounds(tables)
         self.found = LocalSearch(tables)
         self.nodes: list[_Node] = []
-        self.proofs: list[Proof] = []
-        self.room = proof_rows
         self.waiting: list[_Waiting] = []
         self.opened = self.taken = 0
 
@@ -111,9 +106,7 @@ class _Search:
             self._raise(duals)
             if node == 0:
                 duals = self._anneal(duals)
-            self.nodes[node].bound = duals.bound
-            self.nodes[node].opened = True
-            self._keep_proof(node, duals)
+            self._bound(node, duals)
             if duals.bound > self.cutoff * SCALE:
                 self.nodes[node].status = PRUNED
                 return
@@ -176,33 +169,13 @@ class _Search:
     def _wait(self, node: int, duals: Duals, state: int) -> None:
         heapq.heappush(self.waiting, _Waiting(self.nodes[node].bound, node, duals, state))
 
-    def _keep_proof(self, node: int, duals: Duals) -> None:
-        """Keep the duals of a node, as long as there is room for all."""
-        p, t = self.problem, self.tables
-        slots = np.flatnonzero((duals.message > 0) & duals.live[t.slot_candidate])
-        prices = np.flatnonzero(duals.label_dual)
-        self.room -= len(slots) + len(prices)
-        if self.room < 0 and node > 0:
-            return
-        candidate = t.slot_candidate[slots]
-        self.proofs.append(
-            Proof(
-                node,
-                label=prices,
-                price=duals.label_dual[prices],
-                unit=p.candidate_unit[candidate],
-                unit_label=p.candidate_label[candidate],
-                neighbour=t.slot_other[slots],
-                message=duals.message[slots],
-            )
-        )
+    def _bound(self, node: int, duals: Duals) -> None:
+        """Bound a node by duals of its own, no more by its parent's."""
+        self.nodes[node].bound = duals.bound
 
     def _result(self) -> MatchingResult:
         """Close what waits: its bound is its parent's, which may suffice."""
         cutoff = self.cutoff
-        if not self.proofs:  # the root was closed by the duals it started from, or nothing was searched
-            self._keep_proof(0, self.waiting[0].duals)
-            self.nodes[0].opened = True
         for waiting in self.waiting:
             if waiting.bound > cutoff * SCALE:
                 self.nodes[waiting.node].status = PRUNED
@@ -210,19 +183,16 @@ class _Search:
         leaves = [-(-node.bound // SCALE) for node in self.nodes if node.status != BRANCHED]
         bound = min(cost, *leaves)
         finished = bound > cutoff
-        whole = self.room >= 0
-        nodes = self.nodes if whole else [_Node(-1, 0, ROOT, NONE, self.nodes[0].bound, opened=True)]
+        nodes = self.nodes if len(self.nodes) <= _MOST_NODES else [_Node(-1, 0, ROOT, NONE, bound * SCALE)]
         return MatchingResult(
             mode=MODE,
             label=self.found.label,
             cost=cost,
             bound=bound,
-            proved=bound if whole else min(cost, -(-self.nodes[0].bound // SCALE)),
             status=OPTIMAL if bound == cost else BOUNDED if finished else STOPPED,
             nodes=self.opened,
             selections=self.taken,
             tree=tuple(self._frozen(number, node) for number, node in enumerate(nodes)),
-            proofs=tuple(self.proofs if whole else self.proofs[:1]),
         )
 
     def _frozen(self, number: int, node: _Node) -> SearchNode:
@@ -233,5 +203,4 @@ class _Search:
             unit = node.state - p.candidates if null else int(p.candidate_unit[node.state])
             label = NONE if null else int(p.candidate_label[node.state])
         bound = min(-(-node.bound // SCALE), self.found.cost)  # what is dearer is of no interest
-        proof = number if node.opened else node.parent
-        return SearchNode(number, node.parent, proof, node.depth, node.branch, unit, label, bound, node.status)
+        return SearchNode(number, node.parent, node.depth, node.branch, unit, label, bound, node.status)

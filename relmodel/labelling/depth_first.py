@@ -54,12 +54,10 @@ class DepthFirst:
             label=self.label,
             cost=self.cost,
             bound=bound,
-            proved=bound,
             status=OPTIMAL if bound == self.cost else STOPPED if stopped else BOUNDED,
             nodes=self.nodes,
             selections=self.selections,
             tree=(),
-            proofs=(),
         )
 
 

@@ -106,12 +106,10 @@ def search(problem: MatchingProblem, limit: int | None, nodes: int, seconds: flo
         label=run.label,
         cost=found,
         bound=bound,
-        proved=bound,
         status=STOPPED if stopped else BOUNDED,
         nodes=run.counter.nodes,
         selections=run.counter.selections,
         tree=(),
-        proofs=(),
     )
 
 

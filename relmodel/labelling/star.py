@@ -22,12 +22,10 @@ from relmodel.labelling.tables import search_tables
 MODE = "star"
 
 
-def search(
-    problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None, proof_rows: int
-) -> MatchingResult:
-    """See `relmodel.labelling.solve`.  The bound and its proof are those of the default mode: they say how far off the
-    best labelling the stars are."""
-    proved = branch_and_bound.search(problem, limit, nodes, seconds, proof_rows)
+def search(problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None) -> MatchingResult:
+    """See `relmodel.labelling.solve`.  The bound is that of the default mode: it says how far off the best labelling
+    the stars are."""
+    proved = branch_and_bound.search(problem, limit, nodes, seconds)
     label, selections = lay_stars(problem)
     cost = labelling_cost(problem, label).total
     return replace(

@@ -187,7 +187,6 @@ def samples(normals: ArcNormals, length: Floats) -> ArcSamples:
     steps = np.ceil(length / SAMPLE_SPACING_MM - _STEP_SLACK).astype(np.int64)
     count = np.clip(steps + 1, 2, MOST_SAMPLES)
     offsets = np.concatenate([[0], np.cumsum(count)])
-    t = np.empty(offsets[-1])
     points = np.empty((offsets[-1], 3))
     directions = [np.empty((offsets[-1], 3), np.float32) for _ in range(3)]
     uneven = np.logical_and.reduce([curves.kind != kind for kind in ("line", "circle", "degenerate")])
@@ -201,13 +200,11 @@ def samples(normals: ArcNormals, length: Floats) -> ArcSamples:
         at[drawn], spaced = np.split(spaced, [np.count_nonzero(drawn)])
         ends = offsets[arcs[0] : arcs[-1] + 2] - offsets[arcs[0]]
         at[ends[1:] - 1] = curves.t1[arcs]
-        t[here] = at
         for out, values in zip((points, *directions), _sampled(normals, arcs, arc, at, ends), strict=True):
             out[here] = values
     triple = 3 * offsets
     return ArcSamples(
         arc_no=np.arange(len(curves)),
-        parameters=Ragged(t, offsets),
         points=Ragged(points.ravel(), triple),
         tangents=Ragged(directions[0].ravel(), triple),
         normals_a=Ragged(directions[1].ravel(), triple),

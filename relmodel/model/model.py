@@ -54,7 +54,6 @@ class ArcSamples:
     """Points along arcs: `shape_arc_sample`; row i of each column is arc `arc_no[i]`."""
 
     arc_no: Ints
-    parameters: Ragged
     points: Ragged  # x y z after each other
     tangents: Ragged
     normals_a: Ragged

@@ -16,13 +16,12 @@ _ROUND_OFF = 8 * np.finfo(float).eps  # of the greatest value: what interpolatin
 
 def pack_samples(samples: ArcSamples) -> Table:
     """Columns of `shape_arc_sample` but for the shape; every arc has two samples at least."""
-    count = np.diff(samples.parameters.offsets)
-    places = {"parameters": samples.parameters, "points": samples.points}
+    count = np.diff(samples.points.offsets) // 3
     directions = {name: getattr(samples, name) for name in ("tangents", "normals_a", "normals_b")}
     return {
         "arc_no": samples.arc_no,
         "sample_count": count,
-        **{name: _keep(values, count, 2) for name, values in places.items()},
+        "points": _keep(samples.points, count, 2),
         **{name: _keep(values, count, 1) for name, values in directions.items()},
     }
 

@@ -48,8 +48,8 @@ class Carrier:
 class Correction:
     """What a found pose of a rig says of the arm that carries it.
 
-    mounted: the rig as the world has it, at the joints that were given.  prior_sigmas, base_covariance: the priors of
-    joints and base that went in.  world_from_object: the corrected pose of the arm's base (4, 4); shift and turn: that
+    mounted: the rig as the world has it, at the joints that were given.  prior_sigmas: those of
+    the joints that went in.  world_from_object: the corrected pose of the arm's base (4, 4); shift and turn: that
     of its origin in the world's axes, mm, and the rotation vector in the base's frame, rad.  covariance: (6, 6) of the
     base's pose, t mm then r rad, a right perturbation in the base's frame: R C R^T along the world's axes.  joints:
     value of each joint, corrected where its sigma was given; joint_sigmas: what is left of those.
@@ -57,7 +57,6 @@ class Correction:
 
     mounted: MountedRig
     prior_sigmas: dict[str, float]
-    base_covariance: Floats | None
     world_from_object: Floats
     shift: Floats
     turn: Floats
@@ -133,7 +132,6 @@ def correct_base(
     return Correction(
         mounted=mounted,
         prior_sigmas=sigmas,
-        base_covariance=base_covariance,
         world_from_object=base,
         shift=base[:3, 3] - mounted.world_from_object[:3, 3],
         turn=_perturbation(mounted.world_from_object, base)[0][3:],

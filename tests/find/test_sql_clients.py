@@ -66,7 +66,6 @@ def add_camera(store: Store, view: Frustum | None = None) -> int:
         camera_id = int(store.new_ids(connection, "camera", 1)[0])
         lens: dict[str, Any] = {
             "content_key": f"c{camera_id}",
-            "distortion_model": "opencv",
             "distortion": Ragged.pack([[0.0]]),
         }
         store.append(connection, "camera", {"id": [camera_id], **camera, **lens})

@@ -12,7 +12,11 @@ import numpy as np
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array
 
+from relmodel.labelling import branch_and_bound
+from relmodel.labelling.bounds import SCALE, Duals
 from relmodel.labelling.problem import MatchingProblem, matching_problem
+from relmodel.labelling.result import MatchingResult
+from relmodel.labelling.rows import result_rows
 
 
 def random_problem(rng: np.random.Generator, most_units: int = 9) -> MatchingProblem:
@@ -114,10 +118,50 @@ def programme_cost(problem: MatchingProblem) -> int:
 Rows = dict[str, dict[str, Any]]
 
 
+class _Witnessed(branch_and_bound._Search):
+    """The search, and the duals of each node that has its own; of the root those that it starts from, if no others."""
+
+    def __init__(self, problem: MatchingProblem, limit: int | None = None) -> None:
+        super().__init__(problem, limit)
+        self.duals: dict[int, Duals] = {}
+
+    def _wait(self, node: int, duals: Duals, state: int) -> None:
+        super()._wait(node, duals, state)
+        if node == 0:
+            self.duals[node] = duals.copy()
+
+    def _bound(self, node: int, duals: Duals) -> None:
+        super()._bound(node, duals)
+        self.duals[node] = duals.copy()
+
+
+def witnessed(problem: MatchingProblem, nodes: int = 10_000) -> tuple[MatchingResult, Rows]:
+    """What the default search finds, and its rows with those that prove the bounds: the node whose duals bound each
+    node, prices of labels and messages."""
+    search = _Witnessed(problem)
+    found = search.run(nodes, None)
+    rows: Rows = result_rows(problem, found)
+    rows["search_node"]["proof_no"] = [n.node if n.node in search.duals else n.parent for n in found.tree]
+    prices, messages, tables = [], [], search.tables
+    for node, duals in search.duals.items():
+        prices += [(node, x, price) for x, price in enumerate(duals.label_dual.tolist()) if price]
+        for slot in np.flatnonzero((duals.message > 0) & duals.live[tables.slot_candidate]).tolist():
+            c = tables.slot_candidate[slot]
+            pair = int(problem.candidate_unit[c]), int(problem.candidate_label[c]), int(tables.slot_other[slot])
+            messages.append((node, *pair, int(duals.message[slot])))
+    for name, columns, values in (
+        ("bound_price", ("node_no", "label_no", "dual"), prices),
+        ("bound_message", ("node_no", "unit_no", "label_no", "neighbour_no", "dual"), messages),
+    ):
+        table = np.array(values, np.int64).reshape(-1, len(columns))
+        rows[name] = {column: table[:, i] for i, column in enumerate(columns)}
+    return found, rows
+
+
 def verified(rows: Rows) -> tuple[float, int]:
     """Cost and lower bound that the rows of a result prove, by plain loops over them; AssertionError where a node is
     not covered by its children or duals are not feasible."""
-    scale, injective = int(rows["problem"]["dual_scale"][0]), bool(rows["problem"]["injective"][0])
+    scale, injective = SCALE, bool(rows["problem"]["injective"][0])
     price = _keyed(rows["candidate"], ("unit_no", "label_no"), "cost")
     weight = _keyed(rows["problem_relation"], ("unit_no", "neighbour_no"), "weight")
     null = _keyed(rows["assignment"], ("unit_no",), "null_cost")

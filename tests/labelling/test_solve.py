@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import replace
 from typing import Any
 
@@ -18,7 +17,7 @@ from relmodel.labelling.problem import NONE, MatchingProblem, matching_problem, 
 from relmodel.labelling.result import BOUNDED, OPTIMAL, STOPPED, MatchingResult
 from relmodel.labelling.rows import result_rows
 from relmodel.labelling.solve import MODES, solve
-from tests.labelling.oracle import enumerated_cost, programme_cost, random_problem, verified
+from tests.labelling.oracle import enumerated_cost, programme_cost, random_problem, verified, witnessed
 from tests.labelling.scenes import KINDS, scene
 
 EXACT = tuple(mode for mode in MODES if mode not in ("paper", "star"))
@@ -150,16 +149,14 @@ def test_nothing_to_match_costs_what_having_none_costs() -> None:
 def test_certificates_of_small_instances_prove_what_is_claimed() -> None:
     rng = np.random.default_rng(21)
     for _ in range(60):
-        problem = random_problem(rng)
-        found = solve(problem)
-        assert verified(result_rows(problem, found)) == (found.cost, found.bound)
+        found, rows = witnessed(random_problem(rng))
+        assert verified(rows) == (found.cost, found.bound)
 
 
 @pytest.mark.parametrize(("kind", "units", "seed"), [("gated", 100, 0), ("hard", 100, 0), ("open", 40, 1)])
 def test_certificates_of_scenes_prove_what_is_claimed(kind: str, units: int, seed: int) -> None:
-    problem = scene(kind, units, seed).problem
-    found = solve(problem)
-    assert verified(result_rows(problem, found)) == (found.cost, found.bound)
+    found, rows = witnessed(scene(kind, units, seed).problem)
+    assert verified(rows) == (found.cost, found.bound)
 
 
 @pytest.fixture
@@ -172,22 +169,24 @@ def unannealed(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(("kind", "units", "seed"), [("hard", 40, 4), ("hard", 48, 4), ("pockets", 32, 2)])
 def test_trees_prove_what_is_claimed(kind: str, units: int, seed: int) -> None:
     problem = scene(kind, units, seed).problem
-    found = solve(problem)
-    assert len(found.proofs) > 2
+    found, rows = witnessed(problem)
+    assert len(found.tree) > 2
     assert_optimal(problem, found, programme_cost(problem))
-    assert verified(result_rows(problem, found)) == (found.cost, found.bound)
+    assert verified(rows) == (found.cost, found.bound)
 
 
 @pytest.mark.usefixtures("unannealed")
-def test_certificates_of_stopped_and_cut_proofs_hold() -> None:
+def test_stopped_searches_prove_their_bound_and_trees_too_large_are_told_by_their_root(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     problem = scene("hard", 48, 4).problem
-    stopped = solve(problem, nodes=2)
-    assert verified(result_rows(problem, stopped)) == (stopped.cost, stopped.bound)
-    cut = solve(problem, proof_rows=100)
-    rows = result_rows(problem, cut)
-    assert (cut.status, cut.proved < cut.bound) == (OPTIMAL, True)
-    assert (len(rows["search_node"]["node_no"]), rows["problem"]["status"]) == (1, [BOUNDED])
-    assert verified(rows) == (cut.cost, cut.proved)
+    stopped, rows = witnessed(problem, nodes=2)
+    assert verified(rows) == (stopped.cost, stopped.bound)
+    whole = solve(problem)
+    monkeypatch.setattr(branch_and_bound, "_MOST_NODES", 2)
+    told = solve(problem)
+    assert (told.status, told.cost, told.bound) == (whole.status, whole.cost, whole.bound)
+    assert [(node.branch, node.bound) for node in told.tree] == [("root", whole.bound)]
 
 
 @pytest.mark.parametrize(
@@ -200,8 +199,7 @@ def test_certificates_of_stopped_and_cut_proofs_hold() -> None:
 )
 def test_the_verifier_is_not_taken_in(damage: Any) -> None:
     problem = scene("hard", 40, 3).problem
-    found = solve(problem)
-    rows = copy.deepcopy(result_rows(problem, found))
+    found, rows = witnessed(problem)
     damage(rows)
     try:
         proved = verified(rows)
@@ -216,7 +214,7 @@ def test_what_every_mode_finds_becomes_rows(mode: str) -> None:
     found = solve(problem, mode)
     rows = result_rows(problem, found)
     assert rows["problem"]["cost"] == [found.cost]
-    assert rows["problem"]["bound_kept"] == [bool(found.proofs)] == [bool(len(rows["search_node"]["node_no"]))]
+    assert bool(len(rows["search_node"]["node_no"])) == (mode in ("dual_ascent", "star"))
     assert rows["assignment"]["label_no"].filled(NONE).tolist() == found.label.tolist()
 
 

@@ -1,4 +1,4 @@
-"""Star matching against the optimum, and its bound by a verifier that knows rows alone."""
+"""Star matching against the optimum, and its bound against enumeration."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ import numpy as np
 
 from relmodel.labelling.cost import labelling_cost
 from relmodel.labelling.problem import matching_problem
-from relmodel.labelling.rows import result_rows
 from relmodel.labelling.solve import solve
 from relmodel.labelling.star import lay_stars
-from tests.labelling.oracle import enumerated_cost, random_problem, verified
+from tests.labelling.oracle import enumerated_cost, random_problem
 from tests.labelling.scenes import scene
 
 
@@ -29,7 +28,7 @@ def test_what_nothing_confirms_stays_without_a_label() -> None:
     assert lay_stars(problem)[0].tolist() == [-1, -1]
 
 
-def test_its_bound_holds_and_is_proved_by_the_rows() -> None:
+def test_its_bound_holds() -> None:
     rng = np.random.default_rng(4)
     for _ in range(40):
         problem = random_problem(rng)
@@ -39,7 +38,6 @@ def test_its_bound_holds_and_is_proved_by_the_rows() -> None:
         assert found.bound <= least <= found.cost
         assert found.cost == labelling_cost(problem, found.label).total
         assert (found.status == "optimal") == (found.cost == found.bound)
-        assert verified(result_rows(problem, found)) == (found.cost, found.proved)
 
 
 def test_it_finds_what_a_prior_gates() -> None:

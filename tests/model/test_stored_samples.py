@@ -9,7 +9,7 @@ from relmodel.columns import Ragged
 from relmodel.model.model import ArcSamples
 from relmodel.model.stored_samples import pack_samples, spread_samples
 
-WIDTH = {"parameters": 1, "points": 3, "tangents": 3, "normals_a": 3, "normals_b": 3}
+WIDTH = {"points": 3, "tangents": 3, "normals_a": 3, "normals_b": 3}
 
 
 def test_samples_come_out_as_they_went_in() -> None:
@@ -22,22 +22,17 @@ def test_samples_come_out_as_they_went_in() -> None:
     circle = 20 * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1) + [1000.1, 0, 0]
     along = np.stack([-np.sin(turn), np.cos(turn), 0 * turn], axis=1)
     given: dict[str, list[np.ndarray]] = {
-        "parameters": [even, uneven, turn, pair],
         "points": [even[:, None] * line + 1234.5, uneven[:, None] * line, circle, pair[:, None] * line],
         "tangents": [np.tile(line, (55, 1)), np.tile(line, (7, 1)), along, np.tile(line, (2, 1))],
         "normals_a": [np.tile(up, (55, 1)), np.tile(up, (7, 1)), lean, np.tile(up, (2, 1))],
         "normals_b": [np.tile(up, (55, 1)), np.tile(up, (7, 1)), np.tile(up, (31, 1)), np.array([up, -up])],
     }
-    columns = {
-        name: Ragged.pack(rows, np.float64 if name in ("parameters", "points") else np.float32)
-        for name, rows in given.items()
-    }
+    columns = {name: Ragged.pack(rows, np.float64 if name == "points" else np.float32) for name, rows in given.items()}
     kept = pack_samples(ArcSamples(arc_no=np.arange(4), **columns))
     count = np.asarray(kept["sample_count"])
     assert count.tolist() == [55, 7, 31, 2]
     lengths = {name: np.diff(kept[name].offsets) // width for name, width in WIDTH.items()}
     assert {name: length.tolist() for name, length in lengths.items()} == {
-        "parameters": [2, 7, 2, 2],
         "points": [2, 7, 31, 2],
         "tangents": [1, 1, 31, 1],
         "normals_a": [1, 1, 31, 1],

@@ -50,7 +50,7 @@ def extract(store: Store, rows: int) -> int:
     """A run that writes a few rows; its number."""
     with Run.begin(store, "extract", {}) as run, run.write() as connection:
         ids = store.new_ids(connection, "image", rows)
-        sizes: Columns = {"width": 4, "height": 3, "depth": 8, "channels": 1}
+        sizes: Columns = {"width": 4, "height": 3, "depth": 8}
         store.append(connection, "image", {"id": ids, "sha256": [str(i) for i in ids], "file_name": "a.png", **sizes})
     return run.id
 

@@ -226,9 +226,6 @@ FAULTS = {
         angle_sigma=0.1,
     ),
     "matching_cost": add("problem_relation", run_id=7, problem_no=0, unit_no=0, neighbour_no=1, weight=1),
-    "matching_bound": add(
-        "bound_message", run_id=7, problem_no=0, node_no=0, unit_no=0, label_no=0, neighbour_no=1, dual=-1.0
-    ),
     "octree_cell": lambda model: add_octree(model, 11),
     "octree_entry": list_in_wrong_cell,
     "loop_open": fault("arc", "end_x", [2.0, 2.02, 0.0, 0.0]),
@@ -303,7 +300,8 @@ def test_rows_whose_reference_leads_nowhere_are_found(
 
 
 def test_every_query_has_a_fault_here() -> None:
-    elsewhere = ("run_events", "matching_rows")  # the latter of an inspection (tests/app/cli/test_alterations.py)
+    # of an inspection (tests/app/cli/test_alterations.py) and of problems (tests/labelling/test_rows.py)
+    elsewhere = ("run_events", "matching_rows", "matching_bound")
     assert {f"check/{name}" for name in (*FAULTS, *elsewhere)} == set(sql.query_names("check"))
 
 

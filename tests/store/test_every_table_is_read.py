@@ -18,7 +18,6 @@ OF_NO_USER = {"check", "prune"}
 # Tables that nothing which a user meets reads, and why they are there all the same.
 WITHOUT_READER = {
     "row_digest": "relmodel check holds the rows against it: it has no other use",
-    "vote": "the votes of rows are to be read, or to go",
 }
 
 

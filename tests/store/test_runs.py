@@ -34,7 +34,7 @@ def write_images(store: Store, run: Run, count: int) -> None:
         store.append(
             connection,
             "image",
-            {"id": ids, "sha256": digests, "file_name": "a.png", "width": 4, "height": 3, "depth": 8, "channels": 1},
+            {"id": ids, "sha256": digests, "file_name": "a.png", "width": 4, "height": 3, "depth": 8},
         )
 
 

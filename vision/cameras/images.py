@@ -48,7 +48,6 @@ class Picture:
     sha256: str
     data: bytes
     depth: int
-    channels: int
     values: Floats
     bits: int = 8
     bits_from: str = "file"
@@ -155,9 +154,8 @@ def read_picture(path: str | Path, camera: Camera | None = None) -> Picture:
     if pixels.dtype.itemsize > 1:
         said = None if camera is None else camera.bits
         depth, (bits, bits_from) = 16, find_bits(pixels, stated, said, path)
-    channels = 1 if pixels.ndim == 2 else pixels.shape[2]
     sha256 = hashlib.sha256(data).hexdigest()
-    return Picture(path.name, sha256, data, depth, channels, _luminance(pixels), bits, bits_from, orientation)
+    return Picture(path.name, sha256, data, depth, _luminance(pixels), bits, bits_from, orientation)
 
 
 def read_mask(path: str | Path) -> Bools:

@@ -36,7 +36,6 @@ def record_picture(run: Run, connection: Connection, picture: Picture, *, keep_b
         "width": picture.width,
         "height": picture.height,
         "depth": picture.depth,
-        "channels": picture.channels,
     }
     run.append(connection, "image", columns)
     if keep_bytes:
@@ -110,7 +109,6 @@ def _record_camera(run: Run, connection: Connection, camera: Camera) -> int:
             "cx": float(camera.matrix[0, 2]),
             "cy": float(camera.matrix[1, 2]),
             "skew": float(camera.matrix[0, 1]),
-            "distortion_model": "opencv",
             "distortion": Ragged.pack([camera.distortion]),
             **dict(zip(("view_u0", "view_v0", "view_u1", "view_v1"), camera.undistorted_bounds.tolist(), strict=True)),
         }

@@ -25,7 +25,7 @@ from vision.constellations.lines import (
     solve_line_poses,
 )
 from vision.constellations.score import ModelArcs, ScenePoints, sample_scene
-from vision.localisation.hypotheses import Candidates, describe_stage
+from vision.localisation.hypotheses import Candidates, Stage
 from vision.scene.scene import Scene
 from vision.stereo.triangulate import Triangulated
 
@@ -173,7 +173,7 @@ def candidates(name: str, poses: Floats, share: Floats, given: Prior | None, eno
     is needed."""
     prior = given or Prior.open(poses[0] if len(poses) else np.eye(4))
     delta = perturbations(prior.world_from_rig, poses)
-    stage = describe_stage(name, delta, share, ["goes_on"] * len(share), share)
+    stage = Stage(name, delta, share, ["goes_on"] * len(share), len(share))
     return prior, Candidates(delta, share, [stage], enough)
 
 

@@ -9,7 +9,6 @@ facet) fix the Gaussian-blurred step that has them:
 exact for such a step at any offset and any blur; to first order in d it is Haralick's crossing.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cache
 from math import ceil, log, pi, sqrt
@@ -53,13 +52,6 @@ class EdgeElements:
         return EdgeElements(**{field.name: getattr(self, field.name).take(at) for field in fields(self)})
 
 
-def concatenate(parts: Sequence[EdgeElements]) -> EdgeElements:
-    """The elements of several columns, one after the other."""
-    return EdgeElements(
-        **{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(EdgeElements)}
-    )
-
-
 def to_grey(image: npt.ArrayLike) -> Floats:
     """The image as contiguous float64 on 0..255, from 8-bit, 16-bit or 1-bit (bool) grey, or other numbers taken as on
     0..255.
@@ -91,7 +83,7 @@ def detect_edges(
 ) -> EdgeElements:
     """Edge elements of a grey image (rows, columns) at facet scale `sigma` px, thinned to one per edge and pixel.
 
-    `p` says what is kept (its scales are not used).  `noise` (256,) is the curve of `estimate_noise`, estimated
+    `p` says what is kept (its scale is not used).  `noise` (256,) is the curve of `estimate_noise`, estimated
     when not given.  No element lies within two and a half sigma of the border, where the mirrored picture would
     displace it."""
     from vision.extraction import edge_kernels

@@ -13,7 +13,7 @@ from relmodel.errors import InputError
 from vision.extraction.arc_quality import ArcQuality, assess_arcs, assess_ridge_arcs
 from vision.extraction.arcs import Arcs, measure_arcs
 from vision.extraction.edge_mask import draw_edge_mask
-from vision.extraction.edges import EdgeElements, to_grey
+from vision.extraction.edges import EdgeElements, detect_edges, to_grey
 from vision.extraction.end_points import snap_end_points
 from vision.extraction.extraction_parameters import ExtractionParameters
 from vision.extraction.junctions import Junctions, find_junctions
@@ -21,7 +21,6 @@ from vision.extraction.linking import Chains, fill_gaps, link
 from vision.extraction.noise import estimate_noise
 from vision.extraction.regions import Regions, find_leak_proof_regions, find_plain_regions
 from vision.extraction.relations import RegionArcs, find_region_arcs, find_relations
-from vision.extraction.scales import detect_edges_over_scales
 from vision.extraction.segmentation import segment_chains
 from vision.extraction.significance import compute_false_alarm_terms, compute_significance, select_significant
 from vision.extraction.topography import Ridges, fit_ridge_arcs, label_topography, mark_inflections
@@ -29,7 +28,7 @@ from vision.relations.relations import Relations
 
 VERSION = "16"  # raised whenever equal pictures and parameters give other primitives than before
 
-# The kernels of an extraction at one scale.
+# The kernels of an extraction.
 KERNELS = (
     "vision.relations.gap_kernels",
     *(
@@ -79,11 +78,6 @@ class Extraction:
     relations: Relations
     timings_s: dict[str, float] = field(compare=False)
 
-    @property
-    def noise_sigma(self) -> float:
-        """The noise at middle grey."""
-        return float(np.median(self.noise))
-
 
 _DEFAULTS = ExtractionParameters()
 
@@ -120,11 +114,11 @@ def extract(
     noise = estimate_noise(grey, p.noise)
     dark, bright = np.percentile(grey[::4, ::4], [1, 99])
     lap("noise")
-    edges = detect_edges_over_scales(grey, p.edges, noise=noise)
+    edges = detect_edges(grey, p.edges.scale, p.edges, noise=noise)
     if mask is not None:
         edges = edges.take(mask.reshape(-1)[edges.pixel])
     lap("edges")
-    shape, scale = (grey.shape[0], grey.shape[1]), p.edges.scales[0]
+    shape, scale = (grey.shape[0], grey.shape[1]), p.edges.scale
     # A second thread does what the path from edges over arcs to regions does not need, or only later.
     with ThreadPoolExecutor(1) as executor:
         # Weak chains are dropped only when the arcs are known: a bridge or a join can make them significant.

@@ -8,11 +8,9 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, KINDS, LINE
-from vision.extraction.meetings import AT
 
 
 @dataclass(frozen=True)
@@ -71,18 +69,6 @@ class Courses:
 
 
 @dataclass(frozen=True)
-class JunctionColumns:
-    """Junctions (n,), and what meets there: junction, arc and what of the arc (index of `meetings.AT`), (m,)."""
-
-    kind: npt.NDArray[np.object_]
-    x: Floats
-    y: Floats
-    junction: Ints
-    arc: Ints
-    at: Ints
-
-
-@dataclass(frozen=True)
 class RegionColumns:
     """Regions (n,) as image_region has them, their rings, and the arcs that border them.
 
@@ -120,13 +106,12 @@ class Primitives:
     grey_range: float
     elements: Elements
     arcs: ArcColumns
-    junctions: JunctionColumns
     regions: RegionColumns
     tables: Mapping[str, Mapping[str, Any]]
 
     TABLES: ClassVar = (
-        "extraction", "edge_element", "image_arc", "image_arc_point", "image_junction", "image_junction_arc",
-        "image_region", "region_outline", "region_arc", "unit_relation",
+        "extraction", "edge_element", "image_arc", "image_arc_point", "image_region", "region_outline", "region_arc",
+        "unit_relation",
     )  # fmt: skip
 
     @classmethod
@@ -156,7 +141,6 @@ class Primitives:
                 closed=np.asarray(arc["closed"], bool),
                 offsets=np.searchsorted(owner[: int((owner >= 0).sum())], np.arange(count + 1)),
             ),
-            junctions=_junctions(tables),
             regions=_regions(tables),
             tables=tables,
         )
@@ -227,14 +211,6 @@ def _on_curve(arcs: ArcColumns, arc: Ints, place: Floats) -> Floats:
     )
     out[round_] = (centre + away / np.hypot(u, v)[:, None])[round_]
     return out
-
-
-def _junctions(tables: Mapping[str, Mapping[str, Any]]) -> JunctionColumns:
-    junction, met = tables["image_junction"], tables["image_junction_arc"]
-    of, arc, at = _in_order(met["junction_no"], met["image_arc_no"], _codes(met["meets_with"], AT))[0]
-    return JunctionColumns(
-        np.asarray(junction["kind"], object), _floats(junction["x"]), _floats(junction["y"]), of, arc, at
-    )
 
 
 def _regions(tables: Mapping[str, Mapping[str, Any]]) -> RegionColumns:

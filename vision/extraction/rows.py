@@ -55,7 +55,6 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
     with_ridges = concatenate([arcs, extraction.ridge_arcs])
     return {
         "extraction": {
-            "noise_sigma": extraction.noise_sigma,
             "grey_dark": np.array([extraction.grey_dark]),
             "grey_bright": np.array([extraction.grey_bright]),
         },

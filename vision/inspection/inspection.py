@@ -47,8 +47,6 @@ from vision.presence.report import describe
 from vision.presence.states import Presence
 from vision.presence.variants import VariantEvidence
 from vision.scene.kept_scenes import Scenes
-from vision.scene.scene import Scene
-from vision.stereo.depth_range import predict_depth_range
 from vision.stereo.match import StereoMatches, check_method, match_stereo
 from vision.stereo.rectification import rectify
 
@@ -218,7 +216,7 @@ def inspect(
             raise UsageError("the store holds no world: place the objects with relmodel world FILE")
     else:
         world_id, world_name, against = -1, "", tuple(against)
-        given = (prior, world, variants, parameters.stereo_gate or None, parameters.believe_pictures or None)
+        given = (prior, world, variants, parameters.believe_pictures or None)
         if carrier.is_given or any(it is not None for it in given):
             raise UsageError(
                 "pictures compared with loaded objects have no world, prior or arm, and weigh all variants: leave out "
@@ -323,7 +321,7 @@ def _inspect(
     def look(by: Rig) -> tuple[StereoMatches | None, Recognised]:
         """What these cameras show."""
         of = {name: primitives[name] for name in by.cameras}
-        stereo = _stereo(None if selected is None else selected.stored.scene, by, believed, of, parameters)
+        stereo = _stereo(by, of, parameters)
         run.step("stereo")
         own = {name: greys[name] for name in by.cameras}
         sight = Sight(run, scenes, call.world_id, call.world, by, of, own, stereo, needs, parameters)
@@ -404,7 +402,6 @@ def _inspect(
                 considered,
             ),
             full=call.full_audit,
-            keep_bounds=parameters.keep_bounds,
         )
         record_decisions(run, connection, cameras, used, needs, found, parameters)
         record_digests(run, connection)
@@ -459,20 +456,11 @@ def _correction(mounted: MountedRig | None, carrier: Carrier, found: Localisatio
     )
 
 
-def _stereo(
-    scene: Scene | None,
-    rig: Rig,
-    prior: Prior | None,
-    pictures: dict[str, Primitives],
-    parameters: InspectionParameters,
-) -> StereoMatches | None:
+def _stereo(rig: Rig, pictures: dict[str, Primitives], parameters: InspectionParameters) -> StereoMatches | None:
     """Matches of a pair; None for one camera."""
     if len(pictures) < 2:
         return None
-    depths = None
-    if parameters.stereo_gate and prior is not None and scene is not None:
-        depths = predict_depth_range(scene, rig, prior.world_from_rig, prior.covariance, parameters.stereo.depth_range)
-    return match_stereo(rig, pictures["left"], pictures["right"], depths, parameters.stereo)
+    return match_stereo(rig, pictures["left"], pictures["right"], parameters.stereo)
 
 
 def _answer(

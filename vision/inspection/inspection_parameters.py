@@ -20,18 +20,13 @@ class InspectionParameters:
     extraction: ExtractionParameters = field(default_factory=ExtractionParameters)
     pictures: PictureParameters = field(default_factory=PictureParameters)
     stereo: StereoParameters = field(default_factory=StereoParameters)
-    stereo_gate: bool = False
-    """whether the model at the prior bounds the depths that stereo looks at"""
     constellations: ConstellationParameters = field(default_factory=ConstellationParameters)
     localisation: LocalisationParameters = field(default_factory=LocalisationParameters)
     believe_pictures: bool = False
     """whether a pose that the pictures show surely is accepted where it contradicts the prior"""
     ignore_blind_camera: bool = False
     """whether the other cameras answer where one does not see the model or its picture says nothing"""
-    most_parts: int = 20_000
-    """placed parts of a world in which the prior is doubted: all of them are then looked for"""
-    keep_bounds: bool = False
-    """whether the duals are kept that prove the bounds of matching problems: some ten thousand rows"""
+    most_parts: int = 20_000  # placed parts of a world in which the prior is doubted: all of them are then looked for
     matching: MatchingParameters = field(default_factory=MatchingParameters)
     presence: PresenceParameters = field(default_factory=PresenceParameters)
     most_variants: int = 5

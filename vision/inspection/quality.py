@@ -28,16 +28,11 @@ class PictureParameters:
 
     The limits lie between what pictures of the trials have and the same spoiled: docs/localisation.md."""
 
-    least_edges: float = 1.0
-    """edge elements to a thousand pixels, below which a camera is taken as covered"""
-    most_blur_px: float = 3.5
-    """sigma of the spread of edges beyond which neighbouring edges merge and move"""
-    noted_blur_px: float = 2.5
-    """the same from which it is said"""
-    most_saturated: float = 0.5
-    """share of the pixels at the brightest value"""
-    noted_saturated: float = 0.2
-    """the same from which it is said"""
+    least_edges: float = 1.0  # edge elements to a thousand pixels, below which a camera is taken as covered
+    most_blur_px: float = 3.5  # sigma of the spread of edges beyond which neighbouring edges merge and move
+    noted_blur_px: float = 2.5  # the same from which it is said
+    most_saturated: float = 0.5  # share of the pixels at the brightest value
+    noted_saturated: float = 0.2  # the same from which it is said
 
 
 @dataclass(frozen=True)

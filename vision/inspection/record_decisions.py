@@ -66,7 +66,7 @@ def record_decisions(
             "evidence": np.concatenate([h.support.by_camera for h in found.hypotheses]),
             **{
                 name: np.concatenate([getattr(h.support, name) for h in found.hypotheses])
-                for name in ("found", "expected", "deviation", "length_px")
+                for name in ("found", "expected", "length_px")
             },
         },
     )
@@ -92,7 +92,6 @@ def record_decisions(
 
 def _record_search(run: Run, connection: Connection, prior: Prior, stages: list[Stage]) -> None:
     """Append what left each stage of the search, and what became of it."""
-    quantiles = np.array([stage.quantiles for stage in stages])
     run.append(
         connection,
         "search_stage",
@@ -101,10 +100,6 @@ def _record_search(run: Run, connection: Connection, prior: Prior, stages: list[
             "stage_no": np.arange(len(stages)),
             "name": [stage.name for stage in stages],
             "looked_at": [stage.looked_at for stage in stages],
-            **{
-                name: np.ma.masked_invalid(quantiles[:, i])
-                for i, name in enumerate(("least", "median", "share_90", "share_99", "greatest"))
-            },
         },
     )
     counts = [len(stage.rule) for stage in stages]

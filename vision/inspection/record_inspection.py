@@ -64,10 +64,9 @@ class Inspected:
     considered: list[Considered]
 
 
-def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: bool, keep_bounds: bool) -> None:
+def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: bool) -> None:
     """Append the rows of an inspection within the transaction of `connection`: all, or unless `full` what was decided
-    without the views, correspondences, measurements and stereo matches that it rests on; the proofs of bounds where
-    `keep_bounds`."""
+    without the views, correspondences, measurements and stereo matches that it rests on."""
     _record_verdict(run, connection, it)
     views = it.found.views if full else {}
     view_no = {name: number for number, name in enumerate(views)}
@@ -89,7 +88,7 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
         )
     if full and it.stereo is not None:
         left, right = (it.pictures[name].recorded.unit_set_id for name in ("left", "right"))
-        record_stereo(run, connection, STEREO, left, right, it.stereo, keep_bound=keep_bounds)
+        record_stereo(run, connection, STEREO, left, right, it.stereo)
         record_relations(run, connection, STEREO, it.relations)
     _record_hypotheses(run, connection, it.found.hypotheses)
     for number, (name, view) in enumerate(views.items()):
@@ -103,7 +102,6 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
             it.matched[name],
             it.stored,
             it.matching,
-            keep_bound=keep_bounds,
         )
     if it.correction is not None:
         _record_correction(run, connection, it.correction)
@@ -169,7 +167,9 @@ def _record_hypotheses(run: Run, connection: Connection, hypotheses: list[Refine
             "hypothesis_no": np.arange(len(hypotheses)),
             **matrix_columns([h.world_from_rig for h in hypotheses]),
             "cost": np.array([h.cost for h in hypotheses]),
-            "evidence_ratio": np.array([_evidence_ratio(h) for h in hypotheses]),
+            "evidence_ratio": np.array(
+                [h.support.found.sum() / max(h.support.expected.sum(), 1e-9) for h in hypotheses]
+            ),
             "outline_length": np.array([h.outlines.total_px if h.outlines else 0.0 for h in hypotheses]),
             "outline_contrast": np.array([h.outlines.mean if h.outlines else 0.0 for h in hypotheses]),
             "outline_evidence": np.array([h.outlines.evidence if h.outlines else 0.0 for h in hypotheses]),
@@ -184,8 +184,6 @@ def _record_view(run: Run, connection: Connection, number: int, view: View, stor
     arcs, measured = view.arcs, view.measurements
     key = {"run_id": run.id, "view_no": number}
     outline = arcs.kind == SILHOUETTE
-    t = np.stack([stored.sample_parameter[np.where(outline, 0, s)] for s in (arcs.first_sample, arcs.last_sample)])
-    t[:, outline] = np.nan
     run.append(
         connection,
         "view_arc",
@@ -194,15 +192,9 @@ def _record_view(run: Run, connection: Connection, number: int, view: View, stor
             "view_arc_no": np.arange(len(arcs.kind)),
             "occurrence_id": stored.occurrence_id[arcs.occurrence],
             "kind": [KINDS[k] for k in arcs.kind],
-            # A silhouette is no arc of the model: it is of a surface, and has no interval.
+            # A silhouette is no arc of the model: it is of a surface.
             "arc_no": np.ma.masked_array(stored.arc_no[np.where(outline, 0, arcs.element)], outline),
             "surface_no": np.ma.masked_array(stored.surface_no[np.where(outline, arcs.element, 0)], ~outline),
-            "t0": t.min(axis=0),
-            "t1": t.max(axis=0),
-            "start_u": arcs.start[:, 0],
-            "start_v": arcs.start[:, 1],
-            "end_u": arcs.end[:, 0],
-            "end_v": arcs.end[:, 1],
             "length": arcs.length,
         },
     )
@@ -245,7 +237,6 @@ def _record_correction(run: Run, connection: Connection, it: Correction) -> None
             **{f"shift_{axis}": float(value) for axis, value in zip("xyz", it.shift, strict=True)},
             **{f"turn_{axis}": float(value) for axis, value in zip("xyz", it.turn, strict=True)},
             "covariance": Ragged.pack([it.covariance]),
-            "prior_covariance": Ragged.pack([it.base_covariance]),
         },
     )
     names = list(it.joints)
@@ -262,10 +253,6 @@ def _record_correction(run: Run, connection: Connection, it: Correction) -> None
                 "sigma": [it.joint_sigmas.get(name) for name in names],
             },
         )
-
-
-def _evidence_ratio(h: Refined) -> float:
-    return float(h.support.found.sum() / max(float(h.support.expected.sum()), 1e-9))
 
 
 def _singular_values(refined: Refined) -> Floats:

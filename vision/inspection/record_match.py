@@ -26,11 +26,9 @@ def record_match(
     matched: MatchedView,
     stored: StoredScene,
     p: PoseProblemParameters,
-    *,
-    keep_bound: bool,
 ) -> None:
-    """Append the units of a view with their relations, the pairs that were considered, and the problem with its
-    certificate.  units_id: the set of the picture's units."""
+    """Append the units of a view with their relations, the pairs that were considered, and the problem with the
+    tree of its search.  units_id: the set of the picture's units."""
     key, units = {"run_id": run.id, "view_no": view_no}, matched.units
     run.append(connection, "view_point", {**key, **units.points})
     surface = units.surface
@@ -39,7 +37,7 @@ def record_match(
         "view_surface",
         {
             **key,
-            **units.surfaces,
+            "view_surface_no": np.arange(len(surface)),
             "occurrence_id": stored.occurrence_id[stored.scene.surface_occurrence[surface]],
             "surface_no": stored.surface_no[surface],
         },
@@ -60,7 +58,7 @@ def record_match(
     run.append(connection, "unit_relation", {"unit_set_id": labels_id, **units.relations})
     _record_pairs(run, connection, view_no, matched)
     solved, problem_key = matched.match.solved, {"run_id": run.id, "problem_no": problem_no}
-    for table, columns in solved_rows(solved, keep_bound=keep_bound).items():
+    for table, columns in solved_rows(solved).items():
         if table == "problem":
             columns = {
                 **columns,

@@ -1,4 +1,4 @@
-"""Two pictures of a rig matched by themselves: a run of its own, without a model unless a prior is given."""
+"""Two pictures of a rig matched by themselves: a run of its own, without a model."""
 
 from __future__ import annotations
 
@@ -9,27 +9,21 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.errors import InputError, UsageError
-from relmodel.find.find import world_named
+from relmodel.errors import UsageError
 from relmodel.labelling.problem import NONE
 from relmodel.store import Run, Store, digest_inputs
-from vision.cameras.cameras import Rig
-from vision.cameras.files import read_prior, read_rig, rig_inputs
+from vision.cameras.files import read_rig, rig_inputs
 from vision.cameras.images import describe_reading, read_pictures
 from vision.cameras.record_cameras import record_rig
-from vision.cameras.view_volume import select_in_view
 from vision.extraction import extract as extraction
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.inspection.pictures import extract_pictures
-from vision.scene.stored_scene import read_scene
-from vision.stereo.depth_range import predict_depth_range
-from vision.stereo.disparity_range import DepthRange
 from vision.stereo.match import StereoMatches, check_method, match_stereo
 from vision.stereo.record_stereo import record_stereo
 from vision.stereo.rectification import rectify
 from vision.stereo.triangulate import CURVES
 
-KERNELS = (*extraction.KERNELS, "vision.stereo.epipolar_kernels", "relmodel.find.rtree_kernels")
+KERNELS = (*extraction.KERNELS, "vision.stereo.epipolar_kernels")
 PACKAGES = ("duckdb", "numba", "numpy", "opencv-python-headless", "scipy", "sqlalchemy")
 
 
@@ -74,16 +68,13 @@ def match_pair(
     rig: str | Path,
     left: tuple[str, str | Path],
     right: tuple[str, str | Path],
-    prior: str | Path | None = None,
-    world: str | None = None,
     keep_images: bool = True,
     parameters: InspectionParameters = DEFAULTS,
 ) -> StereoAnswer:
     """Match two pictures, each given with the name of its camera in the rig, and store the run.
 
-    prior: a YAML file; the model of the world, seen from there, then bounds how far off things are.  Raises InputError
-    for bad inputs and cameras that make no pair, and the run then ended as failed; UsageError, before anything is
-    written, for methods that are none and worlds that are not there.
+    Raises InputError for bad inputs and cameras that make no pair, and the run then ended as failed; UsageError, before
+    anything is written, for methods that are none.
     """
     check_method(parameters.stereo)
     if left[0] == right[0]:
@@ -93,23 +84,17 @@ def match_pair(
         "extraction": asdict(parameters.extraction),
         "stereo": asdict(parameters.stereo),
         "left": left[0],
-        "keep_bounds": parameters.keep_bounds,
     }
-    files = {**paths, **rig_inputs(rig)} | ({} if prior is None else {"prior": prior})
-    world_name = "" if prior is None else _world(store, world)
+    files = {**paths, **rig_inputs(rig)}
     with Run.begin(store, "stereo", recorded, inputs=digest_inputs(files), packages=PACKAGES) as run:
         cameras = read_rig(rig).only(*paths)
         rectify(cameras, *paths)
         pictures = read_pictures(paths, cameras)
         run.step("read")
-        depths = None if prior is None else _depths(store, cameras, prior, world_name, left[0], parameters)
-        run.step("select")
         seen = extract_pictures(run, pictures, parameters.extraction, keep_images=keep_images)
         run.step("extract")
         one, other = (seen[name] for name in paths)
-        matches = match_stereo(
-            cameras, one.primitives, other.primitives, depths, parameters.stereo, (left[0], right[0])
-        )
+        matches = match_stereo(cameras, one.primitives, other.primitives, parameters.stereo, (left[0], right[0]))
         run.step("stereo")
 
         def record(connection: Connection) -> None:
@@ -121,32 +106,8 @@ def match_pair(
                 one.recorded.unit_set_id,
                 other.recorded.unit_set_id,
                 matches,
-                keep_bound=parameters.keep_bounds,
             )
             run.finish(connection=connection, last="record")
 
         run.transact(record)
     return StereoAnswer(run.id, matches, describe_reading(pictures.values()))
-
-
-def _world(store: Store, world: str | None) -> str:
-    """The name of the world that the prior is in."""
-    with store.read() as connection:
-        world_id, name = world_named(store, connection, world)
-    if world_id < 0:
-        raise UsageError("the store holds no world: place the objects with relmodel world FILE, or leave the prior out")
-    return name
-
-
-def _depths(store: Store, rig: Rig, prior: str | Path, world: str, camera: str, p: InspectionParameters) -> DepthRange:
-    """How far off the model is, as the prior has it."""
-    believed = read_prior(prior)
-    selection = select_in_view(store, rig, believed, p.selection, world=world)
-    if not len(selection.shown):
-        raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
-    with store.read() as connection:
-        world_id, _ = world_named(store, connection, world)
-        stored = read_scene(store, connection, world_id, selection.occurrence_id.tolist())
-    return predict_depth_range(
-        stored.scene, rig, believed.world_from_rig, believed.covariance, p.stereo.depth_range, camera
-    )

@@ -92,8 +92,8 @@ class Evidence:
         mean = self.field.mean(where=seen) if seen.any() else 0.0
         return replace(self, field=np.where(seen, self.field - np.float32(mean), np.float32(0)))
 
-    def expectation(self, pixel: Floats, direction: Floats) -> tuple[Floats, Floats]:
-        """Mean and variance (n,) of the evidence that a right prediction gathers at these pixels (n, 2)."""
+    def expectation(self, pixel: Floats, direction: Floats) -> Floats:
+        """Mean (n,) of the evidence that a right prediction gathers at these pixels (n, 2)."""
         index = np.floor(((pixel - self.origin) / self.cell - self.pad + 0.5) / self.block).astype(np.int64)
         index = np.clip(index, 0, np.array(self.chance.shape[:1:-1]) - 1)
         b, detection = bin_orientations(direction, self.parameters.orientations), self.parameters.detection
@@ -103,8 +103,7 @@ class Evidence:
         ratio = np.log(share / q)
         nothing = (1 - detection[0]) * np.clip(1 - q.sum(axis=0), 0, 1)
         miss = np.log(1 - detection[0])
-        mean = (share * ratio).sum(axis=0) + nothing * miss
-        return mean, np.maximum((share * ratio**2).sum(axis=0) + nothing * miss**2 - mean**2, 0)
+        return np.asarray((share * ratio).sum(axis=0) + nothing * miss)
 
 
 class Fields(list[Evidence]):

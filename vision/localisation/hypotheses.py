@@ -156,28 +156,16 @@ def project_directions(prediction: Prediction, delta: Floats | None = None) -> F
     return np.asarray(flow / np.maximum(np.linalg.norm(flow, axis=1), 1e-12)[:, None])
 
 
-QUANTILES = (0.0, 0.5, 0.9, 0.99, 1.0)
-
-
 @dataclass(frozen=True)
 class Stage:
     """What a stage of the search kept: poses as perturbations (k, 6) of the prior, best first, with their scores (k,),
-    NaN where none was worked out, and what became of each; and of all that it looked at how many, and the QUANTILES of
-    their scores (5,), NaN where there are none."""
+    NaN where none was worked out, and what became of each; and how many it looked at."""
 
     name: str
     delta: Floats
     score: Floats
     rule: list[str]
     looked_at: int
-    quantiles: Floats
-
-
-def describe_stage(name: str, delta: Floats, score: Floats, rule: list[str], scores: Floats) -> Stage:
-    """A stage of which all scores are known."""
-    known = scores[np.isfinite(scores)]
-    quantiles = np.quantile(known, QUANTILES) if len(known) else np.full(len(QUANTILES), np.nan)
-    return Stage(name, delta, score, rule, len(scores), quantiles)
 
 
 @dataclass(frozen=True)
@@ -262,8 +250,8 @@ def search_poses(
     rule = ["beyond" if value < least else "like_a_better_one" for value in score]
     for number in kept:
         rule[number] = "goes_on"
-    scan = describe_stage("scan", scanned[first], scores[first], rule, scores)
-    return Candidates(delta[kept], score[kept], [scan, describe_stage("climb", delta[kept], score[kept], [], score)])
+    scan = Stage("scan", scanned[first], scores[first], rule, len(scores))
+    return Candidates(delta[kept], score[kept], [scan, Stage("climb", delta[kept], score[kept], [], len(score))])
 
 
 def build_fine_evidence(rig: Rig, edges: dict[str, EdgePoints], p: LocalisationParameters = DEFAULTS) -> Fields:
@@ -373,7 +361,7 @@ def climb_each(
             delta[row], score[row] = perturbation(prior.world_from_rig, perturb(pose, step[0])), reached[0]
     order = np.argsort(-score, kind="stable")
     order = order[np.isfinite(score[order])]
-    climbed = describe_stage("climb", delta[order], score[order], [], score[order])
+    climbed = Stage("climb", delta[order], score[order], [], len(order))
     return Candidates(delta[order], score[order], [*starts.stages, climbed])
 
 

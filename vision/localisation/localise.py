@@ -27,7 +27,6 @@ from vision.localisation.hypotheses import (
     build_fine_evidence,
     climb,
     climb_each,
-    describe_stage,
     predict,
     project_with_jacobians,
     search_poses,
@@ -263,7 +262,7 @@ class _Solver:
             followed_up = self._follow(shifted, done)
             score = np.array([f.score for f in followed_up])
             delta = perturbations(self.prior.world_from_rig, np.reshape(shifted, (-1, 4, 4)))
-            stages.append(describe_stage(f"shift {len(asked)}", delta, score, [f.rule for f in followed_up], score))
+            stages.append(Stage(f"shift {len(asked)}", delta, score, [f.rule for f in followed_up], len(score)))
             self._settle(done)
             self._leave_out_arcs(done)
         return done, stages

@@ -37,14 +37,13 @@ from vision.localisation.measurements import EdgeIndex, Measurements
 class Support:
     """What a pose gathers, by camera (c,).
 
-    evidence: log odds that the model is there; found, expected, deviation: sum of the places' log odds without regard
-    to arcs, its expectation and standard deviation at the right pose; length_px: length of the predicted arcs in view.
+    evidence: log odds that the model is there; found, expected: sum of the places' log odds without regard to
+    arcs, and its expectation at the right pose; length_px: length of the predicted arcs in view.
     """
 
     by_camera: Floats
     found: Floats
     expected: Floats
-    deviation: Floats
     length_px: Floats
 
     @property
@@ -72,10 +71,10 @@ def measure_support(
     pixel = pixel + shift_pixels(prediction, np.zeros(6), pixel, own)
     pixel += np.stack([-direction[:, 1], direction[:, 0]], axis=1) * m.shift[:, None]
     found = look_up_evidence(prediction, fields, pixel, direction)
-    mean, variance = np.zeros(len(w)), np.zeros(len(w))
+    mean = np.zeros(len(w))
     for number, e in enumerate(fields):
         rows = prediction.view == number
-        mean[rows], variance[rows] = e.expectation(pixel[rows], direction[rows])
+        mean[rows] = e.expectation(pixel[rows], direction[rows])
 
     def total(values: Floats) -> Floats:
         return np.bincount(prediction.view, values, minlength=len(fields)).astype(float)
@@ -91,9 +90,7 @@ def measure_support(
                 here = sum_over_arcs(there, w[rows] * (found + odds)[rows], len(fields), p.support)
                 displaced = _score_displaced(there, pixel[rows], direction[rows], fields, index, p)
                 by_camera[number] += max(float((displaced - here).sum()) - p.support.displaced_cost, 0.0)
-    return Support(
-        by_camera, total(w * found), total(w * mean), np.sqrt(total(w * variance)), total(w) * p.search.correlation_px
-    )
+    return Support(by_camera, total(w * found), total(w * mean), total(w) * p.search.correlation_px)
 
 
 def _share_cost_of_shifts(prediction: Prediction, shift: Floats) -> Floats:

@@ -27,18 +27,13 @@ KINDS = ("sharp", "smooth", "silhouette")
 class ViewArcs:
     """Runs of model arcs (n,) that a camera sees.
 
-    kind: index of KINDS; occurrence; element: the scene's arc, for a silhouette its surface; first_sample, last_sample
-    of the scene (-1 for silhouettes); start, end (n, 2) in pixels of the camera without distortion, length px.
-    samples: the visible samples, run by run; run: the run of each.
+    kind: index of KINDS; occurrence; element: the scene's arc, for a silhouette its surface; length px.  samples: the
+    visible samples, run by run; run: the run of each.
     """
 
     kind: NDArray[np.int8]
     occurrence: Ints
     element: Ints
-    first_sample: Ints
-    last_sample: Ints
-    start: Floats
-    end: Floats
     length: Floats
     samples: VisibleArcs
     run: Ints
@@ -60,7 +55,6 @@ def find_view_arcs(
     order = np.argsort(run, kind="stable")
     seen, run = seen.take(order), run[order]
     head = np.flatnonzero(np.diff(run, prepend=-1) != 0)
-    tail = np.flatnonzero(np.diff(run, append=-1) != 0)
     is_silhouette = seen.arc[head] >= arcs
     element = np.where(is_silhouette, seen.arc[head] - arcs, seen.arc[head])
     occurrence = np.where(
@@ -70,10 +64,7 @@ def find_view_arcs(
     )
     share = np.bincount(run, seen.smooth) / np.maximum(np.bincount(run), 1)
     kind = np.where(is_silhouette, SILHOUETTE, np.where(share > 0.5, SMOOTH, SHARP)).astype(np.int8)
-    return ViewArcs(
-        kind, occurrence, element, seen.sample[head], seen.sample[tail], seen.pixel[head], seen.pixel[tail],
-        np.bincount(run, seen.length_px).astype(float), seen, run,
-    )  # fmt: skip
+    return ViewArcs(kind, occurrence, element, np.bincount(run, seen.length_px).astype(float), seen, run)
 
 
 def _strands(seen: VisibleArcs, rows: Ints) -> Ints:

@@ -36,15 +36,15 @@ _DEFAULTS = ViewParameters()
 class ViewUnits:
     """Units of a view: its arcs by number, then its surfaces.
 
-    points, surfaces: columns of view_point and view_surface without run and view; shift (points, 6): how the pose moves
-    each; surface (n,): the scene's surface of each; relations: columns of unit_relation without the set; arcs: how
-    many units are arcs.
+    points: columns of view_point without run and view; shift (points, 6): how the pose moves each; surface (n,): the
+    scene's surface of each; visible_px (n,): how many pixels it shows; relations: columns of unit_relation without the
+    set; arcs: how many units are arcs.
     """
 
     points: Columns
     shift: Floats
-    surfaces: Columns
     surface: Ints
+    visible_px: Floats
     relations: Columns
     arcs: int
 
@@ -60,7 +60,7 @@ def describe_view(
     its covariance moves the view's samples along their normals."""
     some = _choose_samples(view, p)
     points = _points(view, some, np.linalg.norm(shift[some], axis=1), camera)
-    surface, areas, columns = _surfaces(seen, p)
+    surface, areas = _surfaces(seen, p)
     curves = _curves(points, len(view.kind), p)
     relations = concatenate(
         [
@@ -72,8 +72,8 @@ def describe_view(
     return ViewUnits(
         points,
         shift[some],
-        columns,
         surface,
+        areas.area,
         round_columns(
             "unit_relation",
             {
@@ -161,8 +161,8 @@ def _curves(points: Columns, arcs: int, p: ViewParameters) -> Curves:
     )
 
 
-def _surfaces(seen: SurfaceMap, p: ViewParameters) -> tuple[Ints, Areas, Columns]:
-    """Surfaces that show at least `p.least_surface_px`, the outlines of what they show, and columns of view_surface."""
+def _surfaces(seen: SurfaceMap, p: ViewParameters) -> tuple[Ints, Areas]:
+    """Surfaces that show at least `p.least_surface_px`, and the outlines of what they show."""
     import cv2
 
     shown = seen.surface.ravel()
@@ -200,16 +200,7 @@ def _surfaces(seen: SurfaceMap, p: ViewParameters) -> tuple[Ints, Areas, Columns
         x=outline[:, 0],
         y=outline[:, 1],
     )
-    columns_ = round_columns(
-        "view_surface",
-        {
-            "view_surface_no": np.arange(len(surface)),
-            "visible_pixels": areas.area,
-            "centroid_x": areas.centroid_x,
-            "centroid_y": areas.centroid_y,
-        },
-    )
-    return surface, areas, columns_
+    return surface, areas
 
 
 def _neighbours(curves: Curves, areas: Areas, surface: Ints, seen: SurfaceMap) -> list[Relations]:

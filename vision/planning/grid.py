@@ -9,9 +9,15 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from vision.cameras.cameras import Rig
-from vision.planning.planning_parameters import DEFAULTS, PlanningParameters
 from vision.presence.pieces import find_axes
 from vision.scene.scene import Scene
+
+_PIXEL_MM = 0.6  # of the part in a pixel, where no distance is given: finer than a change that counts
+_STEP = 0.6  # share of a view's width and height from one view to the next: neighbours overlap
+_TILT = np.radians(35)  # beside the view straight on, one tilted to each side shows the walls of what is deep
+# rad between the axes of cameras that are set to look at one place; less may be how they were mounted
+_LEAST_TOE_IN = np.radians(2)
+_CLEAR_MM = 150.0  # about a camera in which nothing may lie; of a shorter distance half
 
 
 @dataclass(frozen=True)
@@ -41,12 +47,12 @@ def find_table(scene: Scene) -> Floor | None:
     return Floor(2, 0.0) if scene.vertices[:, 2].min(initial=0.0) >= -1.0 else None
 
 
-def usual_distance(rig: Rig, size: Floats, p: PlanningParameters = DEFAULTS) -> float:
+def usual_distance(rig: Rig, size: Floats) -> float:
     """Where the axes of toed-in cameras meet.  Else where a box of this size (3,) mm fills the picture of all cameras,
-    but no farther than where a pixel of the coarsest shows `p.pixel_mm`."""
+    but no farther than where a pixel of the coarsest shows `_PIXEL_MM`."""
     poses = np.stack(list(rig.rig_from_camera.values()))
     place, way, look = poses[:, :3, 3], poses[:, :3, 2], _look_frame(rig)
-    if np.linalg.norm(np.cross(way[0], way[-1])) > np.sin(p.least_toe_in):
+    if np.linalg.norm(np.cross(way[0], way[-1])) > np.sin(_LEAST_TOE_IN):
         across = np.eye(3) - way[:, :, None] * way[:, None, :]
         met = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, place))
         if (far := float((met - look[:3, 3]) @ look[:3, 2])) > 0:
@@ -58,7 +64,7 @@ def usual_distance(rig: Rig, size: Floats, p: PlanningParameters = DEFAULTS) -> 
         for c in rig.cameras.values()
     ]
     focal, *fills = np.array(sides, float).T
-    return float(min(p.pixel_mm * focal.min(), np.max(fills)))
+    return float(min(_PIXEL_MM * focal.min(), np.max(fills)))
 
 
 def lay_grid(
@@ -67,7 +73,6 @@ def lay_grid(
     rig: Rig,
     distance_mm: float | None = None,
     floor: Floor | None = None,
-    p: PlanningParameters = DEFAULTS,
 ) -> Grid:
     """The poses at a distance from the surface of placed parts, `usual_distance` where none is given, no camera too
     near to anything.
@@ -78,9 +83,9 @@ def lay_grid(
     corners = scene.vertices[np.unique(scene.triangles[mine])]
     axes = _box_axes(corners, find_axes(scene, occurrences, np.array([0.0, 0.0, 1.0])))
     low, high = (corners @ axes.T).min(axis=0), (corners @ axes.T).max(axis=0)
-    distance_mm = usual_distance(rig, high - low, p) if distance_mm is None else distance_mm
+    distance_mm = usual_distance(rig, high - low) if distance_mm is None else distance_mm
     sizes = [(c.width / c.matrix[0, 0], c.height / c.matrix[1, 1]) for c in rig.cameras.values()]
-    step = p.step * distance_mm * np.min(np.array(sizes, float), axis=0)
+    step = _STEP * distance_mm * np.min(np.array(sizes, float), axis=0)
     rig_from_look = _look_frame(rig)
     poses, targets = [], []
     for axis in range(3):
@@ -92,11 +97,13 @@ def lay_grid(
             at[:, [u, v]] = start.reshape(-1, 2)
             at[:, axis] = (high if side > 0 else low)[axis] + side
             target = _meet(scene, at @ axes, np.tile(-side * axes[axis], (len(at), 1)), occurrences)[1]
-            for way in (side * axes[axis], *_tilted(side * axes[axis], axes[u], axes[v], p.tilt)):
+            ahead = side * axes[axis]
+            tilted = [np.cos(_TILT) * ahead + np.sin(_TILT) * aside for aside in (axes[u], -axes[u], axes[v], -axes[v])]
+            for way in (ahead, *tilted):
                 poses.append(_looking(target, way, axes[u], distance_mm) @ np.linalg.inv(rig_from_look))
                 targets.append(target)
     grid = Grid(np.concatenate(poses), np.concatenate(targets))
-    clear = min(p.clear_mm, 0.5 * distance_mm)
+    clear = min(_CLEAR_MM, 0.5 * distance_mm)
     return grid.take(np.array([_is_clear(scene, floor, rig, pose, clear) for pose in grid.world_from_rig], bool))
 
 
@@ -106,13 +113,12 @@ def look_from(
     rig: Rig,
     poses: Floats,
     floor: Floor | None = None,
-    p: PlanningParameters = DEFAULTS,
 ) -> tuple[Grid, Ints]:
     """Those of some poses (n, 4, 4) of a rig from which the middle of its view lies on placed parts, and which those
     are; no camera too near to anything."""
     look = poses @ _look_frame(rig)
     met, target = _meet(scene, look[:, :3, 3], look[:, :3, 2], occurrences)
-    kept = np.array([_is_clear(scene, floor, rig, pose, p.clear_mm) for pose in poses[met]], bool)
+    kept = np.array([_is_clear(scene, floor, rig, pose, _CLEAR_MM) for pose in poses[met]], bool)
     return Grid(poses[met], target).take(kept), np.flatnonzero(met)[kept]
 
 
@@ -126,10 +132,6 @@ def _box_axes(points: Floats, axes: Floats) -> Floats:
 def _spread(low: float, high: float, step: float) -> Floats:
     count = max(int(np.ceil((high - low) / step)), 1)
     return np.asarray(low + (np.arange(count) + 0.5) * (high - low) / count)
-
-
-def _tilted(normal: Floats, u: Floats, v: Floats, tilt: float) -> list[Floats]:
-    return [np.cos(tilt) * normal + np.sin(tilt) * way for way in (u, -u, v, -v)]
 
 
 def _meet(scene: Scene, start: Floats, way: Floats, occurrences: Ints) -> tuple[Bools, Floats]:

@@ -19,11 +19,15 @@ from vision.cameras.cameras import Rig
 from vision.cameras.record_cameras import find_rig
 from vision.localisation.parts_in_view import PART, PartsInView
 from vision.planning.grid import Floor, Grid, find_table, lay_grid, look_from
-from vision.planning.planning_parameters import DEFAULTS, PlanningParameters
 from vision.planning.predict import predict_distinct_px
 from vision.planning.reach import reach, reaches_any_pose, spread_joints
 from vision.presence.items import Items, list_items
 from vision.scene.stored_scene import StoredScene, read_scene
+
+# px of edges that can be distinguished from others, over all cameras, from which a part or feature counts as checked:
+# of those of the demonstration's pairs with as many 11 in 12 were decided, of those with less 1 in 8.
+LEAST_PX = 120.0
+_ENOUGH = 0.95  # share of what any view could check at which a plan ends
 
 
 @dataclass(frozen=True)
@@ -78,13 +82,12 @@ def plan_views(
     distance_mm: float | None = None,
     above: str | None = None,
     most: int | None = None,
-    p: PlanningParameters = DEFAULTS,
     progress: Progress = silent,
 ) -> Plan:
     """The next views of a physical part, by what its inspections have not decided, or of an object of a world.
 
     distance_mm: from the surface, else `usual_distance`; above: the plane that cameras stay above, as z=0, or none,
-    else `find_table`; most: views, else as many as check `p.enough` of what any would.  Where the world mounts the rig
+    else `find_table`; most: views, else as many as check `_ENOUGH` of what any would.  Where the world mounts the rig
     on an arm, `on` it where several do, only poses that it reaches are tried; of a carrier with fewer than six joints
     those that it brings the rig to, at whatever distance.
     Raises UsageError where the part or object is not there, and for a plane that is none."""
@@ -99,15 +102,15 @@ def plan_views(
     store.release()
     items = _items(stored, rows)
     floor = find_table(stored.scene) if above is None else stated
-    grid, joints, beyond = _poses(stored, items, rig, mounted, distance_mm, floor, p)
+    grid, joints, beyond = _poses(stored, items, rig, mounted, distance_mm, floor)
     px = np.zeros((len(joints), len(items)))
     for number, pose in enumerate(grid.world_from_rig):
         progress("looking from poses about the part", number, len(joints))
         px[number] = predict_distinct_px(stored, rig, items, pose)
-    checks = px >= p.least_px
+    checks = px >= LEAST_PX
     some = checks.any(axis=0)
     views, seen = [], np.zeros(len(items), bool)
-    for number in choose_views(checks, px, p.enough, most):
+    for number in choose_views(checks, px, _ENOUGH, most):
         new = np.flatnonzero(checks[number] & ~seen)
         seen |= checks[number]
         paths, share = [items.path[i] for i in new], float(seen.sum() / some.sum())
@@ -135,21 +138,20 @@ def _poses(
     mounted: MountedRig | None,
     distance_mm: float | None,
     floor: Floor | None,
-    p: PlanningParameters,
 ) -> tuple[Grid, list[dict[str, float]], int]:
     """The poses to try, the joints of each, and how many of the grid the arm does not reach."""
     scene = stored.scene
     pieces = np.array([path.partition("/")[0] for path in stored.paths], object)
     wholes = [np.flatnonzero(pieces == name) for name in sorted(set(pieces[np.unique(items.occurrence)]))]
     if mounted is not None and not reaches_any_pose(mounted):
-        poses, given = spread_joints(mounted, p)
-        grid, kept = look_from(scene, np.concatenate(wholes), rig, poses, floor, p)
+        poses, given = spread_joints(mounted)
+        grid, kept = look_from(scene, np.concatenate(wholes), rig, poses, floor)
         return grid, [given[i] for i in kept], 0
-    grids = [lay_grid(scene, whole, rig, distance_mm, floor, p) for whole in wholes]
+    grids = [lay_grid(scene, whole, rig, distance_mm, floor) for whole in wholes]
     grid = Grid(*(np.concatenate([getattr(g, name) for g in grids]) for name in ("world_from_rig", "target")))
     if mounted is None:
         return grid, [{}] * len(grid.target), 0
-    joints = reach(mounted, grid.world_from_rig, p)
+    joints = reach(mounted, grid.world_from_rig)
     reached = [number for number, it in enumerate(joints) if it is not None]
     return grid.take(np.array(reached, np.int64)), [it for it in joints if it is not None], len(joints) - len(reached)
 

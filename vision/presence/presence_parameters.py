@@ -8,8 +8,7 @@ from math import cos, radians
 class SampleParameters:
     """Which edge elements near predicted edges are considered."""
 
-    reach_px: float = 28.0
-    """px along the normal: how far an edge may have moved to be found again"""
+    reach_px: float = 28.0  # px along the normal: how far an edge may have moved to be found again
     min_cosine: float = cos(radians(18))
     """cosine of the greatest angle between an element's normal and the predicted one"""
     max_along_px: float = 0.75
@@ -22,14 +21,12 @@ class SampleParameters:
 class SupportParameters:
     """When an edge element supports a predicted edge, and what chance would do."""
 
-    tolerance_px: float = 2.0
-    """px along the normal: pose, model and edges err by less together"""
+    tolerance_px: float = 2.0  # px along the normal: pose, model and edges err by less together
     tie_px: float = 0.5
     """px by which another predicted edge must be nearer to take an element: edges that coincide share theirs"""
     crowded_px: float = 3.5
     """px within which parallel edges are not distinguished: the extraction's operator is as wide"""
-    crowded_cosine: float = cos(radians(30))
-    """cosine of the angle within which edges count as parallel there"""
+    crowded_cosine: float = cos(radians(30))  # cosine of the angle within which edges count as parallel there
     chance_px: tuple[float, ...] = (-13.0, -10.0, -7.0, 7.0, 10.0, 13.0)
     """px along the normal: where chance is counted, clear of the edge itself"""
 
@@ -38,57 +35,40 @@ class SupportParameters:
 class SideParameters:
     """Where the model is sampled on either side of predicted edges."""
 
-    step_px: float = 3.0
-    """px off the edge, to clear its tessellation"""
-    spacing_px: float = 6.0
-    """px along an edge between places"""
+    step_px: float = 3.0  # px off the edge, to clear its tessellation
+    spacing_px: float = 6.0  # px along an edge between places
 
 
 @dataclass(frozen=True)
 class RunParameters:
     """How likely predicted edges show, and what a found share says."""
 
-    stretch_px: float = 20.0
-    """px of an edge that count as one observation: nearer samples see the same picture"""
-    turn: float = radians(60)
-    """rad by which an edge turns until what it shows counts by itself"""
+    stretch_px: float = 20.0  # px of an edge that count as one observation: nearer samples see the same picture
+    turn: float = radians(60)  # rad by which an edge turns until what it shows counts by itself
     shown: tuple[float, float] = (6.0, 0.7)
     """beta distribution of the found share of an edge that shows: mean .9, mostly all of it"""
     partly: float = 0.4
     """of the edges that do not show, the share that is found in part, any share as likely; the others as by chance"""
     stray: float = 0.1
     """share of the places without an edge where something else is found along it, any share as likely"""
-    chance_count: float = 6.0
-    """stretches that the estimate of chance is worth: texture comes in patches"""
-    chance_px: float = 60.0
-    """px of an edge at which the chance near it weighs as much as the whole picture's"""
-    least_chance: float = 0.02
-    """share that chance finds at least"""
-    most_chance: float = 0.6
-    """share that chance finds at most"""
-    least_shows: float = 0.05
-    """least probability that an edge shows"""
-    most_shows: float = 0.98
-    """greatest probability that an edge shows: any edge may lack contrast"""
+    chance_count: float = 6.0  # stretches that the estimate of chance is worth: texture comes in patches
+    chance_px: float = 60.0  # px of an edge at which the chance near it weighs as much as the whole picture's
+    least_chance: float = 0.02  # share that chance finds at least
+    most_chance: float = 0.6  # share that chance finds at most
+    least_shows: float = 0.05  # least probability that an edge shows
+    most_shows: float = 0.98  # greatest probability that an edge shows: any edge may lack contrast
     alike: float = 0.35
     """by how much the unit normals of both sides may differ for edges to be alike, one standard deviation"""
-    background: float = 1.5
-    """how far nothing behind an edge is from a surface, in the same measure"""
-    bend: float = 0.5
-    """how far a corner, a ridge and an occluding edge are from each other, in the same measure"""
-    flat: float = 0.05
-    """sine of the angle within which one side does not rise over the other"""
-    usual_runs: float = 1.0
-    """runs that the picture's mean is worth, in addition to the runs that are alike"""
-    most_px: float = 60.0
-    """px from which a run counts as a whole one"""
+    background: float = 1.5  # how far nothing behind an edge is from a surface, in the same measure
+    bend: float = 0.5  # how far a corner, a ridge and an occluding edge are from each other, in the same measure
+    flat: float = 0.05  # sine of the angle within which one side does not rise over the other
+    usual_runs: float = 1.0  # runs that the picture's mean is worth, in addition to the runs that are alike
+    most_px: float = 60.0  # px from which a run counts as a whole one
     alike_light: float = 6.0
     """concentration of the beta distribution of the share of a thing's edges that show, about the predicted: the less,
     the more they show, or hide, together"""
-    lights: int = 9
-    """quantiles by which it is sampled"""
-    levels: int = 20
-    """shares at which expectations are summed"""
+    lights: int = 9  # quantiles by which it is sampled
+    levels: int = 20  # shares at which expectations are summed
 
 
 @dataclass(frozen=True)
@@ -97,60 +77,42 @@ class DisplacementParameters:
 
     reach_px: tuple[float, ...] = (5.0, 4.0, 3.0, 2.5, 2.5, 2.5)
     """px from the place tried within which elements count, a step of least squares each"""
-    scale: float = 0.28
-    """scale of the robust loss (Geman and McClure), of the reach"""
-    edge_px: float = 0.5
-    """px by which a stretch of an edge errs, one standard deviation: rounding, burr and response"""
+    scale: float = 0.28  # scale of the robust loss (Geman and McClure), of the reach
+    edge_px: float = 0.5  # px by which a stretch of an edge errs, one standard deviation: rounding, burr and response
     systematic_px: float = 0.2
     """px: by which all edges of a body may be drawn alike: the camera's response is known no better"""
     tolerance_px: tuple[float, ...] = (0.4, 1.2)
     """px within which an edge is found at a displacement, of one that is drawn well and of one that is drawn roughly"""
-    drawn: tuple[float, ...] = (0.75, 0.25)
-    """shares of the edges that are drawn so"""
-    hidden_px: float = 2.0
-    """px within which what belongs to an edge of another body hides one"""
+    drawn: tuple[float, ...] = (0.75, 0.25)  # shares of the edges that are drawn so
+    hidden_px: float = 2.0  # px within which what belongs to an edge of another body hides one
     least_seen: float = 0.5
     """share of an edge that must be in sight at a displacement, clear of what belongs to others, to count"""
-    least_mm: float = 0.75
-    """mm: edges cannot distinguish a smaller displacement from rounding and burr"""
-    sure_sigma: float = 4.0
-    """standard deviations by which a displacement must differ from none"""
+    least_mm: float = 0.75  # mm: edges cannot distinguish a smaller displacement from rounding and burr
+    sure_sigma: float = 4.0  # standard deviations by which a displacement must differ from none
 
 
 @dataclass(frozen=True)
 class MovedParameters:
     """Displaced surfaces."""
 
-    reach_mm: float = 15.0
-    """mm either way"""
-    step_mm: float = 0.25
-    """mm between the displacements tried"""
-    distinct_mm: float = 1.0
-    """mm by which two displacements are different ones"""
+    reach_mm: float = 15.0  # mm either way
+    step_mm: float = 0.25  # mm between the displacements tried
+    distinct_mm: float = 1.0  # mm by which two displacements are different ones
     tangent_cosine: float = 0.99
     """cosine of the angle within which surfaces meet smoothly: a corner moves with its walls"""
-    own_px: float = 2.0
-    """px from an edge's place within which what lies on a blend may still be the edge"""
-    least_left_mm: float = 1.0
-    """mm between two opposite faces, of material or room: no displacement leaves less"""
-    min_px_per_mm: float = 0.15
-    """px by which an edge must move in the picture for each mm to count"""
-    least_px: float = 0.8
-    """px: a smaller displacement is not clear of the edge's own place"""
+    own_px: float = 2.0  # px from an edge's place within which what lies on a blend may still be the edge
+    least_left_mm: float = 1.0  # mm between two opposite faces, of material or room: no displacement leaves less
+    min_px_per_mm: float = 0.15  # px by which an edge must move in the picture for each mm to count
+    least_px: float = 0.8  # px: a smaller displacement is not clear of the edge's own place
     least_distinct_px: float = 40.0
     """px of edges that can be distinguished from others, at least, and from which a displacement is measured"""
-    least_log_odds: float = 1.0
-    """log odds of moved against in place, for all the displacements tried"""
-    rounds: int = 6
-    """rounds of weighing displacements again after some surfaces moved"""
+    least_log_odds: float = 1.0  # log odds of moved against in place, for all the displacements tried
+    rounds: int = 6  # rounds of weighing displacements again after some surfaces moved
     sure_log_odds: float = 3.0
     """log odds likewise, 20 to 1, from which it is said to have moved; below, it only explains its neighbours' edges"""
-    most_mean_normal: float = 0.5
-    """length of the mean of the unit normals below which a surface bends around"""
-    least_spread: float = 0.15
-    """mean square of the normals along the second direction that they span, there"""
-    least_found: float = 0.6
-    """share of a surface's edges that must be found where it is measured"""
+    most_mean_normal: float = 0.5  # length of the mean of the unit normals below which a surface bends around
+    least_spread: float = 0.15  # mean square of the normals along the second direction that they span, there
+    least_found: float = 0.6  # share of a surface's edges that must be found where it is measured
 
 
 @dataclass(frozen=True)
@@ -159,154 +121,104 @@ class AppearanceParameters:
 
     least_cells: float = 5.0
     """cells of the map of surfaces, clear of its border, from which a patch, or what is around one, says something"""
-    least_rimmed: float = 0.7
-    """share of the edges around an opening that must be the hole's"""
-    grey: float = 6.0
-    """grey levels, 0..255, by which patches of one thing differ, one standard deviation"""
-    texture: float = 0.25
-    """the same of their texture, log of grey levels"""
+    least_rimmed: float = 0.7  # share of the edges around an opening that must be the hole's
+    grey: float = 6.0  # grey levels, 0..255, by which patches of one thing differ, one standard deviation
+    texture: float = 0.25  # the same of their texture, log of grey levels
     alike: float = 0.35
     """by how much the unit normals of faces may differ for them to look alike, one standard deviation"""
-    near_cells: float = 70.0
-    """cells at which another face counts half: light is uneven"""
-    most_cells: float = 200.0
-    """cells from which another patch counts no more"""
+    near_cells: float = 70.0  # cells at which another face counts half: light is uneven
+    most_cells: float = 200.0  # cells from which another patch counts no more
     most_cells_behind: float = 30.0
     """cells as which what lies behind counts at most, where nothing is there, beside what is around"""
-    usual_cells: float = 50.0
-    """cells of others that what anything looks like is worth"""
-    usual_cells_behind: float = 10.0
-    """the same of what lies behind, which is alike everywhere"""
-    unlike: float = 0.02
-    """share of the features that look like nothing else in the picture"""
-    like_around: float = 0.11
-    """share of the ribs, steps and slots that look as what is around them and not as others"""
+    usual_cells: float = 50.0  # cells of others that what anything looks like is worth
+    usual_cells_behind: float = 10.0  # the same of what lies behind, which is alike everywhere
+    unlike: float = 0.02  # share of the features that look like nothing else in the picture
+    like_around: float = 0.11  # share of the ribs, steps and slots that look as what is around them and not as others
     else_there: float = 0.3
     """share of the places without the feature where something else is than around: a plug, a patch"""
-    most_cells_of_patch: float = 60.0
-    """cells from which a patch of a feature counts no more than others of it"""
-    sure_cells: float = 30.0
-    """cells of a feature from which it speaks with all its weight"""
-    most_log_odds: float = 5.0
-    """log odds of a patch at most"""
-    share: float = 0.5
-    """by which log odds are multiplied: grey and texture of all patches err together"""
-    share_of_faces: float = 0.35
-    """the same of what is not cut into what is around it or raised on it"""
+    most_cells_of_patch: float = 60.0  # cells from which a patch of a feature counts no more than others of it
+    sure_cells: float = 30.0  # cells of a feature from which it speaks with all its weight
+    most_log_odds: float = 5.0  # log odds of a patch at most
+    share: float = 0.5  # by which log odds are multiplied: grey and texture of all patches err together
+    share_of_faces: float = 0.35  # the same of what is not cut into what is around it or raised on it
     stopped_log_odds: float = 3.0
     """log odds against what lies behind, by all cameras, from which something else shows through a hole"""
-    camera_log_odds: float = 0.5
-    """the same that each camera must have"""
+    camera_log_odds: float = 0.5  # the same that each camera must have
 
 
 @dataclass(frozen=True)
 class PartParameters:
     """Displaced parts, each as one piece."""
 
-    least_px: float = 60.0
-    """px of edges that a piece shows"""
-    most_share: float = 0.3
-    """share of all edges in view from which the pose depends on the piece itself"""
-    reach_mm: float = 6.0
-    """mm either way along both axes of its plane: where a piece is sought"""
-    step_mm: float = 2.0
-    """mm between the places"""
-    coarse: int = 30
-    """samples of a piece in a camera by which places are chosen"""
-    best: int = 6
-    """places from which least squares start"""
+    least_px: float = 60.0  # px of edges that a piece shows
+    most_share: float = 0.3  # share of all edges in view from which the pose depends on the piece itself
+    reach_mm: float = 6.0  # mm either way along both axes of its plane: where a piece is sought
+    step_mm: float = 2.0  # mm between the places
+    coarse: int = 30  # samples of a piece in a camera by which places are chosen
+    best: int = 6  # places from which least squares start
     sigma: tuple[float, ...] = (5.0, 5.0, 0.3, radians(6.0))
     """standard deviations of where a piece lies: mm in its plane and out of it, for it sits on its neighbour, rad about
     its normal"""
     least_log_odds: float = 4.0
     """log odds of there against in place, for all the places tried, and of turned against not"""
-    turned_px: float = 700.0
-    """px of edges of a piece that is sought at any turn: bolts look alike at any turn"""
-    turned_share: float = 0.35
-    """share of its edges found in place up to which it is"""
-    max_cosine: float = cos(radians(20))
-    """cosine of the angle between two faces up to which their edge shows"""
-    step_degrees: float = 5.0
-    """degrees between turns"""
+    turned_px: float = 700.0  # px of edges of a piece that is sought at any turn: bolts look alike at any turn
+    turned_share: float = 0.35  # share of its edges found in place up to which it is
+    max_cosine: float = cos(radians(20))  # cosine of the angle between two faces up to which their edge shows
+    step_degrees: float = 5.0  # degrees between turns
 
 
 @dataclass(frozen=True)
 class DistanceParameters:
     """Distances between the axes of holes and bosses."""
 
-    neighbours: int = 3
-    """nearest ones of each to which distances are measured"""
-    min_cosine: float = cos(radians(0.5))
-    """cosine of the angle up to which axes are parallel"""
-    same_level_mm: float = 10.0
-    """mm along the axes within which two are in one plane"""
-    least_mm: float = 1.0
-    """mm: what is nearer has the same axis"""
-    changed_sigma: float = 5.0
-    """standard deviations by which a distance must differ to count as changed"""
-    changed_mm: float = 0.8
-    """mm likewise"""
+    neighbours: int = 3  # nearest ones of each to which distances are measured
+    min_cosine: float = cos(radians(0.5))  # cosine of the angle up to which axes are parallel
+    same_level_mm: float = 10.0  # mm along the axes within which two are in one plane
+    least_mm: float = 1.0  # mm: what is nearer has the same axis
+    changed_sigma: float = 5.0  # standard deviations by which a distance must differ to count as changed
+    changed_mm: float = 0.8  # mm likewise
 
 
 @dataclass(frozen=True)
 class StateParameters:
     """From evidence to states."""
 
-    least_px: float = 30.0
-    """px of edges that can be distinguished from others, below which nothing is decided"""
-    least_log_odds: float = 3.0
-    """log odds, either way, from which a state is more than undecided: 20 to 1"""
-    least_expected: float = 2.0
-    """log odds expected of what is there, below which missing edges say nothing"""
-    contradicted_log_odds: float = 7.0
-    """log odds against from which another thing must be there: 1000 to 1"""
-    contradicted_expected: float = 6.0
-    """log odds expected of what is there, at least, for that"""
-    contradicted_share: float = 0.35
-    """share of its edges that may be found all the same, for that"""
-    mostly: float = 0.5
-    """share of an item's edges found from which these decide, not regions"""
-    region_share: float = 0.5
-    """share of a surface's visible area that regions must cover to speak for it"""
+    least_px: float = 30.0  # px of edges that can be distinguished from others, below which nothing is decided
+    least_log_odds: float = 3.0  # log odds, either way, from which a state is more than undecided: 20 to 1
+    least_expected: float = 2.0  # log odds expected of what is there, below which missing edges say nothing
+    contradicted_log_odds: float = 7.0  # log odds against from which another thing must be there: 1000 to 1
+    contradicted_expected: float = 6.0  # log odds expected of what is there, at least, for that
+    contradicted_share: float = 0.35  # share of its edges that may be found all the same, for that
+    mostly: float = 0.5  # share of an item's edges found from which these decide, not regions
+    region_share: float = 0.5  # share of a surface's visible area that regions must cover to speak for it
     region_log_odds: float = 3.0
     """log odds that they add: how much more often surfaces that are there are covered than surfaces that are not"""
-    least_moved_share: float = 0.05
-    """share of an item's edges that a surface must have to speak for it"""
+    least_moved_share: float = 0.05  # share of an item's edges that a surface must have to speak for it
     changed_sigma: float = 4.0
     """standard deviations by which a diameter or thickness must differ, or a bore lie aside, to count as changed"""
-    changed_mm: float = 0.8
-    """mm likewise: smaller differences are within the error of small bores and burrs"""
-    changed_wall_mm: float = 1.5
-    """mm likewise of a thickness: both of its sides err"""
+    changed_mm: float = 0.8  # mm likewise: smaller differences are within the error of small bores and burrs
+    changed_wall_mm: float = 1.5  # mm likewise of a thickness: both of its sides err
 
 
 @dataclass(frozen=True)
 class UnexplainedParameters:
     """Which arcs and regions of a picture form something that the model does not account for."""
 
-    reach_px: float = 4.0
-    """px within which a predicted edge or blend accounts for an element"""
-    min_cosine: float = cos(radians(25))
-    """cosine of the angle between the two, at least"""
-    most_explained: float = 0.2
-    """share of an arc's elements that may be accounted for"""
-    least_px: float = 50.0
-    """px of length of an arc that ends"""
+    reach_px: float = 4.0  # px within which a predicted edge or blend accounts for an element
+    min_cosine: float = cos(radians(25))  # cosine of the angle between the two, at least
+    most_explained: float = 0.2  # share of an arc's elements that may be accounted for
+    least_px: float = 50.0  # px of length of an arc that ends
     least_closed_px: float = 30.0
     """px of length of one that closes, which chance seldom does, and of what is unexplained around a region"""
-    most_texture: float = 0.25
-    """probability that it is brush texture or shading, at most"""
-    most_highlight: float = 0.5
-    """share of it along saturated grey, at most"""
-    least_contrast: float = 3.0
-    """times the median contrast of the picture's elements, at least"""
+    most_texture: float = 0.25  # probability that it is brush texture or shading, at most
+    most_highlight: float = 0.5  # share of it along saturated grey, at most
+    least_contrast: float = 3.0  # times the median contrast of the picture's elements, at least
     clear_share: float = 0.2
     """share of the picture's range of grey from which a contrast is clear whatever that median is"""
     least_border: float = 0.6
     """share of a region's border that must run along arcs, and of that along unexplained ones: of 4400 regions in 26
     pictures with the right model none passes, and a bolt, a lug or a hole more does in most pictures"""
-    least_area_px: float = 60.0
-    """px of a region: smaller ones are burrs and ends of shadows"""
+    least_area_px: float = 60.0  # px of a region: smaller ones are burrs and ends of shadows
     rim_px: float = 5.0
     """px from the picture's border within which a region's border is not looked at: extraction ends there"""
 

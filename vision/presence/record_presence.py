@@ -115,7 +115,6 @@ def _appearance(seen: Appearance, count: int, cameras: int) -> dict[str, ColumnV
         return np.ma.masked_array(out, others)
 
     return {
-        "inside_px": column(seen.pixels),
         "inside_grey": column(seen.grey),
         "around_grey": column(seen.around),
         "like_grey": column(seen.like),

@@ -31,7 +31,7 @@ def gather_regions(views: Sequence[MatchedView | None], count: int) -> RegionSup
         if view is None:
             continue
         units, match = view.units, view.match
-        shown[units.surface, camera] = np.asarray(units.surfaces["visible_pixels"], float)
+        shown[units.surface, camera] = units.visible_px
         taken = match.surfaces.accepted
         np.add.at(covered[:, camera], units.surface[match.surfaces.view_surface[taken]], match.surfaces.pixels[taken])
     return RegionSupport(shown, covered)

@@ -92,7 +92,6 @@ def solve_rows(workspace: Database, number: int, rows: ProblemRows, of_units: Co
                 "status": "stopped",
                 "cost": 0.0,
                 "bound": 0.0,
-                "bound_kept": False,
             },
         )
         workspace.append(connection, "problem_tolerance", {**problem_key, **tolerances})
@@ -124,9 +123,9 @@ def solve_rows(workspace: Database, number: int, rows: ProblemRows, of_units: Co
     return Solved(problem, solve(problem, rows.mode, nodes=rows.nodes), rows, tolerances)
 
 
-def solved_rows(solved: Solved, *, keep_bound: bool) -> dict[str, Columns]:
+def solved_rows(solved: Solved) -> dict[str, Columns]:
     """As `relmodel.labelling.rows.result_rows`, with what the joins went by."""
-    tables, rows = result_rows(solved.problem, solved.result, keep_bound=keep_bound), solved.rows
+    tables, rows = result_rows(solved.problem, solved.result), solved.rows
     tables["problem"] |= {"nat_cost": [rows.nat_cost], "relation_weight": [rows.relation_weight]}
     if rows.places is not None:
         order = np.lexsort((rows.label, rows.unit))

@@ -24,9 +24,9 @@ class StoredScene:
 
     occurrence_id (o,), paths (o,), shape_id (o,): the placed parts, in the scene's order. arc_no (a,): `arc_no` in the
     part's shape of each of the scene's arcs; surface_no (s,) likewise. arc_surfaces (a, 2): the scene's surfaces on
-    either side of each arc, -1 for none. radius (s,): of cylinders, mm, nan for other surfaces. sample_parameter (n,):
-    where on its arc each of the scene's samples lies. features: shape_id, feature_no, name, kind, surface_no and
-    thickness (mm, of ribs and webs), a row for each surface of a feature, in this order.
+    either side of each arc, -1 for none. radius (s,): of cylinders, mm, nan for other surfaces. features: shape_id,
+    feature_no, name, kind, surface_no and thickness (mm, of ribs and webs), a row for each surface of a feature, in
+    this order.
     """
 
     scene: Scene
@@ -38,7 +38,6 @@ class StoredScene:
     surface_no: Ints
     arc_surfaces: Ints
     radius: Floats
-    sample_parameter: Floats
     features: dict[str, NDArray[Any]]
 
 
@@ -135,7 +134,6 @@ def _read(store: Store, connection: Connection, world_id: int, parts: dict[str, 
         mesh["surface_no"],
         _number_surfaces(mesh, arc),
         _radii(mesh, parts["shape_id"], store.columns(connection, "scene/cylinders", shape_ids=shapes)),
-        arc["parameter"],
         store.columns(connection, "scene/features", shape_ids=shapes),
     )
 
@@ -170,7 +168,7 @@ def _placed_mesh(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], o
 def _spread(rows: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     """Rows of `scene/arcs` with all samples (n, width) of all arcs after each other."""
     count = rows["sample_count"].astype(np.int64)
-    widths = {"parameters": 1, "points": 3, "tangents": 3, "normals_a": 3, "normals_b": 3}
+    widths = {"points": 3, "tangents": 3, "normals_a": 3, "normals_b": 3}
     spread = {name: spread_samples(rows[name].tolist(), count, width) for name, width in widths.items()}
     return {**rows, "sample_count": count, **spread}
 
@@ -186,7 +184,6 @@ def _placed_arcs(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], o
         "normals_b": rows["normals_b"] @ rotation.T,
         "sample_arc": sample_arc,
         "length": _lengths(rows["points"], sample_arc),
-        "parameter": rows["parameters"][:, 0],
         "arc_no": rows["arc_no"].astype(np.int64),
         "arc_surfaces": np.stack([_or_none(rows[side]) for side in ("surface_a", "surface_b")], axis=1),
         "arc_occurrence": np.full(len(count), occurrence),

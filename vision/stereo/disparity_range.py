@@ -1,6 +1,6 @@
-"""The range of disparities to search at each place, from a prior or from the pair itself.
+"""The range of disparities to search at each place, from the pair itself.
 
-Without a prior every depth from the camera to infinity is open at first.  The pairs of arcs that most rows agree on
+Every depth from the camera to infinity is open at first.  The pairs of arcs that most rows agree on
 then narrow the range around them.
 """
 
@@ -18,47 +18,11 @@ from vision.stereo.stereo_parameters import EpipolarParameters, RangeParameters
 
 
 @dataclass(frozen=True)
-class DepthRange:
-    """Least and greatest depth, z in the left camera's frame, mm, at which something may be seen.
-
-    Each is a number, or a map (rows, columns) that covers the left picture, coarse or fine: what the prior predicts at
-    each place, widened by what the prior leaves open.
-    """
-
-    near: float | Floats
-    far: float | Floats
-
-    def at(self, pixels: Floats, width: int, height: int) -> tuple[Floats, Floats]:
-        """Near and far (n,) at left pixels (n, 2)."""
-
-        def look_up(values: float | Floats) -> Floats:
-            grid = np.atleast_2d(np.asarray(values, float))
-            size = np.array([width, height])
-            cell = ((pixels + 0.5) / size * grid.shape[::-1]).astype(np.int64)
-            column, row = np.clip(cell, 0, np.array(grid.shape[::-1]) - 1).T
-            return np.asarray(grid[row, column])
-
-        return look_up(self.near), look_up(self.far)
-
-
-@dataclass(frozen=True)
 class DisparityRange:
     """Least and greatest disparity, px: at each left crossing (n, 2), and of each left arc (arcs, 2)."""
 
     of_crossings: Floats
     of_arcs: Floats
-
-
-def range_of_depths(rectification: Rectification, left: Side, depths: DepthRange) -> DisparityRange:
-    """The disparities that a range of depths allows."""
-    camera = rectification.left.camera
-
-    def at(pixels: Floats) -> Floats:
-        near, far = depths.at(pixels, camera.width, camera.height)
-        return np.column_stack([rectification.disparity(pixels, far), rectification.disparity(pixels, near)])
-
-    middle = left.arcs.points[(left.arcs.offsets[:-1] + left.arcs.offsets[1:]) // 2]
-    return DisparityRange(at(left.arcs.points[left.crossings.position.astype(np.int64)]), at(middle))
 
 
 def estimate_range(
@@ -120,13 +84,9 @@ def _trusted(votes: Votes, left: Side, right: Side, p: RangeParameters) -> Bools
     return np.asarray(most & (votes.votes >= p.least_votes) & (votes.votes >= p.least_share * longer))
 
 
-def _nearest(at: Floats, place: Floats, disparity: Floats, count: int) -> Floats:
+def _around(at: Floats, place: Floats, disparity: Floats, p: RangeParameters) -> Floats:
     from scipy.spatial import cKDTree
 
-    return np.asarray(disparity[cKDTree(place).query(at, count)[1]])
-
-
-def _around(at: Floats, place: Floats, disparity: Floats, p: RangeParameters) -> Floats:
-    near = np.sort(_nearest(at, place, disparity, p.neighbours), axis=1)
+    near = np.sort(disparity[cKDTree(place).query(at, p.neighbours)[1]], axis=1)
     cut = int(p.cut * p.neighbours)
     return np.column_stack([near[:, cut] - p.margin, near[:, p.neighbours - 1 - cut] + p.margin])

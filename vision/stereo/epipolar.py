@@ -19,20 +19,17 @@ from vision.stereo.stereo_parameters import EpipolarParameters
 class Votes:
     """Rows that matched a crossing of arc `left` to one of arc `right`, columns, one a pair of arcs.
 
-    `overlap`: rows that both cross; `disparity`: median over the voting rows, px.
+    `disparity`: median over the voting rows, px.
     """
 
     left: Ints
     right: Ints
     votes: Ints
-    overlap: Ints
     disparity: Floats
 
 
 def vote(left: Side, right: Side, bounds: Floats, parameters: EpipolarParameters) -> Votes:
     """Match the crossings of each row and count the votes; `bounds` (n, 2): disparities each left crossing may have."""
-    from vision.stereo import epipolar_kernels
-
     a, b = left.crossings, right.crossings
     starts, columns = index_rows(a, b), [describe(c, parameters) for c in (a, b)]
     match = match_rows(starts[0], columns[0], bounds, starts[1], columns[1], parameters)
@@ -42,14 +39,10 @@ def vote(left: Side, right: Side, bounds: Floats, parameters: EpipolarParameters
     i, j = i[order], j[order]
     pair = a.arc[i] * max(len(right.arcs), 1) + b.arc[j]
     _, first, votes = np.unique(pair, return_index=True, return_counts=True)
-    pair_left, pair_right = a.arc[i[first]], b.arc[j[first]]
-    overlap = np.zeros(len(pair_left), np.int64)
-    epipolar_kernels.common_rows(pair_left, pair_right, *_rows_by_arc(left), *_rows_by_arc(right), overlap)
     return Votes(
-        left=pair_left,
-        right=pair_right,
+        left=a.arc[i[first]],
+        right=b.arc[j[first]],
         votes=votes.astype(np.int64),
-        overlap=overlap,
         disparity=_group_medians(a.x[i] - b.x[j], np.append(first, len(pair)).astype(np.int64)),
     )
 
@@ -91,12 +84,6 @@ def match_rows(
         match, partner,
     )  # fmt: skip
     return match
-
-
-def _rows_by_arc(side: Side) -> tuple[Ints, Ints]:
-    """Start of each arc's crossings, and their rows, ascending within the arc."""
-    order = np.argsort(side.crossings.arc, kind="stable")
-    return np.concatenate([[0], np.cumsum(side.extent)]).astype(np.int64), side.crossings.row[order]
 
 
 def _group_medians(values: Floats, start: Ints) -> Floats:

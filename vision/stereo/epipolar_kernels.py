@@ -76,24 +76,6 @@ def match_rows(
                 b -= how != 1
 
 
-@kernel("void(i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1])")
-def common_rows(
-    left: Ints, right: Ints, left_start: Ints, left_row: Ints, right_start: Ints, right_row: Ints, out: Ints
-) -> None:
-    """Add to `out`, for each pair of arcs, the rows that both cross, a row as often as the one that crosses it less.
-
-    `left_start` (arcs + 1) delimits the crossings of each left arc in `left_row`, ascending; so on the right.
-    """
-    for k in range(len(left)):
-        i, end = left_start[left[k]], left_start[left[k] + 1]
-        j, stop = right_start[right[k]], right_start[right[k] + 1]
-        while i < end and j < stop:
-            before = left_row[i] - right_row[j]
-            out[k] += before == 0
-            i += before <= 0
-            j += before >= 0
-
-
 @kernel("void(i8[::1], i8[::1], f8[:, ::1], f8[:, ::1], i8[::1], i8[::1], f8[:, ::1], f8, f8, f8, i8[:, ::1])")
 def count_alike(
     left_start: Ints,

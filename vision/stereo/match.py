@@ -17,8 +17,8 @@ from vision.extraction.primitives import Primitives
 from vision.relations.joins import ProblemRows, Solved, solve_rows
 from vision.relations.workspace import open_workspace
 from vision.stereo.crossings import StereoArcs, lay_out, pack_arcs
-from vision.stereo.disparity_range import DepthRange, estimate_range, range_of_depths
-from vision.stereo.epipolar import Votes, vote
+from vision.stereo.disparity_range import estimate_range
+from vision.stereo.epipolar import vote
 from vision.stereo.evidence import Candidates, compare_arcs, join
 from vision.stereo.rectification import Rectification, rectify
 from vision.stereo.regions import StereoRegions, compare_regions, pack_regions
@@ -42,13 +42,11 @@ class StereoPicture:
 class StereoMatches:
     """What stereo found.  Units: the arcs of the left picture by number, then its regions; labels: those of the right.
 
-    votes: of epipolar rows, only of the method `pong`; solved: the problem with its proof; arcs, regions: how many
-    there are in the left and the right picture.
+    solved: the problem with its proof; arcs, regions: how many there are in the left and the right picture.
     """
 
     parameters: StereoParameters
     rectification: Rectification
-    votes: Votes | None
     solved: Solved
     arcs: tuple[int, int]
     regions: tuple[int, int]
@@ -90,23 +88,20 @@ def match_stereo(
     rig: Rig,
     left: Primitives,
     right: Primitives,
-    depth_range: DepthRange | None = None,
     parameters: StereoParameters = DEFAULTS,
     cameras: tuple[str, str] = ("left", "right"),
 ) -> StereoMatches:
     """Match the primitives of two pictures, taken together by the two `cameras` of the rig.
 
-    depth_range: how far off the things seen may be, where something is known of it; else the pair itself says.  Raises
-    InputError where the cameras make no stereo pair, UsageError for an unknown method.
+    Raises InputError where the cameras make no stereo pair, UsageError for an unknown method.
     """
-    return match_pictures(rig, pack_picture(left), pack_picture(right), depth_range, parameters, cameras)
+    return match_pictures(rig, pack_picture(left), pack_picture(right), parameters, cameras)
 
 
 def match_pictures(
     rig: Rig,
     left: StereoPicture,
     right: StereoPicture,
-    depth_range: DepthRange | None = None,
     parameters: StereoParameters = DEFAULTS,
     cameras: tuple[str, str] = ("left", "right"),
 ) -> StereoMatches:
@@ -114,10 +109,7 @@ def match_pictures(
     check_method(parameters)
     rectification = rectify(rig, *cameras)
     sides = lay_out(rectification, left.arcs, right.arcs, parameters.epipolar)
-    if depth_range is None:
-        seen = estimate_range(rectification, *sides, parameters.range, parameters.epipolar)
-    else:
-        seen = range_of_depths(rectification, sides[0], depth_range)
+    seen = estimate_range(rectification, *sides, parameters.range, parameters.epipolar)
     votes = vote(*sides, seen.of_crossings, parameters.epipolar)
     arcs = compare_arcs(*sides, seen, votes, parameters.epipolar, parameters.evidence)
     regions = compare_regions(rectification, left.regions, right.regions, seen, votes, parameters.regions)
@@ -127,7 +119,6 @@ def match_pictures(
     return StereoMatches(
         parameters=parameters,
         rectification=rectification,
-        votes=votes if parameters.method == PONG else None,
         solved=solved,
         arcs=(len(left.arcs), len(right.arcs)),
         regions=(len(left.regions), len(right.regions)),

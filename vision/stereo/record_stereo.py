@@ -28,16 +28,13 @@ def record_stereo(
     units_id: int,
     labels_id: int,
     matches: StereoMatches,
-    *,
-    keep_bound: bool,
 ) -> None:
-    """Append the problem with its candidates, relations, decisions and certificate, the votes of rows where the method
-    has them, and the arcs in space.
+    """Append the problem with its candidates, relations, decisions and the tree of the search, and the arcs in space.
 
     `units_id` and `labels_id` are the unit sets of the left and the right extraction: arcs by number, then regions.
     """
     key = {"run_id": run.id, "problem_no": problem_no}
-    for table, columns in solved_rows(matches.solved, keep_bound=keep_bound).items():
+    for table, columns in solved_rows(matches.solved).items():
         if table == "problem":
             columns = {
                 **columns,
@@ -48,20 +45,6 @@ def record_stereo(
                 "parameters": json.dumps(asdict(matches.parameters), sort_keys=True),
             }
         run.append(connection, table, {**key, **columns})
-    if matches.votes is not None:
-        votes = matches.votes
-        run.append(
-            connection,
-            "vote",
-            {
-                **key,
-                "unit_no": votes.left,
-                "label_no": votes.right,
-                "votes": votes.votes,
-                "overlap": votes.overlap,
-                "disparity": votes.disparity,
-            },
-        )
     run.append(connection, "triangulated_unit", {**key, **_curves(matches.triangulated)})
 
 

@@ -50,11 +50,6 @@ class Rectification:
         rays = view.directions(pixels) @ view.rectified_from_camera.T
         return np.asarray(self.focal * rays[:, :2] / rays[:, 2:])
 
-    def disparity(self, pixels: Floats, depth: Floats) -> Floats:
-        """Disparity (n,) of points seen at left pixels (n, 2) whose z in the left camera's frame is `depth` mm."""
-        stretch = self.left.directions(pixels) @ self.left.rectified_from_camera[2]
-        return np.asarray(self.focal * self.baseline / (depth * stretch))
-
     def triangulate(self, points: Floats, disparity: Floats) -> Floats:
         """Points (n, 3) in the rig's frame, mm, of rectified left points (n, 2) and their disparities (n,)."""
         z = self.focal * self.baseline / disparity

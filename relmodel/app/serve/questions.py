@@ -35,8 +35,7 @@ _GROUPS = {
         "inputs_that_differ loads parts_by_use runs_that_failed where_the_time_goes"
     ),
     "Who looks into a decision": (
-        "arcs_that_fit_worst code_of_a_pose gates_of_arcs how_sure_is_each_stereo_pair matched_arcs "
-        "poses_that_were_dropped rejected_arcs"
+        "arcs_that_fit_worst code_of_a_pose gates_of_arcs matched_arcs poses_that_were_dropped rejected_arcs"
     ),
 }
 _OWN = "Questions of your own"

@@ -144,17 +144,12 @@ def _whole_turns(kind: npt.NDArray[Any], ours: Floats, theirs: Floats) -> Floats
 
 
 def _turned_back(shape: Shape, arcs: Ints, shift: Floats) -> dict[str, Any]:
-    """Samples and pcurves of a shape with whole turns (n,) added to the parameters of some arcs (n,)."""
+    """Pcurves of a shape with whole turns (n,) added to the parameters of some arcs (n,)."""
     of_arc = np.zeros(row_count_or_none(shape.arcs))
     of_arc[arcs] = shift
-    if not of_arc.any():
+    pcurves = shape.pcurves
+    if not of_arc.any() or not row_count_or_none(pcurves):
         return {}
-    samples, pcurves = shape.samples, shape.pcurves
-    by = np.repeat(of_arc[samples.arc_no], np.diff(samples.parameters.offsets))
-    parameters = replace(samples.parameters, values=samples.parameters.values + by)
-    out: dict[str, Any] = {"samples": replace(samples, parameters=parameters)}
-    if not row_count_or_none(pcurves):
-        return out
     drawn = pcurve_of(shape.coedges, pcurves)
     turned = np.zeros(row_count_or_none(pcurves))
     turned[drawn[drawn >= 0]] = of_arc[np.asarray(shape.coedges["arc_no"], np.int64)[drawn >= 0]]
@@ -162,7 +157,7 @@ def _turned_back(shape: Shape, arcs: Ints, shift: Floats) -> dict[str, Any]:
     knots = pcurves["knots"]
     moved = knots.values + np.repeat(turned, np.diff(knots.offsets))
     origins = {f"origin_{c}": pcurves[f"origin_{c}"] - along * pcurves[f"axis_{c}"] for c in "uv"}
-    return out | {"pcurves": pcurves | origins | {"knots": replace(knots, values=moved)}}
+    return {"pcurves": pcurves | origins | {"knots": replace(knots, values=moved)}}
 
 
 def _near(

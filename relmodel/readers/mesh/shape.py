@@ -317,7 +317,6 @@ def _samples(vertices: Floats, chains: Chains, fitted: FittedArcs, normal_a: Flo
     packed = 3 * offsets
     return ArcSamples(
         arc_no=np.arange(n),
-        parameters=Ragged(parameter, offsets),
         points=Ragged(at.ravel(), packed),
         tangents=Ragged(tangent.astype(np.float32).ravel(), packed),
         normals_a=Ragged(sides[0].astype(np.float32).ravel(), packed),

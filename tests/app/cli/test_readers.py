@@ -62,7 +62,7 @@ def test_a_reader_costs_an_inspection_nothing(
 
         monkeypatch.setattr(pictures, "_extract", read_and_extract)
     try:
-        answer = inspected(store, *pair.options(), "--keep-bounds")
+        answer = inspected(store, *pair.options())
         (reader,) = readers
         (told,) = (line for line in capsys.readouterr().err.splitlines() if "had the store open" in line)
         assert told.startswith(f"process {reader.pid} ")

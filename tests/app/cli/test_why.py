@@ -148,7 +148,7 @@ def test_runs_that_differ_in_nothing_and_in_what_was_asked(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     target, answer = copy_store(inspection.store), inspection.answer
-    other = inspected(target, *pair.options(right=None), "--keep-bounds", "--needs", "5mm,1deg")
+    other = inspected(target, *pair.options(right=None), "--needs", "5mm,1deg")
     a, b = answer["run"], other["run"]
     with Store.open(target, read_only=True) as store:
         assert compare_runs(store, a, a) == []

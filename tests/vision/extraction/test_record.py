@@ -28,7 +28,7 @@ MEGABYTE = 1_000_000
 
 def test_rows_are_the_columns(duckdb_file: Path) -> None:
     grey = disc(60.3, 58.8, 30.0, (120, 120))
-    found, picture = extract(grey), Picture("a.png", "ab", b"", 8, 1, grey)
+    found, picture = extract(grey), Picture("a.png", "ab", b"", 8, grey)
     with Store.open(duckdb_file) as store, Run.begin(store, "extract", {}) as run:
         with run.write() as connection:
             image = record_picture(run, connection, picture, keep_bytes=False)
@@ -66,7 +66,7 @@ def test_rows_are_the_columns(duckdb_file: Path) -> None:
 
 def test_ends_of_arcs_are_those_of_their_junctions(duckdb_file: Path) -> None:
     grey = sectors((40.3, 38.8), [0.3, 1.7, 0.3 + np.pi], [180.0, 110.0, 40.0], (80, 80))
-    found, picture = extract(grey), Picture("a.png", "ab", b"", 8, 1, grey)
+    found, picture = extract(grey), Picture("a.png", "ab", b"", 8, grey)
     with Store.open(duckdb_file) as store, Run.begin(store, "extract", {}) as run:
         with run.write() as connection:
             image = record_picture(run, connection, picture, keep_bytes=False)
@@ -89,7 +89,7 @@ def test_ends_of_arcs_are_those_of_their_junctions(duckdb_file: Path) -> None:
 
 def test_a_free_arc_has_a_course(duckdb_file: Path) -> None:
     grey = disc(60.3, 58.8, 30.0, (120, 120))
-    found, picture = extract(grey), Picture("a.png", "ab", b"", 8, 1, grey)
+    found, picture = extract(grey), Picture("a.png", "ab", b"", 8, grey)
     found = replace(found, arcs=replace(found.arcs, kind=np.array([FREE], np.int8)))
     with Store.open(duckdb_file) as store, Run.begin(store, "extract", {}) as run:
         with run.write() as connection:
@@ -124,7 +124,7 @@ def test_a_picture_takes_less_than_3_mb_of_the_file(duckdb_file: Path) -> None:
     sizes = [path.stat().st_size]
     for number in range(4):
         with Store.open(path) as store, Run.begin(store, "extract", {}) as run, run.write() as connection:
-            picture = Picture(f"{number}.png", str(number), data, 8, 1, grey)
+            picture = Picture(f"{number}.png", str(number), data, 8, grey)
             image = record_picture(run, connection, picture, keep_bytes=True)
             record_extraction(run, connection, image, picture, found.parameters, make_rows(found))
         sizes.append(path.stat().st_size)
@@ -152,9 +152,9 @@ def test_the_key_of_an_extraction_depends_on_the_bits_and_each_parameter() -> No
     plain = ExtractionParameters()
     others = list(_changed(plain))
     assert len(others) > 100
-    picture = Picture("a.png", "ab", b"", 16, 1, np.zeros((1, 1)), 16)
+    picture = Picture("a.png", "ab", b"", 16, np.zeros((1, 1)), 16)
     of_bits = [content_key(replace(picture, bits=bits), plain) for bits in (8, 10, 12, 14)]
     assert len({*of_bits, *(content_key(picture, p) for p in [plain, *others])}) == 5 + len(others)
     recorded = json.loads(plain.to_json())
-    assert recorded["edges"]["scales"] == [1.4]
+    assert recorded["edges"]["scale"] == 1.4
     assert list(recorded) == sorted(recorded)

@@ -241,4 +241,4 @@ def test_masks_of_another_shape_and_parameters_that_are_none_are_refused() -> No
         with pytest.raises(UsageError, match="not a probability"):
             EdgeParameters(significance=significance)
     with pytest.raises(UsageError, match="outside"):
-        extract(np.zeros((20, 20)), ExtractionParameters(edges=EdgeParameters(scales=(0.5,))))
+        extract(np.zeros((20, 20)), ExtractionParameters(edges=EdgeParameters(scale=0.5)))

@@ -53,7 +53,7 @@ def test_free_edges_of_a_sheet_are_seen_from_both_sides() -> None:
     sheet = shape_from_triangles(corners, np.array([[0, 1, 2], [0, 2, 3]]))
     assert sheet is not None
     samples, zeros = sheet.samples, np.zeros(4, np.int64)
-    arc = np.repeat(samples.arc_no, np.diff(samples.parameters.offsets))
+    arc = np.repeat(samples.arc_no, np.diff(samples.points.offsets) // 3)
     points, tangents, a, b = (
         np.asarray(getattr(samples, name).values, float).reshape(-1, 3)
         for name in ("points", "tangents", "normals_a", "normals_b")

@@ -27,13 +27,11 @@ def view(*courses: Floats) -> ViewArcs:
     way = np.concatenate([way / np.linalg.norm(way, axis=1, keepdims=True) for way in ways])
     step = np.concatenate([np.linalg.norm(way, axis=1) for way in ways])
     none, count = np.zeros((len(run), 3)), len(courses)
-    numbers, ends = np.arange(count), np.stack([course[0] for course in courses])
+    numbers = np.arange(count)
     samples = VisibleArcs(
         none, none, run, np.arange(len(run)), np.zeros(len(run), bool), pixel, way, np.ones(len(run)), step, none, none
     )
-    return ViewArcs(
-        np.zeros(count, np.int8), numbers, numbers, numbers, numbers, ends, ends, np.ones(count), samples, run
-    )
+    return ViewArcs(np.zeros(count, np.int8), numbers, numbers, np.ones(count), samples, run)
 
 
 def surfaces() -> SurfaceMap:

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from scipy.ndimage import maximum_filter, minimum_filter
 from scipy.spatial import cKDTree
 
 from relmodel.arrays import Bools, Bytes, Floats, Ints, Ints32
@@ -16,7 +15,6 @@ from relmodel.geometry.transforms import apply, inverse
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.primitives import RegionColumns
 from vision.stereo.crossings import StereoArcs
-from vision.stereo.disparity_range import DepthRange
 from vision.stereo.triangulate import Triangulated
 
 NAMES = ("left", "right")
@@ -65,16 +63,6 @@ def read_pair(folder: Path, pair: int) -> RenderedPair:
         edges=edges,
         depth=np.asarray(cv2.imread(str(folder / f"{stem}_left_depth.png"), cv2.IMREAD_UNCHANGED), float) / 10,
     )
-
-
-def depth_maps(depth: Floats, slack: float, cell: int = 16) -> DepthRange:
-    """What a prior off by `slack` mm would predict: least and greatest depth about each cell."""
-    cells = depth.reshape(depth.shape[0] // cell, cell, depth.shape[1] // cell, cell)
-    seen = depth[depth > 0]
-    near = minimum_filter(np.where(cells > 0, cells, np.inf).min(axis=(1, 3)), 3)
-    far = maximum_filter(cells.max(axis=(1, 3)), 3)
-    near, far = np.where(far > 0, near, seen.min()), np.where(far > 0, far, seen.max())
-    return DepthRange(near - slack, far + slack)
 
 
 @dataclass(frozen=True)

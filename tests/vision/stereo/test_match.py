@@ -9,16 +9,14 @@ from tests.vision.stereo.scenes import Scene, picture_of, toed_in_rig, wireframe
 from vision.cameras.cameras import Rig
 from vision.extraction.arcs import LINE
 from vision.stereo.crossings import StereoArcs, lay_out
-from vision.stereo.disparity_range import DepthRange, estimate_range
+from vision.stereo.disparity_range import estimate_range
 from vision.stereo.match import StereoMatches, match_pictures
 from vision.stereo.rectification import rectify
 from vision.stereo.stereo_parameters import DEFAULTS
 
-RANGE = DepthRange(520.0, 800.0)
 
-
-def match_arcs(rig: Rig, left: StereoArcs, right: StereoArcs, depths: DepthRange | None = RANGE) -> StereoMatches:
-    return match_pictures(rig, picture_of(left), picture_of(right), depths)
+def match_arcs(rig: Rig, left: StereoArcs, right: StereoArcs) -> StereoMatches:
+    return match_pictures(rig, picture_of(left), picture_of(right))
 
 
 @pytest.fixture(scope="module", params=[1, 2, 3])
@@ -26,9 +24,8 @@ def scene(request: pytest.FixtureRequest) -> Scene:
     return wireframe_scene(toed_in_rig(), request.param)
 
 
-@pytest.mark.parametrize("depths", [RANGE, None])
-def test_partners_are_found(scene: Scene, depths: DepthRange | None) -> None:
-    found = match_arcs(toed_in_rig(), scene.left, scene.right, depths)
+def test_partners_are_found(scene: Scene) -> None:
+    found = match_arcs(toed_in_rig(), scene.left, scene.right)
     label = found.arc_label
     real, made = scene.partner >= 0, label >= 0
     right = made & (label == scene.partner)
@@ -78,7 +75,7 @@ def test_level_arcs_are_told_by_their_ends() -> None:
         },
         {"left": np.eye(4), "right": np.array([[1.0, 0, 0, 100], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])},
     )
-    found = match_arcs(straight, lines(0.0, [0, 1, 2]), lines(-200.0, [2, 0, 1]), DepthRange(500.0, 900.0))
+    found = match_arcs(straight, lines(0.0, [0, 1, 2]), lines(-200.0, [2, 0, 1]))
     assert found.arc_label.tolist() == [1, 2, 0]
     sides = lay_out(rectify(straight), lines(0.0, [0, 1, 2]), lines(-200.0, [2, 0, 1]), DEFAULTS.epipolar)
     assert not sides[0].extent.any()
@@ -90,15 +87,14 @@ def test_pictures_without_arcs_are_matched_to_nothing() -> None:
     rig = toed_in_rig()
     scene = wireframe_scene(rig, 1, arcs=5, clutter=0)
     for left, right in ((empty, empty), (scene.left, empty), (empty, scene.right)):
-        for depths in (RANGE, None):
-            found = match_arcs(rig, left, right, depths)
-            assert np.all(found.arc_label == -1)
-            assert len(found.triangulated.left) == 0
+        found = match_arcs(rig, left, right)
+        assert np.all(found.arc_label == -1)
+        assert len(found.triangulated.left) == 0
 
 
 def test_equal_input_gives_equal_rows() -> None:
     rig = toed_in_rig()
     scene = wireframe_scene(rig, 5)
-    a, b = (match_arcs(rig, scene.left, scene.right, None) for _ in range(2))
+    a, b = (match_arcs(rig, scene.left, scene.right) for _ in range(2))
     np.testing.assert_array_equal(a.solved.result.label, b.solved.result.label)
     np.testing.assert_array_equal(a.triangulated.covariance, b.triangulated.covariance)

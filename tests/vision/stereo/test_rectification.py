@@ -8,10 +8,9 @@ import pytest
 
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
-from relmodel.geometry.transforms import apply, inverse, rotation_matrix
+from relmodel.geometry.transforms import inverse, rotation_matrix
 from tests.vision.stereo.scenes import pixels, toed_in_rig
 from vision.cameras.cameras import Rig
-from vision.stereo.disparity_range import DepthRange
 from vision.stereo.rectification import rectify
 
 
@@ -29,14 +28,11 @@ def test_points_come_back(points: Floats, roll: float) -> None:
     turn[:3, :3] = rotation_matrix([0, 0, roll])
     rig = Rig(rig.cameras, {n: rig.rig_from_camera[n] @ turn for n in rig.cameras})
     rectified = rectify(rig)
-    left_pixels = pixels(rig, "left", points)
-    left = rectified.points(rectified.left, left_pixels)
+    left = rectified.points(rectified.left, pixels(rig, "left", points))
     right = rectified.points(rectified.right, pixels(rig, "right", points))
     np.testing.assert_allclose(left[:, 1], right[:, 1], atol=1e-6)
     disparity = left[:, 0] - right[:, 0]
     np.testing.assert_allclose(rectified.triangulate(left, disparity), points, atol=1e-5)
-    depth = apply(inverse(rig.rig_from_camera["left"]), points)[:, 2]
-    np.testing.assert_allclose(rectified.disparity(left_pixels, depth), disparity, rtol=1e-9)
 
 
 def test_equals_opencv_triangulation(points: Floats) -> None:
@@ -70,14 +66,6 @@ def test_the_jacobian_is_the_derivative_of_triangulation() -> None:
             both.append(rectified.triangulate(moved[None, :2], moved[2:])[0])
         steps.append((both[1] - both[0]) / 2e-3)
     np.testing.assert_allclose(rectified.jacobian(place, disparity)[0], np.column_stack(steps), rtol=1e-6)
-
-
-def test_depth_maps_are_looked_up_by_place() -> None:
-    near, far = DepthRange(np.array([[1.0, 2.0], [3.0, 4.0]]), 9.0).at(
-        np.array([[-0.5, -0.5], [1279.4, 0.0], [0.0, 959.4], [640.0, 480.0]]), 1280, 960
-    )
-    assert near.tolist() == [1, 2, 3, 4]
-    assert far.tolist() == [9] * 4
 
 
 def test_impossible_rigs_are_refused() -> None:

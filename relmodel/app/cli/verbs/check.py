@@ -33,8 +33,6 @@ def run(args: argparse.Namespace) -> int:
             say(wrong or f"{args.report} is what the store gives: its rows and its page are unaltered")
             return 1 if wrong else 0
         findings = check(store)
-        with store.read() as connection:
-            (unproved,) = store.rows(connection, "audit/bounds_not_kept")
     offending = [
         (f.query, f.description, ", ".join(f"{name} {value}" for name, value in row.items()))
         for f in findings
@@ -42,7 +40,5 @@ def run(args: argparse.Namespace) -> int:
     ]
     if offending or args.format != "table":
         print_rows(("check", "finds", "row"), offending, args.format)
-    if unproved.problems:
-        say(f"{unproved.problems} matching problems: bound not kept, so not checked (inspect --keep-bounds keeps it)")
     say(f"{len(findings)} checks, {len(offending)} offending rows")
     return 1 if offending else 0

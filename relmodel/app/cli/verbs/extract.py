@@ -41,13 +41,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--picture", type=Path, metavar="PICTURE", help="draw what the stage found and write it here")
     parser.add_argument("--mask", type=Path, metavar="IMAGE", help="look only where this picture is brighter than half")
     parser.add_argument(
-        "--scales",
-        type=_scales,
-        default=(1.4,),
-        metavar="PX,PX",
-        help="facet scales for edges, the finest first; of several, a coarser must confirm a finer (default: 1.4)",
-    )
-    parser.add_argument(
         "--regions", choices=("leak-proof", "plain"), default="leak-proof", help="how regions are found"
     )
     parser.add_argument(
@@ -56,28 +49,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_format(parser)
 
 
-def _scales(text: str) -> tuple[float, ...]:
-    try:
-        return tuple(float(scale) for scale in text.split(","))
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a list of numbers: give px, as in 1,1.4,2") from error
-
-
 def run(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
     from relmodel.compiled import compile_ahead
     from relmodel.drawing.strokes import check_writable, save_side_by_side
     from vision.cameras.images import describe_reading, read_mask, read_picture
     from vision.extraction.extract import KERNELS, extract
-    from vision.extraction.extraction_parameters import EdgeParameters, ExtractionParameters, RegionParameters
+    from vision.extraction.extraction_parameters import ExtractionParameters, RegionParameters
     from vision.extraction.pictures import STAGES, count_of_stage, draw_stage
 
     if args.picture:
         check_writable(args.picture)
     mask = read_mask(args.mask) if args.mask else None
-    parameters = ExtractionParameters(
-        edges=EdgeParameters(scales=args.scales), regions=RegionParameters(kind=args.regions)
-    )
+    parameters = ExtractionParameters(regions=RegionParameters(kind=args.regions))
     with _run(args, parameters) as stored:
         pictures = [read_picture(path) for path in args.images]
         for words in describe_reading(pictures):

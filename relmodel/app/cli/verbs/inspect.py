@@ -115,9 +115,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_search(parser)
     parser.add_argument(
-        "--stereo-gate", action="store_true", help="limit the depths of stereo to those that the model has at the prior"
-    )
-    parser.add_argument(
         "--variants",
         action=argparse.BooleanOptionalAction,
         help="weigh every loaded variant of the inspected objects at the pose found, or none (default: where something "
@@ -141,11 +138,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
-    )
-    parser.add_argument(
-        "--keep-bounds",
-        action="store_true",
-        help="keep the rows that prove the bounds of the matches, for relmodel check to verify",
     )
     parser.add_argument(
         "--audit",
@@ -199,10 +191,8 @@ def run(args: argparse.Namespace) -> int:
                 scenes=scenes,
                 parameters=replace(
                     choose_methods(DEFAULTS, stereo=args.stereo_method, search=args.search),
-                    stereo_gate=args.stereo_gate,
                     believe_pictures=args.believe_pictures,
                     ignore_blind_camera=args.ignore_blind_camera,
-                    keep_bounds=args.keep_bounds,
                 ),
             )
 

@@ -1,14 +1,12 @@
 """Match the pictures of two cameras of a rig: arcs and regions in pairs, and the arcs in space.
 
-No model is needed: the pair itself gives the range of depths.  With --prior the depths come from the model instead, as
-it stands in the store's world.  The method pong uses votes of epipolar rows, attributes of arcs and regions, then
-relations; relational uses only relations, within the epipolar geometry.
+No model is needed: the pair itself gives the range of depths.  The method pong uses votes of epipolar rows, attributes
+of arcs and regions, then relations; relational uses only relations, within the epipolar geometry.
 """
 
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 from pathlib import Path
 
 from relmodel.app.cli.options import add_format, add_search, store_target
@@ -32,16 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--method", default="pong", metavar="METHOD", help="pong or relational (default: pong)")
     add_search(parser)
     parser.add_argument(
-        "--prior", type=Path, metavar="PRIOR.yaml", help="where the rig is thought to be: depths from the model"
-    )
-    parser.add_argument("--world", metavar="NAME", help="with --prior: the world, where the store has several")
-    parser.add_argument(
         "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
-    )
-    parser.add_argument(
-        "--keep-bounds",
-        action="store_true",
-        help="keep the rows that prove the bounds of the matches, for relmodel check to verify",
     )
     add_format(parser)
 
@@ -65,13 +54,8 @@ def run(args: argparse.Namespace) -> int:
             rig=args.rig,
             left=_camera_and_picture(args.left, "left"),
             right=_camera_and_picture(args.right, "right"),
-            prior=args.prior,
-            world=args.world,
             keep_images=not args.no_keep_images,
-            parameters=replace(
-                choose_methods(DEFAULTS, stereo=args.method, search=args.search),
-                keep_bounds=args.keep_bounds,
-            ),
+            parameters=choose_methods(DEFAULTS, stereo=args.method, search=args.search),
         )
     for words in answer.notes:
         say(words)
