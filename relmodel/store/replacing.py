@@ -68,7 +68,7 @@ def replacing(file: Path) -> Iterator[Path]:
     with ExitStack() as stack:
         with _as_store_errors(file):
             if file.exists():
-                source = stack.enter_context(_locked_for_reading(file))
+                source = stack.enter_context(locked_for_reading(file))
                 _copy(source, file, new)
                 if log.exists():
                     shutil.copyfile(log, f"{new}.wal")
@@ -109,7 +109,7 @@ def _put(file: Path) -> None:
 
 
 @contextmanager
-def _locked_for_reading(file: Path) -> Iterator[BinaryIO]:
+def locked_for_reading(file: Path) -> Iterator[BinaryIO]:
     """The bytes of a file that DuckDB lets nobody write, as if one of its readers had it open."""
     given_up = time.monotonic() + PATIENCE_S
     with file.open("rb") as source:
