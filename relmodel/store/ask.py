@@ -48,11 +48,12 @@ def ask(
     """Names of the columns and rows of a statement's result; rows are fetched as they are read, while the block lasts.
 
     `store` is open read-only.  Accepts one SELECT, WITH, VALUES, TABLE or EXPLAIN, and stops it after `time_limit_s`.
-    DuckDB heeds that between some thousand rows only, and what waits for a reader of the rows does not at all: then
-    `overdue` is called, from another thread.  On DuckDB external access is off and the configuration locked from here on; on PostgreSQL the transaction is
-    read-only and rolled back.  Raises InputError with the database's words where the statement is wrong, would write or
-    takes too long, or a value is larger than `LARGEST_VALUE`; StoreError where PostgreSQL's role may reach beyond the
-    database, as a superuser may: the server would let a statement use its files and programs.
+    DuckDB does not heed that within one call of a function, nor does who waits for a reader of the rows: `overdue` is
+    then called, from another thread.  On DuckDB external access is off and the configuration locked from here on; on
+    PostgreSQL the transaction is read-only and rolled back.  Raises InputError with the database's words where the
+    statement is wrong, would write or takes too long, or a value is larger than `LARGEST_VALUE`; StoreError where
+    PostgreSQL's role may reach beyond the database, as a superuser may: the server would let a statement use its files
+    and programs.
     """
     with _asking(store, statement, time_limit_s, confined=True, overdue=overdue) as (_, names, rows):
         yield names, map(_printable, rows)

@@ -566,12 +566,11 @@ def test_a_statement_that_does_not_heed_the_limit_is_told_of(
     told: list[str] = []
     with (
         Store.open(duckdb_file, read_only=True) as store,
-        pytest.raises(StoppedError, match=r"after 0.5 s"),
+        pytest.raises(StoppedError, match="stopped"),
         only_reading(store, 0.5, lambda: told.append("overdue")),
         store.read() as connection,
     ):
         connection.execute(sa.text(unheeding))
-        connection.execute(sa.text("SELECT 1"))
     assert told == ["overdue"]
 
 
