@@ -30,6 +30,10 @@ class StoreError(RelmodelError):
     exit_status = 3
 
 
+class InUseError(StoreError):
+    """Another process, or this one in another way, has the store open."""
+
+
 class TransientError(StoreError):
     """The database refused or lost what may well succeed when it is tried again."""
 

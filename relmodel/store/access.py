@@ -12,10 +12,10 @@ from contextlib import contextmanager, nullcontext
 
 from sqlalchemy import Connection, Engine, Pool, QueuePool
 
-from relmodel.errors import StoreError
+from relmodel.errors import InUseError
 from relmodel.store import replacing, sql
 from relmodel.store.engine import (
-    PAUSE_S,
+    Patience,
     duckdb_file,
     holder,
     is_locked,
@@ -25,7 +25,6 @@ from relmodel.store.engine import (
     reading_engine,
     sentence,
 )
-from relmodel.store.replacing import PATIENCE_S
 
 READERS_S = 3.0  # how long a writer waits for readers
 
@@ -45,14 +44,14 @@ class Access:
         self._limited: Pool | None = None  # where DuckDB runs in one thread
 
     def connect(self) -> Connection:
-        """A connection, read-only where others read a DuckDB file.  Raises StoreError where another process keeps
+        """A connection, read-only where others read a DuckDB file.  Raises InUseError where another process keeps
         writing it."""
-        given_up = time.monotonic() + PATIENCE_S
+        patience = Patience()
         while True:
             try:
                 return self._connect()
             except Exception as error:
-                self._wait(error, given_up)
+                self._wait(error, patience)
 
     def _connect(self) -> Connection:
         try:
@@ -95,13 +94,12 @@ class Access:
     def _inode(self) -> int | None:
         return self.file.stat().st_ino if self.file is not None and self.file.exists() else None
 
-    def _wait(self, error: Exception, given_up: float) -> None:
-        """Wait a moment for the process that has the file open; raise StoreError where that has lasted too long."""
+    def _wait(self, error: Exception, patience: Patience) -> None:
+        """Wait a moment for the process that has the file open; raise InUseError where that has lasted too long."""
         if not (is_locked(error) or is_open_here(error)):
             raise error
-        if is_open_here(error) or time.monotonic() > given_up:
-            raise StoreError(sentence(self.engine.url, error)) from error
-        time.sleep(PAUSE_S)
+        if is_open_here(error) or not patience.wait(self.file, holder(error)):
+            raise InUseError(sentence(self.engine.url, error)) from error
 
     @contextmanager
     def writable(self) -> Iterator[None]:
@@ -114,7 +112,7 @@ class Access:
 
     def _take(self) -> bool:
         """Open the file for writing; False where others keep reading it."""
-        began = time.monotonic()
+        began, patience = time.monotonic(), Patience()
         while True:
             try:
                 self._connect_to_file().close()
@@ -124,7 +122,7 @@ class Access:
                 if is_locked(error) and waited and is_readable(self.engine.url):
                     self.passed = holder(error)
                     return False
-                self._wait(error, began + PATIENCE_S)
+                self._wait(error, patience)
 
     @contextmanager
     def turn(self) -> Iterator[None]:

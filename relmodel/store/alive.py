@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from relmodel.errors import StoreError, TransientError
+from relmodel.store.kept import kept_file
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
@@ -84,10 +85,12 @@ def _lock_file(store: Database, run_id: int) -> Path | None:
 
 
 def _is_alive(store: Database, run_id: int) -> bool:
-    """Whether a process, this one too, shows that a run of a DuckDB store lives."""
+    """Whether a process, this one too, shows that a run of a DuckDB store lives, or what it found is kept."""
     file = _lock_file(store, run_id)
-    if file is None:
+    if file is None or store.file is None:
         return False
+    if kept_file(store.file, run_id).exists():  # it is to be recorded yet
+        return True
     try:
         descriptor = os.open(file, os.O_RDONLY)
     except OSError:

@@ -42,16 +42,20 @@ _ONE_QUERY = "give one SELECT, WITH, VALUES, TABLE or EXPLAIN that only reads"
 
 
 @contextmanager
-def ask(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> Iterator[Answer]:
+def ask(
+    store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_S, overdue: Callable[[], object] | None = None
+) -> Iterator[Answer]:
     """Names of the columns and rows of a statement's result; rows are fetched as they are read, while the block lasts.
 
     `store` is open read-only.  Accepts one SELECT, WITH, VALUES, TABLE or EXPLAIN, and stops it after `time_limit_s`.
-    On DuckDB external access is off and the configuration locked from here on; on PostgreSQL the transaction is
-    read-only and rolled back.  Raises InputError with the database's words where the statement is wrong, would write or
-    takes too long, or a value is larger than `LARGEST_VALUE`; StoreError where PostgreSQL's role may reach beyond the
-    database, as a superuser may: the server would let a statement use its files and programs.
+    DuckDB does not heed that within one call of a function, nor does who waits for a reader of the rows: `overdue` is
+    then called, from another thread.  On DuckDB external access is off and the configuration locked from here on; on
+    PostgreSQL the transaction is read-only and rolled back.  Raises InputError with the database's words where the
+    statement is wrong, would write or takes too long, or a value is larger than `LARGEST_VALUE`; StoreError where
+    PostgreSQL's role may reach beyond the database, as a superuser may: the server would let a statement use its files
+    and programs.
     """
-    with _asking(store, statement, time_limit_s, confined=True) as (_, names, rows):
+    with _asking(store, statement, time_limit_s, confined=True, overdue=overdue) as (_, names, rows):
         yield names, map(_printable, rows)
 
 
@@ -71,7 +75,12 @@ def ask_arrow(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_
 
 @contextmanager
 def _asking(
-    store: Store, statement: str, time_limit_s: float, *, confined: bool
+    store: Store,
+    statement: str,
+    time_limit_s: float,
+    *,
+    confined: bool,
+    overdue: Callable[[], object] | None = None,
 ) -> Iterator[tuple[Any, list[str], Iterator[Row]]]:
     """The driver's cursor, names and rows of a statement's result."""
     if not 0 < time_limit_s <= _LONGEST_S:
@@ -85,7 +94,7 @@ def _asking(
                 raise stopped(time_limit_s)
             yield row
 
-    with store.read() as connection:
+    with after(time_limit_s + 2 * GRACE_S, overdue or int), store.read() as connection:
         try:
             with begin(store, connection, statement, time_limit_s, confined) as (cursor, rows), closing(rows):
                 yield cursor, [column[0] for column in cursor.description or ()], in_time(rows)
@@ -139,7 +148,7 @@ def _begin_on_duckdb(
     kinds = [kind for kind, text in found if kind != "CREATE" or text]
     if kinds not in (["SELECT"], ["EXPLAIN"]):
         raise InputError(f"the statement was refused: {_ONE_QUERY}")
-    with _after(time_limit_s, driver.interrupt):
+    with after(time_limit_s, driver.interrupt):
         cursor: Any = connection.exec_driver_sql(statement, execution_options={"no_parameters": True}).cursor
         yield cursor, (row for row in iter(cursor.fetchone, None))
 
@@ -155,7 +164,7 @@ def _begin_on_postgresql(
             _refuse_reaching_roles(store, connection)
         store.rows(connection, "ask/time_limit.postgresql", milliseconds=str(max(1, round(1e3 * time_limit_s))))
         # The server ends the statement, but not the sending of a value that is ready, which may have 1 GB.
-        with _after(time_limit_s + GRACE_S, partial(_cut, driver)):
+        with after(time_limit_s + GRACE_S, partial(_cut, driver)):
             yield _answered_by_postgresql(driver, statement)
     finally:
         connection.invalidate()  # closed: this ends what outlives a rollback, such as advisory locks
@@ -178,7 +187,7 @@ def _answered_by_postgresql(driver: Any, statement: str) -> tuple[Any, Generator
 
 
 @contextmanager
-def _after(seconds: float, stop: Callable[[], object]) -> Iterator[None]:
+def after(seconds: float, stop: Callable[[], object]) -> Iterator[None]:
     """Call `stop` from another thread when the block takes longer."""
     timer = Timer(seconds, stop)
     timer.start()

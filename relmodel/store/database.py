@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import cached_property
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -18,6 +18,7 @@ from sqlalchemy import Connection, Engine, Row, Table, inspect
 from sqlalchemy.types import TypeEngine
 
 from relmodel.arrays import Ints
+from relmodel.blas import one_blas_thread
 from relmodel.columns import Columns
 from relmodel.errors import StoreError, TransientError
 from relmodel.store import bulk, sql
@@ -226,14 +227,11 @@ class Database:
 
     @contextmanager
     def one_thread(self) -> Iterator[None]:
-        """Run DuckDB in one thread while the block lasts: with more it copies appended rows twice, and small queries
-        take longer.  Heavy queries need the threads.
+        """Run DuckDB and linear algebra in one thread while the block lasts: with more DuckDB copies appended rows
+        twice, and small queries and products take longer.  Heavy queries need the threads.
         """
-        if self.dialect != "duckdb":
-            yield
-            return
         self._refuse_closed()
-        with self.access.one_thread():
+        with one_blas_thread(), self.access.one_thread() if self.dialect == "duckdb" else nullcontext():
             yield
 
     def _refuse_closed(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 import time
 from pathlib import Path
@@ -32,8 +33,9 @@ def store_url(target: str | Path) -> URL:
     return url
 
 
-PATIENCE_S = 3.0  # s: how long to retry opening a store that another process writes
-PAUSE_S = 0.05
+PATIENCE_S = 60.0  # s to wait for a file that another process has open: most write it only while they record
+_PAUSE_S = 0.05
+_SILENCE_S = 3.0  # s to wait without a word
 
 DUCKDB_CONFIG = {
     # DuckDB gives every column and index of its own at least one block: of 32 KiB, a store of some hundred tables takes
@@ -104,6 +106,25 @@ def is_open_here(error: Exception) -> bool:
     return "with a different configuration" in _said(error)
 
 
+class Patience:
+    """Waits for a file that another process has open, for `PATIENCE_S` in all."""
+
+    def __init__(self) -> None:
+        self._began = time.monotonic()
+        self._is_told = False
+
+    def wait(self, file: str | Path | None, who: str = "another process") -> bool:
+        """Wait a moment; False where that has lasted too long."""
+        waited = time.monotonic() - self._began
+        if waited > PATIENCE_S:
+            return False
+        if waited > _SILENCE_S and not self._is_told:
+            self._is_told = True
+            logging.getLogger("relmodel").warning("waiting for the store %s, which %s has open", file, who)
+        time.sleep(_PAUSE_S)
+        return True
+
+
 def is_readable(url: URL) -> bool:
     """Whether others do no more than read a DuckDB file."""
     engine = reading_engine(url)
@@ -138,7 +159,7 @@ def _try_connection(engine: Engine) -> None:
     file = duckdb_file(engine.url)
     if file is not None and not file.exists():
         return
-    given_up = time.monotonic() + PATIENCE_S
+    patience = Patience()
     while True:
         try:
             engine.connect().close()
@@ -148,9 +169,8 @@ def _try_connection(engine: Engine) -> None:
                 raise
             if is_readable(engine.url):
                 return
-            if time.monotonic() > given_up:
+            if not patience.wait(file, holder(error)):
                 raise
-        time.sleep(PAUSE_S)
 
 
 def sentence(url: URL, error: Exception) -> str:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from relmodel.errors import StoreError
+from relmodel.store.kept import kept_files
 
 if TYPE_CHECKING:
     from relmodel.store.database import Database
@@ -53,10 +54,11 @@ def record(store: Database, relation: str, run_id: int, ordinal: int) -> None:
 
 
 def forget(store: Database) -> None:
-    """Remove the side file that a store of the same name left behind."""
+    """Remove the side files that a store of the same name left behind."""
     file = journal_file(store)
-    if file is not None:
-        file.unlink(missing_ok=True)
+    if file is not None and store.file is not None:
+        for left in (file, *kept_files(store.file)):
+            left.unlink(missing_ok=True)
 
 
 def recorded(store: Database) -> list[Commit]:

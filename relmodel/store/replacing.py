@@ -11,16 +11,13 @@ from __future__ import annotations
 import fcntl
 import os
 import shutil
-import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from relmodel.errors import StoreError
-from relmodel.store.engine import PAUSE_S, no_folder
-
-PATIENCE_S = 60.0  # s to wait for a file that another process writes: most write it only while they record
+from relmodel.errors import InUseError, StoreError
+from relmodel.store.engine import Patience, no_folder
 
 
 @contextmanager
@@ -68,7 +65,7 @@ def replacing(file: Path) -> Iterator[Path]:
     with ExitStack() as stack:
         with _as_store_errors(file):
             if file.exists():
-                source = stack.enter_context(_locked_for_reading(file))
+                source = stack.enter_context(locked_for_reading(file))
                 _copy(source, file, new)
                 if log.exists():
                     shutil.copyfile(log, f"{new}.wal")
@@ -109,18 +106,17 @@ def _put(file: Path) -> None:
 
 
 @contextmanager
-def _locked_for_reading(file: Path) -> Iterator[BinaryIO]:
+def locked_for_reading(file: Path) -> Iterator[BinaryIO]:
     """The bytes of a file that DuckDB lets nobody write, as if one of its readers had it open."""
-    given_up = time.monotonic() + PATIENCE_S
+    patience = Patience()
     with file.open("rb") as source:
         while True:
             try:
                 fcntl.lockf(source, fcntl.LOCK_SH | fcntl.LOCK_NB)
                 break
             except (BlockingIOError, PermissionError) as error:
-                if time.monotonic() > given_up:
-                    raise StoreError(f"the store {file} is in use by another process: wait until it ends") from error
-            time.sleep(PAUSE_S)
+                if not patience.wait(file):
+                    raise InUseError(f"the store {file} is in use by another process: wait until it ends") from error
         yield source
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import logging
 import math
 import os
 import platform
@@ -11,20 +12,22 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, contextmanager, suppress
 from datetime import UTC, datetime
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 import relmodel
+from relmodel.blas import one_blas_thread
 from relmodel.columns import Columns
-from relmodel.errors import InputError, UsageError
+from relmodel.errors import InputError, InUseError, StoreError, UsageError
 from relmodel.identity import code_commit, code_sha256
 from relmodel.paths import check_readable
 from relmodel.store import bulk, journal, sql
 from relmodel.store.alive import LivenessLock
+from relmodel.store.kept import keep, kept_file, kept_files, read_kept
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
     from relmodel.store.database import Database
 
 T = TypeVar("T")
+_LOG = logging.getLogger("relmodel")
 
 
 def package_versions(*names: str) -> dict[str, str]:
@@ -97,6 +101,55 @@ def cause_of(error: BaseException) -> str:
     return "input" if isinstance(error, InputError | UsageError) else "error"
 
 
+class Recordable(Protocol):
+    """What a run found, a dataclass of data."""
+
+    def record(self, run: Run, connection: Connection, /) -> None:
+        """Append it and end the run."""
+
+
+class _Kept(NamedTuple):
+    """What a run found, and how far it was: how long it and its step, `so_far.step_began`, had taken."""
+
+    run_id: int
+    kind: str
+    writes: int
+    seconds: float
+    so_far: _Count
+    found: Recordable
+
+
+def record_kept(store: Database) -> None:
+    """Record what runs found while the store was not to be had; what another version of relmodel kept is left alone."""
+    for file in [] if store.file is None else kept_files(store.file):
+        kept = read_kept(file)
+        if kept is None:
+            _LOG.warning("%s is not recorded: open the store with the version of relmodel that kept it", file)
+            continue
+        run, now = Run(store, kept.run_id, kept.kind), time.perf_counter()
+        run._writes, run._began = kept.writes, now - kept.seconds
+        run._count = kept.so_far._replace(step_began=now - kept.so_far.step_began)
+        try:
+            with run.write() as connection:
+                due = [(row.run_id, row.event_no) for row in store.rows(connection, "run/unfinished.duckdb")]
+                if (run.id, kept.so_far.events) not in due:
+                    raise _NotDueError
+                kept.found.record(run, connection)
+        except _NotDueError:  # another process has just recorded it, or an older copy of the store was put back
+            pass
+        except Exception as error:
+            if isinstance(error, StoreError):
+                raise
+            run.fail(f"what was kept of it cannot be recorded: {error}")
+        finally:
+            run._liveness.release()
+        file.unlink(missing_ok=True)
+
+
+class _NotDueError(Exception):
+    """A run that is to be recorded is not there unfinished."""
+
+
 class Run:
     """A run that is under way.  Its row and its begun event are committed at once; what it finds is appended in
     transactions of its own, together with the ledger of the rows; `finish` says that it did what it was asked.
@@ -130,14 +183,17 @@ class Run:
         packages: tuple[str, ...] = (),
     ) -> Iterator[Run]:
         """Begin a run of `kind`; `inputs` maps a role to (file name, SHA-256) of what it reads."""
+        record_kept(store)
         run = store.patiently(lambda: cls._begun(store, kind, parameters, inputs or {}, packages))
         try:
             try:
                 journal.record(store, "run_event", run.id, 0)
                 run._tell("")
-                yield run
+                with one_blas_thread():
+                    yield run
             except BaseException as error:
-                if not run._count.ended:
+                # what the store could not be had for is waited for once more
+                if not run._count.ended and not isinstance(error, InUseError):
                     said = "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)
                     run.fail(said or type(error).__name__, cause=cause_of(error))
                 raise
@@ -225,6 +281,24 @@ class Run:
         if written:
             journal.record(self.store, "ledger", self.id, self._writes)
             self._writes += 1
+
+    def conclude(self, found: Recordable) -> None:
+        """Record what the run found, the last that it does.
+
+        Where the file of a store is not to be had for that, what was found is kept beside it and recorded when the
+        store is opened next; raises InUseError that says so.
+        """
+        try:
+            self.transact(partial(found.record, self))
+        except InUseError as error:
+            assert self.store.file is not None
+            file, now = kept_file(self.store.file, self.id), time.perf_counter()
+            count = self._count._replace(step_began=now - self._count.step_began)
+            keep(file, _Kept(self.id, self.kind, self._writes, now - self._began, count, found))
+            raise InUseError(
+                f"{error}; what run {self.id} found is kept in {file}, and recorded when the store is next opened to "
+                "be written"
+            ) from error
 
     def transact(self, work: Callable[[Connection], T]) -> T:
         """Run `work` in a transaction; return its result.

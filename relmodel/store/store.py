@@ -16,6 +16,7 @@ from relmodel.store.alive import mark_dead_runs, name_dead_runs
 from relmodel.store.database import Database, newer_store
 from relmodel.store.engine import connect, duckdb_file, store_name, store_url
 from relmodel.store.replacing import recover
+from relmodel.store.runs import record_kept
 
 
 class Store(Database):
@@ -68,6 +69,8 @@ class Store(Database):
                     f"the store {store.name} is of an older version: run relmodel migrate --store {store.name}"
                 )
             _check_schema(store)
+            if not read_only:
+                record_kept(store)
             (name_dead_runs if read_only else mark_dead_runs)(store)
         return store
 

@@ -13,6 +13,7 @@ import pytest
 from relmodel.app.cli.main import main
 from relmodel.columns import ColumnValues, Ragged
 from relmodel.store import Store, sql
+from relmodel.store.blocks import damaged_blocks
 
 HEADERS, BLOCK = 3 * 4096, 32768
 
@@ -92,8 +93,52 @@ def test_whatever_cannot_be_read_is_found(
         rows = json.loads(said.out)
         found = {row["row"].split()[1].rstrip(",") for row in rows if row["check"] == "tables"}
         assert found == expected, place
+        damaged = [row["row"] for row in rows if row["check"] == "blocks"]
+        assert damaged in ([], [f"damaged block {(place - HEADERS) // BLOCK}"])
+        assert damaged or not expected
         assert status == (1 if rows else 0)
         assert all("Corrupt database file" in row["row"] for row in rows if row["check"] == "tables")
         broken |= expected
     assert broken
     assert closed
+
+
+def rows_of(file: Path) -> dict[str, list[tuple[object, ...]]]:
+    """All rows of all tables, in their order."""
+    with duckdb.connect(str(file), read_only=True) as opened:
+        names = [name for (name,) in opened.execute("SELECT table_name FROM duckdb_tables()").fetchall()]
+        return {name: opened.execute(f'SELECT * FROM "{name}"').fetchall() for name in names}  # noqa: S608
+
+
+def test_damage_that_no_row_shows_is_found_and_a_copy_rescues_every_row(
+    filled: bytes, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file, copy = tmp_path / "cell.duckdb", tmp_path / "copy.duckdb"
+    file.write_bytes(filled + b"torn")  # what is behind the last block is none
+    assert damaged_blocks(file) == []
+    truth = rows_of(file)
+    with duckdb.connect(str(file), read_only=True) as opened:
+        sizes = opened.execute("SELECT total_blocks, free_blocks FROM pragma_database_size()").fetchone()
+    found, hidden = 0, b""
+    for number in range((len(filled) - HEADERS) // BLOCK):
+        content = bytearray(filled)
+        content[HEADERS + number * BLOCK + BLOCK // 2] ^= 1
+        file.write_bytes(content)
+        if damaged_blocks(file):
+            assert damaged_blocks(file) == [number]
+            found += 1
+            if not hidden and unreadable(file) == set():  # no table's rows are in it
+                hidden = bytes(content)
+    assert sizes
+    assert found == sizes[0] - sizes[1]
+    file.write_bytes(hidden)
+    assert main(["check", "--store", str(file)]) == 1
+    said = capsys.readouterr().out
+    assert "damaged block" in said
+    assert "COPY FROM DATABASE" in said
+    with duckdb.connect() as made:
+        made.execute(f"ATTACH '{file}' AS old (READ_ONLY)")
+        made.execute(f"ATTACH '{copy}' AS new (BLOCK_SIZE {BLOCK}, STORAGE_VERSION 'v1.2.0')")
+        made.execute("COPY FROM DATABASE old TO new")
+    assert rows_of(copy) == truth
+    assert damaged_blocks(copy) == []

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from relmodel.errors import StoreError
-from relmodel.store import Run, Store, access
+from relmodel.store import Run, Store, access, engine
 from relmodel.store.check import check
 from tests.holding import Holder, held
 from tests.store.children import CHILDREN, die_before_the_last_name, extract, extract_and_die, extract_for_ever
@@ -151,7 +151,7 @@ def test_the_log_of_a_killed_writer_is_taken_in_beside_a_reader(
 
 @pytest.mark.parametrize("use", [Store.read, Store.write])
 def test_who_goes_on_writing_is_named(duckdb_file: Path, monkeypatch: pytest.MonkeyPatch, use: object) -> None:
-    monkeypatch.setattr(access, "PATIENCE_S", 0.1)
+    monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
     with Store.open(duckdb_file) as store:
         store.release()
         with (

@@ -280,6 +280,24 @@ class _Call:
         return {name: value for name, value in asdict(self).items() if name in recorded}
 
 
+@dataclass(frozen=True)
+class _Found:
+    """What an inspection found from a prior with some parameters, and whether all that it rests on is kept."""
+
+    it: Inspected
+    prior: Prior
+    parameters: InspectionParameters
+    full: bool
+
+    def record(self, run: Run, connection: Connection) -> None:
+        """Append it and end the run."""
+        it, p = self.it, self.parameters
+        record_inspection(run, connection, it, full=self.full)
+        record_decisions(run, connection, it.rig, self.prior, it.needs, it.found, p)
+        record_digests(run, connection)
+        run.finish(it.found.verdict.reason, connection, last="record")
+
+
 def _inspect(
     scenes: Scenes,
     run: Run,
@@ -377,10 +395,8 @@ def _inspect(
         )
         run.step("variants")
 
-    def record(connection: Connection) -> None:
-        record_inspection(
-            run,
-            connection,
+    run.conclude(
+        _Found(
             Inspected(
                 call.serial,
                 stored,
@@ -401,13 +417,11 @@ def _inspect(
                 ranked,
                 considered,
             ),
-            full=call.full_audit,
+            used,
+            parameters,
+            call.full_audit,
         )
-        record_decisions(run, connection, cameras, used, needs, found, parameters)
-        record_digests(run, connection)
-        run.finish(found.verdict.reason, connection, last="record")
-
-    run.transact(record)
+    )
     greys = {name: picture.grey for name, picture in pictures.items()}
     if call.overlay is not None:
         write_overlay(call.overlay, store, run.id, greys)

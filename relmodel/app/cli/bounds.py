@@ -4,37 +4,22 @@ from __future__ import annotations
 
 import os
 import resource
-import signal
 import sys
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from relmodel.errors import InputError, RelmodelError
+from relmodel.app.cli.output import complain
+from relmodel.errors import InputError
 
 _STATM = Path("/proc/self/statm")  # pages; the sixth number is what RLIMIT_DATA counts
 
 
-@contextmanager
-def ended_after(seconds: float, error: RelmodelError) -> Iterator[None]:
-    """Raise `error` in the block when it takes longer, even while it waits for a reader of stdout; output not yet read
-    is dropped."""
-    if threading.current_thread() is not threading.main_thread():  # only the main thread has handlers
-        yield
-        return
-
-    def end(*_: object) -> None:
-        drop_output()
-        raise error
-
-    before = signal.signal(signal.SIGALRM, end)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
+def end_process(words: str, status: int) -> None:
+    """End the process from any thread, whatever its others wait for; what nobody has read of its output is dropped.
+    For a process that only reads: it has nothing more to do in the store."""
+    complain(words)
+    os._exit(status)
 
 
 def drop_output() -> None:

@@ -70,7 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     input, 4 an internal error, 5 accepted with something that `inspect --fail-on` names, 130 interrupted."""
     words = list(sys.argv[1:] if arguments is None else arguments)
     args = parser(words[0] if words else "").parse_args(words)
-    # Before a verb imports NumPy: matrices here are small, and the threads of linear algebra mostly wait.
+    # Before a verb imports NumPy: matrices here are small, and each thread of linear algebra takes memory.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     output.quiet = args.quiet
     with _interrupts() as came:

@@ -4,6 +4,7 @@ and opens the store for each request, read-only, with everything beyond it shut.
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -33,13 +34,20 @@ class Server(ThreadingHTTPServer):
 
     daemon_threads = True
 
-    def __init__(self, target: str | Path, port: int = 0, time_limit_s: float = TIME_LIMIT_S) -> None:
+    def __init__(
+        self,
+        target: str | Path,
+        port: int = 0,
+        time_limit_s: float = TIME_LIMIT_S,
+        overdue: Callable[[], object] | None = None,
+    ) -> None:
+        """overdue: called where a statement of a page does not end with the page's time."""
         Store.open(target, read_only=True).close()  # says at once what is wrong with it
         try:
             super().__init__((LOOPBACK, port), Handler)
         except OSError as error:
             raise UsageError(f"port {port} cannot be used ({error.strerror}): give another with --port") from error
-        self.target, self.time_limit_s, self.turn = target, time_limit_s, threading.Lock()
+        self.target, self.time_limit_s, self.overdue, self.turn = target, time_limit_s, overdue, threading.Lock()
         self.pictures: dict[str, Page] = {}  # that were made: they take longest, and stay as they are
         self.hosts = {f"{name}:{self.server_port}" for name in (LOOPBACK, "localhost")}
 
@@ -59,7 +67,7 @@ class Server(ThreadingHTTPServer):
         with (
             self.turn,
             Store.open(self.target, read_only=True) as store,
-            only_reading(store, self.time_limit_s),
+            only_reading(store, self.time_limit_s, self.overdue),
             store.read() as connection,
         ):
             return answer(store, connection, path, asked)

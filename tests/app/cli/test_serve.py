@@ -558,6 +558,22 @@ def test_a_page_that_takes_too_long_is_stopped(server: Server) -> None:
         assert "stopped after 0.0001 s" in Page(text).text
 
 
+def test_a_statement_that_does_not_heed_the_limit_is_told_of(
+    duckdb_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("relmodel.app.serve.limits.GRACE_S", 0.0)
+    unheeding = "SELECT sum(levenshtein(repeat('a', 10000 + i::INT), repeat('b', 10000))) FROM range(3) AS t(i)"
+    told: list[str] = []
+    with (
+        Store.open(duckdb_file, read_only=True) as store,
+        pytest.raises(StoppedError, match="stopped"),
+        only_reading(store, 0.5, lambda: told.append("overdue")),
+        store.read() as connection,
+    ):
+        connection.execute(sa.text(unheeding))
+    assert told == ["overdue"]
+
+
 def test_names_bring_no_elements_and_no_formulas(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
     store = changed(
         copy_store(inspection.store),

@@ -1,4 +1,4 @@
-"""Check the store: that every table can be read, the model is consistent, and no commit is lost.
+"""Check the store: that every block and table can be read, the model is consistent, and no commit is lost.
 
 Prints the offending rows and the tables that cannot be read; the exit status is then 1.  With --report it confirms
 instead that the rows that a report carries the hash of are those of the store, and that the page is the one they give.

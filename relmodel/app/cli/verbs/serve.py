@@ -7,6 +7,7 @@ go on.  Every table is there as .json and .csv too.  Ctrl-C ends it.
 from __future__ import annotations
 
 import argparse
+from functools import partial
 
 from relmodel.app.cli.options import store_target
 from relmodel.app.cli.output import say
@@ -22,9 +23,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
+    from relmodel.app.cli.bounds import end_process
     from relmodel.app.serve.server import Server
+    from relmodel.errors import InputError
 
-    with Server(store_target(args), args.port, args.timeout) as server:
+    words = "relmodel serve: a page asked for more than could be stopped: ask for less, and start the server again"
+    overdue = partial(end_process, words, InputError.exit_status)
+    with Server(store_target(args), args.port, args.timeout, overdue) as server:
         say(f"{server.url} shows {store_target(args)}; Ctrl-C ends it")
         server.serve_forever()
     return 0

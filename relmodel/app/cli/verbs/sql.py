@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import sys
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 
 from relmodel.app.cli.options import add_format, store_target
@@ -37,17 +38,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.app.cli.bounds import bounded_memory, ended_after
+    from relmodel.app.cli.bounds import bounded_memory, end_process
     from relmodel.store import Store
-    from relmodel.store.ask import GRACE_S, ask, stopped
+    from relmodel.store.ask import ask, stopped
 
     query = _query(args)
     with Store.open(store_target(args), read_only=True) as store, ExitStack() as bounds:
         if store.dialect == "postgresql":  # DuckDB works in this process, and bounds its memory itself
             bounds.enter_context(bounded_memory(_MEMORY))
-        with ask(store, query, time_limit_s=args.timeout) as (names, rows):
-            # The rows end at the limit; this ends what waits for somebody to read them.
-            bounds.enter_context(ended_after(args.timeout + 2 * GRACE_S, stopped(args.timeout)))
+        said = stopped(args.timeout)
+        overdue = partial(end_process, f"relmodel sql: {said}", said.exit_status)
+        with ask(store, query, time_limit_s=args.timeout, overdue=overdue) as (names, rows):
             print_rows(names, rows, args.format)
             sys.stdout.flush()
     return 0
