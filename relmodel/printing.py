@@ -66,12 +66,12 @@ def print_tables(tables: Mapping[str, tuple[Sequence[str], Iterable[Sequence[Any
 def json_text(data: Any, **form: Any) -> str:
     """Data as JSON, in the form that `json.dumps` is told: numbers that are not finite are null."""
     try:
-        return json.dumps(data, default=_plain, allow_nan=False, **form)
+        return json.dumps(data, default=plain, allow_nan=False, **form)
     except (TypeError, ValueError):  # a key that is no text, or a number that is not finite
         return json.dumps(finite(data), allow_nan=False, **form)
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """What JSON has no form for: decimals as floats, NumPy's as Python's, bytes in hexadecimal, others as text."""
     if isinstance(value, Decimal):
         return float(value)
@@ -90,7 +90,7 @@ def finite(value: Any) -> Any:
         return [finite(inner) for inner in value]
     if isinstance(value, float):
         return value if math.isfinite(value) else None
-    return value if value is None or isinstance(value, str | int) else finite(_plain(value))
+    return value if value is None or isinstance(value, str | int) else finite(plain(value))
 
 
 def _print_objects(names: Sequence[str], rows: Iterable[Sequence[Any]], out: TextIO) -> None:

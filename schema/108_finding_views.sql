@@ -12,7 +12,12 @@ CREATE TABLE finding_decision (  -- What a person decided of a finding; appended
 );
 
 CREATE VIEW current_decision (  -- What a person decided last of a finding.
-    run_id, inspection_run_id, item_no, decision, decided_by, note  -- as in finding_decision
+    run_id,  -- the run that recorded it
+    inspection_run_id,  -- the inspection
+    item_no,  -- the item in it that leads the finding
+    decision,  -- accepted or rejected
+    decided_by,  -- who
+    note  -- why
 ) AS
 SELECT DISTINCT ON (inspection_run_id, item_no) run_id, inspection_run_id, item_no, decision, decided_by, note
 FROM finding_decision

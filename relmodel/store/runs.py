@@ -390,8 +390,8 @@ class Run:
             self.step(last)
         self._write_steps(connection)
         now = self._count.step_began if self._count.steps else time.perf_counter()
-        ended = {"seconds": [now - self._began], "state": [state], "cause": [cause], "message": [message]}
-        self._append_events(connection, ["ended"], **ended)
+        took, said = [now - self._began], [message]
+        self._append_events(connection, ["ended"], seconds=took, state=[state], cause=[cause], message=said)
         self._count = self._count._replace(ended=True)
 
     def _write_steps(self, connection: Connection) -> None:

@@ -75,7 +75,7 @@ def test_the_nearest_of_any_level(bulkhead_template: Path, capsys: pytest.Captur
     for level, truth in (("part", parts), ("feature", features), ("surface", surfaces)):
         point = ["--near-to", *map(str, at.tolist()), "--count", "7"]
         got = found(capsys, "--store", target, *point, "--level", level)
-        assert [row["distance_mm"] for row in got] == pytest.approx(sorted(truth.values())[:7], abs=1e-6)  # type: ignore[attr-defined]
+        assert [row["distance_mm"] for row in got] == pytest.approx(sorted(truth.values())[:7], abs=1e-6)
         if level == "feature":
             assert [features[row["path"], row["name"]] for row in got] == pytest.approx(
                 [row["distance_mm"] for row in got], abs=1e-6
