@@ -119,7 +119,7 @@ def read_world_file(path: str | Path) -> WorldFile:
     return WorldFile(path, sha256, world, objects, rigs, mounts)
 
 
-def _json(raw: bytes) -> dict[str, Any] | None:
+def _json(text: str) -> dict[str, Any] | None:
     """What a file says that is JSON, a subset of YAML that is read a hundred times faster; None for anything else."""
 
     def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -128,7 +128,7 @@ def _json(raw: bytes) -> dict[str, Any] | None:
         return dict(pairs)
 
     try:
-        data = json.loads(raw, object_pairs_hook=unique) if raw.startswith(b"{") else None
+        data = json.loads(text, object_pairs_hook=unique) if text.startswith("{") else None
     except ValueError:
         return None
     return data if isinstance(data, dict) else None
@@ -155,7 +155,8 @@ def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
 
     raw = read_bytes(path, "world file")
     try:
-        data = _json(raw) or yaml.load(raw.decode(), Loader)
+        text = raw.decode("utf-8-sig")
+        data = _json(text) or yaml.load(text, Loader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         at = f" at line {mark.line + 1}" if mark else ""
