@@ -10,6 +10,7 @@ from relmodel.errors import InputError
 
 MOST_BYTES = 2 << 30  # more than any reader takes
 MOST_TEXT_BYTES = 64 << 20
+MOST_NAME_BYTES = 255  # of a file, and of an object or world, which databases index
 
 
 def check_readable(path: Path, what: str = "file", most_bytes: int = MOST_BYTES) -> None:

@@ -37,7 +37,7 @@ import numpy as np
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import nearest_rotation
-from relmodel.paths import read_bytes
+from relmodel.paths import MOST_NAME_BYTES, read_bytes
 
 ROLES = ("inspected", "fixture", "robot", "tool")
 
@@ -95,6 +95,8 @@ def read_world_file(path: str | Path) -> WorldFile:
     data, sha256 = _read_yaml(path)
     _known_keys(data, ("world", "objects", "rigs", "mounts"), path, "the file")
     world = _text(data, "world", path, "the file")
+    if len(world.encode(errors="replace")) > MOST_NAME_BYTES:
+        raise InputError(f"{path}: the name of the world is over {MOST_NAME_BYTES} bytes: shorten it")
     entries = _list(data, "objects", path)
     if not entries:
         raise InputError(f"{path}: objects is missing or empty: list the objects that stand in the world")
