@@ -10,6 +10,7 @@ from relmodel.errors import InputError
 
 MOST_BYTES = 2 << 30  # more than any reader takes
 MOST_TEXT_BYTES = 64 << 20
+MOST_NAME_BYTES = 255  # of a file, and of an object or world, which databases index
 
 
 def check_readable(path: Path, what: str = "file", most_bytes: int = MOST_BYTES) -> None:
@@ -37,9 +38,10 @@ def read_bytes(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> byte
 
 
 def read_text(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> str:
-    """The text in the `what` at `path`.  Raises InputError as `read_bytes`, and where it is not text."""
+    """The text in the `what` at `path`, without a byte order mark.  Raises InputError as `read_bytes`, and where it is
+    not text."""
     try:
-        return read_bytes(path, what, most_bytes).decode()
+        return read_bytes(path, what, most_bytes).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"the {what} {path} is not text in UTF-8: save it as UTF-8") from error
 

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 Value = float | str | bool
 
 _LONGEST = 200  # characters of a name
+_DENSITIES = 10.0, 25_000.0  # of materials, kg/m3: from light foam to beyond osmium
+_COMMA = re.compile(r"[-+]?[\d.' ]*,[\d.]+(?:[eE][-+]?\d+)?")  # 2,70 or 2.700,5 or 2,700.5
 _COLOUR = re.compile(r"#[0-9a-f]{6}")
 
 
@@ -49,12 +51,13 @@ _OF_WORLD_FILE = ("tolerance_mm", "role", "joints", "world_from_object")
 @dataclass(frozen=True)
 class Owner:
     """What has an attribute.  id: the world, object or part; of a surface or arc its shape, in which it is number
-    `element_no`."""
+    `element_no`.  volume: of a part, mm3, where it encloses one."""
 
     level: str
     id: int
     element_no: int | None
     words: str
+    volume: float | None = None
 
     @property
     def key(self) -> dict[str, Any]:
@@ -86,19 +89,21 @@ def set_attribute(
     surface: int | None = None,
     arc: int | None = None,
     world: bool = False,
+    text: bool = True,
 ) -> Setting:
     """Set an attribute of what a path names: an object, or OBJECT/PATH of what stands in it; or of a world.
 
     `surface`, `arc`: ordinal of a surface or arc of the part.  `world`: the path is the name of a world, whose newest
-    revision is meant.  Raises UsageError where the path leads nowhere or name, value and unit do not fit.
+    revision is meant.  Without `text` a value such as 2,70 is a number gone wrong.  Raises UsageError where the path
+    leads nowhere or name, value and unit do not fit.
     """
     parameters: dict[str, Any] = {"path": path, "variant": variant, "surface": surface, "arc": arc, "world": world}
     parameters |= {"name": name, "value": value, "unit": unit, "user": user_name()}
     with Run.begin(store, "set", parameters) as run:
         with store.read() as connection:
-            units = {row.symbol: row.dimension for row in store.rows(connection, "object/units")}
+            units = {row.symbol: row for row in store.rows(connection, "object/units")}
             owner = _owner(store, connection, path, variant, surface, arc, world)
-        _check(owner, name, value, unit, units)
+        _check(owner, name, value, unit, units, text)
         _, columns = attribute_rows([(owner.id, [(name, value, unit)])])
         row = {key: [number] for key, number in owner.key.items()}
 
@@ -150,10 +155,10 @@ def _owner(
             if not 0 <= number < count:
                 raise UsageError(f"{words} has no {level} {number}: it has {level}s 0 to {count - 1}")
             return Owner(level, int(part.shape_id), number, f"{level} {number} of {words}")
-    return Owner("part", int(part.id), None, words)
+    return Owner("part", int(part.id), None, words, part.volume)
 
 
-def _check(owner: Owner, name: str, value: Value, unit: str | None, units: dict[str, str]) -> None:
+def _check(owner: Owner, name: str, value: Value, unit: str | None, units: dict[str, Any], text: bool) -> None:
     """Raise UsageError where name, value and unit of an attribute do not fit together."""
     if not name.strip() or name != name.strip() or len(name) > _LONGEST or not name.isprintable():
         raise UsageError(f"invalid attribute name {name!r}: give 1 to {_LONGEST} characters without spaces at the ends")
@@ -162,6 +167,9 @@ def _check(owner: Owner, name: str, value: Value, unit: str | None, units: dict[
         raise UsageError(f"the value of {name} is empty: give a number, a text, true or false")
     if number and not math.isfinite(value):  # type: ignore[arg-type]
         raise UsageError(f"the value of {name} is {value}: give a finite number")
+    meant = _KNOWN[name].dimension is not None if name in _KNOWN else not text  # a number
+    if (meant or unit is not None) and isinstance(value, str) and _COMMA.fullmatch(value):
+        raise UsageError(f"{name} {value} has a comma where a number has a point: write a point, or give it as a text")
     if unit is not None and not number:
         raise UsageError(f"the value of {name} is {value!r}, not a number: leave the unit {unit!r} out")
     if unit is not None and unit not in units:
@@ -177,7 +185,7 @@ def _check(owner: Owner, name: str, value: Value, unit: str | None, units: dict[
         _check_known(owner, name, value, unit, units)
 
 
-def _check_known(owner: Owner, name: str, value: Value, unit: str | None, units: dict[str, str]) -> None:
+def _check_known(owner: Owner, name: str, value: Value, unit: str | None, units: dict[str, Any]) -> None:
     known = _KNOWN[name]
     if owner.level not in known.levels:
         raise UsageError(f"{name} applies to a {' or '.join(known.levels)}, and {owner.words} is not one: name one")
@@ -189,9 +197,16 @@ def _check_known(owner: Owner, name: str, value: Value, unit: str | None, units:
         if name == "colour" and not _COLOUR.fullmatch(value):
             raise UsageError(f"the colour {value!r} is not #rrggbb: give six hexadecimal digits, as in #c0c0c0")
         return
-    fitting = ", ".join(symbol for symbol, dimension in units.items() if dimension == known.dimension)
+    fitting = ", ".join(symbol for symbol, one in units.items() if one.dimension == known.dimension)
     if isinstance(value, str | bool) or not value > 0:
         raise UsageError(f"{name} takes a number above zero, not {value!r}: give one with its unit ({fitting})")
-    if unit is None or units[unit] != known.dimension:
-        given = "has no unit" if unit is None else f"has the unit {unit}, which is one of {units[unit]}"
+    if unit is None or units[unit].dimension != known.dimension:
+        given = "has no unit" if unit is None else f"has the unit {unit}, which is one of {units[unit].dimension}"
         raise UsageError(f"the {name} {value:g} {given}: give one of {fitting}")
+    per_volume = 1.0 if name == "density" else 1e9 / owner.volume if owner.volume else 0.0
+    density = value * units[unit].factor * per_volume  # kg/m3
+    if density > _DENSITIES[1] or (name == "density" and density < _DENSITIES[0]):
+        raise UsageError(
+            f"with the {name} {value:g} {unit}, {owner.words} would have {density:.3g} kg/m3, and materials have "
+            f"{_DENSITIES[0]:g} to {_DENSITIES[1]:g}: check the number and its unit"
+        )

@@ -124,7 +124,7 @@ def write_crops(folder: str | Path, store: Store, run: int, greys: Mapping[str, 
                 u0, v0, u1, v1 = box_about(own, (grey.shape[1], grey.shape[0]))
                 pieces += [in_colour(grey[v0:v1, u0:u1]), drawn[name][v0:v1, u0:u1]]
         if pieces:
-            words = re.sub(r"[^A-Za-z0-9.-]+", "_", row.path)
+            words = re.sub(r"[^A-Za-z0-9.-]+", "_", row.path)[-200:]  # a name of a file may have 255 bytes
             save_side_by_side(Path(folder) / f"{place:02d}_{row.state}_{words}.png", pieces)
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from relmodel.errors import InputError
 from relmodel.model.model import Finding
-from relmodel.paths import check_readable
+from relmodel.paths import MOST_NAME_BYTES, check_readable
 from relmodel.progress import Progress, silent
 from relmodel.readers import TIME_LIMIT_S, Reader, ReadOptions, read
 from relmodel.readers.formats import check_unit, format_of
@@ -119,6 +119,9 @@ def _begin(pool: ThreadPoolExecutor, reader: Reader, request: Request) -> tuple[
             )
         form = format_of(path)
         check_readable(path)
+        for what, given in (("name", request.name), ("variant", request.variant)):
+            if len(given.encode(errors="replace")) > MOST_NAME_BYTES:
+                raise InputError(f"{path.name} is to have a {what} of over {MOST_NAME_BYTES} bytes: shorten it")
         if path.stat().st_size == 0:
             raise InputError(f"{path} is empty: export it again")
         if form == "mesh":

@@ -36,6 +36,11 @@ def format_of(path: Path) -> str:
     raise InputError(f"{path.name} is of an unknown format: give a file named {known}, or .step.gz")
 
 
+def stem_of(path: Path) -> str:
+    """Name of a model file without its suffix, or both of a packed one: pump.10.201 of pump.10.201.step.gz."""
+    return path.with_suffix("").stem if path.suffix.lower() == ".gz" else path.stem
+
+
 def check_unit(path: Path, unit: str | None) -> None:
     """Raise InputError where the format needs a unit and none is given, or states one and another is given."""
     unitless = path.suffix[1:].lower() in UNITLESS_FORMATS

@@ -37,7 +37,7 @@ import numpy as np
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import nearest_rotation
-from relmodel.paths import read_bytes
+from relmodel.paths import MOST_NAME_BYTES, read_bytes
 
 ROLES = ("inspected", "fixture", "robot", "tool")
 
@@ -95,6 +95,8 @@ def read_world_file(path: str | Path) -> WorldFile:
     data, sha256 = _read_yaml(path)
     _known_keys(data, ("world", "objects", "rigs", "mounts"), path, "the file")
     world = _text(data, "world", path, "the file")
+    if len(world.encode(errors="replace")) > MOST_NAME_BYTES:
+        raise InputError(f"{path}: the name of the world is over {MOST_NAME_BYTES} bytes: shorten it")
     entries = _list(data, "objects", path)
     if not entries:
         raise InputError(f"{path}: objects is missing or empty: list the objects that stand in the world")
@@ -119,7 +121,7 @@ def read_world_file(path: str | Path) -> WorldFile:
     return WorldFile(path, sha256, world, objects, rigs, mounts)
 
 
-def _json(raw: bytes) -> dict[str, Any] | None:
+def _json(text: str) -> dict[str, Any] | None:
     """What a file says that is JSON, a subset of YAML that is read a hundred times faster; None for anything else."""
 
     def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -128,7 +130,7 @@ def _json(raw: bytes) -> dict[str, Any] | None:
         return dict(pairs)
 
     try:
-        data = json.loads(raw, object_pairs_hook=unique) if raw.startswith(b"{") else None
+        data = json.loads(text, object_pairs_hook=unique) if text.startswith("{") else None
     except ValueError:
         return None
     return data if isinstance(data, dict) else None
@@ -155,7 +157,8 @@ def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
 
     raw = read_bytes(path, "world file")
     try:
-        data = _json(raw) or yaml.load(raw.decode(), Loader)
+        text = raw.decode("utf-8-sig")
+        data = _json(text) or yaml.load(text, Loader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         at = f" at line {mark.line + 1}" if mark else ""

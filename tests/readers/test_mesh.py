@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import json
 import zipfile
 from collections import Counter
@@ -370,6 +371,22 @@ def test_every_format_gives_fitted_rows_of_the_same_part(suffix: str, tmp_path: 
     for rows in (shape.surfaces, shape.arcs):
         assert set(rows["provenance"]) == {"fitted"}
         assert np.all(np.asarray(rows["residual"]) < 1e-3)
+
+
+@pytest.mark.parametrize("form", ["obj", "ply", "stl", "gltf"])
+def test_a_byte_order_mark_is_skipped(form: str, tmp_path: Path) -> None:
+    box = trimesh.creation.box((10.0, 20.0, 30.0))
+    file = tmp_path / f"box.{form}"
+    if form == "gltf":
+        for name, content in trimesh.exchange.gltf.export_gltf(box.scene()).items():
+            (tmp_path / name.replace("model.gltf", file.name)).write_bytes(content)
+    else:
+        text = {"ply": {"encoding": "ascii"}, "stl": {"file_type": "stl_ascii"}}
+        content = box.export(**{"file_type": form, **text.get(form, {})})
+        file.write_bytes(content if isinstance(content, bytes) else content.encode())
+    file.write_bytes(codecs.BOM_UTF8 + file.read_bytes())
+    (shape,) = read_mesh(file, None if form == "gltf" else "mm").shapes
+    assert shape.volume == pytest.approx(6000 * (1e9 if form == "gltf" else 1))
 
 
 @pytest.mark.parametrize(("suffix", "unit", "cure"), [("stl", None, "give one"), ("glb", "mm", "leave --unit out")])

@@ -23,7 +23,7 @@ from relmodel import __version__
 from relmodel.app.cli import output
 from relmodel.app.cli.bounds import drop_output
 from relmodel.app.cli.options import add_debug, add_quiet, add_store
-from relmodel.errors import InputError, RelmodelError, missing_library
+from relmodel.errors import InputError, RelmodelError, UsageError, missing_library
 from relmodel.text import visible
 
 # Verbs in the order in which help lists them; NAME is the module relmodel.app.cli.verbs.NAME.
@@ -69,6 +69,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status: 0 done, 1 refused, ambiguous or failed check, 2 wrong use, 3 bad
     input, 4 an internal error, 5 accepted with something that `inspect --fail-on` names, 130 interrupted."""
     words = list(sys.argv[1:] if arguments is None else arguments)
+    if (odd := next((word for word in words if word.encode(errors="ignore").decode() != word), None)) is not None:
+        output.complain(f"relmodel {words[0]}: the name {odd} is not in UTF-8, as the store needs it: rename it")
+        return UsageError.exit_status
     args = parser(words[0] if words else "").parse_args(words)
     # Before a verb imports NumPy: matrices here are small, and each thread of linear algebra takes memory.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -119,6 +122,11 @@ def report_error(args: argparse.Namespace, error: Exception, place: str = "") ->
         return 0
     if args.debug:
         sys.stderr.write(visible("".join(traceback.format_exception(error)), keep="\n"))
+    if isinstance(error, OSError) and error.filename is not None:
+        output.complain(
+            f"relmodel {args.verb}: {place}{error.filename} cannot be read or written ({error.strerror}): name another"
+        )
+        return InputError.exit_status
     said = visible(": ".join([type(error).__name__, *str(error).strip().splitlines()[:1]]))
     cure = "report it with what is above" if args.debug else "run it again with --debug and report what that prints"
     output.complain(f"relmodel {args.verb}: {place}an internal error ({said}): {cure}")

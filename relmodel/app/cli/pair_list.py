@@ -33,7 +33,7 @@ def read_pairs(file: Path, serial: str | None = None, **given: Path | None) -> l
     """The pairs of a list, whose first line names its columns, some of COLUMNS; paths are relative to the list's
     folder; `serial` and the paths `given` stand for empty cells.  Raises InputError, which names the line, where it is
     no such list."""
-    text = read_text(file, "list of pairs").removeprefix("\ufeff")
+    text = read_text(file, "list of pairs")
     heading = next(iter(text.splitlines()), "")
     rows = csv.reader(text.splitlines(keepends=True), delimiter=max(SEPARATORS, key=heading.count), strict=True)
     pairs: list[Listed] = []

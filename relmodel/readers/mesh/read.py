@@ -3,6 +3,7 @@ shared, solids that lie apart in a mesh without a name are parts, triangles beco
 
 from __future__ import annotations
 
+import codecs
 import hashlib
 import json
 import logging
@@ -61,7 +62,9 @@ def read_mesh(
     check_unit(path, unit)
     if path.stat().st_size > _MOST_BYTES or (form == "3mf" and _unpacked_bytes(path) > _MOST_BYTES):
         raise InputError(f"{path.name} is larger than {_MOST_BYTES >> 20} MB: split it or reduce its triangles")
-    content = path.read_bytes()
+    content = raw = path.read_bytes()
+    if form != "stl" or raw[3:].lstrip()[:5] == b"solid":  # binary STL may begin with any bytes
+        content = raw.removeprefix(codecs.BOM_UTF8)
     resolver = trimesh.resolvers.FilePathResolver(str(path))
     try:
         _check_head(path.name, form, content)
@@ -84,7 +87,7 @@ def read_mesh(
     model = reader.model(path.stem, np.diag(scale), form, short)
     if not model.parts:
         raise InputError(f"{path.name} holds no triangle: export a mesh of surfaces")
-    return replace(model, files=(SourceFile(path.name, hashlib.sha256(content).hexdigest()),))
+    return replace(model, files=(SourceFile(path.name, hashlib.sha256(raw).hexdigest()),))
 
 
 def _check_head(name: str, form: str, content: bytes) -> None:

@@ -5,7 +5,7 @@ Imports the CAD kernel; `read.py` reports where it is missing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from io import BytesIO
@@ -42,11 +42,12 @@ from relmodel.readers.step.part21_instances import Instances, Reference
 from relmodel.readers.step.part21_units import length_unit, validation_units
 from relmodel.readers.step.properties import FacesOfText, with_face_names, with_finish, with_pmi, with_properties
 
-LOADER_VERSION = f"step-6 ocp-{OCP.__version__}"
+LOADER_VERSION = f"step-7 ocp-{OCP.__version__}"
 
 # Length units in full, as the kernel names them.
 _FULL_NAME = {"um": "micrometre", "mm": "millimetre", "cm": "centimetre", "dm": "decimetre", "m": "metre"}
 _FULL_NAME |= {"in": "inch", "ft": "foot"}
+_MADE_UP = "=>["  # the kernel names a component after the label that it refers to: =>[0:1:1:3]
 
 
 class UnreadableError(Exception):
@@ -72,7 +73,7 @@ def read_document(content: bytes, instances: Instances) -> Model:
     units: dict[tuple[str, str], float] = {}
     with found.contained("the units of validation properties"):
         units = validation_units(instances)
-    walk = _Walk(document, units, found)
+    walk = _Walk(document, units, found, part21.numbered_usages(instances))
     root = walk.root()
     model = Model(
         format="STEP",
@@ -140,6 +141,7 @@ class _Walk:
     document: Any
     units: dict[tuple[str, str], float]
     findings: Findings
+    numbered: Collection[str] = ()  # names of components that are only numbers of uses
     shapes: list[Shape] = field(default_factory=list)
     parts: list[Part] = field(default_factory=list)
     assemblies: list[Assembly] = field(default_factory=list)
@@ -192,7 +194,8 @@ class _Walk:
                 continue
             placed[:3, 3] *= scale
             wrapper &= split
-            name = "" if split else self.labels.name(component) or ""
+            name = self.labels.name(component) or ""
+            name = "" if split or name.startswith(_MADE_UP) or name in self.numbered else name
             instances += self._instances(name, child, placed, self.labels.colour(component))
         if not instances:
             return None
@@ -370,7 +373,7 @@ def _components(label: Any, labels: Labels) -> Iterator[tuple[Any, Any, Any, boo
             continue
         trsf = XCAFDoc_ShapeTool.GetLocation_s(component).Transformation()
         identity = np.allclose(step_geometry.matrix(trsf), np.eye(4), rtol=0, atol=1e-12)
-        split = identity and (labels.name(component) or "=>[").startswith("=>[")
+        split = identity and (labels.name(component) or _MADE_UP).startswith(_MADE_UP)
         if split and XCAFDoc_ShapeTool.IsAssembly_s(referred) and not labels.name(referred):
             yield from _components(referred, labels)
         else:

@@ -23,6 +23,8 @@ _NOT_A_NUMBER = re.compile(rb"[(,]\s*([-+]?(?:nan|inf|infinity))\s*[,)]", re.IGN
 _EXPONENT = re.compile(rb"[\d.][eE]\+?0*(\d{3,})")
 _SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'((?:[^']|'')*)'", re.DOTALL)
 _MOST_HEADER = 1 << 20
+_USAGE = "NEXT_ASSEMBLY_USAGE_OCCURRENCE"
+_COUNTED = re.compile(r"(?:NAUO)?\d+")
 
 
 def check_part21(text: bytes, name: str) -> None:
@@ -36,7 +38,7 @@ def check_part21(text: bytes, name: str) -> None:
 def schema_name(instances: Instances) -> str | None:
     """Schema that the header names, as written, with the numbers behind it left off."""
     found = _SCHEMA.search(instances.text, 0, _MOST_HEADER)
-    return found[1].decode("latin-1").split("{")[0].strip() if found else None
+    return decoded(found[1]).split("{")[0].strip() if found else None
 
 
 def face_count(instances: Instances) -> int:
@@ -81,6 +83,12 @@ def product_numbers(instances: Instances) -> dict[str, str]:
     return {name: numbers[0] for name, numbers in named.items() if len(numbers) == 1 and numbers[0]}
 
 
+def numbered_usages(instances: Instances) -> set[str]:
+    """Identifiers of the uses of products that have no name and that a program has counted, such as 1 and NAUO1."""
+    usages = (([*instances.parameters(n, _USAGE), "", ""])[:2] for n in instances.of(_USAGE))
+    return {str(number) for number, name in usages if _COUNTED.fullmatch(str(number)) and not str(name or "").strip()}
+
+
 def check_finite(instances: Instances, name: str) -> None:
     """Raise InputError where a number of the text is not finite: the CAD kernel would go on without it."""
     text = instances.text
@@ -114,7 +122,7 @@ def _damage(instances: Instances) -> list[str]:
     if _WORD.search(text) and (word := _WORD.search(_STRING.sub(b"''", text))):
         clauses.append(f"has {decoded(word[1])} where a number or another parameter belongs")
     # Writers that place one use of a product by this entity place all of them by it.
-    usages = len(instances.of("NEXT_ASSEMBLY_USAGE_OCCURRENCE"))
+    usages = len(instances.of(_USAGE))
     placed = len(instances.of("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION"))
     if 0 < placed < usages:
         clauses.append(f"does not place {usages - placed} of {usages} components")

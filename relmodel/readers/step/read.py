@@ -6,6 +6,7 @@ child process under limits.
 
 from __future__ import annotations
 
+import codecs
 import gzip
 import hashlib
 from dataclasses import replace
@@ -13,9 +14,10 @@ from io import BytesIO
 from pathlib import Path
 
 from relmodel.errors import InputError, missing_library
-from relmodel.model.model import Model, SourceFile
+from relmodel.model.model import Finding, Model, SourceFile
 from relmodel.readers.step import part21
 from relmodel.readers.step.part21_instances import Instances
+from relmodel.readers.step.part21_strings import in_utf8
 
 UNPACKED_LIMIT = 2 << 30
 
@@ -30,7 +32,9 @@ def read_step(path: Path) -> Model:
     files = (SourceFile(path.name, hashlib.sha256(content).hexdigest()),)
     if path.suffix.lower() == ".gz":
         content = _unpacked(content, path)
+    content = content.removeprefix(codecs.BOM_UTF8)
     part21.check_part21(content, str(path))
+    content, unread = in_utf8(content)  # the kernel takes other encodings for UTF-8
     instances = Instances(content)
     faces = part21.face_count(instances)
     if faces == 0:
@@ -39,6 +43,9 @@ def read_step(path: Path) -> Model:
     model = _by_kernel(content, instances, path)
     if model.faces_loaded < faces:  # lost, or of no product from the first
         faces = max(part21.faces_in_use(instances), model.faces_loaded)
+    if unread:
+        said = f"{len(unread)} text{'s'[: len(unread) > 1]} of the file in no known encoding, such as {unread[0][:80]}"
+        model = replace(model, findings=(*model.findings, Finding("unread_text", said)))
     return replace(model, faces_in_file=faces, files=files)
 
 

@@ -20,10 +20,13 @@ from PIL import Image
 
 from relmodel.app.cli.main import main
 from relmodel.errors import StoreError
+from relmodel.readers.formats import stem_of
 from relmodel.store import Store
 from relmodel.text import visible
+from relmodel.world.world_file import read_world_file
 from tests.app.cli.conftest import DEMO, Pair
 from tests.holding import held
+from vision.cameras.fields import read_yaml
 
 Given = dict[str, Any]
 
@@ -108,6 +111,87 @@ def test_bad_rig(
     said = refused(capsys, "inspect", "--store", store, *pair.options(rig=file))
     assert says in said
     assert_only_failed(store, before, said)
+
+
+LONG = "x" * 300
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "init --store NAME.duckdb",
+        "check --store NAME.duckdb",
+        "sql --store NAME/cell.duckdb SELECT",
+        "load NAME.step",
+        "world NAME.yaml",
+        "extract NAME.png",
+        "show bulkhead --variant A --picture NAME.png",
+        "export bulkhead --variant A -o NAME.glb",
+        "export --parquet NAME",
+        "report --object bulkhead --variant A -o NAME.html",
+        "check --report NAME.html",
+        "rig show NAME.yaml",
+        "find --camera NAME.yaml --at NAME.yaml",
+        "sql --file NAME.sql",
+    ],
+)
+def test_a_name_too_long_for_a_file(words: str, store: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = counts(store)
+    of_store = [] if "--store" in words or words.startswith("rig") else ["--store", store]
+    said = refused(capsys, *words.replace("NAME", str(tmp_path / LONG)).split(), *of_store)
+    assert "File name too long" in said
+    after = counts(store)
+    assert {table for table in after if after[table] != before[table]} <= OF_RUNS
+
+
+def test_a_name_too_long_for_a_store(store: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    part, world = tmp_path / "part.obj", tmp_path / "world.yaml"
+    part.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    world.write_text(f"world: {LONG}\nobjects: [{{object: bulkhead, variant: A}}]\n")
+    before = counts(store)
+    for words in (["load", part, "--unit", "mm", "--object", "轴" * 86], ["world", world]):
+        said = refused(capsys, *map(str, words), "--store", store)
+        assert "over 255 bytes: shorten it" in said
+        assert_only_failed(store, before, said)
+
+
+def test_a_name_that_is_not_utf_8(store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    before = counts(store)
+    said = refused(capsys, "load", os.fsdecode(b"tr\xe4ger.step") + "🔩.step", "--store", store, status=2)
+    assert "is not in UTF-8" in said
+    assert counts(store) == before
+
+
+@pytest.mark.parametrize(
+    ("files", "names"),
+    [
+        (["pump.10.201.obj", "pump.10.202.obj"], ["pump.10.201", "pump.10.202"]),
+        (["a.b.OBJ"], ["a.b"]),
+    ],
+)
+def test_an_object_has_the_whole_stem_of_its_file_for_a_name(
+    files: list[str], names: list[str], duckdb_file: Path, tmp_path: Path
+) -> None:
+    for number, file in enumerate(files, 1):
+        (tmp_path / file).write_text(f"v 0 0 0\nv {number} 0 0\nv 0 1 0\nf 1 2 3\n")
+    given = [str(tmp_path / file) for file in files]
+    assert main(["load", *given, "--unit", "mm", "--store", str(duckdb_file)]) == 0
+    with duckdb.connect(str(duckdb_file), read_only=True) as connection:
+        query = "SELECT name, revision FROM object_variant ORDER BY name"
+        assert connection.execute(query).fetchall() == [(name, 1) for name in names]
+
+
+def test_the_stem_of_a_packed_file() -> None:
+    assert [stem_of(Path(f"in.d/{name}")) for name in ("a.1.step.gz", "a.1.STP.GZ", "a.1.step")] == ["a.1"] * 3
+
+
+@pytest.mark.parametrize("form", ["yaml", "json"])
+def test_a_world_with_a_byte_order_mark(form: str, tmp_path: Path) -> None:
+    said = {"world": f"marked in {form}", "objects": [{"object": "bulkhead", "variant": "A"}]}
+    file = tmp_path / f"world.{form}"
+    file.write_text("\ufeff" + (json.dumps(said) if form == "json" else yaml.safe_dump(said)))
+    assert read_world_file(file).world == said["world"]
+    assert read_yaml(file, "prior") == said
 
 
 BAD_PRIORS = [

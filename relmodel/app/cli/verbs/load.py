@@ -51,6 +51,7 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.app.compile_behind import compile_behind
     from relmodel.errors import InputError
     from relmodel.loading.load import Request, load_all
+    from relmodel.readers.formats import stem_of
     from relmodel.store import Store
 
     if not args.time_limit > 0:
@@ -60,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--variant names one file: leave it out, and each file is a variant by its own name")
     requests = []
     for file in args.files:
-        stem = file.name.split(".")[0]
+        stem = stem_of(file)
         variant = args.variant or (stem if several and args.object else "")
         how = (args.unit, args.allow_partial, args.strict, args.time_limit, args.occluder)
         requests.append(Request(file, args.object or stem, variant, *how))

@@ -3,6 +3,9 @@
 PATH is the name of an object, or OBJECT/PATH of what stands in it, as relmodel show lists it.  VALUE is a number, true,
 false, or a text.  Nothing is overwritten: each value is kept with who set it and when (the view attribute_log), and the
 newest counts.
+
+A number has a decimal point: 2,70 is refused unless --text says that it is a text.  So is a density, or a mass for the
+volume of its part, that no material has.
 """
 
 from __future__ import annotations
@@ -44,6 +47,7 @@ def run(args: argparse.Namespace) -> int:
             surface=args.surface,
             arc=args.arc,
             world=args.world,
+            text=args.text,
         )
     said = f"{done.value:.10g}" if isinstance(done.value, float) else str(done.value).lower()
     said = done.value if isinstance(done.value, str) else said
