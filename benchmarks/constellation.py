@@ -17,11 +17,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import sqlalchemy as sa
 
 from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import apply, inverse
 from relmodel.loading.load import load
 from relmodel.store import Store
+from relmodel.store.bulk import fetch_columns
 from relmodel.world.placement import place_world
 from vision.cameras.cameras import Camera
 from vision.cameras.files import read_rig
@@ -36,6 +38,12 @@ from vision.scene.scene import Scene
 from vision.scene.stored_scene import read_scene
 from vision.stereo.record_stereo import read_triangulated
 from vision.stereo.triangulate import Triangulated
+
+# The poses that the join gave an inspection, the best first.
+JOINED_POSES = sa.text(
+    "SELECT p.* FROM search_pose AS p JOIN search_stage AS s ON s.run_id = p.run_id AND s.stage_no = p.stage_no"
+    " WHERE p.run_id = :run AND s.name IN ('join', 'lines') ORDER BY p.pose_no"
+)
 
 DEMO = Path(__file__).parents[1] / "examples" / "demo"
 RAREST = 40  # relations that are drawn
@@ -59,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             (object_id, world_from_object), *_ = read_inspected(store, connection, 1)
             joined = join_pairs(store, connection, object_id, circles.relations(DEFAULTS.join), DEFAULTS.join)
             solved = solve_poses(circles, read_circles(store, connection, object_id), joined)
-            explained = store.columns(connection, "replay/joined_poses", run=answer.run)["score"]
+            explained = fetch_columns(connection, JOINED_POSES, {"run": answer.run})["score"]
             scene = read_scene(store, connection, 1).scene
         draw(
             args.picture,

@@ -77,7 +77,7 @@ class Tree:
             )
             counts = {"surface_count": 0, "arc_count": 0, "area": 1.0}
             store.append(connection, "shape", {"id": shape, "content_key": "block", "kind": "solid", **counts, **box})
-            names: dict[str, Any] = {"content_key": "block", "number": "B", "name": "block", "supplemental": False}
+            names: dict[str, Any] = {"content_key": "block", "number": "B", "name": "block"}
             store.append(connection, "part", {"id": part, **names, "shape_id": shape})
             ids = store.new_ids(connection, "object", len(self.objects))
             keys = [f"object {i}" for i in range(len(ids))]

@@ -58,8 +58,6 @@ from benchmarks.peers.boxes import (
     postgresql,
 )
 from benchmarks.peers.worlds import SPREADS, about, clustered, views
-from relmodel.find.changing import ChangingIndex
-from relmodel.find.compare_indexes import LARGEST_RANGETREE
 from relmodel.find.find import in_volumes
 from relmodel.find.packing import pack, page_boxes
 from relmodel.find.planner import WorldIndex
@@ -72,6 +70,7 @@ from relmodel.store import Store
 HITS = (0, 10, 100, 10_000)
 GROWN = (np.zeros(6), np.repeat([-0.05, 0.05], 3), np.repeat([0.05, -0.05], 3))
 SLOW_MS = 2000.0
+LARGEST_RANGETREE = 100_000  # boxes: it takes some 10 kB a box
 KINDS = ("rtree", "grid", "octree", "rangetree")
 PACKAGES = {Libspatialindex: "rtree", GeoIndex: "geoindex_rs", Vtk: "vtk"}
 
@@ -102,7 +101,7 @@ class StoreTables(Peer):
         with self.store.write() as connection:
             append = partial(self.store.append, connection)
             append("shape", shape)
-            part: dict[str, Any] = {"id": [1], "content_key": "p", "number": "1", "name": "part", "supplemental": False}
+            part: dict[str, Any] = {"id": [1], "content_key": "p", "number": "1", "name": "part"}
             append("part", {**part, "shape_id": 1})
             append("world", {"id": [1], "name": "hall", "revision": 1, "content_key": "w"})
             append("object_node", node | dict(zip(COLUMNS, boxes.T, strict=True)))
@@ -240,29 +239,6 @@ def world_index(boxes: Floats, seed: int) -> list[list[Any]]:
         asked = about(boxes, hits, 1000, seed + 3)
         many = processor_ms([partial(tree.in_boxes, asked), partial(index.in_volumes, [Box(*b) for b in asked])])
         rows.append([f"1,000 boxes of {hits:,} hits", *many, many[1] / many[0]])
-    return rows
-
-
-def changes(boxes: Floats, seed: int) -> list[list[Any]]:
-    """Rows: moves since the build; median, mean and longest of those since the last row; 1,000 volumes, just built and
-    changed, ms of the processor, and the ratio."""
-    rng = np.random.default_rng(seed)
-    index, rows, before = ChangingIndex(np.arange(len(boxes)), boxes), [], 0
-    asked = about(boxes, 10, 1000, seed + 3)
-    held = boxes.copy()
-    for moves in (0, 3000, 50_000, 300_000):
-        times = []
-        for number in rng.integers(len(boxes), size=moves - before).tolist():
-            held[number] = rng.choice(boxes) + rng.normal(0, 50)
-            began = time.process_time()
-            index.add([number], held[number])
-            times.append(1e3 * (time.process_time() - began))
-        before, fresh = moves, PackedRTree(held)
-        now, then = (np.sort(i[0] << 32 | i[1]) for i in (fresh.in_boxes(asked), index.in_boxes(asked)))
-        assert np.array_equal(now, then)
-        both = processor_ms([partial(fresh.in_boxes, asked), partial(index.in_boxes, asked)], 9)
-        spent = [float(np.median(times)), float(np.mean(times)), max(times)] if times else [None] * 3
-        rows.append([moves, *spent, *both, both[1] / both[0]])
     return rows
 
 
@@ -498,9 +474,6 @@ def main() -> None:
         for count in args.boxes:
             boxes = clustered(count, args.seed)
             show(f"WorldIndex, {count:,} boxes", ["tree", "WorldIndex", "ratio"], world_index(boxes, args.seed))
-            if count >= 100_000:
-                names = ["median", "mean", "longest", "1,000 volumes, built", "changed", "ratio"]
-                show(f"Moves since the build, {count:,} boxes", names, changes(boxes, args.seed))
         if args.report:
             args.report.mkdir(parents=True, exist_ok=True)
             (args.report / "volume_queries_in_process.md").write_text("# " + "\n\n".join(pages) + "\n")

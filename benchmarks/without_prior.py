@@ -28,11 +28,13 @@ import numpy as np
 import yaml
 from tabulate import tabulate
 
+from benchmarks.constellation import JOINED_POSES
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import matrices
 from relmodel.loading.load import load
 from relmodel.resources import resource_dir
 from relmodel.store import Store
+from relmodel.store.bulk import fetch_columns
 from relmodel.world.placement import place_world
 from vision.inspection import inspect
 
@@ -132,7 +134,7 @@ def _inspect(store: Store, rig: Path, file: Path, seen: tuple[str, ...]) -> tupl
     errors: tuple[float | None, ...] = None, None, None
     if truth.there is not None and answer.world_from_rig is not None:
         with store.read() as connection:
-            joined = store.columns(connection, "replay/joined_poses", run=answer.run)
+            joined = fetch_columns(connection, JOINED_POSES, {"run": answer.run})
         mm, degrees = compute_errors(matrices(joined), truth.poses[seen[0]])
         near = np.flatnonzero((mm < NEAR_MM) & (degrees < NEAR_DEG))
         mm, degrees = compute_errors(answer.world_from_rig[None], truth.poses[seen[0]])

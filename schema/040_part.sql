@@ -4,7 +4,7 @@ CREATE SEQUENCE shape_id_seq;
 CREATE TABLE shape (  -- A piece of geometry in its own frame, addressed by content: two parts may share one.
     id BIGINT PRIMARY KEY,  -- identity of the shape
     content_key TEXT NOT NULL UNIQUE,  -- hash of its surfaces and arcs: equal shapes are one row
-    kind TEXT NOT NULL,  -- solid, sheet, wire (supplemental geometry), mesh
+    kind TEXT NOT NULL,  -- solid, sheet, mesh
     surface_count INTEGER NOT NULL,  -- number of surfaces
     arc_count INTEGER NOT NULL,  -- number of arcs
     area DOUBLE PRECISION NOT NULL,  -- sum of the surfaces' areas, mm2
@@ -15,7 +15,7 @@ CREATE TABLE shape (  -- A piece of geometry in its own frame, addressed by cont
     hull_mm DOUBLE PRECISION,  -- how far at most the shape reaches beyond that hull, mm; null as they are
     CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1),
     CHECK ((hull_x IS NULL) = (hull_mm IS NULL)),
-    CHECK (kind IN ('solid', 'sheet', 'wire', 'mesh'))
+    CHECK (kind IN ('solid', 'sheet', 'mesh'))
 );
 
 CREATE TABLE shape_surface (  -- The surfaces of a shape.
@@ -143,9 +143,7 @@ CREATE TABLE part (  -- A product: number, name, and the shape it has; material,
     content_key TEXT NOT NULL UNIQUE,  -- hash of number, name, attributes and shape: equal parts are one row
     number TEXT NOT NULL,  -- part number in the source
     name TEXT NOT NULL,  -- name in the source
-    shape_id BIGINT NOT NULL,  -- its geometry
-    supplemental BOOLEAN NOT NULL  -- whether it is construction geometry, reference geometry or drawn annotation of a product: kept, but not
-        -- material, so never placed in a world nor matched
+    shape_id BIGINT NOT NULL  -- its geometry
 );
 
 CREATE TABLE part_attribute (  -- Attribute-value table of parts; appended to, never changed: current_part_attribute has the newest value of each.

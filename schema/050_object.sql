@@ -116,9 +116,8 @@ CREATE TABLE load_report (  -- What a load found in its file and added to the st
     message TEXT,  -- why it is partial or was refused
     faces_in_file INTEGER,  -- faces that the text of the file lists
     faces_loaded INTEGER,  -- faces that were read from it, each part counted once
-    parts INTEGER,  -- distinct parts in the file, supplemental ones left out
-    occurrences INTEGER,  -- placed parts in the file, supplemental ones left out
-    supplemental_parts INTEGER,  -- distinct supplemental parts in the file
+    parts INTEGER,  -- distinct parts in the file
+    occurrences INTEGER,  -- placed parts in the file
     shapes_added INTEGER,  -- shapes that were new to the store
     surfaces_added INTEGER,  -- surfaces that were new to the store
     arcs_added INTEGER,  -- arcs that were new to the store
@@ -176,7 +175,7 @@ FROM instance;
 -- Of a million rows, a key, a unique path and foreign keys would take more time than all else: queries of check/ look
 -- after them.
 CREATE TABLE object_node (  -- The expansion of each object that was loaded: itself and every object and part in it, with its composed transform, and
-    -- of parts the box, packed into pages of an R-tree; supplemental parts are left out. A world places it as it stands.
+    -- of parts the box, packed into pages of an R-tree. A world places it as it stands.
     object_id BIGINT NOT NULL,  -- the object that is expanded
     node_no INTEGER NOT NULL,  -- ordinal of the node: 0 the object itself, then the objects in it, containers first, then the parts by page
     parent_no INTEGER,  -- the node that contains it; null of the object itself

@@ -145,8 +145,8 @@ CREATE TABLE correspondence (  -- Pairs of visible model arc and image arc, acce
     CHECK (accepted = (reason = 'assigned'))
 );
 
-CREATE TABLE edge_measurement (  -- Edge points that the last refinement measured the pose with: enough to replay it. A mean of them is one by weight,
-    -- as camera_residual has it: outliers are among them.
+CREATE TABLE edge_measurement (  -- Edge points that the last refinement measured the pose with. A mean of them is one by weight, as camera_residual has
+    -- it: outliers are among them.
     run_id BIGINT NOT NULL,  -- the run
     view_no INTEGER NOT NULL,  -- the view
     measurement_no INTEGER NOT NULL,  -- ordinal in the view, from 0

@@ -8,7 +8,7 @@ CREATE VIEW placed_part (  -- The parts of each loaded variant in its newest rev
     variant,  -- its variant
     revision,  -- its newest revision
     object_path,  -- names of the instances from the object down, joined by /
-    number,  -- number of the part; supplemental ones are left out
+    number,  -- number of the part
     name,  -- its name
     material,  -- its material; null where that is not known
     density,  -- its density, kg/m3; null where that is not known or it encloses no volume
@@ -85,7 +85,7 @@ CREATE VIEW loaded_file (  -- The files that were loaded or refused, each with w
     revision,  -- its revision
     status,  -- added, unchanged, partial or refused
     message,  -- why it is partial or was refused
-    parts,  -- distinct parts in the file, supplemental ones left out
+    parts,  -- distinct parts in the file
     surfaces_added,  -- surfaces that were new to the store
     findings  -- how many things were not as they should be: load_finding has them
 ) AS

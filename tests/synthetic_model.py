@@ -119,7 +119,6 @@ class SyntheticModel:
                     "content_key": keys,
                     "number": names,
                     "name": names,
-                    "supplemental": False,
                     "shape_id": shape_ids,
                 },
             )

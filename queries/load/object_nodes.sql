@@ -1,5 +1,5 @@
 -- Expands an object into itself and all objects and parts in it, each with its transform in the frame of the body that
--- it moves with; supplemental parts are no material and left out.
+-- it moves with.
 -- Takes object_id of an object that does not contain itself; gives number (of an object its place in the tree, parents
 -- before children and children in the order of the file; of a part that of the object that it is placed in), child_no
 -- (of a part; -1 of objects), depth (0: the object itself), link (whether it is an object placed in a robot, and so a
@@ -93,4 +93,3 @@ FROM numbered AS p
 JOIN child AS c ON c.parent_id = p.object_id
 JOIN part ON part.id = c.part_id
 JOIN shape AS s ON s.id = part.shape_id
-WHERE NOT part.supplemental

@@ -58,13 +58,10 @@ class OpenStore(Store):
         level: str = "part",
         world: str | None = None,
         precision: str = "box",
-        kind: str = "rtree",
         wholly: bool = False,
     ) -> Columns:
         """What lies in a volume, by columns: `relmodel.find.find.in_volume`."""
-        return Columns(
-            find.in_volume(self, volume, level=level, world=world, precision=precision, kind=kind, wholly=wholly)
-        )
+        return Columns(find.in_volume(self, volume, level=level, world=world, precision=precision, wholly=wholly))
 
     def in_volumes(
         self,
@@ -73,13 +70,10 @@ class OpenStore(Store):
         level: str = "part",
         world: str | None = None,
         precision: str = "box",
-        kind: str = "rtree",
         wholly: bool = False,
     ) -> Columns:
         """What lies in each of some volumes, by columns: `relmodel.find.find.in_volumes`."""
-        return Columns(
-            find.in_volumes(self, volumes, level=level, world=world, precision=precision, kind=kind, wholly=wholly)
-        )
+        return Columns(find.in_volumes(self, volumes, level=level, world=world, precision=precision, wholly=wholly))
 
     def nearest_parts(
         self,

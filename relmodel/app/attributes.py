@@ -134,7 +134,7 @@ def _owner(
         return Owner("world", world_id, None, f"world {found}")
     if surface is not None and arc is not None:
         raise UsageError("an attribute is of a surface or of an arc: name one of them")
-    loaded = {row.name for row in store.rows(connection, "object/newest")}
+    loaded = {row.name for row in store.rows(connection, "object/newest", run=None)}
     name = max((n for n in loaded if path == n or path.startswith(f"{n}/")), key=len, default=path.partition("/")[0])
     tree = read_tree(store, connection, name, variant)
     inside = path[len(name) + 1 :]
@@ -174,8 +174,6 @@ def _check(owner: Owner, name: str, value: Value, unit: str | None, units: dict[
         raise UsageError(f"the value of {name} is {value!r}, not a number: leave the unit {unit!r} out")
     if unit is not None and unit not in units:
         raise UsageError(f"the unit {unit!r} is unknown: use one of {', '.join(units)}")
-    if name in ("index_kind", "grid_cell_mm") and owner.level == "world":
-        raise UsageError(f"{name} is measured by relmodel index --compare: it is not set by hand")
     if name.lower() in _OF_WORLD_FILE:
         raise UsageError(
             f"{name} is read from the world file: write it there beside the object and place it again, with relmodel "

@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from xml.sax.saxutils import escape
 
 import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import Bytes, Floats, Ints
-from relmodel.drawing.colours import INK, PLAIN, Rgb, colours_of, hexadecimal
-from relmodel.drawing.strokes import key_entries, key_height, with_key
+from relmodel.drawing.colours import INK, PLAIN, Rgb, colours_of
+from relmodel.drawing.strokes import with_key
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import apply
 from relmodel.paths import check_writable
 from relmodel.store import Store
 
-SUFFIXES = (".svg", ".png", ".jpg", ".jpeg")
+SUFFIXES = (".png", ".jpg", ".jpeg")
 
 # Directions in which one looks, and what is up in the picture.
 VIEWS = {
@@ -30,7 +29,6 @@ VIEWS = {
     "left": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
     "iso": ((-1.0, -1.0, -1.5), (0.0, 1.0, 0.0)),
 }
-_FINE = 2  # pixels a pixel and direction of an SVG, whose outlines are traced
 
 
 @dataclass(frozen=True)
@@ -61,25 +59,20 @@ def write_picture(
     """Write a picture of shapes (n,) placed by poses (n, 4, 4), mm, in parallel projection and return the colour (RGB)
     of each kind of feature in it.
 
-    `view` is a name of VIEWS or a direction in which to look.  A path that ends in .svg is written as outlines of the
-    visible surfaces, any other as pixels.  Raises UsageError for a view that is none or a name that no picture has,
-    or where there is nothing to draw; InputError where the picture cannot be written.
+    `view` is a name of VIEWS or a direction in which to look.  Raises UsageError for a view that is none or a name
+    that no picture has, or where there is nothing to draw; InputError where the picture cannot be written.
     """
+    from PIL import Image
+
     if path.suffix.lower() not in SUFFIXES:
         raise UsageError(f"the picture {path} has no picture suffix: end its name with one of {', '.join(SUFFIXES)}")
     check_writable(path, "picture")
     scene = _scene(store, connection, shape_id, pose, _axes(view))
-    vector = path.suffix.lower() == ".svg"
-    hit = _draw(scene, width * (_FINE if vector else 1))
+    hit = _draw(scene, width)
     shown = np.unique(scene.colour[np.unique(hit[hit >= 0])])
     colours = colours_of(scene.kinds)
     legend = {scene.kinds[row - 1]: colours[row - 1] for row in shown.tolist() if row}
-    if vector:
-        path.write_text(_svg(scene, hit, legend))
-    else:
-        from PIL import Image
-
-        Image.fromarray(with_key(_pixels(scene, hit), legend)).save(path)
+    Image.fromarray(with_key(_pixels(scene, hit), legend)).save(path)
     return legend
 
 
@@ -180,44 +173,3 @@ def _pixels(scene: _Scene, hit: Ints) -> Bytes:
     line[1:] |= seen[1:] != seen[:-1]
     picture[line] = INK
     return picture.astype(np.uint8)
-
-
-def _svg(scene: _Scene, hit: Ints, legend: dict[str, Rgb]) -> str:
-    """Outlines of the visible areas, traced around the pixels that show them."""
-    import cv2
-    from scipy.ndimage import find_objects
-
-    seen, rgb = _areas(scene, hit), scene.rgb
-    height, width = (n / _FINE for n in seen.shape)
-    out = []
-    for number, at in enumerate(find_objects(seen), start=1):
-        if at is None:  # hidden
-            continue
-        inside = (seen[at] == number).astype(np.uint8)
-        lines, _ = cv2.findContours(inside, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-        corner = np.array([at[1].start, at[0].start])
-        outline = "".join(
-            "M" + "L".join(f"{x:.5g} {y:.5g}" for x, y in ((p[:, 0] + corner + 0.5) / _FINE).tolist()) + "Z"
-            for p in (cv2.approxPolyDP(line, 0.8, True) for line in lines)
-            if len(p) > 2
-        )
-        if not outline:
-            continue
-        fill = hexadecimal(np.median(rgb[np.unique(hit[at][inside > 0])], axis=0))
-        out.append(f'<path fill="{fill}" d="{outline}"/>')
-    total = height + key_height(legend, int(width))
-    key = [
-        f'<rect x="{x}" y="{y + 3:g}" width="18" height="16" fill="{hexadecimal(colour)}"/>'
-        f'<text x="{x + 26}" y="{y + 17:g}" stroke="none">{escape(words)}</text>'
-        for words, colour, x, y in key_entries(legend, int(width), int(height))
-    ]
-    return "\n".join(
-        [
-            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {total:g}" fill-rule="evenodd" '
-            f'stroke="{hexadecimal(INK)}" stroke-width="0.8" stroke-linejoin="round" '
-            'font-family="sans-serif" font-size="16">',
-            *out,
-            *key,
-            "</svg>\n",
-        ]
-    )

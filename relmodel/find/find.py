@@ -51,10 +51,6 @@ class FoundRow:
     box: tuple[float, ...]
 
 
-# Kinds of index that are tables of the store; the others live in memory (`planner.WorldIndex`).
-STORED_KINDS = ("rtree", "octree")
-
-
 def in_volume(
     store: Store,
     volume: Volume,
@@ -62,11 +58,10 @@ def in_volume(
     level: str = "part",
     world: str | None = None,
     precision: str = "box",
-    kind: str = "rtree",
     wholly: bool = False,
 ) -> dict[str, npt.NDArray[Any]]:
     """What lies in a volume, by columns, sorted by occurrence_id, element_no: `in_volumes` of one."""
-    return in_volumes(store, [volume], level=level, world=world, precision=precision, kind=kind, wholly=wholly)
+    return in_volumes(store, [volume], level=level, world=world, precision=precision, wholly=wholly)
 
 
 def in_volumes(
@@ -76,7 +71,6 @@ def in_volumes(
     level: str = "part",
     world: str | None = None,
     precision: str = "box",
-    kind: str = "rtree",
     wholly: bool = False,
 ) -> dict[str, npt.NDArray[Any]]:
     """What lies in each of some volumes, by columns, sorted by volume_no, occurrence_id, element_no.
@@ -85,24 +79,20 @@ def in_volumes(
     -1 of parts), path of the placed part, name, world box x0 .. z1, box in the shape's frame shape_x0 ..
     shape_z1, world_from_occurrence m00 .. m23.
     The newest revision of the world is asked; the only world of a store needs no name, and a store without worlds holds
-    nothing.  kind: the index that is asked, one of STORED_KINDS; both give the same rows.
-    wholly: only what lies in a volume with all of it, of its boxes or, at precision `exact`, of its triangles with all
-    that may reach beyond them.  Raises UsageError where the
-    level, the precision, the kind or the world is unknown, several worlds need a name, or there is no such index of it.
+    nothing.  wholly: only what lies in a volume with all of it, of its boxes or, at precision `exact`, of its triangles
+    with all that may reach beyond them.  Raises UsageError where the level, the precision or the world is unknown, or
+    several worlds need a name.
     """
     if level not in LEVELS:
         raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
     if precision not in PRECISIONS:
         raise UsageError(f"there is no precision {precision!r}: use one of {', '.join(PRECISIONS)}")
-    if kind not in STORED_KINDS:
-        raise UsageError(f"the store keeps no index of the kind {kind!r}: use one of {', '.join(STORED_KINDS)}")
     with store.read() as connection:
-        world_id, name = world_named(store, connection, world)
-        if kind == "octree" and store.rows(connection, "index/octree_missing", world_id=world_id):
-            raise UsageError(f"the oct-tree of world {name} is not written: relmodel index --octree writes it")
-        bounds = [volume.bounds for volume in volumes]
-        which: dict[str, Any] = {"world": name} if kind == "rtree" else {"world_id": world_id}
-        found = _in_boxes(store, connection, level, bounds, "in_boxes" if kind == "rtree" else "by_octree", **which)
+        _, name = world_named(store, connection, world)
+        bounds = np.array([volume.bounds for volume in volumes], float).reshape(-1, 6)
+        asked = {column: store.array(bounds[:, i]) for i, column in enumerate(BOX_COLUMNS)}
+        asked["volume_no"] = store.array(np.arange(len(bounds)))
+        found = store.columns(connection, "find/in_boxes", world=name, level=level, **asked)
         boxes = np.stack([found[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(float)
         found = _chosen(found, volumes_met(volumes, found["volume_no"], matrices(found), boxes))
         if precision == "exact":
@@ -110,16 +100,6 @@ def in_volumes(
         elif wholly:
             found = _chosen(found, _boxes_within(volumes, found))
     return found
-
-
-def _in_boxes(
-    store: Store, connection: Connection, level: str, boxes: list[Floats], how: str, **which: Any
-) -> dict[str, npt.NDArray[Any]]:
-    """What lies in each of some boxes, as rows of the table that the query joins."""
-    bounds = np.array(boxes, float).reshape(-1, 6)
-    asked = {name: store.array(bounds[:, i]) for i, name in enumerate(BOX_COLUMNS)}
-    asked["volume_no"] = store.array(np.arange(len(boxes)))
-    return store.columns(connection, f"find/{how}", **which, level=level, **asked)
 
 
 def _chosen(found: dict[str, npt.NDArray[Any]], met: Bools) -> dict[str, npt.NDArray[Any]]:
@@ -213,13 +193,12 @@ def find_rows(
     level: str | None = None,
     world: str | None = None,
     precision: str = "box",
-    kind: str = "rtree",
     wholly: bool = False,
 ) -> list[FoundRow]:
     """What lies in a volume, ready to print, sorted by path and name; without a level, parts and their features."""
     rows = []
     for asked in (level,) if level else ("part", "feature"):
-        found = in_volume(store, volume, level=asked, world=world, precision=precision, kind=kind, wholly=wholly)
+        found = in_volume(store, volume, level=asked, world=world, precision=precision, wholly=wholly)
         boxes = np.stack([found[name] for name in BOX_COLUMNS], axis=1).astype(float).tolist()
         order = np.lexsort((found["element_no"], found["path"].astype(str)))
         rows += [FoundRow(str(found["path"][i]), asked, str(found["name"][i]), tuple(boxes[i])) for i in order]

@@ -20,7 +20,7 @@ class Octree:
     A box is listed in every leaf that it touches; a query reports it in one of them only, that which holds the least
     point that box and query share.  Empty cells are not kept.
 
-    cells: (m, 6) boxes of the cells, root first, depth by depth; parent: (m,), -1 of the root; of cell i the children
+    cells: (m, 6) boxes of the cells, root first, depth by depth; of cell i the children
     are `first_child[i]` to `first_child[i] + child_count[i]`, the boxes, where it is a leaf, `entry[first_entry[i]]`
     to `entry[first_entry[i + 1]]`.
     """
@@ -31,7 +31,7 @@ class Octree:
         root = np.zeros((1, 6))
         if n:
             root[0] = [*self._boxes[:, :3].min(axis=0), *self._boxes[:, 3:].max(axis=0)]
-        cells, parents, first_child, child_count, lists = [root], [np.array([-1])], [], [], []
+        cells, first_child, child_count, lists = [root], [], [], []
         node, box = np.zeros(n, np.int64), np.arange(n)  # pairs of this depth, by cell
         made = 1
         for depth in range(DEPTH + 1):
@@ -65,10 +65,9 @@ class Octree:
             owner = kept // 8
             low = np.where(side, middle[owner], here[owner, :3])
             high = np.where(side, here[owner, 3:], middle[owner])
-            parents.append(made - len(here) + owner)
             cells.append(np.concatenate([low, high], axis=1))
             made += len(kept)
-        self.cells, self.parent = np.concatenate(cells), np.concatenate(parents)
+        self.cells = np.concatenate(cells)
         self.first_child = np.concatenate(first_child).astype(np.int64)
         self.child_count = np.concatenate(child_count).astype(np.int64)
         leaf, entry = (np.concatenate(columns) for columns in zip(*lists, strict=True))

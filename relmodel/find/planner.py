@@ -59,21 +59,17 @@ class WorldIndex:
         self._elements = {str(level): _ShapePages(shapes, columns) for level, columns in elements.items()}
 
     @classmethod
-    def load(cls, store: Store, world: str | None = None, kind: str | None = None) -> WorldIndex:
-        """The newest revision of a world of a store; the only one needs no name.
-
-        kind: one of `kinds.KINDS`; without it, that which `compare` has found best for the world, or else `rtree`.
-        """
+    def load(cls, store: Store, world: str | None = None, kind: str = "rtree") -> WorldIndex:
+        """The newest revision of a world of a store; the only one needs no name.  kind: one of `kinds.KINDS`."""
         with store.read() as connection:
             world_id = world_named(store, connection, world)[0]
-            chosen = [str(row.kind) for row in store.rows(connection, "index/choice", world_id=world_id)]
             parts, hulls = placed_parts(store, connection, world_id)
             elements: dict[Level, dict[str, npt.NDArray[Any]]] = {
                 level: store.columns(connection, "index/elements", world_id=world_id, level=level)
                 for level in LEVELS
                 if level != "part"
             }
-        return cls(parts, elements, hulls, kind or next(iter(chosen), "rtree"))
+        return cls(parts, elements, hulls, kind)
 
     def in_volume(self, volume: Volume, level: str = "part") -> tuple[Ints, Ints]:
         """occurrence_id and element_no (-1 of parts) of what lies in a volume, sorted; defined as in `find`."""

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Ints, Ints32
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.find.packing import bounds_of_runs, page_order
 from relmodel.find.pairs import as_boxes
 from relmodel.find.volumes import VolumeTable
 
 FANOUT = 16
 _FEW = 64  # boxes asked of which the order makes no difference
-EMPTY = np.repeat([np.inf, -np.inf], 3)  # bounds that no box meets
 _ONE = np.zeros(1, np.int64)
 
 
@@ -58,22 +55,14 @@ class PackedRTree:
         """Numbers of the boxes that meet a box (6,)."""
         return self._kernels.entries_in_box(self._nodes, self._leaves, box[None])
 
-    def in_boxes(self, boxes: Floats, order: Ints | None = None) -> tuple[Ints, Ints]:
-        """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked.
-
-        order: in which they are looked at, as `turns` gives it.
-        """
-        order = self.turns(boxes) if order is None else order
-        return self._kernels.entries_in_boxes(self._nodes, self._leaves, order, boxes)
-
-    def turns(self, boxes: Floats) -> Ints:
-        """Numbers (k,) of boxes (k, 6) in an order in which near ones mostly follow each other, where they are many."""
-        order = np.arange(len(boxes))
+    def in_boxes(self, boxes: Floats) -> tuple[Ints, Ints]:
+        """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked."""
+        order = np.arange(len(boxes))  # in which they are looked at: near ones mostly follow each other
         if len(boxes) > _FEW:
             self._kernels.near_keys(boxes, self._around, order)
             order.sort()
             order &= 0xFFFFFFFF
-        return order
+        return self._kernels.entries_in_boxes(self._nodes, self._leaves, order, boxes)
 
     def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
         """Pairs of (number of the volume, number of a box) where the box meets the ball and is not wholly outside any
@@ -93,38 +82,6 @@ class PackedRTree:
         from relmodel.find import rtree_kernels
 
         return rtree_kernels.any_in_boxes(self._nodes, self._leaves, boxes)
-
-    def drop(self, number: int) -> bool:
-        """Take a box out, which is then met by nothing; returns whether it was there."""
-        leaf, place = divmod(int(self._place[number]), FANOUT)
-        if self._nodes[leaf, 0, place] == np.inf:
-            return False
-        self._kernels.write_entry(self._nodes, leaf, place, EMPTY)
-        return True
-
-    def put(self, number: int, box: Floats) -> None:
-        """Write bounds (6,) into the place of a box of a tree of two levels."""
-        leaf, place = divmod(int(self._place[number]), FANOUT)
-        self._kernels.write_entry(self._nodes, leaf, place, box)
-
-    def clear(self) -> None:
-        """Take all boxes out of a tree of two levels."""
-        _ = self._place  # found by what is there
-        self._nodes[:, :6] = EMPTY[:, None]
-
-    def kept(self) -> tuple[Ints, Floats]:
-        """Numbers (n,) and bounds (n, 6) of the boxes that were not taken out."""
-        leaves = self._nodes[: self._leaves].transpose(0, 2, 1).reshape(-1, 7)
-        there = np.flatnonzero(leaves[:, 0] < np.inf)
-        return leaves[there, 6].astype(np.int64), leaves[there, :6]
-
-    @cached_property
-    def _place(self) -> Ints32:
-        """Leaf and place in it, as 16 leaf + place, of each box by number."""
-        place = np.empty(self._count, np.int32)
-        there = np.flatnonzero(self._nodes[: self._leaves, 0].reshape(-1) < np.inf).astype(np.int32)
-        place[self._nodes[: self._leaves, 6].reshape(-1)[there].astype(np.int64)] = there
-        return place
 
     @property
     def nbytes(self) -> int:

@@ -156,18 +156,6 @@ def fill_nodes(boxes: Floats, order: Ints, first: Ints, below: int, nodes: Float
             nodes[i, 6, k] = row if below < 0 else below + first[i] + k
 
 
-@kernel("void(f8[:, :, ::1], i8, i8, f8[::1])")
-def write_entry(nodes: Floats, leaf: int, place: int, box: Floats) -> None:
-    """Write the bounds (6,) of an entry into its place, and widen its leaf in the root where that holds leaves."""
-    root = len(nodes) - 1
-    for j in range(6):
-        nodes[leaf, j, place] = box[j]
-    if 0 < root <= FANOUT and leaf < root:
-        for j in range(3):
-            nodes[root, j, leaf] = min(nodes[root, j, leaf], box[j])
-            nodes[root, 3 + j, leaf] = max(nodes[root, 3 + j, leaf], box[3 + j])
-
-
 @kernel("void(f8[:, ::1], i8[::1], f8[:, ::1])")
 def bound_runs(boxes: Floats, order: Ints, bounds: Floats) -> None:
     """The boxes (m, 6) that bound runs of 16 of boxes (n, 6) in an order (n,)."""

@@ -335,11 +335,8 @@ def _loop_keys(shape: Shape, arcs: list[str]) -> list[str]:
 
 def _part_key(part: Part, shape: ShapeKeys) -> str:
     pmi = [repr((replace(p, surfaces=()), [(shape.surfaces[s], role) for s, role in p.surfaces])) for p in part.pmi]
-    marked = ["supplemental"] if part.supplemental else []
     attributes = _attribute_texts(part.attributes)
-    return content_key(
-        [part.number, part.name, part.material or "", part.colour or "", *attributes, *pmi, *marked, shape.shape]
-    )
+    return content_key([part.number, part.name, part.material or "", part.colour or "", *attributes, *pmi, shape.shape])
 
 
 def _attribute_texts(attributes: Sequence[Attribute]) -> list[str]:

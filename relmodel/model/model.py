@@ -81,7 +81,7 @@ class Shape:
         is itself made from others refers to rows before it.
     """
 
-    kind: Literal["solid", "sheet", "wire", "mesh"]
+    kind: Literal["solid", "sheet", "mesh"]
     volume: float | None
     surfaces: Table
     arcs: Table
@@ -126,10 +126,7 @@ class Pmi:
 
 @dataclass(frozen=True)
 class Part:
-    """A product and the shape (index into `Model.shapes`) that it has.
-
-    supplemental: construction and reference geometry, or drawn annotation, of a product; not material.
-    """
+    """A product and the shape (index into `Model.shapes`) that it has."""
 
     number: str
     name: str
@@ -138,7 +135,6 @@ class Part:
     colour: str | None = None
     attributes: tuple[Attribute, ...] = ()
     pmi: tuple[Pmi, ...] = ()
-    supplemental: bool = False
     findings: tuple[Finding, ...] = ()
 
 

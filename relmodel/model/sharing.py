@@ -72,7 +72,7 @@ def _classes(shapes: Sequence[Shape]) -> tuple[Ints, Floats, dict[int, Ints]]:
     firsts: dict[tuple[str, ...], list[int]] = {}
     elements: dict[int, Elements] = {}
     for i, shape in enumerate(shapes):
-        if not shape.surfaces or shape.kind == "wire" or not shape.arcs or "fitted" in shape.surfaces["provenance"]:
+        if not shape.surfaces or not shape.arcs or "fitted" in shape.surfaces["provenance"]:
             continue
         alike = firsts.setdefault(_counts(shape), [])
         for first in alike:

@@ -122,11 +122,12 @@ def _copy(driver: Any, table: str, columns: Columns, count: int) -> None:
         sql.Identifier(table), sql.SQL(", ").join(map(sql.Identifier, columns))
     )
     with driver.cursor() as cursor, cursor.copy(statement) as copy:
-        for row in zip(*(_objects(values, count) for values in columns.values()), strict=True):
+        for row in zip(*(objects(values, count) for values in columns.values()), strict=True):
             copy.write_row(row)
 
 
-def _objects(values: ColumnValues, count: int) -> Iterator[Any]:
+def objects(values: ColumnValues, count: int) -> Iterator[Any]:
+    """The values of a column of so many rows, one by one; None is null."""
     if isinstance(values, Ragged):
         null = np.zeros(count, bool) if values.null is None else values.null
         return (None if null[i] else values[i].tolist() for i in range(count))
@@ -179,7 +180,7 @@ def array_text(dialect: str, numbers: npt.NDArray[Any]) -> str:
 
 
 def fetch_columns(
-    connection: Connection, query: TextClause, parameters: Mapping[str, Any]
+    connection: Connection, query: sa.Executable, parameters: Mapping[str, Any]
 ) -> dict[str, npt.NDArray[Any]]:
     """Run a query and return its result by columns; see `Store.columns`."""
     result = connection.execute(query, parameters)

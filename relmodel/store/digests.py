@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterable, Set
 from typing import Any
 
+import numpy.typing as npt
 import sqlalchemy as sa
 from sqlalchemy import Connection, Table
 
@@ -49,6 +50,20 @@ def digest_rows(store: Database, connection: Connection, run: int, written: Set[
             if (digest := connection.scalar(asked)) is not None:
                 digests[relation] = str(digest)
     return digests
+
+
+def read_rows(
+    store: Database, connection: Connection, run: int, relation: str, columns: Iterable[str]
+) -> dict[str, npt.NDArray[Any]]:
+    """Columns of the rows of a relation that an inspection rests on, as `Database.columns` gives them."""
+    table = store.table(relation)
+    found = _key_of(table)
+    assert found is not None
+    keys = _keys(store)[found[0]]
+    asked = sa.select(*(table.c[name] for name in columns)).where(
+        found[1].in_(sa.select(keys.c.key).where(keys.c.run_id == run))
+    )
+    return bulk.fetch_columns(connection, asked, {})
 
 
 def seal(store: Database, connection: Connection, runs: Iterable[int]) -> str:

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 import numpy as np
 
 import relmodel
+from relmodel.arrays import Ints
 from relmodel.blas import one_blas_thread
 from relmodel.columns import Columns
 from relmodel.errors import InputError, InUseError, StoreError, UsageError
@@ -159,8 +160,11 @@ class Run:
             run.step("read")
             run.transact(lambda connection: run.append(connection, "surface", columns))
 
-    An error that leaves the block ends the run as failed.
+    An error that leaves the block ends the run as failed.  is_rehearsal: whether what the store has of it is made
+    again, and nothing written.
     """
+
+    is_rehearsal = False
 
     def __init__(self, store: Database, run_id: int, kind: str) -> None:
         self.store = store
@@ -341,6 +345,10 @@ class Run:
         with self.store.read() as connection:
             asked = {"run": self.id, "write_no": self._writes, "event_no": self._count.events}
             return bool(self.store.rows(connection, "run/committed", **asked))
+
+    def new_ids(self, connection: Connection, table: str, count: int) -> Ints:
+        """New identities, as `Database.new_ids`."""
+        return self.store.new_ids(connection, table, count)
 
     def append(self, connection: Connection, table: str, columns: Columns) -> int:
         """Append rows by columns, as `Database.append`."""

@@ -26,7 +26,7 @@ def find_variant(store: Store, connection: Connection, name: str, variant: str =
 
     Raises UsageError that lists the variants, or the objects, where there is no such one.
     """
-    loaded = store.rows(connection, "object/newest")
+    loaded = store.rows(connection, "object/newest", run=None)
     own = {row.variant: row for row in loaded if row.name == name}
     found = own.get(variant) or (next(iter(own.values())) if not variant and len(own) == 1 else None)
     if found is not None:

@@ -70,7 +70,7 @@ def _place(store: Store, run: Run, file: WorldFile, write_rig: RigWriter | None,
     if write_rig is None and any(mount.kind == "rig" for mount in file.mounts):
         raise UsageError(f"{file.path} mounts rigs: place it with a writer of rigs")
     with store.read() as connection:
-        pinned = _pin(file, [dict(row._mapping) for row in store.rows(connection, "object/newest")])
+        pinned = _pin(file, [dict(row._mapping) for row in store.rows(connection, "object/newest", run=None)])
         _refuse_cycles(store, connection, file, pinned)
         of_object = {number: Robots(store, connection, number) for number in {row["object_id"] for row in pinned}}
         robots = [of_object[row["object_id"]] for row in pinned]

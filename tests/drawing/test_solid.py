@@ -65,11 +65,8 @@ def test_slivers_narrower_than_a_line_are_not_all_lines(duckdb_template: Path, t
         store_model(
             store, Model("STL", None, "mm", 1.0, (shape,), (Part("R", "R", 0),), (rod,), 0, None, 0, "test"), "rod"
         )
-    for name in ("rod.png", "rod.svg"):
-        words = ["show", "rod", "--picture", str(tmp_path / name), "--view", "right", "--store", target]
-        assert main(words) == 0
+    assert main(["show", "rod", "--picture", str(tmp_path / "rod.png"), "--view", "right", "--store", target]) == 0
     grey = np.asarray(Image.open(tmp_path / "rod.png").convert("L"))
     step = 1600 / (600 * 1.04)  # px in a mm
     assert (grey < 250).sum() == pytest.approx(40 * 600 * step**2, rel=0.02)
     assert (grey == 40).sum() < 0.1 * (grey < 250).sum(), "lines"
-    assert (tmp_path / "rod.svg").read_text().count("<path") < 10

@@ -9,7 +9,6 @@ import numpy.typing as npt
 import sqlalchemy as sa
 
 from relmodel.find.find import LEVELS, in_volumes
-from relmodel.find.octree_tables import write_octree
 from relmodel.find.planner import WorldIndex, placed_parts, world_boxes
 from relmodel.find.volumes import Box
 from relmodel.store import Store
@@ -78,20 +77,17 @@ def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
             assert rows_written == comes[:revision]
             assert known == {path: ids.get(path, known[path]) for path in known}
             known |= ids
-            if revision == 1:
-                write_octree(store)  # those of later revisions follow it
             index = WorldIndex.load(store)
             for level in LEVELS:
                 truth = [oracle.in_box(box, level) for box in boxes]
                 rows = in_volumes(store, boxes, level=level)
                 assert answers(rows, len(boxes)) == truth
-                assert answers(in_volumes(store, boxes, level=level, kind="octree"), len(boxes)) == truth
                 in_process = index.in_volumes(boxes, level)
                 for column, found in zip(("volume_no", "occurrence_id", "element_no"), in_process, strict=True):
                     assert np.array_equal(rows[column], found)
             everything = Box(-1e5, -1e5, -1e5, 1e5, 1e5, 1e5)
             first.append(answers(in_volumes(store, [everything]), 1)[0])
-            wanted = ("object_", "placed_body", "octree")
+            wanted = ("object_", "placed_body")
             queries = (*(f"check/{name}" for name in wanted), "journal")
             assert not [r for f in check(store) if f.query.startswith(queries) for r in f.rows]
         with store.read() as connection:  # every earlier revision is there, as it was

@@ -12,9 +12,8 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.errors import UsageError
-from relmodel.find.find import LEVELS, STORED_KINDS, find_rows, in_volume, in_volumes
+from relmodel.find.find import LEVELS, find_rows, in_volume, in_volumes
 from relmodel.find.kinds import KINDS
-from relmodel.find.octree_tables import write_octree
 from relmodel.find.planner import WorldIndex
 from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere, Volume
 from relmodel.find.widening import widened
@@ -209,11 +208,9 @@ def test_every_volume_by_every_kind(filled: tuple[Store, Oracle], level: str) ->
     for kind in KINDS[1:]:
         answered = WorldIndex.load(store, kind=kind).in_volumes(volumes, level)
         assert all(map(np.array_equal, answered, (number, ids, elements))), kind
-    write_octree(store)
-    for kind in STORED_KINDS:
-        found = in_volumes(store, volumes, level=level, kind=kind)
-        for name, same in (("volume_no", number), ("occurrence_id", ids), ("element_no", elements)):
-            assert np.array_equal(found[name], same), (kind, name)
+    found = in_volumes(store, volumes, level=level)
+    for name, same in (("volume_no", number), ("occurrence_id", ids), ("element_no", elements)):
+        assert np.array_equal(found[name], same), name
     assert len(WorldIndex.load(store).in_volumes([], level)[0]) == len(in_volumes(store, [], level=level)["path"]) == 0
 
 

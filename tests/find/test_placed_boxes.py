@@ -10,7 +10,6 @@ import pytest
 from relmodel.app.cli.main import main
 from relmodel.arrays import Floats
 from relmodel.find.find import BOX_COLUMNS, in_volume, in_volumes
-from relmodel.find.octree_tables import write_octree
 from relmodel.find.planner import WorldIndex, placed_parts, world_boxes
 from relmodel.find.volumes import Box
 from relmodel.geometry.transforms import rotation_matrix
@@ -43,11 +42,6 @@ def stl(corners: Floats) -> str:
         loop = "\n".join(f"vertex {x} {y} {z}" for x, y, z in (a, b, c))
         facets.append(f"facet normal {n[0]} {n[1]} {n[2]}\nouter loop\n{loop}\nendloop\nendfacet")
     return "solid wedge\n" + "\n".join(facets) + "\nendsolid wedge\n"
-
-
-def octree_rows(store: Store, asked: list[Box], level: str) -> list[tuple[int, ...]]:
-    rows = in_volumes(store, asked, level=level, kind="octree")
-    return list(zip(*(rows[c].tolist() for c in KEY), strict=True))
 
 
 def around_cylinder(centre: Floats, axis: Floats) -> Floats:
@@ -91,12 +85,10 @@ def test_boxes_are_of_placed_geometry(fresh_store: str, tmp_path: Path, turn: Fl
                     beyond[i], beyond[3 + i] = box[3 + i] + by, box[3 + i] + by + 1
                     asked.append(Box(*beyond))
         index = WorldIndex.load(store)
-        write_octree(store)
         for level in ("part", "feature", "surface", "arc"):
             rows = in_volumes(store, asked, level=level)
             for column, own in zip(KEY, index.in_volumes(asked, level), strict=True):
                 assert np.array_equal(rows[column], own)
-            assert octree_rows(store, asked, level) == list(zip(*(rows[c].tolist() for c in KEY), strict=True))
         write_questions([*asked], tmp_path)
         expected_rows = expected(store, [*asked])
         assert not [f for f in check(store) if f.rows]

@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
-from relmodel.find.find import STORED_KINDS, in_volume, in_volumes
+from relmodel.find.find import in_volume, in_volumes
 from relmodel.find.kinds import KINDS
-from relmodel.find.octree_tables import write_octree
 from relmodel.find.parquet import export_parts
 from relmodel.find.planner import WorldIndex
 from relmodel.find.volumes import Box, Frustum, Sphere
@@ -31,15 +30,13 @@ def cubes(
     target = new_store(request.param)
     with Store.open(target) as store:
         fill(store, tmp_path_factory.mktemp("cubes"))
-        write_octree(store)
     return target
 
 
-@pytest.mark.parametrize("kind", STORED_KINDS)
-def test_queries_of_the_store(cubes: str, kind: str) -> None:
+def test_queries_of_the_store(cubes: str) -> None:
     with Store.open(cubes) as store:
-        one_by_one = [letters(in_volume(store, volume, kind=kind)["path"].tolist()) for volume in VOLUMES]
-        together = in_volumes(store, VOLUMES, kind=kind)
+        one_by_one = [letters(in_volume(store, volume)["path"].tolist()) for volume in VOLUMES]
+        together = in_volumes(store, VOLUMES)
     assert dict(zip(NAMES, one_by_one, strict=True)) == dict(zip(NAMES, WANTED, strict=True))
     for number, wanted in enumerate(WANTED):
         assert letters(together["path"][together["volume_no"] == number].tolist()) == wanted, NAMES[number]

@@ -38,7 +38,7 @@ FILES = (
 
 def exact(path: Path) -> list[Shape]:
     """Shapes with faces."""
-    return [shape for shape in loaded(path).shapes if shape.kind != "wire"]
+    return list(loaded(path).shapes)
 
 
 @cache
@@ -77,8 +77,7 @@ def kernel_shapes(path: Path) -> list[tuple[Any, list[Any], list[Any]]]:
 
 def occurrences(model: Model, assembly: int | None = None) -> int:
     one = model.assemblies[model.root if assembly is None else assembly]
-    placed = [i for i in one.instances if i.kind == "assembly" or not model.parts[i.child].supplemental]
-    return sum(1 if i.kind == "part" else occurrences(model, i.child) for i in placed)
+    return sum(1 if i.kind == "part" else occurrences(model, i.child) for i in one.instances)
 
 
 def pairs(path: Path) -> list[tuple[Shape, Any, list[Any], list[Any]]]:
@@ -121,17 +120,15 @@ def test_counts_are_those_of_kernel_and_text(data_dir: Path, name: str) -> None:
     products, usages, edges = (
         len(text.of(name)) for name in ("PRODUCT", "NEXT_ASSEMBLY_USAGE_OCCURRENCE", "EDGE_CURVE")
     )
-    assert sum(s.kind != "wire" for s in model.shapes) == len(kernel)
-    faces = [len(s.surfaces["kind"]) for s in model.shapes if s.kind != "wire"]
+    faces = [len(s.surfaces["kind"]) for s in model.shapes]
     assert sorted(faces) == sorted(len(f) for _, f, _ in kernel)
     assert sum(faces) == part21.face_count(text) == model.faces_loaded == model.faces_in_file
     # Every product of the file is a part or an assembly; a file with one part has an assembly around it.
     around = 0 if usages else 1
-    drawn = sum(part.supplemental for part in model.parts)
-    assert len(model.parts) - drawn + len(model.assemblies) - around == products
-    assert sum(len(a.instances) for a in model.assemblies) - drawn - around == usages
+    assert len(model.parts) + len(model.assemblies) - around == products
+    assert sum(len(a.instances) for a in model.assemblies) - around == usages
     if edges == sum(len(e) for _, _, e in kernel):
-        assert sum(len(s.arcs["kind"]) for s in model.shapes if s.kind != "wire") == edges
+        assert sum(len(s.arcs["kind"]) for s in model.shapes) == edges
 
 
 @pytest.mark.data
@@ -148,10 +145,9 @@ def test_counts_are_those_of_kernel_and_text(data_dir: Path, name: str) -> None:
 )
 def test_structure(data_dir: Path, name: str, assemblies: int, parts: int, placed: int, faces: int, edges: int) -> None:
     model = loaded(data_dir / "step" / name)
-    own = [part for part in model.parts if not part.supplemental]
-    assert (len(model.assemblies), len(own), occurrences(model)) == (assemblies, parts, placed)
+    assert (len(model.assemblies), len(model.parts), occurrences(model)) == (assemblies, parts, placed)
     assert sum(len(s.surfaces["kind"]) for s in model.shapes) == faces
-    assert sum(len(s.arcs["kind"]) for s in model.shapes if s.kind != "wire") == edges
+    assert sum(len(s.arcs["kind"]) for s in model.shapes) == edges
 
 
 @pytest.mark.data

@@ -9,13 +9,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
-import sqlalchemy as sa
 
-from relmodel.app.show.tree import material_rows, read_tree
-from relmodel.drawing.solid import write_picture
 from relmodel.errors import InputError
 from relmodel.find.find import world_named
 from relmodel.model.model import Pmi, Shape
@@ -23,7 +19,6 @@ from relmodel.readers.step.part21_instances import Instances, Typed
 from relmodel.readers.step.part21_units import measure
 from relmodel.store import Store
 from relmodel.store.check import check
-from relmodel.variants.compare_variants import compare
 from relmodel.world.placement import place_world
 from tests.parts.step_parts import bracket_with_sheet_and_line, compound, loaded, write_product
 from tests.reading import load, read_here, shared, store_model
@@ -242,9 +237,8 @@ def test_layers_and_colours_are_those_of_the_text(data_dir: Path) -> None:
         "010": "#1202",
         "015": "#20",
     }
-    body, drawn = loaded(io1).parts
+    (body,) = loaded(io1).parts
     assert set(loaded(io1).shapes[body.shape].surfaces["layer"]) == {"010"}  # #1202 is the solid
-    assert drawn.attributes == (("layer", "015", None),)  # #20 and on the loose edges
     as1 = loaded(data_dir / "step/as1-tu-203.stp")
     assert {layer for shape in as1.shapes for layer in shape.surfaces["layer"]} == {"256"}
 
@@ -261,59 +255,32 @@ def test_layers_and_colours_are_those_of_the_text(data_dir: Path) -> None:
 
 
 @pytest.mark.data
-def test_loose_lines_and_sheets_of_a_file_are_kept_and_marked(data_dir: Path) -> None:
-    for name, curves in (("io1-tu-203.stp", 6), ("nist_ctc_01_asme1_ap203.stp", 78)):
-        path = data_dir / "step" / name
-        model = loaded(path)
-        body, drawn = model.parts
-        assert (body.supplemental, drawn.supplemental) == (False, True)
-        shape = model.shapes[drawn.shape]
-        listed = re.findall(r"#\d+", found(path, r"GEOMETRIC_CURVE_SET\('[^']*',\(([#\d,]*)\)\)")[0])
-        assert shape.kind == "wire"
-        assert curves == len(shape.arcs["kind"]) == sum("POINT" not in instances(path)[n] for n in listed)
+def test_sheets_beside_solids_are_left_out_and_said(data_dir: Path) -> None:
     path = data_dir / "step/nist_ctc_02_asme1_ap242.stp"
     model = loaded(path)
-    sheets = [p for p in model.parts if model.shapes[p.shape].kind == "sheet"]
-    assert len(sheets) == len(found(path, r"=SHELL_BASED_SURFACE_MODEL\("))
-    assert all(p.supplemental for p in sheets)
+    assert [model.shapes[part.shape].kind for part in model.parts] == ["solid"]
+    assert len(model.shapes) == 1
+    left = sum(f.value or 0.0 for f in model.findings if f.kind == "left_out")
+    assert left == model.faces_loaded - len(model.shapes[0].surfaces["kind"]) > 0
+    assert len([f for f in model.findings if f.kind == "left_out"]) > 0
+    for name in ("io1-tu-203.stp", "nist_ctc_01_asme1_ap203.stp"):  # with lines of construction
+        assert len(loaded(data_dir / "step" / name).parts) == 1
 
 
-def test_supplemental_geometry_stays_out_of_worlds_and_views(tmp_path: Path, fresh_store: str) -> None:
+def test_what_is_no_material_is_left_out(tmp_path: Path, fresh_store: str) -> None:
     path = write_product(tmp_path / "bracket.step", bracket_with_sheet_and_line(), "bracket")
     (tmp_path / "world.yaml").write_text("world: w\nobjects:\n  - {object: bracket, name: b}\n")
     with Store.open(fresh_store) as store:
         report = load(store, path, name="bracket", variant="")
-        assert (report.parts, report.occurrences, report.supplemental_parts) == (1, 1, 2)
-        assert load(store, path, name="bracket", variant="B").status == "added"
+        assert (report.status, report.parts, report.occurrences) == ("added", 1, 1)
+        assert report.findings == (("left_out", 1),)
         place_world(store, tmp_path / "world.yaml")
         assert not [f for f in check(store) if f.rows]
         with store.read() as connection:
-            parts = connection.execute(store.table("part").select()).all()
-            assert sorted((p.name, p.supplemental) for p in parts) == [
-                ("bracket", False),
-                ("bracket supplemental", True),
-                ("bracket supplemental sheet", True),
-            ]
-            kinds = {s.id: s.kind for s in connection.execute(store.table("shape").select())}
-            assert {kinds[p.shape_id] for p in parts if p.supplemental} == {"wire", "sheet"}
-            placed = connection.execute(sa.text("SELECT * FROM occurrence")).all()
-            assert [o.path for o in placed if o.kind == "part"] == ["b/bracket"]
+            assert [p.name for p in connection.execute(store.table("part").select())] == ["bracket"]
+            assert [s.kind for s in connection.execute(store.table("shape").select())] == ["solid"]
             world, _ = world_named(store, connection, None)
-            scene = read_scene(store, connection, world)
-            assert scene.paths == ["b/bracket"]
-            assert scene.scene.vertices[:, 2].max() == 10.0
-            assert scene.scene.sample_point[:, 2].max() == pytest.approx(10.0)
-            tree = read_tree(store, connection, "bracket")
-            at = material_rows(store, connection, tree)
-            picture = tmp_path / "side.png"
-            legend = write_picture(store, connection, tree.shape_id[at], tree.pose[at], picture, "right")
-        drawn = cv2.imread(str(tmp_path / "side.png"))
-        assert drawn is not None
-        assert legend
-        # the body alone is 10 mm deep and 20 mm high; the sheet stands 50 mm off
-        assert drawn.shape[0] > 1.5 * drawn.shape[1]
-        result = compare(store, ("bracket", ""), ("bracket", "B"))
-        assert result is not None
+            assert read_scene(store, connection, world).scene.vertices[:, 2].max() == 10.0
 
 
 def test_wrappers_of_one_body_are_collapsed(tmp_path: Path) -> None:

@@ -111,9 +111,8 @@ def give_up(store: Store, keys: dict[str, Any]) -> None:
 def test_columns_without_a_value_are_of_their_type(fresh_store: str) -> None:
     """Of no row, and of rows that hold nothing."""
     with Store.open(fresh_store) as store, store.read() as connection:
-        none = store.columns(connection, "replay/relations", run=1)
-        assert {name: values.dtype.kind for name, values in none.items() if "distance" in name}
-        assert all(values.dtype.kind in "if" and not len(values) for values in none.values())
+        none = store.columns(connection, "cameras/rig", rig_id=1)
+        assert all(none[name].dtype.kind in "if" and not len(none[name]) for name in ("m00", "width", "fx"))
         empty = fetch_columns(connection, sa.text("SELECT CAST(NULL AS DOUBLE PRECISION) AS x"), {})["x"]
         assert np.isnan(empty.astype(float)).all()
         assert empty.dtype.kind == "f"

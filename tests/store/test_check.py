@@ -84,7 +84,7 @@ def plate() -> Model:
             "surface_a": 0,
             "convexity": "free",
         },
-        "part": {"id": [1], "content_key": "p", "number": "1", "name": "plate", "supplemental": False, "shape_id": 1},
+        "part": {"id": [1], "content_key": "p", "number": "1", "name": "plate", "shape_id": 1},
         "object": {"id": [1, 2], "content_key": ["o", "p"], "name": ["o", "p"], "kind": "assembly"},
         "object_object": {"parent_id": [1], "child_no": 0, "child_id": 2, "name": "b"} | transform(90, [10, 0, 0]),
         "object_part": {"object_id": [2], "child_no": 0, "part_id": 1, "name": "c"} | transform(0, [0, 0, 5]),
@@ -147,18 +147,6 @@ def mount_nowhere(model: Model) -> None:
     model["rig"] = {"id": [1], "content_key": "rig"}
     mount: dict[str, Any] = {"world": ["w"], "mount_no": 0, "first_revision": 1, "name": "head", "object_no": 1}
     model["world_mount"] = mount | {"rig_id": 1, "link": "flange", "object_path": "flange"} | transform(90, [10, 0, 1])
-
-
-def add_octree(model: Model, x1: float, node: int = 2) -> None:
-    """An oct-tree of one cell and one inside it."""
-    cells = {"object_id": 1, "cell": [1], "body_no": 0, "parent": 0} | box([9, 0, 5], [x1, 2, 5])
-    model["octree_cell"] = {"object_id": 1, "cell": [0], "body_no": 0, "nodes": [[]]} | box([9, 0, 5], [10, 2, 5])
-    model["octree_cell/1"] = cells | {"nodes": [[node]]}
-
-
-def list_in_wrong_cell(model: Model) -> None:
-    """A cell that lists a node of none of its bodies."""
-    add_octree(model, 9.5, node=7)
 
 
 def add(table: str, **row: Any) -> Callable[[Model], None]:
@@ -226,8 +214,6 @@ FAULTS = {
         angle_sigma=0.1,
     ),
     "matching_cost": add("problem_relation", run_id=7, problem_no=0, unit_no=0, neighbour_no=1, weight=1),
-    "octree_cell": lambda model: add_octree(model, 11),
-    "octree_entry": list_in_wrong_cell,
     "loop_open": fault("arc", "end_x", [2.0, 2.02, 0.0, 0.0]),
     "arc_off_surface": fault("surface", "origin_z", 0.02),
     "surface_without_loop": lambda model: [model.pop(name) for name in ("coedge", "loop")],

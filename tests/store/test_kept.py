@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from relmodel.errors import InUseError
+from relmodel.identity import code_sha256
 from relmodel.store import Run, Store, engine, kept
 from relmodel.store.check import check
 from tests.holding import held
@@ -29,7 +30,7 @@ class Found:
     unit_mm: np.ndarray[Any, np.dtype[np.float64]]
 
     def record(self, run: Run, connection: Connection) -> None:
-        columns = dict.fromkeys(("file_name", "sha256"), self.names)
+        columns: dict[str, Any] = dict.fromkeys(("file_name", "sha256"), self.names)
         columns |= dict.fromkeys(("format", "unit", "loader_version"), "any")
         ids = run.store.new_ids(connection, "source", len(self.names))
         run.append(connection, "source", {"id": ids, **columns, "unit_mm": self.unit_mm})
@@ -134,7 +135,7 @@ class Harmful:
 def test_a_file_from_elsewhere_calls_nothing(duckdb_file: Path) -> None:
     harmed = duckdb_file.with_name("harmed")
     file = Path(f"{duckdb_file}.kept-1")
-    for content in (b"", b"\x80", pickle.dumps(kept.code_sha256()) + pickle.dumps(Harmful(harmed))):
+    for content in (b"", b"\x80", pickle.dumps(code_sha256()) + pickle.dumps(Harmful(harmed))):
         file.write_bytes(content)
         assert kept.read_kept(file) is None
         Store.open(duckdb_file).close()

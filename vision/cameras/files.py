@@ -22,7 +22,6 @@ LEAST_FIELD, WIDEST_TANGENT = 1e-4, 11.43
 MOST_SIGMA = {"translation_mm": 500.0, "rotation_deg": 30.0}
 # Cameras nearer to each other than this are of a file in metres that was taken for one in mm.
 LEAST_BASELINE_MM = 1.0
-RIG_FORMATS = ("rig", "opencv", "ros", "kalibr", "colmap")
 _YAML = {"rig": own, "opencv": opencv, "ros": ros, "kalibr": kalibr}
 # Formats without a unit of length: mm unless stated otherwise.
 UNITLESS = ("opencv", "colmap")
@@ -66,16 +65,11 @@ def rig_inputs(path: Path | str) -> dict[str, Path]:
     return {"rig" if i == 0 else f"rig {file.name}": file for i, file in enumerate(files)}
 
 
-def write_rig(rig: Rig, path: Path | str, form: str) -> list[Path]:
-    """Write a rig in one of RIG_FORMATS and return the files (COLMAP: into the folder `path`), in mm, or metres where
-    the format is in metres.  Raises UsageError that names what the format cannot express, before anything is written.
-    """
+def write_rig(rig: Rig, path: Path | str) -> None:
+    """Write a rig as the project's own file, in mm."""
     path = Path(path)
-    if form == "colmap":
-        return colmap.write(rig, path)
     check_writable(path, "rig file")
-    _YAML[form].write(rig, path)
-    return [path]
+    own.write(rig, path)
 
 
 def _read_mapping(path: Path) -> tuple[str, dict[str, Any]]:

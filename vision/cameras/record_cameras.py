@@ -27,7 +27,7 @@ def record_picture(run: Run, connection: Connection, picture: Picture, *, keep_b
     found = run.store.rows(connection, "cameras/image_by_sha256", sha256=picture.sha256)
     if found:
         return int(found[0].id)
-    image_id = int(run.store.new_ids(connection, "image", 1)[0])
+    image_id = int(run.new_ids(connection, "image", 1)[0])
     columns: Columns = {
         "id": [image_id],
         "sha256": picture.sha256,
@@ -135,7 +135,7 @@ def _once(run: Run, connection: Connection, table: str, content: object, append:
     found = _found(run.store, connection, table, content)
     if found is not None:
         return found
-    identity = int(run.store.new_ids(connection, table, 1)[0])
+    identity = int(run.new_ids(connection, table, 1)[0])
     append(identity, _key(content))
     return identity
 

@@ -62,11 +62,10 @@ def record_extraction(
     tables: Tables,
 ) -> RecordedExtraction:
     """Append all rows of an extraction of image `image_id`; where the store holds the same already, its identities."""
-    found = find_extraction(run.store, connection, picture, parameters)
-    if found:
+    if not run.is_rehearsal and (found := find_extraction(run.store, connection, picture, parameters)):
         return found
-    extraction_id = int(run.store.new_ids(connection, "extraction", 1)[0])
-    unit_set_id = int(run.store.new_ids(connection, "unit_set", 1)[0])
+    extraction_id = int(run.new_ids(connection, "extraction", 1)[0])
+    unit_set_id = int(run.new_ids(connection, "unit_set", 1)[0])
     head: Columns = {
         "id": [extraction_id],
         "image_id": image_id,

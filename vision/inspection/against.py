@@ -102,7 +102,7 @@ def place_candidates(store: Store, run: Run, names: Sequence[str]) -> list[Candi
     """The variants that have any part of the objects of these names, of all that are loaded where there are none, each
     in a world of its own.  Raises UsageError where an object is not loaded."""
     with store.read() as connection:
-        loaded = [dict(row._mapping) for row in store.rows(connection, "object/newest")]
+        loaded = [dict(row._mapping) for row in store.rows(connection, "object/newest", run=run.id)]
     known = list(dict.fromkeys(row["name"] for row in loaded))
     if not known:
         raise UsageError("the store holds no object: load one with relmodel load FILE --object NAME")
@@ -208,9 +208,7 @@ def _choose_variant(sight: Sight, start: _Start, starts: Sequence[_Start]) -> _C
     if located.found.verdict.verdict == "refused" or len(own) < 2:
         return _Chosen(start.candidate, located, [])
     (stored, selection), _, found, _ = located
-    ranked = weigh_variants(
-        sight.store, stored, selection, found.rig, sight.pictures, sight.greys, found, None, sight.p
-    )
+    ranked = weigh_variants(sight.run, stored, selection, found.rig, sight.pictures, sight.greys, found, None, sight.p)
     sight.run.step("variants")
     likeliest = own[ranked[0].object_variant_id]
     again = located if likeliest is start else likeliest.locate()

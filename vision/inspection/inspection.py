@@ -23,7 +23,7 @@ from relmodel.world.correction import Carrier, Correction, correct_base, predict
 from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
 from vision.cameras.files import read_needs, read_prior, read_rig, rig_inputs
-from vision.cameras.images import describe_reading, read_pictures
+from vision.cameras.images import Picture, describe_reading, read_pictures
 from vision.cameras.record_cameras import find_rig
 from vision.cameras.view_volume import Selection
 from vision.extraction import extract as extraction
@@ -223,7 +223,7 @@ def inspect(
                 "what says otherwise, or leave out against"
             )
     return_memory()
-    call = _Call(
+    request = Request(
         world_id,
         world_name,
         against,
@@ -233,34 +233,31 @@ def inspect(
         keep_images,
         full_audit,
         variants,
-        overlay,
-        crops,
     )
     with (
         store.one_thread(),
         Run.begin(
             store,
             "inspect",
-            {**call.parameters(), **asdict(parameters)},
+            {**request.parameters(), **asdict(parameters)},
             inputs=digest_inputs({**paths, **rig_inputs(rig)} | ({} if prior is None else {"prior": prior})),
             packages=PACKAGES,
         ) as run,
     ):
-        return _inspect(
-            scenes or Scenes(store),
-            run,
-            call,
-            Path(rig),
-            paths,
-            None if prior is None else Path(prior),
-            needs,
-            parameters,
-        )
+        inputs = _read_inputs(Path(rig), paths, None if prior is None else Path(prior), needs, parameters)
+        run.step("read")
+        answer = carry_out(scenes or Scenes(store), run, request, inputs, parameters)
+        greys = {name: inputs.pictures[name].grey for name in answer.world_from_camera}
+        if overlay is not None:
+            write_overlay(overlay, store, run.id, greys)
+        if crops is not None:
+            write_crops(crops, store, run.id, greys)
+        return answer
 
 
 @dataclass(frozen=True)
-class _Call:
-    """A world of the store, how the object in it stands that carries the rig, what is kept, and what is drawn."""
+class Request:
+    """A world of the store, how the object in it stands that carries the rig, and what is kept."""
 
     world_id: int
     world: str
@@ -271,20 +268,19 @@ class _Call:
     keep_images: bool
     full_audit: bool
     variants: bool | None
-    overlay: str | Path | None
-    crops: str | Path | None
 
     def parameters(self) -> dict[str, Any]:
         """What a run records of it."""
-        recorded = ("world", "against", "carrier", "serial", "operator", "keep_images", "full_audit")
-        return {name: value for name, value in asdict(self).items() if name in recorded}
+        return {name: value for name, value in asdict(self).items() if name != "world_id"}
 
 
 @dataclass(frozen=True)
 class _Found:
-    """What an inspection found from a prior with some parameters, and whether all that it rests on is kept."""
+    """What an inspection found by some cameras from a prior, with some parameters, and whether all that it rests on is
+    kept."""
 
     it: Inspected
+    rig: Rig
     prior: Prior
     parameters: InspectionParameters
     full: bool
@@ -293,22 +289,26 @@ class _Found:
         """Append it and end the run."""
         it, p = self.it, self.parameters
         record_inspection(run, connection, it, full=self.full)
-        record_decisions(run, connection, it.rig, self.prior, it.needs, it.found, p)
+        record_decisions(run, connection, self.rig, self.prior, it.needs, it.found, p)
         record_digests(run, connection)
         run.finish(it.found.verdict.reason, connection, last="record")
 
 
-def _inspect(
-    scenes: Scenes,
-    run: Run,
-    call: _Call,
-    rig: Path,
-    paths: dict[str, Path],
-    prior: Path | None,
-    needs: Needs | None,
-    parameters: InspectionParameters,
-) -> Inspection:
-    store = scenes.store
+@dataclass(frozen=True)
+class Inputs:
+    """What an inspection is given: a rig, a picture of each of its cameras that took one, where the rig is thought to
+    be, where that is known, how exactly its pose is needed, and what of the world to look for, where that is known."""
+
+    rig: Rig
+    pictures: dict[str, Picture]
+    prior: Prior | None
+    needs: Needs
+    selection: Selection | None = None
+
+
+def _read_inputs(
+    rig: Path, paths: dict[str, Path], prior: Path | None, needs: Needs | None, parameters: InspectionParameters
+) -> Inputs:
     check_mode(parameters.matching.pose.search)
     whole = read_rig(rig)
     cameras = whole.only(*paths)
@@ -317,14 +317,26 @@ def _inspect(
         check_method(parameters.stereo)
     needs = needs or (read_needs(prior) if prior is not None else None) or DEFAULT_NEEDS
     pictures = read_pictures(paths, cameras)
-    run.step("read")
+    return Inputs(whole, pictures, None if prior is None else read_prior(prior), needs)
+
+
+def carry_out(
+    scenes: Scenes, run: Run, request: Request, inputs: Inputs, parameters: InspectionParameters
+) -> Inspection:
+    """Inspect what was read, within a run."""
+    store, call, pictures, needs = scenes.store, request, inputs.pictures, inputs.needs
+    cameras = inputs.rig.only(*pictures)
     mounted = believed = selected = None
     among = [] if call.against is None else place_candidates(store, run, call.against)
     scenes.keep_only({call.world_id, *(it.world_id for it in among)})
     if call.against is None:
-        mounted = _mounted(store, call.world_id, whole, call.carrier)
-        believed = _believe(prior, mounted, call.carrier)
-        selected = select_parts(scenes, call.world_id, call.world, cameras, believed, parameters.selection)
+        mounted = _mounted(store, call.world_id, inputs.rig, call.carrier)
+        believed = inputs.prior
+        if believed is None and mounted is not None:
+            believed = Prior(mounted.world_from_rig, predict_covariance(mounted, call.carrier))
+        selected = select_parts(
+            scenes, call.world_id, call.world, cameras, believed, parameters.selection, inputs.selection
+        )
     run.step("select")
 
     seen = extract_pictures(run, pictures, parameters.extraction, keep_images=call.keep_images)
@@ -390,9 +402,7 @@ def _inspect(
     run.step("presence")
     if presence is not None and call.against is None and is_to_be_weighed(presence, call.variants):
         most = None if call.variants else parameters.most_variants
-        ranked = weigh_variants(
-            store, stored, selection, found.rig, primitives, greys, found, presence, parameters, most
-        )
+        ranked = weigh_variants(run, stored, selection, found.rig, primitives, greys, found, presence, parameters, most)
         run.step("variants")
 
     run.conclude(
@@ -401,7 +411,7 @@ def _inspect(
                 call.serial,
                 stored,
                 selection,
-                cameras,
+                inputs.rig,
                 believed,
                 needs,
                 seen,
@@ -417,18 +427,14 @@ def _inspect(
                 ranked,
                 considered,
             ),
+            cameras,
             used,
             parameters,
             call.full_audit,
         )
     )
-    greys = {name: picture.grey for name, picture in pictures.items()}
-    if call.overlay is not None:
-        write_overlay(call.overlay, store, run.id, greys)
-    if call.crops is not None:
-        write_crops(call.crops, store, run.id, greys)
     outcome, notes = read_outcome(store, run.id), [*notes, *describe_reading(pictures.values())]
-    if prior is None and mounted is not None:
+    if inputs.prior is None and mounted is not None:
         notes.append(f"no prior was given: the rig is taken to be where {mounted.base} has it")
     return _answer(
         run, cameras, needs, found, outcome, correction, parts, presence, ranked, considered, selection, notes
@@ -449,13 +455,6 @@ def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> Mounted
     mounted = mounted.moved(carrier.joints)
     mounted.sigmas(carrier.joint_sigmas)  # refuses bad ones
     return mounted
-
-
-def _believe(prior: Path | None, mounted: MountedRig | None, carrier: Carrier) -> Prior | None:
-    """Where the rig is thought to be: as a file says, else where the joints put a mounted one."""
-    if prior is not None:
-        return read_prior(prior)
-    return None if mounted is None else Prior(mounted.world_from_rig, predict_covariance(mounted, carrier))
 
 
 def _correction(mounted: MountedRig | None, carrier: Carrier, found: Localisation) -> Correction | None:

@@ -48,9 +48,16 @@ class Located(NamedTuple):
 
 
 def select_parts(
-    scenes: Scenes, world_id: int, world: str, rig: Rig, prior: Prior | None, p: SelectionParameters
+    scenes: Scenes,
+    world_id: int,
+    world: str,
+    rig: Rig,
+    prior: Prior | None,
+    p: SelectionParameters,
+    selection: Selection | None = None,
 ) -> Selected:
-    """What of the world may be in view: all of it where nothing is known beforehand.
+    """What of the world may be in view: all of it where nothing is known beforehand; selection: what that is, where
+    it is known.
 
     Raises InputError where nothing of it lies where the prior looks."""
     if prior is None:
@@ -58,7 +65,7 @@ def select_parts(
             stored = scenes.read(connection, world_id)
         count = len(stored.occurrence_id)
         return Selected(stored, Selection(stored.occurrence_id, np.full(count, -1), np.ones(count, bool)))
-    selection = select_in_view(scenes.store, rig, prior, p, world=world)
+    selection = selection or select_in_view(scenes.store, rig, prior, p, world=world)
     if not len(selection.shown):
         raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
     with scenes.store.read() as connection:
@@ -126,7 +133,7 @@ class Sight:
     def join(self, scene: Scene, prior: Prior | None) -> Found:
         """The poses that the join of circles gives, and what they are perturbations of."""
         p = self.p.constellations
-        with self.store.read() as connection:
+        with self.store.read(scratch=True) as connection:
             if self.stereo is not None:
                 space = self.stereo.triangulated
                 found = find_poses(self.store, connection, scene, self.world_id, space, prior, p)

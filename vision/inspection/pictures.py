@@ -37,7 +37,7 @@ def extract_pictures(
         known = {
             name: found
             for name, picture in pictures.items()
-            if (found := find_extraction(store, connection, picture, parameters))
+            if not run.is_rehearsal and (found := find_extraction(store, connection, picture, parameters))
         }
         read = {name: read_primitives(store, connection, it.extraction_id) for name, it in known.items()}
     store.release()

@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from sqlalchemy import Connection
 
 from relmodel.arrays import Floats, Floats32
 from relmodel.store.database import Database
@@ -125,16 +124,6 @@ def _find_stale(run: int, store: Database, pictures: Mapping[str, Picture]) -> d
             if found:
                 stale[name] = int(found[0].run_id)
     return stale
-
-
-def read_quality(store: Database, connection: Connection, run: int) -> dict[str, Quality]:
-    """What the pictures of a run are like, by camera, from its rows."""
-    return {
-        row.camera: Quality(
-            row.edges, float("nan") if row.blur_px is None else row.blur_px, row.saturated, row.stale_run_id
-        )
-        for row in store.rows(connection, "replay/quality", run=run)
-    }
 
 
 def find_faults(quality: Mapping[str, Quality], run: int, p: PictureParameters) -> list[Fault]:

@@ -42,7 +42,7 @@ def record_match(
             "surface_no": stored.surface_no[surface],
         },
     )
-    labels_id = int(run.store.new_ids(connection, "unit_set", 1)[0])
+    labels_id = int(run.new_ids(connection, "unit_set", 1)[0])
     run.append(connection, "unit_set", {"id": [labels_id], "kind": "view", **key})
     of_arcs, of_surfaces = np.arange(units.arcs), np.arange(len(surface))
     run.append(

@@ -1,90 +1,167 @@
-"""A stored inspection decided again from its rows, without its pictures: `relmodel replay`."""
+"""A stored inspection made again from the bytes of its pictures, its rig and its prior: `relmodel replay`."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+import numpy.typing as npt
+import sqlalchemy as sa
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats, Ints
+from relmodel.columns import Columns, ColumnValues, row_count, take
 from relmodel.errors import UsageError
-from relmodel.geometry.transforms import matrices
+from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
 from relmodel.identity import code_sha256
-from relmodel.labelling.solve import solve
-from relmodel.labelling.stored import read_problem
-from relmodel.store import Store
+from relmodel.store import Run, Store, bulk
+from relmodel.store.digests import read_rows
+from relmodel.store.rounding import round_columns
 from relmodel.store.runs import package_versions
-from vision.cameras.cameras import perturb
+from relmodel.world.correction import Carrier
+from vision.cameras.cameras import Needs, Prior
+from vision.cameras.images import read_pictures
 from vision.cameras.record_cameras import read_recorded_rig
-from vision.constellations.constellation_parameters import DEFAULTS as CONSTELLATIONS
-from vision.constellations.find_poses import find_poses
-from vision.constellations.find_poses_of_one_picture import find_poses_of_one_picture
-from vision.extraction.record_extraction import read_primitives
-from vision.inspection.record_inspection import STEREO
-from vision.inspection.replay_pose import Compared, read_parameters, read_used_prior, replay_pose, replay_verdict
-from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
-from vision.matching.pose_problem import REASONS, PoseMatch
-from vision.matching.stored_match import match_stored
-from vision.scene.stored_scene import read_scene
-from vision.stereo.record_stereo import read_triangulated
+from vision.cameras.view_volume import Selection
+from vision.inspection.inspection import Inputs, Request, carry_out
+from vision.inspection.inspection_parameters import DEFAULTS
+from vision.scene.kept_scenes import Scenes
 
 TOLERANCE, OTHER_TOLERANCE = 1e-9, 1e-6
 """greatest difference, as a share of a value above 1, by the code, packages and machine that made the run; by others"""
 
-# The relations that a replay reads.
-READ = {
-    "problem", "candidate", "problem_relation", "compatibility", "assignment", "correspondence", "surface_match",
-    "space_relation", "edge_measurement", "solved_pose", "camera_unknown", "hypothesis", "hypothesis_support",
-    "verdict_statistic", "threshold", "inspection",
-}  # fmt: skip
+_NUMBERS = (sa.Boolean, sa.Integer, sa.Numeric, sa.Float)
+_OF_ITSELF = {"run_event", "run_input", "row_digest"}  # relations that say of a run when and how it was made
+
+T = TypeVar("T")
 
 
 class Outcome(NamedTuple):
-    """How one thing came out again: how many values, and the greatest difference (of values above 1 as a share); None
-    for texts, and where one side lacks a value."""
+    """How the rows of a relation came out again.
 
-    step: str
-    what: str
-    values: int
-    difference: float | None
-    agrees: bool
+    rows, again: how many the store has, and came out.  differing: how many of them differ; of unlike numbers of rows,
+    how many there are more or less.  column: the one that differs most; difference: of numbers, by how much (of values
+    above 1 as a share)."""
+
+    relation: str
+    rows: int
+    again: int
+    differing: int
+    column: str | None = None
+    difference: float | None = None
 
 
-@dataclass(frozen=True)
-class Replay:
-    """outcomes: of what could be replayed.  others: what has another version now than when the run was made, a sentence
-    each."""
+class Replay(NamedTuple):
+    """outcomes: of each relation that the run wrote.  others: what is another now than when the run was made, a
+    sentence each."""
 
     outcomes: list[Outcome]
     others: list[str]
 
     @property
     def agrees(self) -> bool:
-        return all(outcome.agrees for outcome in self.outcomes)
+        return not any(outcome.differing for outcome in self.outcomes)
+
+
+class _Rehearsal(Run):
+    """A run made again under its number and identities: what it would write is kept, by relation."""
+
+    is_rehearsal = True
+
+    def __init__(self, store: Store, run: int, identities: dict[str, list[int]]) -> None:
+        super().__init__(store, run, "inspect")
+        self.written: dict[str, list[Columns]] = {}
+        self._identities = identities
+
+    def transact(self, work: Callable[[Connection], T]) -> T:
+        with self.store.read() as connection, bulk.counting(connection):
+            return work(connection)
+
+    def new_ids(self, connection: Connection, table: str, count: int) -> Ints:
+        """Those of the run, in their order; -1 where it has no more."""
+        known = self._identities.get(table, [])
+        return np.array([known.pop(0) if known else -1 for _ in range(count)])
+
+    def append(self, connection: Connection, table: str, columns: Columns) -> int:
+        if row_count(columns):
+            self.written.setdefault(table, []).append(columns)
+        return row_count(columns)
+
+    def finish(self, message: str | None = None, connection: Connection | None = None, *, last: str = "rest") -> None:
+        """Nothing is written."""
 
 
 def replay(store: Store, run: int) -> Replay:
-    """Decide an inspection again: assignments from candidates and relations, matches from pairs and relations, the last
-    step of the refinement from what was measured, and the verdict from what was weighed.  Writes nothing.
+    """Make an inspection again from what the store has of its inputs, and compare all its rows.  Writes nothing.
 
-    Raises UsageError for runs that are no finished inspections, or whose rows were pruned.
+    Raises UsageError for runs that are no finished inspections, or whose rows or pictures the store does not have.
     """
-    with store.read(scratch=True) as connection:
+    with store.read() as connection:
         _check(store, connection, run)
-        (given,) = store.rows(connection, "replay/inspection", run=run)
-        parameters = read_parameters(LOCALISATION, json.loads(given.parameters)["localisation"])
-        others = _changed(json.loads(given.versions), given.code_sha256)
+        (given,) = store.rows(connection, "audit/inspected", run=run)
+        pictures = store.rows(connection, "audit/pictures", run=run)
+        sets = [row.id for row in store.rows(connection, "audit/view_sets", run=run)]
+        inputs = _read_inputs(store, connection, run, given, pictures)
+    stated, others = json.loads(given.parameters), _changed(json.loads(given.versions), given.code_sha256)
+    if inputs.selection is not None:
+        others.append(f"the world {given.world} has changed since: the parts are those that the run selected")
+    identities = {
+        "extraction": [row.extraction_id for row in pictures],
+        "unit_set": [*(row.unit_set_id for row in pictures), *sets],
+    }
+    rehearsal = _Rehearsal(store, run, identities)
+    with store.one_thread():
+        carry_out(Scenes(store), rehearsal, _read_request(given, stated), inputs, _restored(DEFAULTS, stated))
+    with store.read() as connection:
+        kept = {row.relation for row in store.rows(connection, "report/written", run_id=run)} - set(rehearsal.written)
+        lost = sorted(name for name in kept if "run_id" in store.table(name).c)
         tolerance = OTHER_TOLERANCE if others else TOLERANCE
-        compared = [
-            *_replay_matching(store, connection, run),
-            *_replay_join(store, connection, run, given),
-            *replay_pose(store, connection, run, parameters),
-            *replay_verdict(store, connection, run, given),
-        ]
-    return Replay([_judge(c, tolerance) for c in compared], others)
+        made = rehearsal.written | {name: [] for name in lost}
+        compared = [(name, rows) for name, rows in made.items() if name not in _OF_ITSELF]
+        return Replay([_compare(store, connection, run, *it, tolerance) for it in compared], others)
+
+
+def _read_inputs(store: Store, connection: Connection, run: int, given: Any, pictures: Sequence[Any]) -> Inputs:
+    """What a run was given: its row of `audit/inspected` and those of its pictures.  The parts that it selected are
+    among them where its world has another revision now, which would be asked for them."""
+    missing = [row.file_name for row in pictures if row.bytes is None]
+    if missing:
+        raise UsageError(
+            f"the store has not kept {' and '.join(missing)}, so that run {run} cannot be made again: relmodel check "
+            "holds its rows against each other"
+        )
+    rig = read_recorded_rig(store.columns(connection, "cameras/rig", rig_id=given.rig_id))
+    with tempfile.TemporaryDirectory() as folder:
+        files = {row.camera: Path(folder) / row.camera / row.file_name for row in pictures}
+        for row in pictures:
+            files[row.camera].parent.mkdir()
+            files[row.camera].write_bytes(row.bytes)
+            if row.bits_from == "rig":
+                rig.cameras[row.camera] = replace(rig.cameras[row.camera], bits=row.bits)
+        read = read_pictures(files, rig)
+    prior = selection = None
+    if given.prior_covariance is not None:
+        pose = matrices({name: np.array([getattr(given, name)]) for name in MATRIX_COLUMNS})[0]
+        prior = Prior(pose, np.reshape(given.prior_covariance, (6, 6)))
+        if not given.is_newest:
+            parts = store.columns(connection, "audit/selected_parts", run=run)
+            selection = Selection(parts["occurrence_id"], np.full(len(parts["shown"]), -1), parts["shown"])
+    return Inputs(rig, read, prior, Needs(given.needs_translation_mm, given.needs_rotation), selection)
+
+
+def _read_request(given: Any, stated: dict[str, Any]) -> Request:
+    """What a run was asked, by its parameters."""
+    carrier, against = _restored(Carrier(), stated["carrier"]), stated["against"]
+    if carrier.base_covariance is not None:
+        carrier = replace(carrier, base_covariance=np.array(carrier.base_covariance))
+    own: dict[str, Any] = {field.name: stated.get(field.name) for field in fields(Request)}
+    where = {"world_id": given.world_id if against is None else -1, "against": against}
+    return Request(**own | where | {"carrier": carrier})
 
 
 def _check(store: Store, connection: Connection, run: int) -> None:
@@ -112,78 +189,70 @@ def _changed(versions: dict[str, str], code: str) -> list[str]:
     return others
 
 
-def _judge(c: Compared, tolerance: float) -> Outcome:
-    if isinstance(c.stored, str) or isinstance(c.replayed, str):
-        same = c.stored == c.replayed
-        return Outcome(c.step, c.what, 1, None, same)
-    if c.stored.shape != c.replayed.shape:
-        return Outcome(c.step, c.what, c.stored.size, None, False)
-    both = np.isnan(c.stored) & np.isnan(c.replayed)
-    apart = np.where(both, 0.0, np.abs(c.stored - c.replayed) / np.maximum(np.abs(c.stored), 1.0))
-    worst = float(apart.max(initial=0.0))
-    if not np.isfinite(worst):
-        return Outcome(c.step, c.what, c.stored.size, None, False)
-    return Outcome(c.step, c.what, c.stored.size, worst, worst <= tolerance)
+def _restored(default: Any, stated: Any) -> Any:
+    """A parameter as a run recorded it; what it did not record is as the default has it."""
+    if is_dataclass(default) and not isinstance(default, type):
+        names = {field.name for field in fields(default)} & set(stated)
+        return replace(default, **{name: _restored(getattr(default, name), stated[name]) for name in names})
+    if isinstance(stated, dict):
+        return {name: _restored(default.get(name), value) for name, value in stated.items()}
+    if isinstance(stated, list):
+        return tuple(_restored(None, value) for value in stated)
+    return float(stated) if isinstance(default, float) else stated  # infinite ones are recorded as texts
 
 
-def _replay_matching(store: Store, connection: Connection, run: int) -> Iterator[Compared]:
-    for problem in store.rows(connection, "replay/problems", run=run):
-        number, parameters = problem.problem_no, json.loads(problem.parameters)
-        labels = store.columns(connection, "replay/labels", run=run, problem_no=number)["label_no"].astype(float)
-        step = f"{problem.kind} {number}"
-        if problem.kind == "stereo":
-            nodes = int(parameters["assignment"]["nodes"])
-            again = solve(read_problem(store, connection, run, number), parameters["search"], nodes=nodes)
-        else:
-            match = match_stored(store, connection, run, number)
-            again = match.solved.result
-            yield from _compare_pairs(store, connection, run, number, step, match)
-        yield Compared(step, "labels", labels, again.label.astype(float))
-        yield Compared(step, "cost", np.array(problem.cost), np.array(float(again.cost)))
+def _compare(
+    store: Store, connection: Connection, run: int, relation: str, made: list[Columns], tolerance: float
+) -> Outcome:
+    """How the rows of a relation came out again."""
+    table = store.table(relation)
+    kinds = {column.name: column.type for column in table.columns if not isinstance(column.type, sa.TIMESTAMP)}
+    stored = read_rows(store, connection, run, relation, kinds)
+    rows, count = len(next(iter(stored.values()))), sum(map(row_count, made))
+    if rows != count or not rows:
+        return Outcome(relation, rows, count, abs(rows - count))
+    ours = {n: np.concatenate([_plain(of.get(n), row_count(of), kind) for of in made]) for n, kind in kinds.items()}
+    theirs = {n: _plain(stored[n], rows, kind) for n, kind in kinds.items()}
+    a, b = (take(it, _order(it, kinds)) for it in (round_columns(relation, side) for side in (theirs, ours)))
+    apart = {n: _apart(np.asarray(a[n]), np.asarray(b[n])) for n in kinds}
+    differing = int((np.max(list(apart.values()), axis=0) > tolerance).sum())
+    column = max(apart, key=lambda n: float(apart[n].max()))
+    worst = float(apart[column].max())
+    return Outcome(relation, rows, count, differing, column if worst else None, worst if np.isfinite(worst) else None)
 
 
-def _replay_join(store: Store, connection: Connection, run: int, given: Any) -> Iterator[Compared]:
-    """The poses of the join, from the arcs that stereo put in space or those of one picture; nothing where the run kept
-    none."""
-    stored = store.columns(connection, "replay/joined_poses", run=run)
-    cameras = store.columns(connection, "replay/cameras", run=run)
-    if not len(stored["score"]) or not len(cameras["camera"]):
-        return
-    p = read_parameters(CONSTELLATIONS, json.loads(given.parameters)["constellations"])
-    used = read_used_prior(store, connection, run)
-    if len(cameras["camera"]) > 1:
-        space = read_triangulated(store, connection, run, STEREO)
-        selected = store.columns(connection, "replay/selected_parts", run=run)["occurrence_id"]
-        scene = read_scene(store, connection, given.world_id, selected.tolist()).scene
-        prior, found, relations = find_poses(store, connection, scene, given.world_id, space, used, p)
-    else:
-        picture = read_primitives(store, connection, int(cameras["extraction_id"][0]))
-        rig = read_recorded_rig(cameras)
-        prior, found, relations = find_poses_of_one_picture(store, connection, rig, given.world_id, picture, used, p)
-    related = store.columns(connection, "replay/relations", run=run)
-    for name, values in related.items():
-        yield Compared("join", name, values, np.concatenate([np.zeros(0), *(one[name] for one in relations.values())]))
-    yield Compared("join", "poses", matrices(stored), perturb(prior.world_from_rig, found.delta))
-    yield Compared("join", "scores", stored["score"], found.score)
+def _plain(values: ColumnValues, count: int, kind: sa.types.TypeEngine[Any]) -> npt.NDArray[Any]:
+    """Values of a column, numbers as floats and null as NaN, arrays and texts as objects."""
+    plain = list(bulk.objects(values, count))
+    if isinstance(kind, _NUMBERS):
+        return np.array([np.nan if value is None else value for value in plain], float)
+    if isinstance(kind, sa.JSON):
+        plain = [json.dumps(json.loads(v) if isinstance(v, str) else v, sort_keys=True) for v in plain]
+    out = np.empty(count, object)
+    out[:] = plain
+    return out
 
 
-def _compare_pairs(
-    store: Store, connection: Connection, run: int, number: int, step: str, match: PoseMatch
-) -> Iterator[Compared]:
-    (problem,) = store.rows(connection, "matching/localisation_problem", run_id=run, problem_no=number)
-    for what, query, pairs in (
-        ("correspondences", "matching/stored_pairs", match.arcs),
-        ("matches of surfaces", "matching/stored_surface_pairs", match.surfaces),
-    ):
-        key = {"run_id": run, "view_no": problem.view_no} | ({"problem_no": number} if pairs is match.arcs else {})
-        stored = store.columns(connection, query, **key)["reason"]
-        codes = np.array([REASONS.index(reason) for reason in stored], float)
-        yield Compared(step, what, codes, pairs.reason.astype(float))
+def _order(side: Mapping[str, Any], kinds: Mapping[str, sa.types.TypeEngine[Any]]) -> Ints:
+    """The order of rows by whole numbers, then texts, then other numbers: what a row is called comes before what was
+    measured of it."""
+    rank = {n: 0 if isinstance(k, sa.Integer) else 2 if isinstance(k, _NUMBERS) else 1 for n, k in kinds.items()}
+    names = sorted((name for name, kind in kinds.items() if not isinstance(kind, sa.ARRAY)), key=rank.__getitem__)
+    return np.lexsort([side[n].astype(str) if rank[n] == 1 else side[n] for n in reversed(names)])
 
 
-def count_rows(store: Store, run: int) -> list[tuple[str, int]]:
-    """How many rows a run wrote of the relations that a replay reads."""
-    with store.read() as connection:
-        _check(store, connection, run)
-        written = store.rows(connection, "report/written", run_id=run)
-    return sorted((row.relation, int(row.row_count)) for row in written if row.relation in READ)
+def _apart(stored: npt.NDArray[Any], again: npt.NDArray[Any]) -> Floats:
+    """How far each value is from its other, of values above 1 as a share; infinite for texts that differ, and where one
+    side lacks a value."""
+    if stored.dtype == object:
+        return np.array([_value_apart(*pair) for pair in zip(stored, again, strict=True)])
+    apart = np.abs(stored - again) / np.maximum(np.abs(stored), 1.0)
+    same = (stored == again) | (np.isnan(stored) & np.isnan(again))
+    return np.where(same, 0.0, np.nan_to_num(apart, nan=np.inf))
+
+
+def _value_apart(stored: Any, again: Any) -> float:
+    if stored is None or again is None or isinstance(stored, str):
+        return 0.0 if again is stored or (again is not None and again == stored) else np.inf
+    a, b = np.asarray(stored, float), np.asarray(again, float)
+    return float(_apart(a, b).max(initial=0.0)) if a.shape == b.shape else np.inf

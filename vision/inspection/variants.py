@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from relmodel.arrays import Bytes, Floats
-from relmodel.store import Store
+from relmodel.store import Run
 from vision.cameras.cameras import Rig
 from vision.cameras.view_volume import Selection
 from vision.extraction.primitives import Primitives
@@ -23,7 +23,7 @@ def is_to_be_weighed(presence: Presence, asked: bool | None) -> bool:
 
 
 def weigh_variants(
-    store: Store,
+    run: Run,
     stored: StoredScene,
     selection: Selection,
     rig: Rig,
@@ -38,9 +38,11 @@ def weigh_variants(
     none but those that it has, or more than `most`.  presence: that of those, where it is known already."""
     assert found.best is not None
     among = selection.occurrence_id.tolist()
-    out = []
+    out, store = [], run.store
     with store.read() as connection:
-        rows = [dict(row._mapping) for row in store.rows(connection, "world/variants", world_id=stored.world_id)]
+        rows = [
+            dict(row._mapping) for row in store.rows(connection, "world/variants", world_id=stored.world_id, run=run.id)
+        ]
     others = sum(not row["placed"] for row in rows)
     if most is not None and not 1 <= others <= most:
         return []

@@ -14,7 +14,7 @@ from relmodel.arrays import Floats, Ints
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
 from relmodel.model.stored_samples import spread_samples
-from relmodel.store import Store
+from relmodel.store.database import Database
 from vision.scene.scene import Scene
 
 
@@ -41,7 +41,9 @@ class StoredScene:
     features: dict[str, NDArray[Any]]
 
 
-def read_scene(store: Store, connection: Connection, world_id: int, among: Sequence[int] | None = None) -> StoredScene:
+def read_scene(
+    store: Database, connection: Connection, world_id: int, among: Sequence[int] | None = None
+) -> StoredScene:
     """Scene of the placed parts of a world; `among` names the occurrences that matter, all where it is None.
 
     Raises InputError where no part is the reference (role inspected).
@@ -50,7 +52,7 @@ def read_scene(store: Store, connection: Connection, world_id: int, among: Seque
 
 
 def read_variant_scene(
-    store: Store, connection: Connection, world_id: int, among: Sequence[int], variant: Mapping[str, Any]
+    store: Database, connection: Connection, world_id: int, among: Sequence[int], variant: Mapping[str, Any]
 ) -> StoredScene:
     """Scene of a world in which a loaded variant, a row of `variants_in_world`, stands in the place of the one that is
     there; of the other objects the occurrences `among`.  Its parts are no occurrences of the world: their identities
@@ -78,7 +80,9 @@ def read_variant_scene(
     )
 
 
-def _parts(store: Store, connection: Connection, world_id: int, among: Sequence[int] | None) -> dict[str, NDArray[Any]]:
+def _parts(
+    store: Database, connection: Connection, world_id: int, among: Sequence[int] | None
+) -> dict[str, NDArray[Any]]:
     parts = store.columns(connection, "scene/parts", world_id=world_id)
     if among is None:
         return parts
@@ -86,7 +90,7 @@ def _parts(store: Store, connection: Connection, world_id: int, among: Sequence[
     return {name: values[kept] for name, values in parts.items()}
 
 
-def _read(store: Store, connection: Connection, world_id: int, parts: dict[str, NDArray[Any]]) -> StoredScene:
+def _read(store: Database, connection: Connection, world_id: int, parts: dict[str, NDArray[Any]]) -> StoredScene:
     """The scene of these placed parts, rows of `scene_parts`."""
     inspected = parts["role"] == "inspected"
     if not inspected.any():

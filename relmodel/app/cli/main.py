@@ -39,7 +39,6 @@ VERBS = (
     "rig",
     "where",
     "find",
-    "index",
     "extract",
     "stereo",
     "inspect",
@@ -57,7 +56,6 @@ VERBS = (
     "sql",
     "check",
     "demo",
-    "completion",
 )
 
 UNFORESEEN = 4

@@ -10,7 +10,7 @@ from sqlalchemy import Connection
 
 from relmodel.app.report.items import Entry, script_data
 from relmodel.app.report.page import Table, read_table, render
-from relmodel.app.show.tree import Tree, material_rows, read_tree, tree_rows
+from relmodel.app.show.tree import Tree, read_tree, tree_rows
 from relmodel.drawing.colours import Rgb, colours_of, hexadecimal
 from relmodel.drawing.scene import Part, place_parts, scene
 from relmodel.store import Store
@@ -180,7 +180,7 @@ def _parts(
     store: Store, connection: Connection, tree: Tree, colours: dict[str, str] | None = None
 ) -> tuple[list[dict[str, Any]], list[Part]]:
     """The shapes of a tree and its parts that are material, in the colours given by path."""
-    at = material_rows(store, connection, tree)
+    at = np.flatnonzero(tree.shape_id >= 0)
     paths = [tree.path[i] for i in at]
     given = [(colours or {}).get(path, "plain") for path in paths]
     return place_parts(store, connection, tree.shape_id[at], paths, tree.pose[at], given)[:2]

@@ -8,7 +8,7 @@ import numpy as np
 from PIL import Image
 from sqlalchemy import Connection
 
-from relmodel.app.show.tree import expand, material_rows
+from relmodel.app.show.tree import expand
 from relmodel.drawing.images import as_webp, read_image
 from relmodel.drawing.model_edges import draw_model, read_edges
 from relmodel.drawing.solid import draw_solid
@@ -34,7 +34,7 @@ def run_thumbnail(store: Store, connection: Connection, run: int) -> bytes | Non
 def object_thumbnail(store: Store, connection: Connection, object_id: int) -> bytes | None:
     """An object as WebP; None where it has nothing to draw."""
     tree = expand(store, connection, object_id)
-    at = material_rows(store, connection, tree)
+    at = np.flatnonzero(tree.shape_id >= 0)
     try:
         drawn = draw_solid(store, connection, tree.shape_id[at], tree.pose[at], 4 * _WIDTH, "iso")
     except UsageError:

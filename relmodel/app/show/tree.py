@@ -97,7 +97,7 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
             part = parts[int(tree.part_id[i])]
             known, of_kind = ("part", int(part.id)), kinds.get(int(part.shape_id), {})
             row = {
-                "level": "supplemental part" if part.supplemental else "part",
+                "level": "part",
                 "number": part.number,
                 "material": part.material,
                 "mass": part.mass,
@@ -110,14 +110,6 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
         row["attributes"] = ", ".join(attributes.get(known, []))
         rows.append({"depth": int(tree.depth[i]), "path": path, **row})
     return rows
-
-
-def material_rows(store: Store, connection: Connection, tree: Tree) -> Ints:
-    """Rows of the tree that are parts with geometry: sheets and lines that are no material would lie on the faces that
-    they were drawn for."""
-    ids = [int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
-    drawn = [int(p.id) for p in store.rows(connection, "object/parts", part_ids=ids) if not p.supplemental]
-    return np.flatnonzero((tree.shape_id >= 0) & np.isin(tree.part_id, drawn))
 
 
 def alike(tree: Tree) -> tuple[Ints, Ints]:
@@ -144,11 +136,11 @@ def alike(tree: Tree) -> tuple[Ints, Ints]:
 
 
 def _masses(tree: Tree, parts: dict[int, Any]) -> Floats:
-    """Mass of each part in the tree, kg; NaN where it is not known, 0 of objects and of what is no material."""
+    """Mass of each part in the tree, kg; NaN where it is not known, 0 of objects."""
     out = np.zeros(len(tree.part_id))
     for i in np.flatnonzero(tree.part_id >= 0).tolist():
         part = parts[int(tree.part_id[i])]
-        out[i] = 0.0 if part.supplemental else np.nan if part.mass is None else part.mass
+        out[i] = np.nan if part.mass is None else part.mass
     return out
 
 

@@ -31,7 +31,6 @@ def append_parts(run: Run, connection: Connection, derived: Derived, shape_ids: 
                 "number": [p.number for _, p in new],
                 "name": [p.name for _, p in new],
                 "shape_id": [shape_ids[keys.shapes[p.shape].shape] for _, p in new],
-                "supplemental": [p.supplemental for _, p in new],
             },
         )
     _append_attributes(run, connection, "part", [(i, part_attributes(p)) for i, p in new])

@@ -42,7 +42,6 @@ class LoadReport:
     faces_loaded: int
     parts: int
     occurrences: int
-    supplemental_parts: int
     shapes_added: int
     surfaces_added: int
     arcs_added: int
@@ -51,7 +50,6 @@ class LoadReport:
     def __str__(self) -> str:
         named = f"{self.name} variant {self.variant}" if self.variant else self.name
         found = f"parts {self.parts}, placed {self.occurrences}, surfaces {self.faces_loaded}"
-        found += f", supplemental {self.supplemental_parts}" if self.supplemental_parts else ""
         new = f"new to the store: shapes {self.shapes_added}, surfaces {self.surfaces_added}, arcs {self.arcs_added}"
         said = f"; {self.message}" if self.message else ""
         said += f"; findings {sum(count for _, count in self.findings)}" if self.findings else ""
@@ -97,7 +95,6 @@ def write(run: Run, connection: Connection, derived: Derived, name: str, variant
     if model.faces_in_file is not None and model.faces_loaded < model.faces_in_file:
         message = f"the file lists {model.faces_in_file} faces and {model.faces_loaded} were read"
         status = "partial" if status == "added" else status
-    own = {key for part, key in zip(model.parts, keys.parts, strict=True) if not part.supplemental}
     report = LoadReport(
         run=run.id,
         status=status,
@@ -110,9 +107,8 @@ def write(run: Run, connection: Connection, derived: Derived, name: str, variant
         source_id=source_id,
         faces_in_file=model.faces_in_file,
         faces_loaded=model.faces_loaded,
-        parts=len(own),
+        parts=len(set(keys.parts)),
         occurrences=_occurrence_count(model),
-        supplemental_parts=len(set(keys.parts) - own),
         shapes_added=len(new),
         surfaces_added=surfaces_added,
         arcs_added=arcs_added,
@@ -153,11 +149,8 @@ def _source(run: Run, connection: Connection, model: Model) -> int:
 
 
 def _occurrence_count(model: Model) -> int:
-    """Placed parts under the root, instances of instances counted out; supplemental ones are not placed."""
+    """Placed parts under the root, instances of instances counted out."""
     counts: dict[int, int] = {}
     for i in assembly_order(model.assemblies):
-        counts[i] = sum(
-            int(not model.parts[e.child].supplemental) if e.kind == "part" else counts[e.child]
-            for e in model.assemblies[i].instances
-        )
+        counts[i] = sum(1 if e.kind == "part" else counts[e.child] for e in model.assemblies[i].instances)
     return counts[model.root]

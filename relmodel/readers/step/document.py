@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cache
 from io import BytesIO
 from typing import Any
 
@@ -26,16 +26,14 @@ from OCP.TDF import TDF_Label
 from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopLoc import TopLoc_Location
-from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_LayerTool, XCAFDoc_ShapeTool
+from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
-from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Shape
+from relmodel.model.model import Assembly, Finding, Instance, Model, Part, Shape
 from relmodel.readers.formats import UNITS_MM, short_unit
 from relmodel.readers.step import geometry as step_geometry
 from relmodel.readers.step import maps, part21
 from relmodel.readers.step import shape as step_shape
-from relmodel.readers.step import supplemental as step_supplemental
 from relmodel.readers.step import tessellated as step_tessellated
-from relmodel.readers.step.annotations import with_annotations
 from relmodel.readers.step.contained import Findings
 from relmodel.readers.step.labels import Labels, entry
 from relmodel.readers.step.part21_instances import Instances, Reference
@@ -95,12 +93,31 @@ def read_document(content: bytes, instances: Instances) -> Model:
         ("dimensions, tolerances and datums", lambda m: with_pmi(m, instances, faces(), found)),
         ("properties", lambda m: with_properties(m, instances, faces(), found)),
         ("finishes", lambda m: with_finish(m, instances, faces(), found)),
-        ("drawn annotations", lambda m: with_annotations(m, instances, found)),
     )
     for what, add in additions:  # an addition that cannot be read never costs the geometry
         with found.contained(what):
             model = add(model)
-    return replace(model, findings=tuple(found))
+    return replace(_without_unplaced(model), findings=tuple(found))
+
+
+def _without_unplaced(model: Model) -> Model:
+    """The model without parts that stand in no assembly, and their shapes."""
+    parts = sorted({one.child for it in model.assemblies for one in it.instances if one.kind == "part"})
+    shapes = sorted({model.parts[i].shape for i in parts})
+    part, shape = ({old: new for new, old in enumerate(kept)} for kept in (parts, shapes))
+    assemblies = (
+        replace(
+            it,
+            instances=tuple(replace(i, child=part[i.child]) if i.kind == "part" else i for i in it.instances),
+        )
+        for it in model.assemblies
+    )
+    return replace(
+        model,
+        shapes=tuple(model.shapes[i] for i in shapes),
+        parts=tuple(replace(model.parts[i], shape=shape[model.parts[i].shape]) for i in parts),
+        assemblies=tuple(assemblies),
+    )
 
 
 def _with_numbers(model: Model, instances: Instances) -> Model:
@@ -131,7 +148,6 @@ class _Child:
     kind: Any
     index: int
     located: np.ndarray[Any, Any]
-    supplements: tuple[_Child, ...] = ()  # supplemental parts that go wherever it goes
 
 
 @dataclass
@@ -168,9 +184,8 @@ class _Walk:
         if len(there) == 1 and there[0][1].kind == "assembly" and np.array_equal(there[0][1].located, np.eye(4)):
             return there[0][1].index
         instances = [
-            one
+            self._instance(self.labels.name(label) or "", child, np.eye(4), self.labels.colour(label))
             for label, child in there
-            for one in self._instances(self.labels.name(label) or "", child, np.eye(4), self.labels.colour(label))
         ]
         name = instances[0].name if len(there) == 1 else "root"
         self.assemblies.append(Assembly(name, tuple(instances)))
@@ -196,29 +211,29 @@ class _Walk:
             wrapper &= split
             name = self.labels.name(component) or ""
             name = "" if split or name.startswith(_MADE_UP) or name in self.numbered else name
-            instances += self._instances(name, child, placed, self.labels.colour(component))
+            instances.append(self._instance(name, child, placed, self.labels.colour(component)))
         if not instances:
             return None
         name = self.labels.name(label) or "assembly"
         if wrapper and all(one.kind == "part" for one in instances):
-            bodies, others = self._main(instances)
-            if len(bodies) == 1:
-                name = self.labels.name(label) or self.parts[bodies[0].child].name
-            renamed = {id(one): self._supplemental(one, f"{name} supplemental {i + 1}") for i, one in enumerate(others)}
-            if len(bodies) == 1:
-                return self._collapsed(label, name, bodies[0], others)
-            instances = [renamed.get(id(one), one) for one in instances]
+            instances = self._bodies(name, instances)
+            if len(instances) == 1:
+                name = self.labels.name(label) or self.parts[instances[0].child].name
+                return self._collapsed(label, name, instances[0])
         self.assemblies.append(Assembly(name, tuple(instances), self.labels.attributes(label)))
         return _Child("assembly", len(self.assemblies) - 1, np.eye(4))
 
-    def _main(self, instances: list[Instance]) -> tuple[list[Instance], list[Instance]]:
-        """What a product is made of, and what is supplemental: sheets of a product with solids, wires of either."""
-        shapes = [self.shapes[self.parts[one.child].shape] for one in instances]
-        rank = [2 if shape.kind == "wire" else int(shape.volume is None) for shape in shapes]
-        bodies = [one for one, its in zip(instances, rank, strict=True) if its == min(rank)]
-        return bodies, [one for one in instances if not any(one is body for body in bodies)]
+    def _bodies(self, name: str, instances: list[Instance]) -> list[Instance]:
+        """What a product is made of: its solids, where it has any, without its sheets."""
+        solids = [self.shapes[self.parts[one.child].shape].volume is not None for one in instances]
+        if all(solids) or not any(solids):
+            return instances
+        left = {one.child for one, is_solid in zip(instances, solids, strict=True) if not is_solid}
+        self._leave_out(name, sum(len(self.shapes[self.parts[i].shape].surfaces["kind"]) for i in left))
+        self._places = {at: [it for it in places if it[0] not in left] for at, places in self._places.items()}
+        return [one for one in instances if one.child not in left]
 
-    def _collapsed(self, label: Any, name: str, body: Instance, supplements: list[Instance]) -> _Child:
+    def _collapsed(self, label: Any, name: str, body: Instance) -> _Child:
         """The one body of a product that the kernel wrapped: it takes the product's name and attributes."""
         part = self.parts[body.child]
         own = {name for name, *_ in part.attributes}
@@ -230,20 +245,12 @@ class _Walk:
             colour=self.labels.colour(label) or body.colour or part.colour,
             attributes=(*part.attributes, *(one for one in self.labels.attributes(label) if one[0] not in own)),
         )
-        others = tuple(_Child("part", one.child, one.parent_from_child) for one in supplements)
-        return _Child("part", body.child, body.parent_from_child, others)
+        return _Child("part", body.child, body.parent_from_child)
 
-    def _supplemental(self, instance: Instance, name: str) -> Instance:
-        """An instance under another name, its part made supplemental under that name too."""
-        part = self.parts[instance.child]
-        self.parts[instance.child] = replace(part, number=name, name=name, supplemental=True)
-        return replace(instance, name=name)
-
-    def _instances(self, name: str, child: _Child, placed: Any, colour: str | None) -> list[Instance]:
-        """Instance of a child, named after it where `name` is empty, and of what goes with it."""
+    def _instance(self, name: str, child: _Child, placed: Any, colour: str | None) -> Instance:
+        """Instance of a child, named after it where `name` is empty."""
         named: Any = self.parts[child.index] if child.kind == "part" else self.assemblies[child.index]
-        first = Instance(name or named.name, child.kind, child.index, placed @ child.located, colour)
-        return [first, *(one for other in child.supplements for one in self._instances("", other, placed, None))]
+        return Instance(name or named.name, child.kind, child.index, placed @ child.located, colour)
 
     def _part(self, label: Any, scale: float) -> _Child | None:
         shape = XCAFDoc_ShapeTool.GetShape_s(label)
@@ -254,18 +261,16 @@ class _Walk:
         shape = maps.without_lost_faces(shape.Located(TopLoc_Location()))
         scale *= factor
         name = self.labels.name(label) or f"part {len(self.parts) + 1}"
-        body, sheet = step_supplemental.without_loose_faces(shape)
-        child = self._body(label, body, scale, name, located)
-        supplements = []
-        if sheet is not None:
-            supplements.append(self._faced(label, sheet, scale, f"{name} supplemental sheet", located))
-            self.parts[-1] = replace(self.parts[-1], supplemental=True, material=None)  # that is the body's
-        wire = None
-        with self.findings.contained(f"the edges of {name} that bound no face", "unread_edges"):
-            wire = self._wire(shape, scale, f"{name} supplemental", located)
-        if wire is not None:
-            supplements.append(wire)
-        return wire if child is None else replace(child, supplements=tuple(supplements))
+        body, loose = maps.without_loose_faces(shape)
+        for face in loose:
+            self.faces.Add(face.Located(TopLoc_Location()))
+        self._leave_out(name, len(loose))
+        return self._body(label, body, scale, name, located)
+
+    def _leave_out(self, name: str, faces: int) -> None:
+        if faces:
+            said = f"{name} has {faces} faces beside its solids, which are no material: they are left out"
+            self.findings.append(Finding("left_out", said, float(faces)))
 
     def _body(self, label: Any, shape: Any, scale: float, name: str, located: Any) -> _Child | None:
         """The part of a product; where it has several solids an assembly of them, as the kernel makes of others."""
@@ -302,33 +307,6 @@ class _Walk:
             at = self.faces.Add(faces.FindKey(face + 1).Located(TopLoc_Location()))
             self._places.setdefault(at, []).append((len(self.parts) - 1, surface_no))
         return _Child("part", len(self.parts) - 1, located)
-
-    def _wire(self, shape: Any, scale: float, name: str, located: Any) -> _Child | None:
-        """Supplemental part of the edges of a shape that bound no face; None where there is none."""
-        edges = step_supplemental.loose_edges(shape)
-        wire = step_supplemental.extract_edges(_scaled(shape, scale)) if edges else None
-        if wire is None:
-            return None
-        self.shapes.append(wire)
-        layers = sorted({layer for layer, on_it in self._on_layers if any(on_it.Contains(edge) for edge in edges)})
-        attributes: tuple[Attribute, ...] = (("layer", ", ".join(layers), None),) if layers else ()
-        self.parts.append(Part(name, name, len(self.shapes) - 1, None, None, attributes, supplemental=True))
-        return _Child("part", len(self.parts) - 1, located)
-
-    @cached_property
-    def _on_layers(self) -> list[tuple[str, Any]]:
-        """Layers, and the shapes on each; edges may be on one without being pieces of a product."""
-        out = []
-        layers = Sequence_TDF_Label()
-        self._layers.GetLayerLabels(layers)
-        for layer in layers:
-            name, on_it, shapes = TCollection_ExtendedString(), Sequence_TDF_Label(), ShapeMap()
-            self._layers.GetLayer(layer, name)
-            XCAFDoc_LayerTool.GetShapesOfLayer_s(layer, on_it)
-            for label in on_it:
-                shapes.Add(XCAFDoc_ShapeTool.GetShape_s(label).Located(TopLoc_Location()))
-            out.append((str(name.ToExtString()), shapes))
-        return out
 
     def places(self, face: Any) -> list[tuple[int, int]]:
         """Part and surface_no of a face of the kernel, of each product that has it."""

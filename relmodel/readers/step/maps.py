@@ -64,6 +64,16 @@ def solids(shape: Any) -> list[Any]:
     return found if sum(len(face_map(solid)) for solid in found) == len(face_map(shape)) else []
 
 
+def without_loose_faces(shape: Any) -> tuple[Any, list[Any]]:
+    """The solids of a shape, and its faces that bound no solid; the shape and none where it has only one of these."""
+    found = list(sub_shapes(shape, Type.TopAbs_SOLID))
+    bounding = ShapeMap()
+    for solid in found:
+        TopExp.MapShapes_s(solid, Type.TopAbs_FACE, bounding)
+    loose = [face for face in face_map(shape) if not bounding.Contains(face)]
+    return (compound(found), loose) if found and loose else (shape, [])
+
+
 def edge_map(faces: Any) -> Any:
     """Edges of the faces of a `face_map`, without those of no turn about a pole or apex, and those of no place."""
     every, keys = ShapeMap(), ShapeMap()

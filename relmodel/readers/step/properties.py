@@ -128,14 +128,14 @@ class FacesOfText:
         ]
 
     def parts_of(self, product: int) -> list[int]:
-        """Parts that have a face of a product, those of its components and supplemental ones left out."""
+        """Parts that have a face of a product, those of its components left out."""
         waiting = list(self._representations.get(product, ()))
         seen = set(waiting)
         while waiting:
             number = waiting.pop()
             record = self._instances[number]
             if any(name in record for name in FACES):
-                parts = [part for part, _ in self.places(number) if not self._parts[part].supplemental]
+                parts = [part for part, _ in self.places(number)]
                 if parts:
                     return parts
             if "MAPPED_ITEM" in record:

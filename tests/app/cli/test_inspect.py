@@ -25,8 +25,6 @@ from vision.inspection import pictures
 from vision.inspection.demonstration import measure_pose_error, read_truth
 from vision.inspection.inspection_parameters import InspectionParameters
 from vision.localisation.localise import Localisation, localise
-from vision.matching.pose_problem import REASONS
-from vision.matching.stored_match import match_stored
 
 TRUTH = read_truth(DEMO / "pair_00_truth.json")
 KEYS = [
@@ -323,30 +321,3 @@ def test_postgresql_gives_the_same_answer(answer: dict[str, Any], postgresql_ins
     np.testing.assert_allclose(there["covariance"], answer["covariance"], rtol=1e-6)
     assert there["parts_in_view"] == answer["parts_in_view"]
     assert main(["check", "--store", postgresql_inspection.store]) == 0
-
-
-def test_stored_picture_and_view_are_matched_again_without_pictures(
-    answer: dict[str, Any], inspection: Inspection, copy_store: Callable[[str], str]
-) -> None:
-    """From rows alone, and the relations among them are part of the answer."""
-    target = copy_store(inspection.store)
-    with Store.open(target) as store:
-        with store.write() as connection:
-            connection.execute(sa.text("DELETE FROM image_blob"))
-            recorded = recorded_pairs(store, connection, answer["run"])
-            again = match_stored(store, connection, answer["run"], 1)
-            pairs = again.arcs
-            found = set(zip(pairs.image_arc.tolist(), pairs.view_arc.tolist(), pairs.reason.tolist(), strict=True))
-            assert {(a, v, REASONS[r]) for a, v, r in found} == recorded
-            asked = "SELECT cost FROM problem WHERE run_id = :run AND problem_no = 1"
-            assert again.solved.result.cost == connection.execute(sa.text(asked), {"run": answer["run"]}).scalar_one()
-        with store.write() as connection:
-            connection.execute(sa.text("DELETE FROM unit_relation WHERE unit_a % 2 = 0"))
-            without = match_stored(store, connection, answer["run"], 1)
-    assert without.solved.result.cost != again.solved.result.cost
-
-
-def recorded_pairs(store: Store, connection: sa.Connection, run: int) -> set[tuple[int, int, str]]:
-    """Image arc, view arc and reason of the pairs of the left camera."""
-    asked = "SELECT image_arc_no, view_arc_no, reason FROM correspondence WHERE run_id = :run AND view_no = 0"
-    return {(a, v, r) for a, v, r in connection.execute(sa.text(asked), {"run": run})}

@@ -133,31 +133,6 @@ def test_places_that_cannot_hold_a_store_are_3(tmp_path: Path, capsys: pytest.Ca
         assert "secret" not in said
 
 
-def completed(shell: str, *words: str) -> list[str]:
-    """What a shell offers for the last word."""
-    script = subprocess.run(
-        [sys.executable, "-m", "relmodel", "completion", shell], check=True, capture_output=True, text=True
-    ).stdout
-    ask = f"COMP_WORDS=({' '.join(words)}); COMP_CWORD={len(words) - 1}; _relmodel; echo ${{COMPREPLY[@]}}"
-    done = subprocess.run(["bash", "-c", f"{script}\n{ask}"], check=True, capture_output=True, text=True)
-    return done.stdout.split()
-
-
-def test_bash_completes_verbs_options_and_choices() -> None:
-    assert completed("bash", "relmodel", "ins") == ["inspect"]
-    assert completed("bash", "relmodel", "runs", "--ki") == ["--kind"]
-    assert completed("bash", "relmodel", "runs", "--state", "f") == ["finished", "failed"]
-    assert completed("bash", "relmodel", "completion", "z") == ["zsh"]
-
-
-def test_other_shells_have_a_script(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["completion", "zsh"]) == 0
-    assert capsys.readouterr().out.startswith("autoload -U +X bashcompinit")
-    assert main(["completion", "fish"]) == 0
-    said = capsys.readouterr().out
-    assert "-n '__fish_seen_subcommand_from runs' -l state -x -a 'running finished failed killed'" in said
-
-
 def test_quiet_prints_data_and_errors_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     store = str(tmp_path / "a.duckdb")
     assert main(["init", "--store", store]) == 0

@@ -53,7 +53,6 @@ def calls(duckdb_template: Path, tmp_path: Path) -> dict[str, list[str]]:
         "world": ["world", str(world), *store],
         "diff": ["diff", "A", "B", "--object", "box", "--format", "csv", *store],
         "export": ["export", "box", "--variant", "A", "-o", str(tmp_path / "box.glb"), *store],
-        "index": ["index", "--octree", *store],
     }
 
 

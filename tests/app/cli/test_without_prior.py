@@ -315,9 +315,10 @@ def find_of_one_picture(store: Store, run: int, *changes: str) -> Floats:
             connection.execute(sa.text(change))
     with store.read() as connection:
         world = connection.scalar(sa.text("SELECT world_id FROM inspection WHERE run_id = :run"), {"run": run})
-        cameras = store.columns(connection, "replay/cameras", run=run)
-        picture = read_primitives(store, connection, int(cameras["extraction_id"][0]))
-        rig = read_recorded_rig(cameras)
+        (seen,) = store.rows(connection, "audit/pictures", run=run)
+        picture = read_primitives(store, connection, seen.extraction_id)
+        (given,) = store.rows(connection, "audit/inspected", run=run)
+        rig = read_recorded_rig(store.columns(connection, "cameras/rig", rig_id=given.rig_id)).only("left")
         return find_poses_of_one_picture(store, connection, rig, world, picture)[1].score
 
 

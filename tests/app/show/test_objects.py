@@ -7,11 +7,8 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
-import cv2
 import numpy as np
-import numpy.typing as npt
 import pyarrow.csv
 import pyarrow.parquet
 import pytest
@@ -207,38 +204,6 @@ def bracket(duckdb_template: Path, tmp_path_factory: pytest.TempPathFactory) -> 
     with Store.open(file) as store:
         store_items(store, "X", [Item("BLOCK", part.body, pose())], "block")
     return str(file)
-
-
-def outlines(file: Path) -> npt.NDArray[np.uint8]:
-    """The picture that an SVG of polygons shows, drawn by OpenCV (even-odd)."""
-    root = ElementTree.parse(file).getroot()
-    width, height = (int(float(n)) for n in root.attrib["viewBox"].split()[2:])
-    picture = np.full((height, width, 3), 255, np.uint8)
-    for path in root.iter("{http://www.w3.org/2000/svg}path"):
-        rings = [
-            np.array([[float(v) for v in point.split()] for point in ring.rstrip("Z").split("L")])
-            for ring in path.attrib["d"].split("M")[1:]
-        ]
-        colour = [int(path.attrib["fill"][i : i + 2], 16) for i in (1, 3, 5)]
-        cv2.fillPoly(picture, [np.round(r * 16 - 8).astype(np.int32) for r in rings], colour, shift=4)
-    return picture
-
-
-@pytest.mark.parametrize("view", ["front", "-1,-0.7,-1.2"])
-def test_outlines_and_pixels_show_the_same(bracket: str, tmp_path: Path, view: str) -> None:
-    files = [tmp_path / name for name in ("p.png", "p.svg")]
-    for file in files:
-        arguments = ["show", "block", "--variant", "X", "--store", bracket, "--picture", str(file), f"--view={view}"]
-        assert main(arguments) == 0
-    pixels, drawn = np.asarray(Image.open(files[0]).convert("RGB")), outlines(files[1])
-    height = min(len(pixels), len(drawn)) - 60  # above the legend
-    # An outline has one shade of its colour, where pixels of a round surface have many.
-    hues = [p[:height] / np.maximum(p[:height].max(axis=2, keepdims=True), 1) for p in (pixels, drawn)]
-    off = np.abs(hues[0] - hues[1]).max(axis=2) > 0.03
-    ink = (pixels[:height] == 40).all(axis=2)
-    near_a_line = cv2.dilate(ink.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-    assert (off & ~near_a_line).mean() < 1e-3
-    assert near_a_line.mean() < 0.2
 
 
 def test_what_lies_behind_is_hidden(bracket: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -183,7 +183,7 @@ def test_bits_of_a_rig_file(tmp_path: Path) -> None:
     data["cameras"]["left"]["bits"] = 12
     rig = read_rig(write(tmp_path, data))
     assert [camera.bits for camera in rig.cameras.values()] == [12, None]
-    write_rig(rig, tmp_path / "again.yaml", "rig")
+    write_rig(rig, tmp_path / "again.yaml")
     assert [camera.bits for camera in read_rig(tmp_path / "again.yaml").cameras.values()] == [12, None]
     for wrong in (7, 17, 12.0, "12", True):
         data["cameras"]["left"]["bits"] = wrong

@@ -13,11 +13,11 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.errors import InputError, UsageError
+from relmodel.errors import InputError
 from relmodel.geometry.transforms import inverse
 from relmodel.paths import MOST_BYTES, read_text
 from vision.cameras.cameras import Camera, Rig
-from vision.cameras.formats.common import check_expressible, default_names, pinhole
+from vision.cameras.formats.common import default_names, pinhole
 
 _HALF_PIXEL = 0.5
 # Where fx, fy, cx, cy stand among the parameters of a model, and its coefficients in OpenCV's order (-1: zero).
@@ -29,7 +29,6 @@ MODELS = {
     "OPENCV": ((0, 1, 2, 3), (4, 5, 6, 7)),
     "FULL_OPENCV": ((0, 1, 2, 3), (4, 5, 6, 7, 8, 9, 10, 11)),
 }
-_WRITTEN = {0: "PINHOLE", 4: "OPENCV", 8: "FULL_OPENCV"}
 _CAMERA_LINE = re.compile(r"\d+\s+[A-Z][A-Z_0-9]+\s+\d+\s+\d+(\s+\S+)+\s*\Z")
 _POSE = 7  # numbers of a pose: a quaternion, w first, and a translation
 
@@ -78,36 +77,6 @@ def read(path: Path) -> Rig:
             )
         poses = dict.fromkeys(cameras, np.eye(4))
     return Rig({names[n]: cameras[n] for n in poses}, {names[n]: poses[n] for n in poses})
-
-
-def write(rig: Rig, folder: Path) -> list[Path]:
-    """Write cameras.txt, images.txt (one image a camera, of its name, the rig's frame for a world; mm) and an empty
-    points3D.txt, which COLMAP asks for."""
-    coefficients = check_expressible(rig, "colmap", tuple(_WRITTEN))
-    if any(re.search(r"[\s/.#]", name) or not name for name in rig.cameras):
-        raise UsageError(f"colmap cannot name the cameras {', '.join(rig.cameras)}: use names without space, / . and #")
-    cameras, images = [], []
-    for number, (name, camera) in enumerate(rig.cameras.items(), start=1):
-        intrinsics = camera.matrix[[0, 1, 0, 1], [0, 1, 2, 2]] + [0, 0, _HALF_PIXEL, _HALF_PIXEL]
-        model, values = _WRITTEN[len(coefficients[name])], [*intrinsics.tolist(), *coefficients[name].tolist()]
-        cameras.append(f"{number} {model} {camera.width} {camera.height} {_words(values)}")
-        images.append(f"{number} {_words(_pose_numbers(inverse(rig.rig_from_camera[name])))} {number} {name}.png\n")
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise InputError(f"the folder {folder} cannot be made ({error.strerror}): name another place") from error
-    texts = {
-        "cameras.txt": "# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n" + "".join(line + "\n" for line in cameras),
-        "images.txt": "# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ (mm), CAMERA_ID, NAME\n# POINTS2D[]\n"
-        + "".join(line + "\n" for line in images),
-        "points3D.txt": "# no points\n",
-    }
-    taken = sorted(name for name in (*texts, "rigs.txt") if (folder / name).exists())
-    if taken:
-        raise UsageError(f"the folder {folder} has {', '.join(taken)} already: name another")
-    for name, text in texts.items():
-        (folder / name).write_text(text, encoding="utf-8")
-    return [folder / name for name in texts]
 
 
 def _camera(words: list[str], path: Path) -> tuple[int, Camera]:
@@ -186,13 +155,6 @@ def _pose(words: list[str], path: Path) -> Floats:
     return out
 
 
-def _pose_numbers(pose: Floats) -> list[float]:
-    from scipy.spatial.transform import Rotation
-
-    x, y, z, w = Rotation.from_matrix(pose[:3, :3]).as_quat(canonical=True).tolist()
-    return [w, x, y, z, *pose[:3, 3].tolist()]
-
-
 def _lines(path: Path) -> list[list[str]]:
     """The words of each line that is neither empty nor a comment."""
     lines = (line.split() for line in read_text(path, "rig file").splitlines())
@@ -203,7 +165,3 @@ def _whole(word: str, what: str, path: Path) -> int:
     if not re.fullmatch(r"[1-9][0-9]{0,8}", word):
         raise InputError(f"{path}: {what} is {word!r}: give a whole number above zero")
     return int(word)
-
-
-def _words(values: list[float]) -> str:
-    return " ".join(repr(float(value)) for value in values)

@@ -1,4 +1,4 @@
-"""What the formats of other programs have in common: no names of cameras, no skew, no sigmas, fewer lens models."""
+"""What the formats of other programs have in common: no names of cameras, no skew."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.errors import InputError, UsageError
-from relmodel.geometry.transforms import inverse
-from vision.cameras.cameras import Camera, Rig
+from relmodel.errors import InputError
+from vision.cameras.cameras import Camera
 
 # Keys, with the way to them, that name a lens model; the names of OpenCV's, of all its coefficients or some; words of
 # other models, in a value or, where one is set, in a key.
@@ -87,53 +86,3 @@ def pinhole_of_matrix(
     if matrix[1, 0] != 0 or not np.array_equal(matrix[2], [0, 0, 1]):
         raise InputError(f"{path}: {name} is not a camera matrix: give [fx, 0, cx, 0, fy, cy, 0, 0, 1]")
     return pinhole(width, height, matrix[[0, 1, 0, 1], [0, 1, 2, 2]], distortion, path, name)
-
-
-def check_expressible(rig: Rig, form: str, sizes: tuple[int, ...]) -> dict[str, Floats]:
-    """Coefficients of each camera in the least of `sizes` that holds them; UsageError names what `form` has no place
-    for."""
-    if rig.sigma:
-        raise UsageError(
-            f"{form} has no place for sigma, how well a calibration is known: leave it out of the rig file"
-        )
-    fitted = {}
-    for name, camera in rig.cameras.items():
-        if camera.bits is not None:
-            raise UsageError(f"{form} has no place for bits, and the camera {name} has {camera.bits}: leave them out")
-        if camera.matrix[0, 1] != 0:
-            raise UsageError(f"{form} has no skew, and the camera {name} has {camera.matrix[0, 1]:g}")
-        used = len(np.trim_zeros(camera.distortion, "b"))
-        fits = [size for size in sizes if size >= used]
-        if not fits:
-            raise UsageError(
-                f"{form} has no model with the {used} distortion coefficients of the camera {name}: at most {sizes[-1]}"
-            )
-        coefficients = np.zeros(fits[0])
-        coefficients[:used] = camera.distortion[:used]
-        fitted[name] = coefficients
-    return fitted
-
-
-def in_default_order(rig: Rig, form: str) -> list[str]:
-    """The cameras' names in the order in which a format without names gives them back."""
-    names = default_names(len(rig.cameras))
-    if set(names) != set(rig.cameras):
-        raise UsageError(
-            f"{form} does not name cameras, and those of the rig are called {', '.join(rig.cameras)}: "
-            f"call them {', '.join(names)}"
-        )
-    return names
-
-
-def check_frame(rig: Rig, first: str, form: str) -> None:
-    """Refuse a rig whose frame is not that of its first camera."""
-    if not np.array_equal(rig.rig_from_camera[first], np.eye(4)):
-        raise UsageError(
-            f"{form} has no frame of the rig but that of its first camera, and rig_from_camera of {first} is not the "
-            "identity"
-        )
-
-
-def chain(rig: Rig, name: str, before: str) -> Floats:
-    """camera_from_before (4, 4): coordinates in the camera `before` to those in the camera `name`."""
-    return np.asarray(inverse(rig.rig_from_camera[name]) @ rig.rig_from_camera[before])

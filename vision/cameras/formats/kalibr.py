@@ -11,14 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import inverse
 from vision.cameras.cameras import Camera, Rig
 from vision.cameras.fields import numbers, rigid
-from vision.cameras.formats.common import chain, check_expressible, default_names, in_default_order, pinhole
+from vision.cameras.formats.common import default_names, pinhole
 
 _MM = 1000.0
 # What the two ways to the same camera may differ by: Kalibr writes both with all digits.
@@ -54,31 +53,6 @@ def parse(data: dict[str, Any], path: Path) -> Rig:
     return Rig(cameras, poses)
 
 
-def write(rig: Rig, path: Path) -> None:
-    """Write the chain; a frame of the rig that is not its first camera's becomes that of the inertial unit."""
-    coefficients = check_expressible(rig, "kalibr", (4,))
-    names = in_default_order(rig, "kalibr")
-    own_frame = not np.array_equal(rig.rig_from_camera[names[0]], np.eye(4))
-    data = {}
-    for i, name in enumerate(names):
-        camera = rig.cameras[name]
-        entry: dict[str, Any] = {}
-        if own_frame:
-            entry["T_cam_imu"] = _metres(inverse(rig.rig_from_camera[name]))
-        if i:
-            entry["T_cn_cnm1"] = _metres(chain(rig, name, names[i - 1]))
-        entry |= {
-            "camera_model": "pinhole",
-            "intrinsics": camera.matrix[[0, 1, 0, 1], [0, 1, 2, 2]].tolist(),
-            "distortion_model": "radtan",
-            "distortion_coeffs": coefficients[name].tolist(),
-            "resolution": [camera.width, camera.height],
-            "rostopic": f"/{name}/image_raw",
-        }
-        data[f"cam{i}"] = entry
-    path.write_text(yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=200), encoding="utf-8")
-
-
 def _camera(entry: dict[str, Any], name: str, path: Path) -> Camera:
     where = f"{name}."
     if entry.get("camera_model") != "pinhole":
@@ -107,9 +81,3 @@ def _transform(entry: dict[str, Any], key: str, where: str, path: Path) -> Float
     pose = rigid(numbers(entry, key, path, where, (4, 4)), path, where + key)
     pose[:3, 3] *= _MM
     return pose
-
-
-def _metres(pose: Floats) -> list[list[float]]:
-    scaled = pose.copy()
-    scaled[:3, 3] /= _MM
-    return [[float(v) for v in row] for row in scaled]

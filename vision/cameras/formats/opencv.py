@@ -16,15 +16,11 @@ import numpy as np
 import yaml
 
 from relmodel.arrays import Floats
-from relmodel.errors import InputError, UsageError
+from relmodel.errors import InputError
 from relmodel.geometry.transforms import inverse
-from vision.cameras.cameras import Camera, Rig
+from vision.cameras.cameras import Rig
 from vision.cameras.fields import member, pixel_count, rigid
 from vision.cameras.formats.common import (
-    chain,
-    check_expressible,
-    check_frame,
-    in_default_order,
     pinhole_of_matrix,
 )
 
@@ -55,21 +51,6 @@ def _construct_matrix(loader: Loader, node: yaml.Node) -> Matrix:
 
 
 Loader.add_constructor(_TAG, _construct_matrix)
-
-
-class _Dumper(yaml.SafeDumper):
-    """PyYAML's safe dumper, which writes arrays as OpenCV's matrices."""
-
-
-def _represent_matrix(dumper: _Dumper, matrix: Floats) -> yaml.Node:
-    rows, cols = matrix.shape
-    flat = dumper.represent_sequence("tag:yaml.org,2002:seq", matrix.ravel().tolist(), flow_style=True)
-    node = dumper.represent_mapping(_TAG, {"rows": rows, "cols": cols, "dt": "d"}, flow_style=False)
-    node.value.append((dumper.represent_str("data"), flat))
-    return node
-
-
-_Dumper.add_representer(np.ndarray, _represent_matrix)
 
 
 def without_header(text: str) -> str:
@@ -144,29 +125,6 @@ def parse(data: dict[str, Any], path: Path) -> Rig:
         second_from_first[:3, 3] = _matrix(data, "T", path, (3, 1), (1, 3)).ravel()
         poses["right"] = inverse(rigid(second_from_first, path, "R, T"))
     return Rig(cameras, poses)
-
-
-def write(rig: Rig, path: Path) -> None:
-    """Write one camera or a pair, T in mm."""
-    if len(rig.cameras) > 2:
-        raise UsageError(f"opencv holds one camera or a pair, and the rig has {len(rig.cameras)} cameras")
-    coefficients = check_expressible(rig, "opencv", SIZES)
-    names = in_default_order(rig, "opencv")
-    check_frame(rig, names[0], "opencv")
-    cameras: list[Camera] = [rig.cameras[name] for name in names]
-    sizes = {(camera.width, camera.height) for camera in cameras}
-    if len(sizes) > 1:
-        raise UsageError("opencv has one picture size for a pair, and the cameras of the rig have two")
-    (width, height), *_ = sizes
-    data: dict[str, Any] = {"image_width": width, "image_height": height}
-    if len(names) == 1:
-        data |= {"camera_matrix": cameras[0].matrix, "distortion_coefficients": coefficients[names[0]][None]}
-    else:
-        for i, (name, camera) in enumerate(zip(names, cameras, strict=True), start=1):
-            data |= {f"M{i}": camera.matrix, f"D{i}": coefficients[name][None]}
-        second_from_first = chain(rig, names[1], names[0])
-        data |= {"R": second_from_first[:3, :3], "T": second_from_first[:3, 3:]}
-    path.write_text("%YAML:1.0\n---\n" + yaml.dump(data, Dumper=_Dumper, sort_keys=False), encoding="utf-8")
 
 
 def _matrix(data: dict[str, Any], key: str, path: Path, *shapes: tuple[int, int]) -> Floats:

@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from relmodel.arrays import Floats
-from relmodel.errors import InputError, UsageError
+from relmodel.errors import InputError
 from vision.cameras.cameras import Rig
 from vision.cameras.fields import numbers, pixel_count
-from vision.cameras.formats.common import check_expressible, pinhole_of_matrix
+from vision.cameras.formats.common import pinhole_of_matrix
 
 # Numbers of coefficients that the distortion models have, as OpenCV evaluates them; some drivers write them short.
 MODELS = {"plumb_bob": (0, 4, 5), "rational_polynomial": (0, 4, 5, 8, 12, 14)}
@@ -48,30 +47,6 @@ def parse(data: dict[str, Any], path: Path) -> Rig:
     return Rig({name: camera}, {name: np.eye(4)})
 
 
-def write(rig: Rig, path: Path) -> None:
-    """Write the file of a rig of one camera."""
-    if len(rig.cameras) > 1:
-        raise UsageError(
-            f"CameraInfo of ROS holds one camera, and the rig has {len(rig.cameras)}: {', '.join(rig.cameras)}"
-        )
-    ((name, camera),) = rig.cameras.items()
-    if not np.array_equal(rig.rig_from_camera[name], np.eye(4)):
-        raise UsageError(f"CameraInfo of ROS has no pose of a camera in a rig, and rig_from_camera of {name} is one")
-    coefficients = check_expressible(rig, "CameraInfo of ROS", (5, 8))[name]
-    projection = np.concatenate([camera.matrix, np.zeros((3, 1))], axis=1)
-    data = {
-        "image_width": camera.width,
-        "image_height": camera.height,
-        "camera_name": name,
-        "camera_matrix": _matrix(camera.matrix),
-        "distortion_model": "plumb_bob" if len(coefficients) == 5 else "rational_polynomial",
-        "distortion_coefficients": _matrix(coefficients[None]),
-        "rectification_matrix": _matrix(np.eye(3)),
-        "projection_matrix": _matrix(projection),
-    }
-    path.write_text(yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=200), encoding="utf-8")
-
-
 def _check_whole(data: dict[str, Any], width: int, height: int, path: Path) -> None:
     """Refuse calibration of a picture that was binned or cut: it holds for the whole one."""
     roi = data.get("roi") if isinstance(data.get("roi"), dict) else {}
@@ -90,8 +65,3 @@ def _flat(data: dict[str, Any], key: str, count: int | None, path: Path) -> Floa
     listed = found.get(name)
     size = count if count is not None else len(listed) if isinstance(listed, list) else 0
     return numbers(found, name, path, where, (size,))
-
-
-def _matrix(values: Floats) -> dict[str, Any]:
-    rows, cols = values.shape
-    return {"rows": rows, "cols": cols, "data": values.ravel().tolist()}

@@ -62,8 +62,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--level", choices=("part", "feature", "surface", "arc"), help="what is looked for")
     words = "box: whose box is not wholly outside (default); exact: whose triangles or sampled arcs reach into it"
     parser.add_argument("--precision", choices=("box", "exact"), default="box", help=words)
-    words = "the index that is asked: rtree (default), or octree, which relmodel index --octree writes; equal answers"
-    parser.add_argument("--kind", choices=("rtree", "octree"), default="rtree", help=words)
     parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
     add_all(parser)
     add_format(parser)
@@ -78,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
         return _nearest(args)
     rig, prior = _rig_and_prior(args)
     volumes = _views(args, rig, prior) if rig else [_volume(args)]
-    asked = {"level": args.level, "world": args.world, "precision": args.precision, "kind": args.kind}
+    asked = {"level": args.level, "world": args.world, "precision": args.precision}
     asked |= {"wholly": args.wholly}
     with Store.open(store_target(args), read_only=True) as store:
         if not (rig and prior):

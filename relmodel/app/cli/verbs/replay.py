@@ -1,8 +1,8 @@
-"""Decide an inspection again from its rows, without its pictures, and say what comes out otherwise.
+"""Make an inspection again from its pictures, rig and prior as the store has them, and compare all its rows.
 
-Replayed are the assignments of stereo and of each camera, the last step of the refinement, and the verdict.  They agree
-to 1e-9 with the code, packages and machine that made the run, else to 1e-6; other versions are named.  Exit status 1
-where something differs.  Nothing is written.
+They agree to 1e-9 with the code, packages and machine that made the run, else to 1e-6; other versions are named.  Exit
+status 1 where something differs.  Nothing is written.  Pictures that were not kept or were pruned cannot be inspected
+again: what is left to do is `relmodel check`.
 """
 
 from __future__ import annotations
@@ -18,25 +18,23 @@ EXAMPLE = "relmodel replay 7 --store cell.duckdb"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_run(parser)
-    parser.add_argument("--dry", action="store_true", help="say only how many rows there are to replay from")
     add_format(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     from relmodel.app.audit.newest import run_named
+    from relmodel.app.cli.progress import shown
+    from relmodel.compiled import compile_ahead
     from relmodel.store import Store
-    from vision.inspection.replay import Outcome, count_rows, replay
+    from vision.inspection import KERNELS
+    from vision.inspection.replay import Outcome, replay
 
-    with Store.open(store_target(args), read_only=True) as store:
+    compile_ahead(KERNELS, say)
+    with Store.open(store_target(args), read_only=True) as store, shown(store):
         with store.read() as connection:
             number = run_named(store, connection, args.number)
-        if args.dry:
-            print_rows(("relation", "rows"), count_rows(store, number), args.format)
-            return 0
         found = replay(store, number)
     for words in found.others:
         say(words)
-    if not found.outcomes:
-        say("the run kept nothing to replay: it found no pose")
     print_rows(Outcome._fields, found.outcomes, args.format)
     return 0 if found.agrees else 1

@@ -1,7 +1,7 @@
-"""Convert a calibrated rig between the formats of calibration programs, or say what a file of one holds.
+"""Convert a calibration file to a rig file of relmodel, or say what it holds.
 
-Formats: rig (the project's own), opencv, ros (CameraInfo), kalibr (camchain), colmap (a folder).  A file is known by
-what it says, not by its name.  What a format cannot express, of lens or rig, is refused by name.
+Calibrations: of relmodel, OpenCV, ROS (CameraInfo), Kalibr (camchain) or COLMAP (a folder).  A file is known by what it
+says, not by its name.  What a rig cannot hold is refused by name.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from relmodel.app.cli.output import say
 from relmodel.errors import UsageError
 from relmodel.printing import print_rows
 
-EXAMPLE = """relmodel rig convert camchain.yaml rig.yaml --to rig
-  relmodel rig convert stereo.yml camchain.yaml --to kalibr --unit m
+EXAMPLE = """relmodel rig convert camchain.yaml rig.yaml
+  relmodel rig convert stereo.yml rig.yaml --unit m
   relmodel rig show camchain.yaml"""
 
 # Millimetres of the units that --unit names.
@@ -26,8 +26,7 @@ _UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("action", choices=("convert", "show"), help="convert IN to OUT, or show what IN holds")
     parser.add_argument("source", type=Path, metavar="IN", help="a rig in any of the formats")
-    parser.add_argument("out", type=Path, nargs="?", metavar="OUT", help="the file, of colmap the folder, to write")
-    parser.add_argument("--to", choices=("rig", "opencv", "ros", "kalibr", "colmap"), help="the format of OUT")
+    parser.add_argument("out", type=Path, nargs="?", metavar="OUT", help="the rig file to write")
     words = "unit of length of IN where its format says none, as opencv and colmap (default: mm)"
     parser.add_argument("--unit", choices=tuple(_UNITS), help=words)
     parser.add_argument("--size", metavar="WxH", help="size of the pictures where IN does not say it, as 1280x960")
@@ -37,8 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from vision.cameras.files import read_rig, write_rig
 
-    if (args.action == "convert") != (args.out is not None and args.to is not None):
-        raise UsageError("give convert IN OUT --to FORMAT, or show IN")
+    if (args.action == "convert") != (args.out is not None):
+        raise UsageError("give convert IN OUT, or show IN")
     size = re.fullmatch(r"([1-9]\d{0,5})x([1-9]\d{0,5})", args.size or "")
     if args.size is not None and size is None:
         raise UsageError(f"--size {args.size} is no size: give width and height in px, as 1280x960")
@@ -48,8 +47,8 @@ def run(args: argparse.Namespace) -> int:
         size=None if size is None else (int(size[1]), int(size[2])),
     )
     if args.action == "convert":
-        for file in write_rig(rig, args.out, args.to):
-            say(f"{file} is written")
+        write_rig(rig, args.out)
+        say(f"{args.out} is written")
         return 0
     names = ("camera", "width", "height", "fx", "fy", "cx", "cy", "skew", "distortion", "x_mm", "y_mm", "z_mm")
     rows = []

@@ -1,8 +1,7 @@
 """Show an object: the tree of what stands in it with masses, sizes, features, attributes and findings; or a picture.
 
 Equal siblings stand in one line of the table (BOLT_F01 x 24), which ends after 100 rows and leaves out attributes.
---all prints all of the table, --format json or csv a row of each part.  A picture that ends in .svg is written as
-outlines, any other as PNG.
+--all prints all of the table, --format json or csv a row of each part.
 """
 
 from __future__ import annotations
@@ -33,9 +32,8 @@ FOLDED = {
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("object", metavar="OBJECT", help="name of the object")
     parser.add_argument("--variant", default="", help="its variant, where it has several")
-    parser.add_argument(
-        "--picture", type=Path, metavar="FILE.png|FILE.svg", help="write a picture with features coloured by kind"
-    )
+    words = "write a picture with features coloured by kind"
+    parser.add_argument("--picture", type=Path, metavar="FILE.png", help=words)
     parser.add_argument(
         "--view",
         default="iso",
@@ -47,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.app.show.tree import alike, material_rows, read_tree, tree_rows
+    from relmodel.app.show.tree import alike, read_tree, tree_rows
     from relmodel.drawing.colours import hexadecimal
     from relmodel.drawing.solid import write_picture
     from relmodel.store import Store
@@ -56,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
         tree = read_tree(store, connection, args.object, args.variant)
         rows = tree_rows(store, connection, tree)
         if args.picture is not None:
-            at = material_rows(store, connection, tree)
+            at = tree.shape_id >= 0
             placed = tree.shape_id[at], tree.pose[at]
             colours = write_picture(store, connection, *placed, args.picture, _direction(args.view))
             legend = ", ".join(f"{kind} {hexadecimal(colour)}" for kind, colour in colours.items())
