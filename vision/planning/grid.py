@@ -13,6 +13,8 @@ from vision.planning.planning_parameters import DEFAULTS, PlanningParameters
 from vision.presence.pieces import find_axes
 from vision.scene.scene import Scene
 
+_ABOUT = np.array([(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)])  # the middle first
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -36,9 +38,9 @@ class Floor:
         return f"{'xyz'[self.axis]} = {self.mm:g}"
 
 
-def find_table(scene: Scene) -> Floor | None:
-    """The plane z = 0 of the world, where nothing lies below it."""
-    return Floor(2, 0.0) if scene.vertices[:, 2].min(initial=0.0) >= -1.0 else None
+def find_table(scene: Scene) -> Floor:
+    """The plane z = 0 of the world, or that on which its lowest part stands where this is lower."""
+    return Floor(2, float(scene.vertices[:, 2].min(initial=0.0)))
 
 
 def usual_distance(rig: Rig, size: Floats, p: PlanningParameters = DEFAULTS) -> float:
@@ -72,8 +74,8 @@ def lay_grid(
     """The poses at a distance from the surface of placed parts, `usual_distance` where none is given, no camera too
     near to anything.
 
-    Each side of the box about them is a lattice of views that overlap; the first ray inward from each point says what
-    is looked at, and where nothing is there is no view."""
+    Each side of the box about them is a lattice of views that overlap; rays inward from the middle of each cell, else
+    about it, as that may look through a hole, say what is looked at; where nothing is there is no view."""
     mine = np.flatnonzero(np.isin(scene.surface_occurrence[scene.triangle_surface], occurrences))
     corners = scene.vertices[np.unique(scene.triangles[mine])]
     axes = _box_axes(corners, find_axes(scene, occurrences, np.array([0.0, 0.0, 1.0])))
@@ -87,11 +89,14 @@ def lay_grid(
         # The picture lies along the longer of the two.
         u, v = sorted((a for a in range(3) if a != axis), key=lambda a: low[a] - high[a])
         for side in (-1.0, 1.0):
-            start = np.stack(np.meshgrid(_spread(low[u], high[u], step[0]), _spread(low[v], high[v], step[1])), -1)
-            at = np.zeros((start.size // 2, 3))
-            at[:, [u, v]] = start.reshape(-1, 2)
+            across, down = _spread(low[u], high[u], step[0]), _spread(low[v], high[v], step[1])
+            start = np.stack(np.meshgrid(across, down), -1).reshape(-1, 1, 2)
+            third = np.array([(high[u] - low[u]) / len(across), (high[v] - low[v]) / len(down)]) / 3
+            at = np.zeros((len(start) * len(_ABOUT), 3))
+            at[:, [u, v]] = (start + _ABOUT * third).reshape(-1, 2)
             at[:, axis] = (high if side > 0 else low)[axis] + side
-            target = _meet(scene, at @ axes, np.tile(-side * axes[axis], (len(at), 1)), occurrences)[1]
+            met, target = _meet(scene, at @ axes, np.tile(-side * axes[axis], (len(at), 1)), occurrences)
+            target = target[np.unique(np.flatnonzero(met) // len(_ABOUT), return_index=True)[1]]
             for way in (side * axes[axis], *_tilted(side * axes[axis], axes[u], axes[v], p.tilt)):
                 poses.append(_looking(target, way, axes[u], distance_mm) @ np.linalg.inv(rig_from_look))
                 targets.append(target)

@@ -86,6 +86,7 @@ def test_a_picture_is_turned_as_it_asks(write: object, orientation: int, tmp_pat
     np.testing.assert_allclose(picture.grey, UPRIGHT, atol=2)
     assert picture.orientation == orientation
     by_opencv = cv2.imdecode(np.frombuffer(path.read_bytes(), np.uint8), cv2.IMREAD_GRAYSCALE)
+    assert by_opencv is not None
     np.testing.assert_allclose(by_opencv, UPRIGHT, atol=2)
     shown = read_image(path.read_bytes())
     assert shown is not None

@@ -26,7 +26,7 @@ def bent(shape: tuple[int, int], radius: float) -> Floats:
     """A dark disc whose rim crosses the picture's middle from left to right, one pixel wide in grey."""
     y, x = np.mgrid[: shape[0], : shape[1]].astype(float)
     across = y - shape[0] / 2 + (0.0 if np.isinf(radius) else (x - shape[1] / 2) ** 2 / (2 * radius))
-    return 60 + 100 * np.clip(0.5 + across, 0, 1)
+    return np.asarray(60 + 100 * np.clip(0.5 + across, 0, 1))
 
 
 def are_whole(arcs: Arcs) -> bool:
