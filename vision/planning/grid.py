@@ -13,8 +13,6 @@ from vision.planning.planning_parameters import DEFAULTS, PlanningParameters
 from vision.presence.pieces import find_axes
 from vision.scene.scene import Scene
 
-_ABOUT = np.array([(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)])  # the middle first
-
 
 @dataclass(frozen=True)
 class Grid:
@@ -126,6 +124,9 @@ def _box_axes(points: Floats, axes: Floats) -> Floats:
     turn = np.radians(cv2.minAreaRect((points @ axes[:2].T).astype(np.float32))[2])
     cosine, sine = np.cos(turn), np.sin(turn)
     return np.asarray(np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1]]) @ axes)
+
+
+_ABOUT = np.array([(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)])  # the middle first
 
 
 def _spread(low: float, high: float, step: float) -> Floats:
