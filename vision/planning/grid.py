@@ -42,9 +42,9 @@ class Floor:
         return f"{'xyz'[self.axis]} = {self.mm:g}"
 
 
-def find_table(scene: Scene) -> Floor | None:
-    """The plane z = 0 of the world, where nothing lies below it."""
-    return Floor(2, 0.0) if scene.vertices[:, 2].min(initial=0.0) >= -1.0 else None
+def find_table(scene: Scene) -> Floor:
+    """The plane z = 0 of the world, or that on which its lowest part stands where this is lower."""
+    return Floor(2, float(scene.vertices[:, 2].min(initial=0.0)))
 
 
 def usual_distance(rig: Rig, size: Floats) -> float:
@@ -77,8 +77,8 @@ def lay_grid(
     """The poses at a distance from the surface of placed parts, `usual_distance` where none is given, no camera too
     near to anything.
 
-    Each side of the box about them is a lattice of views that overlap; the first ray inward from each point says what
-    is looked at, and where nothing is there is no view."""
+    Each side of the box about them is a lattice of views that overlap; rays inward from the middle of each cell, else
+    about it, as that may look through a hole, say what is looked at; where nothing is there is no view."""
     mine = np.flatnonzero(np.isin(scene.surface_occurrence[scene.triangle_surface], occurrences))
     corners = scene.vertices[np.unique(scene.triangles[mine])]
     axes = _box_axes(corners, find_axes(scene, occurrences, np.array([0.0, 0.0, 1.0])))
@@ -92,11 +92,14 @@ def lay_grid(
         # The picture lies along the longer of the two.
         u, v = sorted((a for a in range(3) if a != axis), key=lambda a: low[a] - high[a])
         for side in (-1.0, 1.0):
-            start = np.stack(np.meshgrid(_spread(low[u], high[u], step[0]), _spread(low[v], high[v], step[1])), -1)
-            at = np.zeros((start.size // 2, 3))
-            at[:, [u, v]] = start.reshape(-1, 2)
+            across, down = _spread(low[u], high[u], step[0]), _spread(low[v], high[v], step[1])
+            start = np.stack(np.meshgrid(across, down), -1).reshape(-1, 1, 2)
+            third = np.array([(high[u] - low[u]) / len(across), (high[v] - low[v]) / len(down)]) / 3
+            at = np.zeros((len(start) * len(_ABOUT), 3))
+            at[:, [u, v]] = (start + _ABOUT * third).reshape(-1, 2)
             at[:, axis] = (high if side > 0 else low)[axis] + side
-            target = _meet(scene, at @ axes, np.tile(-side * axes[axis], (len(at), 1)), occurrences)[1]
+            met, target = _meet(scene, at @ axes, np.tile(-side * axes[axis], (len(at), 1)), occurrences)
+            target = target[np.unique(np.flatnonzero(met) // len(_ABOUT), return_index=True)[1]]
             ahead = side * axes[axis]
             tilted = [np.cos(_TILT) * ahead + np.sin(_TILT) * aside for aside in (axes[u], -axes[u], axes[v], -axes[v])]
             for way in (ahead, *tilted):
@@ -127,6 +130,9 @@ def _box_axes(points: Floats, axes: Floats) -> Floats:
     turn = np.radians(cv2.minAreaRect((points @ axes[:2].T).astype(np.float32))[2])
     cosine, sine = np.cos(turn), np.sin(turn)
     return np.asarray(np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1]]) @ axes)
+
+
+_ABOUT = np.array([(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)])  # the middle first
 
 
 def _spread(low: float, high: float, step: float) -> Floats:

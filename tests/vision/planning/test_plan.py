@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from itertools import combinations
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -23,6 +26,7 @@ from vision.planning.grid import Floor, Grid, find_table, lay_grid, usual_distan
 from vision.planning.plan import _items, _left, choose_views, plan_views
 from vision.planning.predict import predict_distinct_px
 from vision.planning.reach import reach, reaches_any_pose, spread_joints
+from vision.scene.scene import Scene
 from vision.scene.stored_scene import read_scene
 
 F = 1000.0
@@ -42,15 +46,35 @@ def block(fresh_store: str, tmp_path: Path) -> Iterator[Store]:
     for x, z, way in ((60, 60, -1), (90, 0, 1)):
         axis = gp_Ax2(gp_Pnt(x, 40, z - way), gp_Dir(0, 0, way))
         solid = BRepAlgoAPI_Cut(solid, BRepPrimAPI_MakeCylinder(axis, 12.0, 16.0).Shape()).Shape()
-    write_product(tmp_path / "block.step", solid, "block")
+    with Store.open(fresh_store) as store:
+        place(store, tmp_path, solid)
+        yield store
+
+
+def place(store: Store, folder: Path, solid: Any) -> None:
+    write_product(folder / "block.step", solid, "block")
     rows = [[0.6, -0.8, 0, 500], [0.8, 0.6, 0, 300], [0, 0, 1, 100], [0, 0, 0, 1]]
-    (tmp_path / "world.yaml").write_text(
+    (folder / "world.yaml").write_text(
         f"world: w\nobjects:\n  - {{object: block, name: block, role: inspected, world_from_object: {rows}}}\n"
     )
-    with Store.open(fresh_store) as store:
-        load(store, tmp_path / "block.step", name="block")
-        place_world(store, tmp_path / "world.yaml")
-        yield store
+    load(store, folder / "block.step", name="block")
+    place_world(store, folder / "world.yaml")
+
+
+def test_a_part_is_looked_at_beside_the_hole_in_its_middle(duckdb_template: Path, tmp_path: Path) -> None:
+    pytest.importorskip("OCP")
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    solid = BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 0), gp_Pnt(*SIZE)).Shape()
+    bore = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(60, 40, -1), gp_Dir(0, 0, 1)), 12.0, 62.0).Shape()
+    with Store.open(str(shutil.copy(duckdb_template, tmp_path / "cell.duckdb"))) as store:
+        place(store, tmp_path, BRepAlgoAPI_Cut(solid, bore).Shape())
+        views = grid(store, ONE, 400.0)  # from where one view shows a whole side
+    top = views.target[np.isclose(views.target[:, 2], 160)]
+    assert len(top) >= 5  # straight on and tilted
+    assert (np.linalg.norm(top[:, :2] - [504, 372], axis=1) > 12).all()  # the middle of the bore, in the world
 
 
 def test_holes_on_opposite_sides_need_two_views(block: Store) -> None:
@@ -90,6 +114,8 @@ def test_cameras_stay_above_the_table_or_a_plane_that_is_stated(block: Store) ->
     assert min(view.world_from_rig[2, 3] for view in on_table.views) > 0
     assert len(on_table.hidden) == 1  # the hole from below
     assert "hole" in on_table.hidden[0]
+    below = SimpleNamespace(vertices=np.array([[0.0, 0, 30], [0, 0, -12.5]]))
+    assert str(find_table(cast(Scene, below))) == "z = -12.5"
     for wrong in ("z", "z=", "w=3", "z=up", "z=nan", "3", ""):
         with pytest.raises(UsageError, match="give an axis and mm, as z=0, or none"):
             plan_views(block, ONE, object_name="block", above=wrong)

@@ -39,8 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--above",
         metavar="PLANE",
-        help="keep the cameras above a plane of the world, as z=0 (default: z=0 where nothing of the world lies below "
-        "it, else none)",
+        help="keep the cameras above a plane of the world, as z=0 or none (default: z=0, or where the lowest part of "
+        "the world stands if that is lower)",
     )
     parser.add_argument(
         "--views", type=int, metavar="N", help="at most so many (default: as many as check 95 %% of what any could)"
