@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from vision.cameras.cameras import Needs
     from vision.inspection.inspection import Inspection
     from vision.planning.plan import Plan
+    from vision.scene.kept_scenes import Scenes
 
 
 class OpenStore(Store):
@@ -106,7 +108,8 @@ class OpenStore(Store):
     ) -> Inspection:
         """Inspect a stereo pair, or the picture of the left camera alone: `vision.inspection.inspection.inspect`.
 
-        A notebook shows the answer as the model drawn over the pictures.
+        A notebook shows the answer as the model drawn over the pictures.  What is computed from the model is kept for
+        the next call, until the model changes or the store is closed.
 
         rig, prior, left, right: files.
         needs: how exactly the pose is needed, as in "5mm,2deg".
@@ -117,17 +120,28 @@ class OpenStore(Store):
         believe_pictures: accept a pose that the pictures show surely although it contradicts the prior.
         ignore_blind_camera: answer by the other cameras where one does not see the model.
         """
-        with self.session(
+        from relmodel.app.session import Session
+
+        return Session(
+            self._scenes,
             rig=rig,
             needs=needs,
             world=world,
             against=against,
             believe_pictures=believe_pictures,
             ignore_blind_camera=ignore_blind_camera,
-        ) as session:
-            return session.inspect(
-                left=left, right=right, prior=prior, carrier=carrier, serial=serial, operator=operator
-            )
+        ).inspect(left=left, right=right, prior=prior, carrier=carrier, serial=serial, operator=operator)
+
+    @cached_property
+    def _scenes(self) -> Scenes:
+        from vision.scene.kept_scenes import Scenes
+
+        return Scenes(self)
+
+    def close(self) -> None:
+        """Close the store, and let go of what inspections kept; any later use raises StoreError."""
+        self.__dict__.pop("_scenes", None)
+        super().close()
 
     def session(
         self,
@@ -139,16 +153,16 @@ class OpenStore(Store):
         believe_pictures: bool = False,
         ignore_blind_camera: bool = False,
     ) -> Session:
-        """Inspect one pair after the other with one rig.  What is computed from the model is kept between them; the
-        answers are those of `inspect`.
+        """Inspect one pair after the other with one rig; the answers are those of `inspect`.
 
-            with store.session(rig="rig.yaml") as session:
-                answers = [session.inspect(left=left, right=right) for left, right in pairs]
+        with store.session(rig="rig.yaml") as session:
+            answers = [session.inspect(left=left, right=right) for left, right in pairs]
         """
         from relmodel.app.session import Session
+        from vision.scene.kept_scenes import Scenes
 
         return Session(
-            self,
+            Scenes(self),
             rig=rig,
             needs=needs,
             world=world,

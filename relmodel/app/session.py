@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 if TYPE_CHECKING:
-    from relmodel.store import Store
     from relmodel.world.correction import Carrier
     from vision.cameras.cameras import Needs
     from vision.inspection.inspection import Inspection
+    from vision.scene.kept_scenes import Scenes
 
 
 class Session:
@@ -21,7 +21,7 @@ class Session:
 
     def __init__(
         self,
-        store: Store,
+        scenes: Scenes,
         *,
         rig: str | Path,
         needs: Needs | str | None,
@@ -32,9 +32,8 @@ class Session:
     ) -> None:
         from vision.cameras.files import parse_needs
         from vision.inspection.inspection_parameters import InspectionParameters
-        from vision.scene.kept_scenes import Scenes
 
-        self._scenes = Scenes(store)
+        self._scenes = scenes
         needs = parse_needs(needs, "needs") if isinstance(needs, str) else needs
         self._given = {"rig": rig, "needs": needs, "world": world, "against": against}
         self._parameters = InspectionParameters(

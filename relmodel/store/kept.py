@@ -1,7 +1,7 @@
 """What runs found, kept beside a DuckDB file while another process would not let go of it: STORE.kept-RUN.
 
-It is pickled, of a dataclass its fields alone.  Only arrays, times and this program's own data are read back: a file
-from elsewhere calls nothing else.
+It is pickled: arrays, times, and objects of this program by their class and what is in them, of a dataclass its fields
+alone.  Nothing of the program is called when they are made again, nor anything that a file from elsewhere names.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ import os
 import pickle
 from contextlib import suppress
 from dataclasses import fields, is_dataclass
-from enum import Enum
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from relmodel.identity import code_sha256
 
 _OURS = ("relmodel", "vision")
-_OTHERS = {
+_CALLED = {
     ("builtins", "set"),
     ("builtins", "frozenset"),
     ("builtins", "complex"),
@@ -33,7 +33,8 @@ _OTHERS = {
     ("numpy.ma", "MaskedArray"),
     ("numpy.ma.core", "MaskedArray"),
     ("numpy.ma.core", "_mareconstruct"),
-    (__name__, "_blank"),
+    (__name__, "_object"),
+    (__name__, "_tuple"),
 }
 
 
@@ -69,21 +70,32 @@ def read_kept(file: Path) -> Any:
 
 class _Pickler(pickle.Pickler):
     def reducer_override(self, it: object) -> Any:
-        if not is_dataclass(it) or isinstance(it, type):
+        kind = type(it)
+        if kind.__module__.partition(".")[0] not in _OURS:
             return NotImplemented
-        return _blank, (type(it),), {field.name: getattr(it, field.name) for field in fields(it)}
+        if isinstance(it, tuple):
+            return _tuple, (kind.__module__, kind.__name__, tuple(it))
+        state = {field.name: getattr(it, field.name) for field in fields(it)} if is_dataclass(it) else vars(it)
+        return _object, (kind.__module__, kind.__name__), state
 
 
 class _Unpickler(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
-        if (module, name) in _OTHERS:
-            return super().find_class(module, name)
-        if module.partition(".")[0] in _OURS:
-            found = super().find_class(module, name)
-            if isinstance(found, type) and (is_dataclass(found) or issubclass(found, tuple | Enum)):
-                return found
-        raise pickle.UnpicklingError(f"{module}.{name} is no data")
+        if (module, name) not in _CALLED:
+            raise pickle.UnpicklingError(f"{module}.{name} is no data")
+        return super().find_class(module, name)
 
 
-def _blank(kind: type) -> object:
-    return object.__new__(kind)
+def _object(module: str, name: str) -> object:
+    return object.__new__(_class(module, name))
+
+
+def _tuple(module: str, name: str, values: tuple[Any, ...]) -> object:
+    return tuple.__new__(_class(module, name), values)
+
+
+def _class(module: str, name: str) -> Any:
+    found = getattr(import_module(module), name) if module.partition(".")[0] in _OURS else None
+    if not isinstance(found, type):
+        raise pickle.UnpicklingError(f"{module}.{name} is no class of this program")
+    return found

@@ -15,15 +15,20 @@ _MOST = 4  # selections of a world that are kept: views from a few places, over 
 class Scenes:
     """Scenes of worlds of a store, as `read_scene` gives them; what is asked for again is the one that was given.
 
-    A revision of a world is a world of its own, which never changes.
+    A revision of a world is a world of its own.  All are read anew where a run that is no inspection has written since.
     """
 
     def __init__(self, store: Store) -> None:
         self.store = store
+        self._changed: object = None
         self._kept: dict[tuple[int, tuple[int, ...] | None], StoredScene] = {}
 
     def read(self, connection: Connection, world_id: int, among: Sequence[int] | None = None) -> StoredScene:
         """The scene of the placed parts of a world; `among` and errors as those of `read_scene`."""
+        (changed,) = self.store.rows(connection, "scene/changes")
+        if changed != self._changed:
+            self._kept.clear()
+            self._changed = changed
         key = (world_id, None if among is None else tuple(among))
         found = self._kept.pop(key, None) or read_scene(self.store, connection, world_id, among)
         mine = [other for other in self._kept if other[0] == world_id]

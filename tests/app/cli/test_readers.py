@@ -10,11 +10,12 @@ import duckdb
 import pytest
 
 from relmodel.app.cli.main import main
-from relmodel.store import access
+from relmodel.store import Store, access, engine
 from tests.app.cli.conftest import Inspection, Pair, inspected
 from tests.app.cli.test_progress import calls
 from tests.holding import Holder, held
 from vision.inspection import pictures
+from vision.presence.assess import assess
 
 __all__ = ["calls"]
 
@@ -73,6 +74,35 @@ def test_a_reader_costs_an_inspection_nothing(
     finally:
         for one in readers:
             one.let_go()
+    assert main(["check", "--store", store]) == 0
+    assert {path.name for path in Path(store).parent.iterdir()} == {"cell.duckdb", "cell.duckdb.journal"}
+
+
+def test_a_writer_costs_an_inspection_nothing_but_time(
+    store: str,
+    pair: Pair,
+    inspection: Inspection,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """What it found is recorded by the next command that writes: all rows are those of one that nobody hindered."""
+    writers = []
+
+    def hold_and_assess(*given: Any) -> Any:
+        writers.append(Holder(store, read_only=False))
+        return assess(*given)
+
+    monkeypatch.setattr("vision.inspection.inspection.assess", hold_and_assess)
+    monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
+    status = main(["inspect", *pair.options(), "--keep-bounds", "--store", store])
+    (writer,) = writers
+    writer.let_go()
+    assert status == 3
+    said = capsys.readouterr().err
+    assert f"in use by process {writer.pid}" in said
+    assert f"is kept in {store}.kept-{inspection.answer['run']}" in said
+    Store.open(store).close()
+    assert rows(store) == rows(inspection.store)
     assert main(["check", "--store", store]) == 0
     assert {path.name for path in Path(store).parent.iterdir()} == {"cell.duckdb", "cell.duckdb.journal"}
 
