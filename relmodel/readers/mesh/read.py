@@ -142,7 +142,7 @@ def _fault(error: Exception) -> str:
     Messages of parsers other than those of XML and JSON describe the parser and not the file.  Raises MemoryError where
     the parser ran out of memory."""
     match error:
-        case SyntaxError() if str(error).startswith("unknown error"):  # libxml2 has no words for it
+        case expat.ExpatError(code=1):  # XML_ERROR_NO_MEMORY
             raise MemoryError from error
         case expat.ExpatError() | SyntaxError():
             return f"its XML is not well-formed: {error}"

@@ -58,11 +58,15 @@ def _regular(vertices: Floats, triangles: Ints) -> tuple[Ints, Ints]:
     kept = np.flatnonzero((triangles != np.roll(triangles, 1, axis=1)).all(axis=1))
     if not len(kept):
         return triangles[kept], kept
-    least = 0.5e-12 * float(np.ptp(vertices[triangles].reshape(-1, 3), axis=0).max()) ** 2
+    extent = float(np.ptp(vertices[triangles].reshape(-1, 3), axis=0).max())
+    ends = vertices[sides(triangles[kept])]
+    longest = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).reshape(-1, 3).max(axis=1)
+    # Without area as far as round-off says; short sides alone are none, or a fine mesh would fall apart.
+    least = np.minimum(0.5e-12 * extent, 0.5e-10 * longest) * extent
     thin = np.linalg.norm(area_normals(vertices, triangles[kept]), axis=1) <= least
     once = _once(triangles[kept], thin)
     kept, thin = kept[once], thin[once]
-    return _without_slivers(vertices, triangles, kept, thin, least) if thin.any() else (triangles[kept], kept)
+    return _without_slivers(vertices, triangles, kept, thin, extent) if thin.any() else (triangles[kept], kept)
 
 
 def _once(triangles: Ints, thin: Bools) -> Bools:
@@ -97,8 +101,8 @@ def _once(triangles: Ints, thin: Bools) -> Bools:
     return stays
 
 
-def _without_slivers(vertices: Floats, triangles: Ints, kept: Ints, thin: Bools, least: float) -> tuple[Ints, Ints]:
-    """`_regular` where some of the triangles that are kept are thin: of no more than the least area."""
+def _without_slivers(vertices: Floats, triangles: Ints, kept: Ints, thin: Bools, extent: float) -> tuple[Ints, Ints]:
+    """`_regular` where some of the triangles that are kept are thin."""
     ends = np.sort(sides(triangles[kept]), axis=1)
     key = (ends[:, 0] * np.int64(len(vertices)) + ends[:, 1]).reshape(-1, 3)
     near = np.isin(key, key[thin]).any(axis=1)
@@ -126,7 +130,7 @@ def _without_slivers(vertices: Floats, triangles: Ints, kept: Ints, thin: Bools,
             piece = tuple(middle if corner == end else corner for corner in corners[cut])
             if len(set(piece)) < 3:
                 continue  # two slivers on each other
-            if _area(*(at[corner] for corner in piece)) <= least:
+            if _is_thin(extent, *(at[corner] for corner in piece)):
                 waiting.append(len(corners))
             for i in range(3):
                 beside[frozenset((piece[i - 1], piece[i]))].append(len(corners))
@@ -139,6 +143,8 @@ def _without_slivers(vertices: Floats, triangles: Ints, kept: Ints, thin: Bools,
     return every[order], of[order]
 
 
-def _area(a: list[float], b: list[float], c: list[float]) -> float:
+def _is_thin(extent: float, a: list[float], b: list[float], c: list[float]) -> bool:
+    """Whether three corners bound no area, in a mesh of this extent."""
     (ux, uy, uz), (vx, vy, vz) = ([q - p for p, q in zip(a, other, strict=True)] for other in (b, c))
-    return hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx) / 2
+    twice = hypot(uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)
+    return twice <= min(1e-12 * extent, 1e-10 * max(dist(a, b), dist(b, c), dist(c, a))) * extent
