@@ -52,6 +52,14 @@ def check_unit(path: Path, unit: str | None) -> None:
         raise InputError(f"{unit!r} is not a unit of length for {path.name}: use one of {', '.join(UNITS_MM)}")
 
 
+def known_unit(file: str, stated: str) -> str:
+    """The unit that a file states, as UNITS_MM has it.  Raises InputError where that has none such."""
+    short = short_unit(stated)
+    if short not in UNITS_MM:
+        raise InputError(f"{file} is in an unknown unit {stated!r}: use one of {', '.join(UNITS_MM)}")
+    return short
+
+
 def short_unit(unit: str) -> str:
     """A unit as UNITS_MM has it, of one that may be spelled out."""
     unit = unit.lower()

@@ -2,7 +2,7 @@
 
 Boxes, cylinders and spheres are solids (`primitives.py`); meshes (STL, OBJ, PLY, GLB) are read as everywhere
 (`mesh/read.py`), from the file's own folder or the ROS package they name; no surfaces are fitted to them.
-URDF states metres and radians.
+URDF states metres and radians.  What has no extent or cannot be read as geometry is left out, which is a finding.
 (http://wiki.ros.org/urdf/XML)
 """
 
@@ -22,11 +22,11 @@ from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.joints import KINDS, Joint, JointTree, Mimic
 from relmodel.geometry.transforms import rotation_matrix
-from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Shape, SourceFile
+from relmodel.model.model import Assembly, Attribute, Finding, Instance, Model, Part, Shape, SourceFile
 from relmodel.readers import primitives
 from relmodel.readers.formats import UNITLESS_FORMATS
 
-LOADER_VERSION = "urdf 4"
+LOADER_VERSION = "urdf 5"
 MESH_FORMATS = ("stl", "obj", "ply", "glb", "gltf")
 
 _M = 1000.0  # mm in a metre
@@ -37,19 +37,28 @@ _PRIMITIVES: dict[str, tuple[tuple[str, ...], Callable[[Floats], Shape]]] = {
 }
 _MOST_M = 1e5  # as far as a world file may place an object
 _MOST_BYTES = 64 << 20
+_LEAST_MM, _THINNEST = 0.01, 2e-7  # a primitive that is smaller, or thinner for its length, has vertices that coincide
+
+
+class _LeftOutError(Exception):
+    """Why a visual is no part of the robot."""
 
 
 def read_urdf(path: Path) -> Model:
     """Read a URDF file: an assembly of links, placed as they are with all joints at rest (zero, or the limit next to
-    it), with the joints that move them.  A link without visuals shows what it has for collisions.
+    it), with the joints that move them.  A link without visuals that can be read shows what it has for collisions.  A
+    slash in a name becomes _, as in paths.
 
     Raises InputError where the file is no URDF, declares a document type or entities, where links and joints form no
-    tree with unique names, or a mesh is missing, of another format, or outside the file's folder.
+    tree with unique names, or a mesh is missing or outside the file's folder.
     """
     content = path.read_bytes()
     root = _parse(content, path)
-    if root.tag != "robot":
+    space, _, local = root.tag.rpartition(":")
+    if local != "robot":
         raise InputError(f"{path.name} begins with <{root.tag}>, not <robot>: give a URDF file")
+    for element in root.iter() if space else ():
+        element.tag = element.tag.removeprefix(f"{space}:")
     model = _Reader(path, root).model()
     return replace(model, files=(SourceFile(path.name, hashlib.sha256(content).hexdigest()), *model.files))
 
@@ -87,6 +96,7 @@ class _Reader:
         self._shape_of: dict[tuple[str, tuple[float, ...]], int] = {}
         self._mesh_of: dict[tuple[Path, tuple[float, ...]], Instance] = {}
         self._files: dict[Path, SourceFile] = {}
+        self._findings = self._without_slashes()
 
     def model(self) -> Model:
         xacro = next((e.tag for e in self.root.iter() if str(e.tag).startswith("xacro:")), None)
@@ -120,8 +130,21 @@ class _Reader:
             faces_in_file=None,
             faces_loaded=sum(len(s.surfaces["kind"]) for s in self.shapes),
             loader_version=LOADER_VERSION,
+            findings=tuple(self._findings),
             files=tuple(self._files[file] for file in sorted(self._files)),
         )
+
+    def _without_slashes(self) -> list[Finding]:
+        """Write _ for the slashes in names, which separate names in paths."""
+        names = [e.get("name", "") for tag in ("link", "joint") for e in self.root.findall(tag)]
+        slashed = [name for name in names if "/" in name]
+        for element in self.root.iter() if slashed else ():
+            for key in {"name", "link", "joint"} & element.attrib.keys():
+                element.set(key, element.attrib[key].replace("/", "_"))
+        if not slashed:
+            return []
+        said = f"the slash in {len(slashed)} names of links and joints, such as {slashed[0]!r}, became _"
+        return [Finding("renamed", said, float(len(slashed)), 0.0)]
 
     def _joint(self, element: Element) -> Joint:
         name = self._attribute(element, "name", "a joint")
@@ -172,23 +195,29 @@ class _Reader:
 
     def _link(self, link: Element, name: str) -> int:
         """Index of the assembly that a link becomes."""
-        visuals = link.findall("visual") or link.findall("collision")
         instances: list[Instance] = []
-        for visual in visuals:
-            where = f"link {name!r}"
-            label = visual.get("name") or name
-            geometry = visual.find("geometry")
-            if geometry is None or len(geometry) != 1:
-                self._refuse(f"{where} has a visual without one <geometry>: give a box, cylinder, sphere or mesh")
-            link_from_visual = self._origin(visual, where)
-            colour = self._material(visual)
-            if geometry[0].tag == "mesh":
-                instances.append(self._mesh(geometry[0], where, label, colour, link_from_visual))
-            else:
-                self.parts.append(Part(label, label, self._primitive(geometry[0], where), colour=colour))
-                instances.append(Instance(label, "part", len(self.parts) - 1, link_from_visual))
+        for tag in ("visual", "collision"):
+            for visual in link.findall(tag) if not instances else ():
+                try:
+                    instances.append(self._visual(visual, name))
+                except _LeftOutError as error:
+                    self._findings.append(Finding("left_out", f"a {tag} of link {name!r} is left out: {error}"))
         self.assemblies.append(Assembly(name, tuple(instances), self._mass(link, name)))
         return len(self.assemblies) - 1
+
+    def _visual(self, visual: Element, name: str) -> Instance:
+        where = f"link {name!r}"
+        label = visual.get("name") or name
+        known = [e for e in visual.findall("geometry/*") if e.tag == "mesh" or e.tag in _PRIMITIVES]
+        if not known:
+            there = "".join(f" but a <{e.tag}>" for e in visual.findall("geometry/*"))
+            raise _LeftOutError(f"it has no box, cylinder, sphere or mesh{there}")
+        link_from_visual = self._origin(visual, where)
+        colour = self._material(visual)
+        if known[0].tag == "mesh":
+            return self._mesh(known[0], where, label, colour, link_from_visual)
+        self.parts.append(Part(label, label, self._primitive(known[0], where), colour=colour))
+        return Instance(label, "part", len(self.parts) - 1, link_from_visual)
 
     def _mass(self, link: Element, name: str) -> tuple[Attribute, ...]:
         mass = link.find("inertial/mass")
@@ -199,12 +228,10 @@ class _Reader:
     def _primitive(self, element: Element, where: str) -> int:
         """Index of the shape of a primitive, the same for the same dimensions."""
         tag = str(element.tag)
-        if tag not in _PRIMITIVES:
-            self._refuse(f"{where} has a <{tag}>: use a box, cylinder, sphere or mesh")
         keys, make = _PRIMITIVES[tag]
         sizes = np.concatenate([self._numbers(element, key, where, 3 if key == "size" else 1) for key in keys]) * _M
-        if not np.all(sizes > 0):
-            self._refuse(f"{where} has a {tag} without extent: give dimensions above zero")
+        if sizes.max() < _LEAST_MM or sizes.min() < _THINNEST * sizes.max():
+            raise _LeftOutError(f"the {tag} has no extent")
         key = (tag, tuple(sizes.tolist()))
         if key not in self._shape_of:
             self.shapes.append(make(sizes))
@@ -218,7 +245,7 @@ class _Reader:
         file = self.file(self._attribute(element, "filename", f"<mesh> of {where}"), where)
         scale = self._numbers(element, "scale", where, 3, [1.0, 1.0, 1.0])
         if not np.all(np.abs(scale) > 1e-12):
-            self._refuse(f"{where} scales a mesh to nothing: give a scale other than zero")
+            raise _LeftOutError("its mesh is scaled to nothing")
         key = (file, tuple(scale.tolist()))
         if key not in self._mesh_of:
             unit = "m" if file.suffix[1:].lower() in UNITLESS_FORMATS else None
@@ -237,6 +264,7 @@ class _Reader:
             self.shapes += found.shapes
             self.parts += [replace(part, shape=part.shape + shapes) for part in found.parts]
             self._files[file] = found.files[0]
+            self._findings += found.findings
             whole = moved[found.root]
             if len(whole.instances) == 1 and whole.instances[0].kind == "part":
                 self._mesh_of[key] = whole.instances[0]
@@ -260,6 +288,8 @@ class _Reader:
         elif "://" in name:
             self._refuse(f"{where} names {name!r}: put the mesh into the URDF's folder and give a path relative to it")
         file = (root / inside).resolve()
+        if file.suffix[1:].lower() not in MESH_FORMATS:
+            raise _LeftOutError(f"the mesh {name!r} is in none of the formats {', '.join(MESH_FORMATS)}: convert it")
         kind = "file's folder" if root == self.folder else "package"
         if not file.is_relative_to(root):
             self._refuse(f"{where} names {name!r} outside the {kind}: put the mesh in that folder")
@@ -267,8 +297,6 @@ class _Reader:
             self._refuse(
                 f"{where} names {name!r}, which is not in the {kind}: correct the name, or put the URDF into it"
             )
-        if file.suffix[1:].lower() not in MESH_FORMATS:
-            self._refuse(f"{where} names {name!r}: convert the mesh to one of {', '.join(MESH_FORMATS)}")
         return file
 
     def _package(self, name: str) -> Path:
@@ -320,8 +348,6 @@ class _Reader:
         value = (element.get(key) or "").strip()
         if not value:
             self._refuse(f"{where} has no {key}: add it")
-        if key == "name" and "/" in value:
-            self._refuse(f"{where} has the name {value!r} with a slash, which separates names in paths: rename it")
         return value
 
     def _numbers(

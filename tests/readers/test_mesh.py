@@ -262,7 +262,7 @@ def test_sheets_and_edges_of_four_facets_are_taken() -> None:
     one, two = (trimesh.creation.box(bounds=[c, np.add(c, 10)]) for c in ((0, 0, 0), (10, 10, 0)))
     shape = shape_of(trimesh.util.concatenate([one, two]))
     assert Counter(shape.surfaces["kind"]) == {"plane": 12}
-    assert shape.volume is None
+    assert shape.volume == pytest.approx(2000)
     assert np.isnan(shape.arcs["angle"]).sum() == 4  # the common edge, once for each facet at it
 
 
@@ -614,6 +614,14 @@ def test_a_file_cut_short_is_refused_for_that(tmp_path: Path) -> None:
     (tmp_path / "part.stl").write_bytes(raw[:-30] + b"\xff")
     with pytest.raises(InputError, match=r"neither text nor as long as it says.*: export it again"):
         read_mesh(tmp_path / "part.stl", "mm")
+
+
+@pytest.mark.parametrize("behind", [b"\0", b"\n", b"\xff" * 50, b"COLOR=\x80" * 1000], ids=len)
+def test_bytes_behind_the_last_triangle_are_left_out(behind: bytes, tmp_path: Path) -> None:
+    (tmp_path / "part.stl").write_bytes(l_bracket().export(file_type="stl") + behind)
+    model = read_mesh(tmp_path / "part.stl", "mm")
+    assert model.shapes[0].volume == pytest.approx(2500)
+    assert [(f.kind, f.value) for f in model.findings] == [("left_out", len(behind))]
 
 
 def test_an_archive_that_unpacks_to_too_much_is_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

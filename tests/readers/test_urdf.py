@@ -139,7 +139,6 @@ def test_a_robot_of_meshes_leaves_nothing_unused(fresh_store: str, tmp_path: Pat
     [
         ("", "has no link"),
         ("<link/>", "a link has no name"),
-        ('<link name="a/b"/>', "slash"),
         ('<link name="a"/><link name="a"/>', "is defined twice"),
         ('<link name="a"/><link name="b"/>', "have no parent joint"),
         (TWO.replace("continuous", "floating"), "kind 'floating', which moves in several ways"),
@@ -152,26 +151,105 @@ def test_a_robot_of_meshes_leaves_nothing_unused(fresh_store: str, tmp_path: Pat
         (TWO.replace("</joint>", '<origin rpy="1 2 nan"/></joint>'), "3 numbers"),
         (TWO.replace("</joint>", '<origin xyz="0 -1e300 0"/></joint>'), "farther off than 100 km"),
         (TWO.replace("continuous", "prismatic").replace("</joint>", '<limit lower="2" upper="1"/></joint>'), "above"),
-        (visual('<box size="1 0 1"/>'), "without extent"),
-        (visual('<capsule radius="1" length="2"/>'), "<capsule>"),
-        (visual(""), "without one <geometry>"),
         (visual('<sphere radius="x"/>'), "give a number"),
         (visual('<sphere radius="1"/>', '<material name="m"><color rgba="1 0"/></material>'), "4 numbers"),
         (visual('<mesh filename="../secret.stl"/>'), "outside the file's folder"),
-        (visual('<mesh filename="/etc/passwd"/>'), "outside the file's folder"),
+        (visual('<mesh filename="/etc/passwd.stl"/>'), "outside the file's folder"),
         (visual('<mesh filename="package://p/../../x.stl"/>'), "outside the file's folder"),
         (visual('<mesh filename="file:///etc/passwd"/>'), "into the URDF's folder"),
         (visual('<mesh filename="package://p/none.stl"/>'), "not in the file's folder"),
         (visual('<mesh filename="package:///etc/x.stl"/>'), "outside the file's folder"),
         (visual('<mesh filename="package://../x.stl"/>'), "outside the file's folder"),
-        (visual('<mesh filename="part.dae"/>'), "convert the mesh"),
         ('<xacro:macro xmlns:xacro="x" name="m"/>', "expand it first"),
     ],
 )
 def test_bad_robots_are_refused(body: str, said: str, tmp_path: Path) -> None:
-    (tmp_path / "part.dae").write_text("x")
     with pytest.raises(InputError, match=said):
         read_urdf(written(tmp_path, body))
+
+
+@pytest.mark.parametrize(
+    ("geometry", "said"),
+    [
+        ('<box size="0 0 0"/>', "no extent"),
+        ('<box size="1 0 1"/>', "no extent"),
+        ('<box size="1 -1 1"/>', "no extent"),
+        ('<box size="1e-12 1e-12 1e-12"/>', "no extent"),
+        ('<cylinder radius="0" length="1"/>', "no extent"),
+        ('<cylinder radius="1e-12" length="1"/>', "no extent"),
+        ('<sphere radius="0"/>', "no extent"),
+        ('<mesh filename="part.stl" scale="0 1 1"/>', "scaled to nothing"),
+        ('<mesh filename="part.dae"/>', "convert it"),
+        ('<mesh filename="gone.DAE"/>', "convert it"),
+        ('<mesh filename="/etc/passwd"/>', "convert it"),
+        ('<capsule radius="1" length="2"/>', "<capsule>"),
+        ('<drake:ellipsoid a="1"/>', "<drake:ellipsoid>"),
+        ("", "no box, cylinder, sphere or mesh"),
+    ],
+)
+def test_odd_geometry_is_left_out_and_that_for_collisions_stands_in(geometry: str, said: str, tmp_path: Path) -> None:
+    """Of the collisions, too, what is odd is left out; where nothing is left the link is empty."""
+    import trimesh
+
+    trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "part.stl")
+    odd = f"<geometry>{geometry}</geometry>"
+    good = '<geometry><mesh filename="part.stl"/></geometry>'
+    other = '<geometry><box size="1 1 1"/></geometry>'
+    cases = [  # what the link holds, its volumes, and its findings
+        (f"<visual>{odd}</visual><collision>{good}</collision><collision>{odd}</collision>", [6e6], 2),
+        (f"<visual>{odd}</visual><visual>{other}</visual><collision>{good}</collision>", [1e9], 1),
+        (f"<visual>{odd}</visual>", [], 1),
+        (f"<collision>{odd}</collision>", [], 1),
+    ]
+    for body, volumes, count in cases:
+        model = read_urdf(written(tmp_path, f'<link name="a">{body}</link>'))
+        assert [shape.volume for shape in model.shapes] == pytest.approx(volumes)
+        assert [finding.kind for finding in model.findings] == ["left_out"] * count
+        assert all(said in finding.message and "'a'" in finding.message for finding in model.findings)
+        assert [i.name for i in model.assemblies[model.root].instances] == ["a"]
+
+
+def test_slashes_in_names_become_underscores(fresh_store: str, tmp_path: Path) -> None:
+    """In links, joints and all that refers to them; the leader of the mimic moves along, the follower turns."""
+    body = f"""{visual('<box size="1 1 1"/>').replace('"a"', '"/a"')}<link name="arm/b"/><link name="/c"/>
+<joint name="/j" type="prismatic"><parent link="/a"/><child link="arm/b"/><limit lower="0" upper="2"/></joint>
+<joint name="k" type="revolute"><parent link="arm/b"/><child link="/c"/><limit lower="0" upper="1"/>
+<mimic joint="/j" multiplier="0.5"/></joint>"""
+    path = written(tmp_path, body)
+    model = read_urdf(path)
+    root = model.assemblies[model.root]
+    assert [i.name for i in root.instances] == ["_a", "arm_b", "_c"]
+    assert [(j.name, j.parent, j.child) for j in root.joints] == [("_j", "_a", "arm_b"), ("k", "arm_b", "_c")]
+    mimic = root.joints[1].mimic
+    assert mimic is not None
+    assert (mimic.joint, mimic.factor) == ("_j", 0.5 / 1000)  # rad a mm
+    assert [(f.kind, f.value) for f in model.findings] == [("renamed", 4.0)]
+    with Store.open(fresh_store) as store:
+        assert load(store, path, name="bot").findings == (("renamed", 1),)
+        assert not [finding for finding in check(store) if finding.rows]
+
+
+@pytest.mark.parametrize("prefix", ["", "u:"])
+def test_names_of_other_namespaces_are_passed_over(prefix: str, tmp_path: Path) -> None:
+    """Attributes and elements anywhere, and a prefix of all that is URDF's own."""
+    tags = ("robot", "link", "visual", "geometry", "box")
+    text = """<robot name="r" xmlns="http://www.ros.org" xmlns:drake="http://drake.mit.edu" foo:bar="1"><drake:x/>
+<gazebo><plugin/></gazebo><link name="a" foo:bar="2"><sensor/><visual><drake:y/><geometry><drake:declare_convex/>
+<box size="1 1 1" foo:bar="3"><z/></box></geometry></visual></link></robot>"""
+    for tag in tags:
+        text = text.replace(f"<{tag}", f"<{prefix}{tag}").replace(f"</{tag}", f"</{prefix}{tag}")
+    (tmp_path / "bot.urdf").write_text(text)
+    model = read_urdf(tmp_path / "bot.urdf")
+    assert [shape.volume for shape in model.shapes] == pytest.approx([1e9])
+    assert not model.findings
+
+
+def test_findings_of_a_mesh_are_those_of_the_robot(tmp_path: Path) -> None:
+    import trimesh
+
+    (tmp_path / "part.stl").write_bytes(trimesh.creation.box((1, 1, 1)).export(file_type="stl") + b"\0\0")
+    model = read_urdf(written(tmp_path, visual('<mesh filename="part.stl"/>')))
+    assert [(f.kind, f.value) for f in model.findings] == [("left_out", 2.0)]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
-"""Meshes (OBJ, STL, PLY, GLB, glTF, 3MF) through trimesh: the scene graph becomes assemblies, shared geometry stays
-shared, solids that lie apart in a mesh without a name are parts, triangles become surfaces and arcs (`shape.py`)."""
+"""Meshes (OBJ, STL, PLY, GLB, glTF through trimesh, 3MF by `build.py`): the scene graph becomes assemblies, shared
+geometry stays shared, solids that lie apart in a mesh without a name are parts, triangles become surfaces and arcs
+(`shape.py`)."""
 
 from __future__ import annotations
 
@@ -20,20 +21,19 @@ import numpy as np
 from relmodel.arrays import Floats
 from relmodel.errors import InputError, missing_library
 from relmodel.geometry.transforms import nearest_rotation
-from relmodel.model.model import Assembly, Instance, Model, Part, Shape, SourceFile
-from relmodel.readers.formats import UNITS_MM, check_unit, short_unit
-from relmodel.readers.mesh.build import Node, build_nodes
+from relmodel.model.model import Assembly, Finding, Instance, Model, Part, Shape, SourceFile
+from relmodel.readers.formats import UNITS_MM, check_unit, known_unit
+from relmodel.readers.mesh.build import Build, Node, NodeMesh, read_build
 from relmodel.readers.mesh.shape import shape_from_triangles
-from relmodel.readers.mesh.triangles import split_solids
+from relmodel.readers.mesh.weld import split_solids
 
-LOADER_VERSION = "mesh 10"
+LOADER_VERSION = "mesh 11"
 _MOST_BYTES = 1 << 30
 # Unless the program that calls has a place for them, Python prints trimesh's warnings, with tracebacks: of a texture
 # that is missing, which the model has no use for.
 logging.getLogger("trimesh").addHandler(logging.NullHandler())
 # What is one mesh in the file is one here, whatever its colours: a body in two colours is not two open ones.
 _OPTIONS = {"glb": {"merge_primitives": True}, "gltf": {"merge_primitives": True}}
-_OPTIONS["3mf"] = {"postprocess": False}  # which would rename meshes
 _OPTIONS["obj"] = {"split_objects": True, "group_material": False}
 _UNNAMED = re.compile(r"geometry(_\d+)?")  # what trimesh calls a mesh without a name
 _BEGINS = {"glb": b"glTF", "ply": b"ply", "3mf": b"PK"}
@@ -56,8 +56,6 @@ def read_mesh(
     What the file refers to is read from its own folder and nowhere else.  Raises InputError where the file is no
     such mesh, has no triangle, or is too large, where its unit is unknown, or a unit is given that it states itself.
     """
-    import trimesh
-
     form = path.suffix[1:].lower()
     check_unit(path, unit)
     if path.stat().st_size > _MOST_BYTES or (form == "3mf" and _unpacked_bytes(path) > _MOST_BYTES):
@@ -65,33 +63,58 @@ def read_mesh(
     content = raw = path.read_bytes()
     if form != "stl" or raw[3:].lstrip()[:5] == b"solid":  # binary STL may begin with any bytes
         content = raw.removeprefix(codecs.BOM_UTF8)
-    resolver = trimesh.resolvers.FilePathResolver(str(path))
     try:
         _check_head(path.name, form, content)
-        build = build_nodes(path) if form == "3mf" else None  # first: it may be too much for trimesh to expand
-        with BytesIO(content) as file:
-            scene = trimesh.load_scene(file, file_type=form, resolver=resolver, process=False, **_OPTIONS.get(form, {}))
+        build = read_build(path) if form == "3mf" else _read_scene(path, form, content)
     except (InputError, MemoryError):
         raise
     except Exception as error:  # a parser of foreign bytes raises anything
         raise InputError(f"{path.name} cannot be read as {form.upper()} ({_fault(error)}): export it again") from error
-    triangles = sum(len(g.faces) for g in scene.geometry.values() if isinstance(g, trimesh.Trimesh))
+    triangles = sum(len(mesh.triangles) for mesh in build.meshes.values())
     if triangles > _MOST_TRIANGLES:
         raise InputError(f"{path.name} has {triangles} triangles, more than {_MOST_TRIANGLES}: reduce them")
-    stated = unit if unit is not None else str(scene.units or ("m" if form in ("glb", "gltf") else "mm"))
-    short = short_unit(stated)
-    if short not in UNITS_MM:
-        raise InputError(f"{path.name} is in an unknown unit {stated!r}: use one of {', '.join(UNITS_MM)}")
-    several = _of_several_materials(path.name, content) if form == "obj" else set()
-    reader = _Reader(scene, UNITS_MM[short], path.name, name or path.stem, several, build, fit)
+    short = known_unit(path.name, build.unit if unit is None else unit)
+    reader = _Reader(build, UNITS_MM[short], path.name, name or path.stem, fit)
     model = reader.model(path.stem, np.diag(scale), form, short)
     if not model.parts:
-        raise InputError(f"{path.name} holds no triangle: export a mesh of surfaces")
+        raise InputError(f"{path.name} holds no triangle of a part: export a mesh of surfaces")
     return replace(model, files=(SourceFile(path.name, hashlib.sha256(raw).hexdigest()),))
 
 
+def _read_scene(path: Path, form: str, content: bytes) -> Build:
+    """What trimesh reads of a file."""
+    import trimesh
+
+    findings = []
+    end = _end_of_binary_stl(content)
+    if form == "stl" and end < len(content):
+        more, content = len(content) - end, content[:end]
+        findings.append(Finding("left_out", f"{more} bytes behind the last triangle are left out", float(more), 0.0))
+    resolver = trimesh.resolvers.FilePathResolver(str(path))
+    with BytesIO(content) as file:
+        scene = trimesh.load_scene(file, file_type=form, resolver=resolver, process=False, **_OPTIONS.get(form, {}))
+    several = _of_several_materials(path.name, content) if form == "obj" else set()
+    meshes = {}
+    for name, mesh in scene.geometry.items():
+        vertices = np.asarray(getattr(mesh, "vertices", np.empty((0, 3))), float)
+        triangles = np.asarray(getattr(mesh, "faces", np.empty((0, 3))), np.int64)
+        colour = _colour(mesh) if len(triangles) and name not in several else None
+        meshes[name] = NodeMesh(vertices, triangles, colour)
+    nodes = [
+        Node(child, parent, None, a.get("geometry"), np.array(a.get("matrix", np.eye(4)), float))
+        for parent, child, a in scene.graph.to_edgelist()
+    ]
+    unit = str(scene.units or ("m" if form in ("glb", "gltf") else "mm"))
+    return Build(unit, nodes, meshes, tuple(findings), scene.graph.base_frame)
+
+
+def _end_of_binary_stl(content: bytes) -> int:
+    """Where the last triangle ends by the number of them that a binary STL file states; text states far too many."""
+    return 84 + 50 * int.from_bytes(content[80:84], "little")
+
+
 def _check_head(name: str, form: str, content: bytes) -> None:
-    """Refuse what does not begin as files of its format do, or is not as long as it says.
+    """Refuse what does not begin as files of its format do, or is shorter than it says.
 
     trimesh would read STL that is not text as text in an encoding that it guesses, where the package that guesses is
     installed.
@@ -107,7 +130,7 @@ def _check_head(name: str, form: str, content: bytes) -> None:
             fault = "it is cut off"
     elif form == "gltf":
         json.loads(content)  # where this fails, trimesh would look for another file
-    elif form == "stl" and len(content) != 84 + 50 * int.from_bytes(content[80:84], "little"):
+    elif form == "stl" and len(content) < _end_of_binary_stl(content):
         try:
             content.decode()
         except UnicodeDecodeError:
@@ -124,7 +147,7 @@ def _fault(error: Exception) -> str:
     match error:
         case ImportError() if missing_library(error):
             raise error
-        case SyntaxError() if str(error).startswith("unknown error"):  # libxml2 has no words for it
+        case expat.ExpatError(code=1):  # XML_ERROR_NO_MEMORY
             raise MemoryError from error
         case expat.ExpatError() | SyntaxError():
             return f"its XML is not well-formed: {error}"
@@ -164,40 +187,20 @@ def _of_several_materials(name: str, content: bytes) -> set[str]:
 class _Reader:
     """Walks a scene graph from its base; nodes that scale or mirror are baked into shapes of their own."""
 
-    def __init__(
-        self,
-        scene: Any,
-        unit_mm: float,
-        file: str,
-        name: str,
-        without_colour: set[str],
-        build: list[Node] | None,
-        fit: bool,
-    ) -> None:
-        self.scene = scene
+    def __init__(self, build: Build, unit_mm: float, file: str, name: str, fit: bool) -> None:
+        self.build = build
         self.unit_mm = unit_mm
         self.file = file
         self.name = name
         self.fit = fit
-        self.without_colour = without_colour
         self.shapes: list[Shape] = []
         self.parts: list[Part] = []
         self.assemblies: list[Assembly] = []
         self._parts_of: dict[tuple[str, tuple[float, ...]], list[int]] = {}
-        self._nodes: dict[str, tuple[Floats, str | None]] = {}
+        self._nodes = {node.key: node for node in build.nodes}
         self._children: dict[str, list[str]] = {}
-        self._names: dict[str, str] = {}  # of nodes that are not named by their keys
-        if build is None:
-            for parent, child, attributes in scene.graph.to_edgelist():
-                matrix = np.array(attributes.get("matrix", np.eye(4)), float)
-                self._nodes[child] = (matrix, attributes.get("geometry"))
-                self._children.setdefault(parent, []).append(child)
-            return
-        for number, node in enumerate(build):
-            self._nodes[str(number)] = (node.parent_from_node, node.mesh)
-            self._names[str(number)] = node.name
-            parent = scene.graph.base_frame if node.parent < 0 else str(node.parent)
-            self._children.setdefault(parent, []).append(str(number))
+        for node in build.nodes:
+            self._children.setdefault(node.parent, []).append(node.key)
 
     def model(self, name: str, stretch: Floats, form: str, unit: str) -> Model:
         self.assemblies.append(Assembly(name, tuple(self._placed(stretch))))
@@ -213,6 +216,7 @@ class _Reader:
             faces_in_file=None,
             faces_loaded=sum(len(s.surfaces["kind"]) for s in self.shapes),
             loader_version=LOADER_VERSION,
+            findings=self.build.findings,
         )
 
     def _placed(self, stretch: Floats) -> list[Instance]:
@@ -221,7 +225,7 @@ class _Reader:
         Without recursion, since files nest as deeply as they like: nodes are placed on the way down, and become
         assemblies on the way up.
         """
-        base = self.scene.graph.base_frame
+        base = self.build.base
         placed: list[tuple[str, str, list[int], Floats]] = []  # node, its parent, its parts, parent_from_node
         waiting = [(node, base, stretch) for node in reversed(self._children.get(base, []))]
         reached = {base}
@@ -230,14 +234,14 @@ class _Reader:
             if node in reached:
                 raise InputError(f"node {node!r} of the file stands in itself or in two nodes: mend the file")
             reached.add(node)
-            matrix, geometry = self._nodes[node]
+            matrix, mesh = self._nodes[node].parent_from_node, self._nodes[node].mesh
             if not np.all(np.isfinite(matrix)):
                 raise InputError(f"node {node!r} of the file is placed by numbers that are not finite: mend the file")
             rotation, inner = _polar(above @ matrix[:3, :3])
             parent_from_node = np.eye(4)
             parent_from_node[:3, :3] = rotation
             parent_from_node[:3, 3] = above @ matrix[:3, 3] * self.unit_mm
-            parts = [] if geometry is None else self._parts(geometry, inner)
+            parts = [] if mesh is None else self._parts(mesh, inner)
             placed.append((node, parent, parts, parent_from_node))
             waiting += [(child, node, inner) for child in reversed(self._children.get(node, []))]
         inside: dict[str, list[Instance]] = {}  # what stands in a node, last first
@@ -247,7 +251,7 @@ class _Reader:
             if not instances:
                 continue
             if node in self._children or len(own) > 1:
-                name = self._names.get(node, node) if node in self._children else self._name(node)
+                name = self._nodes[node].name or node if node in self._children else self._name(node)
                 self.assemblies.append(Assembly(name, tuple(instances)))
                 one = Instance(name, "assembly", len(self.assemblies) - 1, parent_from_node)
             else:
@@ -257,10 +261,11 @@ class _Reader:
 
     def _name(self, node: str) -> str:
         """Name of a node; the geometry's where trimesh made a node up, with a random end, for one of several meshes."""
-        if node in self._names:
-            return self._names[node]
+        one = self._nodes[node]
+        if one.name is not None:
+            return one.name
         made_up = re.fullmatch(r"(.+)_[0-9a-f]{6}", node)
-        return self._named(str(self._nodes[node][1]) if made_up and made_up[1] in self._nodes else node)
+        return self._named(str(one.mesh) if made_up and made_up[1] in self._nodes else node)
 
     def _named(self, name: str) -> str:
         """A name in the file; that of the whole for a mesh without one."""
@@ -268,7 +273,7 @@ class _Reader:
 
     def _is_unnamed(self, name: str) -> bool:
         """Whether trimesh took the file's name, or made one up for its only mesh."""
-        return name == self.file or (len(self.scene.geometry) == 1 and bool(_UNNAMED.fullmatch(name)))
+        return name == self.file or (len(self.build.meshes) == 1 and bool(_UNNAMED.fullmatch(name)))
 
     def _parts(self, geometry: str, stretch: Floats) -> list[int]:
         """Parts of a geometry stretched by a 3x3 matrix; none where it holds no area."""
@@ -278,9 +283,8 @@ class _Reader:
         return self._parts_of[key]
 
     def _make_parts(self, geometry: str, stretch: Floats) -> list[int]:
-        mesh = self.scene.geometry[geometry]
-        vertices = np.asarray(getattr(mesh, "vertices", np.empty((0, 3))), float)
-        triangles = np.asarray(getattr(mesh, "faces", np.empty((0, 3))), np.int64)
+        mesh = self.build.meshes[geometry]
+        vertices, triangles = mesh.vertices, mesh.triangles
         if triangles.size and not 0 <= triangles.min() <= triangles.max() < len(vertices):
             raise InputError(f"mesh {geometry!r} of the file has triangles without vertices: export it again")
         vertices = vertices @ stretch.T * self.unit_mm
@@ -298,9 +302,8 @@ class _Reader:
             shape = shape_from_triangles(vertices, some, fit=self.fit)
             if shape is not None:
                 name = self._named(geometry) + (f" {number}" if len(solids) > 1 else "")
-                colour = None if geometry in self.without_colour else _colour(mesh)
                 made.append(len(self.parts))
-                self.parts.append(Part(number=name, name=name, shape=len(self.shapes), colour=colour))
+                self.parts.append(Part(number=name, name=name, shape=len(self.shapes), colour=mesh.colour))
                 self.shapes.append(shape)
         return made
 

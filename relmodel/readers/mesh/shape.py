@@ -17,7 +17,8 @@ from relmodel.readers.mesh.fitted import surface_rows
 from relmodel.readers.mesh.fitted_arcs import FittedArcs, fit_arcs
 from relmodel.readers.mesh.mesh_parameters import DEFAULTS
 from relmodel.readers.mesh.segment import Regions, fit_faces, segment_mesh, smooth_regions
-from relmodel.readers.mesh.triangles import Edges, find_edges, mend_winding, rounding, weld
+from relmodel.readers.mesh.triangles import Edges, find_edges, mend_winding, rounding
+from relmodel.readers.mesh.weld import weld
 from relmodel.readers.splines import polyline, spline_columns
 
 _P = DEFAULTS.arcs
@@ -39,14 +40,14 @@ def shape_from_triangles(
         return None
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     tolerance = max(1e-3, 2.5e-6 * diagonal)
-    edges, closed = find_edges(vertices, triangles)
+    edges, free = find_edges(vertices, triangles)
     turned = 0
-    if not closed and faces is None:
+    if free and faces is None:
         triangles, turned = mend_winding(vertices, triangles)
         if turned:
-            edges, closed = find_edges(vertices, triangles)
+            edges, free = find_edges(vertices, triangles)
     volume = None
-    if closed:
+    if not free:
         a, b, c = (vertices[triangles[:, i]] - vertices[0] for i in range(3))
         volume = float(np.sum(a * np.cross(b, c)) / 6)
         if volume < 0:  # inside out
@@ -89,7 +90,7 @@ def shape_from_triangles(
         coedges=coedges,
         mesh=_mesh(vertices, triangles, region, normals),
         samples=_samples(vertices, chains, fitted, normal_a, normal_b),
-        findings=_findings(turned, int(np.sum(edges.triangle_b < 0))),
+        findings=_findings(turned, free),
     )
 
 

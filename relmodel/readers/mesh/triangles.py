@@ -1,4 +1,4 @@
-"""Triangles of a mesh: welded vertices, edges, connected components, mean planes."""
+"""Triangles of a mesh: edges, connected components, mean planes."""
 
 from __future__ import annotations
 
@@ -21,36 +21,20 @@ class Edges:
     angle: Floats  # dihedral, positive convex, NaN where there is no triangle b
 
 
-def weld(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints, Ints]:
-    """Merge vertices that coincide; drop triangles without area and those that are given twice.
-
-    The third result says which triangles are left.
-    """
-    used = np.unique(triangles)
-    if len(used) == 0:
-        return vertices[:0], triangles[:0], np.empty(0, np.int64)
-    extent = float(np.ptp(vertices[used], axis=0).max())
-    cells = np.round((vertices - vertices[used].min(axis=0)) / max(extent * 1e-7, 1e-7)).astype(np.int64)
-    _, first, inverse = np.unique(cells, axis=0, return_index=True, return_inverse=True)
-    vertices, triangles = vertices[first], inverse.ravel()[triangles]
-    corner = vertices[triangles]
-    area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
-    kept = np.flatnonzero(area > 1e-12 * extent * extent)
-    _, first = np.unique(np.sort(triangles[kept], axis=1), axis=0, return_index=True)
-    kept = kept[np.sort(first)]
-    used, inverse = np.unique(triangles[kept], return_inverse=True)
-    return vertices[used], inverse.reshape(-1, 3), kept
-
-
 def area_normals(vertices: Floats, triangles: Ints) -> Floats:
     """Normals (m, 3) whose length is the area."""
     corner = vertices[triangles]
     return np.asarray(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]) / 2)
 
 
-def find_edges(vertices: Floats, triangles: Ints) -> tuple[Edges, bool]:
-    """Edges, and whether they close the surface.  Where more than two triangles meet, or two that disagree about
-    inside and outside, each of them ends there."""
+def sides(triangles: Ints) -> Ints:
+    """Ends (3m, 2) of the sides of triangles (m, 3), three a triangle."""
+    return triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+
+
+def find_edges(vertices: Floats, triangles: Ints) -> tuple[Edges, int]:
+    """Edges, and how many sides of triangles have none that runs against them: 0 of a closed surface.  Where more than
+    two triangles meet, or two that disagree about inside and outside, each of them ends there."""
     ends, one, two = _pairs_of_sides(triangles)
     agree = ends[one, 0] == ends[two, 1]
     one, two = one[agree], two[agree]
@@ -67,13 +51,22 @@ def find_edges(vertices: Floats, triangles: Ints) -> tuple[Edges, bool]:
     along = vertices[ends[half[:k], 1]] - vertices[ends[half[:k], 0]]
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     angle[:k] = np.arctan2(np.sum(np.cross(na, nb) * along, axis=1), np.sum(na * nb, axis=1))
-    return Edges(ends[half], triangle_a, triangle_b, angle), len(single) == 0
+    return Edges(ends[half], triangle_a, triangle_b, angle), int(np.abs(_balance(ends[single])[0]).sum())
+
+
+def _balance(ends: Ints, body: Ints | None = None) -> tuple[Floats, Ints]:
+    """Of each edge how many more sides (n, 2) run along it than against it, and a side of it; of each body by itself,
+    where that of each side (n,) is given."""
+    row = np.sort(ends, axis=1) if body is None else np.column_stack([np.sort(ends, axis=1), body])
+    _, first, edge = np.unique(row, axis=0, return_index=True, return_inverse=True)
+    more = np.bincount(edge.ravel(), np.sign(ends[:, 1] - ends[:, 0]), len(first))
+    return np.asarray(more, float), np.asarray(first, np.int64)
 
 
 def _pairs_of_sides(triangles: Ints) -> tuple[Ints, Ints, Ints]:
     """Ends (3m, 2) of the sides of triangles (m, 3), three a triangle, and the pairs that lie between the same two
     vertices and have no third there."""
-    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    ends = sides(triangles)
     low, high = ends.min(axis=1), ends.max(axis=1)
     order = np.lexsort((np.arange(len(ends)), high, low))
     key = low[order] * (int(high.max()) + 1) + high[order]
@@ -104,11 +97,13 @@ def mend_winding(vertices: Floats, triangles: Ints) -> tuple[Ints, int]:
     turned ^= (np.bincount(body, area * turned, count) > np.bincount(body, area, count) / 2)[body]
     mended = np.bincount(body, turned, count) > 0
 
-    corner = vertices[np.where(turned[:, None], triangles[:, ::-1], triangles)]
+    run = np.where(turned[:, None], triangles[:, ::-1], triangles)
+    corner = vertices[run]
     low, high = group_bounds(corner.reshape(-1, 3), np.repeat(body, 3), count)
     corner -= low[body][:, None]
     volume = np.bincount(body, np.sum(corner[:, 0] * np.cross(corner[:, 1], corner[:, 2]), axis=1), count)
-    closed = 2 * np.bincount(body[a], minlength=count) == 3 * np.bincount(body, minlength=count)
+    more, side = _balance(sides(run), np.repeat(body, 3))
+    closed = np.bincount(body[side // 3], np.abs(more), count) == 0
     inverted = np.flatnonzero(mended & closed & (volume < 0))
     within = np.all((low < low[inverted, None]) & (high > high[inverted, None]), axis=2).any(axis=1)
     turned ^= np.isin(body, inverted[~within])
@@ -214,22 +209,3 @@ def cut_patches(vertices: Floats, triangles: Ints, edges: Edges, tolerance: floa
     rim = np.bincount(patch[edges.triangle_a[~inner]], free, count) + np.bincount(key // count, long, count)
     width = 2 * area / np.maximum(rim, 1e-300)
     return Patches(patch, area, width, planar <= tolerance, normal, middle, key // count, key % count, long, bent)
-
-
-def split_solids(vertices: Floats, triangles: Ints) -> list[Ints]:
-    """The triangles of each solid, in the mesh's order, where they are closed and their boxes lie apart; else all: one
-    shell may be the hollow of another, and open sheets make up a body only with those beside them."""
-    welded, corners, kept = weld(vertices, triangles)
-    if not len(kept):
-        return [triangles]
-    shell = components(len(welded), corners[:, [0, 1]].ravel(), corners[:, [1, 2]].ravel())[corners[:, 0]]
-    count = int(shell.max()) + 1
-    ends, one, _ = _pairs_of_sides(corners)
-    if count == 1 or 2 * len(one) != len(ends):
-        return [triangles]
-    low, high = group_bounds(welded[corners.ravel()], np.repeat(shell, 3), count)
-    meet = (low[:, None] <= high).all(axis=2) & (low <= high[:, None]).all(axis=2)
-    if meet.sum() > count:
-        return [triangles]
-    first = np.unique(shell, return_index=True)[1]
-    return [triangles[kept[shell == number]] for number in np.argsort(first)]

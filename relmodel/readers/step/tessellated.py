@@ -17,7 +17,8 @@ from OCP.TopoDS import TopoDS
 from relmodel.arrays import Floats
 from relmodel.model.model import Shape
 from relmodel.readers.mesh.shape import shape_from_triangles
-from relmodel.readers.mesh.triangles import area_normals, weld
+from relmodel.readers.mesh.triangles import area_normals
+from relmodel.readers.mesh.weld import weld
 from relmodel.readers.step import geometry as step_geometry
 from relmodel.readers.step import maps
 
