@@ -9,7 +9,6 @@ CREATE SEQUENCE arc_id_seq;
 CREATE TABLE arc (  -- A bounded curve in space, shared by all shapes that contain exactly it.
     id BIGINT PRIMARY KEY,  -- identity of the arc
     content_key TEXT NOT NULL UNIQUE,  -- hash of kind, parameters and interval: equal arcs are one row
-    support_key TEXT NOT NULL,  -- hash of the unbounded curve that carries the arc
     kind TEXT NOT NULL,  -- kind as stored in the source
     recognised_kind TEXT NOT NULL,  -- kind of the analytic curve that it is, where a spline hides one; else kind
     origin_x DOUBLE PRECISION, origin_y DOUBLE PRECISION, origin_z DOUBLE PRECISION,  -- x, y and z of the origin O of the curve's frame, mm

@@ -17,7 +17,6 @@ CREATE TABLE inspection (  -- What an inspection run was given, images, rig and 
     posterior DOUBLE PRECISION NOT NULL,  -- probability that the best hypothesis is the right one
     covariance DOUBLE PRECISION[],  -- covariance of the best hypothesis, as prior_covariance; null where there is none
     singular_values DOUBLE PRECISION[],  -- singular values of its refinement with 1 mrad scaled against 1 mm; null likewise
-    middle_x DOUBLE PRECISION, middle_y DOUBLE PRECISION, middle_z DOUBLE PRECISION,  -- x, y and z of the middle of what is seen at it, mm, in the rig's frame: where the place is to be as exact as needed; null likewise
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
@@ -159,12 +158,9 @@ CREATE TABLE edge_measurement (  -- Edge points that the last refinement measure
     residual DOUBLE PRECISION NOT NULL,  -- distance along the normal at the pose of refinement, what was solved of the camera taken off, px; of
         -- outliers too, which weigh little
     response DOUBLE PRECISION NOT NULL,  -- derivative of the place along the normal by the camera's response
-    tolerance DOUBLE PRECISION NOT NULL,  -- standard deviation of where the model has the arc, px
     arc_shift DOUBLE PRECISION NOT NULL,  -- standard deviation by which the image of its arc is shifted as a whole, px
     scene_arc INTEGER NOT NULL,  -- number of the arc or outline among all that were selected: measurements of one in a picture may be shifted as a
         -- whole
-    stretch INTEGER NOT NULL,  -- number of the stretch of an arc in a picture whose measurements err together
-    length DOUBLE PRECISION NOT NULL,  -- length of the arc in the picture that the measurement stands for, px
     PRIMARY KEY (run_id, view_no, measurement_no)
 );
 

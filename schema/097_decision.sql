@@ -42,9 +42,6 @@ CREATE TABLE camera_unknown (  -- What was solved of each camera along with the 
     value DOUBLE PRECISION NOT NULL,  -- as solved
     expected DOUBLE PRECISION NOT NULL,  -- as expected before
     sigma DOUBLE PRECISION NOT NULL,  -- standard deviation before; 0: exact, and not solved
-    considered DOUBLE PRECISION NOT NULL,  -- standard deviation of an error in it that all cameras share, which is not solved but which the
-        -- covariance holds; 0: none
-    before DOUBLE PRECISION NOT NULL,  -- what the last step of the refinement set out from
     PRIMARY KEY (run_id, camera, name)
 );
 

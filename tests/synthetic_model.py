@@ -196,11 +196,19 @@ def _append_listed(
     ids = store.new_ids(connection, level, len(boxes))
     keys = [f"{tag}/{level} {number}" for number in range(len(boxes))]
     places = ("centroid",) if level == "surface" else ("start", "end")
-    own = {"direct": True, "reversed": False, "area": 1.0, "u0": 0.0, "u1": 1.0, "v0": 0.0, "v1": 1.0}
+    own: dict[str, Any] = {
+        "support_key": keys,
+        "direct": True,
+        "reversed": False,
+        "area": 1.0,
+        "u0": 0.0,
+        "u1": 1.0,
+        "v0": 0.0,
+        "v1": 1.0,
+    }
     columns = {
         "id": ids,
         "content_key": keys,
-        "support_key": keys,
         "kind": "spline",
         "recognised_kind": "spline",
         "provenance": "exact",

@@ -16,6 +16,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -32,18 +33,18 @@ _SHIFT = 2**-0.5
 _KEY_LENGTH = 32  # hexadecimal digits
 _LEAST = np.iinfo(np.int64).min
 
+Keys = TypeVar("Keys")
+
 
 @dataclass(frozen=True)
 class ShapeKeys:
-    """Content keys of one shape and of its rows; support keys name the unbounded curve or surface."""
+    """Content keys of one shape and of its rows; support keys name the unbounded surface."""
 
     shape: str
     arcs: list[str]
-    arc_supports: list[str]
     surfaces: list[str]
     surface_supports: list[str]
     basis_arcs: list[str]
-    basis_arc_supports: list[str]
     basis_surfaces: list[str]
     basis_surface_supports: list[str]
 
@@ -66,15 +67,15 @@ def model_keys(model: Model) -> ModelKeys:
 
 def shape_keys(shape: Shape) -> ShapeKeys:
     """Keys of a shape and of its arcs and surfaces."""
-    basis_arcs, basis_arc_supports = _of_basis(
+    basis_arcs = _of_basis(
         lambda made: _arc_keys(shape.basis_arcs, shape.basis_arc_splines, made),
         lambda keys: _offset_keys(shape.basis_arc_offsets, keys),
     )
-    arcs, arc_supports = _arc_keys(shape.arcs, shape.arc_splines, _offset_keys(shape.arc_offsets, basis_arcs))
+    arcs = _arc_keys(shape.arcs, shape.arc_splines, _offset_keys(shape.arc_offsets, basis_arcs))
     bare = [""] * row_count_or_none(shape.basis_surfaces)
     basis_surfaces, basis_surface_supports = _of_basis(
         lambda made: _surface_keys(shape.basis_surfaces, shape.basis_surface_splines, bare, made),
-        lambda keys: _swept_keys(shape.basis_surface_swept, basis_arcs, keys),
+        lambda found: _swept_keys(shape.basis_surface_swept, basis_arcs, found[0]),
     )
     swept = _swept_keys(shape.surface_swept, basis_arcs, basis_surfaces)
     loops = _loop_keys(shape, arcs)
@@ -85,11 +86,9 @@ def shape_keys(shape: Shape) -> ShapeKeys:
     return ShapeKeys(
         content_key([shape.kind, *faces, "arcs", *sorted(arcs)]),
         arcs,
-        arc_supports,
         surfaces,
         surface_supports,
         basis_arcs,
-        basis_arc_supports,
         basis_surfaces,
         basis_surface_supports,
     )
@@ -187,29 +186,21 @@ def _foot(points: Floats, directions: Floats) -> Floats:
     return np.asarray(points - np.sum(points * directions, axis=1, keepdims=True) * directions)
 
 
-def _support_cells(lengths: Floats, directions: Floats, angles: Floats) -> Ints:
-    return np.hstack(
-        [quantised(lengths, LENGTH_QUANTUM), quantised(directions, ANGLE_QUANTUM), quantised(angles, ANGLE_QUANTUM)]
-    )
-
-
-def _of_basis(
-    keys_of: Callable[[dict[int, str]], tuple[list[str], list[str]]], made_from: Callable[[list[str]], dict[int, str]]
-) -> tuple[list[str], list[str]]:
-    """Content and support keys of rows that may be made from others of the same table: again for each such level."""
+def _of_basis(keys_of: Callable[[dict[int, str]], Keys], made_from: Callable[[Keys], dict[int, str]]) -> Keys:
+    """Keys of rows that may be made from others of the same table: again for each such level."""
     made: dict[int, str] = {}
     while True:
         found = keys_of(made)
-        again = made_from(found[0])
+        again = made_from(found)
         if again == made:
             return found
         made = again
 
 
-def _arc_keys(arcs: Table, splines: Table, offsets: dict[int, str]) -> tuple[list[str], list[str]]:
+def _arc_keys(arcs: Table, splines: Table, offsets: dict[int, str]) -> list[str]:
     n = row_count_or_none(arcs)
     if n == 0:
-        return [], []
+        return []
     kinds, recognised = _texts(arcs, "kind"), _texts(arcs, "recognised_kind")
     spline = [offsets.get(i, s) for i, s in enumerate(_spline_keys(splines, "arc_no", n))]
     origin, x, z = (_numbers(arcs, f"{c}_x {c}_y {c}_z") for c in ("origin", "axis_x", "axis_z"))
@@ -223,20 +214,7 @@ def _arc_keys(arcs: Table, splines: Table, offsets: dict[int, str]) -> tuple[lis
             np.where(along, quantised(interval, LENGTH_QUANTUM), quantised(interval, ANGLE_QUANTUM)),
         ]
     )
-    content = _row_keys([kinds, recognised, _texts(arcs, "provenance"), spline], cells)
-
-    line = np.isin(recognised, ["line"])[:, None]
-    circle = np.isin(recognised, ["circle"])[:, None]
-    direction = np.where(line, _unsigned(x), _unsigned(z))
-    point = np.where(line, _foot(origin, _unsigned(x)), origin)
-    second = np.where(line | circle, np.nan, np.where(np.isin(recognised, ["ellipse"])[:, None], _unsigned(x), x))
-    cells = _support_cells(
-        np.hstack([point, np.where(line, np.nan, radii)]), np.hstack([direction, second]), np.empty((n, 0))
-    )
-    # What has no parameters of its own is its spline, or itself.
-    whole = np.isnan(origin[:, 0])
-    texts = [(s or c) if w else "" for s, c, w in zip(spline, content, whole.tolist(), strict=True)]
-    return content, _row_keys([recognised, texts], cells)
+    return _row_keys([kinds, recognised, _texts(arcs, "provenance"), spline], cells)
 
 
 def _surface_keys(
@@ -278,7 +256,8 @@ def _surface_keys(
     angle = np.where(are("cone"), np.abs(semi), np.nan)
     whole = np.isnan(origin[:, 0]) | ~np.isin(recognised, ["plane", "cylinder", "cone", "sphere", "torus"])
     texts = [(d or c) if w else "" for d, c, w in zip(definition, content, whole.tolist(), strict=True)]
-    cells = _support_cells(np.hstack([point, offset, radius]), direction, angle)
+    lengths = quantised(np.hstack([point, offset, radius]), LENGTH_QUANTUM)
+    cells = np.hstack([lengths, quantised(np.hstack([direction, angle]), ANGLE_QUANTUM)])
     return content, _row_keys([recognised, texts], np.where(whole[:, None], _LEAST, cells))
 
 

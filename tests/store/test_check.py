@@ -37,7 +37,6 @@ def plate() -> Model:
     arcs: dict[str, Any] = {
         "id": [1, 2, 3, 4],
         "content_key": list("abcd"),
-        "support_key": list("abcd"),
         "kind": "line",
         "recognised_kind": "line",
         "t0": 0.0,

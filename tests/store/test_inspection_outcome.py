@@ -173,7 +173,7 @@ def test_a_refusal_names_its_likeliest_cause(
             weighed = PASSED | failed
             columns = {"name": list(weighed), "value": np.array(list(weighed.values()))}
             run.append(connection, "verdict_statistic", {"run_id": run.id, **columns})
-            support = dict.fromkeys(("evidence", "found", "deviation", "length_px"), 1.0) | {"expected": expected}
+            support = dict.fromkeys(("evidence", "found", "length_px"), 1.0) | {"expected": expected}
             key: dict[str, Any] = {"run_id": [run.id], "hypothesis_no": 0, "camera": ["left"]}
             run.append(connection, "hypothesis_support", key | support)
         found = read_outcome(store, run.id)

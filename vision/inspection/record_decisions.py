@@ -83,8 +83,6 @@ def record_decisions(
             "value": found.best.own.ravel(),
             "expected": unknowns.mean.ravel(),
             "sigma": unknowns.sigma.ravel(),
-            "considered": unknowns.considered.sum(axis=1),
-            "before": last.own.ravel(),
         },
     )
     _record_solved(run, connection, found, last, dict(zip(cameras, found.single_cameras, strict=False)))

@@ -128,7 +128,6 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
 
 def _record_verdict(run: Run, connection: Connection, it: Inspected) -> None:
     verdict, best = it.found.verdict, it.found.best
-    middle = best.middle.tolist() if best else [None] * 3
     run.append(
         connection,
         "inspection",
@@ -146,7 +145,6 @@ def _record_verdict(run: Run, connection: Connection, it: Inspected) -> None:
             "posterior": verdict.posterior,
             "covariance": Ragged.pack([best.covariance if best else None]),
             "singular_values": Ragged.pack([_singular_values(best) if best else None]),
-            **{f"middle_{axis}": [value] for axis, value in zip("xyz", middle, strict=True)},
         },
     )
     run.append(
@@ -216,11 +214,8 @@ def _record_view(run: Run, connection: Connection, number: int, view: View, stor
             "weight": measured.weight,
             "residual": measured.residual,
             "response": measured.response,
-            "tolerance": measured.tolerance,
             "arc_shift": measured.arc_shift,
             "scene_arc": measured.arc,
-            "stretch": measured.stretch,
-            "length": measured.length,
         },
     )
 

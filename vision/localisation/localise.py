@@ -210,9 +210,7 @@ def _partner_odds(picture: Primitives, partnered: Bools, p: LocalisationParamete
 
 def _view(scene: Scene, rig: Rig, name: str, refined: Refined, index: EdgeIndex, p: LocalisationParameters) -> View:
     seen = find_view_arcs(scene, rig.cameras[name], refined.world_from_rig @ rig.rig_from_camera[name], p)
-    return View(
-        seen, collect_edge_measurements(refined, list(rig.cameras).index(name), seen, index, p.search.correlation_px)
-    )
+    return View(seen, collect_edge_measurements(refined, list(rig.cameras).index(name), seen, index))
 
 
 class _Followed(NamedTuple):

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from relmodel.arrays import Floats, Ints
 from vision.cameras.cameras import Camera
 from vision.localisation.calibration import COUNT
-from vision.localisation.covariance import group_by_stretch
 from vision.localisation.hypotheses import Prediction, project_with_jacobians
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.measurements import EdgeIndex
@@ -111,9 +110,8 @@ class EdgeMeasurements:
     view_arc: the run, -1 where none of the view's is of the arc; world (n, 3) mm: the model point; normal (n, 2);
     position (n, 2): the element found, pixels of the camera without distortion; sigma px; weight 0..1; residual px
     along the normal where the pictures were last looked at, the camera's own unknowns taken off.  response: derivative
-    of the place by the camera's response; tolerance px: standard deviation of where the model has the arc; arc_shift
-    px: of how far its image is shifted as a whole; arc, stretch: which samples err together; length px of the arc that
-    a sample stands for.
+    of the place by the camera's response; arc_shift px: standard deviation of how far the arc's image is shifted as a
+    whole; arc: which.
     """
 
     view_arc: Ints
@@ -124,16 +122,11 @@ class EdgeMeasurements:
     weight: Floats
     residual: Floats
     response: Floats
-    tolerance: Floats
     arc_shift: Floats
     arc: Ints
-    stretch: Ints
-    length: Floats
 
 
-def collect_edge_measurements(
-    refined: Refined, camera: int, view: ViewArcs, index: EdgeIndex, correlation_px: float
-) -> EdgeMeasurements:
+def collect_edge_measurements(refined: Refined, camera: int, view: ViewArcs, index: EdgeIndex) -> EdgeMeasurements:
     """What a refinement measured at last in one camera (by number), by the runs of its view."""
     p, m = refined.prediction, refined.measurements
     rows = np.flatnonzero((p.view == camera) & (m.found >= 0))
@@ -148,11 +141,8 @@ def collect_edge_measurements(
         weight=m.weight[rows],
         residual=m.offset[rows],
         response=m.jacobian[rows, 6 + COUNT * camera],
-        tolerance=p.tolerance_px[rows],
         arc_shift=m.arc_shift[rows],
         arc=p.arc[rows],
-        stretch=group_by_stretch(p)[rows],
-        length=p.weight[rows] * correlation_px,
     )
 
 

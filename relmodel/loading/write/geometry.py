@@ -23,8 +23,8 @@ def append_geometry(
 ) -> tuple[int, int]:
     """Append new shapes with the arcs and surfaces that are new; returns how many surfaces and arcs were."""
     pairs = [(new.shape, new.keys) for new in shapes]
-    arcs = [_Rows(s.arcs, s.arc_splines, k.arcs, k.arc_supports) for s, k in pairs]
-    basis_arcs = [_Rows(s.basis_arcs, s.basis_arc_splines, k.basis_arcs, k.basis_arc_supports) for s, k in pairs]
+    arcs = [_Rows(s.arcs, s.arc_splines, k.arcs) for s, k in pairs]
+    basis_arcs = [_Rows(s.basis_arcs, s.basis_arc_splines, k.basis_arcs) for s, k in pairs]
     arc_ids, new_arcs = _append_rows(run, connection, "arc", "arc_spline", "arc_no", arcs + basis_arcs)
 
     surfaces = [_Rows(s.surfaces, s.surface_splines, k.surfaces, k.surface_supports) for s, k in pairs]
@@ -68,7 +68,7 @@ class _Rows:
     rows: Table
     splines: Table
     keys: list[str]
-    supports: list[str]
+    supports: list[str] | None = None
 
 
 def _append_rows(
@@ -88,7 +88,8 @@ def _append_rows(
         block_ids = np.array([ids[key] for key in block.keys], dtype=np.int64)
         columns["id"] = block_ids[new]
         columns["content_key"] = [block.keys[i] for i in new]
-        columns["support_key"] = [block.supports[i] for i in new]
+        if block.supports is not None:
+            columns["support_key"] = [block.supports[i] for i in new]
         rows.append(columns)
         if row_count_or_none(block.splines):
             owners = np.asarray(block.splines[owner], np.int64)
