@@ -25,7 +25,7 @@ PICTURES: dict[str, Floats] = {
     "stripes": 255 * (X // 9 % 2),  # without noise: arcs of which every element lies exactly on the line
     "slanting stripes": 255 * ((X + Y) // 13 % 2),
     "board": 255.0 * ((X // 16 + Y // 16) % 2),
-    "one edge along the rows": 255.0 * (Y > 60),
+    "one edge along the rows": np.where(Y > 60, 255.0, 0.0),
     "rings": 127.5 + 127.5 * np.cos(np.hypot(X - 80, Y - 60) / 3),
     "discs": 255.0 * ((X % 40 - 20) ** 2 + (Y % 40 - 20) ** 2 < 150),
 }
