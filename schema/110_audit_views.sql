@@ -125,7 +125,7 @@ SELECT run_id, verdict, pose_verdict, part_verdict,
         '; ' || variant) AS outcome
 FROM said;
 
-CREATE VIEW serial_stop (  -- The stops of a physical part: every inspection that was begun with its serial number, however it ended.
+CREATE VIEW serial_inspection (  -- The stops of a physical part: every inspection that was begun with its serial number, however it ended.
     serial,  -- the physical part
     run_id,  -- the run
     ended,  -- usable, not unique or not found, as of its pose; failed, killed or running where it came to none; or pruned
@@ -172,12 +172,12 @@ WITH counted AS (
 stop AS (
     SELECT serial, count(*) AS stops, count(CASE ended WHEN 'usable' THEN 1 END) AS usable_stops,
         string_agg(CASE WHEN ended <> 'usable' THEN concat('run ', run_id, ', ', ended, ': ' || reason) END, '; ' ORDER BY run_id) AS unusable
-    FROM serial_stop
+    FROM serial_inspection
     GROUP BY serial
 ),
 other AS (  -- how many stops ended in each way but usable, in words
     SELECT serial, string_agg(concat(CASE stops WHEN 1 THEN 'one' ELSE CAST(stops AS TEXT) END, ' ', ended), ', ' ORDER BY ended) AS ends
-    FROM (SELECT serial, ended, count(*) AS stops FROM serial_stop WHERE ended <> 'usable' GROUP BY serial, ended) AS counted_ends
+    FROM (SELECT serial, ended, count(*) AS stops FROM serial_inspection WHERE ended <> 'usable' GROUP BY serial, ended) AS counted_ends
     GROUP BY serial
 ),
 found AS (
@@ -429,7 +429,7 @@ JOIN run AS r ON r.id = a.run_id;
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('found_variant', 'localisation', 'view'),
     ('inspection_outcome', 'localisation', 'view'),
-    ('serial_stop', 'run', 'view'),
+    ('serial_inspection', 'run', 'view'),
     ('serial_outcome', 'localisation', 'view'),
     ('run_summary', 'run', 'view'),
     ('pose_world', 'localisation', 'view'),
