@@ -67,6 +67,12 @@ class Picture:
         return self.values if self.bits == 8 else self.values / ((2**self.bits - 1) / 255)
 
 
+def size_of_picture(path: str | Path) -> tuple[int, int]:
+    """Width and height of a picture, px, turned as its EXIF orientation says."""
+    picture = read_picture(path)
+    return picture.width, picture.height
+
+
 def read_pictures(paths: Mapping[str, Path], rig: Rig) -> dict[str, Picture]:
     """Pictures by camera of the rig, as `read_picture`.  Those whose bits are known only from their values have as many
     as the brightest of them."""

@@ -23,7 +23,7 @@ from relmodel.world.correction import Carrier, Correction, correct_base, predict
 from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
 from vision.cameras.files import read_needs, read_prior, read_rig, rig_inputs
-from vision.cameras.images import Picture, describe_reading, read_pictures
+from vision.cameras.images import Picture, describe_reading, read_pictures, size_of_picture
 from vision.cameras.record_cameras import find_rig
 from vision.cameras.view_volume import Selection
 from vision.extraction import extract as extraction
@@ -310,7 +310,7 @@ def _read_inputs(
     rig: Path, paths: dict[str, Path], prior: Path | None, needs: Needs | None, parameters: InspectionParameters
 ) -> Inputs:
     check_mode(parameters.matching.pose.search)
-    whole = read_rig(rig)
+    whole = read_rig(rig, size=lambda: size_of_picture(next(iter(paths.values()))))
     cameras = whole.only(*paths)
     if len(paths) > 1:
         rectify(cameras)  # refuses a pair that cannot be matched

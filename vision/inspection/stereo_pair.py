@@ -13,7 +13,7 @@ from relmodel.errors import UsageError
 from relmodel.labelling.problem import NONE
 from relmodel.store import Run, Store, digest_inputs
 from vision.cameras.files import read_rig, rig_inputs
-from vision.cameras.images import describe_reading, read_pictures
+from vision.cameras.images import describe_reading, read_pictures, size_of_picture
 from vision.cameras.record_cameras import record_rig
 from vision.extraction import extract as extraction
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
@@ -87,7 +87,7 @@ def match_pair(
     }
     files = {**paths, **rig_inputs(rig)}
     with Run.begin(store, "stereo", recorded, inputs=digest_inputs(files), packages=PACKAGES) as run:
-        cameras = read_rig(rig).only(*paths)
+        cameras = read_rig(rig, size=lambda: size_of_picture(left[1])).only(*paths)
         rectify(cameras, *paths)
         pictures = read_pictures(paths, cameras)
         run.step("read")
