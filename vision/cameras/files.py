@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -22,21 +23,29 @@ LEAST_FIELD, WIDEST_TANGENT = 1e-4, 11.43
 MOST_SIGMA = {"translation_mm": 500.0, "rotation_deg": 30.0}
 # Cameras nearer to each other than this are of a file in metres that was taken for one in mm.
 LEAST_BASELINE_MM = 1.0
+# Share of the picture's size by which a principal point may lie off its middle where the file does not say that size.
+MOST_OFF_CENTRE = 0.15
 RIG_FORMATS = ("rig", "opencv", "ros", "kalibr", "colmap")
 _YAML = {"rig": own, "opencv": opencv, "ros": ros, "kalibr": kalibr}
 # Formats without a unit of length: mm unless stated otherwise.
 UNITLESS = ("opencv", "colmap")
 
 
-def read_rig(path: Path | str, *, unit_mm: float | None = None, size: tuple[int, int] | None = None) -> Rig:
+def read_rig(
+    path: Path | str,
+    *,
+    unit_mm: float | None = None,
+    size: tuple[int, int] | Callable[[], tuple[int, int]] | None = None,
+) -> Rig:
     """The rig in a file of any of RIG_FORMATS, recognised by its content, not by its name: the project's own rig file,
     YAML, XML or JSON of OpenCV (of a pair in two files: one of them, or their folder), CameraInfo of ROS, camchain of
     Kalibr, or COLMAP's cameras.txt (or its folder).
 
-    `unit_mm` is the unit of length of a format that says none, mm, `size` width and height of the picture of a file
-    that says none, px.  InputError says in one sentence what is missing, wrong, or not possible in a rig."""
+    `unit_mm` is the unit of length of a format that says none, mm, `size` width and height of the picture, px, or what
+    tells them, which count where the file says none.  InputError says in one sentence what is missing, wrong, or not
+    possible in a rig."""
     path = Path(path)
-    stated = dict(zip(("image_width", "image_height"), size or (), strict=False))
+    taken: tuple[int, int] | None = None
     if colmap.is_model(path):
         form, rig = "colmap", colmap.read(path)
     else:
@@ -46,14 +55,17 @@ def read_rig(path: Path | str, *, unit_mm: float | None = None, size: tuple[int,
             data |= _read_mapping(file)[1]
             path = path.with_name(f"{path.name} with {file.name}")
         check_lens(data, path)
-        rig = _YAML[form].parse(stated | data, path)
-    if stated and (form != "opencv" or stated.keys() & data.keys()):
-        raise UsageError(f"{path} says its picture's size: leave the size out")
+        if form == "opencv" and size is not None and not {"image_width", "image_height"} <= data.keys():
+            taken = size() if callable(size) else size
+            data = {"image_width": taken[0], "image_height": taken[1], **data}
+        rig = _YAML[form].parse(data, path)
     if form in UNITLESS:
         rig = _in_mm(rig, 1.0 if unit_mm is None else unit_mm, path)
     elif unit_mm is not None:
         raise UsageError(f"{path} is a file of the format {form}, which has its own unit of length: leave the unit out")
     for name, camera in rig.cameras.items():
+        if taken is not None:
+            _check_centre(camera, path, name)
         _check_view(camera, path, f"cameras.{name}")
     return rig
 
@@ -221,6 +233,17 @@ def _checked_needs(mm: float, degrees: float, name: str) -> Needs:
 
 def _world_from_rig(data: dict[str, Any], path: Path) -> Floats:
     return rigid(numbers(data, "world_from_rig", path, "", (4, 4)), path, "world_from_rig")
+
+
+def _check_centre(camera: Camera, path: Path, name: str) -> None:
+    """Refuse a size that a file does not say where it makes the principal point lie far from the picture's middle."""
+    off = np.abs((camera.matrix[:2, 2] + 0.5) / [camera.width, camera.height] - 0.5).max()
+    if off > MOST_OFF_CENTRE:
+        raise InputError(
+            f"{path} does not say its picture's size, and in {camera.width}x{camera.height} px the principal point of "
+            f"camera {name} lies {off:.0%} from the middle: give the pictures that it was calibrated with, or the size "
+            "as image_width and image_height"
+        )
 
 
 def _check_view(camera: Camera, path: Path, name: str) -> None:

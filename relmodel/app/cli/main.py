@@ -69,7 +69,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit status: 0 done, 1 refused, ambiguous or failed check, 2 wrong use, 3 bad
     input, 4 an internal error, 5 accepted with something that `inspect --fail-on` names, 130 interrupted."""
     words = list(sys.argv[1:] if arguments is None else arguments)
-    args = parser(words[0] if words else "").parse_args(words)
+    args = _parse(words)
     # Before a verb imports NumPy: matrices here are small, and each thread of linear algebra takes memory.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     output.quiet = args.quiet
@@ -84,6 +84,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 print(f"relmodel {args.verb}: {_INTERRUPTED}", file=sys.stderr)
                 return INTERRUPTED
             return report_error(args, error)
+
+
+def _parse(words: list[str]) -> argparse.Namespace:
+    """The call of these words.  Pictures may stand among the options, of which argparse takes the first only."""
+    whole = parser(words[0] if words else "")
+    args, rest = whole.parse_known_args(words)
+    if rest and not (hasattr(args, "pictures") and not any(word.startswith("-") for word in rest)):
+        whole.error(f"unrecognized arguments: {' '.join(rest)}")
+    if rest:
+        args.pictures = [*args.pictures, *rest]
+    return args
 
 
 @contextmanager

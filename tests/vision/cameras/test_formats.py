@@ -4,7 +4,7 @@ relmodel read here by those, must image the same points at the same pixels as on
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -614,8 +614,7 @@ def test_a_pair_in_two_files_of_opencv(suffix: str, named: str, tmp_path: Path) 
     path = tmp_path / "cv" / f"{named}{suffix}" if named else tmp_path / "cv"
     assert_same_pixels(read_rig(path), truths)
     assert {file.name for file in rig_inputs(path).values()} == {f"intrinsics{suffix}", f"extrinsics{suffix}"}
-    with pytest.raises(UsageError, match="says its picture's size"):
-        read_rig(path, size=(1280, 960))
+    assert_same_pixels(read_rig(path, size=(640, 480)), truths)
 
 
 def test_a_pair_that_does_not_say_its_size(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -631,6 +630,18 @@ def test_a_pair_that_does_not_say_its_size(tmp_path: Path, capsys: pytest.Captur
     (tmp_path / "cv" / "extrinsics.yml").unlink()
     with pytest.raises(InputError, match=r"put extrinsics\.yml beside"):
         read_rig(tmp_path / "cv", size=(1280, 960))
+
+
+def test_a_size_that_the_file_does_not_say_has_the_principal_point_near_its_middle(tmp_path: Path) -> None:
+    """Within 15 % of it."""
+    pair = [replace(it, intrinsics=np.array([1500.0, 1500.0, 639.5, 479.5])) for it in draw(6, 2, 5)]
+    put_pair(pair, tmp_path / "cv", ".yml", sized=False)
+    for width, fits in ((1820, True), (1840, False), (990, True), (980, False)):
+        if fits:
+            assert read_rig(tmp_path / "cv", size=(width, 960)).cameras["left"].width == width
+            continue
+        with pytest.raises(InputError, match=f"in {width}x960 px the principal point of camera left lies 15%"):
+            read_rig(tmp_path / "cv", size=(width, 960))
 
 
 @pytest.mark.parametrize("form", ["XML", "JSON", "YAML"])
