@@ -181,7 +181,7 @@ def inspect_case(case: Case, chain: str) -> dict[str, Any]:
     with Store.open(case.store) as store, _chain(chain) as parameters:
         began = time.process_time()
         answer = inspect(
-            store, rig=rig, left=case.pictures["left"], right=case.pictures.get("right"),
+            store, rig=rig, pictures=case.pictures,
             prior=None if case.prior is None else prior, needs=case.needs, variants=False, parameters=parameters,
             keep_images=False,
         )  # fmt: skip

@@ -77,8 +77,7 @@ def _pair(store: Store, folder: Path, pair: str, truth: dict[str, object]) -> li
     answer = inspect(
         store,
         rig=folder / "rig.yaml",
-        left=DEMO / f"{pair}_left.png",
-        right=DEMO / f"{pair}_right.png",
+        pictures={name: DEMO / f"{pair}_{name}.png" for name in ("left", "right")},
         prior=folder / "prior.yaml",
     )
     true_base = true @ inverse(rig.object_from_link @ rig.link_from_rig)

@@ -66,8 +66,7 @@ def inspect_pair(store: Store, stem: str, audit: str) -> tuple[float, float]:
         inspect(
             store,
             rig=f"{pair}_rig.yaml",
-            left=f"{pair}_left.png",
-            right=f"{pair}_right.png",
+            pictures={name: f"{pair}_{name}.png" for name in ("left", "right")},
             prior=f"{pair}_prior.yaml",
             full_audit=audit == "full",
         )

@@ -60,7 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         load(store, DEMO / f"bulkhead_{args.part}.step.gz", name="bulkhead", variant=args.part)
         place_world(store, DEMO / ("world.yaml" if args.part == "A" else "world_B.yaml"))
         rig, left = Path(f"{pair}_rig.yaml"), Path(f"{pair}_left.png")
-        answer = inspect(store, rig=rig, left=left, right=Path(f"{pair}_right.png"))
+        answer = inspect(store, rig=rig, pictures={"left": left, "right": f"{pair}_right.png"})
         with store.read() as connection:
             space = read_triangulated(store, connection, answer.run, 0)
             arcs, circles = find_scene_circles(space)

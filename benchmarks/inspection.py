@@ -156,8 +156,10 @@ def stereo_pairs(folder: Path, args: argparse.Namespace) -> Iterator[dict[str, A
                 rig = shown.distort_rig(rig)
             given: dict[str, Any] = {
                 "rig": rig,
-                "left": shown.new(DEMO / f"{source}_left.png", rig if kind == "distorted" else None),
-                "right": shown.new(DEMO / f"{source}_right.png", rig if kind == "distorted" else None),
+                "pictures": {
+                    name: shown.new(DEMO / f"{source}_{name}.png", rig if kind == "distorted" else None)
+                    for name in ("left", "right")
+                },
                 "prior": None if kind == "no prior" else DEMO / f"{stem}_prior.yaml",
                 "world": worlds[truth.variant],
                 "full_audit": kind != "minimal",
@@ -240,7 +242,7 @@ def single_pictures(data: Path, folder: Path, overlays: Path | None) -> Iterator
                 store,
                 Truth("", world_from_camera, apply(world_from_camera, away)[0]),
                 rig=folder / "rig.yaml",
-                left=data / frame["image"],
+                pictures={"left": data / frame["image"]},
                 prior=folder / "prior.yaml",
                 overlay=overlays / f"{stem.replace(' ', '_')}.png" if overlays else None,
             )

@@ -119,9 +119,11 @@ def _inspect(store: Store, rig: Path, file: Path, seen: tuple[str, ...]) -> tupl
         for name, side in zip(("left", "right"), seen, strict=False)
     }
     rig.write_text(yaml.safe_dump({"cameras": cameras}))
-    pictures = [str(file).replace("_truth.json", f"_{side}.png") for side in seen]
+    pictures = {
+        name: str(file).replace("_truth.json", f"_{side}.png") for name, side in zip(cameras, seen, strict=True)
+    }
     started = process_time()
-    answer = inspect(store, rig=rig, left=pictures[0], right=(*pictures, None)[1], against=(), keep_images=False)
+    answer = inspect(store, rig=rig, pictures=pictures, against=(), keep_images=False)
     took = process_time() - started
     named = {state: [] for state in ("shown", "alike")}  # type: dict[str, list[tuple[str, str]]]
     for it in answer.considered:

@@ -20,7 +20,7 @@ CREATE TABLE run (  -- One execution that writes: a load, a world, an index, an 
 CREATE TABLE run_input (  -- The files a run read, by content.
     run_id BIGINT NOT NULL,  -- the run
     input_no INTEGER NOT NULL,  -- ordinal of the input in the run
-    role TEXT NOT NULL,  -- what the file was to the run: model, world, rig, prior, left, right
+    role TEXT NOT NULL,  -- what the file was to the run: model, world, rig, prior; a picture: the name of its camera
     name TEXT NOT NULL,  -- file name as given, without its folder
     sha256 TEXT NOT NULL,  -- SHA-256 of the file's bytes, hexadecimal
     PRIMARY KEY (run_id, input_no)

@@ -143,7 +143,7 @@ CREATE TABLE rig (  -- Rigidly connected cameras, by content.
 
 CREATE TABLE rig_camera (  -- The cameras of a rig.
     rig_id BIGINT NOT NULL,  -- the rig
-    name TEXT NOT NULL,  -- name of the camera in the rig: left, right
+    name TEXT NOT NULL,  -- name of the camera in the rig
     camera_id BIGINT NOT NULL,  -- its calibration
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- rig_from_camera
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,

@@ -29,6 +29,7 @@ CREATE TABLE inspection (  -- What an inspection run was given, images, rig and 
 CREATE TABLE inspection_image (  -- The images of an inspection, one a camera, and the view of the model that is predicted for it at the pose found.
     run_id BIGINT NOT NULL,  -- the run
     camera TEXT NOT NULL,  -- name of the camera in the rig
+    camera_no INTEGER NOT NULL,  -- ordinal of the camera in the run, from 0, in the order of the rig's file
     image_id BIGINT NOT NULL,  -- its image
     extraction_id BIGINT NOT NULL,  -- the extraction used
     view_no INTEGER,  -- ordinal of the view in the run, from 0; null where no pose was found, the run kept only its decisions, or answered without this
@@ -36,7 +37,7 @@ CREATE TABLE inspection_image (  -- The images of an inspection, one a camera, a
     edges DOUBLE PRECISION NOT NULL,  -- edge elements to a thousand pixels: next to none where the camera is covered
     blur_px DOUBLE PRECISION,  -- sigma of the spread of its strong edges, px; null where it has too few
     saturated DOUBLE PRECISION NOT NULL,  -- share of the pixels at the brightest value
-    stale_run_id BIGINT,  -- an earlier run that had this picture of this camera beside another picture of the other; this run where both cameras were
+    stale_run_id BIGINT,  -- an earlier run that had this picture of this camera beside another picture of another; this run where two cameras were
         -- given one picture; null where neither is so
     PRIMARY KEY (run_id, camera),
     UNIQUE (run_id, view_no)

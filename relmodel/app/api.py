@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from relmodel.world.correction import Carrier
     from relmodel.world.placement import WorldReport
     from vision.cameras.cameras import Needs
+    from vision.cameras.rig_pictures import Pictures
     from vision.inspection.inspection import Inspection
     from vision.planning.plan import Plan
     from vision.scene.kept_scenes import Scenes
@@ -94,8 +95,7 @@ class OpenStore(Store):
         self,
         *,
         rig: str | Path,
-        left: str | Path,
-        right: str | Path | None = None,
+        pictures: Pictures,
         prior: str | Path | None = None,
         needs: Needs | str | None = None,
         world: str | None = None,
@@ -106,12 +106,14 @@ class OpenStore(Store):
         believe_pictures: bool = False,
         ignore_blind_camera: bool = False,
     ) -> Inspection:
-        """Inspect a stereo pair, or the picture of the left camera alone: `vision.inspection.inspection.inspect`.
+        """Inspect pictures that the cameras of a rig took together: `vision.inspection.inspection.inspect`.
 
         A notebook shows the answer as the model drawn over the pictures.  What is computed from the model is kept for
         the next call, until the model changes or the store is closed.
 
-        rig, prior, left, right: files.
+        rig, prior: files.
+        pictures: one to sixteen by the names of their cameras, files or arrays (grey, RGB or RGBA of bytes, of 16 bits,
+        or of floats from 0 to 1); or one alone where the rig has one camera.
         needs: how exactly the pose is needed, as in "5mm,2deg".
         against: names of loaded objects, an empty list for all: say which of them the pictures show; needs no world.
         carrier: what is known of the arm that carries the rig.
@@ -130,7 +132,7 @@ class OpenStore(Store):
             against=against,
             believe_pictures=believe_pictures,
             ignore_blind_camera=ignore_blind_camera,
-        ).inspect(left=left, right=right, prior=prior, carrier=carrier, serial=serial, operator=operator)
+        ).inspect(pictures=pictures, prior=prior, carrier=carrier, serial=serial, operator=operator)
 
     @cached_property
     def _scenes(self) -> Scenes:
@@ -153,10 +155,10 @@ class OpenStore(Store):
         believe_pictures: bool = False,
         ignore_blind_camera: bool = False,
     ) -> Session:
-        """Inspect one pair after the other with one rig; the answers are those of `inspect`.
+        """Inspect again and again with one rig; the answers are those of `inspect`.
 
         with store.session(rig="rig.yaml") as session:
-            answers = [session.inspect(left=left, right=right) for left, right in pairs]
+            answers = [session.inspect(pictures={"left": left, "right": right}) for left, right in pairs]
         """
         from relmodel.app.session import Session
         from vision.scene.kept_scenes import Scenes

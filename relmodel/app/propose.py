@@ -67,10 +67,10 @@ def _write_files(plan: Plan, rig: Rig, rig_file: Path, serial: str | None, out: 
             joints = f"# joints (rad, mm): {json.dumps(view.joints)}\n" if view.joints else ""
             text = yaml.safe_dump(prior, sort_keys=False, default_flow_style=None, width=200)
             (out / f"{stem}.yaml").write_text(f"# It would check: {'; '.join(view.paths)}\n{joints}{text}")
-            line: dict[str, str] = {name: f"{stem}_{name}.png" for name in ("left", "right") if name in rig.cameras}
+            line: dict[str, str] = {name: f"{stem}_{name}.png" for name in rig.cameras}
             lines.append(line | {"prior": f"{stem}.yaml", "rig": str(rig_file.resolve()), "serial": serial or ""})
         with (out / "pairs.csv").open("w", newline="") as file:
-            writer = csv.DictWriter(file, lines[0] if lines else ["left"])
+            writer = csv.DictWriter(file, lines[0] if lines else [*rig.cameras])
             writer.writeheader()
             writer.writerows(lines)
     except OSError as error:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Self
 if TYPE_CHECKING:
     from relmodel.world.correction import Carrier
     from vision.cameras.cameras import Needs
+    from vision.cameras.rig_pictures import Pictures
     from vision.inspection.inspection import Inspection
     from vision.scene.kept_scenes import Scenes
 
@@ -43,21 +44,19 @@ class Session:
     def inspect(
         self,
         *,
-        left: str | Path,
-        right: str | Path | None = None,
+        pictures: Pictures,
         prior: str | Path | None = None,
         carrier: Carrier | None = None,
         serial: str | None = None,
         operator: str | None = None,
     ) -> Inspection:
-        """Inspect a pair, or the picture of the left camera, as `OpenStore.inspect`; one that fails leaves the session
-        as it was."""
+        """Inspect pictures that were taken together, as `OpenStore.inspect`; what fails leaves the session as it
+        was."""
         from relmodel.app.notebook import inspect_with_picture
 
         return inspect_with_picture(
             self._scenes.store,
-            left=left,
-            right=right,
+            pictures=pictures,
             prior=prior,
             carrier=carrier,
             serial=serial,

@@ -7,7 +7,6 @@ file, else the values: the least number of bits that holds them.  Values that we
 from __future__ import annotations
 
 import struct
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -54,9 +53,10 @@ def _significant_bits(data: bytes) -> int:
 
 
 def find_bits(
-    pixels: npt.NDArray[np.generic], stated: tuple[int, ...], of_rig: int | None, path: Path
+    pixels: npt.NDArray[np.generic], stated: tuple[int, ...], of_rig: int | None, path: object
 ) -> tuple[int, str]:
-    """How many bits of sixteen pixels fill, and what says so: `of_rig` by the rig, `stated` by the file, or the values.
+    """How many bits of sixteen pixels fill, and what says so: `of_rig` by the rig, `stated` by the file, or the values;
+    path: what messages call the picture.
 
     Raises InputError where the rig says fewer than they have.
     """

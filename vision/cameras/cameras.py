@@ -159,7 +159,7 @@ class Rig:
         for name in names:
             if name not in self.cameras:
                 raise InputError(
-                    f"the rig has no camera '{name}' (it has {', '.join(self.cameras)}): add it to the rig"
+                    f"the rig has no camera '{name}' (it has {', '.join(self.cameras)}): name one of these, or add it"
                 )
         return Rig(
             {n: self.cameras[n] for n in names},

@@ -67,13 +67,18 @@ class Picture:
         return self.values if self.bits == 8 else self.values / ((2**self.bits - 1) / 255)
 
 
-def size_of_picture(path: str | Path) -> tuple[int, int]:
-    """Width and height of a picture, px, turned as its EXIF orientation says."""
-    picture = read_picture(path)
-    return picture.width, picture.height
+@dataclass(frozen=True)
+class PictureBytes:
+    """A picture's file in memory, as it is called."""
+
+    name: str
+    data: bytes
+
+    def __str__(self) -> str:
+        return self.name
 
 
-def read_pictures(paths: Mapping[str, Path], rig: Rig) -> dict[str, Picture]:
+def read_pictures(paths: Mapping[str, Path | PictureBytes], rig: Rig) -> dict[str, Picture]:
     """Pictures by camera of the rig, as `read_picture`.  Those whose bits are known only from their values have as many
     as the brightest of them."""
     read = {name: read_picture(path, rig.cameras[name]) for name, path in paths.items()}
@@ -106,7 +111,7 @@ def describe_reading(pictures: Iterable[Picture]) -> list[str]:
     return out
 
 
-def read_picture(path: str | Path, camera: Camera | None = None) -> Picture:
+def read_picture(path: str | Path | PictureBytes, camera: Camera | None = None) -> Picture:
     """Read a picture, turned as its EXIF orientation says, of several pages the first.  `camera` is the one that took
     it.
 
@@ -119,8 +124,8 @@ def read_picture(path: str | Path, camera: Camera | None = None) -> Picture:
 
     from relmodel.drawing.images import read_orientation, turn
 
-    path = Path(path)
-    data = read_bytes(path, "image", MAX_FILE_BYTES)
+    path = Path(path) if isinstance(path, str) else path
+    data = path.data if isinstance(path, PictureBytes) else read_bytes(path, "image", MAX_FILE_BYTES)
     try:
         with (
             warnings.catch_warnings(action="ignore"),

@@ -16,18 +16,18 @@ from relmodel.drawing.strokes import check_writable
 from relmodel.errors import UsageError
 from relmodel.find.find import world_named
 from relmodel.labelling.solve import check_mode
-from relmodel.store import Run, Store, digest_inputs
+from relmodel.store import Run, Store
 from relmodel.store.digests import record_digests
 from relmodel.user import user_name
 from relmodel.world.correction import Carrier, Correction, correct_base, predict_covariance
 from relmodel.world.kinematics import MountedRig, mount_of_rig
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
-from vision.cameras.files import read_needs, read_prior, read_rig, rig_inputs
-from vision.cameras.images import Picture, describe_reading, read_pictures, size_of_picture
+from vision.cameras.files import read_needs, read_prior
+from vision.cameras.images import Picture, PictureBytes, describe_reading
 from vision.cameras.record_cameras import find_rig
+from vision.cameras.rig_pictures import Pictures, digest_given, pictures_as_files, read_rig_with_pictures
 from vision.cameras.view_volume import Selection
 from vision.extraction import extract as extraction
-from vision.extraction.primitives import Primitives
 from vision.inspection.against import Considered, Recognised, place_candidates, recognise
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.inspection.locate import Sight, select_parts
@@ -48,7 +48,7 @@ from vision.presence.states import Presence
 from vision.presence.variants import VariantEvidence
 from vision.scene.kept_scenes import Scenes
 from vision.stereo.match import StereoMatches, check_method, match_stereo
-from vision.stereo.rectification import rectify
+from vision.stereo.rectification import choose_pair
 
 # The kernels of an inspection.
 KERNELS = (
@@ -166,10 +166,9 @@ def inspect(
     store: Store,
     *,
     rig: str | Path,
-    left: str | Path,
+    pictures: Pictures,
     prior: str | Path | None = None,
     needs: Needs | None = None,
-    right: str | Path | None = None,
     world: str | None = None,
     against: Sequence[str] | None = None,
     carrier: Carrier | None = None,
@@ -183,23 +182,25 @@ def inspect(
     parameters: InspectionParameters = DEFAULTS,
     scenes: Scenes | None = None,
 ) -> Inspection:
-    """Inspect a stereo pair, or the picture of the left camera alone, against a world of the store.
+    """Inspect the pictures that one or more cameras of a rig took together, against a world of the store.
 
     rig, prior: files, the rig in any format of `read_rig`; without a prior the rig is taken to be where the joints of
-    what carries it put it, and where the world does not mount it a pair is located by the circles that stereo finds,
-    one picture by its ellipses, wherever in the world it was taken; against: names of loaded objects, all where there
-    are none, to say which of them the pictures show, with no world and no prior; needs: how exactly the pose is needed,
-    else as the prior file says, else the default; left, right: pictures; world: its name, where the store has several;
-    carrier: how the object stands that carries the rig, which is found by the rig's content; serial: the number of
-    the physical part, by which the evidence of all its inspections adds up; operator: who makes it, else the
-    user of this machine; variants: whether to
-    weigh all loaded variants of the inspected objects at the pose found, None where something is not as the model
-    says and they are few; overlay: a picture of the model drawn over the images, to be written; crops: a folder for
-    pictures of what is not as the model says, worst first; full_audit: whether the rows that explain the decisions
-    are kept, and not the decisions alone; scenes: those that earlier inspections of the store left, for more of them
-    in a row. The run records the parameters, defaults included. Raises InputError for
-    bad inputs, UsageError where several objects carry the rig and `carrier` does not choose; the run then ended as
-    failed, and the store is otherwise as it was.
+    what carries it put it, and where the world does not mount it several pictures are located by the circles that
+    stereo finds, one by its ellipses, wherever in the world they were taken; pictures: by the names of their cameras,
+    up to sixteen, files or arrays (grey, RGB or RGBA, of bytes, of 16 bits, or of floats from 0 to 1), or one alone
+    where the rig has one camera; against: names of loaded objects, all where there are none, to say which of them the
+    pictures show, with no world and no prior; needs: how exactly the pose is needed, else as the prior file says, else
+    the default; world: its name, where the store has several; carrier: how the object stands that carries the rig,
+    which is found by the rig's content; serial: the number of the physical part, by which the evidence of all its
+    inspections adds up; operator: who makes it, else the user of this machine; variants: whether to weigh all loaded
+    variants of the inspected objects at the pose found, None where something is not as the model says and they are
+    few; overlay: a picture of the model drawn over the images, to be written; crops: a folder for pictures of what is
+    not as the model says, worst first; full_audit: whether the rows that explain the decisions are kept, and not the
+    decisions alone; scenes: those that earlier inspections of the store left, for more of them in a row. The run
+    records the parameters, defaults included.
+
+    Raises InputError for bad inputs, UsageError where several objects carry the rig and `carrier` does not choose; the
+    run then ended as failed, and the store is otherwise as it was.
     """
     if (overlay or crops) and not full_audit:
         raise UsageError("overlay and crops are drawn from rows that a minimal audit leaves out: leave out one of both")
@@ -207,7 +208,7 @@ def inspect(
         check_writable(overlay)
     if crops is not None:
         check_crops(crops)
-    paths = {"left": Path(left)} | ({"right": Path(right)} if right is not None else {})
+    files = pictures_as_files(pictures)
     carrier = carrier or Carrier()
     if against is None:
         with store.read() as connection:
@@ -240,11 +241,11 @@ def inspect(
             store,
             "inspect",
             {**request.parameters(), **asdict(parameters)},
-            inputs=digest_inputs({**paths, **rig_inputs(rig)} | ({} if prior is None else {"prior": prior})),
+            inputs=digest_given(files, rig, prior),
             packages=PACKAGES,
         ) as run,
     ):
-        inputs = _read_inputs(Path(rig), paths, None if prior is None else Path(prior), needs, parameters)
+        inputs = _read_inputs(Path(rig), files, None if prior is None else Path(prior), needs, parameters)
         run.step("read")
         answer = carry_out(scenes or Scenes(store), run, request, inputs, parameters)
         greys = {name: inputs.pictures[name].grey for name in answer.world_from_camera}
@@ -307,16 +308,17 @@ class Inputs:
 
 
 def _read_inputs(
-    rig: Path, paths: dict[str, Path], prior: Path | None, needs: Needs | None, parameters: InspectionParameters
+    rig: Path,
+    files: dict[str, Path | PictureBytes],
+    prior: Path | None,
+    needs: Needs | None,
+    parameters: InspectionParameters,
 ) -> Inputs:
     check_mode(parameters.matching.pose.search)
-    whole = read_rig(rig, size=lambda: size_of_picture(next(iter(paths.values()))))
-    cameras = whole.only(*paths)
-    if len(paths) > 1:
-        rectify(cameras)  # refuses a pair that cannot be matched
-        check_method(parameters.stereo)
+    check_method(parameters.stereo)
+    whole, pictures = read_rig_with_pictures(rig, files)
+    choose_pair(whole.only(*pictures))  # refuses cameras that all are at one place
     needs = needs or (read_needs(prior) if prior is not None else None) or DEFAULT_NEEDS
-    pictures = read_pictures(paths, cameras)
     return Inputs(whole, pictures, None if prior is None else read_prior(prior), needs)
 
 
@@ -342,7 +344,7 @@ def carry_out(
     seen = extract_pictures(run, pictures, parameters.extraction, keep_images=call.keep_images)
     primitives = {name: one.primitives for name, one in seen.items()}
     run.step("extract")
-    quality = measure_quality(run.id, store, seen)
+    quality = measure_quality(run.id, store, cameras, seen)
     faults = find_faults(quality, run.id, parameters.pictures)
     notes = [fault.words for fault in faults if not fault.refuses]
     run.step("look")
@@ -351,7 +353,8 @@ def carry_out(
     def look(by: Rig) -> tuple[StereoMatches | None, Recognised]:
         """What these cameras show."""
         of = {name: primitives[name] for name in by.cameras}
-        stereo = _stereo(by, of, parameters)
+        pair = choose_pair(by)
+        stereo = None if pair is None else match_stereo(by.only(*pair), of[pair[0]], of[pair[1]], parameters.stereo)
         run.step("stereo")
         own = {name: greys[name] for name in by.cameras}
         sight = Sight(run, scenes, call.world_id, call.world, by, of, own, stereo, needs, parameters)
@@ -467,13 +470,6 @@ def _correction(mounted: MountedRig | None, carrier: Carrier, found: Localisatio
         joint_sigmas=carrier.joint_sigmas,
         base_covariance=carrier.base_covariance,
     )
-
-
-def _stereo(rig: Rig, pictures: dict[str, Primitives], parameters: InspectionParameters) -> StereoMatches | None:
-    """Matches of a pair; None for one camera."""
-    if len(pictures) < 2:
-        return None
-    return match_stereo(rig, pictures["left"], pictures["right"], parameters.stereo)
 
 
 def _answer(

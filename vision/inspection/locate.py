@@ -75,7 +75,7 @@ def select_parts(
 @dataclass(frozen=True)
 class Sight:
     """Scenes of a store, a world of it by identity and name, a rig, and what its cameras saw there: what was extracted
-    of pictures and their greys (rows, columns) by camera, and the matches of a pair; what a run makes of it is timed as
+    of pictures and their greys (rows, columns) by camera, and the matches of two; what a run makes of it is timed as
     its steps."""
 
     run: Run
@@ -131,15 +131,23 @@ class Sight:
         return found.verdict.weighed.get("likely", 0.0) < self.p.localisation.verdict.min_posterior
 
     def join(self, scene: Scene, prior: Prior | None) -> Found:
-        """The poses that the join of circles gives, and what they are perturbations of."""
+        """The poses that the join of circles gives, and what they are perturbations of; without stereo those of the
+        picture whose best explains most."""
         p = self.p.constellations
         with self.store.read(scratch=True) as connection:
             if self.stereo is not None:
                 space = self.stereo.triangulated
                 found = find_poses(self.store, connection, scene, self.world_id, space, prior, p)
             else:
-                (picture,) = self.pictures.values()
-                found = find_poses_of_one_picture(self.store, connection, self.rig, self.world_id, picture, prior, p)
+                found = max(
+                    (
+                        find_poses_of_one_picture(
+                            self.store, connection, self.rig.only(name), self.world_id, picture, prior, p
+                        )
+                        for name, picture in self.pictures.items()
+                    ),
+                    key=lambda it: it.candidates.score.max(initial=-np.inf),
+                )
         self.store.release()
         self.run.step("join")
         return found
@@ -148,7 +156,7 @@ class Sight:
         """The best pose from these starts, with its verdict."""
         partnered = None
         if self.stereo is not None:
-            partnered = dict(zip(self.rig.cameras, self.stereo.partnered, strict=True))
+            partnered = dict(zip(self.stereo.rectification.cameras, self.stereo.partnered, strict=True))
 
         def relate(poses: Sequence[Refined]) -> list[int]:
             return relate_views(scene, self.rig, poses, self.pictures, self.p.localisation, self.p.matching)

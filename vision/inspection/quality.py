@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import permutations
 
 import numpy as np
 
 from relmodel.arrays import Floats, Floats32
 from relmodel.store.database import Database
+from vision.cameras.cameras import Rig
 from vision.cameras.images import Picture
 from vision.extraction.primitives import Primitives
 from vision.inspection.pictures import SeenPicture
@@ -40,7 +42,7 @@ class Quality:
 
     edges: edge elements to a thousand pixels; blur_px: sigma of the spread of its strong edges, NaN where it has none;
     saturated: share of pixels at the brightest value; stale_run: an earlier run that had this camera's picture beside
-    another one of the other camera, this run where the other camera was given the same file, else None."""
+    another one of another camera, this run where another camera was given the same file, else None."""
 
     edges: float
     blur_px: float
@@ -88,9 +90,9 @@ def _slopes(grey: Floats32) -> Floats32:
     return np.asarray(np.hypot(x, y), np.float32)
 
 
-def measure_quality(run: int, store: Database, seen: Mapping[str, SeenPicture]) -> dict[str, Quality]:
-    """What the pictures of a run are like, by camera."""
-    stale = _find_stale(run, store, {name: it.picture for name, it in seen.items()})
+def measure_quality(run: int, store: Database, rig: Rig, seen: Mapping[str, SeenPicture]) -> dict[str, Quality]:
+    """What the pictures of a run are like, by camera of the rig."""
+    stale = _find_stale(run, store, rig, {name: it.picture for name, it in seen.items()})
     return {name: describe(it.picture.grey, it.primitives, stale.get(name)) for name, it in seen.items()}
 
 
@@ -100,43 +102,46 @@ def describe(grey: Floats, found: Primitives, stale_run: int | None) -> Quality:
     return Quality(edges, measure_blur(grey), float((grey > 254.999).mean()), stale_run)
 
 
-def _find_stale(run: int, store: Database, pictures: Mapping[str, Picture]) -> dict[str, int]:
-    """The run that had a camera's picture before, of the cameras of which that says that it is stale.
+def _find_stale(run: int, store: Database, rig: Rig, pictures: Mapping[str, Picture]) -> dict[str, int]:
+    """The run that had a camera's picture before, of the cameras of which that says that it is stale; this run, of
+    cameras of different places that were given one picture.
 
     The same pictures of all cameras once more are no matter.  One camera alone may be shown a picture again."""
-    if len(pictures) != 2:
-        return {}
-    (one, a), (other, b) = pictures.items()
-    if a.sha256 == b.sha256:
-        return {one: run, other: run}
-    stale = {}
+    pairs = list(permutations(pictures, 2))
+    place = rig.rig_from_camera
+    stale = {
+        name: run
+        for name, beside in pairs
+        if pictures[name].sha256 == pictures[beside].sha256 and not np.array_equal(place[name], place[beside])
+    }
+    if stale:
+        return stale
     with store.read() as connection:
-        for name, own, beside, theirs in ((one, a, other, b), (other, b, one, a)):
+        for name, beside in pairs:
             found = store.rows(
                 connection,
                 "cameras/stale_picture",
                 run=run,
                 camera=name,
-                sha256=own.sha256,
+                sha256=pictures[name].sha256,
                 other_camera=beside,
-                other_sha256=theirs.sha256,
+                other_sha256=pictures[beside].sha256,
             )
             if found:
-                stale[name] = int(found[0].run_id)
+                stale[name] = min(int(found[0].run_id), stale.get(name, run))
     return stale
 
 
 def find_faults(quality: Mapping[str, Quality], run: int, p: PictureParameters) -> list[Fault]:
     """What is the matter with the pictures of a run."""
     faults = []
+    other = "the other camera" if len(quality) == 2 else "another camera"
     for name, q in quality.items():
         if q.stale_run == run:
-            words = f"camera {name} was given the picture that the other camera was given: give each its own"
+            words = f"camera {name} was given the picture that {other} was given: give each its own"
             faults.append(Fault(name, words, True))
         elif q.stale_run is not None:
-            words = (
-                f"camera {name} shows the picture of run {q.stale_run}, and the other camera another: take a new one"
-            )
+            words = f"camera {name} shows the picture of run {q.stale_run}, and {other} another: take a new one"
             faults.append(Fault(name, words, True))
         if q.edges < p.least_edges:
             words = f"camera {name} shows next to nothing: {q.edges:.2g} edge elements to a thousand pixels "

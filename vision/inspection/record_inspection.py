@@ -70,13 +70,14 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
     _record_verdict(run, connection, it)
     views = it.found.views if full else {}
     view_no = {name: number for number, name in enumerate(views)}
-    for name, picture in it.pictures.items():
+    for number, (name, picture) in enumerate(it.pictures.items()):
         run.append(
             connection,
             "inspection_image",
             {
                 "run_id": [run.id],
                 "camera": name,
+                "camera_no": number,
                 "image_id": picture.image_id,
                 "extraction_id": picture.recorded.extraction_id,
                 "view_no": view_no.get(name),
@@ -87,8 +88,8 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
             },
         )
     if full and it.stereo is not None:
-        left, right = (it.pictures[name].recorded.unit_set_id for name in ("left", "right"))
-        record_stereo(run, connection, STEREO, left, right, it.stereo)
+        units, labels = (it.pictures[name].recorded.unit_set_id for name in it.stereo.rectification.cameras)
+        record_stereo(run, connection, STEREO, units, labels, it.stereo)
         record_relations(run, connection, STEREO, it.relations)
     _record_hypotheses(run, connection, it.found.hypotheses)
     for number, (name, view) in enumerate(views.items()):

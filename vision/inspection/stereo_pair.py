@@ -11,10 +11,10 @@ from sqlalchemy import Connection
 
 from relmodel.errors import UsageError
 from relmodel.labelling.problem import NONE
-from relmodel.store import Run, Store, digest_inputs
-from vision.cameras.files import read_rig, rig_inputs
-from vision.cameras.images import describe_reading, read_pictures, size_of_picture
+from relmodel.store import Run, Store
+from vision.cameras.images import describe_reading
 from vision.cameras.record_cameras import record_rig
+from vision.cameras.rig_pictures import Pictures, digest_given, pictures_as_files, read_rig_with_pictures
 from vision.extraction import extract as extraction
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.inspection.pictures import extract_pictures
@@ -66,35 +66,30 @@ def match_pair(
     store: Store,
     *,
     rig: str | Path,
-    left: tuple[str, str | Path],
-    right: tuple[str, str | Path],
+    pictures: Pictures,
     keep_images: bool = True,
     parameters: InspectionParameters = DEFAULTS,
 ) -> StereoAnswer:
-    """Match two pictures, each given with the name of its camera in the rig, and store the run.
+    """Match two pictures, each of another camera of the rig, and store the run.  The first of the answer is that of the
+    camera that comes first in the rig.
 
     Raises InputError for bad inputs and cameras that make no pair, and the run then ended as failed; UsageError, before
     anything is written, for methods that are none.
     """
     check_method(parameters.stereo)
-    if left[0] == right[0]:
-        raise UsageError(f"both pictures are given to the camera '{left[0]}': name one camera each")
-    paths = {name: Path(path) for name, path in (left, right)}
-    recorded = {
-        "extraction": asdict(parameters.extraction),
-        "stereo": asdict(parameters.stereo),
-        "left": left[0],
-    }
-    files = {**paths, **rig_inputs(rig)}
-    with Run.begin(store, "stereo", recorded, inputs=digest_inputs(files), packages=PACKAGES) as run:
-        cameras = read_rig(rig, size=lambda: size_of_picture(left[1])).only(*paths)
-        rectify(cameras, *paths)
-        pictures = read_pictures(paths, cameras)
+    files = pictures_as_files(pictures)
+    if len(files) != 2:
+        raise UsageError("stereo is of two pictures: give two, each with its camera")
+    recorded = {"extraction": asdict(parameters.extraction), "stereo": asdict(parameters.stereo)}
+    with Run.begin(store, "stereo", recorded, inputs=digest_given(files, rig), packages=PACKAGES) as run:
+        whole, read = read_rig_with_pictures(Path(rig), files)
+        cameras = whole.only(*read)
+        rectify(cameras)  # refuses what is no pair
         run.step("read")
-        seen = extract_pictures(run, pictures, parameters.extraction, keep_images=keep_images)
+        seen = extract_pictures(run, read, parameters.extraction, keep_images=keep_images)
         run.step("extract")
-        one, other = (seen[name] for name in paths)
-        matches = match_stereo(cameras, one.primitives, other.primitives, parameters.stereo, (left[0], right[0]))
+        one, other = (seen[name] for name in read)
+        matches = match_stereo(cameras, one.primitives, other.primitives, parameters.stereo)
         run.step("stereo")
 
         def record(connection: Connection) -> None:
@@ -110,4 +105,4 @@ def match_pair(
             run.finish(connection=connection, last="record")
 
         run.transact(record)
-    return StereoAnswer(run.id, matches, describe_reading(pictures.values()))
+    return StereoAnswer(run.id, matches, describe_reading(read.values()))

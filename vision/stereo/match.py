@@ -85,29 +85,21 @@ def pack_picture(picture: Primitives) -> StereoPicture:
 
 
 def match_stereo(
-    rig: Rig,
-    left: Primitives,
-    right: Primitives,
-    parameters: StereoParameters = DEFAULTS,
-    cameras: tuple[str, str] = ("left", "right"),
+    rig: Rig, left: Primitives, right: Primitives, parameters: StereoParameters = DEFAULTS
 ) -> StereoMatches:
-    """Match the primitives of two pictures, taken together by the two `cameras` of the rig.
+    """Match the primitives of two pictures, taken together by the two cameras of a rig, in its order.
 
     Raises InputError where the cameras make no stereo pair, UsageError for an unknown method.
     """
-    return match_pictures(rig, pack_picture(left), pack_picture(right), parameters, cameras)
+    return match_pictures(rig, pack_picture(left), pack_picture(right), parameters)
 
 
 def match_pictures(
-    rig: Rig,
-    left: StereoPicture,
-    right: StereoPicture,
-    parameters: StereoParameters = DEFAULTS,
-    cameras: tuple[str, str] = ("left", "right"),
+    rig: Rig, left: StereoPicture, right: StereoPicture, parameters: StereoParameters = DEFAULTS
 ) -> StereoMatches:
     """As `match_stereo`."""
     check_method(parameters)
-    rectification = rectify(rig, *cameras)
+    rectification = rectify(rig)
     sides = lay_out(rectification, left.arcs, right.arcs, parameters.epipolar)
     seen = estimate_range(rectification, *sides, parameters.range, parameters.epipolar)
     votes = vote(*sides, seen.of_crossings, parameters.epipolar)

@@ -7,13 +7,18 @@ resampled, and lens distortion and toe-in cost no accuracy.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import combinations, permutations
 
 import numpy as np
 
-from relmodel.arrays import Floats
+from relmodel.arrays import Bools, Floats
 from relmodel.errors import InputError
 from vision.cameras.cameras import Camera, Rig
+
+LATTICE = 32  # points across and down each view by which pairs of cameras are compared
+FARTHEST = 10.0  # how far off, in the greatest distance of two cameras, they are where the axes do not meet nearer
 
 
 @dataclass(frozen=True)
@@ -32,13 +37,14 @@ class View:
 
 @dataclass(frozen=True)
 class Rectification:
-    """The rectified pair.
+    """The rectified pair of two `cameras` of a rig, the left one and the right one.
 
     Frame: origin at the left camera's centre, x along the baseline to the right camera, z forward, mm.  A point
     (X, Y, Z) there has the left coordinates (f X/Z, f Y/Z) and the right ones (f (X - b)/Z, f Y/Z): the same row, and
     disparity x_left - x_right = f b/Z.  `focal` f in px, `baseline` b in mm, `rig_from_rectified` (4, 4).
     """
 
+    cameras: tuple[str, str]
     left: View
     right: View
     focal: float
@@ -66,9 +72,57 @@ class Rectification:
         return np.asarray(self.rig_from_rectified[:3, :3] @ np.array(rows).transpose(2, 0, 1))
 
 
-def rectify(rig: Rig, left: str = "left", right: str = "right") -> Rectification:
-    """The rectified pair of two cameras of the rig; InputError where they do not see the same side of the baseline."""
-    rig = rig.only(left, right)
+def choose_pair(rig: Rig) -> tuple[str, str] | None:
+    """The two cameras whose views overlap most, of those that overlap alike the first in the rig's order; None where no
+    two overlap that can be rectified.
+
+    Half of a lattice of points lies in the view of each camera, as far off as the axes of all cameras come nearest to
+    each other; the overlap is the share of the points that both see.
+
+    Raises InputError where all cameras are at one place and look the same way, as of a rig that lacks their poses."""
+    names, poses = list(rig.cameras), np.array(list(rig.rig_from_camera.values()))
+    if len(names) > 1 and np.allclose(poses, poses[0], rtol=0, atol=1e-6):
+        rectify(rig.only(*names[:2]))  # which says what is wrong
+    centre, axis = poses[:, :3, 3], poses[:, :3, 2]
+    points = {name: _view_lattice(rig, name, _distance_of_axes(centre, axis)) for name in names}
+    seen = {(a, b): float(_sees(rig, a, points[b]).mean()) for a, b in permutations(names, 2)}
+    overlap = {(a, b): seen[a, b] + seen[b, a] for a, b in combinations(names, 2)}
+    for pair in sorted((pair for pair in overlap if overlap[pair] > 0), key=lambda pair: -overlap[pair]):
+        with suppress(InputError):
+            rectify(rig.only(*pair))
+            return pair
+    return None
+
+
+def _distance_of_axes(centre: Floats, axis: Floats) -> float:
+    """How far (mm) cameras at `centre` (n, 3), looking along `axis` (n, 3), stand in the mean from the point nearest to
+    all axes; FARTHEST where that is no nearer, or behind one."""
+    farthest = FARTHEST * float(np.linalg.norm(centre[:, None] - centre, axis=2).max())
+    across = np.eye(3) - axis[:, :, None] * axis[:, None, :]
+    point = np.linalg.lstsq(across.sum(axis=0), np.einsum("nij,nj->i", across, centre), rcond=1e-9)[0]
+    depth = ((point - centre) * axis).sum(axis=1)
+    return min(float(depth.mean()), farthest) if (depth > 0).all() else farthest
+
+
+def _view_lattice(rig: Rig, name: str, distance: float) -> Floats:
+    """Points (n, 3), rig's frame, that a camera sees at a depth, mm."""
+    camera, pose = rig.cameras[name], rig.rig_from_camera[name]
+    step = (np.arange(LATTICE) + 0.5) / LATTICE
+    u, v = np.meshgrid(camera.width * step - 0.5, camera.height * step - 0.5)
+    rays = View(camera, np.eye(3)).directions(np.column_stack([u.ravel(), v.ravel()]))
+    return np.asarray(distance * rays @ pose[:3, :3].T + pose[:3, 3])
+
+
+def _sees(rig: Rig, name: str, points: Floats) -> Bools:
+    """Which points (n, 3), rig's frame, a camera sees."""
+    camera, pose = rig.cameras[name], rig.rig_from_camera[name]
+    pixels, front = camera.project((points - pose[:3, 3]) @ pose[:3, :3])
+    return np.asarray(front & ((pixels > -0.5) & (pixels < [camera.width - 0.5, camera.height - 0.5])).all(axis=1))
+
+
+def rectify(rig: Rig) -> Rectification:
+    """The rectified pair of a rig of two cameras; InputError where they do not see the same side of the baseline."""
+    left, right = rig.cameras
     rig_from_left, rig_from_right = rig.rig_from_camera[left], rig.rig_from_camera[right]
     base = rig_from_right[:3, 3] - rig_from_left[:3, 3]
     baseline = float(np.linalg.norm(base))
@@ -89,6 +143,7 @@ def rectify(rig: Rig, left: str = "left", right: str = "right") -> Rectification
             "correct rig_from_camera in the rig, or inspect with one camera"
         )
     return Rectification(
+        cameras=(left, right),
         left=views[0],
         right=views[1],
         focal=float(np.mean([view.camera.matrix[i, i] for view in views for i in (0, 1)])),

@@ -70,7 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if (odd := next((word for word in words if word.encode(errors="ignore").decode() != word), None)) is not None:
         output.complain(f"relmodel {words[0]}: the name {odd} is not in UTF-8, as the store needs it: rename it")
         return UsageError.exit_status
-    args = parser(words[0] if words else "").parse_args(words)
+    args = _parse(words)
     # Before a verb imports NumPy: matrices here are small, and each thread of linear algebra takes memory.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     output.quiet = args.quiet
@@ -85,6 +85,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 print(f"relmodel {args.verb}: {_INTERRUPTED}", file=sys.stderr)
                 return INTERRUPTED
             return report_error(args, error)
+
+
+def _parse(words: list[str]) -> argparse.Namespace:
+    """The call of these words.  Pictures may stand among the options, of which argparse takes the first only."""
+    whole = parser(words[0] if words else "")
+    args, rest = whole.parse_known_args(words)
+    if rest and not (hasattr(args, "pictures") and not any(word.startswith("-") for word in rest)):
+        whole.error(f"unrecognized arguments: {' '.join(rest)}")
+    if rest:
+        args.pictures = [*args.pictures, *rest]
+    return args
 
 
 @contextmanager

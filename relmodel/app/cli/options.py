@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Sequence
+from pathlib import Path
 
 from relmodel.errors import UsageError
 
@@ -46,6 +48,25 @@ def add_run(parser: argparse.ArgumentParser) -> None:
         help="the run: its number, or last, the newest inspection (default)",
     )
     run.add_argument("--run", dest="number", metavar="RUN", help="the same as RUN")
+
+
+def add_pictures(parser: argparse.ArgumentParser, words: str) -> None:
+    """`CAMERA=PICTURE`, as often as there are pictures: `pictures_by_camera` reads them."""
+    parser.add_argument("pictures", nargs="*", metavar="CAMERA=PICTURE", help=words)
+
+
+def pictures_by_camera(words: Sequence[str]) -> dict[str, Path]:
+    """Pictures by camera, one without a name under an empty one.  Raises UsageError where a name stands twice."""
+    found: dict[str, Path] = {}
+    for word in words:
+        name, path = word.split("=", 1) if "=" in word else ("", word)
+        if not path:
+            raise UsageError(f"'{word}' names no picture: give it as CAMERA=PICTURE")
+        if name in found:
+            of = f"of the camera '{name}'" if name else "without the name of a camera"
+            raise UsageError(f"two pictures are given {of}: give one of each camera, as CAMERA=PICTURE")
+        found[name] = Path(path)
+    return found
 
 
 def add_search(parser: argparse.ArgumentParser) -> None:

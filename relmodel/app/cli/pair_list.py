@@ -1,4 +1,4 @@
-"""A list of pairs to inspect one after the other: CSV as a spreadsheet writes it, a line a pair."""
+"""A list of pictures to inspect, a line for those taken together: CSV as a spreadsheet writes it."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from typing import Any
 from relmodel.errors import InputError
 from relmodel.paths import read_text
 
-FILES = ("left", "right", "prior", "rig", "overlay", "crops")
-COLUMNS = (*FILES, "serial")
+FILES = ("prior", "rig", "overlay", "crops")
+COLUMNS = (*FILES, "serial")  # all others are cameras
 SEPARATORS = ",;\t"
 # From what is right to what is worst.
 _STATUSES = (0, 5, 1, 3, 2, 4)
@@ -20,9 +20,10 @@ _STATUSES = (0, 5, 1, 3, 2, 4)
 
 @dataclass(frozen=True)
 class Listed:
-    """A line of a list: the paths by column, None where the cell is empty, what the pair is called, the
-    number of the physical part, and where it stands: `FILE, line N`."""
+    """A line of a list: pictures by camera, other paths by column, None where the cell is empty, what the line is
+    called, the number of the physical part, and where it stands: `FILE, line N`."""
 
+    pictures: dict[str, Path]
     paths: dict[str, Any]
     name: str
     serial: str | None
@@ -30,15 +31,15 @@ class Listed:
 
 
 def read_pairs(file: Path, serial: str | None = None, **given: Path | None) -> list[Listed]:
-    """The pairs of a list, whose first line names its columns, some of COLUMNS; paths are relative to the list's
+    """The lines of a list, whose first names its columns, some of COLUMNS and cameras; paths are relative to the list's
     folder; `serial` and the paths `given` stand for empty cells.  Raises InputError, which names the line, where it is
     no such list."""
-    text = read_text(file, "list of pairs")
+    text = read_text(file, "list of pictures")
     heading = next(iter(text.splitlines()), "")
     rows = csv.reader(text.splitlines(keepends=True), delimiter=max(SEPARATORS, key=heading.count), strict=True)
     pairs: list[Listed] = []
     try:
-        names = [cell.strip().lower() for cell in next(rows, [])]
+        names = [name.lower() if name.lower() in COLUMNS else name for name in map(str.strip, next(rows, []))]
         _check_columns(names, file)
         for row in rows:
             cells = [cell.strip() for cell in row]
@@ -53,7 +54,9 @@ def read_pairs(file: Path, serial: str | None = None, **given: Path | None) -> l
     except csv.Error as error:
         raise InputError(f"{file}, line {rows.line_num}: this is no CSV ({error}): see to its quotes") from error
     if not pairs:
-        raise InputError(f"the list {file} names no pair: give a line for each below the columns' names")
+        raise InputError(
+            f"the list {file} names no picture: give a line for those taken together, below the columns' names"
+        )
     return pairs
 
 
@@ -63,21 +66,24 @@ def worst(statuses: Iterable[int]) -> int:
 
 
 def _check_columns(names: Sequence[str], file: Path) -> None:
-    known = f"the columns are some of {', '.join(COLUMNS)}, left among them"
-    wrong = next((name for name in names if name not in COLUMNS or names.count(name) > 1), None)
-    if wrong is not None:
-        often = "stands there twice" if wrong in COLUMNS else "is not known"
-        raise InputError(f"{file}, line 1: the column {wrong!r} {often}: {known}")
-    if "left" not in names:
-        raise InputError(f"{file}, line 1: there is no column left: {known}")
+    known = f"name cameras, and where needed {', '.join(COLUMNS)}"
+    if "" in names:
+        raise InputError(f"{file}, line 1: a column has no name: {known}")
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(f"{file}, line 1: the column {twice!r} stands there twice: {known}")
+    if not set(names) - set(COLUMNS):
+        raise InputError(f"{file}, line 1: there is no column of a camera: {known}")
 
 
 def _listed(
     cells: dict[str, str], place: str, folder: Path, serial: str | None, given: dict[str, Path | None]
 ) -> Listed:
     paths = {name: folder / cells[name] if cells.get(name) else given.get(name) for name in FILES}
-    if not cells.get("left"):
-        raise InputError(f"{place}: no picture of the camera left is named: name one, or take the line out")
+    pictures = {name: folder / cell for name, cell in cells.items() if name not in COLUMNS and cell}
+    if not pictures:
+        raise InputError(f"{place}: no picture is named: name one under its camera, or take the line out")
     if paths["rig"] is None:
         raise InputError(f"{place}: no rig is named: give --rig, or a column rig")
-    return Listed(paths, cells["left"], cells.get("serial") or serial, place)
+    name = next(cells[camera] for camera in pictures)
+    return Listed(pictures, paths, name, cells.get("serial") or serial, place)

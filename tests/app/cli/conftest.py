@@ -36,9 +36,11 @@ class Pair:
     prior: dict[str, Any]
 
     def options(self, **other: object) -> list[str]:
-        """Options of `relmodel inspect`, with others in their place; None leaves one out."""
+        """Pictures and options of `relmodel inspect`, with others in their place; None leaves one out."""
         given = {"left": self.left, "right": self.right, "rig": self.rig_file, "prior": self.prior_file} | other
-        return [word for name, value in given.items() if value is not None for word in (f"--{name}", str(value))]
+        stated = {name: value for name, value in given.items() if value is not None}
+        pictures = [f"{name}={value}" for name, value in stated.items() if name in self.rig["cameras"]]
+        return pictures + [w for n, v in stated.items() if n not in self.rig["cameras"] for w in (f"--{n}", str(v))]
 
 
 @pytest.fixture(scope="session")

@@ -32,17 +32,17 @@ def listed(folder: Path, text: str) -> Path:
 @pytest.mark.parametrize(
     "text",
     [
-        "left,right,serial\na.png,b/b.png,7\n\n# a remark\nc.png\n",
-        '\ufeffLeft; Right; Serial\r\na.png;"b/b.png";7\r\nc.png;;\r\n',  # as a German spreadsheet writes it
-        "serial\tleft\tright\n7\ta.png\tb/b.png\n\tc.png\t\n",
+        "Top,right 2,serial\na.png,b/b.png,7\n\n# a remark\nc.png\n",
+        '\ufeffTop; right 2; Serial\r\na.png;"b/b.png";7\r\nc.png;;\r\n',  # as a German spreadsheet writes it
+        "serial\tTop\tright 2\n7\ta.png\tb/b.png\n\tc.png\t\n",
     ],
     ids=["commas", "semicolons", "tabs"],
 )
 def test_a_list_is_read_as_it_is_written(text: str, tmp_path: Path) -> None:
     first, second = read_pairs(listed(tmp_path, text), rig=Path("rig.yaml"))
-    assert (first.paths["left"], first.paths["right"]) == (tmp_path / "a.png", tmp_path / "b/b.png")
+    assert first.pictures == {"Top": tmp_path / "a.png", "right 2": tmp_path / "b/b.png"}
     assert (first.paths["rig"], first.paths["prior"], first.name) == (Path("rig.yaml"), None, "a.png")
-    assert (second.paths["left"], second.paths["right"], second.name) == (tmp_path / "c.png", None, "c.png")
+    assert (second.pictures, second.name) == ({"Top": tmp_path / "c.png"}, "c.png")
     assert (first.serial, second.serial) == ("7", None)
     assert [pair.serial for pair in read_pairs(listed(tmp_path, text), "8", rig=Path("rig.yaml"))] == ["7", "8"]
 
@@ -50,12 +50,12 @@ def test_a_list_is_read_as_it_is_written(text: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "line 1: there is no column left"),
-        ("right,rig\n", "line 1: there is no column left"),
-        ("left,piror\na,b\n", "line 1: the column 'piror' is not known: the columns are some of left, right, prior"),
+        ("", "line 1: there is no column of a camera"),
+        ("prior,rig\n", "line 1: there is no column of a camera: name cameras, and where needed prior, rig, overlay"),
+        ("left,,\na,b\n", "line 1: a column has no name"),
         ("left,left\na,b\n", "line 1: the column 'left' stands there twice"),
-        ("left\n", "names no pair"),
-        ("left,rig\na,b\n\n,b\n", "line 4: no picture of the camera left is named"),
+        ("left\n", "names no picture"),
+        ("left,rig\na,b\n\n,b\n", "line 4: no picture is named"),
         ("left,right\na,b,c\n", "line 2: 3 cells under 2 columns"),
         ("left,right\na,b\n", "line 2: no rig is named"),
         ('left,rig\n"a,b\n', "line 2: this is no CSV"),
@@ -73,7 +73,7 @@ def test_the_worst_status_is_that_of_the_list() -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [[], ["--rig", "rig.yaml"], ["--list", "pairs.csv", "--left", "a.png"]], ids=["neither", "no left", "both"]
+    "words", [[], ["--rig", "rig.yaml"], ["--list", "pairs.csv", "left=a.png"]], ids=["neither", "no picture", "both"]
 )
 def test_a_call_names_one_pair_or_a_list(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["inspect", *words, "--store", "no.duckdb"]) == 2
@@ -120,7 +120,7 @@ def test_a_session_sees_a_new_revision_of_the_world(
     tmp_path: Path,
 ) -> None:
     """Of edges that are less exact, the pose is less sure, as an inspection alone has it."""
-    given: dict[str, Any] = {"left": pair.left, "right": pair.right, "prior": pair.prior_file}
+    given: dict[str, Any] = {"pictures": {"left": pair.left, "right": pair.right}, "prior": pair.prior_file}
     scenes = count_scenes(monkeypatch)
     with relmodel.open(copy_store(str(bulkhead_template)), read_only=False) as store:
         with store.session(rig=pair.rig_file) as session:

@@ -346,7 +346,7 @@ def test_an_accepted_pose_fails_on_what_is_asked(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr("vision.inspection.inspect", lambda *_, **__: found)
-    call = ["inspect", *("--rig", "r.yaml", "--left", "l.png", "--prior", "p.yaml")]
+    call = ["inspect", *("--rig", "r.yaml", "left=l.png", "--prior", "p.yaml")]
     call += [] if words is None else ["--fail-on", words]
     assert main([*call, "--store", str(folder / "cell.duckdb")]) == status
     if status == 2:
@@ -365,7 +365,7 @@ def test_what_is_not_there_fails_nothing(
     ):
         said = replace(found, outcome=replace(good, pose_verdict=verdict))
         monkeypatch.setattr("vision.inspection.inspect", lambda *_, said=said, **__: said)
-        call = ["inspect", *("--rig", "r.yaml", "--left", "l.png", "--prior", "p.yaml", "--fail-on", words)]
+        call = ["inspect", *("--rig", "r.yaml", "left=l.png", "--prior", "p.yaml", "--fail-on", words)]
         assert main([*call, "--store", str(folder / "cell.duckdb")]) == status
 
 

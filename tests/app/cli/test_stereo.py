@@ -96,14 +96,17 @@ def test_cameras_go_by_their_names(
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig))
     options = ["--store", str(answered), "--rig", str(tmp_path / "rig.yaml"), "--format", "json"]
     capsys.readouterr()
-    assert main(["stereo", *options, "--left", f"one={pair.left}", "--right", f"two={pair.right}"]) == 0
+    assert main(["stereo", *options, f"one={pair.left}", f"two={pair.right}"]) == 0
     named = json.loads(capsys.readouterr().out)
     assert main(["stereo", "--store", str(answered), *pair.options(prior=None), "--format", "json"]) == 0
     assert named == json.loads(capsys.readouterr().out)
-    assert main(["stereo", *options, "--left", str(pair.left), "--right", f"two={pair.right}"]) == 3
-    assert "no camera 'left'" in capsys.readouterr().err
-    assert main(["stereo", *options, "--left", f"two={pair.left}", "--right", f"two={pair.right}"]) == 2
-    assert "name one camera each" in capsys.readouterr().err
+    for status, pictures, said in (
+        (3, (f"left={pair.left}", f"two={pair.right}"), "no camera 'left' (it has one, two)"),
+        (2, (f"two={pair.left}", f"two={pair.right}"), "two pictures are given of the camera 'two'"),
+        (2, (f"one={pair.left}",), "stereo is of two pictures"),
+    ):
+        assert main(["stereo", *options, *pictures]) == status
+        assert said in capsys.readouterr().err
 
 
 def test_what_cannot_be_asked_is_one_sentence(answered: Path, pair: Pair, capsys: pytest.CaptureFixture[str]) -> None:

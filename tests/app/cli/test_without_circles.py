@@ -53,9 +53,9 @@ def test_a_box_is_found_by_its_edges_and_its_symmetry_is_said(
     assert main(["world", str(tmp_path / "world.yaml"), "--store", store]) == 0
     for first, second in ((0, 4), (6, 9)):
         truth = write_rig(tmp_path / "rig.yaml", [frames[first], frames[second]])
-        pictures = [str(folder / frames[n]["image"]) for n in (first, second)]
+        pictures = [f"{n}={folder / frames[at]['image']}" for n, at in (("left", first), ("right", second))]
         answer = inspected(
-            store, "--rig", str(tmp_path / "rig.yaml"), "--left", pictures[0], "--right", pictures[1],
+            store, "--rig", str(tmp_path / "rig.yaml"), *pictures,
             "--needs", "5mm,2deg",
         )  # fmt: skip
         assert answer["verdict"] == "accepted", answer["reason"]

@@ -176,7 +176,9 @@ def test_a_prior_that_the_pictures_contradict_is_said_to(
         answer = inspected(store, *given, *(["--believe-pictures"] if believed else []))
     else:
         with relmodel.open(store, read_only=False) as python:
-            found = python.inspect(rig=pair.rig_file, left=pair.left, prior=elsewhere, believe_pictures=believed)
+            found = python.inspect(
+                rig=pair.rig_file, pictures={"left": pair.left}, prior=elsewhere, believe_pictures=believed
+            )
         answer = found.to_json()
     said = re.search(r"the pictures put the rig (\d+) mm, ([0-9.]+) sigma, from the prior", answer["reason"])
     assert said is not None, answer["reason"]
@@ -364,5 +366,5 @@ def test_one_picture_of_another_body_is_refused(bulkhead_template: Path, data_di
     camera = {"width": width, "height": height, "matrix": matrix, "rig_from_camera": np.eye(4).tolist()}
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump({"cameras": {"left": camera}}))
     store = place_without_carrier(bulkhead_template, tmp_path)
-    options = ["--rig", str(tmp_path / "rig.yaml"), "--left", str(truth).replace("_truth.json", "_left.png")]
+    options = ["--rig", str(tmp_path / "rig.yaml"), str(truth).replace("_truth.json", "_left.png")]
     assert inspected(store, *options, "--world", "floor")["verdict"] == "refused"

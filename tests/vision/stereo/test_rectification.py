@@ -11,7 +11,7 @@ from relmodel.errors import InputError
 from relmodel.geometry.transforms import inverse, rotation_matrix
 from tests.vision.stereo.scenes import pixels, toed_in_rig
 from vision.cameras.cameras import Rig
-from vision.stereo.rectification import rectify
+from vision.stereo.rectification import choose_pair, rectify
 
 
 @pytest.fixture
@@ -76,5 +76,25 @@ def test_impossible_rigs_are_refused() -> None:
     behind[2, 3] = -200
     with pytest.raises(InputError, match="along their baseline"):
         rectify(Rig(rig.cameras, {"left": np.eye(4), "right": behind}))
-    with pytest.raises(InputError, match="no camera 'right'"):
-        rectify(rig.only("left"))
+
+
+def test_the_pair_that_overlaps_most_is_chosen() -> None:
+    """Parallel cameras in a row see the less in common the farther they are apart; of those alike the first counts, and
+    there is no pair in cameras that look away from each other."""
+    camera = toed_in_rig().cameras["left"]
+
+    def row(**x_mm: float) -> Rig:
+        poses = {name: np.eye(4) for name in x_mm}
+        for name, x in x_mm.items():
+            poses[name][0, 3] = x
+        return Rig(dict.fromkeys(x_mm, camera), poses)
+
+    assert choose_pair(row(z=0, b=300, c=100, d=-150)) == ("z", "c")
+    assert choose_pair(row(d=300, c=200, b=0, a=100)) == ("d", "c")
+    assert choose_pair(row(twin=0, a=0, b=200)) == ("twin", "b")
+    assert choose_pair(row(alone=0)) is None
+    away = row(a=0, b=200)
+    away.rig_from_camera["b"][:3, :3] = rotation_matrix([0, np.pi, 0])
+    assert choose_pair(away) is None
+    with pytest.raises(InputError, match="at one place"):
+        choose_pair(row(a=0, b=0))

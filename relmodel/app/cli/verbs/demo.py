@@ -59,8 +59,7 @@ def run(args: argparse.Namespace) -> int:
         answer = inspect(
             store,
             rig=source / f"pair_{args.pair}_rig.yaml",
-            left=source / f"pair_{args.pair}_left.png",
-            right=source / f"pair_{args.pair}_right.png",
+            pictures={name: source / f"pair_{args.pair}_{name}.png" for name in ("left", "right")},
             prior=source / f"pair_{args.pair}_prior.yaml",
             world=world.world,
             overlay=overlay,

@@ -1,18 +1,19 @@
-"""Inspect a stereo pair or one picture: say which parts are in view and where the cameras are.
+"""Inspect pictures of the cameras of a rig: say which parts are in view and where the cameras are.
 
-Without --prior a rig that no arm carries is located by the circles that its pictures show, wherever they were taken.
-Without --right only the picture of the left camera is used.  With --against no world is needed: the pictures are
-compared with each of the loaded objects that it names.
+One to sixteen pictures that were taken together, each with the name of its camera in the rig.  Without --prior a rig
+that no arm carries is located by the circles that its pictures show, wherever they were taken.  With --against no world
+is needed: the pictures are compared with each of the loaded objects that it names.
 
-With --list the pairs that a CSV file names are inspected one after the other, which saves starting anew for each.  The
-first line names the columns: left, and any of right, prior, rig, overlay, crops and serial; paths are relative to the
-file.  Each pair gives one line of the answer, and one that fails does not stop the others.
+With --list the sets of pictures that a CSV file names, a line each, are inspected one after the other, which saves
+starting anew for each.  The first line names the columns: prior, rig, overlay, crops and serial, where needed, and the
+cameras of which there are pictures; paths are relative to the file.  Each line gives one of the answer, and one that
+fails does not stop the others.
 
 Where the world mounts the rig on an arm, an accepted pose also says how far the arm's base stands from where the world
 has it.  The joints are taken as they are said to stand, unless --joint-sigma lets them be corrected.
 
 The exit status is 0 where the pose is accepted, 5 where it is accepted and something is there that --fail-on names, and
-1 where it is ambiguous or refused.  For a list it is the worst of its pairs: first 4 (an internal error), then 2 (wrong
+1 where it is ambiguous or refused.  For a list it is the worst of its lines: first 4 (an internal error), then 2 (wrong
 use), 3 (bad input), 1 and 5.
 """
 
@@ -26,7 +27,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from relmodel.app.cli.joints import add_joint_sigmas, add_joints, assigned, base_covariance
-from relmodel.app.cli.options import add_format, add_search, store_target
+from relmodel.app.cli.options import add_format, add_pictures, add_search, pictures_by_camera, store_target
 from relmodel.app.cli.output import clear_line, say
 from relmodel.app.cli.pair_list import FILES, Listed, read_pairs, worst
 from relmodel.errors import UsageError
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 
 DIFFERS = 5
 LIST_COLUMNS = ("pair", "name", "verdict", "run", "outcome", "reason", "exit_status")
-EXAMPLE = "relmodel inspect --rig rig.yaml --left L.png --right R.png --prior prior.yaml --store cell.duckdb"
+EXAMPLE = "relmodel inspect --rig rig.yaml left=L.png right=R.png --prior prior.yaml --store cell.duckdb"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,13 +51,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="RIG",
         help="cameras and where the rig has them (formats: see relmodel rig)",
     )
-    parser.add_argument("--left", type=Path, metavar="PICTURE", help="picture of the camera left")
-    parser.add_argument("--right", type=Path, metavar="PICTURE", help="picture of the camera right (default: none)")
+    add_pictures(parser, "the pictures, each with the name of its camera, which may be left out where the rig has one")
     parser.add_argument(
         "--list",
         type=Path,
-        metavar="PAIRS.csv",
-        help="inspect these pairs one after the other; --rig and --prior count where the list names none",
+        metavar="LIST.csv",
+        help="inspect what these lines name one after the other; --rig and --prior count where the list names none",
     )
     parser.add_argument(
         "--prior",
@@ -73,7 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--ignore-blind-camera",
         action="store_true",
-        help="answer by the other camera where one does not see the model or its picture says nothing (default: "
+        help="answer by the other cameras where one does not see the model or its picture says nothing (default: "
         "refuse)",
     )
     parser.add_argument(
@@ -111,7 +111,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--base-sigma-deg", type=float, default=0.5, metavar="DEG", help="the same for its rotation (default: 0.5)"
     )
     parser.add_argument(
-        "--stereo-method", default="pong", metavar="METHOD", help="how the pair is matched: pong or relational"
+        "--stereo-method", default="pong", metavar="METHOD", help="how two pictures are matched: pong or relational"
     )
     add_search(parser)
     parser.add_argument(
@@ -161,7 +161,7 @@ def run(args: argparse.Namespace) -> int:
     from vision.inspection.outcome import parse_not_as_modelled
     from vision.scene.kept_scenes import Scenes
 
-    pairs = _pairs(args)
+    listed = _listed(args)
     fail_on = [] if args.fail_on is None else parse_not_as_modelled(args.fail_on, "--fail-on")
     needs = None if args.needs is None else parse_needs(args.needs, "--needs")
     if not (args.base_sigma_mm > 0 and args.base_sigma_deg > 0):
@@ -175,12 +175,13 @@ def run(args: argparse.Namespace) -> int:
     with Store.open(store_target(args)) as store, shown(store) as progress:
         scenes = Scenes(store)
 
-        def inspect_pair(pair: Listed) -> Inspection:
+        def inspect_one(one: Listed) -> Inspection:
             return inspect(
                 store,
-                **pair.paths,
+                pictures=one.pictures,
+                **one.paths,
                 needs=needs,
-                serial=pair.serial,
+                serial=one.serial,
                 operator=args.operator,
                 world=args.world,
                 against=None if args.against is None else objects,
@@ -197,72 +198,77 @@ def run(args: argparse.Namespace) -> int:
             )
 
         if args.list is not None:
-            return _run_list(args, pairs, inspect_pair, fail_on, progress)
-        progress(f"{args.left.name}: inspecting", 0, 1)
-        answer = inspect_pair(pairs[0])
+            return _run_list(args, listed, inspect_one, fail_on, progress)
+        progress(f"{listed[0].name}: inspecting", 0, 1)
+        answer = inspect_one(listed[0])
     if store.access.passed is not None:
         say(f"{store.access.passed} had the store open meanwhile: it sees run {answer.run} when it opens it again")
     print_answer(answer, args.format)
     return _status(answer, fail_on)
 
 
-def _pairs(args: argparse.Namespace) -> list[Listed]:
-    """The pairs that the call names: those of the list, or the one.  Raises UsageError where it is neither."""
+def _listed(args: argparse.Namespace) -> list[Listed]:
+    """What the call names: the lines of the list, or the pictures.  Raises UsageError where it is neither."""
+    if args.against is not None and "=" in args.against:  # --against NAME=PATH: a picture, and no object's name
+        args.pictures, args.against = [args.against, *args.pictures], ""
     given = {name: getattr(args, name) for name in FILES}
     if args.list is not None:
         alone = [f"--{name}" for name in FILES if name not in ("rig", "prior") and given[name] is not None]
+        alone += ["pictures"] if args.pictures else []
         if alone:
             raise UsageError(f"{' and '.join(alone)} cannot be combined with --list: name them in columns of the list")
         return read_pairs(args.list, args.serial, rig=args.rig, prior=args.prior)
-    missing = [f"--{name}" for name in ("rig", "left") if given[name] is None]
+    missing = [name for name, value in (("--rig", args.rig), ("a picture", args.pictures)) if not value]
     if missing:
-        raise UsageError(f"{' and '.join(missing)} must be given, or pairs with --list")
-    return [Listed(given, args.left.name, args.serial, "")]
+        raise UsageError(f"{' and '.join(missing)} must be given, as in left=L.png, or a list of pictures with --list")
+    pictures = pictures_by_camera(args.pictures)
+    return [Listed(pictures, given, next(iter(pictures.values())).name, args.serial, "")]
 
 
 def _run_list(
     args: argparse.Namespace,
-    pairs: Sequence[Listed],
-    inspect_pair: Callable[[Listed], Inspection],
+    listed: Sequence[Listed],
+    inspect_one: Callable[[Listed], Inspection],
     fail_on: Sequence[str],
     progress: Progress,
 ) -> int:
-    """Inspect pairs and print a line of each as soon as it is known; the worst exit status."""
+    """Inspect what lines name and print a line of each as soon as it is known; the worst exit status."""
     from relmodel.app.cli.main import report_error
 
     statuses = []
 
     def answers() -> Iterator[tuple[int, Listed, Inspection | None, str]]:
-        for number, pair in enumerate(pairs, 1):
-            progress(f"{pair.name}: inspecting", number - 1, len(pairs))
+        for number, one in enumerate(listed, 1):
+            progress(f"{one.name}: inspecting", number - 1, len(listed))
             answer, error = None, ""
             try:
-                answer = inspect_pair(pair)
+                answer = inspect_one(one)
                 statuses.append(_status(answer, fail_on))
             except Exception as raised:
                 if args.interrupts:  # which may raise other errors than its own
                     raise
-                statuses.append(report_error(args, raised, f"{pair.place}: "))
+                statuses.append(report_error(args, raised, f"{one.place}: "))
                 error = str(raised)
             clear_line()
-            yield number, pair, answer, error
+            yield number, one, answer, error
             sys.stdout.flush()
 
     def rows() -> Iterator[tuple[Any, ...]]:
         """Those of LIST_COLUMNS."""
-        for number, pair, it, error in answers():
+        for number, one, it, error in answers():
             found = (it.verdict, it.run, it.outcome.words, it.reason) if it else ("failed", None, None, error)
-            yield number, pair.name, *found, statuses[-1]
+            yield number, one.name, *found, statuses[-1]
 
     if args.format == "csv":
         print_rows(LIST_COLUMNS, rows(), "csv")
     elif args.format == "table":
         for number, name, verdict, run, outcome, reason, _ in rows():
             words = f"run {run}, {outcome}: {reason}" if run else reason
-            print(visible(f"{number}/{len(pairs)}  {name}  {verdict}  {words}"))
+            print(visible(f"{number}/{len(listed)}  {name}  {verdict}  {words}"))
     else:
-        for number, pair, answer, error in answers():
-            line = {"pair": number, "of": len(pairs), "serial": pair.serial, "left": str(pair.paths["left"])}
+        for number, one, answer, error in answers():
+            pictures = {name: str(path) for name, path in one.pictures.items()}
+            line = {"pair": number, "of": len(listed), "serial": one.serial, "pictures": pictures}
             line |= {"exit_status": statuses[-1], "error": error or None}
             print(json_text(line | {"answer": answer and answer.to_json()}))
     return worst(statuses)

@@ -1,5 +1,6 @@
 """Match the pictures of two cameras of a rig: arcs and regions in pairs, and the arcs in space.
 
+Of the answer left is what the camera shows that comes first in the rig, right the other.
 No model is needed: the pair itself gives the range of depths.  The method pong uses votes of epipolar rows, attributes
 of arcs and regions, then relations; relational uses only relations, within the epipolar geometry.
 """
@@ -9,36 +10,24 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from relmodel.app.cli.options import add_format, add_search, store_target
+from relmodel.app.cli.options import add_format, add_pictures, add_search, pictures_by_camera, store_target
 from relmodel.app.cli.output import say
 from relmodel.printing import print_rows
 
-EXAMPLE = "relmodel stereo --rig rig.yaml --left L.png --right R.png --method pong --store cell.duckdb"
+EXAMPLE = "relmodel stereo --rig rig.yaml left=L.png right=R.png --method pong --store cell.duckdb"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rig", type=Path, required=True, metavar="RIG.yaml", help="cameras and where the rig has them"
     )
-    for side in ("left", "right"):
-        parser.add_argument(
-            f"--{side}",
-            required=True,
-            metavar="[CAMERA=]PICTURE",
-            help=f"picture, with the name of its camera in the rig (default: {side})",
-        )
+    add_pictures(parser, "the two pictures, each with the name of its camera in the rig")
     parser.add_argument("--method", default="pong", metavar="METHOD", help="pong or relational (default: pong)")
     add_search(parser)
     parser.add_argument(
         "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
     )
     add_format(parser)
-
-
-def _camera_and_picture(text: str, side: str) -> tuple[str, Path]:
-    """As given, or the side's own name."""
-    name, equals, path = text.partition("=")
-    return (name, Path(path)) if equals else (side, Path(text))
 
 
 def run(args: argparse.Namespace) -> int:
@@ -52,8 +41,7 @@ def run(args: argparse.Namespace) -> int:
         answer = match_pair(
             store,
             rig=args.rig,
-            left=_camera_and_picture(args.left, "left"),
-            right=_camera_and_picture(args.right, "right"),
+            pictures=pictures_by_camera(args.pictures),
             keep_images=not args.no_keep_images,
             parameters=choose_methods(DEFAULTS, stereo=args.method, search=args.search),
         )
