@@ -402,7 +402,7 @@ NO_FILES: list[tuple[str, Callable[[Path], None], str]] = [
     ("load given.step", Path.mkdir, "is not a regular file"),
     ("load given.glb", a_huge_file, "is larger than 2048 MB"),
     ("world given.yaml", a_device, "is not a regular file"),
-    ("inspect left=given.png", a_huge_file, "is larger than 512 MB"),
+    ("inspect left given.png", a_huge_file, "is larger than 512 MB"),
     ("inspect --rig given.yaml", a_device, "is not a regular file"),
     ("inspect --prior given.yaml", a_huge_file, "is larger than 64 MB"),
     ("extract given.png", os.mkfifo, "is not a regular file"),

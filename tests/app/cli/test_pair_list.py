@@ -103,6 +103,7 @@ def test_a_list_answers_as_one_by_one_and_a_failed_pair_leaves_the_others(
     ]
     assert f"{file}, line 3: there is no image" in said.err
     assert "there is no image" in told[1]["error"]
+    assert told[1]["pictures"] == {"left": str(tmp_path / "nothing.png")}
     assert len(scenes) == 1
     alone = {k: v for k, v in inspection.answer.items() if k not in VARYING}
     with Store.open(store, read_only=True) as opened, opened.read() as connection:

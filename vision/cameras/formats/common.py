@@ -58,7 +58,7 @@ def check_lens(data: dict[str, Any], path: Path) -> None:
 
 
 def default_names(count: int) -> list[str]:
-    """Names of the cameras of a file that names none: those that an inspection asks for, then by number."""
+    """Names of the cameras of a file that names none: left and right, then by number."""
     return ["left", "right", *(f"camera_{i}" for i in range(2, count))][:count]
 
 
