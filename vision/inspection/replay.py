@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
-from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -25,7 +23,7 @@ from relmodel.store.rounding import round_columns
 from relmodel.store.runs import package_versions
 from relmodel.world.correction import Carrier
 from vision.cameras.cameras import Needs, Prior
-from vision.cameras.images import read_pictures
+from vision.cameras.images import PictureBytes, read_pictures
 from vision.cameras.record_cameras import read_recorded_rig
 from vision.cameras.view_volume import Selection
 from vision.inspection.inspection import Inputs, Request, carry_out
@@ -136,14 +134,10 @@ def _read_inputs(store: Store, connection: Connection, run: int, given: Any, pic
             "holds its rows against each other"
         )
     rig = read_recorded_rig(store.columns(connection, "cameras/rig", rig_id=given.rig_id))
-    with tempfile.TemporaryDirectory() as folder:
-        files = {row.camera: Path(folder) / row.camera / row.file_name for row in pictures}
-        for row in pictures:
-            files[row.camera].parent.mkdir()
-            files[row.camera].write_bytes(row.bytes)
-            if row.bits_from == "rig":
-                rig.cameras[row.camera] = replace(rig.cameras[row.camera], bits=row.bits)
-        read = read_pictures(files, rig)
+    for row in pictures:
+        if row.bits_from == "rig":
+            rig.cameras[row.camera] = replace(rig.cameras[row.camera], bits=row.bits)
+    read = read_pictures({row.camera: PictureBytes(row.file_name, row.bytes) for row in pictures}, rig)
     prior = selection = None
     if given.prior_covariance is not None:
         pose = matrices({name: np.array([getattr(given, name)]) for name in MATRIX_COLUMNS})[0]
