@@ -31,7 +31,8 @@ class SeenPicture:
 def extract_pictures(
     run: Run, pictures: dict[str, Picture], parameters: ExtractionParameters, *, keep_images: bool
 ) -> dict[str, SeenPicture]:
-    """Pictures by camera with their extractions.  The store is let go of while extracting, and at the end."""
+    """Pictures by camera with their extractions; of equal pictures there is one.  The store is let go of while
+    extracting, and at the end."""
     store = run.store
     with store.read() as connection:
         known = {
@@ -41,18 +42,17 @@ def extract_pictures(
         }
         read = {name: read_primitives(store, connection, it.extraction_id) for name, it in known.items()}
     store.release()
-    made = _extract({name: picture for name, picture in pictures.items() if name not in known}, parameters)
+    made = _extract({_key(it): it for name, it in pictures.items() if name not in known}, parameters)
 
     def write(connection: Connection) -> dict[str, SeenPicture]:
-        seen = {}
+        seen: dict[str, SeenPicture] = {}
+        new: dict[_Key, tuple[RecordedExtraction, Primitives]] = {}
         for name, picture in pictures.items():
-            image_id = record_picture(run, connection, picture, keep_bytes=keep_images)
-            if name in made:
-                recorded = record_extraction(run, connection, image_id, picture, parameters, made[name])
-                primitives = Primitives.of((picture.height, picture.width), made[name])
-            else:
-                recorded, primitives = known[name], read[name]
-            seen[name] = SeenPicture(picture, image_id, recorded, primitives)
+            image_id, key = record_picture(run, connection, picture, keep_bytes=keep_images), _key(picture)
+            if name not in known and key not in new:
+                recorded = record_extraction(run, connection, image_id, picture, parameters, made[key])
+                new[key] = recorded, Primitives.of((picture.height, picture.width), made[key])
+            seen[name] = SeenPicture(picture, image_id, *((known[name], read[name]) if name in known else new[key]))
         return seen
 
     seen = run.transact(write)
@@ -60,7 +60,15 @@ def extract_pictures(
     return seen
 
 
-def _extract(pictures: dict[str, Picture], parameters: ExtractionParameters) -> dict[str, Tables]:
+_Key = tuple[str, int]
+
+
+def _key(picture: Picture) -> _Key:
+    """What an extraction of a picture depends on."""
+    return picture.sha256, picture.bits
+
+
+def _extract(pictures: dict[_Key, Picture], parameters: ExtractionParameters) -> dict[_Key, Tables]:
     """Rows of the extractions of all pictures, made side by side: the kernels run without the interpreter's lock."""
     if not pictures:
         return {}

@@ -109,8 +109,8 @@ def replay(store: Store, run: int) -> Replay:
     if inputs.selection is not None:
         others.append(f"the world {given.world} has changed since: the parts are those that the run selected")
     identities = {
-        "extraction": [row.extraction_id for row in pictures],
-        "unit_set": [*(row.unit_set_id for row in pictures), *sets],
+        "extraction": list(dict.fromkeys(row.extraction_id for row in pictures)),
+        "unit_set": list(dict.fromkeys([*(row.unit_set_id for row in pictures), *sets])),
     }
     rehearsal = _Rehearsal(store, run, identities)
     with store.one_thread():
