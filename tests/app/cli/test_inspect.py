@@ -182,6 +182,7 @@ def test_every_step_has_its_rows(answer: dict[str, Any], store: str, inspection:
         "operator": user_name(),
         "keep_images": True,
         "full_audit": True,
+        "variants": None,
     }
     assert recorded == json.loads(json.dumps({**call, **asdict(InspectionParameters())}))
     assert inspection.overlay.stat().st_size > 10_000

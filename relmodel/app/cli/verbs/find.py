@@ -165,7 +165,7 @@ def _by_probability(
 
     rows: list[tuple[str, str, str, float]] = []
     for level in (args.level,) if args.level else ("part", "feature"):
-        asked = {"world": args.world, "precision": args.precision, "kind": args.kind, "wholly": args.wholly}
+        asked = {"world": args.world, "precision": args.precision, "wholly": args.wholly}
         found = in_volumes(store, volumes, level=level, **asked)
         key = np.stack([found["occurrence_id"], found["element_no"]]).astype(np.int64)
         once = np.unique(key, axis=1, return_index=True)[1]
