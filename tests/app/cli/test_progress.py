@@ -27,7 +27,7 @@ from relmodel.progress import Progress
 INTERRUPTED = "interrupted: what was finished before is kept, and the store is otherwise as it was"
 # Python ends by the signal itself where it broke off an import that makes code: a shell reports 130 for both.
 INTERRUPTED_STATUSES = (130, -signal.SIGINT)
-LONG = ("load", "world", "export", "diff", "index")
+LONG = ("load", "world", "export", "diff")
 
 
 class Terminal(io.StringIO):
@@ -68,7 +68,6 @@ def test_progress_stands_on_a_terminal_alone(
         "world": "cell.yaml: placing its objects",
         "diff": "comparing parts",
         "export": "box.glb: writing",
-        "index": "oct-tree: writing",
     }
     quiet: dict[str, str] = {}
     for verb, call in calls.items():

@@ -94,7 +94,7 @@ def test_a_writer_costs_an_inspection_nothing_but_time(
 
     monkeypatch.setattr("vision.inspection.inspection.assess", hold_and_assess)
     monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
-    status = main(["inspect", *pair.options(), "--keep-bounds", "--store", store])
+    status = main(["inspect", *pair.options(), "--store", store])
     (writer,) = writers
     writer.let_go()
     assert status == 3
