@@ -465,8 +465,9 @@ def test_decisions_are_kept_shown_and_sealed(
     text = " ".join(Page(page.read_text()).text.split())
     assert "rejected by A. Meier" in text
     assert "as agreed" not in text
-    with Store.open(target) as store, store.read() as connection:
-        kept = connection.execute(sa.text("SELECT decision, note FROM finding_decision ORDER BY run_id")).all()
+    with Store.open(target) as store:
+        with store.read() as connection:
+            kept = connection.execute(sa.text("SELECT decision, note FROM finding_decision ORDER BY run_id")).all()
         assert not [f for f in check(store) if f.rows]
     assert [tuple(row) for row in kept] == [("accepted", "as agreed <b>"), ("rejected", "no longer")]
     assert main(["check", "--report", str(page), "--store", target]) == 0
