@@ -33,7 +33,7 @@ CREATE MACRO hull_forth(nx, ny, nz, shift, xs, ys, zs) AS
 COMMENT ON MACRO hull_forth IS
     'The greatest n . p + shift of the corners p of a hull; null of none.';
 
-CREATE MACRO all_about(in_level, asked, in_world) AS TABLE
+CREATE MACRO all_about(asked, in_world) AS TABLE
 WITH asked_box AS MATERIALIZED (
     SELECT q.volume_no, CAST(q.x0 AS DOUBLE) AS least_x, CAST(q.y0 AS DOUBLE) AS least_y, CAST(q.z0 AS DOUBLE) AS least_z,
         CAST(q.x1 AS DOUBLE) AS most_x, CAST(q.y1 AS DOUBLE) AS most_y, CAST(q.z1 AS DOUBLE) AS most_z
@@ -73,7 +73,7 @@ met_page AS MATERIALIZED (  -- made a list and taken apart again, which the plan
             AND g.z - g.rz <= a.most_z AND g.z + g.rz >= a.least_z
     ) AS m
 ),
-near AS MATERIALIZED (  -- parts whose middle is within reach: their poses are worked out
+near AS NOT MATERIALIZED (  -- parts whose middle is within reach: their poses are worked out
     SELECT b.volume_no, b.least_x, b.least_y, b.least_z, b.most_x, b.most_y, b.most_z, b.world,
         CAST(b.object_no AS BIGINT) * 268435456 + n.node_no AS occurrence_id, b.name || n.path AS path, n.part_id, n.shape_id,
         b.m00 * n.m00 + b.m01 * n.m10 + b.m02 * n.m20 AS m00,
@@ -99,37 +99,47 @@ near AS MATERIALIZED (  -- parts whose middle is within reach: their poses are w
         AND b.m20 * n.x + b.m21 * n.y + b.m22 * n.z + b.m23 BETWEEN b.least_z - n.reach AND b.most_z + n.reach
 ),
 met AS MATERIALIZED (  -- by the boxes around the placed boxes of the shapes and around the placed hulls
-    SELECT o.*
+    SELECT o.* EXCLUDE (hull_mm, xs, ys, zs, back_x, back_y, back_z, forth_x, forth_y, forth_z),
+        greatest(back_x, list_min(xs) + m03 - hull_mm) AS x0, greatest(back_y, list_min(ys) + m13 - hull_mm) AS y0,
+        greatest(back_z, list_min(zs) + m23 - hull_mm) AS z0,
+        least(forth_x, list_max(xs) + m03 + hull_mm) AS x1, least(forth_y, list_max(ys) + m13 + hull_mm) AS y1,
+        least(forth_z, list_max(zs) + m23 + hull_mm) AS z1
     FROM (
         SELECT o.*, s.x0 AS shape_x0, s.y0 AS shape_y0, s.z0 AS shape_z0, s.x1 AS shape_x1, s.y1 AS shape_y1, s.z1 AS shape_z1,
-            greatest(reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1),
-                hull_back(o.m00, o.m01, o.m02, o.m03, s.hull_x, s.hull_y, s.hull_z) - s.hull_mm) AS x0,
-            greatest(reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1),
-                hull_back(o.m10, o.m11, o.m12, o.m13, s.hull_x, s.hull_y, s.hull_z) - s.hull_mm) AS y0,
-            greatest(reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1),
-                hull_back(o.m20, o.m21, o.m22, o.m23, s.hull_x, s.hull_y, s.hull_z) - s.hull_mm) AS z0,
-            least(reach_forth(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1),
-                hull_forth(o.m00, o.m01, o.m02, o.m03, s.hull_x, s.hull_y, s.hull_z) + s.hull_mm) AS x1,
-            least(reach_forth(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1),
-                hull_forth(o.m10, o.m11, o.m12, o.m13, s.hull_x, s.hull_y, s.hull_z) + s.hull_mm) AS y1,
-            least(reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1),
-                hull_forth(o.m20, o.m21, o.m22, o.m23, s.hull_x, s.hull_y, s.hull_z) + s.hull_mm) AS z1
+            s.hull_mm,
+            list_transform(s.hull_x, (x, i) -> o.m00 * x + o.m01 * s.hull_y[i] + o.m02 * s.hull_z[i]) AS xs,
+            list_transform(s.hull_x, (x, i) -> o.m10 * x + o.m11 * s.hull_y[i] + o.m12 * s.hull_z[i]) AS ys,
+            list_transform(s.hull_x, (x, i) -> o.m20 * x + o.m21 * s.hull_y[i] + o.m22 * s.hull_z[i]) AS zs,
+            reach_back(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS back_x,
+            reach_back(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS back_y,
+            reach_back(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS back_z,
+            reach_forth(o.m00, o.m01, o.m02, o.m03, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS forth_x,
+            reach_forth(o.m10, o.m11, o.m12, o.m13, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS forth_y,
+            reach_forth(o.m20, o.m21, o.m22, o.m23, s.x0, s.y0, s.z0, s.x1, s.y1, s.z1) AS forth_z
         FROM near AS o
         JOIN shape AS s ON s.id = o.shape_id
     ) AS o
-    WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
-        AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z
+    WHERE x0 <= o.most_x AND y0 <= o.most_y AND z0 <= o.most_z AND x1 >= o.least_x AND y1 >= o.least_y AND z1 >= o.least_z
 )
-SELECT o.* EXCLUDE (part_id), -1 AS element_no, p.name, o.x0 AS part_x0, o.y0 AS part_y0, o.z0 AS part_z0,
-    o.x1 AS part_x1, o.y1 AS part_y1, o.z1 AS part_z1
+SELECT o.*, p.name
 FROM met AS o
-JOIN part AS p ON p.id = o.part_id
+JOIN part AS p ON p.id = o.part_id;
+COMMENT ON MACRO TABLE all_about IS
+    'Placed parts whose world boxes meet each of a list of boxes; newest revision of all worlds or one.';
+
+CREATE MACRO all_about_at(in_level, asked, in_world) AS TABLE
+WITH met AS MATERIALIZED (
+    SELECT o.* EXCLUDE (part_id), o.x0 AS part_x0, o.y0 AS part_y0, o.z0 AS part_z0, o.x1 AS part_x1, o.y1 AS part_y1, o.z1 AS part_z1
+    FROM all_about(asked, in_world) AS o
+)
+SELECT o.*, -1 AS element_no
+FROM met AS o
 WHERE in_level = 'part'
 UNION ALL BY NAME
 SELECT o.*
 FROM (
-    SELECT o.* EXCLUDE (part_id, shape_x0, shape_y0, shape_z0, shape_x1, shape_y1, shape_z1, x0, y0, z0, x1, y1, z1),
-        e.element_no, e.name, o.x0 AS part_x0, o.y0 AS part_y0, o.z0 AS part_z0, o.x1 AS part_x1, o.y1 AS part_y1, o.z1 AS part_z1,
+    SELECT o.* EXCLUDE (name, shape_x0, shape_y0, shape_z0, shape_x1, shape_y1, shape_z1, x0, y0, z0, x1, y1, z1),
+        e.element_no, e.name,
         e.x0 AS shape_x0, e.y0 AS shape_y0, e.z0 AS shape_z0, e.x1 AS shape_x1, e.y1 AS shape_y1, e.z1 AS shape_z1,
         reach_back(o.m00, o.m01, o.m02, o.m03, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS x0,
         reach_back(o.m10, o.m11, o.m12, o.m13, e.x0, e.y0, e.z0, e.x1, e.y1, e.z1) AS y0,
@@ -142,12 +152,12 @@ FROM (
 ) AS o
 WHERE o.x0 <= o.most_x AND o.y0 <= o.most_y AND o.z0 <= o.most_z
     AND o.x1 >= o.least_x AND o.y1 >= o.least_y AND o.z1 >= o.least_z;
-COMMENT ON MACRO TABLE all_about IS
-    'Placed parts, or their elements of a level, whose world boxes meet each of a list of boxes; newest revision of all worlds or one.';
+COMMENT ON MACRO TABLE all_about_at IS
+    'The same, or the elements of a level of these parts whose world boxes meet the boxes.';
 
 CREATE MACRO all_about_boxes(in_level, volume_nos, xs0, ys0, zs0, xs1, ys1, zs1, in_world) AS TABLE
 SELECT *
-FROM all_about(
+FROM all_about_at(
     in_level,
     list_transform(volume_nos, (n, i) -> {volume_no: n, x0: xs0[i], y0: ys0[i], z0: zs0[i], x1: xs1[i], y1: ys1[i], z1: zs1[i]}),
     in_world
@@ -157,7 +167,7 @@ COMMENT ON MACRO TABLE all_about_boxes IS
 
 CREATE MACRO all_in_box(in_level, from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS TABLE
 SELECT *
-FROM all_about(
+FROM all_about_at(
     in_level,
     [{volume_no: checked_box(from_x, from_y, from_z, to_x, to_y, to_z), x0: from_x, y0: from_y, z0: from_z, x1: to_x, y1: to_y, z1: to_z}],
     in_world
@@ -206,7 +216,7 @@ SELECT o.*, sqrt(
         + power(greatest(o.y0 - at_y, at_y - o.y1, o.part_y0 - at_y, at_y - o.part_y1, 0), 2)
         + power(greatest(o.z0 - at_z, at_z - o.z1, o.part_z0 - at_z, at_z - o.part_z1, 0), 2)
     ) AS distance_mm
-FROM all_about(
+FROM all_about_at(
     in_level,
     (SELECT list({
         volume_no: 0, x0: at_x - reach, y0: at_y - reach, z0: at_z - reach, x1: at_x + reach, y1: at_y + reach, z1: at_z + reach
@@ -220,7 +230,10 @@ COMMENT ON MACRO TABLE all_nearest IS
 
 CREATE MACRO parts_in_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world := NULL) AS TABLE
 SELECT world, occurrence_id, path, name, x0, y0, z0, x1, y1, z1
-FROM all_in_box('part', from_x, from_y, from_z, to_x, to_y, to_z, in_world);
+FROM all_about(
+    [{volume_no: checked_box(from_x, from_y, from_z, to_x, to_y, to_z), x0: from_x, y0: from_y, z0: from_z, x1: to_x, y1: to_y, z1: to_z}],
+    in_world
+);
 COMMENT ON MACRO TABLE parts_in_box IS
     'Placed parts whose world box meets a box; newest revision of all worlds or one.';
 

@@ -29,7 +29,7 @@ COMMENT ON MACRO half_spaces_missed IS
 
 CREATE MACRO all_in_boxes(in_level, asked, in_world) AS TABLE
 SELECT *
-FROM all_about(
+FROM all_about_at(
     in_level,
     (SELECT list({volume_no: volume_no, x0: x0, y0: y0, z0: z0, x1: x1, y1: y1, z1: z1}) FROM query_table(asked)),
     in_world

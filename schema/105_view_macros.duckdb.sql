@@ -44,7 +44,7 @@ COMMENT ON MACRO TABLE aimed_view IS
 
 CREATE MACRO all_in_sphere(in_level, at_x, at_y, at_z, radius, in_world) AS TABLE
 SELECT o.*
-FROM all_about(
+FROM all_about_at(
     in_level,
     [{
         volume_no: checked_ball(radius), x0: CAST(at_x AS DOUBLE) - radius, y0: CAST(at_y AS DOUBLE) - radius,
@@ -68,7 +68,7 @@ WITH aimed AS MATERIALIZED (
         CAST(near AS DOUBLE), CAST(far AS DOUBLE))
 )
 SELECT o.*
-FROM all_about(
+FROM all_about_at(
     in_level,
     (SELECT list({volume_no: checked_depths(near, far), x0: x0, y0: y0, z0: z0, x1: x1, y1: y1, z1: z1}) FROM aimed),
     in_world
