@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, Self, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Ints
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+T = TypeVar("T", bound="DataclassInstance")
 
 
 @dataclass(frozen=True)
@@ -40,7 +45,7 @@ class Ragged:
         values = np.concatenate(arrays) if arrays else np.empty(0, dtype)
         return cls(values, offsets, null if null.any() else None)
 
-    def take(self, rows: Ints) -> Ragged:
+    def take(self, rows: npt.NDArray[np.integer]) -> Ragged:
         """The given rows, in the given order."""
         lengths = np.diff(self.offsets)[rows]
         offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
@@ -52,6 +57,46 @@ class Ragged:
         offsets = self.offsets[start : stop + 1]
         null = None if self.null is None or not self.null[start:stop].any() else self.null[start:stop]
         return Ragged(self.values[offsets[0] : offsets[-1]], offsets - offsets[0], null)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Base of dataclasses whose fields are columns of one length: arrays (n, ...), `Ragged` or `Rows`."""
+
+    def __len__(self) -> int:
+        return len(next(iter(_fields(self).values())))
+
+    def take(self, rows: npt.NDArray[np.integer] | Bools) -> Self:
+        """The rows of some indices, in their order, or of a mask."""
+        return type(self)(**take(_fields(self), np.arange(len(self))[rows]))
+
+    @classmethod
+    def stack(cls, parts: Sequence[Self]) -> Self:
+        """The rows of one or several after each other."""
+        return cls(**stack([_fields(part) for part in parts]))
+
+    def columns(self) -> dict[str, Any]:
+        """The columns of a table: a field's name is its column's; vectors (n, 2 or 3) are NAME_x, NAME_y and NAME_z."""
+        out: dict[str, Any] = {}
+        for name, values in _fields(self).items():
+            if isinstance(values, np.ndarray) and values.ndim == 2:
+                out |= {f"{name}_{axis}": values[:, i] for i, axis in enumerate("xyz"[: values.shape[1]])}
+            else:
+                out[name] = values
+        return out
+
+
+def _fields(rows: Rows) -> dict[str, Any]:
+    return {field.name: getattr(rows, field.name) for field in fields(rows)}
+
+
+def read_rows(kind: type[T], columns: Mapping[str, Any], /, **others: Any) -> T:
+    """A dataclass from the columns of a table, which are named as by `Rows.columns`; others: fields that are none."""
+    found = {}
+    for name in {field.name for field in fields(kind)} - set(others):
+        vector = [columns[column] for axis in "xyz" if (column := f"{name}_{axis}") in columns]
+        found[name] = np.stack(vector, axis=1) if vector else columns[name]
+    return kind(**found, **others)
 
 
 # Values of one column: an array (masked: null), a packed ragged column, a list (None is null), or one value for all.
@@ -72,11 +117,11 @@ def is_scalar(values: ColumnValues) -> bool:
     return not isinstance(values, np.ndarray | Ragged | list | tuple)
 
 
-def take(columns: Columns, rows: Ints) -> dict[str, ColumnValues]:
+def take(columns: Columns, rows: npt.NDArray[np.integer]) -> dict[str, ColumnValues]:
     """The given rows of a table, in the given order; one value for all rows stays so."""
-    out: dict[str, ColumnValues] = {}
+    out: dict[str, Any] = {}
     for name, values in columns.items():
-        if isinstance(values, Ragged):
+        if isinstance(values, Ragged | Rows):
             out[name] = values.take(rows)
         elif isinstance(values, np.ndarray):
             out[name] = values[rows]
@@ -108,7 +153,7 @@ def stack(tables: Sequence[Columns]) -> dict[str, ColumnValues]:
     return {name: _stacked([t[name] for t in filled], [row_count(t) for t in filled]) for name in filled[0]}
 
 
-def _stacked(parts: Sequence[ColumnValues], counts: Sequence[int]) -> ColumnValues:
+def _stacked(parts: Sequence[Any], counts: Sequence[int]) -> Any:
     if all(isinstance(p, Ragged) for p in parts):
         packed = [p for p in parts if isinstance(p, Ragged)]
         starts = np.cumsum([0, *(len(p.values) for p in packed)])
@@ -118,6 +163,8 @@ def _stacked(parts: Sequence[ColumnValues], counts: Sequence[int]) -> ColumnValu
             null = np.concatenate([np.zeros(len(p), bool) if p.null is None else p.null for p in packed])
         values = np.concatenate([p.values for p in packed])
         return Ragged(values, np.concatenate([*offsets, starts[-1:]]).astype(np.int64), null)
+    if isinstance(first := parts[0], Rows):
+        return type(first).stack(parts)
     if all(isinstance(p, np.ndarray) for p in parts):
         together = np.ma.concatenate if any(isinstance(p, np.ma.MaskedArray) for p in parts) else np.concatenate
         return np.asanyarray(together([np.asanyarray(p) for p in parts]))

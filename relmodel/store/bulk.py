@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -193,6 +193,17 @@ def fetch_columns(
     names = list(result.keys())
     rows = result.all()
     return {name: _array([row[i] for row in rows], types[i]) for i, name in enumerate(names)}
+
+
+def select(
+    connection: Connection, table: Table, names: Sequence[str], order: Sequence[str], key: Mapping[str, Any]
+) -> dict[str, npt.NDArray[Any]]:
+    """Rows of a table by its key; see `Store.select`."""
+    wanted = [table.c[name] for name in names] or [column for column in table.columns if column.name not in key]
+    # As double precision, whatever the digits of the store: PostgreSQL's client would make objects of decimals.
+    spelled = [sa.cast(c, sa.Double).label(c.name) if isinstance(c.type, sa.Numeric | sa.REAL) else c for c in wanted]
+    asked = [table.c[name] == sa.bindparam(name) for name in key]
+    return fetch_columns(connection, sa.select(*spelled).where(*asked).order_by(*(table.c[n] for n in order)), key)
 
 
 def fetch_arrow(connection: Connection, query: TextClause, parameters: Mapping[str, Any]) -> Any:

@@ -274,6 +274,13 @@ class Database:
         """
         return bulk.fetch_columns(connection, sql.query(name), parameters)
 
+    def select(
+        self, connection: Connection, table: str, /, *names: str, order: str = "", **key: Any
+    ) -> dict[str, npt.NDArray[Any]]:
+        """Rows of a table whose columns have the values of `key`, in `order` (names of columns, spaces between), by
+        columns as `columns` gives them: those of some names, else all but the key's."""
+        return bulk.select(connection, self.table(table), names, order.split(), key)
+
     def arrow(self, connection: Connection, name: str, /, **parameters: Any) -> Any:
         """Result of the named query as an Arrow table: integers stay such where some are null."""
         return bulk.fetch_arrow(connection, sql.query(name), parameters)

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from relmodel.columns import Columns, ColumnValues
 from relmodel.store.sql import column_types
+
+
+def stored_fields(table: str, rows: object) -> dict[str, Any]:
+    """The columns of a table that `rows` has as fields or properties of their names."""
+    return {name: getattr(rows, name) for name in column_types(table) if hasattr(rows, name)}
 
 
 def round_columns(table: str, columns: Columns) -> dict[str, ColumnValues]:

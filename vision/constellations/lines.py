@@ -12,6 +12,7 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import Floats, Ints
+from relmodel.columns import Rows
 from relmodel.store.database import Database
 from vision.constellations.circles import Relations
 from vision.constellations.constellation_parameters import LineParameters
@@ -19,24 +20,17 @@ from vision.stereo.triangulate import CURVES, Triangulated
 
 
 @dataclass(frozen=True)
-class Lines:
+class Lines(Rows):
     """Straight edges (n,): start and end (n, 3) mm, and the covariance (n, 6, 6) of both, mm^2."""
 
     start: Floats
     end: Floats
     covariance: Floats
 
-    def __len__(self) -> int:
-        return len(self.start)
-
     @property
     def length(self) -> Floats:
         """Lengths (n,), mm."""
         return np.asarray(np.linalg.norm(self.end - self.start, axis=1))
-
-    def take(self, rows: Ints) -> Lines:
-        """Some of them."""
-        return Lines(self.start[rows], self.end[rows], self.covariance[rows])
 
 
 @dataclass(frozen=True)

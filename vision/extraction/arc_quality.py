@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints32
+from relmodel.arrays import Floats, Ints32
+from relmodel.columns import Rows
 from vision.extraction.arcs import Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.extraction_parameters import QualityParameters
@@ -21,7 +22,7 @@ _DEFAULTS = QualityParameters()
 
 
 @dataclass(frozen=True)
-class ArcQuality:
+class ArcQuality(Rows):
     """What speaks against each arc, 0..1.
 
     `texture`: the probability that it is brush texture or shading and no edge.  `highlight`: the share of its elements
@@ -30,10 +31,6 @@ class ArcQuality:
 
     texture: Floats
     highlight: Floats
-
-    def take(self, kept: Bools) -> "ArcQuality":
-        """The quality of the arcs that the mask selects."""
-        return ArcQuality(self.texture[kept], self.highlight[kept])
 
 
 def assess_arcs(grey: Floats, edges: EdgeElements, arcs: Arcs, p: QualityParameters = _DEFAULTS) -> ArcQuality:

@@ -9,7 +9,7 @@ facet) fix the Gaussian-blurred step that has them:
 exact for such a step at any offset and any blur; to first order in d it is Haralick's crossing.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cache
 from math import ceil, log, pi, sqrt
 
@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Floats32, Ints32
+from relmodel.columns import Rows
 from relmodel.errors import InputError
 from vision.extraction.extraction_parameters import EdgeParameters
 from vision.extraction.facets import gaussian_kernels, in_bands
@@ -26,7 +27,7 @@ _DEFAULTS = EdgeParameters()
 
 
 @dataclass(frozen=True)
-class EdgeElements:
+class EdgeElements(Rows):
     """Columns of one length n; image points in pixels (centre of the top-left pixel is 0, 0), grey on 0..255.
 
     The unit normal (nx, ny) points to the bright side.  `contrast` is the height of the step; `width` the standard
@@ -42,14 +43,6 @@ class EdgeElements:
     width: Floats
     sigma: Floats
     pixel: Ints32
-
-    def __len__(self) -> int:
-        return len(self.x)
-
-    def take(self, rows: npt.NDArray[np.integer] | Bools) -> "EdgeElements":
-        """The elements that `rows` (indices or a mask) selects."""
-        at = np.flatnonzero(rows) if rows.dtype == np.bool_ else rows.astype(np.intp)
-        return EdgeElements(**{field.name: getattr(self, field.name).take(at) for field in fields(self)})
 
 
 def to_grey(image: npt.ArrayLike) -> Floats:

@@ -11,7 +11,7 @@ from relmodel.arrays import Bools, Floats, Indices, Ints32
 from vision.extraction.arcs import Arcs
 from vision.extraction.extraction_parameters import JunctionParameters
 from vision.extraction.linking import find_pairs_within, interpolate_grey
-from vision.extraction.meetings import END, locate_meetings, stack, take_part
+from vision.extraction.meetings import END, locate_meetings, take_part
 from vision.extraction.osculating_circles import OsculatingCircles, find_osculating_circles
 
 
@@ -138,7 +138,7 @@ def find_ends_on_polylines(
     if len(end) == 0:
         return end, end, np.zeros(0)
     met = hit[end]
-    member = stack(ends.curve.take(end), find_curves_at(arcs, polylines, met, p))
+    member = OsculatingCircles.stack([ends.curve.take(end), find_curves_at(arcs, polylines, met, p)])
     group = np.tile(np.arange(len(end)), 2)
     is_end = np.repeat([True, False], len(end))
     place, _ = locate_meetings(member, is_end, group, len(end), p, ends.curve.take(end).points(way[end, None])[:, 0])

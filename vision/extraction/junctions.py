@@ -23,8 +23,8 @@ from vision.extraction.junction_candidates import (
     sample_polylines,
 )
 from vision.extraction.linking import find_pairs_within, label_components
-from vision.extraction.meetings import AT, END, INTERIOR, START, Meetings, stack
-from vision.extraction.osculating_circles import find_osculating_circles
+from vision.extraction.meetings import AT, END, INTERIOR, START, Meetings
+from vision.extraction.osculating_circles import OsculatingCircles, find_osculating_circles
 
 KINDS = ("L", "T", "Y", "X", "smooth")
 L, T, Y, X, SMOOTH = range(5)
@@ -108,11 +108,11 @@ def _merge_meetings(
         np.concatenate([component[used], component[end], crossing]),
         np.concatenate([ends.arc[used], polylines.arc[met]]),
         np.concatenate([ends.at[used], np.full(len(met), INTERIOR)]),
-        stack(ends.curve.take(used), find_curves_at(arcs, polylines, met, p)),
-    ).take(np.arange(len(used) + len(met)))
+        OsculatingCircles.stack([ends.curve.take(used), find_curves_at(arcs, polylines, met, p)]),
+    ).select(np.arange(len(used) + len(met)))
     meetings = _once_each(_one_a_place(meetings, p), p)
     unmet = np.bincount(meetings.group, minlength=meetings.count) < 2
-    meetings = meetings.take(~unmet[meetings.group])
+    meetings = meetings.select(~unmet[meetings.group])
     for _ in range(p.rounds):
         off = meetings.misses(arcs, meetings.places(p)[0], p)
         worst = np.zeros(meetings.count)
@@ -121,10 +121,10 @@ def _merge_meetings(
             break
         fits = (off == 0.0) | (off < worst[meetings.group])
         enough = np.bincount(meetings.group[fits], minlength=meetings.count) > 1
-        meetings = meetings.take(fits & enough[meetings.group])
+        meetings = meetings.select(fits & enough[meetings.group])
     fitting = np.ones(meetings.count, np.bool_)
     np.logical_and.at(fitting, meetings.group, meetings.misses(arcs, meetings.places(p)[0], p) == 0.0)
-    meetings = meetings.take(fitting[meetings.group])
+    meetings = meetings.select(fitting[meetings.group])
     place, covariance = meetings.places(p)
     along, _ = meetings.curve.locate(*place[meetings.group].T)
     normal = meetings.curve.normals(along[:, None])[:, 0]
@@ -147,7 +147,7 @@ def _one_a_place(meetings: Meetings, p: JunctionParameters) -> Meetings:
         return meetings
     pairs = find_pairs_within(meetings.places(p)[0], p.same)
     group = label_components(pairs, meetings.count)[meetings.group]
-    return replace(meetings, group=group).take(np.arange(len(group)))
+    return replace(meetings, group=group).select(np.arange(len(group)))
 
 
 def _once_each(meetings: Meetings, p: JunctionParameters) -> Meetings:
@@ -155,7 +155,7 @@ def _once_each(meetings: Meetings, p: JunctionParameters) -> Meetings:
     along, _ = meetings.curve.locate(*meetings.places(p)[0][meetings.group].T)
     order = np.lexsort((np.abs(along), meetings.at == INTERIOR, meetings.arc, meetings.group))
     again = (np.diff(meetings.group[order]) == 0) & (np.diff(meetings.arc[order]) == 0)
-    return meetings.take(np.delete(order, 1 + np.flatnonzero(again)))
+    return meetings.select(np.delete(order, 1 + np.flatnonzero(again)))
 
 
 def _kinds(meetings: Meetings, away: Floats, p: JunctionParameters) -> npt.NDArray[np.int8]:

@@ -4,11 +4,12 @@ The place is that of least squares from all of them, each across itself by its o
 follows.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Indices
+from relmodel.columns import Rows
 from vision.extraction.arcs import Arcs
 from vision.extraction.extraction_parameters import JunctionParameters
 from vision.extraction.osculating_circles import OsculatingCircles
@@ -18,7 +19,7 @@ START, END, INTERIOR = range(3)
 
 
 @dataclass(frozen=True)
-class Meetings:
+class Meetings(Rows):
     """Which arc takes part in which group, with what of it, as which curve."""
 
     group: Indices
@@ -30,12 +31,12 @@ class Meetings:
     def count(self) -> int:
         return int(self.group.max(initial=-1)) + 1
 
-    def take(self, rows: Indices | Bools) -> "Meetings":
+    def select(self, rows: Indices | Bools) -> "Meetings":
         """Those that `rows` selects, in order of their groups, renumbered."""
         rows = np.arange(len(self.group))[rows]
         rows = rows[np.lexsort((self.at[rows], self.arc[rows], self.group[rows]))]
         group = np.unique(self.group[rows], return_inverse=True)[1]
-        return Meetings(group.astype(np.intp), self.arc[rows], self.at[rows], self.curve.take(rows))
+        return replace(self.take(rows), group=group.astype(np.intp))
 
     def places(self, p: JunctionParameters) -> tuple[Floats, Floats]:
         return locate_meetings(self.curve, self.at != INTERIOR, self.group, self.count, p)
@@ -85,13 +86,4 @@ def take_part(
     near = np.abs(across) <= np.maximum(p.max_off, p.max_off_sigmas * curve.sigma(along, p.min_sigma))
     return np.asarray(
         near & (along <= p.reach) & (along >= -np.minimum(p.overrun, p.max_overrun_share * arcs.length[arc]))
-    )
-
-
-def stack(first: OsculatingCircles, second: OsculatingCircles) -> OsculatingCircles:
-    return OsculatingCircles(
-        *(
-            np.concatenate([getattr(part, name) for part in (first, second)])
-            for name in OsculatingCircles.__annotations__
-        )
     )

@@ -1,12 +1,12 @@
 """Osculating circles of arcs: each arc near one of its points as the circle that touches it there, with its lateral
 variance."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Indices
+from relmodel.columns import Rows
 from vision.extraction import covariances
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, LINE, Arcs
 from vision.extraction.ellipses import Ellipses
@@ -15,7 +15,7 @@ from vision.extraction.refined_polylines import measure_from_ellipses
 
 
 @dataclass(frozen=True)
-class OsculatingCircles:
+class OsculatingCircles(Rows):
     """Circles that touch arcs, columns of one length n: a point (`x`, `y`) of each, the unit tangent (`tx`, `ty`)
     there, and the `curvature` (1/px) towards the normal (-ty, tx).  `variance` (n, 3): that across the curve, s px
     further on, is c0 + c1 s + c2 s^2 (px^2)."""
@@ -26,13 +26,6 @@ class OsculatingCircles:
     ty: Floats
     curvature: Floats
     variance: Floats
-
-    def __len__(self) -> int:
-        return len(self.x)
-
-    def take(self, rows: npt.NDArray[np.integer] | Bools) -> "OsculatingCircles":
-        """The curves that `rows` (indices or a mask) selects."""
-        return OsculatingCircles(**{field.name: getattr(self, field.name)[rows] for field in fields(self)})
 
     def flipped(self, rows: Bools) -> "OsculatingCircles":
         """The same curves, those of the mask `rows` walked the other way."""

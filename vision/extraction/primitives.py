@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.columns import Rows, part, read_rows, take
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, KINDS, LINE
 
 
 @dataclass(frozen=True)
-class Elements:
+class Elements(Rows):
     """Edge elements (n,): place and unit normal toward the bright side, px; contrast, grey; width and sigma, px; arc,
     -1 for none.  Those of an arc follow each other along it, arc by arc, before all others."""
 
@@ -109,37 +110,21 @@ class Primitives:
     regions: RegionColumns
     tables: Mapping[str, Mapping[str, Any]]
 
-    TABLES: ClassVar = (
-        "extraction", "edge_element", "image_arc", "image_arc_point", "image_region", "region_outline", "region_arc",
-        "unit_relation",
-    )  # fmt: skip
-
     @classmethod
     def of(cls, shape: tuple[int, int], tables: Mapping[str, Mapping[str, Any]]) -> Primitives:
         """From the rows of an extraction, in the order of their numbers."""
         head, edge, arc = tables["extraction"], tables["edge_element"], tables["image_arc"]
-        owner = np.ma.filled(np.ma.asarray(edge["image_arc_no"]), -1).astype(np.int64)
-        edges_only = np.flatnonzero(np.asarray(arc["topography"]) == "edge")
-        arc = {name: np.asarray(values)[edges_only] for name, values in arc.items()}
-        count = len(edges_only)
+        owner = np.nan_to_num(np.ma.filled(edge["image_arc_no"], -1), nan=-1).astype(np.int64)
+        edges_only = np.flatnonzero(arc["topography"] == "edge")
         return cls(
             shape=shape,
-            grey_range=float(_first(head["grey_bright"])) - float(_first(head["grey_dark"])),
-            elements=Elements(
-                x=_floats(edge["x"]),
-                y=_floats(edge["y"]),
-                nx=_floats(edge["normal_x"]),
-                ny=_floats(edge["normal_y"]),
-                contrast=_floats(edge["contrast"]),
-                width=_floats(edge["width"]),
-                sigma=_floats(edge["sigma"]),
-                arc=owner,
-            ),
-            arcs=ArcColumns(
-                kind=_codes(arc["kind"], KINDS),
-                **{name: _floats(arc[name]) for name in (*ARC_FLOATS, "texture", "highlight")},
-                closed=np.asarray(arc["closed"], bool),
-                offsets=np.searchsorted(owner[: int((owner >= 0).sum())], np.arange(count + 1)),
+            grey_range=float(head["grey_bright"][0]) - float(head["grey_dark"][0]),
+            elements=read_rows(Elements, edge, nx=edge["normal_x"], ny=edge["normal_y"], arc=owner),
+            arcs=read_rows(
+                ArcColumns,
+                take(arc, edges_only),
+                kind=_codes(arc["kind"][edges_only], KINDS),
+                offsets=np.searchsorted(owner[: int((owner >= 0).sum())], np.arange(len(edges_only) + 1)),
             ),
             regions=_regions(tables),
             tables=tables,
@@ -153,12 +138,7 @@ class Primitives:
     @property
     def arc_elements(self) -> dict[str, Any]:
         """Columns of edge_element for the elements that are of arcs, the extraction left out."""
-        count, e = int(self.arcs.offsets[-1]), self.elements
-        columns = {
-            "edge_element_no": np.arange(len(e.x)), "x": e.x, "y": e.y, "normal_x": e.nx, "normal_y": e.ny,
-            "contrast": e.contrast, "width": e.width, "sigma": e.sigma, "image_arc_no": e.arc,
-        }  # fmt: skip
-        return {name: values[:count] for name, values in columns.items()}
+        return part(self.tables["edge_element"], 0, int(self.arcs.offsets[-1]))
 
     @cached_property
     def courses(self) -> Courses:
@@ -178,18 +158,12 @@ class Primitives:
         left[line] = (e.nx[of_element] * walk[:, 1] - e.ny[of_element] * walk[:, 0])[line] >= 0
         both = np.concatenate([owner, of_point[of_point_kept]])
         order = np.argsort(both, kind="stable")
-        course = np.column_stack([_floats(points["x"]), _floats(points["y"])])[of_point_kept]
+        course = np.column_stack([points["x"], points["y"]])[of_point_kept]
         return Courses(
             np.searchsorted(both[order], np.arange(len(arcs) + 1)),
             np.concatenate([place, course])[order],
             np.concatenate([left, np.ones(len(course), bool)])[order],
         )
-
-
-ARC_FLOATS = (
-    "start_x", "start_y", "end_x", "end_y", "centre_x", "centre_y", "radius", "radius2", "axis_angle", "length",
-    "contrast", "width", "sigma", "residual", "significance",
-)  # fmt: skip
 
 
 def _on_curve(arcs: ArcColumns, arc: Ints, place: Floats) -> Floats:
@@ -218,20 +192,16 @@ def _regions(tables: Mapping[str, Mapping[str, Any]]) -> RegionColumns:
     (of, arc, _), order = _in_order(border["region_no"], border["image_arc_no"], np.asarray(border["side"]) == "right")
     of_point = np.stack([np.asarray(ring["region_no"], np.int64), np.asarray(ring["ring_no"], np.int64)], axis=1)
     first = np.flatnonzero((np.diff(of_point, axis=0, prepend=-1) != 0).any(axis=1))
-    return RegionColumns(
-        **{name: _floats(region[name]) for name in REGION_FLOATS},
+    return read_rows(
+        RegionColumns,
+        region,
         ring_region=of_point[first, 0],
         ring_offsets=np.append(first, len(of_point)),
         outline=np.column_stack([np.asarray(ring["x"], np.int64), np.asarray(ring["y"], np.int64)]),
         border_region=of,
         border_arc=arc,
-        border_length=_floats(border["length"])[order],
+        border_length=border["length"][order],
     )
-
-
-REGION_FLOATS = (
-    "area", "centroid_x", "centroid_y", "x0", "y0", "x1", "y1", "mean", "variance", "saturated_share",
-)  # fmt: skip
 
 
 def _codes(words: Any, names: tuple[str, ...]) -> Ints:
@@ -247,11 +217,3 @@ def _in_order(*columns: Any) -> tuple[list[Ints], Ints]:
     table = [np.asarray(column, np.int64) for column in columns]
     order = np.lexsort(table[::-1])
     return [column[order] for column in table], order
-
-
-def _floats(values: Any) -> Floats:
-    return np.asarray(values, np.float64)
-
-
-def _first(values: Any) -> Any:
-    return values[0] if np.ndim(values) else values

@@ -17,6 +17,15 @@ if TYPE_CHECKING:
 
     from vision.cameras.images import Picture
 
+# The tables of its primitives, in the order in which later stages take their rows.
+_ORDER = {
+    "edge_element": "edge_element_no",
+    "image_arc": "image_arc_no",
+    "image_arc_point": "image_arc_no point_no",
+    "image_region": "region_no",
+    "region_outline": "region_no ring_no point_no",
+    "region_arc": "region_no image_arc_no side",
+}
 # The tables that refer to the set of units, not to the extraction.
 _OF_UNITS = ("unit", "unit_relation")
 
@@ -45,12 +54,16 @@ def find_extraction(
 
 def read_primitives(store: Database, connection: "Connection", extraction_id: int) -> Primitives:
     """What later stages take of an extraction."""
+    head = store.select(connection, "extraction", "image_id", "grey_dark", "grey_bright", id=extraction_id)
+    image = store.select(connection, "image", "height", "width", id=int(head["image_id"][0]))
+    units = store.select(connection, "unit_set", "id", extraction_id=extraction_id)
     tables = {
-        table: store.columns(connection, f"extraction/{table}", extraction_id=extraction_id)
-        for table in Primitives.TABLES
+        table: store.select(connection, table, order=order, extraction_id=extraction_id)
+        for table, order in _ORDER.items()
     }
-    shape = tables["extraction"]["rows"][0], tables["extraction"]["columns"][0]
-    return Primitives.of((int(shape[0]), int(shape[1])), tables)
+    relations = store.select(connection, "unit_relation", order="kind unit_a unit_b", unit_set_id=int(units["id"][0]))
+    shape = int(image["height"][0]), int(image["width"][0])
+    return Primitives.of(shape, {**tables, "extraction": head, "unit_relation": relations})
 
 
 def record_extraction(

@@ -25,7 +25,6 @@ from vision.relations.relations import (
     Curves,
     Middles,
     Relations,
-    concatenate,
     find_middles,
     relate,
     relate_both_ways,
@@ -89,7 +88,7 @@ def find_relations(
     rows, columns = regions.labels.shape
     inside = (regions.x0 > 0) & (regions.y0 > 0) & (regions.x1 < columns - 1) & (regions.y1 < rows - 1)
     neighbours = relate_neighbours(regions.labels, inside, len(arcs), middles, p)
-    return concatenate([relate(curves, areas, parameters.relations), bounds, *neighbours])
+    return Relations.stack([relate(curves, areas, parameters.relations), bounds, *neighbours])
 
 
 def pack_curves(arcs: Arcs, junctions: Junctions, quality: ArcQuality, parameters: ExtractionParameters) -> Curves:

@@ -8,14 +8,14 @@ import numpy as np
 
 from relmodel.arrays import Ints32
 from relmodel.columns import Columns, ColumnValues
-from relmodel.store.rounding import round_columns
+from relmodel.store.rounding import round_columns, stored_fields
 from vision.extraction import arcs as arc_columns
 from vision.extraction import junctions as junction_columns
 from vision.extraction.arcs import Arcs, concatenate
 from vision.extraction.end_points import snap_polylines
 from vision.extraction.extract import Extraction
 from vision.extraction.meetings import AT
-from vision.extraction.primitives import ARC_FLOATS, REGION_FLOATS, Primitives
+from vision.extraction.primitives import Primitives
 from vision.relations.relations import KINDS as RELATIONS
 
 Tables = dict[str, dict[str, ColumnValues]]
@@ -87,7 +87,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
         },
         "image_region": {
             "region_no": region_no,
-            **{n: getattr(regions, n) for n in (*REGION_FLOATS, "slope_x", "slope_y", "hole_count")},
+            **stored_fields("image_region", regions),
         },
         "region_outline": {
             "region_no": regions.ring_region[ring],
@@ -112,9 +112,9 @@ def _arcs(extraction: Extraction, arcs: Arcs) -> Columns:
     kinds = np.concatenate([np.zeros(len(extraction.arcs), np.intp), np.where(hollow, 2, 1)])
     return {
         "image_arc_no": np.arange(len(arcs), dtype=np.int32),
+        **stored_fields("image_arc", arcs),
         "kind": np.array(arc_columns.KINDS, dtype=object)[arcs.kind],
         "topography": np.array(["edge", "ridge", "ravine"], dtype=object)[kinds],
-        **{name: getattr(arcs, name) for name in (*ARC_FLOATS, "closed")},
         "sigma": np.maximum(arcs.sigma, _LEAST_SIGMA),
         **_quality(extraction),
         "element_count": arcs.chains.counts,

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from relmodel.arrays import Bools, Bytes, Floats, Floats32, Ints32
+from relmodel.columns import Rows
 from vision.extraction.arcs import Arcs, concatenate
 from vision.extraction.edges import EdgeElements
 from vision.extraction.extraction_parameters import ExtractionParameters, TopographyParameters
@@ -37,7 +38,7 @@ _RIDGE, _RAVINE = LABELS.index("ridge"), LABELS.index("ravine")
 
 
 @dataclass(frozen=True)
-class Ridges:
+class Ridges(Rows):
     """Ridge and ravine elements, thinned by construction: an extremum across lies within its pixel.
 
     `elements` is of the form of edge elements, so that it links and fits like them: the unit normal runs across, in the
@@ -47,10 +48,6 @@ class Ridges:
 
     elements: EdgeElements
     ravine: Bools
-
-    def take(self, kept: Bools) -> "Ridges":
-        """The ridges that the mask selects."""
-        return Ridges(self.elements.take(kept), self.ravine[kept])
 
 
 def label_topography(

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.columns import Rows
 from vision.cameras.cameras import Camera
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.scene.scene import Scene
 
 
 @dataclass(frozen=True)
-class VisibleArcs:
+class VisibleArcs(Rows):
     """Samples of arcs that a camera sees, as columns: world points and unit tangents, pixels in the camera without
     distortion, px per mm across the line of sight, and the length in the picture that each stands for.
 
@@ -33,9 +34,6 @@ class VisibleArcs:
     length_px: Floats
     normal_a: Floats
     normal_b: Floats
-
-    def take(self, rows: Ints | Bools) -> VisibleArcs:
-        return VisibleArcs(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
 
 def find_visible_arcs(

@@ -23,7 +23,6 @@ from vision.relations.relations import (
     Areas,
     Curves,
     Relations,
-    concatenate,
     find_middles,
     relate,
     relate_both_ways,
@@ -62,7 +61,7 @@ def describe_view(
     points = _points(view, some, np.linalg.norm(shift[some], axis=1), camera)
     surface, areas = _surfaces(seen, p)
     curves = _curves(points, len(view.kind), p)
-    relations = concatenate(
+    relations = Relations.stack(
         [
             relate(curves, areas, p.relations),
             _bounds(points, curves, areas, surface, seen, p),

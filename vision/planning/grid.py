@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.columns import Rows
 from vision.cameras.cameras import Rig
 from vision.presence.pieces import find_axes
 from vision.scene.scene import Scene
@@ -21,14 +22,11 @@ _CLEAR_MM = 150.0  # about a camera in which nothing may lie; of a shorter dista
 
 
 @dataclass(frozen=True)
-class Grid:
+class Grid(Rows):
     """Poses (n, 4, 4) of a rig and the points (n, 3) of the object that they look at, in the world, mm."""
 
     world_from_rig: Floats
     target: Floats
-
-    def take(self, rows: Ints | Bools) -> Grid:
-        return Grid(self.world_from_rig[rows], self.target[rows])
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from relmodel.arrays import Floats, Ints, rank_in_groups, sum_by_group
+from relmodel.columns import Rows
 from relmodel.geometry.transforms import rotation_matrix
 from vision.presence.presence_parameters import PartParameters
 from vision.presence.samples import Samples
@@ -62,7 +63,7 @@ class Eyes:
 
 
 @dataclass(frozen=True)
-class Aspects:
+class Aspects(Rows):
     """How pieces are looked for, as columns: piece; angle, rad, that it is turned about the last of its axes (a, 3, 3)
     through its centre (a, 3)."""
 
@@ -71,12 +72,9 @@ class Aspects:
     centre: Floats
     axes: Floats
 
-    def take(self, rows: Ints) -> Aspects:
-        return Aspects(self.piece[rows], self.angle[rows], self.centre[rows], self.axes[rows])
-
 
 @dataclass(frozen=True)
-class PieceEdges:
+class PieceEdges(Rows):
     """What cameras should see of aspects, as columns: camera; aspect; edge, of one camera: it shows or hides by itself;
     point (n, 3) in the world; direction (n, 2) in the picture; length, px; chance, shows: as `Runs` has them."""
 
@@ -88,9 +86,6 @@ class PieceEdges:
     length: Floats
     chance: Floats
     shows: Floats
-
-    def take(self, rows: Ints) -> PieceEdges:
-        return PieceEdges(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
     def thin(self, enough: int) -> PieceEdges:
         """Of many samples of an aspect in a camera every so many, which then stand for the others."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.columns import Rows
 from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import SMOOTH, ViewArcs
@@ -17,7 +18,7 @@ from vision.scene.stored_scene import StoredScene
 
 
 @dataclass(frozen=True)
-class Samples:
+class Samples(Rows):
     """Samples of visible sharp arcs and silhouettes in all cameras, as columns, run by run.
 
     camera: number in the rig; run: counted over all cameras; view_run: as the camera's view counts it; kind: index of
@@ -48,9 +49,6 @@ class Samples:
     @property
     def run_count(self) -> int:
         return int(self.run.max(initial=-1)) + 1
-
-    def take(self, rows: Ints | Bools) -> Samples:
-        return Samples(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
 
 def collect_samples(

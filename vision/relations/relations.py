@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints, Ints32
+from relmodel.columns import Rows
 from vision.relations.relation_parameters import RelationParameters
 
 KINDS = (
@@ -78,7 +79,7 @@ class Areas:
 
 
 @dataclass(frozen=True)
-class Relations:
+class Relations(Rows):
     """Columns of one length: `kind` indexes `KINDS`; units a and b, curves by number first, then areas; every row has
     its inverse, but for surrounds, where a is the outer one.  Distances in px, angles in rad.
 
@@ -101,14 +102,6 @@ class Relations:
     distance_sigma: Floats
     angle: Floats
     angle_sigma: Floats
-
-    def __len__(self) -> int:
-        return len(self.kind)
-
-
-def concatenate(parts: list[Relations]) -> Relations:
-    """The rows of several, one after the other."""
-    return Relations(*(np.concatenate([getattr(part, name) for part in parts]) for name in vars(parts[0])))
 
 
 @dataclass(frozen=True)
@@ -141,7 +134,7 @@ def relate(curves: Curves, areas: Areas, parameters: RelationParameters = _DEFAU
     p = parameters
     pairs = _find_gaps(_join(curves, areas), len(curves), p)
     middles = find_middles(curves, areas)
-    return concatenate(
+    return Relations.stack(
         [
             _near(curves, areas, pairs, middles, p),
             _parallels(curves, pairs, p),
@@ -210,7 +203,7 @@ def _join(curves: Curves, areas: Areas) -> _Segments:
 
 
 @dataclass(frozen=True)
-class _Gaps:
+class _Gaps(Rows):
     """Pairs of units a < b, the least gap (px) between their courses, and of curves the angle (rad) between their
     tangents where they come nearest, and whether that is an end of each."""
 
@@ -220,10 +213,6 @@ class _Gaps:
     angle: Floats
     end_of_a: Bools
     end_of_b: Bools
-
-    def take(self, kept: Bools) -> "_Gaps":
-        """The pairs that the mask selects."""
-        return _Gaps(*(column[kept] for column in vars(self).values()))
 
 
 def _find_gaps(segments: _Segments, curves: int, p: RelationParameters) -> _Gaps:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.columns import Rows
 from vision.extraction.primitives import Primitives
 from vision.stereo.rectification import Rectification, View
 from vision.stereo.stereo_parameters import EpipolarParameters
@@ -47,7 +48,7 @@ def pack_arcs(picture: Primitives) -> StereoArcs:
 
 
 @dataclass(frozen=True)
-class Crossings:
+class Crossings(Rows):
     """Where arcs cross whole rows of the rectified pair, ordered by row and x, columns of one length.
 
     x px; `angle` rad from the vertical (dx/dy = tan); `contrast` grey levels, positive where the right-hand side
@@ -62,13 +63,6 @@ class Crossings:
     contrast: Floats
     sigma: Floats
     position: Floats
-
-    def __len__(self) -> int:
-        return len(self.arc)
-
-    def take(self, which: Ints | Bools) -> Crossings:
-        """The crossings that `which` selects."""
-        return Crossings(**{f.name: getattr(self, f.name)[which] for f in fields(self)})
 
 
 @dataclass(frozen=True)
