@@ -16,7 +16,7 @@ def lists(column: object) -> list[list[float] | None]:
     return [None if null[i] else column[i].tolist() for i in range(len(column))]
 
 
-def test_rows_are_taken_stacked_written_and_read_by_the_names_of_their_fields() -> None:
+def test_rows_are_taken() -> None:
     rows = [[1.0, 2.0], None, [], [3.0]]
     table: Columns = {"a": np.arange(4), "b": Ragged.pack(rows), "c": ["w", None, "y", "z"], "d": 7}
     out = take(table, np.array([3, 1, 0, 0]))
@@ -48,8 +48,10 @@ class Places(Rows):
 def test_rows_are_taken_stacked_written_and_read_by_the_names_of_their_fields() -> None:
     one = Places(np.array([[1.0, 2.0], [3.0, 4.0]]), np.array([0.5, 0.25]))
     two = Places.stack([one, one.take(np.array([False, True]))])
-    assert len(two) == 3 and two.at[2].tolist() == [3.0, 4.0]
+    assert len(two) == 3
+    assert two.at[2].tolist() == [3.0, 4.0]
     columns = two.columns()
     assert list(columns) == ["at_x", "at_y", "weight"]
     again = read_rows(Places, {**columns, "unread": 0})
-    assert (again.at == two.at).all() and (again.weight == two.weight).all()
+    assert (again.at == two.at).all()
+    assert (again.weight == two.weight).all()
