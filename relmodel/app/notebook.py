@@ -5,8 +5,8 @@ from __future__ import annotations
 import base64
 import io
 from dataclasses import dataclass, field
+from functools import cached_property
 from html import escape
-from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -16,35 +16,43 @@ from relmodel.drawing.model_edges import draw_over
 from relmodel.drawing.strokes import side_by_side
 from relmodel.store import Store
 from relmodel.text import visible
-from vision.inspection.inspection import Inspection, inspect
+from vision.inspection.inspection import Inspection
 
 _WIDTH = 1600  # px: a wide screen, and some 2 MB
 
 
 @dataclass(frozen=True)
 class PicturedInspection(Inspection):
-    """An inspection with `picture`, the overlay as the bytes of a PNG file."""
+    """An inspection that a notebook shows by its overlay, which is drawn from the store when it is first asked for; by
+    words alone where the store is closed by then."""
 
-    picture: bytes = field(default=b"", repr=False, compare=False)
+    store: Store = field(repr=False, compare=False, kw_only=True)
 
-    def _repr_png_(self) -> bytes:
-        return self.picture
+    @cached_property
+    def picture(self) -> bytes:
+        """The model drawn over the pictures that the inspection kept, at most 1600 px wide: the bytes of a PNG file."""
+        with self.store.read() as connection:
+            kept = self.store.rows(connection, "report/pictures", run_id=self.run)
+            images = {row.camera: read_image(row.bytes) for row in kept}
+            greys = {name: np.asarray(image.convert("L")) for name, image in images.items() if image is not None}
+            drawn = Image.fromarray(side_by_side(list(draw_over(self.store, connection, self.run, greys).values())))
+        drawn.thumbnail((_WIDTH, drawn.height))
+        out = io.BytesIO()
+        drawn.save(out, "PNG")
+        return out.getvalue()
+
+    def _repr_png_(self) -> bytes | None:
+        return None if self._is_lost else self.picture
+
+    @property
+    def _is_lost(self) -> bool:
+        return "picture" not in vars(self) and self.store.is_closed
 
     def _repr_html_(self) -> str:
         parts = sum(row["level"] == "part" for row in self.parts_in_view)
         words = "; ".join((f"{self.outcome.words} (run {self.run})", self.reason, f"{parts} parts in view"))
+        said = f"<p>{escape(visible(words))}</p>"
+        if self._is_lost:
+            return said
         shown = base64.b64encode(self.picture).decode()
-        return f'<p>{escape(visible(words))}</p><img src="data:image/png;base64,{shown}" alt="model over the pictures">'
-
-
-def inspect_with_picture(store: Store, **given: Any) -> PicturedInspection:
-    """`inspect` with the model drawn over the pictures that it kept, at most 1600 px wide."""
-    found = inspect(store, **given)
-    with store.read() as connection:
-        images = {r.camera: read_image(r.bytes) for r in store.rows(connection, "report/pictures", run_id=found.run)}
-        greys = {name: np.asarray(image.convert("L")) for name, image in images.items() if image is not None}
-        drawn = Image.fromarray(side_by_side(list(draw_over(store, connection, found.run, greys).values())))
-    drawn.thumbnail((_WIDTH, drawn.height))
-    out = io.BytesIO()
-    drawn.save(out, "PNG")
-    return PicturedInspection(**vars(found), picture=out.getvalue())
+        return f'{said}<img src="data:image/png;base64,{shown}" alt="model over the pictures">'

@@ -52,10 +52,12 @@ class Session:
     ) -> Inspection:
         """Inspect pictures that were taken together, as `OpenStore.inspect`; what fails leaves the session as it
         was."""
-        from relmodel.app.notebook import inspect_with_picture
+        from relmodel.app.notebook import PicturedInspection
+        from vision.inspection.inspection import inspect
 
-        return inspect_with_picture(
-            self._scenes.store,
+        store = self._scenes.store
+        found = inspect(
+            store,
             pictures=pictures,
             prior=prior,
             carrier=carrier,
@@ -65,6 +67,7 @@ class Session:
             scenes=self._scenes,
             **self._given,
         )
+        return PicturedInspection(**vars(found), store=store)
 
     def __enter__(self) -> Self:
         return self

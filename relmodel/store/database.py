@@ -66,7 +66,7 @@ class Database:
         self.access = Access(engine)
         self.name = name
         self._read_only = read_only
-        self._closed = False
+        self.is_closed = False
         self.dead_runs: list[int] = []
         self.watch: Callable[[str, str], None] | None = None
 
@@ -94,7 +94,7 @@ class Database:
     def release(self) -> None:
         """Close a DuckDB file, for other processes to use, until the next read or write; that waits where another
         process writes it."""
-        if self.dialect == "duckdb" and not self._closed:
+        if self.dialect == "duckdb" and not self.is_closed:
             self.engine.dispose()
 
     def connect(self) -> Connection:
@@ -112,7 +112,7 @@ class Database:
 
     def close(self) -> None:
         """Close the database; any later use raises StoreError."""
-        self._closed = True
+        self.is_closed = True
         self.engine.dispose()
 
     def __enter__(self) -> Self:
@@ -235,7 +235,7 @@ class Database:
             yield
 
     def _refuse_closed(self) -> None:
-        if self._closed:  # the engine would reconnect
+        if self.is_closed:  # the engine would reconnect
             raise StoreError(f"the store {self.name} is closed: open it again")
 
     @contextmanager
