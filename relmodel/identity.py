@@ -9,7 +9,7 @@ from pathlib import Path
 from relmodel.resources import resource_dir
 
 _PACKAGES = Path(__file__).parents[1]
-_ROOTS = (("relmodel", "*.py"), ("vision", "*.py"), ("schema", "*.sql"), ("queries", "*.sql"))
+_ROOTS = (("relmodel", "*.py"), ("vision", "*.py"), ("schema", "*.*"), ("queries", "*.sql"))
 
 
 @cache

@@ -219,15 +219,27 @@ $$;
 COMMENT ON FUNCTION all_about_boxes IS
     'Placed parts, or their elements of a level, whose world boxes meet each of the boxes given by columns; newest revision of all worlds or one.';
 
-CREATE FUNCTION all_in_box(
+CREATE FUNCTION all_about_box(
     in_level TEXT, from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION, to_x DOUBLE PRECISION, to_y DOUBLE PRECISION,
     to_z DOUBLE PRECISION, in_world TEXT
 ) RETURNS SETOF placed_element LANGUAGE sql STABLE AS $$
 SELECT *
 FROM all_about_boxes(in_level, ARRAY[0], ARRAY[from_x], ARRAY[from_y], ARRAY[from_z], ARRAY[to_x], ARRAY[to_y], ARRAY[to_z], in_world)
 $$;
-COMMENT ON FUNCTION all_in_box IS
+COMMENT ON FUNCTION all_about_box IS
     'The same of one box.';
+
+CREATE FUNCTION all_in_box(
+    in_level TEXT, from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION, to_x DOUBLE PRECISION, to_y DOUBLE PRECISION,
+    to_z DOUBLE PRECISION, in_world TEXT
+) RETURNS SETOF placed_element LANGUAGE sql STABLE AS $$
+SELECT *
+FROM all_about_box(
+    in_level, CASE WHEN checked_box(from_x, from_y, from_z, to_x, to_y, to_z) THEN from_x END, from_y, from_z, to_x, to_y, to_z, in_world
+)
+$$;
+COMMENT ON FUNCTION all_in_box IS
+    'The same of a box that a person gives.';
 
 CREATE FUNCTION all_nearest(
     in_level TEXT, at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, how_many BIGINT, in_world TEXT
@@ -276,7 +288,7 @@ SELECT o.world, o.occurrence_id, o.path, o.element_no, o.name, o.x0, o.y0, o.z0,
         + power(greatest(o.z0 - at_z, at_z - o.z1, o.part_z0 - at_z, at_z - o.part_z1, 0), 2)
     ) AS distance_mm
 FROM enough AS r
-CROSS JOIN LATERAL all_in_box(
+CROSS JOIN LATERAL all_about_box(
     in_level, at_x - r.reach, at_y - r.reach, at_z - r.reach, at_x + r.reach, at_y + r.reach, at_z + r.reach, in_world
 ) AS o
 ORDER BY distance_mm, o.occurrence_id, o.element_no
@@ -284,126 +296,3 @@ LIMIT how_many
 $$;
 COMMENT ON FUNCTION all_nearest IS
     'The placed parts, or their elements of a level, nearest to a point, so many, and how far their boxes in their parts'' boxes are, mm.';
-
-CREATE TYPE found_part AS (
-    world TEXT, occurrence_id BIGINT, path TEXT, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION,
-    y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-);
-CREATE TYPE asked_part AS (
-    volume_no INTEGER, world TEXT, occurrence_id BIGINT, path TEXT, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-);
-CREATE TYPE found_feature AS (
-    world TEXT, occurrence_id BIGINT, path TEXT, feature_no INTEGER, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-);
-CREATE TYPE asked_feature AS (
-    volume_no INTEGER, world TEXT, occurrence_id BIGINT, path TEXT, feature_no INTEGER, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION,
-    z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-);
-CREATE TYPE found_surface AS (
-    world TEXT, occurrence_id BIGINT, path TEXT, surface_no INTEGER, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-);
-CREATE TYPE asked_surface AS (
-    volume_no INTEGER, world TEXT, occurrence_id BIGINT, path TEXT, surface_no INTEGER, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION,
-    z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-);
-CREATE TYPE found_arc AS (
-    world TEXT, occurrence_id BIGINT, path TEXT, arc_no INTEGER, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-);
-CREATE TYPE asked_arc AS (
-    volume_no INTEGER, world TEXT, occurrence_id BIGINT, path TEXT, arc_no INTEGER, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION,
-    z0 DOUBLE PRECISION, x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION
-);
-COMMENT ON TYPE found_part IS 'A placed part and the box around it in the world, mm; found_feature and so on of its elements,
-    asked_part and so on of a volume asked.';
-
-CREATE FUNCTION parts_in_box(
-    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION, to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS SETOF found_part LANGUAGE sql STABLE AS $$
-SELECT world, occurrence_id, path, name, x0, y0, z0, x1, y1, z1
-FROM all_in_box('part', CASE WHEN checked_box(from_x, from_y, from_z, to_x, to_y, to_z) THEN from_x END, from_y, from_z, to_x, to_y, to_z, in_world)
-$$;
-COMMENT ON FUNCTION parts_in_box IS
-    'Placed parts whose world box meets a box; newest revision of all worlds or one.';
-
-CREATE FUNCTION features_in_box(
-    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION, to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS SETOF found_feature LANGUAGE sql STABLE AS $$
-SELECT world, occurrence_id, path, element_no AS feature_no, name, x0, y0, z0, x1, y1, z1
-FROM all_in_box('feature', CASE WHEN checked_box(from_x, from_y, from_z, to_x, to_y, to_z) THEN from_x END, from_y, from_z, to_x, to_y, to_z,
-    in_world)
-$$;
-COMMENT ON FUNCTION features_in_box IS
-    'Features of placed parts whose world box meets a box; newest revision of all worlds or one.';
-
-CREATE FUNCTION surfaces_in_box(
-    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION, to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS SETOF found_surface LANGUAGE sql STABLE AS $$
-SELECT world, occurrence_id, path, element_no AS surface_no, name, x0, y0, z0, x1, y1, z1
-FROM all_in_box('surface', CASE WHEN checked_box(from_x, from_y, from_z, to_x, to_y, to_z) THEN from_x END, from_y, from_z, to_x, to_y, to_z,
-    in_world)
-$$;
-COMMENT ON FUNCTION surfaces_in_box IS
-    'Surfaces of placed parts whose world box meets a box; newest revision of all worlds or one.';
-
-CREATE FUNCTION arcs_in_box(
-    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION, to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS SETOF found_arc LANGUAGE sql STABLE AS $$
-SELECT world, occurrence_id, path, element_no AS arc_no, name, x0, y0, z0, x1, y1, z1
-FROM all_in_box('arc', CASE WHEN checked_box(from_x, from_y, from_z, to_x, to_y, to_z) THEN from_x END, from_y, from_z, to_x, to_y, to_z, in_world)
-$$;
-COMMENT ON FUNCTION arcs_in_box IS
-    'Arcs of placed parts whose world box meets a box; newest revision of all worlds or one.';
-
-CREATE FUNCTION parts_within_box(
-    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION, to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS SETOF found_part LANGUAGE sql STABLE AS $$
-SELECT o.*
-FROM parts_in_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS o
-WHERE o.x0 >= from_x AND o.y0 >= from_y AND o.z0 >= from_z AND o.x1 <= to_x AND o.y1 <= to_y AND o.z1 <= to_z
-$$;
-COMMENT ON FUNCTION parts_within_box IS
-    'Placed parts whose world box lies wholly in a box; newest revision of all worlds or one.';
-
-CREATE FUNCTION features_within_box(
-    from_x DOUBLE PRECISION, from_y DOUBLE PRECISION, from_z DOUBLE PRECISION, to_x DOUBLE PRECISION, to_y DOUBLE PRECISION, to_z DOUBLE PRECISION,
-    in_world TEXT DEFAULT NULL
-) RETURNS SETOF found_feature LANGUAGE sql STABLE AS $$
-SELECT o.*
-FROM features_in_box(from_x, from_y, from_z, to_x, to_y, to_z, in_world) AS o
-WHERE o.x0 >= from_x AND o.y0 >= from_y AND o.z0 >= from_z AND o.x1 <= to_x AND o.y1 <= to_y AND o.z1 <= to_z
-$$;
-COMMENT ON FUNCTION features_within_box IS
-    'Features of placed parts whose world box lies wholly in a box; newest revision of all worlds or one.';
-
-CREATE FUNCTION nearest_parts(
-    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, how_many BIGINT, in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION, x1 DOUBLE PRECISION,
-    y1 DOUBLE PRECISION, z1 DOUBLE PRECISION, distance_mm DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT world, occurrence_id, path, name, x0, y0, z0, x1, y1, z1, distance_mm
-FROM all_nearest('part', at_x, at_y, at_z, how_many, in_world)
-$$;
-COMMENT ON FUNCTION nearest_parts IS
-    'The parts whose world boxes are nearest to a point, so many, and how far these are, mm; newest revision of all worlds or one.';
-
-CREATE FUNCTION nearest_features(
-    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, how_many BIGINT, in_world TEXT DEFAULT NULL
-) RETURNS TABLE (
-    world TEXT, occurrence_id BIGINT, path TEXT, feature_no INTEGER, name TEXT, x0 DOUBLE PRECISION, y0 DOUBLE PRECISION, z0 DOUBLE PRECISION,
-    x1 DOUBLE PRECISION, y1 DOUBLE PRECISION, z1 DOUBLE PRECISION, distance_mm DOUBLE PRECISION
-) LANGUAGE sql STABLE AS $$
-SELECT world, occurrence_id, path, element_no AS feature_no, name, x0, y0, z0, x1, y1, z1, distance_mm
-FROM all_nearest('feature', at_x, at_y, at_z, how_many, in_world)
-$$;
-COMMENT ON FUNCTION nearest_features IS
-    'The features whose world boxes, and the boxes of whose parts, are nearest to a point, so many, and how far these are, mm; newest revision of all worlds or one.';

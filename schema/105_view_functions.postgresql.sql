@@ -85,7 +85,7 @@ CREATE FUNCTION all_in_sphere(
     in_level TEXT, at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION, in_world TEXT
 ) RETURNS SETOF placed_element LANGUAGE sql STABLE AS $$
 SELECT o.*
-FROM all_in_box(
+FROM all_about_box(
     in_level, CASE WHEN checked_ball(radius) THEN at_x - radius END, at_y - radius, at_z - radius,
     at_x + radius, at_y + radius, at_z + radius, in_world
 ) AS o
@@ -103,7 +103,7 @@ CREATE FUNCTION all_in_view(
 ) RETURNS SETOF placed_element LANGUAGE sql STABLE AS $$
 SELECT o.*
 FROM view_box(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS b
-CROSS JOIN LATERAL all_in_box(in_level, b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS o
+CROSS JOIN LATERAL all_about_box(in_level, b.x0, b.y0, b.z0, b.x1, b.y1, b.z1, in_world) AS o
 WHERE checked_depths(near, far) AND NOT EXISTS (
     SELECT 1
     FROM view_planes(in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far) AS p
@@ -116,83 +116,3 @@ WHERE checked_depths(near, far) AND NOT EXISTS (
 $$;
 COMMENT ON FUNCTION all_in_view IS
     'Placed parts, or their elements of a level, whose box meets the view of a camera.';
-
-CREATE FUNCTION parts_in_sphere(
-    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION, in_world TEXT DEFAULT NULL
-) RETURNS SETOF found_part LANGUAGE sql STABLE AS $$
-SELECT world, occurrence_id, path, name, x0, y0, z0, x1, y1, z1
-FROM all_in_sphere('part', at_x, at_y, at_z, radius, in_world)
-$$;
-COMMENT ON FUNCTION parts_in_sphere IS
-    'Placed parts whose box meets a ball; newest revision of all worlds or one.';
-
-CREATE FUNCTION features_in_sphere(
-    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION, in_world TEXT DEFAULT NULL
-) RETURNS SETOF found_feature LANGUAGE sql STABLE AS $$
-SELECT world, occurrence_id, path, element_no AS feature_no, name, x0, y0, z0, x1, y1, z1
-FROM all_in_sphere('feature', at_x, at_y, at_z, radius, in_world)
-$$;
-COMMENT ON FUNCTION features_in_sphere IS
-    'Features of placed parts whose box meets a ball; newest revision of all worlds or one.';
-
-CREATE FUNCTION surfaces_in_sphere(
-    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION, in_world TEXT DEFAULT NULL
-) RETURNS SETOF found_surface LANGUAGE sql STABLE AS $$
-SELECT world, occurrence_id, path, element_no AS surface_no, name, x0, y0, z0, x1, y1, z1
-FROM all_in_sphere('surface', at_x, at_y, at_z, radius, in_world)
-$$;
-COMMENT ON FUNCTION surfaces_in_sphere IS
-    'Surfaces of placed parts whose box meets a ball; newest revision of all worlds or one.';
-
-CREATE FUNCTION arcs_in_sphere(
-    at_x DOUBLE PRECISION, at_y DOUBLE PRECISION, at_z DOUBLE PRECISION, radius DOUBLE PRECISION, in_world TEXT DEFAULT NULL
-) RETURNS SETOF found_arc LANGUAGE sql STABLE AS $$
-SELECT world, occurrence_id, path, element_no AS arc_no, name, x0, y0, z0, x1, y1, z1
-FROM all_in_sphere('arc', at_x, at_y, at_z, radius, in_world)
-$$;
-COMMENT ON FUNCTION arcs_in_sphere IS
-    'Arcs of placed parts whose box meets a ball; newest revision of all worlds or one.';
-
-CREATE FUNCTION parts_in_view(
-    in_camera BIGINT, c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION, c10 DOUBLE PRECISION,
-    c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION, c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION,
-    c23 DOUBLE PRECISION, near DOUBLE PRECISION, far DOUBLE PRECISION, in_world TEXT DEFAULT NULL
-) RETURNS SETOF found_part LANGUAGE sql STABLE AS $$
-SELECT world, occurrence_id, path, name, x0, y0, z0, x1, y1, z1
-FROM all_in_view('part', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world)
-$$;
-COMMENT ON FUNCTION parts_in_view IS
-    'Placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
-
-CREATE FUNCTION features_in_view(
-    in_camera BIGINT, c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION, c10 DOUBLE PRECISION,
-    c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION, c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION,
-    c23 DOUBLE PRECISION, near DOUBLE PRECISION, far DOUBLE PRECISION, in_world TEXT DEFAULT NULL
-) RETURNS SETOF found_feature LANGUAGE sql STABLE AS $$
-SELECT world, occurrence_id, path, element_no AS feature_no, name, x0, y0, z0, x1, y1, z1
-FROM all_in_view('feature', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world)
-$$;
-COMMENT ON FUNCTION features_in_view IS
-    'Features of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
-
-CREATE FUNCTION surfaces_in_view(
-    in_camera BIGINT, c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION, c10 DOUBLE PRECISION,
-    c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION, c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION,
-    c23 DOUBLE PRECISION, near DOUBLE PRECISION, far DOUBLE PRECISION, in_world TEXT DEFAULT NULL
-) RETURNS SETOF found_surface LANGUAGE sql STABLE AS $$
-SELECT world, occurrence_id, path, element_no AS surface_no, name, x0, y0, z0, x1, y1, z1
-FROM all_in_view('surface', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world)
-$$;
-COMMENT ON FUNCTION surfaces_in_view IS
-    'Surfaces of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
-
-CREATE FUNCTION arcs_in_view(
-    in_camera BIGINT, c00 DOUBLE PRECISION, c01 DOUBLE PRECISION, c02 DOUBLE PRECISION, c03 DOUBLE PRECISION, c10 DOUBLE PRECISION,
-    c11 DOUBLE PRECISION, c12 DOUBLE PRECISION, c13 DOUBLE PRECISION, c20 DOUBLE PRECISION, c21 DOUBLE PRECISION, c22 DOUBLE PRECISION,
-    c23 DOUBLE PRECISION, near DOUBLE PRECISION, far DOUBLE PRECISION, in_world TEXT DEFAULT NULL
-) RETURNS SETOF found_arc LANGUAGE sql STABLE AS $$
-SELECT world, occurrence_id, path, element_no AS arc_no, name, x0, y0, z0, x1, y1, z1
-FROM all_in_view('arc', in_camera, c00, c01, c02, c03, c10, c11, c12, c13, c20, c21, c22, c23, near, far, in_world)
-$$;
-COMMENT ON FUNCTION arcs_in_view IS
-    'Arcs of placed parts whose box meets the view of a camera; newest revision of all worlds or one.';
