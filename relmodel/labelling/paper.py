@@ -16,6 +16,7 @@ Mappings are total, but for units without candidates, and not injective.  Three 
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -24,7 +25,6 @@ import numpy as np
 from relmodel.arrays import Bools, Ints
 from relmodel.errors import UsageError
 from relmodel.labelling.cost import labelling_cost
-from relmodel.labelling.depth_first import DepthFirst, SearchEnded
 from relmodel.labelling.problem import NONE, MatchingProblem
 from relmodel.labelling.result import BOUNDED, STOPPED, MatchingResult
 
@@ -107,18 +107,24 @@ def search(problem: MatchingProblem, limit: int | None, nodes: int, seconds: flo
         cost=found,
         bound=bound,
         status=STOPPED if stopped else BOUNDED,
-        nodes=run.counter.nodes,
-        selections=run.counter.selections,
+        nodes=run.nodes,
+        selections=run.selections,
         tree=(),
     )
+
+
+class SearchEnded(Exception):  # noqa: N818 - no error
+    """A limit on nodes or seconds was met."""
 
 
 class _Search:
     def __init__(self, problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None) -> None:
         self.problem = replace(problem, injective=False)
         self.table = whole_functions(problem)
-        self.counter = DepthFirst(problem, limit, nodes, seconds)
         self.limit = limit
+        self.nodes = self.selections = 0
+        self._most_nodes = nodes
+        self._end = None if seconds is None else time.monotonic() + seconds
         self.cost: int | None = None
         self.label: Ints = np.full(problem.units, NONE, np.int64)
         self.without = np.diff(problem.first_candidate) == 0
@@ -131,7 +137,9 @@ class _Search:
 
     def extend(self, label: Ints, error: Ints) -> None:
         """Go on from a mapping (units,), -1 where there is none yet, and the errors of all functions."""
-        self.counter.count()
+        if self.nodes >= self._most_nodes or (self._end is not None and time.monotonic() > self._end):
+            raise SearchEnded
+        self.nodes += 1
         left = (label == NONE) & ~self.without
         if self._too_dear(self.bound(error, left)):
             return
@@ -143,7 +151,7 @@ class _Search:
         choice = np.flatnonzero(left[self.table.unit])
         choice = choice[np.argsort(error[choice], kind="stable")]
         for function in choice[self.table.unit[choice] == self.table.unit[choice[0]]].tolist():
-            self.counter.selections += 1
+            self.selections += 1
             extended = np.where(label == NONE, self.table.label[function], label)
             self.extend(extended, error + self.table.disagreement(function))
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from relmodel.errors import UsageError
-from relmodel.labelling import branch_and_bound, functions, paper, star
+from relmodel.labelling import branch_and_bound, paper, star
 from relmodel.labelling.problem import MatchingProblem
 from relmodel.labelling.result import MatchingResult
 
-MODES = (branch_and_bound.MODE, functions.MODE, paper.MODE, star.MODE)
+MODES = (branch_and_bound.MODE, paper.MODE, star.MODE)
 
 NODES = 10_000
-DEPTH_FIRST_NODES = 100
-"""nodes of a depth-first mode that cost about as much as one of `dual_ascent`, which has bounds of its own"""
+PAPER_NODES = 100
+"""nodes of `paper` that cost about as much as one of `dual_ascent`, which has bounds of its own"""
 
 
 def solve(
@@ -24,12 +24,12 @@ def solve(
 ) -> MatchingResult:
     """The labelling of least cost, or the best that was found, with a bound.
 
-    mode: `dual_ascent`, the default, proves what it finds; `functions` (whole functions, repaired) is exact too, and
-    needs no more than the problem; `paper` is the printed search with whole functions, a heuristic whose mapping is
-    total and not injective; `star` is Cheng and Huang's star matching, a heuristic, with the bound of the default.
+    mode: `dual_ascent`, the default, proves what it finds; `paper` is the printed search with whole functions, a
+    heuristic whose mapping is total and not injective; `star` is Cheng and Huang's star matching, a heuristic, with the
+    bound of the default.
     limit: only labellings that cost this or less matter, and 0 asks for a consistent one: a bound above it says that
-    there is none.  nodes (DEPTH_FIRST_NODES times as many of the depth-first modes) and seconds end the search, the
-    latter at the price of runs that differ.
+    there is none.  nodes (PAPER_NODES times as many of `paper`) and seconds end the search, the latter at the price of
+    runs that differ.
 
     Equal problems give equal results unless `seconds` ends the search.  Raises UsageError for a mode that is none.
     """
@@ -37,11 +37,8 @@ def solve(
         return branch_and_bound.search(problem, limit, nodes, seconds)
     if mode == star.MODE:
         return star.search(problem, limit, nodes, seconds)
-    nodes *= DEPTH_FIRST_NODES
-    if mode == functions.MODE:
-        return functions.search(problem, limit, nodes, seconds)
     if mode == paper.MODE:
-        return paper.search(problem, limit, nodes, seconds)
+        return paper.search(problem, limit, nodes * PAPER_NODES, seconds)
     raise _no_mode(mode)
 
 

@@ -8,11 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from relmodel.errors import UsageError
 from relmodel.labelling import branch_and_bound
 from relmodel.labelling.rows import result_rows
 from relmodel.labelling.solve import solve
-from relmodel.labelling.stored import read_problem
 from relmodel.store.runs import Run
 from relmodel.store.store import Store
 from tests.labelling.oracle import random_problem
@@ -88,19 +86,3 @@ def test_every_damage_is_named_with_its_problem(store: Store) -> None:
         number = int(damage.split("problem_no = ")[1][0])
         assert (number, said) in found, damage
         assert {problem for problem, _ in found} == {number}, damage
-
-
-def test_stored_problems_are_read_as_they_were(store: Store) -> None:
-    rng = np.random.default_rng(3)
-    problems = [scene("gated", 30, 0).problem, *(scene("hard", 48, 4).problem for _ in range(2))]
-    problems += [random_problem(rng) for _ in range(12)]
-    with store.read() as connection:
-        for number, problem in enumerate(problems):
-            again = read_problem(store, connection, 1, number)
-            for name in ("null_cost", "candidate_unit", "candidate_label", "candidate_cost", "neighbour_unit"):
-                assert np.array_equal(getattr(again, name), getattr(problem, name)), name
-            assert np.array_equal(again.compatibility, problem.compatibility)
-            assert np.array_equal(again.saves, problem.saves)
-            assert again.injective == problem.injective
-        with pytest.raises(UsageError, match="no problem 99"):
-            read_problem(store, connection, 1, 99)

@@ -15,9 +15,14 @@ from relmodel.labelling.problem import MatchingProblem, matching_problem
 from relmodel.labelling.result import MatchingResult
 from relmodel.labelling.rows import result_rows
 from relmodel.labelling.solve import MODES, solve
-from relmodel.labelling.stored import read_relations
 from relmodel.store.database import Database
 from vision.relations.tolerances import Tolerance
+
+# What a problem takes of the relations that were joined: tables, columns and their order.
+_RELATIONS = (
+    ("problem_relation", ("unit_no", "neighbour_no", "weight"), "unit_no neighbour_no"),
+    ("compatibility", ("unit_a", "label_a", "unit_b", "label_b", "saves"), "unit_a label_a unit_b label_b"),
+)
 
 
 @dataclass(frozen=True)
@@ -109,7 +114,12 @@ def solve_rows(workspace: Database, number: int, rows: ProblemRows, of_units: Co
     with workspace.write() as connection:
         workspace.insert(connection, "problem_relation", "matching/relations", **problem_key)
         workspace.insert(connection, "compatibility", "matching/compatibilities", **problem_key)
-        relation, pair = read_relations(workspace, connection, **problem_key)
+        relation, pair = (
+            np.stack(
+                [*workspace.select(connection, table, *names, order=order, **problem_key).values()], axis=1
+            ).astype(np.int64)
+            for table, names, order in _RELATIONS
+        )
     weight = np.bincount(relation[:, 0], relation[:, 2], rows.units)
     null_cost = rows.null_cost + np.ceil(rows.null_share * weight - 1e-9).astype(np.int64)
     problem = matching_problem(

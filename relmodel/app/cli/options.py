@@ -75,7 +75,7 @@ def add_search(parser: argparse.ArgumentParser) -> None:
         "--search",
         default="dual_ascent",
         metavar="SEARCH",
-        help="the search for the best match: dual_ascent, functions, paper or star, "
+        help="the search for the best match: dual_ascent, paper or star, "
         "described in docs/matching.md (default: dual_ascent)",
     )
 
