@@ -108,7 +108,7 @@ class _Geometry:
     @classmethod
     def load(cls, store: Store, connection: Connection, level: str, shapes: list[int]) -> _Geometry:
         if level == "arc":
-            rows = store.columns(connection, "find/exact_arcs", shape_ids=shapes)
+            rows = store.select(connection, "shape_arc_sample", order="shape_id arc_no", shape_id=shapes)
             keys = list(zip(rows["shape_id"].tolist(), rows["arc_no"].tolist(), strict=True))
             deviation = [_sagitta(p, t) for p, t in zip(rows["points"], rows["tangents"], strict=True)]
             return cls(keys, [_chords(points) for points in rows["points"]], [False] * len(keys), deviation)
@@ -122,7 +122,7 @@ class _Geometry:
         measured: Floats = np.ma.filled(np.ma.masked_invalid(np.ma.asarray(meshes["deviation_mm"], float)), 0.0)
         deviation_of = dict(zip(meshes["shape_id"].tolist(), measured.tolist(), strict=True))
         if level == "part":
-            solids = set(store.columns(connection, "find/solid_shapes", shape_ids=shapes)["shape_id"].tolist())
+            solids = set(store.select(connection, "shape", "id", id=shapes, kind="solid")["id"].tolist())
             return cls(
                 [(s, -1) for s in of_shape],
                 list(of_shape.values()),

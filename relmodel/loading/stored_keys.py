@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+import sqlalchemy as sa
 from sqlalchemy import Connection
 
 from relmodel.arrays import Ints
 from relmodel.store import Run
+from relmodel.store.bulk import fetch_columns
 from relmodel.store.database import Database
 
 
@@ -18,7 +20,9 @@ def stored_ids(store: Database, connection: Connection, table: str, keys: Iterab
     if not sought:
         return {}
     with store.relation(connection, "sought", {"content_key": sought}):
-        rows = store.columns(connection, f"load/known_{table}")
+        own = store.table(table).c
+        known = own.content_key.in_(sa.select(sa.column("content_key")).select_from(sa.table("sought")))
+        rows = fetch_columns(connection, sa.select(own.id, own.content_key).where(known), {})
     return dict(zip(rows["content_key"].tolist(), rows["id"].tolist(), strict=True))
 
 

@@ -199,10 +199,15 @@ def select(
     connection: Connection, table: Table, names: Sequence[str], order: Sequence[str], key: Mapping[str, Any]
 ) -> dict[str, npt.NDArray[Any]]:
     """Rows of a table by its key; see `Store.select`."""
-    wanted = [table.c[name] for name in names] or [column for column in table.columns if column.name not in key]
+    wanted = [table.c[name] for name in names] or [
+        column for column in table.columns if isinstance(key.get(column.name, []), list)
+    ]
     # As double precision, whatever the digits of the store: PostgreSQL's client would make objects of decimals.
     spelled = [sa.cast(c, sa.Double).label(c.name) if isinstance(c.type, sa.Numeric | sa.REAL) else c for c in wanted]
-    asked = [table.c[name] == sa.bindparam(name) for name in key]
+    asked = [
+        table.c[name] == (sa.func.any(sa.bindparam(name)) if isinstance(value, list) else sa.bindparam(name))
+        for name, value in key.items()
+    ]
     return fetch_columns(connection, sa.select(*spelled).where(*asked).order_by(*(table.c[n] for n in order)), key)
 
 

@@ -277,8 +277,8 @@ class Database:
     def select(
         self, connection: Connection, table: str, /, *names: str, order: str = "", **key: Any
     ) -> dict[str, npt.NDArray[Any]]:
-        """Rows of a table whose columns have the values of `key`, in `order` (names of columns, spaces between), by
-        columns as `columns` gives them: those of some names, else all but the key's."""
+        """Rows of a table whose columns have the values of `key`, or one of a list, in `order` (names of columns,
+        spaces between), by columns as `columns` gives them: those of some names, else all but those of one value."""
         return bulk.select(connection, self.table(table), names, order.split(), key)
 
     def arrow(self, connection: Connection, name: str, /, **parameters: Any) -> Any:

@@ -185,19 +185,19 @@ def _surfaces(store: Store, connection: Connection, shape: int) -> SurfaceSet:
 
 def _curves(store: Store, connection: Connection, arcs: list[int]) -> Curves:
     """Arcs in order of their identities, with what offset ones are made from."""
-    columns = store.columns(connection, "compare/arcs", arc_ids=arcs)
-    splines = store.columns(connection, "compare/arc_splines", arc_ids=arcs)
+    columns = store.select(connection, "arc", order="id", id=arcs)
+    splines = store.select(connection, "arc_spline", order="arc_id", arc_id=arcs)
     row_of = {arc: row for row, arc in enumerate(arcs)}
     if "offset" not in columns["kind"]:
         return Curves(columns, splines, "arc_id", row_of)
-    offsets: dict[str, Any] = dict(store.columns(connection, "compare/arc_offsets", arc_ids=arcs))
+    offsets: dict[str, Any] = store.select(connection, "arc_offset", order="arc_id", arc_id=arcs)
     basis, offsets["basis_arc"] = np.unique(np.asarray(offsets["basis_arc_id"], np.int64), return_inverse=True)
     return Curves(columns, splines, "arc_id", row_of, offsets, _curves(store, connection, basis.tolist()))
 
 
 def _features(store: Store, connection: Connection, shape: int) -> FeatureSet:
     rows = store.columns(connection, "compare/features", shape_id=shape)
-    members = store.columns(connection, "compare/feature_surfaces", shape_id=shape)
+    members = store.select(connection, "feature_surface", order="feature_no surface_no", shape_id=shape)
     return feature_set(rows, members, store.columns(connection, "compare/feature_dimensions", shape_id=shape))
 
 

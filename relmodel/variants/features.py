@@ -34,7 +34,7 @@ class FeatureSet:
 
 
 def feature_set(rows: Mapping[str, Any], members: Mapping[str, Any], sizes: Mapping[str, Any]) -> FeatureSet:
-    """From the columns of the queries `compare/features`, `compare/feature_surfaces` and
+    """From the columns of the queries `compare/features`, of the table `feature_surface` and of
     `compare/feature_dimensions`."""
     dimensions: dict[int, dict[str, tuple[float, str]]] = {int(i): {} for i in rows["class_id"]}
     for class_id, name, value, unit in zip(*(sizes[c] for c in ("class_id", "name", "value", "unit")), strict=True):

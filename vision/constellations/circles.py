@@ -84,7 +84,7 @@ class Circles:
 
 def read_circles(store: Database, connection: Connection, object_id: int) -> Circles:
     """The circles of an object in its frame, in the order of their numbers."""
-    found = store.columns(connection, "constellations/circles", object_id=object_id)
+    found = store.select(connection, "circle", order="circle_no", object_id=object_id)
     centre, normal = (np.stack([found[n] for n in names], axis=1) for names in (("x", "y", "z"), ("nx", "ny", "nz")))
     return Circles.exact(centre, normal, found["radius"])
 

@@ -93,7 +93,7 @@ def _nothing(store: Store, connection: Connection, run: int, camera: str, arc: i
         if camera not in cameras:
             return f"run {run} has no camera {camera}: name one of {', '.join(cameras)}"
         return f"the {camera} picture of run {run} has no arc {arc}: it has arcs 0 to {cameras[camera] - 1}"
-    paths = [str(row.path) for row in store.rows(connection, "audit/paths", run=run)]
+    paths = store.select(connection, "part_in_view", "path", order="in_view_no", run_id=run)["path"].tolist()
     near = nearest_name(path, paths)
     hint = f"did you mean {near}?" if near else "the view part_in_view lists what is"
     return f"run {run} has no {path} in view: {hint}"
