@@ -13,7 +13,7 @@ unary costs, weights, and confirmation by degrees.  All costs are integers, so b
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -155,23 +155,6 @@ def matching_problem(
         saves=_most(near, units, unit[there], saves[there]),
         injective=injective,
     )
-
-
-def without_nulls(problem: MatchingProblem) -> MatchingProblem:
-    """The same problem where no label is so dear that any labelling of all units is cheaper than one with a null.
-
-    Where the optimum of it costs `prohibitive_cost` or more, no labelling of all units exists.
-    """
-    return replace(problem, null_cost=np.full(problem.units, prohibitive_cost(problem), np.int64))
-
-
-def prohibitive_cost(problem: MatchingProblem) -> int:
-    """More than any two labellings of all units differ by, and than any of them costs."""
-    cost, first = problem.candidate_cost, problem.first_candidate
-    has = np.flatnonzero(np.diff(first))
-    dearest = np.maximum.reduceat(cost, first[has]).clip(min=0).sum() if len(has) else 0
-    cheapest = np.minimum.reduceat(cost, first[has]).clip(max=0).sum() if len(has) else 0
-    return int(1 + dearest - cheapest + problem.neighbour_weight.sum())
 
 
 def _most(near: Ints, units: int, pair: Ints, saves: Ints) -> Ints:

@@ -49,8 +49,3 @@ class MatchingResult:
     nodes: int
     selections: int
     tree: tuple[SearchNode, ...]
-
-    @property
-    def gap(self) -> float:
-        """Part of the cost that is not proved, 0 to 1."""
-        return (self.cost - self.bound) / max(abs(self.cost), 1)

@@ -11,10 +11,8 @@ from relmodel.labelling.cost import labelling_cost
 from relmodel.labelling.problem import NONE, MatchingProblem
 from relmodel.labelling.result import TAKE, MatchingResult, SearchNode
 
-Columns = dict[str, Any]
 
-
-def result_rows(problem: MatchingProblem, result: MatchingResult) -> dict[str, Columns]:
+def result_rows(problem: MatchingProblem, result: MatchingResult) -> dict[str, dict[str, Any]]:
     """Columns by table, in the order in which they may be appended; run_id, problem_no and what else the row of
     `problem` holds (kind, method, units_id, labels_id, parameters) are the caller's to add.
     """
@@ -65,7 +63,7 @@ def _reasons(problem: MatchingProblem, label: Ints) -> list[str]:
     return [str(r) for r in reason]
 
 
-def _tree(tree: tuple[SearchNode, ...]) -> Columns:
+def _tree(tree: tuple[SearchNode, ...]) -> dict[str, Any]:
     take = np.array([node.branch == TAKE for node in tree], bool)
     label = np.array([node.label for node in tree], np.int64)
     return {

@@ -4,6 +4,7 @@ certificates that knows nothing but their rows."""
 from __future__ import annotations
 
 from collections import defaultdict
+from dataclasses import replace
 from functools import cache
 from itertools import product
 from typing import Any
@@ -255,3 +256,20 @@ def _plain(value: Any) -> Any:
     if value is np.ma.masked:
         return None
     return value.item() if isinstance(value, np.generic) else value
+
+
+def without_nulls(problem: MatchingProblem) -> MatchingProblem:
+    """The same problem where no label is so dear that any labelling of all units is cheaper than one with a null.
+
+    Where the optimum of it costs `prohibitive_cost` or more, no labelling of all units exists.
+    """
+    return replace(problem, null_cost=np.full(problem.units, prohibitive_cost(problem), np.int64))
+
+
+def prohibitive_cost(problem: MatchingProblem) -> int:
+    """More than any two labellings of all units differ by, and than any of them costs."""
+    cost, first = problem.candidate_cost, problem.first_candidate
+    has = np.flatnonzero(np.diff(first))
+    dearest = np.maximum.reduceat(cost, first[has]).clip(min=0).sum() if len(has) else 0
+    cheapest = np.minimum.reduceat(cost, first[has]).clip(max=0).sum() if len(has) else 0
+    return int(1 + dearest - cheapest + problem.neighbour_weight.sum())

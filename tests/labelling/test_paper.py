@@ -10,9 +10,9 @@ import pytest
 from relmodel.errors import UsageError
 from relmodel.labelling import paper
 from relmodel.labelling.cost import labelling_cost
-from relmodel.labelling.problem import NONE, MatchingProblem, matching_problem, without_nulls
+from relmodel.labelling.problem import NONE, MatchingProblem, matching_problem
 from relmodel.labelling.solve import solve
-from tests.labelling.oracle import enumerated_cost
+from tests.labelling.oracle import enumerated_cost, without_nulls
 from tests.labelling.scenes import scene
 
 DEAR = 50
