@@ -18,7 +18,7 @@ from relmodel.store.digests import find_altered_rows
 from relmodel.store.store import Store
 
 
-class Finding(NamedTuple):
+class CheckResult(NamedTuple):
     """The result of a check: its name, what it looks for, and the offending rows (none: it passed)."""
 
     query: str
@@ -26,7 +26,7 @@ class Finding(NamedTuple):
     rows: list[dict[str, Any]]
 
 
-def check(store: Store) -> list[Finding]:
+def check(store: Store) -> list[CheckResult]:
     """Read every block and table whole, run the queries of `queries/check`, and compare references, ledger, digests and
     journal with the rest.
 
@@ -48,14 +48,14 @@ def check(store: Store) -> list[Finding]:
         ),
     ]
     return [
-        Finding(
+        CheckResult(
             "blocks",
             "Blocks of the file that are damaged: restore a backup; where all tables can be read, COPY FROM DATABASE "
             "to a new file rescues everything (docs/store.md, Damage).",
             _damaged(store),
         ),
-        Finding("tables", "Tables that cannot be read whole: the file is damaged.", _unreadable(store)),
-        *(Finding(name, description, _found(store, search)) for name, description, search in searches),
+        CheckResult("tables", "Tables that cannot be read whole: the file is damaged.", _unreadable(store)),
+        *(CheckResult(name, description, _found(store, search)) for name, description, search in searches),
     ]
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import Connection
 
 from relmodel.app.report.findings import size_words
+from relmodel.app.report.page import render
 from relmodel.app.report.pictures import RunPicture
 from relmodel.store import Store
 
@@ -37,9 +38,23 @@ class Entry:
     arcs: Sequence[str] = ()
 
 
-def script_data(entries: Sequence[Entry], scene: dict[str, Any] | None) -> dict[str, Any]:
-    """What the page's script is given: what each entry is linked to, and the model."""
-    return {"items": [{"arcs": e.arcs, "part": e.part, "surfaces": e.surfaces} for e in entries], "scene": scene}
+def render_linked(
+    store: Store,
+    entries: Sequence[Entry],
+    scene: dict[str, Any] | None,
+    around: Mapping[str, Any] | None = None,
+    **values: Any,
+) -> str:
+    """A page with the list beside pictures and model; around: what stands about it where it is one of several."""
+    return render(
+        "run.html",
+        **(around or {}),
+        **values,
+        items=entries,
+        scene=scene,
+        data={"items": [{"arcs": e.arcs, "part": e.part, "surfaces": e.surfaces} for e in entries], "scene": scene},
+        store=store.name,
+    )
 
 
 def read_entries(

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.app.report.items import Entry, script_data
-from relmodel.app.report.page import Table, read_table, render
+from relmodel.app.report.items import Entry, render_linked
+from relmodel.app.report.page import PageTable, read_table
 from relmodel.app.show.tree import Tree, read_tree, tree_rows
 from relmodel.drawing.colours import Rgb, colours_of, hexadecimal
 from relmodel.drawing.scene import Part, place_parts, scene
@@ -42,34 +42,36 @@ def object_page(
     ]
     if whole["mass"]:
         facts.append(("mass", f"{whole['mass']:.4g} kg", ""))
-    return _page(
-        f"{name} {variant}".strip(),
-        f"Object, revision {tree.revision}",
-        facts,
+    title = f"{name} {variant}".strip()
+    return render_linked(
+        store,
         entries,
-        "Parts and features",
         scene(shapes, parts, up=_UP),
-        [(kind.replace("_", " "), hexadecimal(rgb)) for kind, rgb in kinds.items()],
-        [
+        around,
+        title=title,
+        word=title,
+        over=f"Object, revision {tree.revision}",
+        facts=facts,
+        items_title="Parts and features",
+        legend=[(kind.replace("_", " "), hexadecimal(rgb)) for kind, rgb in kinds.items()],
+        sections=[
             ("Tree", [tables["tree"]]),
             ("Features", [tables["object_features"], tables["object_kinds"]]),
         ],
-        store,
-        around,
     )
 
 
-def object_tables(store: Store, connection: Connection, name: str, variant: str = "") -> dict[str, Table]:
+def object_tables(store: Store, connection: Connection, name: str, variant: str = "") -> dict[str, PageTable]:
     """The tables of an object's page by name.  Raises UsageError where the object is not loaded."""
     tree = read_tree(store, connection, name, variant)
     shapes, _ = _parts(store, connection, tree)
     return _tables(connection, tree_rows(store, connection, tree), [s["id"] for s in shapes])
 
 
-def _tables(connection: Connection, rows: Sequence[Mapping[str, Any]], shape_ids: list[int]) -> dict[str, Table]:
+def _tables(connection: Connection, rows: Sequence[Mapping[str, Any]], shape_ids: list[int]) -> dict[str, PageTable]:
     columns = ("path", "level", "number", "material", "mass", "size", "surfaces", "features", "attributes", "findings")
     tables = [
-        Table("What stands in it", columns, [[r.get(c) for c in columns] for r in rows], name="tree"),
+        PageTable("What stands in it", columns, [[r.get(c) for c in columns] for r in rows], name="tree"),
         read_table(connection, "Features", "report/object_features", shape_ids=shape_ids),
         read_table(connection, "Kinds", "report/object_kinds", shape_ids=shape_ids),
     ]
@@ -124,17 +126,18 @@ def diff_page(
         read_table(connection, "How much differs", "report/change_counts", comparison_id=comparison),
         read_table(connection, "What differs", "compare/changes", comparison_id=comparison),
     ]
-    names = [" ".join(filter(None, named)) for named in (before, after)]
-    return _page(
-        f"{names[0]} → {names[1]}",
-        f"Variants compared, revisions {trees[0].revision} and {trees[1].revision}",
-        facts,
-        entries[:MOST_ITEMS],
-        "What differs",
-        scene(shapes, parts, up=_UP),
-        [(status, status) for status in _COLOURED],
-        [("Differences", tables)],
+    title = " → ".join(" ".join(filter(None, named)) for named in (before, after))
+    return render_linked(
         store,
+        entries[:MOST_ITEMS],
+        scene(shapes, parts, up=_UP),
+        title=title,
+        word=title,
+        over=f"Variants compared, revisions {trees[0].revision} and {trees[1].revision}",
+        facts=facts,
+        items_title="What differs",
+        legend=[(status, status) for status in _COLOURED],
+        sections=[("Differences", tables)],
     )
 
 
@@ -145,35 +148,6 @@ def _motion(change: Any) -> str:
     if change.distance < 1e-3 < change.angle:
         return f"{np.degrees(change.angle):.3g}°"
     return f"{change.distance:.3g} mm"
-
-
-def _page(
-    word: str,
-    over: str,
-    facts: list[tuple[str, str, str]],
-    entries: Sequence[Entry],
-    entries_title: str,
-    drawn: dict[str, Any] | None,
-    legend: Sequence[tuple[str, str]],
-    sections: list[tuple[str, list[Any]]],
-    store: Store,
-    around: Mapping[str, Any] | None = None,
-) -> str:
-    return render(
-        "run.html",
-        **(around or {}),
-        title=word,
-        over=over,
-        word=word,
-        facts=facts,
-        items=entries,
-        items_title=entries_title,
-        scene=drawn,
-        legend=legend,
-        data=script_data(entries, drawn),
-        sections=sections,
-        store=store.name,
-    )
 
 
 def _parts(

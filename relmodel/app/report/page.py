@@ -34,7 +34,7 @@ _FOLDER = Path(__file__).parent / "templates"
 
 
 @dataclass(frozen=True)
-class Table:
+class PageTable:
     """A table of a page: the result of a named query, and the query.
 
     name: what files of the page's tables know it by.  Of a long one the first rows are shown: the query gives all.
@@ -64,11 +64,11 @@ class Table:
         return len(self.rows) - len(self.shown)
 
 
-def read_table(connection: Connection, title: str, name: str, /, **parameters: Any) -> Table:
+def read_table(connection: Connection, title: str, name: str, /, **parameters: Any) -> PageTable:
     """The table of the named query `queries/NAME.sql`."""
     found = connection.execute(sql.query(name), parameters)
     columns, rows, own = list(found.keys()), found.all(), name.rpartition("/")[2]
-    return Table(title, columns, rows, sql.query(name).text, parameters, sql.description(name), own)
+    return PageTable(title, columns, rows, sql.query(name).text, parameters, sql.description(name), own)
 
 
 def render(template: str, **values: Any) -> str:

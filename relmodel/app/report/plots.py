@@ -10,7 +10,7 @@ import numpy as np
 from markupsafe import Markup
 from sqlalchemy import Connection
 
-from relmodel.app.report.page import Table, cell
+from relmodel.app.report.page import PageTable, cell
 from relmodel.drawing.plots import ellipse, histogram, residual_map
 from relmodel.store import Store
 
@@ -60,7 +60,7 @@ def evidence_plots(store: Store, connection: Connection, run: int) -> list[Marku
     return out
 
 
-def times(steps: Table) -> Table:
+def times(steps: PageTable) -> PageTable:
     """The table of steps with a bar for how long each took."""
     seconds = [r[list(steps.columns).index("seconds")] for r in steps.rows]
     longest = max(

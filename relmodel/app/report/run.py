@@ -12,8 +12,8 @@ from sqlalchemy import Connection
 
 from relmodel.app.audit.newest import find_run
 from relmodel.app.report.findings import group_rest, read_cards
-from relmodel.app.report.items import STATES, Entry, checked, read_entries, script_data
-from relmodel.app.report.page import Table, cell, read_table, render
+from relmodel.app.report.items import STATES, Entry, checked, read_entries, render_linked
+from relmodel.app.report.page import PageTable, cell, read_table
 from relmodel.app.report.pictures import RunPicture, read_pictures
 from relmodel.app.report.plots import evidence_plots, pose_plots, times
 from relmodel.app.report.run_scene import LEGEND, run_scene
@@ -80,9 +80,11 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         reason = "; ".join([reason, *(r.sentence for r in (*shown, *variants))])
     drawn = Markup("").join(p.drawing for p in pictures)
     rest, passed = group_rest(store.rows(connection, "report/states", run_id=run))
-    return render(
-        "run.html",
-        **(around or {}),
+    return render_linked(
+        store,
+        items,
+        scene,
+        around,
         title=f"run {run}: {word}",
         over=f"{_KINDS.get(row.kind, row.kind)}, run {run}"
         + (f", world {prior.world} revision {prior.revision}" if prior is not None else "")
@@ -101,13 +103,9 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         pictures_title="Pictures" if len(pictures) > 1 else "Picture",
         layers=_layers(drawn),
         states=[s for s in STATES if f" state-{s}" in drawn],
-        items=items,
         items_title="In view",
-        scene=scene,
         legend=LEGEND,
-        data=script_data(items, scene),
         sections=_sections(store, connection, run, pictures),
-        store=store.name,
     )
 
 
@@ -211,7 +209,7 @@ _UPRIGHT = ("pose", "prior", "corrections", "load", "run")
 _FOLDED = ("states", "distances", "unexplained", "matched", "rejected", "written", "run")
 
 
-def run_tables(store: Store, connection: Connection, run: int) -> dict[str, Table]:
+def run_tables(store: Store, connection: Connection, run: int) -> dict[str, PageTable]:
     """The tables of a run's page by name, those without rows too.  Raises UsageError where there is no such run."""
     find_run(store, connection, run)
     return {
@@ -233,7 +231,7 @@ def _sections(
         tables[name] = replace(tables[name], marks=_marks(tables[name], number))
     tables["steps"] = times(tables["steps"])
 
-    def those(*names: str) -> list[Table]:
+    def those(*names: str) -> list[PageTable]:
         return [tables[name] for name in names if tables[name].rows]
 
     return [
@@ -256,7 +254,7 @@ def _sections(
     ]
 
 
-def _marks(table: Table, number: dict[str, int]) -> list[str]:
+def _marks(table: PageTable, number: dict[str, int]) -> list[str]:
     """Ids of the arcs and regions of each row in the pictures."""
     columns = list(table.columns)
     camera = columns.index("camera")

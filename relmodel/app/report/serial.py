@@ -11,8 +11,8 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.app.report.findings import Card, group_rest, read_cards, size_words
-from relmodel.app.report.items import Entry, script_data
-from relmodel.app.report.page import Table, read_table, render
+from relmodel.app.report.items import Entry, render_linked
+from relmodel.app.report.page import PageTable, read_table
 from relmodel.app.report.pictures import pose_matrix
 from relmodel.app.report.run import read_sheet
 from relmodel.app.report.run_scene import finding_views
@@ -48,7 +48,7 @@ _TABLES = {
 }
 
 
-def serial_tables(connection: Connection, serial: str) -> dict[str, Table]:
+def serial_tables(connection: Connection, serial: str) -> dict[str, PageTable]:
     """The tables of a physical part's page by name."""
     return {name: read_table(connection, title, f"report/{name}", serial=serial) for name, title in _TABLES.items()}
 
@@ -70,9 +70,11 @@ def serial_page(store: Store, connection: Connection, serial: str, around: Mappi
     sheet = dict(read_sheet(store, connection, newest)) | {"run": None, "stops": len(stops)}
     folded = [replace(tables[name], folded=True) for name in ("serial_findings", "serial_states")]
     by_place: list[Any] = [tables[name] for name in ("serial_zones", "serial_kinds", "serial_stops")]
-    return render(
-        "run.html",
-        **(around or {}),
+    return render_linked(
+        store,
+        entries,
+        drawn,
+        around,
         title=f"{serial}: {word}",
         over="Inspection of a part, all stops",
         word=word,
@@ -85,13 +87,9 @@ def serial_page(store: Store, connection: Connection, serial: str, around: Mappi
         passed=passed,
         seal=(f"serial {serial}", seal(store, connection, [run for run, _ in stops])),
         summary=by_place,
-        items=entries,
         items_title="Parts and features",
-        scene=drawn,
         legend=_LEGEND,
-        data=script_data(entries, drawn),
         sections=[("All rows", folded)],
-        store=store.name,
     )
 
 

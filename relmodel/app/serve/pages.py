@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import groupby
 from operator import itemgetter
 from typing import Any
@@ -16,7 +17,7 @@ from sqlalchemy import Connection
 
 from relmodel.app.audit.compare_runs import beginnings, compare_runs
 from relmodel.app.report.object import object_page, object_tables
-from relmodel.app.report.page import ROWS_SHOWN, Table, cell, page_script, policy, render
+from relmodel.app.report.page import ROWS_SHOWN, PageTable, cell, page_script, policy, render
 from relmodel.app.report.run import run_page, run_tables
 from relmodel.app.report.serial import serial_page, serial_tables
 from relmodel.app.serve.questions import PLOTS, finite, question_groups, read_question
@@ -71,7 +72,7 @@ class Listing:
     links with their words; data: what the page's script is given; newest: what changes when there are new rows."""
 
     title: str
-    table: Table
+    table: PageTable
     fields: Sequence[Field] = ()
     links: Sequence[str] | None = None
     words: str = ""
@@ -99,26 +100,23 @@ def answer(store: Store, connection: Connection, path: str, asked: Mapping[str, 
     listing = _listing(store, connection, "/runs" if name == "/" else name, asked, whole=bool(suffix))
     if listing is not None:
         return _as_file(listing.table, suffix) if suffix else _as_page(listing, "/runs" if name == "/" else name, asked)
-    table = ("table",) if suffix else ()
+    around = AROUND | {"files": _files(name, asked)}
+    takes: tuple[str, ...] = ()
     if name.startswith("/run/") and name[5:].isdecimal():
-        _takes(asked, *table)
-        run = int(name[5:])
-        if suffix:
-            return _as_files(run_tables(store, connection, run), suffix, asked)
-        return Page(run_page(store, connection, run, AROUND | {"files": _files(name, asked)}))
-    if name == "/part":
-        _takes(asked, "serial", *table)
-        serial = asked.get("serial", "")
-        if suffix:
-            return _as_files(serial_tables(connection, serial), suffix, asked)
-        return Page(serial_page(store, connection, serial, AROUND | {"files": _files(name, asked)}))
-    if name.startswith("/object/"):
-        _takes(asked, "variant", *table)
-        named = name[8:], asked.get("variant", "")
-        if suffix:
-            return _as_files(object_tables(store, connection, *named), suffix, asked)
-        return Page(object_page(store, connection, *named, AROUND | {"files": _files(name, asked)}))
-    return None
+        tables = partial(run_tables, store, connection, int(name[5:]))
+        page = partial(run_page, store, connection, int(name[5:]), around)
+    elif name == "/part":
+        takes, serial = ("serial",), asked.get("serial", "")
+        tables = partial(serial_tables, connection, serial)
+        page = partial(serial_page, store, connection, serial, around)
+    elif name.startswith("/object/"):
+        takes, named = ("variant",), (name[8:], asked.get("variant", ""))
+        tables = partial(object_tables, store, connection, *named)
+        page = partial(object_page, store, connection, *named, around)
+    else:
+        return None
+    _takes(asked, *takes, *(("table",) if suffix else ()))
+    return _as_files(tables(), suffix, asked) if suffix else Page(page())
 
 
 def _listing(store: Store, connection: Connection, name: str, asked: Mapping[str, str], whole: bool) -> Listing | None:
@@ -158,7 +156,7 @@ def _listing(store: Store, connection: Connection, name: str, asked: Mapping[str
         _takes(asked)
         groups = question_groups()
         rows = [(q, words, who) for who, its in groups.items() for q, words in its]
-        table = Table("Questions", ("name", "question", "asked_by"), rows)
+        table = PageTable("Questions", ("name", "question", "asked_by"), rows)
         shown = {who: [(f"/question/{q}", words) for q, words in its] for who, its in groups.items()}
         return Listing("Questions", table, groups=shown)
     if name.startswith("/question/"):
@@ -242,7 +240,7 @@ def _compare(store: Store, asked: Mapping[str, str], whole: bool) -> Listing:
     _takes(asked, "a", "b")
     fields = [Field(name, asked.get(name, "")) for name in ("a", "b")]
     if not (asked.get("a") and asked.get("b")):
-        empty = Table("Two runs", (), [], empty="Give the numbers of two runs.")
+        empty = PageTable("Two runs", (), [], empty="Give the numbers of two runs.")
         return Listing("Two runs", empty, fields, words="What differs between two runs, and where they part.")
     runs = [int(finite(name, asked[name])) for name in ("a", "b")]
     names: Sequence[str] = ("what", "name", f"run {runs[0]}", f"run {runs[1]}", "difference", "sigma")
@@ -250,7 +248,7 @@ def _compare(store: Store, asked: Mapping[str, str], whole: bool) -> Listing:
     if not whole:
         names = names[1:]
         rows = [(f"{r[0]}: {r[1]}", *beginnings(r[2], r[3]), *r[4:]) for r in rows]
-    table = Table("Two runs", names, rows, empty="Nothing differs.")
+    table = PageTable("Two runs", names, rows, empty="Nothing differs.")
     return Listing(f"Run {runs[0]} and run {runs[1]}", table, fields)
 
 
@@ -331,7 +329,7 @@ def _find(store: Store, connection: Connection, asked: Mapping[str, str]) -> Lis
         Field(n, asked.get(n, given), reach=reach[i % 3])
         for i, (n, given) in enumerate(zip(BOUNDS, first, strict=True))
     ]
-    table = Table("Found", ("path", "level", "name", *BOUNDS), rows)
+    table = PageTable("Found", ("path", "level", "name", *BOUNDS), rows)
     return Listing("What lies in a box", table, fields + choices, words=words, data={"items": [], "scene": drawn})
 
 
@@ -355,7 +353,7 @@ def _question(connection: Connection, name: str, asked: Mapping[str, str]) -> Li
     values = question.values(asked)
     found = connection.execute(question.query, values)
     columns, rows = list(found.keys()), found.all()
-    table = Table(question.words, columns, rows, question.query.text, values, empty="No rows.")
+    table = PageTable(question.words, columns, rows, question.query.text, values, empty="No rows.")
     fields = [Field(n, str(v)) for n, v in values.items()]
     return Listing(question.words, table, fields, plots=_plots_of(name, columns, rows))
 
@@ -375,13 +373,13 @@ def _plots_of(question: str, columns: Sequence[str], rows: Sequence[Sequence[Any
     return [bars([cell(r[label]) for r in shown], [float(r[value]) for r in shown], value)]
 
 
-def _table(connection: Connection, title: str, name: str, *, most: int | None = None, **parameters: Any) -> Table:
+def _table(connection: Connection, title: str, name: str, *, most: int | None = None, **parameters: Any) -> PageTable:
     found = connection.execute(sql.query(name), parameters)
     rows = found.all() if most is None else found.fetchmany(most)
-    return Table(title, list(found.keys()), rows, sql.query(name).text, parameters, empty="There are none.")
+    return PageTable(title, list(found.keys()), rows, sql.query(name).text, parameters, empty="There are none.")
 
 
-def _as_files(tables: Mapping[str, Table], suffix: str, asked: Mapping[str, str]) -> Page:
+def _as_files(tables: Mapping[str, PageTable], suffix: str, asked: Mapping[str, str]) -> Page:
     """The tables of a page that has several: the one asked for; else all, of which only JSON has a form."""
     names = ", ".join(tables)
     if "table" in asked:
@@ -401,7 +399,7 @@ def _files(name: str, asked: Mapping[str, str]) -> dict[str, str]:
     return {"all": f"{quote(name)}.json{given}", "one": f"{quote(name)}.csv?{urlencode({**asked, 'table': ''})}"}
 
 
-def _as_file(table: Table, suffix: str) -> Page:
+def _as_file(table: PageTable, suffix: str) -> Page:
     form, media = _FORMS[suffix]
     out = io.StringIO()
     print_rows(table.columns, table.rows, form, out)
