@@ -41,7 +41,7 @@ from relmodel.store import Store
 from relmodel.world.placement import place_world
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior
 from vision.cameras.images import read_picture
-from vision.inspection import inspect
+from vision.inspection import Task, inspect
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.localisation.hypotheses import Candidates
 from vision.presence.assess import assess
@@ -180,11 +180,9 @@ def inspect_case(case: Case, chain: str) -> dict[str, Any]:
         prior.write_text(yaml.safe_dump(stated))
     with Store.open(case.store) as store, _chain(chain) as parameters:
         began = time.process_time()
-        answer = inspect(
-            store, rig=rig, pictures=case.pictures,
-            prior=None if case.prior is None else prior, needs=case.needs, variants=False, parameters=parameters,
-            keep_images=False,
-        )  # fmt: skip
+        given = None if case.prior is None else prior
+        task = Task(rig=rig, pictures=case.pictures, prior=given, needs=case.needs, variants=False, keep_images=False)
+        answer = inspect(store, task, parameters)
         cpu = time.process_time() - began
         with store.read() as connection:
             states = store.columns(connection, "result/presence", run_id=answer.run)["state"].tolist()

@@ -21,7 +21,7 @@ from relmodel.world import place_world
 from relmodel.world.kinematics import mounted_rig
 from vision.cameras.files import read_pose, read_rig
 from vision.cameras.record_cameras import record_rig
-from vision.inspection import inspect
+from vision.inspection import Task, inspect
 
 Array = npt.NDArray[np.float64]
 
@@ -76,9 +76,11 @@ def _pair(store: Store, folder: Path, pair: str, truth: dict[str, object]) -> li
     (folder / "prior.yaml").write_text(yaml.safe_dump({"world_from_rig": rig.world_from_rig.tolist(), "sigma": sigma}))
     answer = inspect(
         store,
-        rig=folder / "rig.yaml",
-        pictures={name: DEMO / f"{pair}_{name}.png" for name in ("left", "right")},
-        prior=folder / "prior.yaml",
+        Task(
+            rig=folder / "rig.yaml",
+            pictures={name: DEMO / f"{pair}_{name}.png" for name in ("left", "right")},
+            prior=folder / "prior.yaml",
+        ),
     )
     true_base = true @ inverse(rig.object_from_link @ rig.link_from_rig)
     before = _off(true_base, rig.world_from_object)

@@ -29,7 +29,7 @@ from relmodel.loading.load import load
 from relmodel.resources import resource_dir
 from relmodel.store import Run, Store, sql
 from relmodel.world.placement import place_world
-from vision.inspection import KERNELS, inspect
+from vision.inspection import KERNELS, Task, inspect
 
 DEMO = resource_dir("demo")
 FILTERS: tuple[dict[str, str], ...] = ({}, {"kind": "inspect"}, {"state": "failed"}, {"verdict": "refused"})
@@ -65,10 +65,12 @@ def inspect_pair(store: Store, stem: str, audit: str) -> tuple[float, float]:
     with recording_time() as taken:
         inspect(
             store,
-            rig=f"{pair}_rig.yaml",
-            pictures={name: f"{pair}_{name}.png" for name in ("left", "right")},
-            prior=f"{pair}_prior.yaml",
-            full_audit=audit == "full",
+            Task(
+                rig=f"{pair}_rig.yaml",
+                pictures={name: f"{pair}_{name}.png" for name in ("left", "right")},
+                prior=f"{pair}_prior.yaml",
+                full_audit=audit == "full",
+            ),
         )
     return sum(taken), time.process_time() - began
 

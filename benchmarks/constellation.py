@@ -32,7 +32,7 @@ from vision.constellations.circles import find_scene_circles, read_circles
 from vision.constellations.constellation_parameters import DEFAULTS
 from vision.constellations.find_poses import read_inspected
 from vision.constellations.join import JoinedPairs, join_pairs, solve_poses
-from vision.inspection import inspect
+from vision.inspection import Task, inspect
 from vision.inspection.demonstration import read_truth
 from vision.scene.scene import Scene
 from vision.scene.stored_scene import read_scene
@@ -60,7 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         load(store, DEMO / f"bulkhead_{args.part}.step.gz", name="bulkhead", variant=args.part)
         place_world(store, DEMO / ("world.yaml" if args.part == "A" else "world_B.yaml"))
         rig, left = Path(f"{pair}_rig.yaml"), Path(f"{pair}_left.png")
-        answer = inspect(store, rig=rig, pictures={"left": left, "right": f"{pair}_right.png"})
+        answer = inspect(store, Task(rig=rig, pictures={"left": left, "right": f"{pair}_right.png"}))
         with store.read() as connection:
             space = read_triangulated(store, connection, answer.run, 0)
             arcs, circles = find_scene_circles(space)

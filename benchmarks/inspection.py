@@ -41,7 +41,7 @@ from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.world.placement import place_world
 from vision.cameras.images import read_picture
-from vision.inspection import inspect
+from vision.inspection import Task, inspect
 from vision.inspection.demonstration import Truth, measure_pose_error, read_truth
 
 OFF_MM, OFF_DEG = 10.0, 3.0
@@ -251,7 +251,7 @@ def single_pictures(data: Path, folder: Path, overlays: Path | None) -> Iterator
 def _row(name: str, kind: str, store: Store, truth: Truth, **given: Any) -> dict[str, Any]:
     """What an inspection answered, how far off it is, and what it took: s of the processor and by the clock, MB."""
     processor, clock = time.process_time(), time.perf_counter()
-    answer = inspect(store, **given)
+    answer = inspect(store, Task(**given))
     took = time.process_time() - processor, time.perf_counter() - clock
     pose: Floats | None = answer.hypotheses[0][0] if answer.hypotheses else None
     off = None if pose is None else measure_pose_error(pose, truth)

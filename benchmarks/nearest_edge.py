@@ -33,6 +33,7 @@ from vision.extraction.extract import extract
 from vision.extraction.rows import make_primitives
 from vision.inspection.demonstration import Truth, measure_pose_error
 from vision.localisation.localise import localise
+from vision.localisation.observation import Observation
 from vision.localisation.visibility import find_visible_arcs
 from vision.scene.scene import Scene
 
@@ -106,7 +107,7 @@ def compare(trial: Trial, scene: Scene) -> dict[str, Any]:
     plain = measure_pose_error(fitted, truth)
     plain_s, began = time.process_time() - began, time.process_time()
     pictures = {name: make_primitives(extract(picture)) for name, picture in trial.pictures.items()}
-    found = localise(scene, trial.rig, pictures, trial.pictures, trial.prior, needs)
+    found = localise(scene, Observation(trial.rig, pictures, trial.pictures), trial.prior, needs)
     full_s = time.process_time() - began
     off = None if found.best is None else measure_pose_error(found.best.world_from_rig, truth)
     accepted = off is not None and found.verdict.verdict == "accepted"

@@ -39,9 +39,9 @@ from vision.extraction.primitives import Primitives
 from vision.extraction.rows import make_primitives
 from vision.inspection.demonstration import Truth, measure_pose_error
 from vision.inspection.matched_views import match_views
-from vision.localisation.coverage import map_views
 from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
 from vision.localisation.localise import Localisation, localise
+from vision.localisation.observation import ModelView, Observation, view_model
 from vision.localisation.parts_in_view import find_parts_in_view
 from vision.matching.matching_parameters import MatchingParameters
 from vision.matching.pose_problem import MatchedView
@@ -257,13 +257,10 @@ def measure(case: Case, stored: StoredScene, kept: Path) -> dict[str, Any]:
     pictures, found, matched = locate(trial, stored, kept)
     assert found.best is not None
     pose = found.best.world_from_rig
-    maps = map_views(stored.scene, trial.rig, pose, LOCALISATION)
-    parts = find_parts_in_view(stored, trial.rig, maps, pose, LOCALISATION)
+    view = view_at_best(stored, found)
+    parts = find_parts_in_view(stored, found.rig, view.maps, pose, LOCALISATION)
     began = time.process_time()
-    views = {name: view.arcs for name, view in found.views.items()}
-    presence = assess(
-        stored, trial.rig, pictures, trial.pictures, found.edge_indexes, found.best, views, maps, parts, matched
-    )
+    presence = assess(stored, Observation(trial.rig, pictures, trial.pictures), found, view, parts, matched)
     seconds = time.process_time() - began
     said = describe(presence)
     box = _measure_boxes(stored.scene, presence, case.world_from_object)
@@ -285,14 +282,23 @@ def measure(case: Case, stored: StoredScene, kept: Path) -> dict[str, Any]:
     }
 
 
+def view_at_best(stored: StoredScene, found: Localisation) -> ModelView:
+    """What the cameras should see at the best pose."""
+    assert found.best is not None
+    arcs = {name: view.arcs for name, view in found.views.items()}
+    return view_model(stored.scene, found.rig, found.best.world_from_rig, LOCALISATION, arcs)
+
+
 def locate(trial: Trial, stored: StoredScene, kept: Path) -> tuple[dict[str, Primitives], Localisation, Matched]:
     """Extractions, pose and matched views of a trial, from the file `kept` or put there."""
     if not kept.exists():
         extracted = {name: make_primitives(extract(picture)) for name, picture in trial.pictures.items()}
         assert trial.prior is not None
-        located = localise(stored.scene, trial.rig, extracted, trial.pictures, trial.prior)
-        maps = {} if located.best is None else map_views(stored.scene, trial.rig, located.best.world_from_rig)
-        match = match_views(trial.rig, located, maps, extracted, MATCHING)
+        seen = Observation(trial.rig, extracted, trial.pictures)
+        located = localise(stored.scene, seen, trial.prior)
+        match: Matched = {}
+        if located.best is not None:
+            match = match_views(located.rig, located.best, view_at_best(stored, located), seen, MATCHING)
         kept.write_bytes(pickle.dumps((extracted, located, match)))
     pictures, found, matched = pickle.loads(kept.read_bytes())
     return pictures, found, matched

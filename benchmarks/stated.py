@@ -28,6 +28,7 @@ from vision.extraction.extract import extract
 from vision.extraction.rows import make_primitives
 from vision.inspection.demonstration import Truth, measure_pose_error
 from vision.localisation.localise import localise
+from vision.localisation.observation import Observation
 from vision.scene.scene import Scene
 
 RIG = CalibrationSigma(focal=0.002, centre_px=2.0, translation_mm=1.0, rotation=float(np.radians(0.1)))
@@ -83,7 +84,7 @@ def measure(trial: Trial, scene: Scene, draws: int, seed: int) -> dict[str, list
         for name, model, rig in vary(trial, scene, (seed, draw)):
             if draw and name.startswith("nothing off"):
                 continue
-            answer = localise(model, rig, found, trial.pictures, trial.prior)
+            answer = localise(model, Observation(rig, found, trial.pictures), trial.prior)
             if answer.best is None:
                 out.setdefault(name, []).append(Outcome(False, float("inf"), float("inf")))
                 continue

@@ -26,6 +26,7 @@ from benchmarks.trials import Models, Trial, rendered
 from examples.render.trials import draw_again, read_list
 from vision.inspection.demonstration import measure_pose_error
 from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
+from vision.localisation.observation import Observation
 from vision.presence.presence_parameters import DEFAULTS as PRESENCE
 from vision.presence.variants import assess_variant
 from vision.scene.scene import Scene
@@ -94,11 +95,8 @@ def rank(trial: Trial, names: dict[str, str], models: Models, kept: Path) -> dic
         told = assess_variant(
             asked,
             models.stored(model),
-            trial.rig,
-            pictures,
-            trial.pictures,
-            found.edge_indexes,
-            found.best,
+            Observation(trial.rig, pictures, trial.pictures),
+            found,
             LOCALISATION,
             PRESENCE,
         )

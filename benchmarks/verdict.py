@@ -55,10 +55,11 @@ from vision.extraction.primitives import Primitives
 from vision.extraction.rows import make_primitives
 from vision.inspection import inspection_parameters
 from vision.inspection.demonstration import Truth, measure_pose_error
-from vision.inspection.locate import Sight, select_parts
+from vision.inspection.locate import Locator, select_parts
 from vision.inspection.quality import describe, doubt_pictures, find_faults
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.localise import Localisation
+from vision.localisation.observation import Observation
 from vision.localisation.verdict import Verdict, VerdictStatistics
 from vision.scene.kept_scenes import Scenes
 from vision.stereo.match import match_stereo
@@ -153,12 +154,13 @@ def locate(trial: Trial, models: Models, found: dict[str, Primitives]) -> Locali
             stereo = match_stereo(trial.rig, left, right, p.stereo)
         needs = NEEDS[len(found)]
         scenes = Scenes(store)
-        sight = Sight(run, scenes, 1, "cell", trial.rig, found, trial.pictures, stereo, needs, p)
+        seen = Observation(trial.rig, found, trial.pictures)
+        locator = Locator(run, scenes, 1, "cell", seen, stereo, needs, p)
         try:
-            selected = select_parts(scenes, 1, "cell", trial.rig, trial.prior, p.selection)
+            target = select_parts(scenes, 1, "cell", trial.rig, trial.prior, p.selection)
         except InputError:
             return None
-        located = sight.locate(selected, trial.prior).found
+        located = locator.locate(target, trial.prior).found
         stale = 0 if len({picture.tobytes() for picture in trial.pictures.values()}) < len(trial.pictures) else None
         quality = {name: describe(np.asarray(grey, float), found[name], stale) for name, grey in trial.pictures.items()}
         return replace(located, verdict=doubt_pictures(located.verdict, find_faults(quality, 0, p.pictures)))

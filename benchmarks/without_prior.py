@@ -36,7 +36,7 @@ from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.store.bulk import fetch_columns
 from relmodel.world.placement import place_world
-from vision.inspection import inspect
+from vision.inspection import Task, inspect
 
 NEAR_MM, NEAR_DEG = 10.0, 2.0
 HEADERS = (
@@ -123,7 +123,7 @@ def _inspect(store: Store, rig: Path, file: Path, seen: tuple[str, ...]) -> tupl
         name: str(file).replace("_truth.json", f"_{side}.png") for name, side in zip(cameras, seen, strict=True)
     }
     started = process_time()
-    answer = inspect(store, rig=rig, pictures=pictures, against=(), keep_images=False)
+    answer = inspect(store, Task(rig=rig, pictures=pictures, against=(), keep_images=False))
     took = process_time() - started
     named = {state: [] for state in ("shown", "alike")}  # type: dict[str, list[tuple[str, str]]]
     for it in answer.considered:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy.typing as npt
 
@@ -19,11 +19,10 @@ from relmodel.text import visible
 from relmodel.variants.compare_variants import REACH
 
 if TYPE_CHECKING:
-    from relmodel.app.session import Session
+    from relmodel.app.session import Options, Session
     from relmodel.loading.write.write import LoadReport
     from relmodel.world.correction import Carrier
     from relmodel.world.placement import WorldReport
-    from vision.cameras.cameras import Needs
     from vision.cameras.rig_pictures import Pictures
     from vision.inspection.inspection import Inspection
     from vision.planning.plan import Plan
@@ -97,14 +96,10 @@ class OpenStore(Store):
         rig: str | Path,
         pictures: Pictures,
         prior: str | Path | None = None,
-        needs: Needs | str | None = None,
-        world: str | None = None,
-        against: Sequence[str] | None = None,
         carrier: Carrier | None = None,
         serial: str | None = None,
         operator: str | None = None,
-        believe_pictures: bool = False,
-        ignore_blind_camera: bool = False,
+        **options: Unpack[Options],
     ) -> Inspection:
         """Inspect pictures that the cameras of a rig took together: `vision.inspection.inspection.inspect`.
 
@@ -114,25 +109,16 @@ class OpenStore(Store):
         rig, prior: files.
         pictures: one to sixteen by the names of their cameras, files or arrays (grey, RGB or RGBA of bytes, of 16 bits,
         or of floats from 0 to 1); or one alone where the rig has one camera.
-        needs: how exactly the pose is needed, as in "5mm,2deg".
-        against: names of loaded objects, an empty list for all: say which of them the pictures show; needs no world.
         carrier: what is known of the arm that carries the rig.
         serial: number of the physical part, by which its inspections add up.
         operator: who makes the inspection (default: the user of this machine).
-        believe_pictures: accept a pose that the pictures show surely although it contradicts the prior.
-        ignore_blind_camera: answer by the other cameras where one does not see the model.
+        options: needs, world, against, believe_pictures and ignore_blind_camera: `relmodel.app.session.Options`.
         """
         from relmodel.app.session import Session
 
-        return Session(
-            self._scenes,
-            rig=rig,
-            needs=needs,
-            world=world,
-            against=against,
-            believe_pictures=believe_pictures,
-            ignore_blind_camera=ignore_blind_camera,
-        ).inspect(pictures=pictures, prior=prior, carrier=carrier, serial=serial, operator=operator)
+        return Session(self._scenes, rig, options).inspect(
+            pictures=pictures, prior=prior, carrier=carrier, serial=serial, operator=operator
+        )
 
     @cached_property
     def _scenes(self) -> Scenes:
@@ -145,16 +131,7 @@ class OpenStore(Store):
         self.__dict__.pop("_scenes", None)
         super().close()
 
-    def session(
-        self,
-        *,
-        rig: str | Path,
-        needs: Needs | str | None = None,
-        world: str | None = None,
-        against: Sequence[str] | None = None,
-        believe_pictures: bool = False,
-        ignore_blind_camera: bool = False,
-    ) -> Session:
+    def session(self, *, rig: str | Path, **options: Unpack[Options]) -> Session:
         """Inspect again and again with one rig; the answers are those of `inspect`.
 
         with store.session(rig="rig.yaml") as session:
@@ -163,15 +140,7 @@ class OpenStore(Store):
         from relmodel.app.session import Session
         from vision.scene.kept_scenes import Scenes
 
-        return Session(
-            Scenes(self),
-            rig=rig,
-            needs=needs,
-            world=world,
-            against=against,
-            believe_pictures=believe_pictures,
-            ignore_blind_camera=ignore_blind_camera,
-        )
+        return Session(Scenes(self), rig, options)
 
     def plan(
         self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self, TypedDict
 
 if TYPE_CHECKING:
     from relmodel.world.correction import Carrier
@@ -14,32 +14,39 @@ if TYPE_CHECKING:
     from vision.scene.kept_scenes import Scenes
 
 
+class Options(TypedDict, total=False):
+    """What inspections in a row have in common, beside the rig.
+
+    needs: how exactly the pose is needed, as in "5mm,2deg".
+    world: its name, where the store has several.
+    against: names of loaded objects, an empty list for all: say which of them the pictures show; needs no world.
+    believe_pictures: accept a pose that the pictures show surely although it contradicts the prior.
+    ignore_blind_camera: answer by the other cameras where one does not see the model.
+    """
+
+    needs: Needs | str | None
+    world: str | None
+    against: Sequence[str] | None
+    believe_pictures: bool
+    ignore_blind_camera: bool
+
+
 class Session:
     """Inspections with one rig of one world, as `OpenStore.session` says; each sees the newest revision of the world.
 
     A context manager that lets go of what it keeps when it ends.
     """
 
-    def __init__(
-        self,
-        scenes: Scenes,
-        *,
-        rig: str | Path,
-        needs: Needs | str | None,
-        world: str | None,
-        against: Sequence[str] | None,
-        believe_pictures: bool,
-        ignore_blind_camera: bool,
-    ) -> None:
+    def __init__(self, scenes: Scenes, rig: str | Path, options: Options) -> None:
         from vision.cameras.files import parse_needs
         from vision.inspection.inspection_parameters import InspectionParameters
 
-        self._scenes = scenes
-        needs = parse_needs(needs, "needs") if isinstance(needs, str) else needs
-        self._given = {"rig": rig, "needs": needs, "world": world, "against": against}
-        self._parameters = InspectionParameters(
-            believe_pictures=believe_pictures, ignore_blind_camera=ignore_blind_camera
-        )
+        given: dict[str, Any] = {"rig": rig, **options}
+        if isinstance(given.get("needs"), str):
+            given["needs"] = parse_needs(given["needs"], "needs")
+        own = {name: given.pop(name) for name in ("believe_pictures", "ignore_blind_camera") if name in given}
+        self._scenes, self._given = scenes, given
+        self._parameters = InspectionParameters(**own)
 
     def inspect(
         self,
@@ -53,21 +60,19 @@ class Session:
         """Inspect pictures that were taken together, as `OpenStore.inspect`; what fails leaves the session as it
         was."""
         from relmodel.app.notebook import PicturedInspection
-        from vision.inspection.inspection import inspect
+        from relmodel.world.correction import Carrier
+        from vision.inspection.inspection import Task, inspect
 
         store = self._scenes.store
-        found = inspect(
-            store,
+        task = Task(
             pictures=pictures,
             prior=prior,
-            carrier=carrier,
+            carrier=carrier or Carrier(),
             serial=serial,
             operator=operator,
-            parameters=self._parameters,
-            scenes=self._scenes,
             **self._given,
         )
-        return PicturedInspection(**vars(found), store=store)
+        return PicturedInspection(**vars(inspect(store, task, self._parameters, self._scenes)), store=store)
 
     def __enter__(self) -> Self:
         return self

@@ -1,5 +1,5 @@
 """The inspection run: from a rig's pictures to the parts in view and the pose of the cameras."""
 
-from vision.inspection.inspection import KERNELS, Inspection, inspect
+from vision.inspection.inspection import KERNELS, Inspection, Task, inspect
 
-__all__ = ["KERNELS", "Inspection", "inspect"]
+__all__ = ["KERNELS", "Inspection", "Task", "inspect"]

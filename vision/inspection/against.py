@@ -15,10 +15,10 @@ from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
 from relmodel.world.placement import place_in_own_worlds
 from vision.constellations.find_poses import Found
-from vision.inspection.locate import Located, Selected, Sight, select_parts
+from vision.inspection.locate import Location, Locator, Target, select_parts
 from vision.inspection.variants import weigh_variants
 from vision.localisation.localise import Localisation
-from vision.localisation.verdict import Gathered, Verdict, find_standing
+from vision.localisation.verdict import HypothesisTable, Verdict, find_standing
 from vision.presence.variants import VariantEvidence
 
 LEAST_MARGIN = 3.0
@@ -36,7 +36,7 @@ class Candidate(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Considered:
+class Comparison:
     """A loaded variant of an object compared with the pictures.
 
     score: what the best pose of its join explains, None where there is none.  state: `shown`; `alike`, which explains
@@ -64,11 +64,11 @@ class Considered:
         }
 
 
-class Recognised(NamedTuple):
+class Recognition(NamedTuple):
     """Where what is shown is, or what comes nearest; all that was considered, and how its variants rank."""
 
-    located: Located
-    considered: list[Considered]
+    location: Location
+    considered: list[Comparison]
     variants: list[VariantEvidence]
 
 
@@ -76,7 +76,7 @@ class _Chosen(NamedTuple):
     """The variant of an object that was localised, and how its variants rank there."""
 
     candidate: Candidate
-    located: Located
+    located: Location
     variants: list[VariantEvidence]
 
 
@@ -84,8 +84,8 @@ class _Start(NamedTuple):
     """Where a variant could be."""
 
     candidate: Candidate
-    sight: Sight
-    selected: Selected
+    locator: Locator
+    target: Target
     found: Found
 
     @property
@@ -93,9 +93,9 @@ class _Start(NamedTuple):
         score = self.found.candidates.score
         return float(score[0]) if len(score) else None
 
-    def locate(self) -> Located:
+    def locate(self) -> Location:
         prior, starts, relations = self.found
-        return Located(self.selected, prior, self.sight.localise(self.selected.stored.scene, prior, starts), relations)
+        return Location(self.target, prior, self.locator.localise(self.target.stored.scene, prior, starts), relations)
 
 
 def place_candidates(store: Store, run: Run, names: Sequence[str]) -> list[Candidate]:
@@ -122,19 +122,19 @@ def place_candidates(store: Store, run: Run, names: Sequence[str]) -> list[Candi
     return found
 
 
-def recognise(sight: Sight, among: Sequence[Candidate]) -> Recognised:
+def recognise(locator: Locator, among: Sequence[Candidate]) -> Recognition:
     """Which of some objects the pictures show.
 
     Every variant is joined with what the pictures show.  The best of each object, of the few whose joins explain most,
     is localised as an inspection without a prior is.  Of those that are not refused the one of most evidence is shown,
     in the variant that has most evidence at its pose; others are shown beside it where they explain other edges.
     """
-    starts = _join(sight, among)
-    chosen = [_choose_variant(sight, start, starts) for start in _find_worthy(starts, sight)]
+    starts = _join(locator, among)
+    chosen = [_choose_variant(locator, start, starts) for start in _find_worthy(starts, locator)]
     shown = max(chosen, key=lambda it: _rank(it.located.found))
-    considered = {start.candidate: Considered(start.candidate, start.score) for start in starts}
+    considered = {start.candidate: Comparison(start.candidate, start.score) for start in starts}
     for it in chosen:
-        for one, state in _judge_variants(it, _judge(sight, it.located, shown.located), among).items():
+        for one, state in _judge_variants(it, _judge(locator, it.located, shown.located), among).items():
             considered[one] = replace(considered[one], state=state)
         considered[it.candidate] = _add_pose(considered[it.candidate], it.located.found)
     order = ("shown", "alike", "outdone", "refused", "left")
@@ -142,7 +142,7 @@ def recognise(sight: Sight, among: Sequence[Candidate]) -> Recognised:
     alike, sure = ({it.candidate.name for it in ranked if it.state == state} for state in ("alike", "shown"))
     found = shown.located.found
     found = replace(found, verdict=doubt(found.verdict, sorted(alike - sure)))
-    return Recognised(shown.located._replace(found=found), ranked, shown.variants)
+    return Recognition(shown.located._replace(found=found), ranked, shown.variants)
 
 
 def doubt(verdict: Verdict, alike: Sequence[str]) -> Verdict:
@@ -154,7 +154,7 @@ def doubt(verdict: Verdict, alike: Sequence[str]) -> Verdict:
     return replace(verdict, verdict="ambiguous", reason="; ".join(missing), missing=missing)
 
 
-def record_considered(run: Run, connection: Connection, considered: Sequence[Considered]) -> None:
+def record_comparisons(run: Run, connection: Connection, considered: Sequence[Comparison]) -> None:
     """Append the objects that the pictures were compared with, in their order; nothing where a world was given."""
     if not considered:
         return
@@ -175,25 +175,25 @@ def record_considered(run: Run, connection: Connection, considered: Sequence[Con
     )
 
 
-def _join(sight: Sight, among: Sequence[Candidate]) -> list[_Start]:
+def _join(locator: Locator, among: Sequence[Candidate]) -> list[_Start]:
     """Where each of some variants could be, the best explained first."""
     starts = []
     for one in among:
-        own = replace(sight, world_id=one.world_id, world=one.world)
-        selected = select_parts(own.scenes, one.world_id, one.world, own.rig, None, own.p.selection)
-        starts.append(_Start(one, own, selected, own.join(selected.stored.scene, None)))
+        own = replace(locator, world_id=one.world_id, world=one.world)
+        target = select_parts(own.scenes, one.world_id, one.world, own.seen.rig, None, own.p.selection)
+        starts.append(_Start(one, own, target, own.join(target.stored.scene, None)))
     return sorted(starts, key=lambda start: -(start.score or 0.0))
 
 
-def _find_worthy(starts: Sequence[_Start], sight: Sight) -> list[_Start]:
+def _find_worthy(starts: Sequence[_Start], locator: Locator) -> list[_Start]:
     """Of the objects whose joins explain most, the best variant; starts: the best first."""
     of_object: dict[str, _Start] = {}
     for start in starts:
         of_object.setdefault(start.candidate.name, start)
     best = list(of_object.values())
-    least = sight.p.localisation.search.least_share * (best[0].score or 0.0)
+    least = locator.p.localisation.search.least_share * (best[0].score or 0.0)
     worthy = [start for start in best if start.score is not None and start.score >= least]
-    return worthy[: sight.p.most_objects] or best[:1]
+    return worthy[: locator.p.most_objects] or best[:1]
 
 
 def _rank(found: Localisation) -> tuple[bool, float]:
@@ -201,33 +201,32 @@ def _rank(found: Localisation) -> tuple[bool, float]:
     return found.verdict.verdict != "refused", -np.inf if found.best is None else -found.best.cost
 
 
-def _choose_variant(sight: Sight, start: _Start, starts: Sequence[_Start]) -> _Chosen:
+def _choose_variant(locator: Locator, start: _Start, starts: Sequence[_Start]) -> _Chosen:
     """The variant of an object that has most evidence at the pose found, located anew where it is another."""
     located = start.locate()
     own = {s.candidate.object_variant_id: s for s in starts if s.candidate.name == start.candidate.name}
     if located.found.verdict.verdict == "refused" or len(own) < 2:
         return _Chosen(start.candidate, located, [])
-    (stored, selection), _, found, _ = located
-    ranked = weigh_variants(sight.run, stored, selection, found.rig, sight.pictures, sight.greys, found, None, sight.p)
-    sight.run.step("variants")
+    ranked = weigh_variants(locator.run, located.target, locator.seen, located.found, None, locator.p)
+    locator.run.step("variants")
     likeliest = own[ranked[0].object_variant_id]
     again = located if likeliest is start else likeliest.locate()
     if likeliest is start or again.found.verdict.verdict == "refused":
         return _Chosen(start.candidate, located, ranked)
-    object_no = int(again.selected.stored.occurrence_id[0]) >> 28
+    object_no = int(again.target.stored.occurrence_id[0]) >> 28
     placed = likeliest.candidate.object_variant_id
     ranked = [replace(v, object_no=object_no, placed=v.object_variant_id == placed) for v in ranked]
     return _Chosen(likeliest.candidate, again, ranked)
 
 
-def _judge(sight: Sight, located: Located, shown: Located) -> str:
+def _judge(locator: Locator, located: Location, shown: Location) -> str:
     """What is to be thought of an object that was localised beside the best."""
     if located.found.best is None or shown.found.best is None or located.found.verdict.verdict == "refused":
         return "refused"
-    if located is shown or _share_edges(located.found, shown.found) < sight.p.same_edges:
+    if located is shown or _share_edges(located.found, shown.found) < locator.p.same_edges:
         return "shown"
-    both = Gathered.of([shown.found.best, located.found.best])
-    return "alike" if len(find_standing(both, sight.p.localisation.verdict)) > 1 else "outdone"
+    both = HypothesisTable.of([shown.found.best, located.found.best])
+    return "alike" if len(find_standing(both, locator.p.localisation.verdict)) > 1 else "outdone"
 
 
 def _judge_variants(it: _Chosen, state: str, among: Sequence[Candidate]) -> dict[Candidate, str]:
@@ -242,7 +241,7 @@ def _judge_variants(it: _Chosen, state: str, among: Sequence[Candidate]) -> dict
     return states
 
 
-def _add_pose(it: Considered, found: Localisation) -> Considered:
+def _add_pose(it: Comparison, found: Localisation) -> Comparison:
     verdict, best = found.verdict, found.best
     pose = None if best is None else best.world_from_rig
     return replace(it, verdict=verdict.verdict, posterior=verdict.posterior, object_from_rig=pose)

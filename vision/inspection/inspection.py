@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from sqlalchemy import Connection
 
-from relmodel.arrays import Bytes, Floats
+from relmodel.arrays import Floats
 from relmodel.drawing.model_edges import check_crops, write_crops, write_overlay
 from relmodel.drawing.strokes import check_writable
 from relmodel.errors import UsageError
@@ -28,20 +28,21 @@ from vision.cameras.record_cameras import find_rig
 from vision.cameras.rig_pictures import Pictures, digest_given, pictures_as_files, read_rig_with_pictures
 from vision.cameras.view_volume import Selection
 from vision.extraction import extract as extraction
-from vision.inspection.against import Considered, Recognised, place_candidates, recognise
+from vision.inspection.against import Candidate, Comparison, Recognition, place_candidates, recognise
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
-from vision.inspection.locate import Sight, select_parts
+from vision.inspection.locate import Locator, Target, select_parts
 from vision.inspection.matched_views import match_views
 from vision.inspection.memory import return_memory
 from vision.inspection.outcome import Outcome, read_outcome
 from vision.inspection.pictures import extract_pictures
 from vision.inspection.quality import doubt_pictures, find_faults, measure_quality
 from vision.inspection.record_decisions import record_decisions
-from vision.inspection.record_inspection import Inspected, record_inspection
+from vision.inspection.record_inspection import Result, record_inspection
 from vision.inspection.variants import is_to_be_weighed, weigh_variants
-from vision.localisation.coverage import map_views
 from vision.localisation.localise import Localisation
-from vision.localisation.parts_in_view import PartsInView, find_parts_in_view
+from vision.localisation.observation import Observation, view_model
+from vision.localisation.parts_in_view import find_parts_in_view
+from vision.matching.pose_problem import MatchedView
 from vision.presence.assess import assess
 from vision.presence.report import describe
 from vision.presence.states import Presence
@@ -107,7 +108,7 @@ class Inspection:
     parts_in_view: list[dict[str, Any]]
     presence: Presence | None
     variants: list[VariantEvidence]
-    considered: list[Considered]
+    considered: list[Comparison]
     selection: Selection
     hypotheses: list[tuple[Floats, float]]
     equivalent: list[Floats]
@@ -162,103 +163,103 @@ def _stated(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def inspect(
-    store: Store,
-    *,
-    rig: str | Path,
-    pictures: Pictures,
-    prior: str | Path | None = None,
-    needs: Needs | None = None,
-    world: str | None = None,
-    against: Sequence[str] | None = None,
-    carrier: Carrier | None = None,
-    serial: str | None = None,
-    operator: str | None = None,
-    keep_images: bool = True,
-    full_audit: bool = True,
-    variants: bool | None = None,
-    overlay: str | Path | None = None,
-    crops: str | Path | None = None,
-    parameters: InspectionParameters = DEFAULTS,
-    scenes: Scenes | None = None,
-) -> Inspection:
-    """Inspect the pictures that one or more cameras of a rig took together, against a world of the store.
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """What is to be inspected, what is known of it beforehand, and what is kept.
 
     rig, prior: files, the rig in any format of `read_rig`; without a prior the rig is taken to be where the joints of
     what carries it put it, and where the world does not mount it several pictures are located by the circles that
-    stereo finds, one by its ellipses, wherever in the world they were taken; pictures: by the names of their cameras,
-    up to sixteen, files or arrays (grey, RGB or RGBA, of bytes, of 16 bits, or of floats from 0 to 1), or one alone
-    where the rig has one camera; against: names of loaded objects, all where there are none, to say which of them the
-    pictures show, with no world and no prior; needs: how exactly the pose is needed, else as the prior file says, else
-    the default; world: its name, where the store has several; carrier: how the object stands that carries the rig,
-    which is found by the rig's content; serial: the number of the physical part, by which the evidence of all its
-    inspections adds up; operator: who makes it, else the user of this machine; variants: whether to weigh all loaded
-    variants of the inspected objects at the pose found, None where something is not as the model says and they are
-    few; overlay: a picture of the model drawn over the images, to be written; crops: a folder for pictures of what is
-    not as the model says, worst first; full_audit: whether the rows that explain the decisions are kept, and not the
-    decisions alone; scenes: those that earlier inspections of the store left, for more of them in a row. The run
-    records the parameters, defaults included.
-
-    Raises InputError for bad inputs, UsageError where several objects carry the rig and `carrier` does not choose; the
-    run then ended as failed, and the store is otherwise as it was.
+    stereo finds, one by its ellipses, wherever in the world they were taken.
+    pictures: by the names of their cameras, up to sixteen, files or arrays (grey, RGB or RGBA, of bytes, of 16 bits, or
+    of floats from 0 to 1), or one alone where the rig has one camera.
+    needs: how exactly the pose is needed, else as the prior file says, else the default.
+    world: its name, where the store has several.
+    against: names of loaded objects, all where there are none, to say which of them the pictures show, with no world
+    and no prior.
+    carrier: how the object stands that carries the rig, which is found by the rig's content.
+    serial: the number of the physical part, by which the evidence of all its inspections adds up.
+    operator: who makes it, else the user of this machine.
+    keep_images: whether the store keeps the bytes of the pictures.
+    full_audit: whether the rows that explain the decisions are kept, and not the decisions alone.
+    variants: whether to weigh all loaded variants of the inspected objects at the pose found, None where something is
+    not as the model says and they are few.
+    overlay: a picture of the model drawn over the images, to be written.
+    crops: a folder for pictures of what is not as the model says, worst first.
     """
-    if (overlay or crops) and not full_audit:
-        raise UsageError("overlay and crops are drawn from rows that a minimal audit leaves out: leave out one of both")
-    if overlay is not None:
-        check_writable(overlay)
-    if crops is not None:
-        check_crops(crops)
-    files = pictures_as_files(pictures)
-    carrier = carrier or Carrier()
-    if against is None:
-        with store.read() as connection:
-            world_id, world_name = world_named(store, connection, world)
-        if world_id < 0:
-            raise UsageError("the store holds no world: place the objects with relmodel world FILE")
-    else:
-        world_id, world_name, against = -1, "", tuple(against)
-        given = (prior, world, variants, parameters.believe_pictures or None)
-        if carrier.is_given or any(it is not None for it in given):
+
+    rig: str | Path
+    pictures: Pictures
+    prior: str | Path | None = None
+    needs: Needs | None = None
+    world: str | None = None
+    against: Sequence[str] | None = None
+    carrier: Carrier = field(default_factory=Carrier)
+    serial: str | None = None
+    operator: str | None = None
+    keep_images: bool = True
+    full_audit: bool = True
+    variants: bool | None = None
+    overlay: str | Path | None = None
+    crops: str | Path | None = None
+
+    def check(self, p: InspectionParameters) -> None:
+        """Raise UsageError where it contradicts itself, or what it writes cannot be written."""
+        if (self.overlay or self.crops) and not self.full_audit:
+            raise UsageError(
+                "overlay and crops are drawn from rows that a minimal audit leaves out: leave out one of both"
+            )
+        if self.overlay is not None:
+            check_writable(self.overlay)
+        if self.crops is not None:
+            check_crops(self.crops)
+        given = (self.prior, self.world, self.variants, p.believe_pictures or None)
+        if self.against is not None and (self.carrier.is_given or any(it is not None for it in given)):
             raise UsageError(
                 "pictures compared with loaded objects have no world, prior or arm, and weigh all variants: leave out "
                 "what says otherwise, or leave out against"
             )
+
+
+def inspect(
+    store: Store, task: Task, parameters: InspectionParameters = DEFAULTS, scenes: Scenes | None = None
+) -> Inspection:
+    """Inspect the pictures that one or more cameras of a rig took together, against a world of the store.
+
+    scenes: those that earlier inspections of the store left, for more of them in a row.  The run records the
+    parameters, defaults included.
+
+    Raises InputError for bad inputs, UsageError where several objects carry the rig and the task does not choose; the
+    run then ended as failed, and the store is otherwise as it was.
+    """
+    task.check(parameters)
+    files = pictures_as_files(task.pictures)
+    request = Request.of(store, task)
     return_memory()
-    request = Request(
-        world_id,
-        world_name,
-        against,
-        carrier,
-        serial,
-        operator or user_name(),
-        keep_images,
-        full_audit,
-        variants,
-    )
     with (
         store.one_thread(),
         Run.begin(
             store,
             "inspect",
             {**request.parameters(), **asdict(parameters)},
-            inputs=digest_given(files, rig, prior),
+            inputs=digest_given(files, task.rig, task.prior),
             packages=PACKAGES,
         ) as run,
     ):
-        inputs = _read_inputs(Path(rig), files, None if prior is None else Path(prior), needs, parameters)
+        inputs = _read_inputs(task, files, parameters)
         run.step("read")
         answer = carry_out(scenes or Scenes(store), run, request, inputs, parameters)
         greys = {name: inputs.pictures[name].grey for name in answer.world_from_camera}
-        if overlay is not None:
-            write_overlay(overlay, store, run.id, greys)
-        if crops is not None:
-            write_crops(crops, store, run.id, greys)
+        if task.overlay is not None:
+            write_overlay(task.overlay, store, run.id, greys)
+        if task.crops is not None:
+            write_crops(task.crops, store, run.id, greys)
         return answer
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Request:
-    """A world of the store, how the object in it stands that carries the rig, and what is kept."""
+    """What a run records of its task: a world of the store, how the object in it stands that carries the rig, and what
+    is kept; world_id: -1 where loaded objects are compared instead."""
 
     world_id: int
     world: str
@@ -270,29 +271,30 @@ class Request:
     full_audit: bool
     variants: bool | None
 
+    @classmethod
+    def of(cls, store: Store, task: Task) -> Request:
+        """The request of a task.  Raises UsageError where the store holds no such world."""
+        world_id, world = -1, ""
+        if task.against is None:
+            with store.read() as connection:
+                world_id, world = world_named(store, connection, task.world)
+            if world_id < 0:
+                raise UsageError("the store holds no world: place the objects with relmodel world FILE")
+        return cls(
+            world_id=world_id,
+            world=world,
+            against=None if task.against is None else tuple(task.against),
+            carrier=task.carrier,
+            serial=task.serial,
+            operator=task.operator or user_name(),
+            keep_images=task.keep_images,
+            full_audit=task.full_audit,
+            variants=task.variants,
+        )
+
     def parameters(self) -> dict[str, Any]:
         """What a run records of it."""
         return {name: value for name, value in asdict(self).items() if name != "world_id"}
-
-
-@dataclass(frozen=True)
-class _Found:
-    """What an inspection found by some cameras from a prior, with some parameters, and whether all that it rests on is
-    kept."""
-
-    it: Inspected
-    rig: Rig
-    prior: Prior
-    parameters: InspectionParameters
-    full: bool
-
-    def record(self, run: Run, connection: Connection) -> None:
-        """Append it and end the run."""
-        it, p = self.it, self.parameters
-        record_inspection(run, connection, it, full=self.full)
-        record_decisions(run, connection, self.rig, self.prior, it.needs, it.found, p)
-        record_digests(run, connection)
-        run.finish(it.found.verdict.reason, connection, last="record")
 
 
 @dataclass(frozen=True)
@@ -307,141 +309,142 @@ class Inputs:
     selection: Selection | None = None
 
 
-def _read_inputs(
-    rig: Path,
-    files: dict[str, Path | PictureBytes],
-    prior: Path | None,
-    needs: Needs | None,
-    parameters: InspectionParameters,
-) -> Inputs:
-    check_mode(parameters.matching.pose.search)
-    check_method(parameters.stereo)
-    whole, pictures = read_rig_with_pictures(rig, files)
+def _read_inputs(task: Task, files: dict[str, Path | PictureBytes], p: InspectionParameters) -> Inputs:
+    check_mode(p.matching.pose.search)
+    check_method(p.stereo)
+    whole, pictures = read_rig_with_pictures(Path(task.rig), files)
     choose_pair(whole.only(*pictures))  # refuses cameras that all are at one place
-    needs = needs or (read_needs(prior) if prior is not None else None) or DEFAULT_NEEDS
+    prior = None if task.prior is None else Path(task.prior)
+    needs = task.needs or (None if prior is None else read_needs(prior)) or DEFAULT_NEEDS
     return Inputs(whole, pictures, None if prior is None else read_prior(prior), needs)
+
+
+class _Known(NamedTuple):
+    """What is known before the pictures are looked at: the arm that carries the rig, where the rig is thought to be,
+    what of the world may be in view, or the objects that may be shown."""
+
+    mounted: MountedRig | None
+    prior: Prior | None
+    target: Target | None
+    among: list[Candidate]
+
+
+def _select(scenes: Scenes, run: Run, request: Request, inputs: Inputs, p: InspectionParameters) -> _Known:
+    """What the world, the arm and the prior tell."""
+    if request.against is not None:
+        among = place_candidates(scenes.store, run, request.against)
+        scenes.keep_only({it.world_id for it in among})
+        return _Known(None, None, None, among)
+    scenes.keep_only({request.world_id})
+    mounted = _mounted(scenes.store, request.world_id, inputs.rig, request.carrier)
+    prior = inputs.prior
+    if prior is None and mounted is not None:
+        prior = Prior(mounted.world_from_rig, predict_covariance(mounted, request.carrier))
+    cameras = inputs.rig.only(*inputs.pictures)
+    target = select_parts(scenes, request.world_id, request.world, cameras, prior, p.selection, inputs.selection)
+    return _Known(mounted, prior, target, [])
 
 
 def carry_out(
     scenes: Scenes, run: Run, request: Request, inputs: Inputs, parameters: InspectionParameters
 ) -> Inspection:
     """Inspect what was read, within a run."""
-    store, call, pictures, needs = scenes.store, request, inputs.pictures, inputs.needs
-    cameras = inputs.rig.only(*pictures)
-    mounted = believed = selected = None
-    among = [] if call.against is None else place_candidates(store, run, call.against)
-    scenes.keep_only({call.world_id, *(it.world_id for it in among)})
-    if call.against is None:
-        mounted = _mounted(store, call.world_id, inputs.rig, call.carrier)
-        believed = inputs.prior
-        if believed is None and mounted is not None:
-            believed = Prior(mounted.world_from_rig, predict_covariance(mounted, call.carrier))
-        selected = select_parts(
-            scenes, call.world_id, call.world, cameras, believed, parameters.selection, inputs.selection
-        )
+    store, pictures, p = scenes.store, inputs.pictures, parameters
+    known = _select(scenes, run, request, inputs, p)
     run.step("select")
-
-    seen = extract_pictures(run, pictures, parameters.extraction, keep_images=call.keep_images)
-    primitives = {name: one.primitives for name, one in seen.items()}
+    extracted = extract_pictures(run, pictures, p.extraction, keep_images=request.keep_images)
     run.step("extract")
-    quality = measure_quality(run.id, store, cameras, seen)
-    faults = find_faults(quality, run.id, parameters.pictures)
+    cameras = inputs.rig.only(*pictures)
+    quality = measure_quality(run.id, store, cameras, extracted)
+    faults = find_faults(quality, run.id, p.pictures)
     notes = [fault.words for fault in faults if not fault.refuses]
     run.step("look")
-    greys: dict[str, Bytes | Floats] = {name: picture.grey for name, picture in pictures.items()}
+    seen = Observation(
+        cameras,
+        {name: one.primitives for name, one in extracted.items()},
+        {name: picture.grey for name, picture in pictures.items()},
+    )
 
-    def look(by: Rig) -> tuple[StereoMatches | None, Recognised]:
-        """What these cameras show."""
-        of = {name: primitives[name] for name in by.cameras}
-        pair = choose_pair(by)
-        stereo = None if pair is None else match_stereo(by.only(*pair), of[pair[0]], of[pair[1]], parameters.stereo)
+    def locate() -> tuple[StereoMatches | None, Recognition]:
+        """Where the cameras are that are not left out."""
+        pair = choose_pair(seen.rig)
+        stereo = None
+        if pair is not None:
+            one, other = (seen.pictures[name] for name in pair)
+            stereo = match_stereo(seen.rig.only(*pair), one, other, p.stereo)
         run.step("stereo")
-        own = {name: greys[name] for name in by.cameras}
-        sight = Sight(run, scenes, call.world_id, call.world, by, of, own, stereo, needs, parameters)
-        if selected is None:
-            return stereo, recognise(sight, among)
-        return stereo, Recognised(sight.locate(selected, believed), [], [])
+        locator = Locator(run, scenes, request.world_id, request.world, seen, stereo, inputs.needs, p)
+        if known.target is None:
+            return stereo, recognise(locator, known.among)
+        return stereo, Recognition(locator.locate(known.target, known.prior), [], [])
 
-    blind = {fault.camera: fault.words for fault in faults if fault.refuses}
-    is_looked_at = False
-    while not is_looked_at:
-        if parameters.ignore_blind_camera and 0 < len(blind) < len(cameras.cameras):
+    blind, is_located = {fault.camera: fault.words for fault in faults if fault.refuses}, False
+    while not is_located:
+        if p.ignore_blind_camera and 0 < len(blind) < len(seen.pictures):
             notes += [f"camera {name} is ignored: {words}" for name, words in blind.items()]
-            cameras = cameras.only(*(name for name in cameras.cameras if name not in blind))
-        stereo, (located, considered, ranked) = look(cameras)
-        blind = dict(located.found.verdict.blind)
-        is_looked_at = not (parameters.ignore_blind_camera and 0 < len(blind) < len(cameras.cameras))
-    pictures = {name: pictures[name] for name in cameras.cameras}
-    primitives = {name: primitives[name] for name in cameras.cameras}
-    (stored, selection), used, found, relations = located
-    verdict = doubt_pictures(found.verdict, [fault for fault in faults if fault.camera in cameras.cameras])
-    found = replace(found, verdict=verdict)
-    believed = believed or used
-    maps = {}
-    if found.best is not None:
-        maps = map_views(stored.scene, found.rig, found.best.world_from_rig, parameters.localisation)
-    matched = match_views(found.rig, found, maps, primitives, parameters.matching)
+            seen = seen.only(name for name in seen.rig.cameras if name not in blind)
+        stereo, (location, considered, variants) = locate()
+        blind = dict(location.found.verdict.blind)
+        is_located = not (p.ignore_blind_camera and 0 < len(blind) < len(seen.pictures))
+    verdict = doubt_pictures(location.found.verdict, [fault for fault in faults if fault.camera in seen.pictures])
+    location = location._replace(found=replace(location.found, verdict=verdict))
+    found, best = location.found, location.found.best
+    matched: dict[str, MatchedView] = {}
+    parts, presence, stored = None, None, location.target.stored
+    if best is not None:
+        arcs = {name: one.arcs for name, one in found.views.items()}
+        view = view_model(stored.scene, found.rig, best.world_from_rig, p.localisation, arcs)
+        matched = match_views(found.rig, best, view, seen, p.matching)
     run.step("match")
-    correction = _correction(mounted, call.carrier, found)
-    parts = None
-    if found.best is not None and found.verdict.verdict != "refused":
-        parts = find_parts_in_view(stored, found.rig, maps, found.best.world_from_rig, parameters.localisation)
+    if best is not None and verdict.verdict != "refused":
+        parts = find_parts_in_view(stored, found.rig, view.maps, best.world_from_rig, p.localisation)
     run.step("view")
-    presence = None
-    if parts is not None and found.best is not None:
-        presence = assess(
-            stored,
-            found.rig,
-            primitives,
-            greys,
-            found.edge_indexes,
-            found.best,
-            {name: view.arcs for name, view in found.views.items()},
-            maps,
-            parts,
-            matched,
-            parameters.presence,
-        )
+    if parts is not None:
+        presence = assess(stored, seen, found, view, parts, matched, p.presence)
     run.step("presence")
-    if presence is not None and call.against is None and is_to_be_weighed(presence, call.variants):
-        most = None if call.variants else parameters.most_variants
-        ranked = weigh_variants(run, stored, selection, found.rig, primitives, greys, found, presence, parameters, most)
+    if presence is not None and request.against is None and is_to_be_weighed(presence, request.variants):
+        most = None if request.variants else p.most_variants
+        variants = weigh_variants(run, location.target, seen, found, presence, p, most)
         run.step("variants")
+    result = Result(
+        serial=request.serial,
+        rig=inputs.rig,
+        prior=known.prior or location.prior,
+        needs=inputs.needs,
+        pictures=extracted,
+        quality=quality,
+        stereo=stereo,
+        location=location,
+        matched=matched,
+        correction=_correction(known.mounted, request.carrier, found),
+        parts=parts,
+        presence=presence,
+        variants=variants,
+        considered=considered,
+    )
+    run.conclude(_Record(result, seen.rig, p, request.full_audit))
+    notes += describe_reading(pictures[name] for name in seen.pictures)
+    if inputs.prior is None and known.mounted is not None:
+        notes.append(f"no prior was given: the rig is taken to be where {known.mounted.base} has it")
+    return _answer(run, result, read_outcome(store, run.id), notes)
 
-    run.conclude(
-        _Found(
-            Inspected(
-                call.serial,
-                stored,
-                selection,
-                inputs.rig,
-                believed,
-                needs,
-                seen,
-                quality,
-                stereo,
-                relations,
-                found,
-                matched,
-                parameters.matching.pose,
-                correction,
-                parts,
-                presence,
-                ranked,
-                considered,
-            ),
-            cameras,
-            used,
-            parameters,
-            call.full_audit,
-        )
-    )
-    outcome, notes = read_outcome(store, run.id), [*notes, *describe_reading(pictures.values())]
-    if inputs.prior is None and mounted is not None:
-        notes.append(f"no prior was given: the rig is taken to be where {mounted.base} has it")
-    return _answer(
-        run, cameras, needs, found, outcome, correction, parts, presence, ranked, considered, selection, notes
-    )
+
+@dataclass(frozen=True)
+class _Record:
+    """What an inspection by some cameras found, with some parameters, and whether all that it rests on is kept."""
+
+    result: Result
+    cameras: Rig
+    parameters: InspectionParameters
+    full: bool
+
+    def record(self, run: Run, connection: Connection) -> None:
+        """Append it and end the run."""
+        it, p = self.result, self.parameters
+        record_inspection(run, connection, it, p.matching.pose, full=self.full)
+        record_decisions(run, connection, self.cameras, it.location.prior, it.needs, it.found, p)
+        record_digests(run, connection)
+        run.finish(it.found.verdict.reason, connection, last="record")
 
 
 def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> MountedRig | None:
@@ -472,29 +475,15 @@ def _correction(mounted: MountedRig | None, carrier: Carrier, found: Localisatio
     )
 
 
-def _answer(
-    run: Run,
-    rig: Rig,
-    needs: Needs,
-    found: Localisation,
-    outcome: Outcome,
-    correction: Correction | None,
-    parts: PartsInView | None,
-    presence: Presence | None,
-    variants: list[VariantEvidence],
-    considered: list[Considered],
-    selection: Selection,
-    notes: list[str],
-) -> Inspection:
-    best, verdict = found.best, found.verdict
-    rows = [] if parts is None else parts.rows()
+def _answer(run: Run, it: Result, outcome: Outcome, notes: list[str]) -> Inspection:
+    found, best, verdict = it.found, it.found.best, it.found.verdict
     return Inspection(
         run=run.id,
         outcome=outcome,
         reason=verdict.reason,
         posterior=verdict.posterior,
         missing=verdict.missing,
-        needs=needs,
+        needs=it.needs,
         sigma_mm=verdict.sigma_mm,
         sigma_rad=verdict.sigma_rad,
         weakest=verdict.weakest,
@@ -503,12 +492,12 @@ def _answer(
             name: best.world_from_rig @ found.rig.rig_from_camera[name] if best else None for name in found.rig.cameras
         },
         covariance=best.covariance if best else None,
-        base_correction=correction,
-        parts_in_view=rows,
-        presence=presence,
-        variants=variants,
-        considered=considered,
-        selection=selection,
+        base_correction=it.correction,
+        parts_in_view=[] if it.parts is None else it.parts.rows(),
+        presence=it.presence,
+        variants=it.variants,
+        considered=it.considered,
+        selection=it.selection,
         hypotheses=[(h.world_from_rig, h.cost) for h in found.hypotheses],
         equivalent=found.equivalent,
         notes=notes,

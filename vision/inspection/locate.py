@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from relmodel.arrays import Bytes, Floats
 from relmodel.errors import InputError
 from relmodel.store import Run, Store
 from vision.cameras.cameras import Needs, Prior, Rig
@@ -17,11 +16,11 @@ from vision.cameras.view_volume import Selection, SelectionParameters, select_in
 from vision.constellations.circles import Relations
 from vision.constellations.find_poses import Found, find_poses
 from vision.constellations.find_poses_of_one_picture import find_poses_of_one_picture
-from vision.extraction.primitives import Primitives
 from vision.inspection.inspection_parameters import InspectionParameters
 from vision.inspection.matched_views import relate_views
 from vision.localisation.hypotheses import Candidates
 from vision.localisation.localise import Localisation, localise
+from vision.localisation.observation import Observation
 from vision.localisation.refine import Refined
 from vision.localisation.verdict import weigh_against_prior
 from vision.scene.kept_scenes import Scenes
@@ -30,18 +29,18 @@ from vision.scene.stored_scene import StoredScene
 from vision.stereo.match import StereoMatches
 
 
-class Selected(NamedTuple):
+class Target(NamedTuple):
     """What of a world is looked for: its scene, and which placed parts those are."""
 
     stored: StoredScene
     selection: Selection
 
 
-class Located(NamedTuple):
-    """What was looked for, the prior that the pose was found with, an open one where none was used, what was found,
-    and the relations in space that the search started at."""
+class Location(NamedTuple):
+    """Where the rig is: what was looked for, the prior that the pose was found with, an open one where none was used,
+    what was found, and the relations in space that the search started at."""
 
-    selected: Selected
+    target: Target
     prior: Prior
     found: Localisation
     relations: dict[str, Relations]
@@ -55,7 +54,7 @@ def select_parts(
     prior: Prior | None,
     p: SelectionParameters,
     selection: Selection | None = None,
-) -> Selected:
+) -> Target:
     """What of the world may be in view: all of it where nothing is known beforehand; selection: what that is, where
     it is known.
 
@@ -64,27 +63,24 @@ def select_parts(
         with scenes.store.read() as connection:
             stored = scenes.read(connection, world_id)
         count = len(stored.occurrence_id)
-        return Selected(stored, Selection(stored.occurrence_id, np.full(count, -1), np.ones(count, bool)))
+        return Target(stored, Selection(stored.occurrence_id, np.full(count, -1), np.ones(count, bool)))
     selection = selection or select_in_view(scenes.store, rig, prior, p, world=world)
     if not len(selection.shown):
         raise InputError("nothing of the world lies where the prior looks: check the prior and the world file")
     with scenes.store.read() as connection:
-        return Selected(scenes.read(connection, world_id, selection.occurrence_id.tolist()), selection)
+        return Target(scenes.read(connection, world_id, selection.occurrence_id.tolist()), selection)
 
 
 @dataclass(frozen=True)
-class Sight:
-    """Scenes of a store, a world of it by identity and name, a rig, and what its cameras saw there: what was extracted
-    of pictures and their greys (rows, columns) by camera, and the matches of two; what a run makes of it is timed as
-    its steps."""
+class Locator:
+    """Finds the rig in a world, by identity and name, of kept scenes, from what its cameras saw and the stereo matches
+    of two of them; what a run makes of it is timed as its steps."""
 
     run: Run
     scenes: Scenes
     world_id: int
     world: str
-    rig: Rig
-    pictures: dict[str, Primitives]
-    greys: dict[str, Bytes | Floats]
+    seen: Observation
     stereo: StereoMatches | None
     needs: Needs
     p: InspectionParameters
@@ -93,12 +89,12 @@ class Sight:
     def store(self) -> Store:
         return self.scenes.store
 
-    def locate(self, selected: Selected, prior: Prior | None) -> Located:
+    def locate(self, target: Target, prior: Prior | None) -> Location:
         """The rig from the poses of the join; where the pictures do not show the model at these, from a scan of the
         prior's volume; and where that is refused too, without the prior, which the pictures then contradict."""
-        scene = selected.stored.scene
+        scene = target.stored.scene
         used, starts, relations = self.join(scene, prior)
-        located = Located(selected, used, self.localise(scene, used, starts), relations)
+        located = Location(target, used, self.localise(scene, used, starts), relations)
         if prior is None:
             return located
         if self._is_unlikely(located.found) and _explain_enough(starts):
@@ -107,14 +103,14 @@ class Sight:
         doubted = self._doubt(prior) if located.found.verdict.verdict == "refused" else None
         return doubted or located
 
-    def _doubt(self, prior: Prior) -> Located | None:
+    def _doubt(self, prior: Prior) -> Location | None:
         """What the pictures show without the prior; None where that is nothing sure, or agrees with it, and in a world
         of too many parts to look for them all unasked."""
         with self.store.read() as connection:
             (size,) = self.store.rows(connection, "world/size", world_id=self.world_id)
         if size.parts > self.p.most_parts:
             return None
-        everything = select_parts(self.scenes, self.world_id, self.world, self.rig, None, self.p.selection)
+        everything = select_parts(self.scenes, self.world_id, self.world, self.seen.rig, None, self.p.selection)
         used, starts, relations = self.join(everything.stored.scene, None)
         if not _explain_enough(starts):
             return None
@@ -125,7 +121,7 @@ class Sight:
         if prior.distance(pose) <= self.p.localisation.verdict.max_sigma:
             return None
         verdict = weigh_against_prior(found.verdict, prior, pose, believe_pictures=self.p.believe_pictures)
-        return Located(everything, used, replace(found, verdict=verdict), relations)
+        return Location(everything, used, replace(found, verdict=verdict), relations)
 
     def _is_unlikely(self, found: Localisation) -> bool:
         return found.verdict.weighed.get("likely", 0.0) < self.p.localisation.verdict.min_posterior
@@ -142,9 +138,9 @@ class Sight:
                 found = max(
                     (
                         find_poses_of_one_picture(
-                            self.store, connection, self.rig.only(name), self.world_id, picture, prior, p
+                            self.store, connection, self.seen.rig.only(name), self.world_id, picture, prior, p
                         )
-                        for name, picture in self.pictures.items()
+                        for name, picture in self.seen.pictures.items()
                     ),
                     key=lambda it: it.candidates.score.max(initial=-np.inf),
                 )
@@ -154,25 +150,15 @@ class Sight:
 
     def localise(self, scene: Scene, prior: Prior, starts: Candidates) -> Localisation:
         """The best pose from these starts, with its verdict."""
-        partnered = None
-        if self.stereo is not None:
-            partnered = dict(zip(self.stereo.rectification.cameras, self.stereo.partnered, strict=True))
 
         def relate(poses: Sequence[Refined]) -> list[int]:
-            return relate_views(scene, self.rig, poses, self.pictures, self.p.localisation, self.p.matching)
+            return relate_views(scene, self.seen, poses, self.p)
 
-        found = localise(
-            scene,
-            self.rig,
-            self.pictures,
-            self.greys,
-            prior,
-            self.needs,
-            self.p.localisation,
-            partnered,
-            starts,
-            relate,
-        )
+        seen = self.seen
+        if self.stereo is not None:
+            partnered = dict(zip(self.stereo.rectification.cameras, self.stereo.partnered, strict=True))
+            seen = replace(seen, partnered=partnered)
+        found = localise(scene, seen, prior, self.needs, self.p.localisation, starts, relate)
         self.run.step("localise")
         return found
 

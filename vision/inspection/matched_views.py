@@ -1,17 +1,15 @@
-"""Each camera's picture matched against what the best pose lets it see."""
+"""Each camera's picture matched against what a pose lets it see."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from vision.cameras.cameras import Rig
-from vision.extraction.primitives import Primitives
+from vision.inspection.inspection_parameters import InspectionParameters
 from vision.localisation.calibration import correct_rig
-from vision.localisation.coverage import SurfaceMap, map_views
-from vision.localisation.localisation_parameters import LocalisationParameters
-from vision.localisation.localise import Localisation
+from vision.localisation.observation import ModelView, Observation, view_model
 from vision.localisation.refine import Refined
-from vision.localisation.views import ViewArcs, find_view_arcs, propagate_pose
+from vision.localisation.views import propagate_pose
 from vision.matching.matching_parameters import MatchingParameters
 from vision.matching.pose_problem import MatchedView, match_view
 from vision.matching.view_units import describe_view
@@ -20,57 +18,28 @@ from vision.scene.scene import Scene
 
 
 def match_views(
-    rig: Rig,
-    found: Localisation,
-    maps: dict[str, SurfaceMap],
-    pictures: dict[str, Primitives],
-    p: MatchingParameters,
+    rig: Rig, pose: Refined, view: ModelView, seen: Observation, p: MatchingParameters
 ) -> dict[str, MatchedView]:
-    """By camera, at the best pose, from which the cameras see `maps`; nothing where none was found."""
-    if found.best is None:
-        return {}
-    arcs = {name: view.arcs for name, view in found.views.items()}
-    return _match(rig, found.best, arcs, maps, pictures, p)
+    """Match the pictures with their views at a pose, by camera: a problem of one workspace for each."""
+    matched = {}
+    with open_workspace() as workspace:
+        for number, (name, camera) in enumerate(rig.cameras.items()):
+            arcs, seen_surfaces = view.arcs[name], view.maps[name]
+            units = describe_view(arcs, propagate_pose(pose, number, arcs.samples), camera, seen_surfaces, p.view)
+            match = match_view(workspace, number, seen.pictures[name], units, seen_surfaces, p.pose)
+            matched[name] = MatchedView(units, match)
+    return matched
 
 
-def relate_views(
-    scene: Scene,
-    rig: Rig,
-    poses: Sequence[Refined],
-    pictures: dict[str, Primitives],
-    localisation: LocalisationParameters,
-    p: MatchingParameters,
-) -> list[int]:
+def relate_views(scene: Scene, seen: Observation, poses: Sequence[Refined], p: InspectionParameters) -> list[int]:
     """What the best labelling of the pictures by the views from each pose costs, over all cameras.
 
     All are labellings of the same primitives, so what one costs less is its margin over the other.
     """
     costs = []
     for pose in poses:
-        solved = correct_rig(rig, pose.own)
-        arcs = {
-            name: find_view_arcs(scene, camera, pose.world_from_rig @ solved.rig_from_camera[name], localisation)
-            for name, camera in solved.cameras.items()
-        }
-        maps = map_views(scene, solved, pose.world_from_rig, localisation)
-        matched = _match(solved, pose, arcs, maps, pictures, p)
-        costs.append(sum(view.match.solved.result.cost for view in matched.values()))
+        rig = correct_rig(seen.rig, pose.own)
+        view = view_model(scene, rig, pose.world_from_rig, p.localisation)
+        matched = match_views(rig, pose, view, seen, p.matching)
+        costs.append(sum(one.match.solved.result.cost for one in matched.values()))
     return costs
-
-
-def _match(
-    rig: Rig,
-    pose: Refined,
-    arcs: dict[str, ViewArcs],
-    maps: dict[str, SurfaceMap],
-    pictures: dict[str, Primitives],
-    p: MatchingParameters,
-) -> dict[str, MatchedView]:
-    """The pictures against their views at a pose, a problem of one workspace for each camera."""
-    matched = {}
-    with open_workspace() as workspace:
-        for number, (name, camera) in enumerate(rig.cameras.items()):
-            shift = propagate_pose(pose, number, arcs[name].samples)
-            units = describe_view(arcs[name], shift, camera, maps[name], p.view)
-            matched[name] = MatchedView(units, match_view(workspace, number, pictures[name], units, maps[name], p.pose))
-    return matched

@@ -15,9 +15,9 @@ from relmodel.world.correction import Correction
 from vision.cameras.cameras import Needs, Prior, Rig
 from vision.cameras.record_cameras import record_rig
 from vision.cameras.view_volume import Selection
-from vision.constellations.circles import Relations
 from vision.constellations.record_relations import record_relations
-from vision.inspection.against import Considered, record_considered
+from vision.inspection.against import Comparison, record_comparisons
+from vision.inspection.locate import Location
 from vision.inspection.pictures import SeenPicture
 from vision.inspection.quality import Quality
 from vision.inspection.record_match import record_match
@@ -35,38 +35,49 @@ from vision.stereo.match import StereoMatches
 from vision.stereo.record_stereo import record_stereo
 
 STEREO = 0  # number of the stereo problem of a run
-FIRST_OF_VIEWS = 1  # those of its views follow
 
 
 @dataclass(frozen=True)
-class Inspected:
-    """What an inspection was given and found; serial: of the physical part, where one was given; pictures, what they
-    are like and matched views by camera; stereo, correction, parts and presence where there are, variants where asked
-    for, what was considered where no world was given."""
+class Result:
+    """What an inspection was given and found.
+
+    serial: of the physical part, where one was given; prior: where the rig was thought to be; pictures, quality and
+    matched: by camera; parts and presence: None where nothing is in view or the pose is refused; variants: where they
+    were weighed; considered: where no world was given.
+    """
 
     serial: str | None
-    stored: StoredScene
-    selection: Selection
     rig: Rig
     prior: Prior
     needs: Needs
     pictures: dict[str, SeenPicture]
     quality: dict[str, Quality]
     stereo: StereoMatches | None
-    relations: dict[str, Relations]
-    found: Localisation
+    location: Location
     matched: dict[str, MatchedView]
-    matching: PoseProblemParameters
     correction: Correction | None
     parts: PartsInView | None
     presence: Presence | None
     variants: list[VariantEvidence]
-    considered: list[Considered]
+    considered: list[Comparison]
+
+    @property
+    def found(self) -> Localisation:
+        return self.location.found
+
+    @property
+    def stored(self) -> StoredScene:
+        return self.location.target.stored
+
+    @property
+    def selection(self) -> Selection:
+        return self.location.target.selection
 
 
-def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: bool) -> None:
+def record_inspection(run: Run, connection: Connection, it: Result, p: PoseProblemParameters, *, full: bool) -> None:
     """Append the rows of an inspection within the transaction of `connection`: all, or unless `full` what was decided
-    without the views, correspondences, measurements and stereo matches that it rests on."""
+    without the views, correspondences, measurements and stereo matches that it rests on.  p: by which the views were
+    matched."""
     _record_verdict(run, connection, it)
     views = it.found.views if full else {}
     view_no = {name: number for number, name in enumerate(views)}
@@ -90,20 +101,11 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
     if full and it.stereo is not None:
         units, labels = (it.pictures[name].recorded.unit_set_id for name in it.stereo.rectification.cameras)
         record_stereo(run, connection, STEREO, units, labels, it.stereo)
-        record_relations(run, connection, STEREO, it.relations)
+        record_relations(run, connection, STEREO, it.location.relations)
     _record_hypotheses(run, connection, it.found.hypotheses)
     for number, (name, view) in enumerate(views.items()):
         _record_view(run, connection, number, view, it.stored)
-        record_match(
-            run,
-            connection,
-            number,
-            FIRST_OF_VIEWS + number,
-            it.pictures[name].recorded.unit_set_id,
-            it.matched[name],
-            it.stored,
-            it.matching,
-        )
+        record_match(run, connection, number, it.pictures[name].recorded.unit_set_id, it.matched[name], it.stored, p)
     if it.correction is not None:
         _record_correction(run, connection, it.correction)
     if it.parts is not None:
@@ -124,10 +126,10 @@ def record_inspection(run: Run, connection: Connection, it: Inspected, *, full: 
     if it.presence is not None:
         record_presence(run, connection, it.stored, it.presence)
     record_variants(run, connection, it.variants)
-    record_considered(run, connection, it.considered)
+    record_comparisons(run, connection, it.considered)
 
 
-def _record_verdict(run: Run, connection: Connection, it: Inspected) -> None:
+def _record_verdict(run: Run, connection: Connection, it: Result) -> None:
     verdict, best = it.found.verdict, it.found.best
     run.append(
         connection,

@@ -15,13 +15,13 @@ from vision.relations.joins import solved_rows
 from vision.scene.stored_scene import StoredScene
 
 BEST = 0  # number of the hypothesis that views and correspondences belong to
+FIRST_OF_VIEWS = 1  # number of the first view's problem, after that of stereo
 
 
 def record_match(
     run: Run,
     connection: Connection,
     view_no: int,
-    problem_no: int,
     units_id: int,
     matched: MatchedView,
     stored: StoredScene,
@@ -57,7 +57,7 @@ def record_match(
     )
     run.append(connection, "unit_relation", {"unit_set_id": labels_id, **units.relations})
     _record_pairs(run, connection, view_no, matched)
-    solved, problem_key = matched.match.solved, {"run_id": run.id, "problem_no": problem_no}
+    solved, problem_key = matched.match.solved, {"run_id": run.id, "problem_no": FIRST_OF_VIEWS + view_no}
     for table, columns in solved_rows(solved).items():
         if table == "problem":
             columns = {

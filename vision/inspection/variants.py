@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from relmodel.arrays import Bytes, Floats
 from relmodel.store import Run
-from vision.cameras.cameras import Rig
-from vision.cameras.view_volume import Selection
-from vision.extraction.primitives import Primitives
 from vision.inspection.inspection_parameters import InspectionParameters
+from vision.inspection.locate import Target
 from vision.localisation.localise import Localisation
+from vision.localisation.observation import Observation
 from vision.presence.report import rank_failures
 from vision.presence.states import Presence
 from vision.presence.variants import VariantEvidence, assess_variant, rank, weigh_variant
-from vision.scene.stored_scene import StoredScene, read_variant_scene
+from vision.scene.stored_scene import read_variant_scene
 
 
 def is_to_be_weighed(presence: Presence, asked: bool | None) -> bool:
@@ -24,25 +20,22 @@ def is_to_be_weighed(presence: Presence, asked: bool | None) -> bool:
 
 def weigh_variants(
     run: Run,
-    stored: StoredScene,
-    selection: Selection,
-    rig: Rig,
-    pictures: dict[str, Primitives],
-    greys: Mapping[str, Bytes | Floats],
+    target: Target,
+    seen: Observation,
     found: Localisation,
     presence: Presence | None,
-    parameters: InspectionParameters,
+    p: InspectionParameters,
     most: int | None = None,
 ) -> list[VariantEvidence]:
-    """The evidence at the best pose for each loaded variant of the world's inspected objects; nothing where there are
-    none but those that it has, or more than `most`.  presence: that of those, where it is known already."""
-    assert found.best is not None
-    among = selection.occurrence_id.tolist()
-    out, store = [], run.store
+    """Rank the loaded variants of the world's inspected objects by their evidence at the best pose.
+
+    presence: that of the variants that the world has, where it is known already; most: so many others are weighed, and
+    none where there are more.
+    """
+    out, store, world_id = [], run.store, target.stored.world_id
     with store.read() as connection:
-        rows = [
-            dict(row._mapping) for row in store.rows(connection, "world/variants", world_id=stored.world_id, run=run.id)
-        ]
+        found_rows = store.rows(connection, "world/variants", world_id=world_id, run=run.id)
+    rows = [dict(row._mapping) for row in found_rows]
     others = sum(not row["placed"] for row in rows)
     if most is not None and not 1 <= others <= most:
         return []
@@ -51,19 +44,7 @@ def weigh_variants(
             out.append(weigh_variant(row, presence))
             continue
         with store.read() as connection:
-            scene = read_variant_scene(store, connection, stored.world_id, among, row)
+            scene = read_variant_scene(store, connection, world_id, target.selection.occurrence_id.tolist(), row)
         store.release()
-        out.append(
-            assess_variant(
-                row,
-                scene,
-                rig,
-                pictures,
-                greys,
-                found.edge_indexes,
-                found.best,
-                parameters.localisation,
-                parameters.presence,
-            )
-        )
+        out.append(assess_variant(row, scene, seen, found, p.localisation, p.presence))
     return rank(out)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from relmodel.arrays import Bools, Bytes, Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, perturbation, perturbations
 from vision.clock import Clock
 from vision.extraction.primitives import Primitives
@@ -35,10 +35,11 @@ from vision.localisation.hypotheses import (
 )
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.measurements import EdgeIndex
+from vision.localisation.observation import Observation
 from vision.localisation.outlines import GreyGrid, lay_grey_grids, measure_outlines
 from vision.localisation.refine import Refined, refine, refine_roughly, refine_without_arcs
 from vision.localisation.symmetry import complete_group, find_symmetries
-from vision.localisation.verdict import Gathered, Verdict, decide, find_standing
+from vision.localisation.verdict import HypothesisTable, Verdict, decide, find_standing
 from vision.localisation.views import (
     EdgeMeasurements,
     ViewArcs,
@@ -87,25 +88,22 @@ class Localisation:
 
 def localise(
     scene: Scene,
-    rig: Rig,
-    pictures: Mapping[str, Primitives],
-    greys: Mapping[str, Bytes | Floats],
+    seen: Observation,
     prior: Prior,
     needs: Needs = DEFAULT_NEEDS,
     p: LocalisationParameters = DEFAULTS,
-    partnered: Mapping[str, Bools] | None = None,
     starts: Candidates | None = None,
     relate: Relate | None = None,
 ) -> Localisation:
-    """The pose of the rig, from what was extracted from its pictures and their greys (rows, columns), by camera.
+    """The pose of the rig from what its cameras saw.
 
-    partnered: of each camera, which arcs (n,) have a partner in stereo, where there is stereo.  starts: poses that a
-    join gives, perturbations of the prior, with what each explains; where one explains enough, or the prior is open,
-    they take the place of a scan of the prior's volume.  relate: tells a few rivals apart by relational matching.
+    starts: poses that a join gives, perturbations of the prior, with what each explains; where one explains enough, or
+    the prior is open, they take the place of a scan of the prior's volume.  relate: tells a few rivals apart by
+    relational matching.
     """
-    clock = Clock()
+    clock, rig, pictures = Clock(), seen.rig, seen.pictures
     points = {name: collect_edge_points(pictures[name], camera, p.evidence) for name, camera in rig.cameras.items()}
-    odds = {name: _partner_odds(pictures[name], has, p) for name, has in (partnered or {}).items()}
+    odds = {name: _partner_odds(pictures[name], has, p) for name, has in seen.partnered.items()}
     indexes = {name: EdgeIndex(own, odds.get(name, 0.0)) for name, own in points.items()}
     starts = _keep_worthy(starts or Candidates(np.zeros((0, 6)), np.zeros(0)), prior, p)
     is_scanned = not len(starts.score) and not prior.is_open
@@ -124,7 +122,7 @@ def localise(
     if prior.is_open:
         # No prior holds a pose that the edges speak against: it would drift off to where nothing is seen.
         found = found.take(found.score > 0)
-    solver = _Solver(scene, near, rig, indexes, fine, lay_grey_grids(rig, greys, p.outlines), prior, p)
+    solver = _Solver(scene, near, rig, indexes, fine, lay_grey_grids(rig, seen.greys, p.outlines), prior, p)
     hypotheses, stages = solver.hypotheses(found) if len(found.score) else ([], [])
     if prior.is_open:
         hypotheses = [h for h in hypotheses if _is_determined(h, prior, p)]
@@ -161,13 +159,13 @@ def _order(
 ) -> tuple[list[Refined], Ints, list[Floats | None]]:
     """Hypotheses with those that stand first, the one nearest the prior before the others; which of them stand, those
     that a symmetry of the model makes of the first left out; and the motions (4, 4) of those symmetries."""
-    standing = find_standing(Gathered.of(hypotheses), p.verdict)
+    standing = find_standing(HypothesisTable.of(hypotheses), p.verdict)
     rest = np.setdiff1d(np.arange(len(hypotheses)), standing)
     best, *others = [hypotheses[h] for h in (*standing, *rest)]
     motions = find_symmetries(scene, best.world_from_rig, [h.world_from_rig for h in others], p.symmetry)
     others = [replace(h, is_symmetric=m is not None) for h, m in zip(others, motions, strict=True)]
     ordered = [replace(best, is_symmetric=False), *others]
-    return ordered, find_standing(Gathered.of(ordered), p.verdict), motions
+    return ordered, find_standing(HypothesisTable.of(ordered), p.verdict), motions
 
 
 def _say_why_nothing(rig: Rig, prior: Prior, is_joined: bool) -> str:
@@ -279,7 +277,7 @@ class _Solver:
         first."""
         while True:
             done.sort(key=lambda h: h.cost)
-            first = done[find_standing(Gathered.of(done), self.p.verdict)[0]]
+            first = done[find_standing(HypothesisTable.of(done), self.p.verdict)[0]]
             rough = [h for h in (done[0], first) if h.is_rough]
             if not rough:
                 return

@@ -51,7 +51,7 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Gathered:
+class HypothesisTable:
     """What hypotheses gather, as columns (h,).
 
     prior_sigma: distance from the prior, NaN where there is none; evidence: log odds of the edges;
@@ -72,7 +72,7 @@ class Gathered:
     relational_distance: Floats
 
     @classmethod
-    def of(cls, hypotheses: Sequence[Refined]) -> Gathered:
+    def of(cls, hypotheses: Sequence[Refined]) -> HypothesisTable:
         rows = [
             (
                 h.prior_sigma, h.evidence, h.support.found.sum(), h.support.expected.sum(),
@@ -111,7 +111,7 @@ class Gathered:
         return np.asarray(self.found / np.maximum(self.expected, 1e-9))
 
 
-def find_standing(g: Gathered, p: VerdictParameters) -> Ints:
+def find_standing(g: HypothesisTable, p: VerdictParameters) -> Ints:
     """The hypothesis of least cost and those that pictures and prior leave about as likely; nearest the prior first,
     and without those that a symmetry of the model makes of it.
 
@@ -249,7 +249,9 @@ def measure_agreement(best: Refined, p: VerdictParameters) -> float:
     return compute_agreement(best.prediction.weight[found], m.offset[found], p)
 
 
-def compute_statistics(g: Gathered, row: int, agreement: float, apart: float, chance: Chance) -> VerdictStatistics:
+def compute_statistics(
+    g: HypothesisTable, row: int, agreement: float, apart: float, chance: Chance
+) -> VerdictStatistics:
     """The statistics of one hypothesis; `apart`: the sigmas by which the cameras disagree there."""
     evidence = float(g.evidence[row] + g.outline_evidence[row])
     return VerdictStatistics(
@@ -275,37 +277,38 @@ def decide(
     """The verdict on the first of the hypotheses that stand; `by_camera`: the poses that single cameras give, in the
     rig's order, where there are several; `elsewhere`: what poses elsewhere gather."""
     best = hypotheses[standing[0]]
-    return judge(
-        Gathered.of(hypotheses),
-        standing,
+    evidence = PoseEvidence(
         measure_agreement(best, p),
         [h.evidence for h in by_camera.values()],
         support_by_camera(best, list(by_camera), elsewhere, p),
         elsewhere.together,
         compute_precision(best.covariance, best.middle),
         int(best.excluded.sum()),
-        needs,
-        p,
     )
+    return judge(HypothesisTable.of(hypotheses), standing, evidence, needs, p)
 
 
-def judge(
-    g: Gathered,
-    standing: Ints,
-    agreement: float,
-    by_camera: Sequence[float],
-    support: Mapping[str, CameraSupport],
-    chance: Chance,
-    precision: tuple[float, float, str],
-    excluded: int,
-    needs: Needs,
-    p: VerdictParameters,
-) -> Verdict:
-    """The rule of `decide` on numbers: the agreement of the best, what each of several cameras gathers at the pose it
-    gives by itself and at the best pose, what poses elsewhere gather by all, the precision of the best, and how many
-    placed parts it leaves out."""
+@dataclass(frozen=True)
+class PoseEvidence:
+    """What is known of the best of some hypotheses.
+
+    agreement: share of the edges found that lie on the model's; by_camera: what each of several cameras gathers at the
+    pose it gives by itself, and support: at the best pose; chance: what poses elsewhere gather; precision: as
+    `compute_precision` gives it; excluded: how many placed parts it leaves out."""
+
+    agreement: float
+    by_camera: Sequence[float]
+    support: Mapping[str, CameraSupport]
+    chance: Chance
+    precision: tuple[float, float, str]
+    excluded: int
+
+
+def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p: VerdictParameters) -> Verdict:
+    """The rule of `decide` on numbers: of the hypotheses, of those that stand, and of the best of these."""
+    by_camera, support, chance = it.by_camera, it.support, it.chance
     apart = compute_disagreement(by_camera, [camera.evidence for camera in support.values()], p)
-    stats = compute_statistics(g, int(standing[0]), agreement, apart, chance)
+    stats = compute_statistics(g, int(standing[0]), it.agreement, apart, chance)
     costs, believed, from_prior = (g.cost - g.related)[standing], g.believed[standing], stats.prior_sigma
     odds = stats.log_odds(p)
     # Rivals share what the best has in proportion to prior and evidence, which is tempered: neighbouring edges err
@@ -314,7 +317,7 @@ def judge(
     share = 1.0 / float(np.exp(-(costs - costs[0])).sum())
     likely = 1.0 / (1.0 + float(np.exp(-odds)))
     posterior = share * likely
-    sigma_mm, sigma_rad, weakest = precision
+    sigma_mm, sigma_rad, weakest = it.precision
     missing = []  # each is asked so that what is no number is missing too
     if not likely >= p.min_posterior:
         missing.append(
@@ -362,8 +365,8 @@ def judge(
         )
         if g.is_symmetric.any():
             reason += "; the model is symmetric: from its other poses the rig sees the same"
-        if excluded:
-            reason += f"; without {excluded} placed parts that are not where the model says"
+        if it.excluded:
+            reason += f"; without {it.excluded} placed parts that are not where the model says"
     else:
         verdict = "ambiguous" if len(costs) > 1 and len(missing) == 1 else "refused"
         reason = "; ".join(missing)
@@ -375,7 +378,7 @@ def judge(
         "sigma_mm": sigma_mm,
         "sigma_rad": sigma_rad,
         "rivals": float(len(standing) - 1),
-        "excluded": float(excluded),
+        "excluded": float(it.excluded),
     }
     for name, camera in support.items():
         weighed[f"agreement {name}"] = camera.agreement

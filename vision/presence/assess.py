@@ -6,13 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from relmodel.arrays import Bytes, Floats
-from vision.cameras.cameras import Rig
-from vision.extraction.primitives import Primitives
-from vision.localisation.coverage import SurfaceMap
-from vision.localisation.measurements import EdgeIndex
+from vision.localisation.localise import Localisation
+from vision.localisation.observation import ModelView, Observation
 from vision.localisation.parts_in_view import PartsInView
-from vision.localisation.refine import Refined
 from vision.localisation.views import SMOOTH, ViewArcs
 from vision.localisation.visibility import VisibleArcs
 from vision.matching.pose_problem import MatchedView
@@ -37,23 +33,21 @@ from vision.scene.stored_scene import StoredScene
 
 def assess(
     stored: StoredScene,
-    rig: Rig,
-    pictures: Mapping[str, Primitives],
-    greys: Mapping[str, Bytes | Floats],
-    edge_indexes: Mapping[str, EdgeIndex],
-    pose: Refined,
-    views: Mapping[str, ViewArcs],
-    maps: Mapping[str, SurfaceMap],
+    seen: Observation,
+    found: Localisation,
+    view: ModelView,
     parts: PartsInView,
     matched: Mapping[str, MatchedView],
     p: PresenceParameters = DEFAULTS,
 ) -> Presence:
-    """Evidence and state of every part, feature and surface in view at a pose.
+    """Evidence and state of every part, feature and surface in view at the best pose found.
 
-    pictures, greys, edge_indexes, views, maps: by camera; matched: likewise, what relational matching made of them, or
-    nothing: then regions say nothing.
+    view: what the cameras should see of the stored scene there, and parts: which share of each part and feature;
+    matched: by camera, what relational matching made of it, or nothing: then regions say nothing.
     """
-    indexes = [edge_indexes[name] for name in rig.cameras]
+    assert found.best is not None
+    rig, pose, views = found.rig, found.best, view.arcs
+    indexes = [found.edge_indexes[name] for name in rig.cameras]
     bounds = [(index.edges.low, index.edges.high) for index in indexes]
     samples = collect_samples(stored, rig, bounds, pose.world_from_rig, views, p.samples)
     nearby = find_nearby(samples.camera, samples.pixel, samples.direction, indexes, pose.own[:, 0], p.samples)
@@ -61,8 +55,8 @@ def assess(
     sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)
     runs = weigh_runs(samples, support, sides, p.runs)
     pieces = weigh_runs(part_at_turns(samples, p.runs), support, sides, p.runs)
-    seen = [maps[name] for name in rig.cameras]
-    items = list_items(stored, parts, seen)
+    maps = [view.maps[name] for name in rig.cameras]
+    items = list_items(stored, parts, maps)
     blends = np.concatenate(
         [
             lie_on(index, _blends(views[name]), p.unexplained.reach_px, p.unexplained.min_cosine)
@@ -73,10 +67,10 @@ def assess(
     usable = find_usable(samples, nearby, support, blends, p.moved)
     edges = Edges(samples, moving, Beside(nearby.first, nearby.offset, usable, support.weight), runs)
     surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
-    unexplained = find_unexplained(stored.scene, rig, pictures, indexes, pose.world_from_rig, views, p.unexplained)
+    unexplained = find_unexplained(stored.scene, rig, seen.pictures, indexes, pose.world_from_rig, views, p.unexplained)
     regions = gather_regions([matched.get(name) for name in rig.cameras], len(stored.surface_no))
     appearance = look_at_features(
-        items, samples, find_normals(stored.scene), [greys[name] for name in rig.cameras], seen, p.appearance
+        items, samples, find_normals(stored.scene), [seen.greys[name] for name in rig.cameras], maps, p.appearance
     )
     displacements = measure_displacements(
         stored, rig, pose.world_from_rig, indexes, pose.own[:, 0], samples, nearby, support, runs, p

@@ -8,15 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from relmodel.arrays import Bytes, Floats
-from vision.cameras.cameras import Rig
-from vision.extraction.primitives import Primitives
-from vision.localisation.coverage import map_views
 from vision.localisation.localisation_parameters import LocalisationParameters
-from vision.localisation.measurements import EdgeIndex
+from vision.localisation.localise import Localisation
+from vision.localisation.observation import Observation, view_model
 from vision.localisation.parts_in_view import find_parts_in_view
-from vision.localisation.refine import Refined
-from vision.localisation.views import find_view_arcs
 from vision.presence.assess import assess
 from vision.presence.presence_parameters import PresenceParameters
 from vision.presence.report import count_against, rank_failures
@@ -59,22 +54,18 @@ class VariantEvidence:
 def assess_variant(
     variant: Mapping[str, Any],
     stored: StoredScene,
-    rig: Rig,
-    pictures: Mapping[str, Primitives],
-    greys: Mapping[str, Bytes | Floats],
-    edge_indexes: Mapping[str, EdgeIndex],
-    pose: Refined,
+    seen: Observation,
+    found: Localisation,
     localisation: LocalisationParameters,
     p: PresenceParameters,
 ) -> VariantEvidence:
-    """The evidence for a variant, a row of `variants_in_world`, at a pose; stored: the world with it in its place."""
-    views = {
-        name: find_view_arcs(stored.scene, camera, pose.world_from_rig @ rig.rig_from_camera[name], localisation)
-        for name, camera in rig.cameras.items()
-    }
-    maps = map_views(stored.scene, rig, pose.world_from_rig, localisation)
-    parts = find_parts_in_view(stored, rig, maps, pose.world_from_rig, localisation)
-    return weigh_variant(variant, assess(stored, rig, pictures, greys, edge_indexes, pose, views, maps, parts, {}, p))
+    """The evidence for a variant, a row of `variants_in_world`, at the best pose; stored: the world with it in its
+    place."""
+    assert found.best is not None
+    pose = found.best.world_from_rig
+    view = view_model(stored.scene, found.rig, pose, localisation)
+    parts = find_parts_in_view(stored, found.rig, view.maps, pose, localisation)
+    return weigh_variant(variant, assess(stored, seen, found, view, parts, {}, p))
 
 
 def weigh_variant(variant: Mapping[str, Any], presence: Presence) -> VariantEvidence:

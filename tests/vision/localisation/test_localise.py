@@ -25,6 +25,7 @@ from vision.extraction.extract import extract
 from vision.extraction.primitives import Primitives
 from vision.extraction.rows import make_primitives
 from vision.localisation.localise import Localisation, localise
+from vision.localisation.observation import Observation
 from vision.scene.scene import Scene
 
 
@@ -56,7 +57,9 @@ def extracted(images: dict[str, Bytes]) -> dict[str, Primitives]:
 @cache
 def blocks_found() -> Localisation:
     scene, truth = shown("blocks")
-    return localise(scene, stereo_rig(), seen("blocks"), pictures("blocks"), off(truth, 20.0, np.radians(2), 2))
+    return localise(
+        scene, Observation(stereo_rig(), seen("blocks"), pictures("blocks")), off(truth, 20.0, np.radians(2), 2)
+    )
 
 
 def error(found: Localisation, truth: Floats) -> Floats:
@@ -76,7 +79,9 @@ def test_pose_of_unlike_blocks() -> None:
 def test_a_wide_prior_is_searched_for_the_object_and_not_for_a_view_of_nothing(seed: int) -> None:
     """Draws from which a climb on evidence that a look past the object leaves at zero ends 50 and 300 mm off."""
     scene, truth = shown("blocks")
-    found = localise(scene, stereo_rig(), seen("blocks"), pictures("blocks"), off(truth, 100.0, np.radians(10), seed))
+    found = localise(
+        scene, Observation(stereo_rig(), seen("blocks"), pictures("blocks")), off(truth, 100.0, np.radians(10), seed)
+    )
     assert found.verdict.verdict == "accepted", found.verdict.reason
     assert error(found, truth)[:3].max() < 0.5
 
@@ -85,7 +90,7 @@ def test_one_camera_alone() -> None:
     (scene, truth), rig = shown("blocks"), stereo_rig()
     extractions = seen("blocks")
     prior = off(truth, 12.0, np.radians(1.2), 5)
-    found = localise(scene, rig.only("left"), {"left": extractions["left"]}, pictures("blocks"), prior)
+    found = localise(scene, Observation(rig.only("left"), {"left": extractions["left"]}, pictures("blocks")), prior)
     assert found.verdict.verdict == "accepted", found.verdict.reason
     assert error(found, truth)[:3].max() < 0.5
 
@@ -95,7 +100,7 @@ def test_equal_blocks_are_ambiguous_and_the_true_cell_is_listed() -> None:
     scene, truth = shown("endless")
     prior = Prior.isotropic(truth.copy(), 40.0, np.radians(1.0))
     prior.world_from_rig[:3, 3] += [0.4 * pitch, 0, 0]
-    found = localise(scene, stereo_rig(), seen("endless"), pictures("endless"), prior)
+    found = localise(scene, Observation(stereo_rig(), seen("endless"), pictures("endless")), prior)
     assert found.verdict.verdict == "ambiguous", found.verdict.reason
     shifts = [h.world_from_rig[:3, 3] - truth[:3, 3] for h in found.hypotheses]
     assert min(np.linalg.norm(s) for s in shifts) < 1.0
@@ -104,21 +109,25 @@ def test_equal_blocks_are_ambiguous_and_the_true_cell_is_listed() -> None:
 
 def test_tight_prior_picks_the_cell() -> None:
     scene, truth = shown("endless")
-    found = localise(scene, stereo_rig(), seen("endless"), pictures("endless"), off(truth, 5.0, np.radians(0.3), 2))
+    found = localise(
+        scene, Observation(stereo_rig(), seen("endless"), pictures("endless")), off(truth, 5.0, np.radians(0.3), 2)
+    )
     assert found.verdict.verdict == "accepted", found.verdict.reason
     assert error(found, truth)[:3].max() < 1.0
 
 
 def test_pictures_of_something_else_are_refused() -> None:
     scene, truth = shown("blocks")
-    found = localise(scene, stereo_rig(), seen("others"), pictures("others"), off(truth, 20.0, np.radians(2), 1))
+    found = localise(
+        scene, Observation(stereo_rig(), seen("others"), pictures("others")), off(truth, 20.0, np.radians(2), 1)
+    )
     assert found.verdict.verdict == "refused"
 
 
 def test_nothing_in_view_is_refused() -> None:
     scene, truth = shown("blocks")
     away = Prior.isotropic(truth @ np.diag([1.0, -1, -1, 1]), 5.0, 0.01)
-    found = localise(scene, stereo_rig(), seen("blocks"), pictures("blocks"), away)
+    found = localise(scene, Observation(stereo_rig(), seen("blocks"), pictures("blocks")), away)
     assert found.verdict.verdict == "refused"
     assert found.best is None
 
@@ -126,7 +135,7 @@ def test_nothing_in_view_is_refused() -> None:
 def test_equal_input_gives_equal_poses() -> None:
     first = blocks_found()
     prior = off(shown("blocks")[1], 20.0, np.radians(2), 2)
-    second = localise(blocks(), stereo_rig(), extracted(pictures("blocks")), pictures("blocks"), prior)
+    second = localise(blocks(), Observation(stereo_rig(), extracted(pictures("blocks")), pictures("blocks")), prior)
     assert first.best is not None
     assert second.best is not None
     assert np.array_equal(first.best.world_from_rig, second.best.world_from_rig)
@@ -167,7 +176,7 @@ def test_rendered_pair(data_dir: Path, part: str, prior: str, verdict: str) -> N
     given = truth["priors"][prior]
     sigma = max(given["mm"] / np.sqrt(3), 1.0), np.radians(max(given["deg"] / np.sqrt(3), 0.5))
     start = Prior.isotropic(np.array(given["T_world_cam_left"]), *map(float, sigma))
-    found = localise(bulkhead(folder), rig, extracted(images), images, start)
+    found = localise(bulkhead(folder), Observation(rig, extracted(images), images), start)
     assert found.verdict.verdict == verdict, found.verdict.reason
     errors = [np.abs(perturbation(pose, h.world_from_rig)) for h in found.hypotheses]
     best = min(errors, key=lambda e: float(e[:3].max())) if verdict == "ambiguous" else errors[0]

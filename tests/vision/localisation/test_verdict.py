@@ -10,7 +10,14 @@ import pytest
 from vision.cameras.cameras import Needs
 from vision.localisation.elsewhere import Chance
 from vision.localisation.localisation_parameters import DEFAULTS
-from vision.localisation.verdict import CameraSupport, Gathered, compute_disagreement, find_standing, judge
+from vision.localisation.verdict import (
+    CameraSupport,
+    HypothesisTable,
+    PoseEvidence,
+    compute_disagreement,
+    find_standing,
+    judge,
+)
 
 LITTLE = Chance(level=-2.0, scale=1.0)  # poses elsewhere gather next to nothing
 
@@ -19,13 +26,17 @@ LITTLE = Chance(level=-2.0, scale=1.0)  # poses elsewhere gather next to nothing
 def test_no_more_is_found_than_is_expected_and_zero_has_no_sign(found: float, accepted: bool) -> None:
     one = np.ones(1)
     evidence = 2000.0 if accepted else 1.0
-    gathered = Gathered(
+    gathered = HypothesisTable(
         prior_sigma=one, evidence=evidence * one, found=1e3 * found * one, expected=1e3 * one, outline_px=105 * one,
         outline_contrast=-0.04 * one, outline_evidence=0 * one, is_symmetric=np.zeros(1, bool),
         relational_distance=np.nan * one,
     )  # fmt: skip
     verdict = judge(
-        gathered, np.array([0]), 0.9, [], {}, LITTLE, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), DEFAULTS.verdict
+        gathered,
+        np.array([0]),
+        PoseEvidence(0.9, [], {}, LITTLE, (0.01, 1e-5, "x"), 0),
+        Needs(1.0, 0.01),
+        DEFAULTS.verdict,
     )
     assert (verdict.verdict == "accepted") is accepted
     assert f"{min(round(100 * found), 100)}% of the" in verdict.reason
@@ -43,9 +54,13 @@ def test_what_a_wrong_pose_gathered_is_refused_and_what_a_right_one_did_is_not(
     prior_sigma: float, evidence: float, share: float, agreement: float, accepted: bool
 ) -> None:
     columns = (prior_sigma, evidence, 100 * share, 100.0, 100.0, 1.0, 10.0, False, np.nan)
-    gathered = Gathered(*(np.array([value]) for value in columns))
+    gathered = HypothesisTable(*(np.array([value]) for value in columns))
     verdict = judge(
-        gathered, np.array([0]), agreement, [], {}, LITTLE, (0.1, 1e-3, "x"), 0, Needs(5.0, 0.03), DEFAULTS.verdict
+        gathered,
+        np.array([0]),
+        PoseEvidence(agreement, [], {}, LITTLE, (0.1, 1e-3, "x"), 0),
+        Needs(5.0, 0.03),
+        DEFAULTS.verdict,
     )
     assert (verdict.verdict == "accepted") is accepted, verdict.reason
 
@@ -54,10 +69,10 @@ def test_what_a_wrong_pose_gathered_is_refused_and_what_a_right_one_did_is_not(
 def test_what_is_no_number_is_refused(what: str) -> None:
     given = {"evidence": 2000.0, "found": 1e3, "agreement": 0.9, "sigma_mm": 0.01, "sigma_rad": 1e-5} | {what: np.nan}
     columns = (1.0, given["evidence"], given["found"], 1e3, 105.0, 1.0, 0.0, False, np.nan)
-    verdict = judge(
-        Gathered(*(np.array([value]) for value in columns)), np.array([0]), given["agreement"], [], {}, LITTLE,
-        (given["sigma_mm"], given["sigma_rad"], "x"), 0, Needs(1.0, 0.01), DEFAULTS.verdict,
-    )  # fmt: skip
+    precision = (given["sigma_mm"], given["sigma_rad"], "x")
+    evidence = PoseEvidence(given["agreement"], [], {}, LITTLE, precision, 0)
+    table = HypothesisTable(*(np.array([value]) for value in columns))
+    verdict = judge(table, np.array([0]), evidence, Needs(1.0, 0.01), DEFAULTS.verdict)
     assert verdict.verdict == ("accepted" if what == "nothing" else "refused")
 
 
@@ -66,14 +81,20 @@ def test_what_is_no_number_is_refused(what: str) -> None:
 @pytest.mark.parametrize("cameras", [1, 2])
 def test_without_a_prior_most_of_the_edges_have_to_be_found(share: float, prior_sigma: float, cameras: int) -> None:
     columns = (prior_sigma, 3000.0, share * 1000.0, 1000.0, 100.0, 2.0, 10.0, False, np.nan)
-    gathered = Gathered(*(np.array([value]) for value in columns))
+    gathered = HypothesisTable(*(np.array([value]) for value in columns))
     several = ["left", "right"] if cameras > 1 else []
     by_camera, support = (
         [1500.0] * len(several),
         dict.fromkeys(several, CameraSupport(1500.0, 300.0, 400.0, 1.0, LITTLE)),
     )
     p = replace(DEFAULTS.verdict, min_posterior=0.5)
-    verdict = judge(gathered, np.array([0]), 1.0, by_camera, support, LITTLE, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), p)
+    verdict = judge(
+        gathered,
+        np.array([0]),
+        PoseEvidence(1.0, by_camera, support, LITTLE, (0.01, 1e-5, "x"), 0),
+        Needs(1.0, 0.01),
+        p,
+    )
     lacks = np.isnan(prior_sigma) and share < 0.6
     assert verdict.verdict == ("refused" if lacks else "accepted"), verdict.reason
     assert ("give a prior" in verdict.reason) == lacks
@@ -91,14 +112,16 @@ def test_without_a_prior_most_of_the_edges_have_to_be_found(share: float, prior_
 )
 def test_relational_matching_tells_rivals_apart(distances: list[float], standing: list[int]) -> None:
     two = np.ones(2)
-    gathered = Gathered(
+    gathered = HypothesisTable(
         prior_sigma=np.nan * two, evidence=np.array([1000.0, 990.0]), found=np.array([1000.0, 990.0]),
         expected=1000 * two, outline_px=0 * two, outline_contrast=0 * two, outline_evidence=0 * two,
         is_symmetric=np.zeros(2, bool), relational_distance=np.array(distances),
     )  # fmt: skip
     found = find_standing(gathered, DEFAULTS.verdict)
     assert found.tolist() == standing
-    verdict = judge(gathered, found, 0.9, [], {}, LITTLE, (0.01, 1e-5, "x"), 0, Needs(1.0, 0.01), DEFAULTS.verdict)
+    verdict = judge(
+        gathered, found, PoseEvidence(0.9, [], {}, LITTLE, (0.01, 1e-5, "x"), 0), Needs(1.0, 0.01), DEFAULTS.verdict
+    )
     assert verdict.verdict == ("accepted" if len(standing) == 1 else "ambiguous")
 
 

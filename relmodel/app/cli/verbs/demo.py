@@ -31,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.resources import resource_dir
     from relmodel.store import Store
     from relmodel.world.placement import place_world
-    from vision.inspection import KERNELS, inspect
+    from vision.inspection import KERNELS, Task, inspect
     from vision.inspection.demonstration import PoseError, measure_pose_error, read_truth
 
     source = resource_dir("demo")
@@ -58,11 +58,13 @@ def run(args: argparse.Namespace) -> int:
         say(f"inspecting stereo pair {args.pair} ...")
         answer = inspect(
             store,
-            rig=source / f"pair_{args.pair}_rig.yaml",
-            pictures={name: source / f"pair_{args.pair}_{name}.png" for name in ("left", "right")},
-            prior=source / f"pair_{args.pair}_prior.yaml",
-            world=world.world,
-            overlay=overlay,
+            Task(
+                rig=source / f"pair_{args.pair}_rig.yaml",
+                pictures={name: source / f"pair_{args.pair}_{name}.png" for name in ("left", "right")},
+                prior=source / f"pair_{args.pair}_prior.yaml",
+                world=world.world,
+                overlay=overlay,
+            ),
         )
         with store.read() as connection:
             write_page(page, lambda: run_page(store, connection, answer.run))

@@ -156,7 +156,7 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.store import Store
     from relmodel.world.correction import Carrier
     from vision.cameras.files import parse_needs
-    from vision.inspection import KERNELS, inspect
+    from vision.inspection import KERNELS, Task, inspect
     from vision.inspection.inspection_parameters import DEFAULTS, choose_methods
     from vision.inspection.outcome import parse_not_as_modelled
     from vision.scene.kept_scenes import Scenes
@@ -171,13 +171,17 @@ def run(args: argparse.Namespace) -> int:
     stands = (args.base_sigma_mm, math.radians(args.base_sigma_deg))
     carrier = Carrier(args.on, assigned(args.set, "--set"), sigmas, base, stands)
     objects = [name.strip() for name in (args.against or "").split(",") if name.strip()]
+    parameters = replace(
+        choose_methods(DEFAULTS, stereo=args.stereo_method, search=args.search),
+        believe_pictures=args.believe_pictures,
+        ignore_blind_camera=args.ignore_blind_camera,
+    )
     compile_ahead(KERNELS, say)
     with Store.open(store_target(args)) as store, shown(store) as progress:
         scenes = Scenes(store)
 
         def inspect_one(one: Listed) -> Inspection:
-            return inspect(
-                store,
+            task = Task(
                 pictures=one.pictures,
                 **one.paths,
                 needs=needs,
@@ -189,13 +193,8 @@ def run(args: argparse.Namespace) -> int:
                 keep_images=not args.no_keep_images,
                 full_audit=args.audit == "full",
                 variants=args.variants,
-                scenes=scenes,
-                parameters=replace(
-                    choose_methods(DEFAULTS, stereo=args.stereo_method, search=args.search),
-                    believe_pictures=args.believe_pictures,
-                    ignore_blind_camera=args.ignore_blind_camera,
-                ),
             )
+            return inspect(store, task, parameters, scenes)
 
         if args.list is not None:
             return _run_list(args, listed, inspect_one, fail_on, progress)
