@@ -26,7 +26,6 @@ from importlib import metadata
 from pathlib import Path
 
 REPORT = "REPORT"  # in arguments: a folder for tables and plots
-DEMO = "examples/demo/bulkhead_A.step.gz"
 _PEERS = ("duckdb", "numba", "numpy", "opencv-python-headless", "ortools", "pygmtools", "pylibmgm", "rtree", "scipy")
 
 
@@ -66,7 +65,6 @@ BENCHMARKS = (
         ("--units", "20", "50", "--seeds", "2", "--seconds", "3", "--peers", "CP-SAT", "HiGHS", "RRWM"),
     ),
     Benchmark("inspection", ("--pairs", "00", "05"), ("--repeat", "100")),
-    Benchmark("arm_correction"),
     Benchmark("uncertainty", ("--trials", "12")),
     Benchmark("extraction_cost", needs_data=True),
     Benchmark("stereo_methods", ("--pairs", "A0", "C1"), needs_data=True),
@@ -75,18 +73,15 @@ BENCHMARKS = (
     Benchmark("without_prior", ("--pairs", "1"), needs_data=True),
     Benchmark("ablations", ("--pairs", "1", "--sets", "A", "render_box"), needs_data=True),
     Benchmark("features", ("10",)),
-    Benchmark("loading", (DEMO,), (DEMO,)),
     Benchmark("alterations", ("--count", "10")),
     Benchmark("audit_cost", ("--pairs", "00")),
     Benchmark("bulk_writing", ("--rows", "200000")),
-    Benchmark("expansion", ("--parts", "50000")),
     Benchmark("scale_out", ("--parts", "10000", "--engines", "duckdb", "postgresql")),
     Benchmark("damaged_files", ("1", "4"), needs_data=True),
 )
 # What takes hours whatever it is given, or needs renders of its own: with --full alone.
 FULL_ONLY = (
     Benchmark("extraction", needs_data=True),
-    Benchmark("mesh_segmentation", needs_data=True),
     Benchmark("relations", needs_data=True),
 )
 
