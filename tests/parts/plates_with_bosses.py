@@ -4,14 +4,13 @@ ribs; a rounded lug at the rim.  Feet are rounded or not.
 
 from __future__ import annotations
 
-from math import cos, pi, radians, sin, tan
+from math import cos, hypot, pi, radians, sin, tan
 from typing import Any
 
 import numpy as np
 
 from tests.parts.brackets_and_castings import DOWN, UP, along, bore, chance, fused, moved, placed, rod, twist_drill, u
 from tests.parts.flanges_and_housings import Work
-from tests.parts.multi_cut_plates import around
 from tests.parts.solids import Floats, Rng, box, cone, cylinder, fillet, obround, prism
 
 LENGTH, WIDTH, TOP = 240.0, 160.0, 22.0
@@ -25,6 +24,16 @@ def welded(seed: int) -> Work:
         ITEMS[which](work, rng, 40.0 + 80 * (k % 3), 40.0 + 80 * (k // 3))
     _rim_lug(work, rng)
     return placed(work, rng) if chance(rng) else work
+
+
+def around(x: float, y: float, z: float, r: float) -> Any:
+    """The circle of a radius about a point."""
+
+    def wanted(p: Floats, q: Floats) -> bool:
+        ends = [abs(hypot(e[0] - x, e[1] - y) - r) + abs(e[2] - z) for e in (p, q)]
+        return bool(max(ends) < 1e-6)
+
+    return wanted
 
 
 def _foot(work: Work, rng: Rng, x: float, y: float, r: float) -> None:

@@ -18,8 +18,8 @@ from relmodel.model.model import Mesh, Shape
 from relmodel.model.tessellation import HalfEdges, open_edges
 from relmodel.readers.step import maps, triangulation
 from relmodel.readers.step import shape as step_shape
-from tests.parts.seat_parts import workshop
 from tests.parts.step_parts import loaded
+from tests.parts.turned_parts import workshop
 
 
 def composed(seed: int) -> Shape:

@@ -13,7 +13,7 @@ from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
 from OCP.gp import gp_Pnt
 
-from tests.parts.seat_parts.seats import FAR, Floats, Rng, Seat, uniform
+from tests.parts.seats import FAR, Floats, Rng, Seat, uniform
 from tests.parts.solids import THIN_WEB, Part, Point, box, cone, cylinder, fillet, obround, prism, round_box
 
 
