@@ -51,6 +51,7 @@ def test_names_and_their_order_change_no_digit(store: str, inspection: Inspectio
         ("below", "right.png"), ("camera prior", "left.png"), ("prior", pair.prior_file.name), ("rig", "named.yaml"),
     ]  # fmt: skip
     assert list(cameras) == [("prior",), ("below",)]
+    assert main(["replay", str(answer["run"]), "--store", store]) == 0  # in that order too, which no name tells
 
 
 def test_four_cameras_are_located_and_judged_together(store: str, pair: Pair, tmp_path: Path) -> None:
