@@ -2,49 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
-from OCP.BRepBuilderAPI import (
-    BRepBuilderAPI_MakePolygon,
-)
-from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
-from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
-from OCP.gp import gp_Pnt
 
 from tests.parts.seats import FAR, Floats, Rng, Seat, uniform
-from tests.parts.solids import THIN_WEB, Part, Point, box, cone, cylinder, fillet, obround, prism, round_box
+from tests.parts.solids import THIN_WEB, Part, box, cone, cylinder, fillet, obround, prism, round_box
 
 
 def thin_web(part: Part, s: Seat, depth: float, length: float, width: float, at: tuple[float, float] = (0, 0)) -> None:
     if s.below is not None and s.below - depth <= THIN_WEB * min(length, width):
         left = s.below - depth
         part.know("web", s.p(*at, -depth - left / 2), thickness=left, length=length, width=width)
-
-
-def through(part: Part, rng: Rng, s: Seat) -> None:
-    if s.below is None:
-        return
-    r = uniform(rng, 1.5, 0.5 * min(s.half))
-    part.cut(s.put(cylinder((0, 0, -s.below - 1), r, s.below + FAR)))
-    part.know("through_hole", (s.p(0, 0, 0), s.p(0, 0, -s.below)), diameter=2 * r, depth=s.below)
-
-
-def blind(part: Part, rng: Rng, s: Seat) -> None:
-    depth = uniform(rng, 0.3, 0.7) * s.safe
-    r = uniform(rng, 1.5, min(0.5 * min(s.half), 0.4 * s.safe))
-    part.cut(s.put(cylinder((0, 0, -depth), r, FAR)))
-    bottom, more = int(rng.integers(3)), {}
-    if bottom == 1:
-        half = float(np.radians(rng.choice([45, 59, 60])))
-        tip = r / np.tan(half)
-        part.cut(s.put(cone((0, 0, -depth - tip), 0, r, tip)))
-        more = {"tip_angle": 2 * half}
-    elif bottom == 2:
-        ball = BRepPrimAPI_MakeSphere(gp_Pnt(0, 0, -depth), r).Shape()
-        part.cut(s.put(ball))
-    part.know("blind_hole", s.p(0, 0, 0), diameter=2 * r, depth=depth, **more)
 
 
 def counterbored(part: Part, rng: Rng, s: Seat) -> None:
@@ -81,28 +48,6 @@ def countersunk(part: Part, rng: Rng, s: Seat) -> None:
         depth = uniform(rng, 0.7, 0.95) * s.safe
         part.cut(s.put(cylinder((0, 0, -depth), r, FAR)))
         part.know("blind_hole", s.p(0, 0, 0), diameter=2 * r, depth=depth, **more)
-
-
-def widened_twice(part: Part, rng: Rng, s: Seat) -> None:
-    """A counterbore with a countersink under it."""
-    wide = uniform(rng, 0.5, 0.8) * min(s.half)
-    sink, r = wide * 0.7, wide * 0.4
-    deep = uniform(rng, 0.15, 0.3) * s.safe
-    more = sink - r
-    if s.below is None or deep + more > 0.8 * s.safe:
-        return
-    part.cut(s.put(cylinder((0, 0, -deep), wide, FAR)), s.put(cone((0, 0, -deep - more), r, sink, more)))
-    part.cut(s.put(cylinder((0, 0, -s.below - 1), r, FAR)))
-    part.know(
-        "through_hole",
-        s.p(0, 0, 0),
-        diameter=2 * r,
-        depth=s.below,
-        counterbore_diameter=2 * wide,
-        counterbore_depth=deep,
-        countersink_diameter=2 * sink,
-        countersink_angle=np.pi / 2,
-    )
 
 
 def _plan(rng: Rng, s: Seat) -> tuple[Seat, float, float]:
@@ -191,55 +136,6 @@ def islands(part: Part, rng: Rng, s: Seat) -> None:
     thin_web(part, s, depth, length, width)
     part.know("boss", s.p(-x, 0, -depth), diameter=2 * r, height=tall[0])
     part.know("boss", s.p(x, 0, -depth), length=2 * a, width=1.6 * a, height=tall[1])
-
-
-def _frustum(low: list[Point], high: list[Point]) -> Any:
-    maker = BRepOffsetAPI_ThruSections(True, True)
-    for ring in (low, high):
-        wire = BRepBuilderAPI_MakePolygon()
-        for point in ring:
-            wire.Add(gp_Pnt(*point))
-        wire.Close()
-        maker.AddWire(wire.Wire())
-    maker.Build()
-    return maker.Shape()
-
-
-def _rectangle(a: float, c: float, z: float) -> list[Point]:
-    return [(-a, -c, z), (a, -c, z), (a, c, z), (-a, c, z)]
-
-
-def tapered(part: Part, rng: Rng, s: Seat) -> None:
-    """A pocket with draft; its length and width are those of its floor."""
-    s, length, width = _plan(rng, s)
-    depth, lean = uniform(rng, 0.3, 0.6) * s.safe, float(np.radians(uniform(rng, 2, 15)))
-    a, c, up = 0.4 * length, 0.4 * width, 1.0
-    more = (depth + up) * float(np.tan(lean))
-    part.cut(s.put(_frustum(_rectangle(a, c, -depth), _rectangle(a + more, c + more, up))))
-    at = s.p(0, 0, -depth)
-    part.know("pocket", at, length=2 * a, width=2 * c, depth=depth, draft_angle=lean)
-    thin_web(part, s, depth, 2 * a, 2 * c)
-
-
-def curved_floor(part: Part, rng: Rng, s: Seat) -> None:
-    """A pocket whose floor is a hollow or crowned cylinder."""
-    s, length, width = _plan(rng, s)
-    depth, radius = uniform(rng, 0.4, 0.7) * s.safe, length * uniform(rng, 1.2, 3)
-    block = box((-length / 2, -width / 2, -depth), (length / 2, width / 2, 10))
-    if rng.random() < 0.5:
-        round_ = cylinder((0, -FAR, radius - depth), radius, 2 * FAR, (0, 1, 0))
-        sag = radius - (radius**2 - length**2 / 4) ** 0.5
-        if sag > 0.6 * depth:
-            return
-        part.cut(s.put(BRepAlgoAPI_Common(block, round_).Shape()))
-    else:
-        sag = radius - (radius**2 - length**2 / 4) ** 0.5
-        if sag > 0.6 * depth:
-            return
-        tool = Part(block)
-        tool.cut(cylinder((0, -FAR, sag - depth - radius), radius, 2 * FAR, (0, 1, 0)))
-        part.cut(s.put(tool.body))
-    part.know("pocket", s.p(0, 0, -depth), length=length, width=width, depth=depth)
 
 
 def closed_slot(part: Part, rng: Rng, s: Seat) -> None:
@@ -348,17 +244,12 @@ def drilled(part: Part, s: Seat, x: float, y: float, r: float) -> None:
 
 
 ON_A_SEAT = (
-    through,
-    blind,
     counterbored,
     countersunk,
-    widened_twice,
     pocket,
     polygon_pocket,
     nested,
     islands,
-    tapered,
-    curved_floor,
     closed_slot,
     round_boss,
     long_boss,
