@@ -20,7 +20,7 @@ from relmodel.features import recognise
 from relmodel.readers.step import shape as step_shape
 from tests.features.feature_scores import Scores, score
 from tests.features.golden_features import VARIANTS, score_bulkhead
-from tests.parts.brackets_and_castings import foundry
+from tests.parts.brackets_and_drums import foundry
 from tests.parts.composed_parts import generate
 from tests.parts.flanges_and_housings import toolroom
 from tests.parts.machining_features import vocabulary

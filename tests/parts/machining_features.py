@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 
-from tests.parts.brackets_and_castings import UP, bore, chance, fused, moved, placed, rod, twist_drill, u
+from tests.parts.brackets_and_drums import UP, bore, chance, fused, moved, placed, rod, twist_drill, u
 from tests.parts.flanges_and_housings import Work
 from tests.parts.solids import Floats, Rng, between, box, chamfer, cylinder, fillet, obround, prism
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.parts.brackets_and_castings import DOWN, UP, along, bore, chance, fused, moved, placed, rod, twist_drill, u
+from tests.parts.brackets_and_drums import DOWN, UP, along, bore, chance, fused, moved, placed, rod, twist_drill, u
 from tests.parts.flanges_and_housings import Work
 from tests.parts.solids import Floats, Rng, box, cone, cylinder, fillet, obround, prism
 

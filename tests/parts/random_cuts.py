@@ -18,7 +18,7 @@ from OCP.TopAbs import TopAbs_FACE, TopAbs_IN
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
 
-from tests.parts.brackets_and_castings import chance, moved, u
+from tests.parts.brackets_and_drums import chance, moved, u
 from tests.parts.flanges_and_housings import Made, Work
 from tests.parts.solids import Point, Rng, box, cylinder, fillet, obround, upright
 

@@ -1,5 +1,5 @@
 """Parts of a fourth hand, written from what the tables' comments say and nothing else: flanged shafts, gusseted
-brackets, castings, sheets, hydraulic blocks, nested pockets, drums, rockers, yokes, seams, edges, crossing ribs.
+brackets, drums, rockers, yokes, seams, edges, crossing ribs.
 
 Half of them are mirrored, scaled, turned and moved as a whole.  What a plain convention does not settle is not stated.
 """
@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakePolygon, BRepBuilderAPI_Transform
-from OCP.BRepOffsetAPI import BRepOffsetAPI_ThruSections
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeCone
 from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
 
@@ -23,7 +22,6 @@ from tests.parts.solids import (
     THIN_WEB,
     Point,
     Rng,
-    at_height,
     between,
     box,
     chamfer,
@@ -198,206 +196,6 @@ def gusset_bracket(rng: Rng) -> Work:
     return work
 
 
-def drafted(low: tuple[float, float], high: tuple[float, float], z0: float, z1: float, draft: float) -> Any:
-    """A box whose walls lean outwards by an angle; low and high are corners of its foot."""
-    loft = BRepOffsetAPI_ThruSections(True, True)
-    for z, o in ((z0, 0.0), (z1, (z1 - z0) * tan(draft))):
-        wire = BRepBuilderAPI_MakePolygon()
-        for x, y in (
-            (low[0] - o, low[1] - o),
-            (high[0] + o, low[1] - o),
-            (high[0] + o, high[1] + o),
-            (low[0] - o, high[1] + o),
-        ):
-            wire.Add(gp_Pnt(x, y, z))
-        wire.Close()
-        loft.AddWire(wire.Wire())
-    return loft.Shape()
-
-
-def casting(rng: Rng) -> Work:
-    """A housing: drafted cavity with bosses on its floor, a spigot bored into it, screw holes in the rim, ears."""
-    length, width, height, wall, f = u(rng, 120, 150), u(rng, 90, 110), u(rng, 50, 70), 16.0, u(rng, 8, 11)
-    work = Work(box((0, 0, 0), (length, width, height)))
-    draft = radians(float(rng.choice([1, 2, 3])))
-    cavity = drafted((wall, wall), (length - wall, width - wall), f, height, draft)
-    corner, foot = u(rng, 5, 8), u(rng, 2, 4)
-    cavity = fillet(cavity, corner, upright)
-    if chance(rng):
-        cavity = fillet(cavity, foot, at_height(f))
-    work.cut(cavity)
-    work.note("pocket", (length / 2, width / 2, f), out=UP, depth=height - f, draft_angle=draft)
-    for x in (0.35 * length, 0.65 * length):
-        r, h, d = u(rng, 7, 9), u(rng, 12, 25), u(rng, 2, 3)
-        work.add(cylinder((x, width / 2, f - 1), r, h + 1))
-        work.note("boss", (x, width / 2, f), out=UP, diameter=2 * r, height=h)
-        twist_drill(work, (x, width / 2, f + h), DOWN, d, h - 4)
-    r, h, hole = u(rng, 11, 13), u(rng, 5, 10), u(rng, 5, 7)
-    y, z = width / 2, f + 0.5 * (height - f)
-    work.add(rod((length, y, z), (1, 0, 0), r, h))
-    work.note("boss", (length, y, z), out=(1, 0, 0), diameter=2 * r, height=h)
-    work.cut(rod((length - wall - 4, y, z), (1, 0, 0), hole, wall + h + 8))
-    work.note("through_hole", (length, y, z), axis=(1, 0, 0), diameter=2 * hole)
-    for x in (6, length - 6):
-        for y in (6, width - 6):
-            twist_drill(work, (x, y, height), DOWN, 2.1, 14)
-    w, out, t = u(rng, 18, 24), u(rng, 14, 18), u(rng, 8, 10)
-    for side, y in ((-1, 0.0), (1, width)):
-        x, end = length / 2, y + side * out
-        work.add(box((x - w / 2, min(y, end), 0), (x + w / 2, max(y, end), t)), cylinder((x, end, 0), w / 2, t))
-        work.note("lug", (x, end, 0), axis=UP, bore_diameter=8, width=w, thickness=t)
-        bore(work, (x, end, 0), UP, 4, t)
-    return work
-
-
-def sheet(rng: Rng) -> Work:
-    """A plate with lightening holes of four forms, notches at its edges, a rounded tab with a hole."""
-    t, length, width = u(rng, 2, 6), u(rng, 240, 280), u(rng, 120, 140)
-    work = Work(box((0, 0, 0), (length, width, t)), silent=Work.silent | {"step", "body"})
-    r = u(rng, 18, 25)
-    bore(work, (40, width / 2, 0), UP, r, t)
-    x, y, c = 105.0, width / 2, u(rng, 5, 8)
-    corners = [(x - 25, y - 30, -1.0), (x + 25, y - 30, -1.0), (x, y + 30, -1.0)]
-    work.cut(fillet(prism(corners, (0, 0, t + 2)), c, upright))
-    work.note("duct", axis=UP, depth=t, corner_radius=c)
-    x, s, w = 165.0, u(rng, 45, 60), u(rng, 12, 20)
-    tool = obround((0, 0, -1), s, w, t + 2)
-    work.cut(moved(tool, pi / 2, by=(x, y, 0)))
-    work.note("slot", (x, y, 0), (x, y, t), axis=UP, along=(0, 1, 0), length=s, width=w, depth=t)
-    a, b, c = u(rng, 25, 35), u(rng, 40, 60), u(rng, 4, 8)
-    x = length - 40
-    tool = fillet(box((x - a / 2, y - b / 2, -1), (x + a / 2, y + b / 2, t + 1)), c, upright)
-    work.cut(tool)
-    work.note("duct", (x, y, 0), (x, y, t), axis=UP, length=b, width=a, depth=t, corner_radius=c)
-    w, deep = u(rng, 10, 16), u(rng, 18, 26)
-    if chance(rng):
-        work.cut(box((90, -1, -1), (90 + w, deep, t + 1)))
-        work.note("open_slot", axis=(0, 1, 0), width=w)
-    else:
-        work.cut(
-            fused(
-                box((90, -1, -1), (90 + w, deep - w / 2, t + 1)), cylinder((90 + w / 2, deep - w / 2, -1), w / 2, t + 2)
-            )
-        )
-        work.note("open_slot", axis=(0, 1, 0), width=w)
-    if chance(rng):
-        work.cut(box((-1, -1, -1), (15, 12, t + 1)))
-    w, out, hole = u(rng, 20, 30), u(rng, 12, 20), u(rng, 4, 6)
-    x, end = 0.7 * length, width + out
-    work.add(box((x - w / 2, width - 1, 0), (x + w / 2, end, t)), cylinder((x, end, 0), w / 2, t))
-    work.note("lug", (x, end, 0), axis=UP, bore_diameter=2 * hole, width=w, thickness=t)
-    bore(work, (x, end, 0), UP, hole, t)
-    return work
-
-
-def hydraulic(rng: Rng) -> Work:
-    """Drillings that cross, meet, graze each other, and break out of a side; ports; a hole square to a slope."""
-    length, width, height = u(rng, 140, 170), u(rng, 80, 100), u(rng, 60, 75)
-    work = Work(box((0, 0, 0), (length, width, height)))
-    y, z, r = width / 2, 0.4 * height, u(rng, 9, 12)
-    if chance(rng):
-        bore(work, (0, y, z), (1, 0, 0), r, length)
-    else:
-        twist_drill(work, (0, y, z), (1, 0, 0), r, 0.8 * length)
-    small = r if chance(rng) else u(rng, 4, 7)
-    bore(work, (0.25 * length, 0, z), (0, 1, 0), small, width)
-    q = u(rng, 2.5, 3.5)
-    bore(work, (0.42 * length, 0, z + 0.8 * r), (0, 1, 0), q, width)
-    p, c, d = u(rng, 4, 6), u(rng, 8, 10), u(rng, 6, 10)
-    x = 0.6 * length
-    work.cut(rod((x, y, z), UP, p, height), rod((x, y, height - d), UP, c, d + 1))
-    work.note("through_hole", (x, y, height), axis=UP, diameter=2 * p, counterbore_diameter=2 * c, counterbore_depth=d)
-    if chance(rng):
-        work.cut(cone((x, y, height - 1), c, c + 2, 2))
-    s = 25.0
-    work.cut(prism([(length, 0, height - s), (length, 0, height), (length - s, 0, height)], (0, width, 0)))
-    middle = (length - s / 2, 0.25 * width, height - s / 2)
-    twist_drill(work, middle, (-(0.5**0.5), 0, -(0.5**0.5)), u(rng, 3, 5), u(rng, 10, 13))
-    k = u(rng, 5, 7)
-    x = 0.12 * length
-    work.cut(rod((x, width - 0.45 * k, -1), UP, k, height + 2))
-    work.note("through_hole", (x, width - 0.45 * k, 0), axis=UP, diameter=2 * k, depth=height)
-    for x in (0.35 * length, 0.75 * length):
-        twist_drill(work, (x, 10, 0), UP, 2.5, 12)
-    return work
-
-
-def block(rng: Rng) -> Work:
-    """Three stations on the top of a block, and one slot under it."""
-    height = u(rng, 45, 55)
-    work = Work(box((0, 0, 0), (240, 90, height)))
-    for k, which in enumerate(rng.permutation(len(STATIONS))[:3].tolist()):
-        STATIONS[which](work, rng, 40.0 + 80 * k, 45.0, height)
-    w, deep = u(rng, 12, 18), u(rng, 8, 12)
-    work.cut(box((-1, 20, -1), (241, 20 + w, deep)))
-    if chance(rng):
-        foot = u(rng, 5, 7)
-        work.cut(box((-1, 20 - 5, deep - foot), (241, 20 + w + 5, deep)))
-    work.note("open_slot", (120, 20 + w / 2, deep), out=DOWN, along=(1, 0, 0), length=240, width=w, depth=deep)
-    return work
-
-
-def _nested(work: Work, rng: Rng, x: float, y: float, top: float) -> None:
-    a, b, d = u(rng, 26, 30), u(rng, 20, 24), u(rng, 6, 10)
-    e, f, g, c = u(rng, 14, 18), u(rng, 10, 13), u(rng, 5, 9), u(rng, 3, 5)
-    work.cut(box((x - a, y - b, top - d), (x + a, y + b, top + 1)))
-    work.cut(fillet(box((x - e, y - f, top - d - g), (x + e, y + f, top)), c, upright))
-    work.note("pocket", (x, y, top - d), out=UP, along=(1, 0, 0), length=2 * a, width=2 * b, depth=d)
-    work.note("pocket", (x, y, top - d - g), out=UP, length=2 * e, width=2 * f, depth=g, corner_radius=c)
-
-
-def _island(work: Work, rng: Rng, x: float, y: float, top: float) -> None:
-    a, b, d, c, r = u(rng, 26, 30), u(rng, 22, 26), u(rng, 10, 14), u(rng, 4, 7), u(rng, 6, 9)
-    work.cut(fillet(box((x - a, y - b, top - d), (x + a, y + b, top + 1)), c, upright))
-    h = d - u(rng, 0, 4) if chance(rng) else d
-    work.add(cylinder((x + 4, y + 2, top - d), r, h))
-    work.note("pocket", (x, y, top - d), out=UP, length=2 * a, width=2 * b, depth=d, corner_radius=c)
-    work.note("boss", (x + 4, y + 2, top - d), out=UP, diameter=2 * r, height=h)
-
-
-def _rounded(work: Work, rng: Rng, x: float, y: float, top: float) -> None:
-    """Corners all or two of them rounded, floor rounded or not; holes in the floor."""
-    a, b, d, c, f = u(rng, 26, 30), u(rng, 22, 26), u(rng, 10, 14), u(rng, 6, 9), u(rng, 2, 4)
-    tool = box((x - a, y - b, top - d), (x + a, y + b, top + 1))
-    both = chance(rng)
-    tool = fillet(tool, c, lambda p, q: upright(p, q) and (both or p[0] > x))
-    if chance(rng):
-        tool = fillet(tool, f, at_height(top - d))
-    work.cut(tool)
-    work.note("pocket", (x, y, top - d), out=UP, length=2 * a, width=2 * b, depth=d, corner_radius=c)
-    twist_drill(work, (x - 8, y + 8, top - d), DOWN, u(rng, 3, 4), u(rng, 8, 12))
-    bore(work, (x + 8, y + 8, 0), UP, u(rng, 3, 5), top - d)
-
-
-def _one_side(work: Work, rng: Rng, x: float, y: float, top: float) -> None:
-    w, reach, d, f = u(rng, 25, 40), u(rng, 30, 45), u(rng, 8, 14), u(rng, 2, 4)
-    tool = box((x - w / 2, 90 - reach, top - d), (x + w / 2, 100, top + 1))
-    if chance(rng):
-        tool = fillet(tool, f, lambda p, q: upright(p, q) and p[1] < 95)
-    work.cut(tool)
-    work.note("open_slot", (x, 90 - reach / 2, top - d), out=UP, along=(0, 1, 0), depth=d, width=w, length=reach)
-
-
-def _two_sides(work: Work, rng: Rng, x: float, y: float, top: float) -> None:
-    """A slot across the block."""
-    w, d = u(rng, 15, 30), u(rng, 8, 14)
-    work.cut(box((x - w / 2, -1, top - d), (x + w / 2, 91, top + 1)))
-    work.note("open_slot", (x, 45, top - d), out=UP, along=(0, 1, 0), depth=d, width=w, length=90)
-
-
-def _blind_slots(work: Work, rng: Rng, x: float, y: float, top: float) -> None:
-    """Two round-ended slots, one askew, one into the floor of the other."""
-    s, w, d, turn = u(rng, 40, 50), u(rng, 14, 18), u(rng, 6, 9), u(rng, 0.2, 1.3)
-    work.cut(moved(obround((0, 0, top - d), s, w, d + 1), turn, by=(x, y, 0)))
-    work.note("slot", (x, y, top - d), out=UP, along=(cos(turn), sin(turn), 0), length=s, width=w, depth=d)
-    s, w, g = u(rng, 20, 30), u(rng, 6, 8), u(rng, 4, 6)
-    work.cut(moved(obround((0, 0, top - d - g), s, w, g + 1), turn, by=(x, y, 0)))
-    work.note("slot", (x, y, top - d - g), out=UP, along=(cos(turn), sin(turn), 0), length=s, width=w, depth=g)
-
-
-STATIONS = (_nested, _island, _rounded, _one_side, _two_sides, _blind_slots)
-
-
 def drum(rng: Rng) -> Work:
     """A thick tube: radial holes, plain, counterbored from outside, and a slot through its wall."""
     outer, inner, height = u(rng, 40, 50), u(rng, 22, 28), u(rng, 70, 90)
@@ -567,10 +365,6 @@ def crossing_ribs(rng: Rng) -> Work:
 FAMILIES = (
     flanged_shaft,
     gusset_bracket,
-    casting,
-    sheet,
-    hydraulic,
-    block,
     drum,
     rocker,
     yoke,
