@@ -24,7 +24,8 @@ def test_alterations_are_noticed_on_postgresql(
     relation: str, postgresql_inspection: Inspection, copy_store: Callable[[str], str]
 ) -> None:
     with Store.open(copy_store(postgresql_inspection.store)) as store:
-        assert not any(finding.rows for finding in check(store))
+        if relation == "image_arc":  # all are copies of one store
+            assert not any(finding.rows for finding in check(store))
         random = np.random.default_rng(1)
         assert alter(store, postgresql_inspection.answer["run"], relation, random).noticed_by != "nobody"
 

@@ -21,7 +21,7 @@ from PIL import Image
 from relmodel.app.cli.main import main
 from relmodel.errors import StoreError
 from relmodel.readers.formats import stem_of
-from relmodel.store import Store
+from relmodel.store import Store, engine
 from relmodel.text import visible
 from relmodel.world.world_file import read_world_file
 from tests.app.cli.conftest import DEMO, Pair
@@ -503,7 +503,10 @@ def test_stores_that_are_none(pair: Pair, tmp_path: Path, capsys: pytest.Capture
     assert "is not a relmodel store" in refused(capsys, "inspect", "--store", str(file), *pair.options())
 
 
-def test_store_held_by_another_process(store: str, pair: Pair, capsys: pytest.CaptureFixture[str]) -> None:
+def test_store_held_by_another_process(
+    store: str, pair: Pair, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
     with held(store, read_only=False) as holder:
         said = refused(capsys, "inspect", "--store", store, *pair.options())
     assert f"in use by process {holder.pid}" in said

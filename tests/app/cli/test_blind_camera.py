@@ -68,9 +68,16 @@ def store(bulkhead_template: Path, tmp_path: Path) -> str:
     return str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
 
 
+@pytest.fixture(scope="module")
+def alone(bulkhead_template: Path, pair: Pair, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """What the left picture says by itself."""
+    store = shutil.copy(bulkhead_template, tmp_path_factory.mktemp("alone") / "cell.duckdb")
+    return inspected(str(store), *pair.options(right=None), "--needs", "20mm,5deg")
+
+
 @pytest.mark.parametrize("spoil", SPOILED)
 def test_a_camera_that_says_nothing_refuses_and_may_be_ignored(
-    store: str, pair: Pair, tmp_path: Path, spoil: Spoil
+    store: str, pair: Pair, alone: dict[str, Any], tmp_path: Path, spoil: Spoil
 ) -> None:
     options = pair.options(**spoil(pair, tmp_path))
     answer = inspected(store, *options)
@@ -79,22 +86,24 @@ def test_a_camera_that_says_nothing_refuses_and_may_be_ignored(
     assert answer["presence"] is None
     assert answer["outcome"]["cause"] == ("camera" if "does not see" in SPOILED[spoil] else "picture")
     ignored = inspected(store, *options, "--ignore-blind-camera", "--needs", "20mm,5deg")
-    assert main(["replay", str(ignored["run"]), "--store", store]) == 0
-    assert main(["check", "--store", store]) == 0
+    if spoil is _mirrored:  # of one of them: a camera is left out in the same way whatever ails it
+        assert main(["replay", str(ignored["run"]), "--store", store]) == 0
+        assert main(["check", "--store", store]) == 0
     if spoil is _twice:  # whose picture it is nobody knows
         assert ignored["verdict"] == "refused"
         return
     assert any(words.startswith(f"camera right is ignored: {SPOILED[spoil]}") for words in ignored["notes"])
     assert list(ignored["world_from_camera"]) == ["left"]
-    alone = inspected(store, *pair.options(right=None), "--needs", "20mm,5deg")
     assert ignored["verdict"] == alone["verdict"] == "accepted"
     off = measure_pose_error(np.array(ignored["world_from_rig"]), read_truth(DEMO / "pair_00_truth.json"))
     assert off.target_mm < 20
 
 
-def test_a_picture_of_an_earlier_run_is_stale_beside_a_new_one(store: str, pair: Pair, tmp_path: Path) -> None:
+def test_a_picture_of_an_earlier_run_is_stale_beside_a_new_one(
+    inspection: Inspection, copy_store: Callable[[str], str], pair: Pair, tmp_path: Path
+) -> None:
     # The whole pair again is no matter, and neither is the next pair after a stale one.
-    first = inspected(store, *pair.options())
+    store, first = copy_store(inspection.store), inspection.answer
     again = inspected(store, *pair.options())
     assert first["verdict"] == again["verdict"] == "accepted"
     grey = read_picture(pair.right).grey

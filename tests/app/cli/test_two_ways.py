@@ -22,16 +22,17 @@ store, rig, left, right, prior = sys.argv[1:]
 with relmodel.open(store, read_only=False) as opened:
     opened.inspect(rig=rig, pictures={"left": left, "right": right}, prior=prior)
 """
+WHEN = {"process", "code_commit"}  # as a moment: of the run, not of what was found
 RELATIONS = sa.text("SELECT relation FROM row_digest WHERE run_id = :run ORDER BY relation")
 
 
 def rows_of(target: str, run: int) -> dict[str, list[str]]:
-    """Rows that an inspection rests on, by relation, as texts sorted; without moments and process ids."""
+    """Rows that an inspection rests on, by relation, as texts sorted; without what says when the run was made."""
     with Store.open(target, read_only=True) as store, store.read() as connection:
         out = {}
         for relation in connection.scalars(RELATIONS, {"run": run}).all():
             kinds = {c.name: c.type for c in store.table(relation).columns}
-            names = [n for n, kind in kinds.items() if not isinstance(kind, sa.TIMESTAMP) and n != "process"]
+            names = [n for n, kind in kinds.items() if not isinstance(kind, sa.TIMESTAMP) and n not in WHEN]
             rows = read_rows(store, connection, run, relation, names)
             out[relation] = sorted(map(repr, zip(*(values.tolist() for values in rows.values()), strict=True)))
         return out
