@@ -72,7 +72,6 @@ BENCHMARKS = (
     Benchmark("stated", ("--draws", "1", "--pairs", "2"), needs_data=True),
     Benchmark("without_prior", ("--pairs", "1"), needs_data=True),
     Benchmark("ablations", ("--pairs", "1", "--sets", "A", "render_box"), needs_data=True),
-    Benchmark("features", ("10",)),
     Benchmark("alterations", ("--count", "10")),
     Benchmark("audit_cost", ("--pairs", "00")),
     Benchmark("bulk_writing", ("--rows", "200000")),

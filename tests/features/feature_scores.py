@@ -32,15 +32,6 @@ class Scores:
     def precision(self, kind: str) -> float:
         return self.matched[kind] / max(self.found[kind], 1)
 
-    def __add__(self, other: Scores) -> Scores:
-        return Scores(
-            self.known + other.known,
-            self.found + other.found,
-            self.matched + other.matched,
-            self.missed + other.missed,
-            self.false + other.false,
-        )
-
     @property
     def total_recall(self) -> float:
         return self.matched.total() / max(self.known.total(), 1)

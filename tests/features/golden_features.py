@@ -16,7 +16,6 @@ from tests.parts.solids import Known
 from tests.reading import shared
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-VARIANTS = "ABCDEF"
 
 Row = dict[str, Any]
 

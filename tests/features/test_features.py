@@ -291,7 +291,7 @@ def test_random_plates() -> None:
 
 @pytest.mark.parametrize(("make", "seeds"), [(generate, range(8)), (workshop, range(8))])
 def test_features_of_parts_of_known_operations(make: Callable[[int], Part], seeds: range) -> None:
-    """Every kind, features that cut one another among them, of two hands; all parts are in benchmarks/features.py."""
+    """Every kind, features that cut one another among them, of two hands."""
     scores = score(make, seeds)
     assert len(scores.known) >= 9
     for kind in scores.known | scores.found:
