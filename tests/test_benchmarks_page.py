@@ -55,7 +55,7 @@ def test_the_page_holds_what_was_printed_and_drawn() -> None:
     done = Outcome(
         Benchmark("uncertainty"), ["--trials", "5"], "a  <script>alert(1)</script>  9.5", [b"\x89PNG"], 1.25, 2.5
     )
-    left = Outcome(Benchmark("loading"), [], "needs the test data", status="left out")
+    left = Outcome(Benchmark("damaged_files"), [], "needs the test data", status="left out")
     read = Reader()
     read.feed(run.page([done, left], full=False))
     assert "script" not in read.tags
