@@ -117,7 +117,7 @@ def _segments(pair: RenderedPair) -> dict[str, int]:
         found.append(lines)
         described.append(np.asarray(OPENCV.SIFT_create().compute(picture, keys)[1], np.float64))
     rectification = rectify(pair.rig)
-    views = (rectification.left, rectification.right)
+    views = (rectification.first, rectification.second)
     ends = [
         rectification.points(v, lines.reshape(-1, 2)).reshape(-1, 2, 2) for v, lines in zip(views, found, strict=True)
     ]
@@ -149,11 +149,11 @@ def _block_matching(pair: RenderedPair, arcs: StereoArcs) -> dict[str, int]:
     """SGBM of rectified pictures at the points of the arcs that have a depth."""
     began = time.process_time()
     rectification = rectify(pair.rig)
-    camera = rectification.left.camera
+    camera = rectification.first.camera
     inside = arcs.points.round().astype(int).clip(0, [camera.width - 1, camera.height - 1])
     depth = pair.depth[inside[:, 1], inside[:, 0]]
-    place = rectification.points(rectification.left, arcs.points)
-    stretch = rectification.left.directions(arcs.points) @ rectification.left.rectified_from_camera[2]
+    place = rectification.points(rectification.first, arcs.points)
+    stretch = rectification.first.directions(arcs.points) @ rectification.first.rectified_from_camera[2]
     truth = rectification.focal * rectification.baseline / (np.maximum(depth, 1.0) * stretch)
     low = int(np.percentile(truth[depth > 0], 1)) - 32
     # One frame for both, the right picture moved by the least disparity.
@@ -162,7 +162,7 @@ def _block_matching(pair: RenderedPair, arcs: StereoArcs) -> dict[str, int]:
     x, y = np.meshgrid(np.arange(size[0]) + corner[0], np.arange(size[1]) + corner[1])
     flat = []
     for view, moved, picture in zip(
-        (rectification.left, rectification.right), (0, low), pair.pictures.values(), strict=True
+        (rectification.first, rectification.second), (0, low), pair.pictures.values(), strict=True
     ):
         rays = np.column_stack([x.ravel() - moved, y.ravel(), np.full(x.size, rectification.focal)])
         seen, _ = view.camera.project(rays @ view.rectified_from_camera)
@@ -218,7 +218,7 @@ def _samples(found: StereoMatches, left: Primitives, right: Primitives, truth: F
     arcs = [pack_arcs(picture) for picture in (left, right)]
     a, b = (
         cross_rows(rectification, view, own, p.tangent_reach, p.least_rise)
-        for view, own in zip((rectification.left, rectification.right), arcs, strict=True)
+        for view, own in zip((rectification.first, rectification.second), arcs, strict=True)
     )
 
     def off(at: Ints, disparity: Floats, beside: int) -> Floats:
@@ -229,7 +229,7 @@ def _samples(found: StereoMatches, left: Primitives, right: Primitives, truth: F
             best = np.where(true > 0, np.minimum(best, np.abs(disparity - true)), best)
         return best
 
-    _, i, j = pair_crossings(a, b, (space.left, space.right), p)
+    _, i, j = pair_crossings(a, b, (space.first, space.second), p)
     narrow, wide = (off(i, a.x[i] - b.x[j], beside) for beside in (1, 2))
     known = np.isfinite(narrow)
     k, m = np.nonzero(a.row[:, None] == b.row)

@@ -40,7 +40,7 @@ def read_yaml(path: Path, what: str) -> dict[str, Any]:
 
 
 def member(data: dict[str, Any], key: str, path: Path, where: str) -> Any:
-    """What stands under a key; `where` is the way to `data`, as `cameras.left.`."""
+    """What stands under a key; `where` is the way to `data`, as `cameras.NAME.`."""
     if data.get(key) is None:
         raise InputError(f"{path}: '{where}{key}' is missing: add it")
     return data[key]

@@ -93,7 +93,7 @@ def _start_at_circles(
         joined = join_pairs(store, connection, object_id, relations, p.join)
         return joined, solve_poses(circles, read_circles(store, connection, object_id), joined)
 
-    return _start("circles", space.left[arcs], relations, inspected, solve)
+    return _start("circles", space.first[arcs], relations, inspected, solve)
 
 
 def _start_at_lines(
@@ -107,7 +107,7 @@ def _start_at_lines(
         joined = join_lines(store, connection, relations, edges, p.lines)
         return joined, solve_line_poses(seen, edges, joined)[:, None]
 
-    return _start("lines", space.left[arcs], relations, inspected, solve)
+    return _start("lines", space.first[arcs], relations, inspected, solve)
 
 
 def _start(

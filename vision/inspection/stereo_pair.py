@@ -35,31 +35,30 @@ class StereoAnswer:
     matches: StereoMatches
     notes: list[str]
 
+    @property
+    def cameras(self) -> tuple[str, str]:
+        """The two cameras, in the rig's order."""
+        return self.matches.rectification.cameras
+
     def rows(self) -> list[dict[str, Any]]:
-        """The matched arcs, then the matched regions: kind, left, right, and of arcs the curve, both ends in the rig's
-        frame, mm, and the greatest standard deviation of either along any direction."""
+        """The matched arcs, then the matched regions: kind, the number in the picture of each camera under its name,
+        and of arcs the curve, both ends in the rig's frame, mm, and the greatest standard deviation of either along
+        any direction."""
         it, space = self.matches, self.matches.triangulated
         ends = np.stack([space.covariance[:, :3, :3], space.covariance[:, 3:, 3:]])
-        sigma = np.sqrt(np.linalg.eigvalsh(ends)[..., -1].max(axis=0)) if len(space.left) else np.zeros(0)
-        arcs = [
-            {
-                "kind": "arc", "left": left, "right": right, "curve": CURVES[curve],
-                "start": start, "end": end, "sigma_mm": mm,
-            }
-            for left, right, curve, start, end, mm in zip(
-                space.left.tolist(), space.right.tolist(), space.curve.tolist(), np.round(space.start, 3).tolist(),
-                np.round(space.end, 3).tolist(), np.round(sigma, 3).tolist(), strict=True,
-            )
-        ]  # fmt: skip
-        label = it.region_label
-        regions = [
-            {"kind": "region", "left": left, "right": int(label[left])} | dict.fromkeys(_OF_ARCS)
-            for left in np.flatnonzero(label != NONE).tolist()
+        sigma = np.sqrt(np.linalg.eigvalsh(ends)[..., -1].max(axis=0)) if len(space.first) else np.zeros(0)
+        names = ("kind", *self.cameras, "curve", "start", "end", "sigma_mm")
+        columns = (
+            space.first.tolist(), space.second.tolist(), [CURVES[curve] for curve in space.curve],
+            np.round(space.start, 3).tolist(), np.round(space.end, 3).tolist(), np.round(sigma, 3).tolist(),
+        )  # fmt: skip
+        rows: list[tuple[Any, ...]] = [("arc", *arc) for arc in zip(*columns, strict=True)]
+        region = np.flatnonzero(it.region_label != NONE)
+        rows += [
+            ("region", *pair, None, None, None, None)
+            for pair in zip(region.tolist(), it.region_label[region].tolist(), strict=True)
         ]
-        return arcs + regions
-
-
-_OF_ARCS = ("curve", "start", "end", "sigma_mm")
+        return [dict(zip(names, row, strict=True)) for row in rows]
 
 
 def match_pair(
@@ -70,8 +69,7 @@ def match_pair(
     keep_images: bool = True,
     parameters: InspectionParameters = DEFAULTS,
 ) -> StereoAnswer:
-    """Match two pictures, each of another camera of the rig, and store the run.  The first of the answer is that of the
-    camera that comes first in the rig.
+    """Match two pictures, each of another camera of the rig, and store the run.
 
     Raises InputError for bad inputs and cameras that make no pair, and the run then ended as failed; UsageError, before
     anything is written, for methods that are none.

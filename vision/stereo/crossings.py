@@ -86,17 +86,17 @@ class Side:
 
 
 def lay_out(
-    rectification: Rectification, left: StereoArcs, right: StereoArcs, p: EpipolarParameters
+    rectification: Rectification, first: StereoArcs, second: StereoArcs, p: EpipolarParameters
 ) -> tuple[Side, Side]:
     """Both sides of a pair."""
-    both = ((rectification.left, left), (rectification.right, right))
+    both = ((rectification.first, first), (rectification.second, second))
     crossed = [cross_rows(rectification, view, arcs, p.tangent_reach, p.least_rise) for view, arcs in both]
     some = all(len(c) for c in crossed)
-    first, last = (max(c.row[0] for c in crossed), min(c.row[-1] for c in crossed)) if some else (0, -1)
+    top, bottom = (max(c.row[0] for c in crossed), min(c.row[-1] for c in crossed)) if some else (0, -1)
     sides = []
     for (view, arcs), crossings in zip(both, crossed, strict=True):
         points = rectification.points(view, arcs.points)
-        kept = crossings.take((crossings.row >= first) & (crossings.row <= last))
+        kept = crossings.take((crossings.row >= top) & (crossings.row <= bottom))
         low, high = (
             np.asarray(f.reduceat(points, arcs.offsets[:-1])) if len(arcs) else points for f in (np.minimum, np.maximum)
         )
@@ -154,33 +154,27 @@ def compress_contrast(contrast: Floats, scale: float) -> Floats:
 
 
 def pair_crossings(
-    left: Crossings, right: Crossings, pairs: tuple[Ints, Ints], p: EpipolarParameters
+    first: Crossings, second: Crossings, pairs: tuple[Ints, Ints], p: EpipolarParameters
 ) -> tuple[Ints, Ints, Ints]:
-    """Which crossings of two arcs are one: (pair, left crossing, right crossing), ordered by pair and left crossing.
+    """Which crossings of two arcs are one: (pair, crossing of the first, of the second), ordered by the first two.
 
-    pairs: left and right arcs (k,).  Where arcs cross a row more than once, those that are most alike, each the best of
-    the other, by angle and contrast.
+    pairs: arcs (k,) of the first and of the second picture.  Where arcs cross a row more than once, those that are most
+    alike, each the best of the other, by angle and contrast.
     """
-    rows = (
-        int(
-            max(left.row.max(initial=0), right.row.max(initial=0))
-            - min(left.row.min(initial=0), right.row.min(initial=0))
-        )
-        + 1
-    )
-    least = min(left.row.min(initial=0), right.row.min(initial=0))
-    pair, i = _of_arcs(left.arc, pairs[0])
-    other, j = _of_arcs(right.arc, pairs[1])
-    key, other_key = pair * rows + left.row[i] - least, other * rows + right.row[j] - least
+    row = np.concatenate([first.row, second.row])
+    least = row.min(initial=0)
+    rows = row.max(initial=0) - least + 1
+    pair, i = _of_arcs(first.arc, pairs[0])
+    other, j = _of_arcs(second.arc, pairs[1])
+    key, other_key = pair * rows + first.row[i] - least, other * rows + second.row[j] - least
     order = np.argsort(other_key, kind="stable")
     j, other_key = j[order], other_key[order]
-    first = np.searchsorted(other_key, key)
-    a, at = _expand(first, np.searchsorted(other_key, key, side="right"))
+    a, at = _expand(np.searchsorted(other_key, key), np.searchsorted(other_key, key, side="right"))
     pair, i, j = pair[a], i[a], j[at]
-    unlike = ((left.angle[i] - right.angle[j]) / p.angle_sigma) ** 2
-    steps = [compress_contrast(c, p.contrast_scale) for c in (left.contrast[i], right.contrast[j])]
+    unlike = ((first.angle[i] - second.angle[j]) / p.angle_sigma) ** 2
+    steps = [compress_contrast(c, p.contrast_scale) for c in (first.contrast[i], second.contrast[j])]
     unlike += ((steps[0] - steps[1]) / p.contrast_sigma) ** 2
-    best = _is_least(pair * len(left) + i, unlike) & _is_least(pair * len(right) + j, unlike)
+    best = _is_least(pair * len(first) + i, unlike) & _is_least(pair * len(second) + j, unlike)
     pair, i, j = pair[best], i[best], j[best]
     order = np.lexsort((i, pair))
     return pair[order], i[order], j[order]

@@ -19,31 +19,31 @@ from vision.stereo.stereo_parameters import EpipolarParameters, RangeParameters
 
 @dataclass(frozen=True)
 class DisparityRange:
-    """Least and greatest disparity, px: at each left crossing (n, 2), and of each left arc (arcs, 2)."""
+    """Least and greatest disparity, px: at each crossing (n, 2) and of each arc (arcs, 2) of the first picture."""
 
     of_crossings: Floats
     of_arcs: Floats
 
 
 def estimate_range(
-    rectification: Rectification, left: Side, right: Side, p: RangeParameters, epipolar: EpipolarParameters
+    rectification: Rectification, first: Side, second: Side, p: RangeParameters, epipolar: EpipolarParameters
 ) -> DisparityRange:
     """The range from the pair itself: at each place the disparities of the nearest trusted pairs of arcs, widened.
 
     A repeated pattern matches itself at several shifts.  The rows propose some; the one is taken that most pairs of
     arcs agree on.
     """
-    at = np.column_stack([left.crossings.x, left.crossings.row])
+    at = np.column_stack([first.crossings.x, first.crossings.row])
     most = rectification.focal / p.nearest_baselines
 
     def look(bounds: Floats) -> tuple[Floats, Floats]:
         """Places and disparities of the trusted pairs."""
-        votes = vote(left, right, bounds, epipolar)
-        sure = _trusted(votes, left, right, p)
-        return left.middle[votes.left[sure]], votes.disparity[sure]
+        votes = vote(first, second, bounds, epipolar)
+        sure = _trusted(votes, first, second, p)
+        return first.middle[votes.first[sure]], votes.disparity[sure]
 
     def all_over(low: float, high: float) -> list[Floats]:
-        return [np.tile([low, high], (len(places), 1)) for places in (at, left.middle)]
+        return [np.tile([low, high], (len(places), 1)) for places in (at, first.middle)]
 
     found = DisparityRange(*all_over(0.0, most))
     ways = _clusters(look(found.of_crossings)[1], p)
@@ -57,7 +57,7 @@ def estimate_range(
         place, disparity = look(found.of_crossings)
         if len(place) < p.neighbours:
             return found
-        found = DisparityRange(*(np.clip(_around(x, place, disparity, p), least, most) for x in (at, left.middle)))
+        found = DisparityRange(*(np.clip(_around(x, place, disparity, p), least, most) for x in (at, first.middle)))
     return found
 
 
@@ -74,13 +74,13 @@ def _clusters(disparity: Floats, p: RangeParameters) -> list[float]:
     return found
 
 
-def _trusted(votes: Votes, left: Side, right: Side, p: RangeParameters) -> Bools:
+def _trusted(votes: Votes, first: Side, second: Side, p: RangeParameters) -> Bools:
     """Pairs of arcs that most of the longer one's rows vote for, more than for any other pair of either."""
-    longer = np.maximum(left.extent[votes.left], right.extent[votes.right])
-    best = [np.zeros(len(side.arcs), np.int64) for side in (left, right)]
-    np.maximum.at(best[0], votes.left, votes.votes)
-    np.maximum.at(best[1], votes.right, votes.votes)
-    most = (votes.votes == best[0][votes.left]) & (votes.votes == best[1][votes.right])
+    longer = np.maximum(first.extent[votes.first], second.extent[votes.second])
+    best = [np.zeros(len(side.arcs), np.int64) for side in (first, second)]
+    np.maximum.at(best[0], votes.first, votes.votes)
+    np.maximum.at(best[1], votes.second, votes.votes)
+    most = (votes.votes == best[0][votes.first]) & (votes.votes == best[1][votes.second])
     return np.asarray(most & (votes.votes >= p.least_votes) & (votes.votes >= p.least_share * longer))
 
 

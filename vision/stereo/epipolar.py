@@ -17,42 +17,43 @@ from vision.stereo.stereo_parameters import EpipolarParameters
 
 @dataclass(frozen=True)
 class Votes:
-    """Rows that matched a crossing of arc `left` to one of arc `right`, columns, one a pair of arcs.
+    """Rows that matched a crossing of arc `first` to one of arc `second`, columns, one a pair of arcs.
 
     `disparity`: median over the voting rows, px.
     """
 
-    left: Ints
-    right: Ints
+    first: Ints
+    second: Ints
     votes: Ints
     disparity: Floats
 
 
-def vote(left: Side, right: Side, bounds: Floats, parameters: EpipolarParameters) -> Votes:
-    """Match the crossings of each row and count the votes; `bounds` (n, 2): disparities each left crossing may have."""
-    a, b = left.crossings, right.crossings
+def vote(first: Side, second: Side, bounds: Floats, parameters: EpipolarParameters) -> Votes:
+    """Match the crossings of each row and count the votes; `bounds` (n, 2): disparities that each crossing of the first
+    picture may have."""
+    a, b = first.crossings, second.crossings
     starts, columns = index_rows(a, b), [describe(c, parameters) for c in (a, b)]
     match = match_rows(starts[0], columns[0], bounds, starts[1], columns[1], parameters)
     i = np.flatnonzero(match >= 0)
     j = match[i]
     order = np.lexsort((a.row[i], b.arc[j], a.arc[i]))
     i, j = i[order], j[order]
-    pair = a.arc[i] * max(len(right.arcs), 1) + b.arc[j]
-    _, first, votes = np.unique(pair, return_index=True, return_counts=True)
+    pair = a.arc[i] * max(len(second.arcs), 1) + b.arc[j]
+    _, start, votes = np.unique(pair, return_index=True, return_counts=True)
     return Votes(
-        left=a.arc[i[first]],
-        right=b.arc[j[first]],
+        first=a.arc[i[start]],
+        second=b.arc[j[start]],
         votes=votes.astype(np.int64),
-        disparity=_group_medians(a.x[i] - b.x[j], np.append(first, len(pair)).astype(np.int64)),
+        disparity=_group_medians(a.x[i] - b.x[j], np.append(start, len(pair)).astype(np.int64)),
     )
 
 
-def index_rows(left: Crossings, right: Crossings) -> list[Ints]:
+def index_rows(first: Crossings, second: Crossings) -> list[Ints]:
     """Where the crossings of each row begin in both, and where the last ends: (rows + 1,) each."""
-    ends = [np.array([c.row[0], c.row[-1]]) for c in (left, right) if len(c)]
+    ends = [np.array([c.row[0], c.row[-1]]) for c in (first, second) if len(c)]
     span = np.concatenate([*ends, np.zeros(0, np.int64)])
     rows = np.arange(span.min(), span.max() + 2) if len(span) else np.zeros(1, np.int64)
-    return [np.searchsorted(c.row, rows).astype(np.int64) for c in (left, right)]
+    return [np.searchsorted(c.row, rows).astype(np.int64) for c in (first, second)]
 
 
 def describe(crossings: Crossings, p: EpipolarParameters) -> Floats:
@@ -61,24 +62,24 @@ def describe(crossings: Crossings, p: EpipolarParameters) -> Floats:
 
 
 def match_rows(
-    left_start: Ints,
-    left: Floats,
+    first_start: Ints,
+    first: Floats,
     bounds: Floats,
-    right_start: Ints,
-    right: Floats,
+    second_start: Ints,
+    second: Floats,
     parameters: EpipolarParameters,
 ) -> Ints:
-    """The right crossing matched to each left one, -1 for none.
+    """The crossing of the second picture matched to each of the first, -1 for none.
 
-    left, right (n, 3): x, angle and contrast of crossings, those of a row between two of left_start, right_start
-    (rows + 1), by ascending x; bounds (n, 2): the disparities that each left crossing may have.
+    first, second (n, 3): x, angle and contrast of crossings, those of a row between two of first_start, second_start
+    (rows + 1), by ascending x; bounds (n, 2): the disparities that each of the first may have.
     """
     from vision.stereo import epipolar_kernels
 
-    most = max(int(np.diff(start).max(initial=0)) for start in (left_start, right_start))
-    match, partner = np.full(len(left), -1, np.int64), np.full(len(right), -1, np.int64)
+    most = max(int(np.diff(start).max(initial=0)) for start in (first_start, second_start))
+    match, partner = np.full(len(first), -1, np.int64), np.full(len(second), -1, np.int64)
     epipolar_kernels.match_rows(
-        left_start, left, bounds, right_start, right,
+        first_start, first, bounds, second_start, second,
         parameters.angle_sigma, parameters.contrast_sigma, parameters.skip, parameters.layers,
         np.empty((2, most), np.int64), np.empty((most + 1, most + 1)), np.empty((most + 1, most + 1), np.int64),
         match, partner,

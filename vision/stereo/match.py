@@ -19,7 +19,7 @@ from vision.relations.workspace import open_workspace
 from vision.stereo.crossings import StereoArcs, lay_out, pack_arcs
 from vision.stereo.disparity_range import estimate_range
 from vision.stereo.epipolar import vote
-from vision.stereo.evidence import Candidates, compare_arcs, join
+from vision.stereo.evidence import Candidates, compare_arcs
 from vision.stereo.rectification import Rectification, rectify
 from vision.stereo.regions import StereoRegions, compare_regions, pack_regions
 from vision.stereo.stereo_parameters import DEFAULTS, StereoParameters
@@ -40,9 +40,9 @@ class StereoPicture:
 
 @dataclass(frozen=True)
 class StereoMatches:
-    """What stereo found.  Units: the arcs of the left picture by number, then its regions; labels: those of the right.
+    """What stereo found.  Units: the arcs of the first picture by number, then its regions; labels: of the second.
 
-    solved: the problem with its proof; arcs, regions: how many there are in the left and the right picture.
+    solved: the problem with its proof; arcs, regions: how many there are in the first and the second picture.
     """
 
     parameters: StereoParameters
@@ -54,20 +54,20 @@ class StereoMatches:
 
     @property
     def arc_label(self) -> Ints:
-        """(left arcs,): the right arc of each, -1 for none."""
+        """For each arc of the first picture that of the second, -1 for none."""
         return self.solved.result.label[: self.arcs[0]]
 
     @property
     def partnered(self) -> tuple[Bools, Bools]:
-        """Which arcs of the left and of the right picture have a partner."""
+        """Which arcs of the first and of the second picture have a partner."""
         label = self.arc_label
-        of_right = np.zeros(self.arcs[1], bool)
-        of_right[label[label != NONE]] = True
-        return label != NONE, of_right
+        with_partner = np.zeros(self.arcs[1], bool)
+        with_partner[label[label != NONE]] = True
+        return label != NONE, with_partner
 
     @property
     def region_label(self) -> Ints:
-        """(left regions,): the right region of each, -1 for none."""
+        """For each region of the first picture that of the second, -1 for none."""
         label = self.solved.result.label[self.arcs[0] :]
         return np.where(label == NONE, NONE, label - self.arcs[1])
 
@@ -85,41 +85,41 @@ def pack_picture(picture: Primitives) -> StereoPicture:
 
 
 def match_stereo(
-    rig: Rig, left: Primitives, right: Primitives, parameters: StereoParameters = DEFAULTS
+    rig: Rig, first: Primitives, second: Primitives, parameters: StereoParameters = DEFAULTS
 ) -> StereoMatches:
     """Match the primitives of two pictures, taken together by the two cameras of a rig, in its order.
 
     Raises InputError where the cameras make no stereo pair, UsageError for an unknown method.
     """
-    return match_pictures(rig, pack_picture(left), pack_picture(right), parameters)
+    return match_pictures(rig, pack_picture(first), pack_picture(second), parameters)
 
 
 def match_pictures(
-    rig: Rig, left: StereoPicture, right: StereoPicture, parameters: StereoParameters = DEFAULTS
+    rig: Rig, first: StereoPicture, second: StereoPicture, parameters: StereoParameters = DEFAULTS
 ) -> StereoMatches:
     """As `match_stereo`."""
     check_method(parameters)
     rectification = rectify(rig)
-    sides = lay_out(rectification, left.arcs, right.arcs, parameters.epipolar)
+    sides = lay_out(rectification, first.arcs, second.arcs, parameters.epipolar)
     seen = estimate_range(rectification, *sides, parameters.range, parameters.epipolar)
     votes = vote(*sides, seen.of_crossings, parameters.epipolar)
     arcs = compare_arcs(*sides, seen, votes, parameters.epipolar, parameters.evidence)
-    regions = compare_regions(rectification, left.regions, right.regions, seen, votes, parameters.regions)
-    solved = _solve(left, right, arcs, regions, parameters)
-    label = solved.result.label[: len(left.arcs)]
+    regions = compare_regions(rectification, first.regions, second.regions, seen, votes, parameters.regions)
+    solved = _solve(first, second, arcs, regions, parameters)
+    label = solved.result.label[: len(first.arcs)]
     matched = np.flatnonzero(label != NONE)
     return StereoMatches(
         parameters=parameters,
         rectification=rectification,
         solved=solved,
-        arcs=(len(left.arcs), len(right.arcs)),
-        regions=(len(left.regions), len(right.regions)),
-        triangulated=triangulate_pairs(rectification, left.arcs, right.arcs, (matched, label[matched]), parameters),
+        arcs=(len(first.arcs), len(second.arcs)),
+        regions=(len(first.regions), len(second.regions)),
+        triangulated=triangulate_pairs(rectification, first.arcs, second.arcs, (matched, label[matched]), parameters),
     )
 
 
 def _solve(
-    left: StereoPicture, right: StereoPicture, arcs: Candidates, regions: Candidates, parameters: StereoParameters
+    first: StereoPicture, second: StereoPicture, arcs: Candidates, regions: Candidates, parameters: StereoParameters
 ) -> Solved:
     """Step 3: the relational distance over arcs and regions together, by the method."""
     p, bare = parameters.assignment, parameters.method != PONG
@@ -128,8 +128,9 @@ def _solve(
     else:
         arcs = arcs.take_best(p.most_candidates, np.inf)
         regions = regions.take_best(p.most_candidates, np.inf)
-    null = np.repeat([0.0, 0.0] if bare else [p.arc_null, p.region_null], [len(left.arcs), len(left.regions)])
-    both = join(arcs, Candidates(regions.left + len(left.arcs), regions.right + len(right.arcs), regions.price))
+    null = np.repeat([0.0, 0.0] if bare else [p.arc_null, p.region_null], [len(first.arcs), len(first.regions)])
+    moved = Candidates(regions.unit + len(first.arcs), regions.label + len(second.arcs), regions.price)
+    both = Candidates.stack([arcs, moved])
     share = p.bare_relation_share if bare else p.relation_share
     with open_workspace() as workspace:
         return solve_rows(
@@ -137,11 +138,11 @@ def _solve(
             0,
             ProblemRows(
                 units=len(null),
-                labels=len(right.arcs) + len(right.regions),
+                labels=len(second.arcs) + len(second.regions),
                 units_id=0,
                 labels_id=1,
-                unit=both.left,
-                label=both.right,
+                unit=both.unit,
+                label=both.label,
                 cost=np.rint(p.scale * both.price).astype(np.int64),
                 null_cost=np.rint(p.scale * null).astype(np.int64),
                 null_share=p.bare_null_share if bare else p.null_share,
@@ -151,6 +152,6 @@ def _solve(
                 nodes=p.nodes,
                 mode=parameters.search,
             ),
-            left.relations,
-            right.relations,
+            first.relations,
+            second.relations,
         )

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from relmodel.arrays import Floats
-from relmodel.columns import Columns, Ragged
+from relmodel.columns import Columns, Ragged, read_rows
 from relmodel.store.database import Database
 from relmodel.store.runs import Run
+from relmodel.store.sql import column_types
 from vision.relations.joins import solved_rows
 from vision.stereo.match import StereoMatches
 from vision.stereo.space_conics import Conics
@@ -31,7 +31,7 @@ def record_stereo(
 ) -> None:
     """Append the problem with its candidates, relations, decisions and the tree of the search, and the arcs in space.
 
-    `units_id` and `labels_id` are the unit sets of the left and the right extraction: arcs by number, then regions.
+    `units_id` and `labels_id` are the unit sets of the first and the second extraction: arcs by number, then regions.
     """
     key = {"run_id": run.id, "problem_no": problem_no}
     for table, columns in solved_rows(matches.solved).items():
@@ -50,38 +50,30 @@ def record_stereo(
 
 def read_triangulated(store: Database, connection: Connection, run: int, problem_no: int) -> Triangulated:
     """The arcs in space of a stereo problem, as `record_stereo` kept them."""
-    rows = store.columns(connection, "constellations/triangulated", run=run, problem_no=problem_no)
-
-    def vectors(name: str) -> Floats:
-        return np.stack([rows[f"{name}_{axis}"] for axis in "xyz"], axis=1).astype(float)
-
-    of_conics = np.array([np.full(49, np.nan) if c is None else c for c in rows["conic_covariance"]], float)
-    return Triangulated(
-        rows["unit_no"].astype(np.int64),
-        rows["label_no"].astype(np.int64),
-        np.array([CURVES.index(curve) for curve in rows["curve"]], np.int64),
-        vectors("start"),
-        vectors("end"),
-        np.array(rows["covariance"].tolist(), float).reshape(-1, 6, 6),
-        Conics(vectors("centre"), vectors("major"), vectors("minor"), of_conics.reshape(-1, 7, 7)),
-        rows["edge_probability"],
+    key = {"run_id": run, "problem_no": problem_no}
+    rows = store.select(connection, "triangulated_unit", order="unit_no", **key)
+    assigned = store.select(connection, "assignment", "unit_no", "label_no", order="unit_no", **key)
+    none = np.full(49, np.nan)
+    of_conics = np.array([none if c is None else c for c in rows["conic_covariance"]], float).reshape(-1, 7, 7)
+    return read_rows(
+        Triangulated,
+        rows,
+        first=rows["unit_no"].astype(np.int64),
+        second=assigned["label_no"][np.searchsorted(assigned["unit_no"], rows["unit_no"])].astype(np.int64),
+        curve=np.array([CURVES.index(curve) for curve in rows["curve"]], np.int64),
+        covariance=np.array(rows["covariance"].tolist(), float).reshape(-1, 6, 6),
+        conics=read_rows(Conics, rows, covariance=of_conics),
     )
 
 
 def _curves(space: Triangulated) -> Columns:
-    round_ = np.isfinite(space.conics.centre[:, 0])
-    vectors = {"start": space.start, "end": space.end}
-    axes = {"centre": space.conics.centre, "major": space.conics.major, "minor": space.conics.minor}
-    return {
-        "unit_no": space.left,
+    conic_covariance = [c if np.isfinite(c[0, 0]) else None for c in space.conics.covariance]
+    columns = {
+        **space.conics.columns(),
+        **space.columns(),
+        "unit_no": space.first,
         "curve": [CURVES[curve] for curve in space.curve],
-        "edge_probability": space.edge_probability,
         "covariance": Ragged.pack(list(space.covariance)),
-        "conic_covariance": Ragged.pack([c if np.isfinite(c[0, 0]) else None for c in space.conics.covariance]),
-        **{f"{name}_{axis}": at[:, i] for name, at in vectors.items() for i, axis in enumerate("xyz")},
-        **{
-            f"{name}_{axis}": np.ma.masked_array(at[:, i], ~round_)
-            for name, at in axes.items()
-            for i, axis in enumerate("xyz")
-        },
+        "conic_covariance": Ragged.pack(conic_covariance),
     }
+    return {name: columns[name] for name in column_types("triangulated_unit") if name in columns}

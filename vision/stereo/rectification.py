@@ -37,16 +37,16 @@ class View:
 
 @dataclass(frozen=True)
 class Rectification:
-    """The rectified pair of two `cameras` of a rig, the left one and the right one.
+    """The rectified pair of two `cameras` of a rig, the first and the second.
 
-    Frame: origin at the left camera's centre, x along the baseline to the right camera, z forward, mm.  A point
-    (X, Y, Z) there has the left coordinates (f X/Z, f Y/Z) and the right ones (f (X - b)/Z, f Y/Z): the same row, and
-    disparity x_left - x_right = f b/Z.  `focal` f in px, `baseline` b in mm, `rig_from_rectified` (4, 4).
+    Frame: origin at the first camera's centre, x along the baseline to the second camera, z forward, mm.  A point
+    (X, Y, Z) there has the first coordinates (f X/Z, f Y/Z) and the second ones (f (X - b)/Z, f Y/Z): the same row, and
+    disparity x_first - x_second = f b/Z.  `focal` f in px, `baseline` b in mm, `rig_from_rectified` (4, 4).
     """
 
     cameras: tuple[str, str]
-    left: View
-    right: View
+    first: View
+    second: View
     focal: float
     baseline: float
     rig_from_rectified: Floats
@@ -57,7 +57,7 @@ class Rectification:
         return np.asarray(self.focal * rays[:, :2] / rays[:, 2:])
 
     def triangulate(self, points: Floats, disparity: Floats) -> Floats:
-        """Points (n, 3) in the rig's frame, mm, of rectified left points (n, 2) and their disparities (n,)."""
+        """Points (n, 3) in the rig's frame, mm, of rectified points (n, 2) of the first picture and disparities."""
         z = self.focal * self.baseline / disparity
         rectified = np.stack([points[:, 0] * z / self.focal, points[:, 1] * z / self.focal, z], axis=1)
         return np.asarray(rectified @ self.rig_from_rectified[:3, :3].T + self.rig_from_rectified[:3, 3])
@@ -122,30 +122,30 @@ def _sees(rig: Rig, name: str, points: Floats) -> Bools:
 
 def rectify(rig: Rig) -> Rectification:
     """The rectified pair of a rig of two cameras; InputError where they do not see the same side of the baseline."""
-    left, right = rig.cameras
-    rig_from_left, rig_from_right = rig.rig_from_camera[left], rig.rig_from_camera[right]
-    base = rig_from_right[:3, 3] - rig_from_left[:3, 3]
+    first, second = rig.cameras
+    rig_from_first, rig_from_second = rig.rig_from_camera[first], rig.rig_from_camera[second]
+    base = rig_from_second[:3, 3] - rig_from_first[:3, 3]
     baseline = float(np.linalg.norm(base))
     if baseline < 1e-6:
-        raise InputError(f"the cameras '{left}' and '{right}' are at one place: correct rig_from_camera in the rig")
-    forward = rig_from_left[:3, 2] + rig_from_right[:3, 2]
+        raise InputError(f"the cameras '{first}' and '{second}' are at one place: correct rig_from_camera in the rig")
+    forward = rig_from_first[:3, 2] + rig_from_second[:3, 2]
     x = base / baseline
     z = forward - (forward @ x) * x
     z /= max(float(np.linalg.norm(z)), 1e-9)
     rig_from_rectified = np.eye(4)
     rig_from_rectified[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
-    rig_from_rectified[:3, 3] = rig_from_left[:3, 3]
+    rig_from_rectified[:3, 3] = rig_from_first[:3, 3]
     rectified_from_rig = rig_from_rectified[:3, :3].T
-    views = [View(rig.cameras[n], rectified_from_rig @ rig.rig_from_camera[n][:3, :3]) for n in (left, right)]
+    views = [View(rig.cameras[n], rectified_from_rig @ rig.rig_from_camera[n][:3, :3]) for n in (first, second)]
     if min(_compute_least_forward(view) for view in views) < _LEAST_FORWARD:
         raise InputError(
-            f"the cameras '{left}' and '{right}' look along their baseline or away from each other: "
+            f"the cameras '{first}' and '{second}' look along their baseline or away from each other: "
             "correct rig_from_camera in the rig, or inspect with one camera"
         )
     return Rectification(
-        cameras=(left, right),
-        left=views[0],
-        right=views[1],
+        cameras=(first, second),
+        first=views[0],
+        second=views[1],
         focal=float(np.mean([view.camera.matrix[i, i] for view in views for i in (0, 1)])),
         baseline=baseline,
         rig_from_rectified=rig_from_rectified,

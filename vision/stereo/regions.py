@@ -52,28 +52,28 @@ def pack_regions(picture: Primitives) -> StereoRegions:
 
 def compare_regions(
     rectification: Rectification,
-    left: StereoRegions,
-    right: StereoRegions,
+    first: StereoRegions,
+    second: StereoRegions,
     seen: DisparityRange,
     votes: Votes,
     p: RegionEvidenceParameters,
 ) -> Candidates:
     """The pairs of regions that share most of their rows and are moved as arcs about them may be, priced."""
-    top, bottom = _rows(rectification, rectification.left, left)
-    other_top, other_bottom = _rows(rectification, rectification.right, right)
+    top, bottom = _rows(rectification, rectification.first, first)
+    other_top, other_bottom = _rows(rectification, rectification.second, second)
     shared = np.minimum(bottom[:, None], other_bottom) - np.maximum(top[:, None], other_top)
     share = shared / np.maximum(np.maximum(bottom[:, None], other_bottom) - np.minimum(top[:, None], other_top), 1.0)
-    x = rectification.points(rectification.left, left.centroid)[:, 0]
-    moved = x[:, None] - rectification.points(rectification.right, right.centroid)[:, 0]
-    low, high = np.full(len(left), np.inf), np.full(len(left), -np.inf)
-    np.minimum.at(low, left.border_region, seen.of_arcs[left.border_arc, 0])
-    np.maximum.at(high, left.border_region, seen.of_arcs[left.border_arc, 1])
+    x = rectification.points(rectification.first, first.centroid)[:, 0]
+    moved = x[:, None] - rectification.points(rectification.second, second.centroid)[:, 0]
+    low, high = np.full(len(first), np.inf), np.full(len(first), -np.inf)
+    np.minimum.at(low, first.border_region, seen.of_arcs[first.border_arc, 0])
+    np.maximum.at(high, first.border_region, seen.of_arcs[first.border_arc, 1])
     i, j = np.nonzero((share >= p.least_rows) & (moved >= low[:, None]) & (moved <= high[:, None]))
-    price = p.rows * (1 - share[i, j]) + p.area * np.abs(np.log(left.area[i] / right.area[j]))
-    price += p.mean * np.abs(left.mean[i] - right.mean[j])
-    voted, of_left, of_right = _border_votes(left, right, votes)
-    fewer = np.maximum(np.minimum(of_left[i], of_right[j]), 1)
-    more = np.maximum(np.maximum(of_left[i], of_right[j]), 1)
+    price = p.rows * (1 - share[i, j]) + p.area * np.abs(np.log(first.area[i] / second.area[j]))
+    price += p.mean * np.abs(first.mean[i] - second.mean[j])
+    voted, of_first, of_second = _border_votes(first, second, votes)
+    fewer = np.maximum(np.minimum(of_first[i], of_second[j]), 1)
+    more = np.maximum(np.maximum(of_first[i], of_second[j]), 1)
     price += p.unvoted_of_fewer * (1 - voted[i, j] / fewer) + p.unvoted_of_more * (1 - voted[i, j] / more)
     return Candidates(i, j, np.asarray(price))
 
@@ -87,18 +87,18 @@ def _rows(rectification: Rectification, view: View, regions: StereoRegions) -> t
     return top, bottom
 
 
-def _border_votes(left: StereoRegions, right: StereoRegions, votes: Votes) -> tuple[Floats, Floats, Floats]:
-    """Votes of the arcs that bound a left region for those that bound a right one (left regions, right regions), and
-    all votes of the arcs that bound each region."""
+def _border_votes(first: StereoRegions, second: StereoRegions, votes: Votes) -> tuple[Floats, Floats, Floats]:
+    """Votes (first, second) of the arcs bounding a region of the first picture for those of one of the second, and all
+    votes of the arcs that bound each region."""
     from scipy.sparse import coo_array
 
     arcs = [int(max(column.max(initial=-1), of.max(initial=-1))) + 1 for column, of in (
-        (votes.left, left.border_arc), (votes.right, right.border_arc))]  # fmt: skip
+        (votes.first, first.border_arc), (votes.second, second.border_arc))]  # fmt: skip
     borders = []
-    for side, count in ((left, arcs[0]), (right, arcs[1])):
+    for side, count in ((first, arcs[0]), (second, arcs[1])):
         key = np.unique(side.border_region * max(count, 1) + side.border_arc)
         of = (key // max(count, 1), key % max(count, 1))
         borders.append(coo_array((np.ones(len(key)), of), shape=(len(side), count)).tocsr())
-    cast = coo_array((votes.votes.astype(float), (votes.left, votes.right)), shape=(arcs[0], arcs[1])).tocsr()
+    cast = coo_array((votes.votes.astype(float), (votes.first, votes.second)), shape=(arcs[0], arcs[1])).tocsr()
     voted = (borders[0] @ cast @ borders[1].T).toarray()
     return voted, borders[0] @ np.asarray(cast.sum(axis=1)), borders[1] @ np.asarray(cast.sum(axis=0))

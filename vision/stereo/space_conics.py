@@ -1,4 +1,4 @@
-"""Circles and ellipses in space: what a conic of the left picture is on the plane that both pictures put it in."""
+"""Circles and ellipses in space: what a conic of the first picture is on the plane that both pictures put it in."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
+from relmodel.columns import Rows
 from vision.extraction.ellipses import fit_ellipses
 from vision.stereo.rectification import Rectification
 from vision.stereo.stereo_parameters import TriangulationParameters
 
 
 @dataclass(frozen=True)
-class Conics:
+class Conics(Rows):
     """Ellipses (k,) in the rig's frame, mm: centre + cos(t) major + sin(t) minor, each (k, 3); NaN where there is none.
 
     A circle's axes are of one length.  `covariance` (k, 7, 7): that of centre, unit normal and radius, mm and rad, of
@@ -33,7 +34,7 @@ class Conics:
 
 @dataclass(frozen=True)
 class DisparityPlanes:
-    """Planes (k,) of disparity = value . (x - middle_x, y - middle_y, 1), in rectified px of the left picture: value
+    """Planes (k,) of disparity = value . (x - middle_x, y - middle_y, 1), in rectified px of the first picture: value
     (k, 3) with covariance (k, 3, 3), middle (k, 2)."""
 
     value: Floats
@@ -73,7 +74,7 @@ def fit_conics(
     curved: Ints,
     p: TriangulationParameters,
 ) -> Conics:
-    """Circles through the polylines points[first .. last] (k,), rectified px of the left picture, of those in
+    """Circles through the polylines points[first .. last] (k,), rectified px of the first picture, of those in
     `curved`; ellipses where the points say that it is none.
 
     lateral (k,): standard deviation, px, by which a polyline is shifted across itself as a whole; uneven (k,): that of
@@ -180,8 +181,8 @@ def _circles(u: Floats, v: Floats, group: Ints, count: Ints) -> tuple[Floats, Fl
         return np.asarray(normal + 1e-12 * np.einsum("nii->n", normal)[:, None, None] * np.eye(3))
 
     def solve(columns: list[Floats], value: Floats) -> Floats:
-        right = np.stack([total(a * value) for a in columns], axis=1)
-        return np.asarray(np.linalg.solve(products(columns), right[..., None])[..., 0])
+        second = np.stack([total(a * value) for a in columns], axis=1)
+        return np.asarray(np.linalg.solve(products(columns), second[..., None])[..., 0])
 
     a, b, c = solve([2 * u, 2 * v, np.ones_like(u)], u * u + v * v).T
     radius = np.sqrt(np.maximum(c + a * a + b * b, 1e-12))

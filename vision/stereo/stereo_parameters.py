@@ -45,8 +45,8 @@ class RangeParameters:
 class EvidenceParameters:
     """What speaks against a pair of arcs, nats, and which pairs are priced at all.
 
-    Prices: logistic regression on the candidates of seven rendered pairs (A0, A2, A4, A6, B0, C0, C2), right against
-    wrong by the truth of rendering; on seven others they separate right from wrong with an area under the curve of
+    Prices: logistic regression on the candidates of seven rendered pairs (A0, A2, A4, A6, B0, C0, C2), second against
+    wrong by the truth of rendering; on seven others they separate second from wrong with an area under the curve of
     .945.
     """
 
@@ -61,7 +61,7 @@ class EvidenceParameters:
     level_length: float = 0.65  # nats a unit of the logarithm of the ratio of the lengths
     level_width: float = 1.7  # nats a px of difference of the widths
     level_end: float = 2.3  # nats a unit of log(1 + px) between the rows of the ends that agree better
-    level_more: float = -0.3  # nats that level candidates start with, against others: they are right more often
+    level_more: float = -0.3  # nats that level candidates start with, against others: they are second more often
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class AssignmentParameters:
 class TriangulationParameters:
     """How sure the place of a matched arc is.
 
-    Fitted to the true pairs of rendered metal: the lateral error of whole arcs, left less right, was 0.06 px in the
+    Fitted to the true pairs of rendered metal: the lateral error of whole arcs, first less second, was 0.06 px in the
     median where the widths of the two arcs are alike to 0.03 px, 0.32 px where they differ by more than 0.2; what both
     pictures share of it (saturation, roundings) was 0.35 px.
     """
@@ -120,7 +120,7 @@ class TriangulationParameters:
     """prior standard deviation of the slopes of disparity, px a px, for arcs too straight to determine them"""
     tangent_reach: int = 8  # points to both sides whose chord is the tangent at a crossing
     least_rise: float = 0.05  # sine of the angle to the rows below which a crossing says nothing of disparity
-    row_slack: float = 1.0  # px beyond the rows of the right arc that the left one still counts as shown by both
+    row_slack: float = 1.0  # px beyond the rows of the second arc that the first still counts as shown by both
     least_disparity: float = 0.1  # px: what is farther off counts as this far
     point_sigma: float = 0.1  # px: how far a point of an arc lies off it, at least
     run_px: float = 5.0  # px along an arc within which its points are off alike

@@ -8,11 +8,12 @@ each arc as a whole, by more the more unlike its widths are in the two pictures:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
+from relmodel.columns import Rows
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE
 from vision.stereo.crossings import StereoArcs, cross_rows, pair_crossings
 from vision.stereo.rectification import Rectification
@@ -23,17 +24,17 @@ CURVES = ("line", "circle", "ellipse", "free")
 
 
 @dataclass(frozen=True)
-class Triangulated:
-    """Matched arcs (k,) in the rig's frame, mm, in the order of `left`, the arcs of the left picture.
+class Triangulated(Rows):
+    """Matched arcs (k,) in the rig's frame, mm, in the order of `first`, the arcs of the first picture.
 
     `curve` (k,) indexes CURVES.  `start`, `end` (k, 3): ends of the part that both pictures show, in the walk of the
-    left arc; `covariance` (k, 6, 6): that of start and end, mm^2, across the curve and along it.  `conics`: the circles
+    first; `covariance` (k, 6, 6): that of start and end, mm^2, across the curve and along it.  `conics`: the circles
     and ellipses, NaN for other curves.  `edge_probability` (k,): of an edge of an object, and not of what lies on it as
     texture, reflections, shadows.
     """
 
-    left: Ints
-    right: Ints
+    first: Ints
+    second: Ints
     curve: Ints
     start: Floats
     end: Floats
@@ -44,42 +45,42 @@ class Triangulated:
 
 def triangulate_pairs(
     rectification: Rectification,
-    left: StereoArcs,
-    right: StereoArcs,
+    first: StereoArcs,
+    second: StereoArcs,
     pairs: tuple[Ints, Ints],
     parameters: StereoParameters = DEFAULTS,
 ) -> Triangulated:
-    """Triangulate the pairs of arcs (left (k,), right (k,))."""
+    """Triangulate pairs of arcs: those (k,) of the first and of the second picture."""
     p = parameters.triangulation
-    points = rectification.points(rectification.left, left.points)
-    other = rectification.points(rectification.right, right.points)
-    first, last = _common_part(left.offsets, points[:, 1], right.offsets, other[:, 1], pairs, p.row_slack)
-    ends = np.stack([first, last], axis=1)
-    kinds = np.stack([left.kind[pairs[0]], right.kind[pairs[1]]])
-    shift = np.hypot(p.light_sigma, p.width_share * (left.width[pairs[0]] - right.width[pairs[1]]))
+    points = rectification.points(rectification.first, first.points)
+    other = rectification.points(rectification.second, second.points)
+    begin, last = _common_part(first.offsets, points[:, 1], second.offsets, other[:, 1], pairs, p.row_slack)
+    ends = np.stack([begin, last], axis=1)
+    kinds = np.stack([first.kind[pairs[0]], second.kind[pairs[1]]])
+    shift = np.hypot(p.light_sigma, p.width_share * (first.width[pairs[0]] - second.width[pairs[1]]))
 
     # Slopes and height of the plane of disparity, and the arc's shift.
-    middle = 0.5 * (points[first] + points[last])
+    middle = 0.5 * (points[begin] + points[last])
     prior = np.zeros((len(pairs[0]), 4))
     prior[:, :2], prior[:, 3] = p.gradient_sigma**-2, shift**-2
-    of_rows = _disparities(rectification, left, right, pairs, parameters)
-    of_ends = _end_disparities(points, other, left.offsets, right.offsets, pairs, p.end_sigma)
-    fit, spread = _fit(of_rows.joined(of_ends), middle, prior)
+    of_rows = _disparities(rectification, first, second, pairs, parameters)
+    of_ends = _end_disparities(points, other, first.offsets, second.offsets, pairs, p.end_sigma)
+    fit, spread = _fit(_Disparities.stack([of_rows, of_ends]), middle, prior)
 
     at = np.concatenate([points[ends] - middle[:, None], np.ones((*ends.shape, 1)), np.zeros((*ends.shape, 1))], axis=2)
     disparity = np.maximum(np.einsum("kej,kj->ke", at, fit), p.least_disparity)
-    tangent = _tangents(points, left.offsets[pairs[0]], left.offsets[pairs[0] + 1] - 1, ends)
+    tangent = _tangents(points, first.offsets[pairs[0]], first.offsets[pairs[0] + 1] - 1, ends)
     line, curved = (kinds == LINE).all(axis=0), np.isin(kinds, (CIRCULAR, ELLIPTIC)).all(axis=0)
     local = np.where(line | curved, p.local_sigma, p.free_sigma)[:, None]
     of_disparity = at @ spread @ at.transpose(0, 2, 1)
     of_disparity[:, [0, 1], [0, 1]] += (local / np.maximum(np.abs(tangent[..., 1]), p.least_rise)) ** 2
-    lateral = np.sqrt(left.sigma[pairs[0]] ** 2 + 0.5 * shift**2 + p.common_sigma**2)
+    lateral = np.sqrt(first.sigma[pairs[0]] ** 2 + 0.5 * shift**2 + p.common_sigma**2)
     jacobian = rectification.jacobian(points[ends].reshape(-1, 2), disparity.ravel()).reshape(-1, 2, 3, 3)
     slope = np.einsum("kej,kj->ke", tangent, fit[:, :2])
     placed = rectification.triangulate(points[ends].reshape(-1, 2), disparity.ravel()).reshape(-1, 2, 3)
 
     planes = DisparityPlanes(fit[:, :3], spread[:, :3, :3], middle)
-    conics = fit_conics(rectification, points, first, last, planes, lateral, shift, np.flatnonzero(curved), p)
+    conics = fit_conics(rectification, points, begin, last, planes, lateral, shift, np.flatnonzero(curved), p)
     is_conic = np.isfinite(conics.centre[:, 0])
     curve = np.select(
         [line, is_conic & conics.is_circle, is_conic],
@@ -95,16 +96,16 @@ def triangulate_pairs(
         placed[:, 1],
         covariance,
         conics,
-        _edge_probability(left, right, pairs, p),
+        _edge_probability(first, second, pairs, p),
     )
 
 
 def _edge_probability(
-    left: StereoArcs, right: StereoArcs, pairs: tuple[Ints, Ints], p: TriangulationParameters
+    first: StereoArcs, second: StereoArcs, pairs: tuple[Ints, Ints], p: TriangulationParameters
 ) -> Floats:
     """How probably (k,) matched arcs are edges of an object: the surer and the sharper they are in both pictures."""
     sigma, width = (
-        np.maximum(getattr(left, name)[pairs[0]], getattr(right, name)[pairs[1]]) for name in ("sigma", "width")
+        np.maximum(getattr(first, name)[pairs[0]], getattr(second, name)[pairs[1]]) for name in ("sigma", "width")
     )
     odds = p.edge_odds + p.edge_of_sigma * np.log(sigma + 1e-3) + p.edge_of_width * np.maximum(width - p.edge_width, 0)
     return np.asarray(1 / (1 + np.exp(-odds)))
@@ -114,7 +115,7 @@ def _end_covariance(
     jacobian: Floats, of_disparity: Floats, tangent: Floats, slope: Floats, lateral: Floats, end_sigma: float
 ) -> Floats:
     """Covariance (k, 6, 6) of both ends in space: from their disparities (k, 2, 2), from shifts across the arc in the
-    left picture (k,) px, and from where along it they are cut; `slope` (k, 2): of disparity along the arc."""
+    first picture (k,) px, and from where along it they are cut; `slope` (k, 2): of disparity along the arc."""
     deep = jacobian[..., 2]
     across = jacobian @ np.stack([-tangent[..., 1], tangent[..., 0], np.zeros_like(slope)], axis=2)[..., None]
     along = jacobian @ np.concatenate([tangent, slope[..., None]], axis=2)[..., None]
@@ -127,7 +128,7 @@ def _end_covariance(
 
 
 @dataclass(frozen=True)
-class _Disparities:
+class _Disparities(Rows):
     """What the pairs show of disparity: place (m, 2) px, disparity and sigma (m,) px, and `shift` (m,), by how much a
     shift of the arc by 1 px towards the bright side changes it."""
 
@@ -137,25 +138,20 @@ class _Disparities:
     sigma: Floats
     shift: Floats
 
-    def joined(self, other: _Disparities) -> _Disparities:
-        """These and others of the same pairs."""
-        both = ((getattr(self, f.name), getattr(other, f.name)) for f in fields(self))
-        return _Disparities(*(np.concatenate(columns) for columns in both))
-
 
 def _disparities(
-    rectification: Rectification, left: StereoArcs, right: StereoArcs, pairs: tuple[Ints, Ints], p: StereoParameters
+    rectification: Rectification, first: StereoArcs, second: StereoArcs, pairs: tuple[Ints, Ints], p: StereoParameters
 ) -> _Disparities:
     """Those of the rows that both arcs of a pair cross."""
     t = p.triangulation
     crossings = [
         cross_rows(rectification, view, arcs, t.tangent_reach, t.least_rise)
-        for view, arcs in ((rectification.left, left), (rectification.right, right))
+        for view, arcs in ((rectification.first, first), (rectification.second, second))
     ]
     pair, i, j = pair_crossings(crossings[0], crossings[1], pairs, p.epipolar)
     a, b = (side.take(k) for side, k in zip(crossings, (i, j), strict=True))
     # The sigma of an arc is that of all its points together: a row is as much less sure as there are points.
-    points = [np.diff(arcs.offsets)[c.arc] for arcs, c in ((left, a), (right, b))]
+    points = [np.diff(arcs.offsets)[c.arc] for arcs, c in ((first, a), (second, b))]
     sigma = np.hypot(a.sigma * np.sqrt(points[0]), b.sigma * np.sqrt(points[1]))
     return _Disparities(pair, np.column_stack([a.x, a.row]), a.x - b.x, sigma, np.sign(a.contrast) / np.cos(a.angle))
 
@@ -193,14 +189,14 @@ def _fit(seen: _Disparities, middle: Floats, prior: Floats) -> tuple[Floats, Flo
     count = np.bincount(group, minlength=k)
     for _ in range(_ROUNDS):
         normal = np.zeros((k, 4, 4))
-        right = np.zeros((k, 4))
+        moment = np.zeros((k, 4))
         for a in range(4):
-            right[:, a] = np.bincount(group, weight * design[:, a] * value, k)
+            moment[:, a] = np.bincount(group, weight * design[:, a] * value, k)
             for b in range(4):
                 normal[:, a, b] = np.bincount(group, weight * design[:, a] * design[:, b], k)
         normal[:, np.arange(4), np.arange(4)] += prior
         spread = np.asarray(np.linalg.inv(normal), float)
-        fit = np.einsum("kab,kb->ka", spread, right)
+        fit = np.einsum("kab,kb->ka", spread, moment)
         residual = (value - np.einsum("ma,ma->m", design, fit[group])) ** 2 / sigma**2
         excess = np.bincount(group, residual, k) / np.maximum(count - 3, 1)
         # One row among many that is off far more than the others, where arcs run together, is weighed down.
@@ -216,24 +212,24 @@ _OUTLIER = 2.0  # sigmas from which a row counts less (Cauchy's weight)
 def _common_part(
     offsets: Ints, y: Floats, other_offsets: Ints, other_y: Floats, pairs: tuple[Ints, Ints], slack: float
 ) -> tuple[Ints, Ints]:
-    """First and last point (k,) of each left arc on the rows that the right arc reaches; of all, where on none."""
+    """First and last point (k,) of each arc on the rows that its partner reaches; of all, where on none."""
     low = np.minimum.reduceat(other_y, other_offsets[:-1])[pairs[1]] - slack
     high = np.maximum.reduceat(other_y, other_offsets[:-1])[pairs[1]] + slack
-    first, end = offsets[pairs[0]], offsets[pairs[0] + 1]
-    count = end - first
-    group = np.repeat(np.arange(len(first)), count)
-    at = np.arange(len(group)) - np.repeat(np.cumsum(count) - count, count) + first[group]
+    begin, end = offsets[pairs[0]], offsets[pairs[0] + 1]
+    count = end - begin
+    group = np.repeat(np.arange(len(begin)), count)
+    at = np.arange(len(group)) - np.repeat(np.cumsum(count) - count, count) + begin[group]
     inside = (y[at] >= low[group]) & (y[at] <= high[group])
-    lowest, highest = end.copy(), first - 1
+    lowest, highest = end.copy(), begin - 1
     np.minimum.at(lowest, group[inside], at[inside])
     np.maximum.at(highest, group[inside], at[inside])
     some = highest >= lowest
-    return np.where(some, lowest, first), np.where(some, highest, end - 1)
+    return np.where(some, lowest, begin), np.where(some, highest, end - 1)
 
 
-def _tangents(points: Floats, first: Ints, last: Ints, at: Ints) -> Floats:
+def _tangents(points: Floats, begin: Ints, last: Ints, at: Ints) -> Floats:
     """Unit tangents (k, 2, 2) of polylines at two of their points each, by chords of up to `_CHORD` points."""
-    a = np.maximum(at - _CHORD, first[:, None])
+    a = np.maximum(at - _CHORD, begin[:, None])
     b = np.minimum(at + _CHORD, last[:, None])
     chord = points[b] - points[a]
     return np.asarray(chord / np.maximum(np.linalg.norm(chord, axis=2, keepdims=True), 1e-9))

@@ -140,10 +140,10 @@ def measure_ends(pair: RenderedPair, left: StereoArcs, space: Triangulated, want
     seen where the end is; NaN where there is none.  Across: two degrees of freedom, whatever lies along the edge.
     """
     edges = pair.edges["left"]
-    tree, out = cKDTree(edges.uv), np.full((len(space.left), 2), np.nan)
+    tree, out = cKDTree(edges.uv), np.full((len(space.first), 2), np.nan)
     focal = pair.rig.cameras["left"].matrix[0, 0]
-    for k in np.flatnonzero(np.isin(space.left, wanted)).tolist():
-        own = left.points[left.offsets[space.left[k]] : left.offsets[space.left[k] + 1]]
+    for k in np.flatnonzero(np.isin(space.first, wanted)).tolist():
+        own = left.points[left.offsets[space.first[k]] : left.offsets[space.first[k] + 1]]
         beside = [np.unique(edges.edge[hits]) for hits in tree.query_ball_point(own, ON_EDGE)]
         edge, count = np.unique(np.concatenate(beside), return_counts=True)
         for number in edge[(count >= 0.4 * len(own)) & (edge < SILHOUETTE)]:

@@ -89,7 +89,7 @@ def test_pictures_without_arcs_are_matched_to_nothing() -> None:
     for left, right in ((empty, empty), (scene.left, empty), (empty, scene.right)):
         found = match_arcs(rig, left, right)
         assert np.all(found.arc_label == -1)
-        assert len(found.triangulated.left) == 0
+        assert len(found.triangulated.first) == 0
 
 
 def test_equal_input_gives_equal_rows() -> None:

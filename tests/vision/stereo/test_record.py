@@ -87,10 +87,10 @@ def test_rows_say_what_was_found(recorded: tuple[Store, int], found: StereoMatch
     assert len(tables["candidate"]) == found.solved.problem.candidates
     ends = {r["unit_no"]: [r["start_x"], r["start_y"], r["start_z"]] for r in tables["triangulated_unit"]}
     space = found.triangulated
-    np.testing.assert_array_equal([ends[u] for u in space.left.tolist()], space.start)
+    np.testing.assert_array_equal([ends[u] for u in space.first.tolist()], space.start)
     covariance = {r["unit_no"]: r["covariance"] for r in tables["triangulated_unit"]}
     np.testing.assert_array_equal(
-        [covariance[u] for u in space.left.tolist()], space.covariance.reshape(len(space.left), 36)
+        [covariance[u] for u in space.first.tolist()], space.covariance.reshape(len(space.first), 36)
     )
     curve = {r["unit_no"]: (r["curve"], r["centre_x"] is None) for r in tables["triangulated_unit"]}
     assert {bare for name, bare in curve.values() if name in ("line", "free")} == {True}

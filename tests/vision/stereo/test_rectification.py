@@ -28,8 +28,8 @@ def test_points_come_back(points: Floats, roll: float) -> None:
     turn[:3, :3] = rotation_matrix([0, 0, roll])
     rig = Rig(rig.cameras, {n: rig.rig_from_camera[n] @ turn for n in rig.cameras})
     rectified = rectify(rig)
-    left = rectified.points(rectified.left, pixels(rig, "left", points))
-    right = rectified.points(rectified.right, pixels(rig, "right", points))
+    left = rectified.points(rectified.first, pixels(rig, "left", points))
+    right = rectified.points(rectified.second, pixels(rig, "right", points))
     np.testing.assert_allclose(left[:, 1], right[:, 1], atol=1e-6)
     disparity = left[:, 0] - right[:, 0]
     np.testing.assert_allclose(rectified.triangulate(left, disparity), points, atol=1e-5)
@@ -47,8 +47,8 @@ def test_equals_opencv_triangulation(points: Floats) -> None:
     rays = {n: (rays[n] - c.matrix[:2, 2]) / np.diag(c.matrix)[:2] for n, c in rig.cameras.items()}
     first, second = (inverse(rig.rig_from_camera[n])[:3] for n in ("left", "right"))
     theirs = np.asarray(cv2.triangulatePoints(first, second, rays["left"].T.copy(), rays["right"].T.copy()), float)
-    left = rectified.points(rectified.left, seen["left"])
-    right = rectified.points(rectified.right, seen["right"])
+    left = rectified.points(rectified.first, seen["left"])
+    right = rectified.points(rectified.second, seen["right"])
     np.testing.assert_allclose(
         rectified.triangulate(left, left[:, 0] - right[:, 0]), (theirs[:3] / theirs[3]).T, atol=1e-4
     )

@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
             store,
             Task(
                 rig=source / f"pair_{args.pair}_rig.yaml",
-                pictures={name: source / f"pair_{args.pair}_{name}.png" for name in ("left", "right")},
+                pictures={file.stem.split("_")[-1]: file for file in sorted(source.glob(f"pair_{args.pair}_*.png"))},
                 prior=source / f"pair_{args.pair}_prior.yaml",
                 world=world.world,
                 overlay=overlay,

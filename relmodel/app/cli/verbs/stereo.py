@@ -1,6 +1,6 @@
 """Match the pictures of two cameras of a rig: arcs and regions in pairs, and the arcs in space.
 
-Of the answer left is what the camera shows that comes first in the rig, right the other.
+Of the answer what each camera shows stands under the camera's name.
 No model is needed: the pair itself gives the range of depths.  The method pong uses votes of epipolar rows, attributes
 of arcs and regions, then relations; relational uses only relations, within the epipolar geometry.
 """
@@ -50,6 +50,6 @@ def run(args: argparse.Namespace) -> int:
     result = answer.matches.solved.result
     say(f"run {answer.run}: {result.status}, cost {result.cost}, none below {result.bound}")
     rows = answer.rows()
-    names = ("kind", "left", "right", "curve", "start", "end", "sigma_mm")
+    names = ("kind", *answer.cameras, "curve", "start", "end", "sigma_mm")
     print_rows(names, ([row[name] for name in names] for row in rows), args.format)
     return 0
