@@ -24,9 +24,9 @@ _SIGMA = ("sigma_focal", "sigma_centre_px", "sigma_translation_mm", "sigma_rotat
 
 def record_picture(run: Run, connection: Connection, picture: Picture, *, keep_bytes: bool) -> int:
     """Identity of the picture's row, appended where it is new; its bytes too where they are to be kept."""
-    found = run.store.rows(connection, "cameras/image_by_sha256", sha256=picture.sha256)
-    if found:
-        return int(found[0].id)
+    found = run.store.select(connection, "image", "id", sha256=picture.sha256)["id"]
+    if len(found):
+        return int(found[0])
     image_id = int(run.new_ids(connection, "image", 1)[0])
     columns: Columns = {
         "id": [image_id],
@@ -141,8 +141,8 @@ def _once(run: Run, connection: Connection, table: str, content: object, append:
 
 
 def _found(store: Database, connection: Connection, table: str, content: object) -> int | None:
-    rows = store.rows(connection, f"cameras/{table}_by_key", content_key=_key(content))
-    return int(rows[0].id) if rows else None
+    found = store.select(connection, table, "id", content_key=_key(content))["id"]
+    return int(found[0]) if len(found) else None
 
 
 def _key(content: object) -> str:

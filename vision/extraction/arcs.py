@@ -130,37 +130,43 @@ def weigh_elements(edges: EdgeElements, chains: Chains, scale: float, p: Fitting
     return np.asarray(1.0 / (sigma**2 + p.model_sigma**2 + (p.unevenness / slope) ** 2))
 
 
-def fit_group_ellipses(
-    x: Floats, y: Floats, w: Floats, members: Chains, groups: npt.NDArray[np.integer], p: FittingParameters
-) -> Ellipses:
-    """An ellipse through the members of each row of `groups` (n, arcs); `x`, `y`, `w` are parallel to
-    `members.elements`."""
-    arcs = groups.ravel()
-    counts = members.counts[arcs]
+@dataclass(frozen=True)
+class Members:
+    """The members of arcs: their elements as chains, and of each its place (`x`, `y`), px, and its weight, 1/px^2."""
+
+    chains: Chains
+    x: Floats
+    y: Floats
+    weight: Floats
+
+    @classmethod
+    def gather(cls, edges: EdgeElements, weight: Floats, chains: Chains) -> "Members":
+        """Those of chains of edge elements of which each has a weight."""
+        return cls(chains, *chains.gather(edges.x, edges.y, weight))
+
+
+def fit_group_ellipses(members: Members, groups: npt.NDArray[np.integer], p: FittingParameters) -> Ellipses:
+    """An ellipse through the members of each row of `groups` (n, arcs)."""
+    arcs, chains = groups.ravel(), members.chains
+    counts = chains.counts[arcs]
     begins = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    rows = np.repeat(members.offsets[arcs] - begins, counts) + np.arange(counts.sum())
-    return fit_ellipses(x[rows], y[rows], w[rows], counts.reshape(groups.shape).sum(axis=1), p)
+    rows = np.repeat(chains.offsets[arcs] - begins, counts) + np.arange(counts.sum())
+    totals = counts.reshape(groups.shape).sum(axis=1)
+    return fit_ellipses(members.x[rows], members.y[rows], members.weight[rows], totals, p)
 
 
 def _unbiased_ellipses(
-    x: Floats,
-    y: Floats,
-    w: Floats,
-    members: Chains,
-    ovals: Indices,
-    half_spread: Floats,
-    scale: float,
-    p: FittingParameters,
+    members: Members, ovals: Indices, half_spread: Floats, scale: float, p: FittingParameters
 ) -> Ellipses:
     """Ellipses through the members of the arcs `ovals`, each moved out of the curve to where smoothing drew it from;
     most, by far, where the ellipse is most bent, so that no parameter of it could be corrected for all."""
-    found = fit_group_ellipses(x, y, w, members, ovals[:, None], p)
-    rows = np.flatnonzero(np.isin(members.chain_of_member, ovals))
-    which = np.searchsorted(ovals, members.chain_of_member[rows])
+    found, owner = fit_group_ellipses(members, ovals[:, None], p), members.chains.chain_of_member
+    rows = np.flatnonzero(np.isin(owner, ovals))
+    which, x, y = np.searchsorted(ovals, owner[rows]), members.x[rows], members.y[rows]
     for _ in range(p.bias_rounds):
-        seen = _seen_of_ellipses(x[rows], y[rows], found, which, half_spread[ovals], scale)
+        seen = _seen_of_ellipses(x, y, found, which, half_spread[ovals], scale)
         out_x, out_y = np.nan_to_num(seen.bias * seen.nx), np.nan_to_num(seen.bias * seen.ny)
-        moved = fit_ellipses(x[rows] + out_x, y[rows] + out_y, w[rows], members.counts[ovals], p)
+        moved = fit_ellipses(x + out_x, y + out_y, members.weight[rows], members.chains.counts[ovals], p)
         columns = ((getattr(moved, field.name), getattr(found, field.name)) for field in fields(Ellipses))
         found = Ellipses(*(np.where(np.isfinite(moved.square), new, old) for new, old in columns))
     return found
@@ -175,12 +181,12 @@ def _seen_of_ellipses(
     return replace(found, distance=found.distance + bias, bias=bias)
 
 
-def fit_members(x: Floats, y: Floats, weight: Floats, members: Chains, kinds: Ints32) -> Floats:
-    """(n, 8): the fit of each arc by `arc_kernels.fit_arcs`; `x`, `y`, `weight` are parallel to the members."""
+def fit_members(members: Members, kinds: Ints32) -> Floats:
+    """(n, 8): the fit of each arc by `arc_kernels.fit_arcs`."""
     from vision.extraction import arc_kernels
 
-    out = np.empty((len(members), 8))
-    arc_kernels.fit_arcs(x, y, weight, members.offsets, kinds, np.empty(9), out)
+    out = np.empty((len(members.chains), 8))
+    arc_kernels.fit_arcs(members.x, members.y, members.weight, members.chains.offsets, kinds, np.empty(9), out)
     return out
 
 
@@ -198,11 +204,12 @@ def measure_arcs(
     walk.  What no number comes of is no arc."""
     correlation, w = compute_correlation(scale), weigh_elements(edges, members, scale, p)
     x, y = members.gather(edges.x, edges.y)
-    fit = fit_members(x, y, w, members, kinds)
+    weighed = Members(members, x, y, w)
+    fit = fit_members(weighed, kinds)
     flat = (kinds == CIRCULAR) & ~(members.counts**2 > 8.0 * p.min_sagitta * fit[:, 2])  # or no circle at all
     if flat.any():
         kinds = np.where(flat, LINE, kinds).astype(kinds.dtype)
-        fit = fit_members(x, y, w, members, kinds)
+        fit = fit_members(weighed, kinds)
     first, last = members.offsets[:-1], members.offsets[1:] - 1
     ends = np.stack([np.column_stack([x[first], y[first]]), np.column_stack([x[last], y[last]])])
     nan = np.full(len(kinds), np.nan)
@@ -210,7 +217,7 @@ def measure_arcs(
     width = members.mean(edges.width)
     half_spread = 0.5 * (scale**2 + width**2)  # of operator and blur together, which draw a curved edge inwards
     ovals = np.flatnonzero(kinds == ELLIPTIC)
-    found = _unbiased_ellipses(x, y, w, members, ovals, half_spread, scale, p)
+    found = _unbiased_ellipses(weighed, ovals, half_spread, scale, p)
     good = np.isfinite(found.square)
     columns = np.stack([found.centre_x, found.centre_y, found.major, found.square, found.square], axis=1)
     fit[ovals[good, None], np.array([0, 1, 2, 4, 7])] = columns[good]
@@ -238,9 +245,8 @@ def measure_arcs(
     closed = members.closed | round_trip
     length = np.where(line[:, 0], np.hypot(*(end - start).T), walked + np.where(closed, end_gap, 0.0))
     variance = correlation * fit[:, 4] / np.maximum(members.counts - 2, 1)
-    deviations, covariance = _deviations(
-        x, y, edges.sigma[members.elements], w, members, kinds, fit, drawn, found, half_spread, scale, p
-    )
+    curves = _Curves(kinds, fit, drawn, found, half_spread)
+    deviations, covariance = _deviations(weighed, edges.sigma[members.elements], curves, scale, p)
     polyline = refine_polylines(edges, members, deviations, scale, p)
     if (kinds == FREE).any():
         bends = kinds == FREE
@@ -283,49 +289,50 @@ def measure_arcs(
     return arcs if finite.all() else arcs.take(finite)
 
 
+@dataclass(frozen=True)
+class _Curves:
+    """The curves of arcs (n,): the kind and the fit of each; `drawn`, by how much (px) circles are drawn inwards; the
+    ellipses of the elliptic ones, in order; `half_spread`, half the variance (px^2) of what blurred each."""
+
+    kinds: Ints32
+    fit: Floats
+    drawn: Floats
+    ellipses: Ellipses
+    half_spread: Floats
+
+
 def _deviations(
-    x: Floats,
-    y: Floats,
-    sigma: Floats,
-    w: Floats,
-    members: Chains,
-    kinds: Ints32,
-    fit: Floats,
-    drawn: Floats,
-    ellipses: Ellipses,
-    half_spread: Floats,
-    scale: float,
-    p: FittingParameters,
+    members: Members, sigma: Floats, curves: _Curves, scale: float, p: FittingParameters
 ) -> tuple[Deviations, Floats]:
-    """How the members (m,) lie to their arcs, and the covariances (n, `STATIONS`, `STATIONS`) of these; `ellipses` are
-    those of the elliptic ones, in order; `drawn` (n,) by how much (px) circles are drawn inwards."""
-    arc = members.chain_of_member
-    columns = np.full((5, len(x)), np.nan)
+    """How the members (m,), of standard deviations `sigma`, lie to their arcs, and the covariances (n, `STATIONS`,
+    `STATIONS`) of these."""
+    arc, kinds, half_spread = members.chains.chain_of_member, curves.kinds, curves.half_spread
+    columns = np.full((5, len(arc)), np.nan)
     covariance = np.full((len(kinds), STATIONS, STATIONS), np.nan)
     for kind in (LINE, CIRCULAR, ELLIPTIC, FREE):
         own = np.flatnonzero(kinds == kind)
         rows = np.flatnonzero(kinds[arc] == kind)
-        at, px, py = arc[rows], x[rows], y[rows]
+        at, px, py, weight = arc[rows], members.x[rows], members.y[rows], members.weight[rows]
         if kind == FREE:
-            found, covariance[own] = fit_free_curves(
-                px, py, sigma[rows], w[rows], members.counts[own], half_spread[own], scale, p
-            )
+            counts = members.chains.counts[own]
+            place = np.column_stack([px, py])
+            found, covariance[own] = fit_free_curves(place, sigma[rows], weight, counts, half_spread[own], scale, p)
         elif kind == LINE:
-            line = fit[:, :4].take(at, axis=0)
+            line = curves.fit[:, :4].take(at, axis=0)
             found = measure_from_lines(px, py, line)
             jacobian = covariances.of_lines((px - line[:, 0]) * line[:, 2] + (py - line[:, 1]) * line[:, 3])
         elif kind == CIRCULAR:
-            found = measure_from_circles(px, py, fit[:, :3].take(at, axis=0), drawn[at])
+            found = measure_from_circles(px, py, curves.fit[:, :3].take(at, axis=0), curves.drawn[at])
             jacobian = covariances.of_circles(found)
         else:
             which = np.searchsorted(own, at)
-            found = _seen_of_ellipses(px, py, ellipses, which, half_spread[own], scale)
+            found = _seen_of_ellipses(px, py, curves.ellipses, which, half_spread[own], scale)
             moved_x, moved_y = px + found.bias * found.nx, py + found.bias * found.ny
-            jacobian = covariances.of_ellipses(moved_x, moved_y, found, ellipses, which)
+            jacobian = covariances.of_ellipses(moved_x, moved_y, found, curves.ellipses, which)
         columns[:, rows] = found.distance, found.nx, found.ny, found.bias, found.sigma
         if kind != FREE:
             first, size = np.searchsorted(at, own), jacobian.shape[1]
             covariance[own, :size, :size] = covariances.of_parameters(
-                jacobian, found.distance, w[rows], sigma[rows], first, compute_correlation(scale), p
+                jacobian, found.distance, weight, sigma[rows], first, compute_correlation(scale), p
             )
     return Deviations(*columns), covariance

@@ -15,8 +15,7 @@ from vision.extraction.refined_polylines import Deviations
 
 
 def fit_free_curves(
-    x: Floats,
-    y: Floats,
+    place: Floats,
     sigma: Floats,
     weight: Floats,
     counts: npt.NDArray[np.integer],
@@ -24,7 +23,8 @@ def fit_free_curves(
     scale: float,
     p: FittingParameters,
 ) -> tuple[Deviations, Floats]:
-    """How members (m,) lie to the n curves through them, and the covariances (n, `STATIONS`, `STATIONS`) of these.
+    """How members at places (m, 2), px, lie to the n curves through them, and the covariances (n, `STATIONS`,
+    `STATIONS`) of these.
 
     Set i of at least five members is the next `counts[i]`, seen at facet scale `scale` px.  A covariance is that of the
     curve's offset, to the right of who walks along it, at places evenly spaced from its first to its last point: as
@@ -32,7 +32,7 @@ def fit_free_curves(
     `sigma` (px) is the standard deviation of each member across the curve, `weight` (1/px^2) what it counts for in the
     fit, `half_spread` (n,) (px^2) half the variance of what blurred the curve.
     """
-    columns = np.empty((5, len(x)))
+    columns, (x, y) = np.empty((5, len(place))), np.ascontiguousarray(place.T)
     covariance = np.full((len(counts), STATIONS, STATIONS), np.nan)
     ends = np.cumsum(counts)
     for i, (first, last) in enumerate(zip(ends - counts, ends, strict=True)):  # rare, and of a size each

@@ -85,7 +85,7 @@ def find_junctions(grey: Floats, arcs: Arcs, p: JunctionParameters = _DEFAULTS) 
     picked = chosen[chosen >= 0]
     pairs, on = picked[picked < len(one)], picked[picked >= len(one)] - len(one)
     couples = np.column_stack([one[pairs], other[pairs]])
-    return _merge_meetings(arcs, ends, polylines, couples, end[on], met[on], find_crossings(arcs, polylines, p), p)
+    return _merge_meetings(arcs, ends, polylines, couples, end[on], met[on], p)
 
 
 def _merge_meetings(
@@ -95,11 +95,11 @@ def _merge_meetings(
     couples: Indices,
     end: Indices,
     met: Indices,
-    crossings: Indices,
     p: JunctionParameters,
 ) -> Junctions:
-    """Junctions of `couples` (n, 2) of ends, of ends `end` at places `met` of polylines, and of polylines that cross at
-    places `crossings` (n, 2); those in one place as one."""
+    """Junctions of `couples` (n, 2) of ends, of ends `end` at places `met` of polylines, and of polylines that
+    cross; those in one place as one."""
+    crossings = find_crossings(arcs, polylines, p)
     used = np.unique(np.concatenate([couples.ravel(), end]))
     component = label_components(couples, len(ends.arc))
     crossing = len(ends.arc) + np.repeat(np.arange(len(crossings)), 2)

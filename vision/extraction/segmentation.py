@@ -10,10 +10,14 @@ joined.  Where the surroundings of an edge change, its bright side may change to
 their bright sides are.
 """
 
+from dataclasses import dataclass
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Indices, Ints32
+from relmodel.columns import Rows
 from vision.extraction.arcs import (
     CIRCULAR,
     ELLIPTIC,
@@ -21,6 +25,7 @@ from vision.extraction.arcs import (
     KINDS,
     LINE,
     Arcs,
+    Members,
     compute_correlation,
     fit_group_ellipses,
     fit_members,
@@ -32,6 +37,35 @@ from vision.extraction.extraction_parameters import FittingParameters, Segmentat
 from vision.extraction.linking import Chains, find_pairs_within
 
 _DEFAULTS, _FITTING = SegmentationParameters(), FittingParameters()
+
+
+class Pieces(NamedTuple):
+    """Arcs before they are measured: their members, in order, the kind of each arc, and of all edge elements which have
+    their bright side on the right of who walks along their arc; most of an arc has it on the left."""
+
+    members: Chains
+    kinds: Ints32
+    bright_right: Bools
+
+
+@dataclass(frozen=True)
+class _FreeCurves:
+    """Free curves that are cheaper than what the other kinds of pieces make of their chains, with their prices."""
+
+    members: Chains
+    prices: Floats
+
+
+@dataclass(frozen=True)
+class _Continuations(Rows):
+    """Pairs of arcs of which one leads on into the other: the first and the second; which of them has to be walked the
+    other way for that (-1: neither); how far apart (px) their ends are; by how much (rad) both turn together."""
+
+    tail: Indices
+    head: Indices
+    turn: Indices
+    distance: Floats
+    bend: Floats
 
 
 def fit_arcs(
@@ -55,9 +89,8 @@ def segment_chains(
     scale: float,
     p: SegmentationParameters = _DEFAULTS,
     fitting: FittingParameters = _FITTING,
-) -> tuple[Chains, Ints32, Bools]:
-    """The members of the arcs of the chains, in order, the kind of each arc, and of all edge elements which have their
-    bright side on the right of who walks along their arc; most of an arc has it on the left.
+) -> Pieces:
+    """The arcs of the chains.
 
     Pieces of fewer than `p.min_elements` are dropped; arcs whose ends lie within `p.join_reach` px are joined where
     that is the shorter description."""
@@ -84,61 +117,52 @@ def segment_chains(
     members, kinds, costs = described(chains, _prices(p))
     # Joined arcs can describe for less what single ones do not: free curves wait until the others are joined.
     free = kinds == FREE
-    curves, prices = members.take(free), costs[free]
-    if len(curves):
-        bent = np.isin(chains.elements, curves.elements)
+    curves = _FreeCurves(members.take(free), costs[free])
+    if free.any():
+        bent = np.isin(chains.elements, curves.members.elements)
         with_curves = np.logical_or.reduceat(bent, chains.offsets[:-1])
         others = np.logical_and.reduceat(
             ~np.isin(members.elements, chains.take(with_curves).elements), members.offsets[:-1]
         )
         conics, their_kinds, _ = described(chains.take(with_curves), np.where(np.arange(4) == FREE, np.inf, _prices(p)))
         members, kinds = _concatenate(members.take(others), conics), np.concatenate([kinds[others], their_kinds])
-    fresh, bright_right = np.ones(len(members), np.bool_), np.zeros(len(edges), np.bool_)
+    pieces, fresh = Pieces(members, kinds, np.zeros(len(edges), np.bool_)), np.ones(len(members), np.bool_)
     for _ in range(p.join_rounds):
-        members, kinds, bright_right, fresh = _join(
-            edges, weight, members, kinds, bright_right, fresh, correlation, p, fitting
-        )
+        pieces, fresh = _join(edges, weight, pieces, fresh, correlation, p, fitting)
         if not fresh.any():
             break
-    if len(curves):
-        members, kinds, bright_right = _prefer_free_curves(
-            edges, weight, members, kinds, bright_right, curves, prices, correlation, p, fitting
-        )
-    members, bright_right = _reverse(members, members.mean(bright_right.astype(np.float64)) > 0.5, bright_right)
-    return members, kinds, bright_right
+    if free.any():
+        together = Members.gather(edges, weight, pieces.members)
+        pieces = _prefer_free_curves(together, pieces, curves, correlation, p, fitting)
+    return _reverse(pieces, pieces.members.mean(pieces.bright_right.astype(np.float64)) > 0.5)
 
 
 def _prefer_free_curves(
-    edges: EdgeElements,
-    weight: Floats,
-    members: Chains,
-    kinds: Ints32,
-    bright_right: Bools,
-    curves: Chains,
-    prices: Floats,
+    together: Members,
+    pieces: Pieces,
+    curves: _FreeCurves,
     correlation: float,
     p: SegmentationParameters,
     fitting: FittingParameters,
-) -> tuple[Chains, Ints32, Bools]:
+) -> Pieces:
     """The arcs, those that lie in a free curve and together cost more than its price replaced by it.  A curve with an
     arc that leads out of it is dropped."""
-
-    owner = np.full(len(edges), -1, np.int32)
-    owner[curves.elements] = curves.chain_of_member
+    members, kinds, bright_right = pieces
+    owner = np.full(len(bright_right), -1, np.int32)
+    owner[curves.members.elements] = curves.members.chain_of_member
     of_arc = [ends.reduceat(owner[members.elements], members.offsets[:-1]) for ends in (np.minimum, np.maximum)]
     within = of_arc[0] == of_arc[1]
-    x, y, w = members.gather(edges.x, edges.y, weight)
-    fits = fit_members(x, y, w, members, kinds)
-    apart = _prices(p)[kinds] + _compute_misfits(x, y, w, members, kinds, fits, within, correlation, fitting)
-    paid = np.bincount(of_arc[0][within] + 1, apart[within], minlength=len(curves) + 1)[1:]
-    cheaper = paid > prices
+    misfit = _compute_misfits(together, kinds, fit_members(together, kinds), within, correlation, fitting)
+    apart = _prices(p)[kinds] + misfit
+    paid = np.bincount(of_arc[0][within] + 1, apart[within], minlength=len(curves.members) + 1)[1:]
+    cheaper = paid > curves.prices
     leading_out = np.concatenate([of_arc[0][~within], of_arc[1][~within]])
     cheaper[leading_out[leading_out >= 0]] = False
     kept = ~(within & (of_arc[0] >= 0) & cheaper[of_arc[0]])
-    taken, bright_right = curves.take(cheaper), bright_right.copy()
+    taken, bright_right = curves.members.take(cheaper), bright_right.copy()
     bright_right[taken.elements] = False
     kinds = np.concatenate([kinds[kept], np.full(len(taken), FREE, kinds.dtype)])
-    return _concatenate(members.take(kept), taken), kinds, bright_right
+    return Pieces(_concatenate(members.take(kept), taken), kinds, bright_right)
 
 
 def _concatenate(one: Chains, other: Chains) -> Chains:
@@ -203,35 +227,24 @@ def _gather(elements: Ints32, first: npt.NDArray[np.integer], counts: npt.NDArra
 def _join(
     edges: EdgeElements,
     weight: Floats,
-    members: Chains,
-    kinds: Ints32,
-    bright_right: Bools,
+    pieces: Pieces,
     fresh: Bools,
     correlation: float,
     p: SegmentationParameters,
     fitting: FittingParameters,
-) -> tuple[Chains, Ints32, Bools, Bools]:
+) -> tuple[Pieces, Bools]:
     """One round: pairs of arcs, one leading on into the other, that one arc describes for less; each in at most one.
 
     Looks at pairs with a `fresh` arc in them, and says which of the arcs it gives are joined ones: a pair without one
-    that fails now fails the next time too.  `bright_right` says of each edge element whether its bright side is on the
-    right."""
-    x, y, w = members.gather(edges.x, edges.y, weight)
-    fits = fit_members(x, y, w, members, kinds)
-    tail, head, turn, distance = _find_continuations(edges, members, kinds, fits[:, 2:4], bright_right, fresh, p)
-    straight = (kinds[tail] == LINE) & (kinds[head] == LINE)
-    likely = (turn < 0) | (straight & (members.counts[turn] >= p.min_reversed * correlation))
-    tail, head, turn = tail[likely], head[likely], turn[likely]
-    # Of an ellipse it is known that it turns enough.
-    own = np.select(
-        [kinds == CIRCULAR, kinds == ELLIPTIC], [members.counts / np.maximum(fits[:, 2], 1e-9), np.inf], 0.0
-    )
-    end, start = members.elements[members.offsets[tail + 1] - 1], members.elements[members.offsets[head]]
-    between = np.arccos(np.clip(edges.nx[end] * edges.nx[start] + edges.ny[end] * edges.ny[start], -1.0, 1.0))
-    bend = own[tail] + between + own[head]
-    saving, kind = _compute_savings(
-        x, y, w, members, kinds, fits, np.column_stack([tail, head]), distance[likely], bend, correlation, p, fitting
-    )
+    that fails now fails the next time too."""
+    members, kinds = pieces.members, pieces.kinds
+    together = Members.gather(edges, weight, members)
+    fits = fit_members(together, kinds)
+    pairs = _find_continuations(edges, pieces, fits, fresh, p)
+    straight = (kinds[pairs.tail] == LINE) & (kinds[pairs.head] == LINE)
+    pairs = pairs.take((pairs.turn < 0) | (straight & (members.counts[pairs.turn] >= p.min_reversed * correlation)))
+    saving, kind = _compute_savings(together, kinds, fits, pairs, correlation, p, fitting)
+    tail, head, turn = pairs.tail, pairs.head, pairs.turn
     partner = np.full(len(members), -1, np.intp)
     taken, against = np.zeros(len(members), np.bool_), np.zeros(len(members), np.bool_)
     kinds = kinds.copy()
@@ -245,7 +258,7 @@ def _join(
         kinds[a] = kind[at]
         if turn[at] >= 0:
             against[turn[at]] = True
-    members, bright_right = _reverse(members, against, bright_right)
+    members, _, bright_right = _reverse(pieces, against)
     is_head = np.zeros(len(members), np.bool_)
     is_head[partner[partner >= 0]] = True
     kept = np.flatnonzero(~is_head)
@@ -254,24 +267,16 @@ def _join(
     strung = _gather(members.elements, members.offsets[sequence], members.counts[sequence], np.zeros(0, np.bool_))
     counts = members.counts[kept] + np.where(partner[kept] >= 0, members.counts[partner[kept]], 0)
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-    return Chains(strung.elements, offsets, members.closed[kept]), kinds[kept], bright_right, partner[kept] >= 0
+    joined = Chains(strung.elements, offsets, members.closed[kept])
+    return Pieces(joined, kinds[kept], bright_right), partner[kept] >= 0
 
 
 def _find_continuations(
-    edges: EdgeElements,
-    members: Chains,
-    kinds: Ints32,
-    direction: Floats,
-    bright_right: Bools,
-    fresh: Bools,
-    p: SegmentationParameters,
-) -> tuple[Indices, Indices, Indices, Floats]:
-    """Pairs of arcs, at least one of them `fresh`, of which one leads on into the other within `p.join_reach` px: the
-    first, the second, which of them has to be walked the other way for that (-1: neither), and how far apart (px) their
-    ends are.
-
-    `direction` (n, 2), either way, is that of lines, whose last elements may be drawn aside by what ends them.
-    """
+    edges: EdgeElements, pieces: Pieces, fits: Floats, fresh: Bools, p: SegmentationParameters
+) -> _Continuations:
+    """Pairs of arcs, at least one of them `fresh`, of which one leads on into the other within `p.join_reach` px."""
+    members, kinds, bright_right = pieces
+    direction = fits[:, 2:4]  # of lines, either way, whose last elements may be drawn aside by what ends them
     usable = np.flatnonzero(~members.closed & (kinds != FREE))
     n = len(usable)
     arc, at_end = np.tile(usable, 2), np.arange(2 * n) >= n
@@ -296,36 +301,40 @@ def _find_continuations(
     likely = np.flatnonzero((ahead > -p.join_overlap) & (ahead > p.join_ahead * distance - p.join_overlap))
     tail, head = tail[likely], head[likely]
     turn = np.where(~at_end[tail], arc[tail], np.where(at_end[head], arc[head], -1))
-    return arc[tail], arc[head], turn, distance[likely]
+    tail, head = arc[tail], arc[head]
+    # Of an ellipse it is known that it turns enough.
+    own = np.select(
+        [kinds == CIRCULAR, kinds == ELLIPTIC], [members.counts / np.maximum(fits[:, 2], 1e-9), np.inf], 0.0
+    )
+    end, start = members.elements[members.offsets[tail + 1] - 1], members.elements[members.offsets[head]]
+    between = np.arccos(np.clip(edges.nx[end] * edges.nx[start] + edges.ny[end] * edges.ny[start], -1.0, 1.0))
+    return _Continuations(tail, head, turn, distance[likely], own[tail] + between + own[head])
 
 
 def _compute_savings(
-    x: Floats,
-    y: Floats,
-    w: Floats,
-    members: Chains,
+    members: Members,
     kinds: Ints32,
     fits: Floats,
-    pairs: Indices,
-    distance: Floats,
-    bend: Floats,
+    continuations: _Continuations,
     correlation: float,
     p: SegmentationParameters,
     fitting: FittingParameters,
 ) -> tuple[Floats, Indices]:
-    """How much shorter it is to describe `pairs` (m, 2) of arcs as one, -infinity where none fits, and the kind of that
-    one; `x`, `y`, `w` are parallel to the members, `fits` are those of the arcs, both of a pair together turn by `bend`
-    rad.
-    """
+    """How much shorter (m,) it is to describe pairs of arcs as one, -infinity where none fits, and the kind of that;
+    `fits` are those of the arcs."""
     from vision.extraction import arc_kernels
 
-    looked = np.zeros(len(members), np.bool_)
+    chains, pairs = members.chains, np.column_stack([continuations.tail, continuations.head])
+    looked = np.zeros(len(chains), np.bool_)
     looked[pairs] = True
-    misfit = _compute_misfits(x, y, w, members, kinds, fits, looked, correlation, fitting)
+    misfit = _compute_misfits(members, kinds, fits, looked, correlation, fitting)
     apart = (_prices(p)[kinds] + misfit)[pairs].sum(axis=1)
-    total, together = fits[pairs, 5].sum(axis=1), members.counts[pairs].sum(axis=1)
+    total, together = fits[pairs, 5].sum(axis=1), chains.counts[pairs].sum(axis=1)
     joint = np.empty((len(pairs), 4))
-    arc_kernels.joint_costs(x, y, w, members.offsets, fits, pairs.astype(np.int32), correlation, np.empty(9), joint)
+    arc_kernels.joint_costs(
+        members.x, members.y, members.weight, chains.offsets, fits, pairs.astype(np.int32), correlation,
+        np.empty(9), joint,
+    )  # fmt: skip
     straight = (kinds[pairs] == LINE).all(axis=1)
     drawn = misfit[pairs].sum(axis=1) + 0.5 * joint[:, 3] / p.light_sigma**2
     line = np.where(straight, np.minimum(joint[:, 0], drawn), joint[:, 0]) + p.line_price
@@ -333,9 +342,9 @@ def _compute_savings(
     bowed = joint[:, 2] > np.maximum(p.min_sagitta, np.maximum(p.min_bow * np.sqrt(together / total), p.min_rise * rms))
     circle = np.where(bowed & ~straight, joint[:, 1] + p.circle_price, np.inf)
     bent = (kinds[pairs] != LINE).all(axis=1) & (8.0 * joint[:, 2] > p.min_ellipse_turn * together)
-    bent |= ~straight & (bend > p.min_slender_turn)
-    bent &= (circle > apart) & (distance < p.max_ellipse_gap * together)
-    tried = fit_group_ellipses(x, y, w, members, pairs[bent], fitting)
+    bent |= ~straight & (continuations.bend > p.min_slender_turn)
+    bent &= (circle > apart) & (continuations.distance < p.max_ellipse_gap * together)
+    tried = fit_group_ellipses(members, pairs[bent], fitting)
     oval = np.full(len(pairs), np.inf)
     price = tried.square * total[bent] / (2.0 * correlation) + p.ellipse_price
     oval[bent] = np.where(tried.minor > p.min_aspect * tried.major, price, np.inf)
@@ -343,34 +352,27 @@ def _compute_savings(
     kind, least = costs.argmin(axis=1), costs.min(axis=1)
     # long arcs could pay for a misfit, which stays one
     shorter = 2.0 * correlation * (least - _prices(p)[kind]) < p.max_joint_misfit * together
-    return np.where(shorter, apart - least - p.gap_price * distance, -np.inf), kind
+    return np.where(shorter, apart - least - p.gap_price * continuations.distance, -np.inf), kind
 
 
 def _compute_misfits(
-    x: Floats,
-    y: Floats,
-    w: Floats,
-    members: Chains,
-    kinds: Ints32,
-    fit: Floats,
-    looked: Bools,
-    correlation: float,
-    fitting: FittingParameters,
+    members: Members, kinds: Ints32, fit: Floats, looked: Bools, correlation: float, fitting: FittingParameters
 ) -> Floats:
     """Half the chi-square (n,) of the members of each arc; `fit` has those of lines and circles, ellipses are fitted
     here where `looked` selects them."""
     square = fit[:, 4].copy()
     ovals = np.flatnonzero((kinds == ELLIPTIC) & looked)
-    square[ovals] = np.nan_to_num(fit_group_ellipses(x, y, w, members, ovals[:, None], fitting).square, nan=np.inf)
+    square[ovals] = np.nan_to_num(fit_group_ellipses(members, ovals[:, None], fitting).square, nan=np.inf)
     return np.asarray(square * fit[:, 5] / (2.0 * correlation))
 
 
-def _reverse(members: Chains, which: Bools, bright_right: Bools) -> tuple[Chains, Bools]:
-    """The arcs of the mask `which` walked the other way, and of which elements the bright side is on the right then."""
+def _reverse(pieces: Pieces, which: Bools) -> Pieces:
+    """The arcs, those of the mask `which` walked the other way."""
     if not which.any():
-        return members, bright_right
+        return pieces
+    members, bright_right = pieces.members, pieces.bright_right.copy()
     mine, at = np.repeat(which, members.counts), np.arange(len(members.elements))
     mirrored = np.repeat(members.offsets[:-1] + members.offsets[1:] - 1, members.counts) - at
-    bright_right = bright_right.copy()
     bright_right[members.elements[mine]] ^= True
-    return Chains(members.elements[np.where(mine, mirrored, at)], members.offsets, members.closed), bright_right
+    turned = Chains(members.elements[np.where(mine, mirrored, at)], members.offsets, members.closed)
+    return pieces._replace(members=turned, bright_right=bright_right)

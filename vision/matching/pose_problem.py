@@ -7,7 +7,7 @@ may show one arc or surface, so a label may be taken more than once.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -92,16 +92,6 @@ class MatchedView:
     match: PoseMatch
 
 
-@dataclass(frozen=True)
-class UnitCounts:
-    """How many arcs and regions the picture has, arcs and surfaces the view: units and labels are numbered so."""
-
-    image_arcs: int
-    regions: int
-    view_arcs: int
-    view_surfaces: int
-
-
 def match_view(
     workspace: Database,
     number: int,
@@ -120,41 +110,21 @@ def match_view(
         )  # fmt: skip
     pairs = _judge_arcs(found, picture, view, p)
     surfaces = _judge_regions(picture, view, seen, p)
-    counts = UnitCounts(len(picture.arcs), len(picture.regions), view.arcs, len(view.surface))
-    return match_pairs(workspace, number, pairs, surfaces, counts, picture.relations, view.relations, p)
-
-
-def match_pairs(
-    workspace: Database,
-    number: int,
-    pairs: Pairs,
-    surfaces: SurfacePairs,
-    counts: UnitCounts,
-    of_picture: Columns,
-    of_view: Columns,
-    p: PoseProblemParameters = _DEFAULTS,
-) -> PoseMatch:
-    """Decide among pairs: those that passed the gates are candidates, whatever was decided of them before.
-
-    of_picture, of_view: columns of unit_relation without the set.
-    """
-    pairs = replace(pairs, reason=_undecided(pairs.reason))
-    surfaces = replace(surfaces, reason=_undecided(surfaces.reason))
-    units_id, labels_id = 2 * number, 2 * number + 1
+    units, image_arcs = len(picture.arcs) + len(picture.regions), len(picture.arcs)
     arc, region = pairs.accepted, surfaces.accepted
     relation_weight = round(p.scale * p.relation_price)
     solved = solve_rows(
         workspace,
         number,
         ProblemRows(
-            units=counts.image_arcs + counts.regions,
-            labels=counts.view_arcs + counts.view_surfaces,
-            units_id=units_id,
-            labels_id=labels_id,
-            unit=np.concatenate([pairs.image_arc[arc], counts.image_arcs + surfaces.region[region]]),
-            label=np.concatenate([pairs.view_arc[arc], counts.view_arcs + surfaces.view_surface[region]]),
+            units=units,
+            labels=view.arcs + len(view.surface),
+            units_id=2 * number,
+            labels_id=2 * number + 1,
+            unit=np.concatenate([pairs.image_arc[arc], image_arcs + surfaces.region[region]]),
+            label=np.concatenate([pairs.view_arc[arc], view.arcs + surfaces.view_surface[region]]),
             cost=np.concatenate([_price_arcs(pairs, p)[arc], _price_regions(surfaces, p)[region]]),
-            null_cost=np.full(counts.image_arcs + counts.regions, round(p.scale * p.null_price)),
+            null_cost=np.full(units, round(p.scale * p.null_price)),
             null_share=0.0,
             nat_cost=float(p.scale),
             tolerances=p.tolerances if relation_weight else {},
@@ -164,19 +134,14 @@ def match_pairs(
             relation_weight=relation_weight,
             places=_places(pairs, arc, int(region.sum())),
         ),
-        of_picture,
-        of_view,
+        picture.relations,
+        view.relations,
     )
     label = solved.result.label
     _decide(pairs.reason, label[pairs.image_arc], pairs.view_arc)
-    _decide(surfaces.reason, label[counts.image_arcs + surfaces.region], counts.view_arcs + surfaces.view_surface)
+    _decide(surfaces.reason, label[image_arcs + surfaces.region], view.arcs + surfaces.view_surface)
     _strike_covered(pairs, p)
     return PoseMatch(pairs, surfaces, solved)
-
-
-def _undecided(reason: npt.NDArray[np.int8]) -> npt.NDArray[np.int8]:
-    """What passed the gates, as candidates again."""
-    return np.where(np.isin(reason, (ORIENTATION, DISTANCE, OVERLAP)), reason, ASSIGNED).astype(np.int8)
 
 
 def _decide(reason: npt.NDArray[np.int8], chosen: Ints, label: Ints) -> None:

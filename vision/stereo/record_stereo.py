@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -50,7 +50,7 @@ def record_stereo(
 
 def read_triangulated(store: Database, connection: Connection, run: int, problem_no: int) -> Triangulated:
     """The arcs in space of a stereo problem, as `record_stereo` kept them."""
-    key = {"run_id": run, "problem_no": problem_no}
+    key: dict[str, Any] = {"run_id": run, "problem_no": problem_no}
     rows = store.select(connection, "triangulated_unit", order="unit_no", **key)
     assigned = store.select(connection, "assignment", "unit_no", "label_no", order="unit_no", **key)
     none = np.full(49, np.nan)

@@ -35,11 +35,16 @@ class Conics(Rows):
 @dataclass(frozen=True)
 class DisparityPlanes:
     """Planes (k,) of disparity = value . (x - middle_x, y - middle_y, 1), in rectified px of the first picture: value
-    (k, 3) with covariance (k, 3, 3), middle (k, 2)."""
+    (k, 3) with covariance (k, 3, 3), middle (k, 2).
+
+    lateral (k,): standard deviation, px, by which the polyline there is shifted across itself as a whole; uneven (k,):
+    that of disparity by which one side of it is shifted otherwise than the other."""
 
     value: Floats
     covariance: Floats
     middle: Floats
+    lateral: Floats
+    uneven: Floats
 
 
 @dataclass(frozen=True)
@@ -69,16 +74,11 @@ def fit_conics(
     first: Ints,
     last: Ints,
     planes: DisparityPlanes,
-    lateral: Floats,
-    uneven: Floats,
     curved: Ints,
     p: TriangulationParameters,
 ) -> Conics:
     """Circles through the polylines points[first .. last] (k,), rectified px of the first picture, of those in
-    `curved`; ellipses where the points say that it is none.
-
-    lateral (k,): standard deviation, px, by which a polyline is shifted across itself as a whole; uneven (k,): that of
-    disparity by which one side of it is shifted otherwise than the other."""
+    `curved`; ellipses where the points say that it is none."""
     k = len(first)
     centre, major, minor = np.full((3, k, 3), np.nan)
     found = Conics(centre, major, minor, np.full((k, 7, 7), np.nan))
@@ -123,11 +123,13 @@ def fit_conics(
     found.major[own] = np.einsum("kij,kj->ki", plane_axes, of_major)
     found.minor[own] = np.einsum("kij,kj->ki", plane_axes, of_minor)
     extent = np.maximum(np.bincount(group, np.einsum("mj,mj->m", place[:, :2], place[:, :2]), len(own)) / count, 1.0)
-    spread = planes.covariance[own] + (uneven[own] ** 2 / extent)[:, None, None] * np.diag([1.0, 1.0, 0.0])
+    spread = planes.covariance[own] + (planes.uneven[own] ** 2 / extent)[:, None, None] * np.diag([1.0, 1.0, 0.0])
     root = np.linalg.cholesky(spread)
     leant = [_difference(lay(value + root[:, :, i]).circle, laid.circle) for i in range(3)]
     of_pixel = seen / np.bincount(group, _lengths(points[at], group), len(own))
-    found.covariance[own] = np.einsum("ani,anj->nij", leant, leant) + _flat_covariance(laid, of_pixel, lateral[own], p)
+    found.covariance[own] = np.einsum("ani,anj->nij", leant, leant) + _flat_covariance(
+        laid, of_pixel, planes.lateral[own], p
+    )
     return found
 
 

@@ -79,8 +79,8 @@ def triangulate_pairs(
     slope = np.einsum("kej,kj->ke", tangent, fit[:, :2])
     placed = rectification.triangulate(points[ends].reshape(-1, 2), disparity.ravel()).reshape(-1, 2, 3)
 
-    planes = DisparityPlanes(fit[:, :3], spread[:, :3, :3], middle)
-    conics = fit_conics(rectification, points, begin, last, planes, lateral, shift, np.flatnonzero(curved), p)
+    planes = DisparityPlanes(fit[:, :3], spread[:, :3, :3], middle, lateral, shift)
+    conics = fit_conics(rectification, points, begin, last, planes, np.flatnonzero(curved), p)
     is_conic = np.isfinite(conics.centre[:, 0])
     curve = np.select(
         [line, is_conic & conics.is_circle, is_conic],

@@ -14,7 +14,7 @@ import yaml
 import relmodel
 from relmodel.app.cli.main import main
 from relmodel.errors import InputError, UsageError
-from tests.app.cli.conftest import DEMO, Inspection, Pair, inspected
+from tests.app.cli.conftest import DEMO, Inspection, Pair, halve, inspected
 from vision.cameras.rig_pictures import pictures_as_files
 from vision.inspection.demonstration import measure_pose_error, read_truth
 
@@ -131,3 +131,20 @@ def test_arrays_that_are_no_pictures() -> None:
             pictures_as_files({"top": array})
     with pytest.raises(UsageError, match="no pictures are given"):
         pictures_as_files({})
+
+
+def test_sixteen_cameras_are_located_and_judged_together(store: str, tmp_path: Path) -> None:
+    """Pairs of cameras of half the resolution, eight times at the places of one pair."""
+    pair = halve("pair_00", tmp_path)
+    names = {f"{name} {number}": name for number in range(8) for name in ("left", "right")}
+    rig = named_rig(pair, tmp_path, names)
+    with relmodel.open(store, read_only=False) as opened:
+        pictures = {name: getattr(pair, of) for name, of in names.items()}
+        answer = opened.inspect(rig=rig, pictures=pictures, prior=pair.prior_file)
+        measured = opened.query(
+            "SELECT count(DISTINCT camera) FROM camera_residual WHERE run_id = (SELECT max(id) FROM run)"
+        )
+    assert answer.verdict == "accepted", answer.reason
+    assert measure_pose_error(np.asarray(answer.world_from_rig), read_truth(DEMO / "pair_00_truth.json")).target_mm < 1
+    assert list(answer.world_from_camera) == list(names)
+    assert list(measured) == [(16,)]

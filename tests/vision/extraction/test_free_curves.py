@@ -109,7 +109,10 @@ def test_a_spline_through_points_of_a_parabola_is_that_parabola() -> None:
     x = np.linspace(0.0, 40.0, 41)
     y = 0.01 * (x - 20.0) ** 2
     one = np.ones(41)
-    found, covariance = fit_free_curves(x, y, 0.1 * one, one, np.array([41]), np.array([0.5]), 1.4, FittingParameters())
+    place = np.column_stack([x, y])
+    found, covariance = fit_free_curves(
+        place, 0.1 * one, one, np.array([41]), np.array([0.5]), 1.4, FittingParameters()
+    )
     assert isinstance(found, Deviations)
     np.testing.assert_allclose(found.distance, 0.0, atol=1e-3)
     slope = 0.02 * (x - 20.0)
