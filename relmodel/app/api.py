@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Unpack
 
 import numpy.typing as npt
 
@@ -19,13 +19,14 @@ from relmodel.text import visible
 from relmodel.variants.compare_variants import REACH
 
 if TYPE_CHECKING:
+    from relmodel.app.attributes import Whose
     from relmodel.app.session import Options, Session
     from relmodel.loading.write.write import LoadReport
     from relmodel.world.correction import Carrier
     from relmodel.world.placement import WorldReport
     from vision.cameras.rig_pictures import Pictures
     from vision.inspection.inspection import Inspection
-    from vision.planning.plan import Plan
+    from vision.planning.plan import Plan, Wanted
     from vision.scene.kept_scenes import Scenes
 
 
@@ -142,39 +143,15 @@ class OpenStore(Store):
 
         return Session(Scenes(self), rig, options)
 
-    def plan(
-        self,
-        *,
-        rig: str | Path,
-        serial: str | None = None,
-        object: str | None = None,
-        world: str | None = None,
-        on: str | None = None,
-        distance: float | None = None,
-        above: str | None = None,
-        views: int | None = None,
-        out: str | Path | None = None,
-    ) -> Plan:
+    def plan(self, *, rig: str | Path, out: str | Path | None = None, **wanted: Unpack[Wanted]) -> Plan:
         """The views that would check most of an object, or of what is left of the physical part of a serial number.
 
-        on: the object that carries the rig, where several do.  distance: from the cameras to the part's surface, mm.
-        above: the plane of the world that cameras stay above, as z=0, or none.  views: at most so many.  out: a folder
-        for a prior of each view, and for pairs.csv, their list for `relmodel inspect --list`.
+        out: a folder for a prior of each view, and for pairs.csv, their list for `relmodel inspect --list`.
+        wanted: serial, object, world, on, distance, above and views: `vision.planning.plan.Wanted`.
         """
         from relmodel.app.propose import propose_views
 
-        return propose_views(
-            self,
-            Path(rig),
-            serial=serial,
-            object_name=object,
-            world=world,
-            on=on,
-            distance_mm=distance,
-            above=above,
-            most=views,
-            out=None if out is None else Path(out),
-        )
+        return propose_views(self, Path(rig), wanted, None if out is None else Path(out))
 
     def query(self, statement: str, *, time_limit_s: float = TIME_LIMIT_S) -> Table:
         """The result of one SELECT, WITH, VALUES, TABLE or EXPLAIN, stopped after `time_limit_s` seconds."""
@@ -278,23 +255,16 @@ class OpenStore(Store):
             return table_of(list(found.keys()), found.all())
 
     def set(
-        self,
-        path: str,
-        name: str,
-        value: float | str | bool,
-        *,
-        unit: str | None = None,
-        variant: str = "",
-        surface: int | None = None,
-        arc: int | None = None,
-        world: bool = False,
+        self, path: str, name: str, value: float | str | bool, *, unit: str | None = None, **whose: Unpack[Whose]
     ) -> int:
-        """Set an attribute of an object, of what stands in it (OBJECT/PATH), of a surface or arc of that by number, or
-        of a world.  Nothing is overwritten; the newest value counts.  Returns the run that recorded it."""
+        """Set an attribute of an object, or of what stands in it (OBJECT/PATH).  Nothing is overwritten; the newest
+        value counts.  Returns the run that recorded it.
+
+        whose: variant, surface, arc and world: `relmodel.app.attributes.Whose`.
+        """
         from relmodel.app.attributes import set_attribute
 
-        given: dict[str, Any] = {"unit": unit, "variant": variant, "surface": surface, "arc": arc, "world": world}
-        return set_attribute(self, path, name, value, **given).run_id
+        return set_attribute(self, path, name, value, unit, whose).run_id
 
     def _repr_html_(self) -> str:
         """What the store holds, as a notebook shows it."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 from relmodel.errors import UsageError
 from relmodel.model.attributes import attribute_rows
@@ -78,31 +78,34 @@ class Setting:
     unit: str | None
 
 
+class Whose(TypedDict, total=False):
+    """What of an object, or of what stands in it, an attribute is of.
+
+    variant: of the object.  surface, arc: of the part, by number.  world: the path is the name of a world, whose newest
+    revision is meant.
+    """
+
+    variant: str
+    surface: int | None
+    arc: int | None
+    world: bool
+
+
 def set_attribute(
-    store: Store,
-    path: str,
-    name: str,
-    value: Value,
-    *,
-    unit: str | None = None,
-    variant: str = "",
-    surface: int | None = None,
-    arc: int | None = None,
-    world: bool = False,
-    text: bool = True,
+    store: Store, path: str, name: str, value: Value, unit: str | None, whose: Whose, *, text: bool = True
 ) -> Setting:
     """Set an attribute of what a path names: an object, or OBJECT/PATH of what stands in it; or of a world.
 
-    `surface`, `arc`: ordinal of a surface or arc of the part.  `world`: the path is the name of a world, whose newest
-    revision is meant.  Without `text` a value such as 2,70 is a number gone wrong.  Raises UsageError where the path
-    leads nowhere or name, value and unit do not fit.
+    Without `text` a value such as 2,70 is a number gone wrong.  Raises UsageError where the path leads nowhere or name,
+    value and unit do not fit.
     """
-    parameters: dict[str, Any] = {"path": path, "variant": variant, "surface": surface, "arc": arc, "world": world}
-    parameters |= {"name": name, "value": value, "unit": unit, "user": user_name()}
+    whose = {"variant": "", "surface": None, "arc": None, "world": False, **whose}
+    parameters: dict[str, Any] = {"path": path, **whose, "name": name, "value": value, "unit": unit}
+    parameters["user"] = user_name()
     with Run.begin(store, "set", parameters) as run:
         with store.read() as connection:
             units = {row.symbol: row for row in store.rows(connection, "object/units")}
-            owner = _owner(store, connection, path, variant, surface, arc, world)
+            owner = _owner(store, connection, path, whose)
         _check(owner, name, value, unit, units, text)
         _, columns = attribute_rows([(owner.id, [(name, value, unit)])])
         row = {key: [number] for key, number in owner.key.items()}
@@ -115,19 +118,12 @@ def set_attribute(
     return Setting(run.id, owner, name, value, unit)
 
 
-def _owner(
-    store: Store,
-    connection: Connection,
-    path: str,
-    variant: str,
-    surface: int | None,
-    arc: int | None,
-    world: bool,
-) -> Owner:
+def _owner(store: Store, connection: Connection, path: str, whose: Whose) -> Owner:
     from relmodel.app.show.tree import read_tree
     from relmodel.find.find import world_named
 
-    if world:
+    variant, surface, arc = whose["variant"], whose["surface"], whose["arc"]
+    if whose["world"]:
         if variant or surface is not None or arc is not None:
             raise UsageError("a world has no variant, surface or arc: leave them out")
         world_id, found = world_named(store, connection, path)

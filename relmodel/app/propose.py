@@ -13,45 +13,24 @@ from relmodel.progress import Progress, silent
 from relmodel.store import Store
 from vision.cameras.cameras import Rig
 from vision.cameras.files import read_rig
-from vision.planning.plan import Plan, plan_views
+from vision.planning.plan import Plan, Wanted, plan_views
 
 _SIGMA = {"translation_mm": 5.0, "rotation_deg": 0.5}  # as for a rig on an arm: relmodel where
 
 
 def propose_views(
-    store: Store,
-    rig_file: Path,
-    *,
-    serial: str | None = None,
-    object_name: str | None = None,
-    world: str | None = None,
-    on: str | None = None,
-    distance_mm: float | None = None,
-    above: str | None = None,
-    most: int | None = None,
-    out: Path | None = None,
-    progress: Progress = silent,
+    store: Store, rig_file: Path, wanted: Wanted, out: Path | None = None, progress: Progress = silent
 ) -> Plan:
     """`plan_views` for the rig of a file; out: a folder for a prior of each view and their list, pairs.csv."""
-    if (serial is None) == (object_name is None):
+    serial, distance, most = wanted.get("serial"), wanted.get("distance"), wanted.get("views")
+    if (serial is None) == (wanted.get("object") is None):
         raise UsageError("a plan is of a physical part by its serial number, or of an object: name one of them")
-    if distance_mm is not None and not distance_mm > 0:
-        raise UsageError(f"{distance_mm:g} mm is no distance: give mm above zero")
+    if distance is not None and not distance > 0:
+        raise UsageError(f"{distance:g} mm is no distance: give mm above zero")
     if most is not None and most < 1:
         raise UsageError(f"a plan of {most} views proposes nothing: give at least 1")
     rig = read_rig(rig_file)
-    plan = plan_views(
-        store,
-        rig,
-        serial=serial,
-        object_name=object_name,
-        world=world,
-        on=on,
-        distance_mm=distance_mm,
-        above=above,
-        most=most,
-        progress=progress,
-    )
+    plan = plan_views(store, rig, wanted, progress)
     if out is not None:
         _write_files(plan, rig, rig_file, serial, out)
     return plan

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from sqlalchemy import Connection
@@ -71,38 +71,44 @@ class Plan:
         return {"views": views, **counts, "hidden": self.hidden, "above": self.above}
 
 
-def plan_views(
-    store: Store,
-    rig: Rig,
-    *,
-    serial: str | None = None,
-    object_name: str | None = None,
-    world: str | None = None,
-    on: str | None = None,
-    distance_mm: float | None = None,
-    above: str | None = None,
-    most: int | None = None,
-    progress: Progress = silent,
-) -> Plan:
-    """The next views of a physical part, by what its inspections have not decided, or of an object of a world.
+class Wanted(TypedDict, total=False):
+    """What a plan is of, and what its views must keep to.
 
-    distance_mm: from the surface, else `usual_distance`; above: the plane that cameras stay above, as z=0, or none,
-    else `find_table`; most: views, else as many as check `_ENOUGH` of what any would.  Where the world mounts the rig
-    on an arm, `on` it where several do, only poses that it reaches are tried; of a carrier with fewer than six joints
-    those that it brings the rig to, at whatever distance.
+    serial: number of a physical part: what its inspections have not decided.  object: of a world, all of it.
+    world: its name, where the store has several.  on: the object that carries the rig, where several do.
+    distance: from the cameras to the part's surface, mm, else `usual_distance`.
+    above: the plane of the world that cameras stay above, as z=0, or none, else `find_table`.
+    views: at most so many, else as many as check `_ENOUGH` of what any would.
+    """
+
+    serial: str | None
+    object: str | None
+    world: str | None
+    on: str | None
+    distance: float | None
+    above: str | None
+    views: int | None
+
+
+def plan_views(store: Store, rig: Rig, wanted: Wanted, progress: Progress = silent) -> Plan:
+    """The next views of a physical part or of an object of a world.
+
+    Where the world mounts the rig on an arm, only poses that it reaches are tried; of a carrier with fewer than six
+    joints those that it brings the rig to, at whatever distance.
     Raises UsageError where the part or object is not there, and for a plane that is none."""
+    above = wanted.get("above")
     stated = None if above is None else _read_floor(above)
     with store.read() as connection:
-        rows, world_id = _left(store, connection, serial, object_name, world)
+        rows, world_id = _left(store, connection, wanted)
         if not rows:
             return Plan([], 0, 0, 0, [])
         stored = read_scene(store, connection, world_id)
         rig_id = find_rig(store, connection, rig)
-        mounted = None if rig_id is None else mount_of_rig(store, connection, world_id, rig_id, on)
+        mounted = None if rig_id is None else mount_of_rig(store, connection, world_id, rig_id, wanted.get("on"))
     store.release()
     items = _items(stored, rows)
     floor = find_table(stored.scene) if above is None else stated
-    grid, joints, beyond = _poses(stored, items, rig, mounted, distance_mm, floor)
+    grid, joints, beyond = _poses(stored, items, rig, mounted, wanted.get("distance"), floor)
     px = np.zeros((len(joints), len(items)))
     for number, pose in enumerate(grid.world_from_rig):
         progress("looking from poses about the part", number, len(joints))
@@ -110,7 +116,7 @@ def plan_views(
     checks = px >= LEAST_PX
     some = checks.any(axis=0)
     views, seen = [], np.zeros(len(items), bool)
-    for number in choose_views(checks, px, _ENOUGH, most):
+    for number in choose_views(checks, px, _ENOUGH, wanted.get("views")):
         new = np.flatnonzero(checks[number] & ~seen)
         seen |= checks[number]
         paths, share = [items.path[i] for i in new], float(seen.sum() / some.sum())
@@ -170,11 +176,9 @@ def choose_views(checks: Bools, px: Floats, enough: float, most: int | None = No
     return chosen
 
 
-def _left(
-    store: Store, connection: Connection, serial: str | None, object_name: str | None, world: str | None
-) -> tuple[Sequence[Any], int]:
+def _left(store: Store, connection: Connection, wanted: Wanted) -> tuple[Sequence[Any], int]:
     """Rows of what is left to be checked, and the world."""
-    if serial is not None:
+    if (serial := wanted.get("serial")) is not None:
         outcome = store.rows(connection, "report/serial_outcome", serial=serial)
         if not outcome or not outcome[0].features:
             raise UsageError(
@@ -183,7 +187,8 @@ def _left(
             )
         rows = store.rows(connection, "plan/left_of_serial", serial=serial)
         return rows, int(rows[0].world_id) if rows else -1
-    world_id, name = world_named(store, connection, world)
+    world_id, name = world_named(store, connection, wanted.get("world"))
+    object_name = wanted.get("object")
     rows = store.rows(connection, "plan/items_of_object", world_id=world_id, object=object_name)
     if not rows:
         raise UsageError(f"world {name} has no inspected object {object_name}: name one of its objects")

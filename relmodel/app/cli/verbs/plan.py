@@ -53,21 +53,19 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
     from relmodel.app.propose import propose_views
     from relmodel.store import Store
+    from vision.planning.plan import Wanted
 
     with Store.open(store_target(args), read_only=True) as store, shown(store) as progress:
-        plan = propose_views(
-            store,
-            args.rig,
+        wanted = Wanted(
             serial=args.serial,
-            object_name=args.object,
+            object=args.object,
             world=args.world,
             on=args.on,
-            distance_mm=args.distance,
+            distance=args.distance,
             above=args.above,
-            most=args.views,
-            out=args.out,
-            progress=progress,
+            views=args.views,
         )
+        plan = propose_views(store, args.rig, wanted, args.out, progress)
     if args.format == "json":
         print(json_text(plan.to_json()))
     else:

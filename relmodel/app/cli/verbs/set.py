@@ -32,23 +32,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.app.attributes import set_attribute
+    from relmodel.app.attributes import Whose, set_attribute
     from relmodel.store import Store
 
     value = args.value if args.text else _value(args.value)
     with Store.open(store_target(args)) as store:
-        done = set_attribute(
-            store,
-            args.path,
-            args.name,
-            value,
-            unit=args.unit,
-            variant=args.variant,
-            surface=args.surface,
-            arc=args.arc,
-            world=args.world,
-            text=args.text,
-        )
+        whose = Whose(variant=args.variant, surface=args.surface, arc=args.arc, world=args.world)
+        done = set_attribute(store, args.path, args.name, value, args.unit, whose, text=args.text)
     said = f"{done.value:.10g}" if isinstance(done.value, float) else str(done.value).lower()
     said = done.value if isinstance(done.value, str) else said
     say(f"{done.name} of {done.owner.words} is {said}{f' {done.unit}' if done.unit else ''} (run {done.run_id})")
