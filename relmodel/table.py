@@ -103,7 +103,7 @@ def table_of(names: Sequence[str], rows: Iterable[Sequence[Any]]) -> Table:
     return Table(pa.table({name: list(column) for name, column in zip(names, columns, strict=True)}))
 
 
-class Columns(dict[str, npt.NDArray[Any]]):
+class Contents(dict[str, npt.NDArray[Any]]):
     """What lies somewhere, by columns of equal length; a notebook shows what and where, not all that is known of it."""
 
     @property
@@ -114,7 +114,7 @@ class Columns(dict[str, npt.NDArray[Any]]):
         return Table(pa.table({name: list(column) for name, column in self.items()}))
 
     def _repr_html_(self) -> str:
-        shown = Columns({name: self[name] for name in _WHERE if name in self})
+        shown = Contents({name: self[name] for name in _WHERE if name in self})
         return shown.table._repr_html_()
 
 

@@ -14,7 +14,7 @@ from relmodel.find import find
 from relmodel.find.volumes import Volume
 from relmodel.store import Store, sql
 from relmodel.store.ask import TIME_LIMIT_S, ask_arrow
-from relmodel.table import Columns, Table, table_of
+from relmodel.table import Contents, Table, table_of
 from relmodel.text import visible
 from relmodel.variants.compare_variants import REACH
 
@@ -62,9 +62,9 @@ class OpenStore(Store):
         world: str | None = None,
         precision: str = "box",
         wholly: bool = False,
-    ) -> Columns:
+    ) -> Contents:
         """What lies in a volume, by columns: `relmodel.find.find.in_volume`."""
-        return Columns(find.in_volume(self, volume, level=level, world=world, precision=precision, wholly=wholly))
+        return Contents(find.in_volume(self, volume, level=level, world=world, precision=precision, wholly=wholly))
 
     def in_volumes(
         self,
@@ -74,9 +74,9 @@ class OpenStore(Store):
         world: str | None = None,
         precision: str = "box",
         wholly: bool = False,
-    ) -> Columns:
+    ) -> Contents:
         """What lies in each of some volumes, by columns: `relmodel.find.find.in_volumes`."""
-        return Columns(find.in_volumes(self, volumes, level=level, world=world, precision=precision, wholly=wholly))
+        return Contents(find.in_volumes(self, volumes, level=level, world=world, precision=precision, wholly=wholly))
 
     def nearest_parts(
         self,
@@ -87,9 +87,9 @@ class OpenStore(Store):
         radius: float = 0.0,
         tool: npt.ArrayLike = (0.0, 0.0, 0.0),
         world: str | None = None,
-    ) -> Columns:
+    ) -> Contents:
         """What is nearest to a point, a part or a tool's way, by columns: `relmodel.find.find.nearest_parts`."""
-        return Columns(find.nearest_parts(self, path, count, level=level, radius=radius, tool=tool, world=world))
+        return Contents(find.nearest_parts(self, path, count, level=level, radius=radius, tool=tool, world=world))
 
     def inspect(
         self,
