@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints, Texts
 from relmodel.geometry.components import cross, dot, scatter, take
-from relmodel.geometry.spline_curves import SplineCurves
+from relmodel.geometry.splines import Splines
 
 XYZ = ("x", "y", "z")
 _EMPTY: dict[str, Any] = {}
@@ -125,7 +125,7 @@ class Curves:
         self._spline = np.full(len(self.kind), -1)  # number of each row's spline
         owner = keyed if rows is None else np.array([rows[i] for i in keyed.tolist()], np.int64)
         self._spline[owner] = np.arange(len(owner))
-        self._splines = SplineCurves(splines, np.arange(len(owner)), 3) if len(owner) else None
+        self._splines = Splines(splines, np.arange(len(owner))) if len(owner) else None
 
         self.basis = basis or self
         self.offsets: dict[int, tuple[int, Floats, float]] = {}
@@ -154,7 +154,7 @@ class Curves:
                 by = take(self.x, one)
                 point = take(self.origin, one) + parameter * by
             elif name in ("spline", "polyline") and self._splines is not None:
-                point, by = (x.T for x in self._splines.evaluate(self._spline[one], parameter))
+                point, by = self._splines.evaluate(self._spline[one], parameter)
             else:
                 point, by = np.full((3, len(one)), np.nan), np.zeros((3, len(one)))
                 for number, where in groups(one) if name == "offset" else ():
@@ -201,7 +201,7 @@ class Curves:
             cuts.append(t0[here] + (t1[here] - t0[here]) * step / np.repeat(count, count - 1))
         drawn = np.flatnonzero(self._spline[row] >= 0)
         if len(drawn) and self._splines is not None:
-            of, t = self._splines.cuts(self._spline[row[drawn]], t0[drawn], t1[drawn])
+            of, t = self._splines.bases[0].cuts(self._spline[row[drawn]], t0[drawn], t1[drawn])
             which.append(drawn[of])
             cuts.append(t)
         offset = np.flatnonzero(kind == "offset")

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from relmodel.arrays import Floats
 from relmodel.geometry.components import scatter, take
 from relmodel.geometry.curves import CONICS, ByKind
-from relmodel.geometry.spline_curves import SplineCurves
+from relmodel.geometry.splines import Splines
 
 
 class Pcurves:
@@ -34,7 +34,7 @@ class Pcurves:
         drawn = np.flatnonzero(self.kind == "spline")
         self._spline = np.full(len(self.kind), -1)
         self._spline[drawn] = np.arange(len(drawn))
-        self._splines = SplineCurves(columns, drawn, 2) if len(drawn) else None
+        self._splines = Splines(columns, drawn, 2) if len(drawn) else None
 
     def __len__(self) -> int:
         return len(self.kind)
@@ -50,7 +50,7 @@ class Pcurves:
                 axis, across = take(self.axis, one), take(self.across, one)
                 point, by = take(self.origin, one) + a * axis + b * across, a_by * axis + b_by * across
             elif self._splines is not None and name == "spline":
-                point, by = (x.T for x in self._splines.evaluate(self._spline[one], parameter))
+                point, by = self._splines.evaluate(self._spline[one], parameter)
             else:
                 by = take(self.axis, one)
                 point = take(self.origin, one) + parameter * by

@@ -14,10 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.geometry import bspline
 from relmodel.geometry.components import cross, dot, scatter, take, unit
 from relmodel.geometry.curves import ByKind, Curves, vectors
-from relmodel.geometry.spline_surfaces import Spline, SplineSurfaces
+from relmodel.geometry.splines import Splines
 
 ANALYTIC_KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
 _EMPTY: dict[str, Any] = {}
@@ -65,12 +64,10 @@ class Surfaces:
         self.semi_angle = np.asarray(columns["semi_angle"], float)
         self.domain = np.stack([np.asarray(columns[name], float) for name in ("u0", "u1", "v0", "v1")], axis=1)
         self.reversed = np.asarray(columns["reversed"], bool)
-        self.splines: dict[int, Spline] = {}
-        for i, row in enumerate(_rows(splines.get(key, ()), rows)):
-            self.splines[row] = _spline(splines, i)
+        owner = _rows(splines.get(key, ()), rows)
         self._spline = np.full(len(self.kind), -1)  # number of each row's spline
-        self._spline[list(self.splines)] = np.arange(len(self.splines))
-        self._splines = SplineSurfaces(list(self.splines.values())) if self.splines else None
+        self._spline[owner] = np.arange(len(owner))
+        self._splines = Splines(splines, np.arange(len(owner)), ways=("u_", "v_")) if owner else None
         self._basis_arc, self._basis_surface = np.full(len(self.kind), -1), np.full(len(self.kind), -1)
         self._axis, self._distance = np.zeros((3, len(self.kind))).T, np.zeros(len(self.kind))
         own = _rows(swept.get(key, ()), rows)
@@ -149,7 +146,8 @@ class Surfaces:
         if kind in ANALYTIC_KINDS:
             return self._analytic(kind, row, u, v)
         if kind == "spline" and self._splines is not None:
-            return self._splines.evaluate(self._spline[row], u, v)
+            point, by_u, by_v = self._splines.evaluate(self._spline[row], u, v)
+            return point, by_u, by_v
         if kind == "offset":
             return self._offset(row, u, v)
         assert self.basis_curves is not None
@@ -198,26 +196,6 @@ class Surfaces:
 
 def _rows(keys: Iterable[Any], rows: Mapping[int, int] | None) -> list[int]:
     return [int(one) if rows is None else rows[int(one)] for one in keys]
-
-
-def _spline(splines: Mapping[str, Any], i: int) -> Spline:
-    u_basis, v_basis = (
-        bspline.Basis.of(
-            int(splines[f"{way}_degree"][i]),
-            bool(splines[f"{way}_periodic"][i]),
-            splines[f"{way}_knots"][i],
-            splines[f"{way}_multiplicities"][i],
-        )
-        for way in ("u", "v")
-    )
-    shape = int(splines["u_poles"][i]), int(splines["v_poles"][i])
-    weights = splines["weights"][i]
-    return (
-        u_basis,
-        v_basis,
-        np.asarray(splines["poles"][i], float).reshape(*shape, 3),
-        None if weights is None or len(weights) == 0 else np.asarray(weights, float).reshape(shape),
-    )
 
 
 def _unit_normals(at: SurfacePoints) -> tuple[Floats, Bools]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.columns import Ragged, stack, take
-from relmodel.geometry.spline_curves import SplineCurves
+from relmodel.geometry.splines import Splines
 from relmodel.loading.load_parameters import DEFAULTS
 from relmodel.model.content_keys import row_count_or_none
 from relmodel.model.model import Table
@@ -61,7 +61,7 @@ def _alike(ours: Table, i: int, theirs: Table, j: int) -> bool:
     t = np.concatenate([knots_of_both, (knots_of_both[:-1] + knots_of_both[1:]) / 2])
     t = np.clip(t, max(c[0] for c in cuts), min(c[-1] for c in cuts))
     first, second = (
-        SplineCurves(table, np.array([row]), 3).evaluate(np.zeros(len(t), np.int64), t)[0]
+        Splines(table, np.array([row])).evaluate(np.zeros(len(t), np.int64), t)[0]
         for table, row in ((ours, i), (theirs, j))
     )
     return _agree(first, second, _P.round_off_mm)
