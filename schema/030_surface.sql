@@ -126,30 +126,6 @@ CREATE TABLE coedge (  -- The use of an arc by a loop; material lies to its left
     CHECK (tolerance > 0)
 );
 
-CREATE TABLE pcurve (  -- The curve of a coedge in the surface's (u, v) domain, over the arc's interval, where the source has it.
-    surface_id BIGINT NOT NULL,  -- the surface
-    loop_no INTEGER NOT NULL,  -- the loop
-    coedge_no INTEGER NOT NULL,  -- the coedge
-    kind TEXT NOT NULL,  -- line: (u, v) = O + t X; circle, ellipse: O + R cos t X + r sin t Y; parabola, hyperbola as arcs; spline
-    origin_u DOUBLE PRECISION,  -- u of O
-    origin_v DOUBLE PRECISION,  -- v of O
-    axis_u DOUBLE PRECISION,  -- u of the unit vector X
-    axis_v DOUBLE PRECISION,  -- v of the unit vector X
-    direct BOOLEAN NOT NULL,  -- whether Y is X turned by +90 degrees, else its negative
-    radius DOUBLE PRECISION,  -- R
-    radius2 DOUBLE PRECISION,  -- r
-    t0 DOUBLE PRECISION NOT NULL,  -- start of the interval
-    t1 DOUBLE PRECISION NOT NULL,  -- end of the interval
-    degree INTEGER,  -- degree of a spline
-    periodic BOOLEAN,  -- whether a spline is periodic
-    knots DOUBLE PRECISION[],  -- distinct knots of a spline
-    multiplicities INTEGER[],  -- multiplicity of each knot
-    poles DOUBLE PRECISION[],  -- poles of a spline, u v after each other
-    weights DOUBLE PRECISION[],  -- weight of each pole; null where not rational
-    PRIMARY KEY (surface_id, loop_no, coedge_no),
-    CHECK (kind IN ('line', 'circle', 'ellipse', 'parabola', 'hyperbola', 'spline'))
-);
-
 INSERT INTO sds_relation (relation, level, standing) VALUES
     ('arc', 'surface', 'primary'),
     ('arc_spline', 'surface', 'primary'),
@@ -158,8 +134,7 @@ INSERT INTO sds_relation (relation, level, standing) VALUES
     ('surface_spline', 'surface', 'primary'),
     ('surface_swept', 'surface', 'primary'),
     ('loop', 'surface', 'primary'),
-    ('coedge', 'surface', 'primary'),
-    ('pcurve', 'surface', 'primary');
+    ('coedge', 'surface', 'primary');
 
 INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
     ('arc_spline', 0, ARRAY['arc_id'], 'arc', ARRAY['id']),
@@ -171,5 +146,4 @@ INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_
     ('surface_swept', 2, ARRAY['basis_surface_id'], 'surface', ARRAY['id']),
     ('loop', 0, ARRAY['surface_id'], 'surface', ARRAY['id']),
     ('coedge', 0, ARRAY['arc_id'], 'arc', ARRAY['id']),
-    ('coedge', 1, ARRAY['surface_id', 'loop_no'], 'loop', ARRAY['surface_id', 'loop_no']),
-    ('pcurve', 0, ARRAY['surface_id', 'loop_no', 'coedge_no'], 'coedge', ARRAY['surface_id', 'loop_no', 'coedge_no']);
+    ('coedge', 1, ARRAY['surface_id', 'loop_no'], 'loop', ARRAY['surface_id', 'loop_no']);

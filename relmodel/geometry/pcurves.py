@@ -1,4 +1,7 @@
-"""Curves in the (u, v) domain of a surface, from rows of the table `pcurve`."""
+"""Curves in the (u, v) domain of a surface.
+
+A line is (u, v) = O + t X, a circle or ellipse O + R cos t X + r sin t Y; parabolas and hyperbolas are as arcs.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,8 @@ from relmodel.geometry.splines import Splines
 class Pcurves:
     """Curves to be evaluated, many at once.
 
-    columns: columns of the table `pcurve`.
+    columns: origin, axis, direct (whether Y is X turned by +90 degrees, else its negative), radius, radius2, and those
+        of `arc_spline`.
     """
 
     def __init__(self, columns: Mapping[str, Any]) -> None:

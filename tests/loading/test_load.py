@@ -256,40 +256,6 @@ def test_a_store_that_cannot_be_written_is_told_in_a_sentence(tmp_path: Path, fr
             load(store, tmp_path / "box.stl", name="box", unit="mm")
 
 
-def test_pcurves_of_every_kind_are_stored(fresh_store: str) -> None:
-    """Faces of a cylinder, r = 4 mm, within a circle, an oval run clockwise, and a rational periodic spline of one."""
-    pytest.importorskip("OCP")
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
-    from OCP.Geom import Geom_CylindricalSurface
-    from OCP.Geom2d import Geom2d_Circle, Geom2d_Ellipse
-    from OCP.Geom2dConvert import Geom2dConvert
-    from OCP.gp import gp_Ax2d, gp_Ax3, gp_Dir2d, gp_Pnt2d
-
-    from relmodel.readers.step import shape as step_shape
-    from tests.parts.step_parts import compound
-
-    cylinder = Geom_CylindricalSurface(gp_Ax3(), 4.0)
-    circle = Geom2d_Circle(gp_Ax2d(gp_Pnt2d(1, 0), gp_Dir2d(1, 0)), 0.5)
-    oval = Geom2d_Ellipse(gp_Ax2d(gp_Pnt2d(3, 0), gp_Dir2d(1, 1)), 0.8, 0.3, False)
-    spline = Geom2dConvert.CurveToBSplineCurve_s(Geom2d_Circle(gp_Ax2d(gp_Pnt2d(5, 0), gp_Dir2d(1, 0)), 0.5))
-    faces = []
-    for curve in (circle, oval, spline):
-        wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve, cylinder).Edge()).Wire()
-        faces.append(BRepBuilderAPI_MakeFace(cylinder, wire).Face())
-    shape = step_shape.extract(compound(*faces), {}, {}, {})
-    assembly = Assembly("root", (Instance("sheet", "part", 0, np.eye(4)),))
-    model = Model("STEP", None, "millimetre", 1.0, (shape,), (Part("1", "sheet", 0),), (assembly,), 0, None, 3, "test")
-    with Store.open(fresh_store) as store:
-        store_model(store, model, "sheet")
-        with store.read() as connection:
-            rows = {r.kind: r for r in connection.execute(store.table("pcurve").select())}
-    assert (rows["circle"].radius, rows["circle"].radius2, rows["circle"].direct) == (0.5, None, True)
-    assert (rows["ellipse"].radius, rows["ellipse"].radius2, rows["ellipse"].direct) == (0.8, 0.3, False)
-    assert rows["spline"].periodic
-    assert len(rows["spline"].poles) == 2 * len(rows["spline"].weights)
-    assert len(set(rows["spline"].weights)) > 1
-
-
 def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(
     fresh_store: str,
 ) -> None:

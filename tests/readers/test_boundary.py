@@ -173,3 +173,32 @@ def test_every_kind_of_curve() -> None:
 def test_a_wire_out_of_order() -> None:
     assert_boundary(shuffled())
     assert_boundary(shuffled().Reversed())
+
+
+def test_pcurves_of_every_kind_are_read() -> None:
+    """Faces of a cylinder, r = 4 mm, within a circle, an oval run clockwise, and a rational periodic spline of one."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+    from OCP.Geom import Geom_CylindricalSurface
+    from OCP.Geom2d import Geom2d_Circle, Geom2d_Ellipse
+    from OCP.Geom2dConvert import Geom2dConvert
+    from OCP.gp import gp_Ax2d, gp_Ax3, gp_Dir2d, gp_Pnt2d
+
+    from relmodel.readers.step import shape as step_shape
+    from tests.parts.step_parts import compound
+
+    cylinder = Geom_CylindricalSurface(gp_Ax3(), 4.0)
+    circle = Geom2d_Circle(gp_Ax2d(gp_Pnt2d(1, 0), gp_Dir2d(1, 0)), 0.5)
+    oval = Geom2d_Ellipse(gp_Ax2d(gp_Pnt2d(3, 0), gp_Dir2d(1, 1)), 0.8, 0.3, False)
+    spline = Geom2dConvert.CurveToBSplineCurve_s(Geom2d_Circle(gp_Ax2d(gp_Pnt2d(5, 0), gp_Dir2d(1, 0)), 0.5))
+    faces = []
+    for curve in (circle, oval, spline):
+        wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve, cylinder).Edge()).Wire()
+        faces.append(BRepBuilderAPI_MakeFace(cylinder, wire).Face())
+    shape = step_shape.extract(compound(*faces), {}, {}, {})
+    p = shape.pcurves
+    circle, oval_, free = (p["kind"].index(kind) for kind in ("circle", "ellipse", "spline"))
+    assert (p["radius"][circle], p["direct"][circle]) == (0.5, True)
+    assert (p["radius"][oval_], p["radius2"][oval_], p["direct"][oval_]) == (0.8, 0.3, False)
+    assert p["periodic"][free]
+    assert len(p["poles"][free]) == 2 * len(p["weights"][free])
+    assert len(set(p["weights"][free])) > 1

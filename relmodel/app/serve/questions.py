@@ -23,7 +23,7 @@ _GROUPS = {
     "Who designs the part": (
         "deep_pockets dimensions_that_changed faces_at_a_height faces_coaxial_with_a_hole faces_of_one_radius "
         "faces_that_are_swept faces_with_openings features_that_b_lacks hole_sizes holes_near_lugs long_sharp_edges "
-        "mass_of_a_part mass_of_a_variant neighbours_of_a_face outline_of_a_bore_unrolled parts_of_a_material "
+        "mass_of_a_part mass_of_a_variant neighbours_of_a_face parts_of_a_material "
         "parts_that_moved sharp_pocket_corners surfaces_shared_by_variants thin_ribs tolerances_of_faces"
     ),
     "Who inspects": (

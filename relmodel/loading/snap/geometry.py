@@ -17,7 +17,6 @@ from relmodel.loading.load_parameters import DEFAULTS
 from relmodel.loading.snap.splines import snapped_splines
 from relmodel.model.content_keys import row_count_or_none
 from relmodel.model.model import Shape, Table
-from relmodel.model.trimmed_faces import pcurve_of
 from relmodel.store.database import Database
 
 _P = DEFAULTS.snap
@@ -114,8 +113,6 @@ def _snapped(
     curved, unlike = snapped_splines(getattr(shape, spline_rows), level.owner, at, stored["id"], splines)
     at, stored = at[~unlike], {c: values[~unlike] for c, values in stored.items()}
     changed: dict[str, Any] = {spline_rows: curved}
-    if rows == "arcs":
-        changed |= _turned_back(shape, at, _whole_turns(np.asarray(table["kind"])[at], table["t0"][at], stored["t0"]))
     bare = is_bare[at]
     numbers = {c: _replaced(table[c], at, stored[c]) for c in (*level.lengths, *level.angles)}
     numbers |= {c: _replaced(table[c], at[bare], stored[c][bare]) for c in level.bounds}
@@ -141,23 +138,6 @@ def _whole_turns(kind: npt.NDArray[Any], ours: Floats, theirs: Floats) -> Floats
     """What whole turns take the start of a closed curve (n,) to about another: that at 0 may lie below 2 pi."""
     closed = np.isin(np.asarray(kind, str), ("circle", "ellipse"))
     return np.where(closed, np.round((theirs - ours) / (2 * np.pi)), 0.0) * 2 * np.pi
-
-
-def _turned_back(shape: Shape, arcs: Ints, shift: Floats) -> dict[str, Any]:
-    """Pcurves of a shape with whole turns (n,) added to the parameters of some arcs (n,)."""
-    of_arc = np.zeros(row_count_or_none(shape.arcs))
-    of_arc[arcs] = shift
-    pcurves = shape.pcurves
-    if not of_arc.any() or not row_count_or_none(pcurves):
-        return {}
-    drawn = pcurve_of(shape.coedges, pcurves)
-    turned = np.zeros(row_count_or_none(pcurves))
-    turned[drawn[drawn >= 0]] = of_arc[np.asarray(shape.coedges["arc_no"], np.int64)[drawn >= 0]]
-    along = np.where(np.asarray(pcurves["kind"], str) == "line", turned, 0.0)
-    knots = pcurves["knots"]
-    moved = knots.values + np.repeat(turned, np.diff(knots.offsets))
-    origins = {f"origin_{c}": pcurves[f"origin_{c}"] - along * pcurves[f"axis_{c}"] for c in "uv"}
-    return {"pcurves": pcurves | origins | {"knots": replace(knots, values=moved)}}
 
 
 def _near(

@@ -117,14 +117,10 @@ def _append_trims(
     surface_ids: dict[str, int],
     arc_ids: dict[str, int],
 ) -> None:
-    """Append loops, coedges and pcurves of the surfaces of a shape that are new."""
+    """Append loops and coedges of the surfaces of a shape that are new."""
     of_surface = np.array([surface_ids[key] for key in keys.surfaces], dtype=np.int64)
     of_arc = np.array([arc_ids[key] for key in keys.arcs], dtype=np.int64)
-    for table, given in (
-        ("loop", shape.loops),
-        ("coedge", shape.coedges),
-        ("pcurve", shape.pcurves),
-    ):
+    for table, given in (("loop", shape.loops), ("coedge", shape.coedges)):
         if not row_count_or_none(given):
             continue
         surface_no = np.asarray(given["surface_no"], np.int64)

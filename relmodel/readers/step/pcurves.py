@@ -24,7 +24,7 @@ _NAN = float("nan")
 
 
 class PcurveRows:
-    """Collects columns of `pcurve`."""
+    """Collects the columns of `Shape.pcurves`."""
 
     def __init__(self) -> None:
         # key; kind; origin, axis, radius, radius2, t0, t1; direct; spline

@@ -437,15 +437,6 @@ def test_the_answers_about_the_exact_model_are_true(store: Store) -> None:
     assert {r["surface_no"]: r["openings"] for r in openings} == dict(opened)
     assert {r["surface_no"]: r["edge_mm"] for r in openings} == pytest.approx(dict(edges))
 
-    outline = answered(store, "outline_of_a_bore_unrolled")
-    starts = [(r["from_around"], r["from_along"]) for r in outline]
-    ends = [(r["to_around"], r["to_along"]) for r in outline]
-    np.testing.assert_allclose(ends, starts[1:] + starts[:1], atol=1e-6)
-    assert np.ptp(np.array(starts), axis=0)[0] == pytest.approx(2 * np.pi * by_kind("A", "lug")[0]["bore_radius"])
-    surface_id = next(i for i, no in listed.items() if no == outline[0]["surface_no"])
-    (wall,) = (r for r in columns(store, "surface") if r["id"] == surface_id)
-    assert wall["area"] == pytest.approx(np.prod(np.ptp(np.array(starts), axis=0)))
-
 
 def test_the_tolerances_of_a_face_are_those_stated(store: Store) -> None:
     assert answered(store, "tolerances_of_faces") == []  # the file of the bulkhead states none
