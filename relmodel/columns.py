@@ -176,3 +176,8 @@ def _stacked(parts: Sequence[Any], counts: Sequence[int]) -> Any:
             assert isinstance(part, np.ndarray | list | tuple)
             out += part.tolist() if isinstance(part, np.ndarray) else list(part)
     return out
+
+
+def by_column(names: str, rows: Sequence[Sequence[Any]]) -> dict[str, list[Any]]:
+    """Columns of a table from its rows, whose values are in the order of the names."""
+    return {name: [row[i] for row in rows] for i, name in enumerate(names.split())}

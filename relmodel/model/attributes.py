@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
-import numpy as np
-
+from relmodel.columns import by_column
 from relmodel.model.model import Attribute, Part, Shape, Table
 
 FACE_LABELS = ("colour", "layer", "finish")
@@ -43,13 +41,5 @@ def arc_attributes(shape: Shape) -> Table:
 
 
 def _labels(table: Table, names: tuple[str, ...], ordinal: str) -> Table:
-    found: list[tuple[int, str, Any]] = [
-        (no, name, value) for name in names for no, value in enumerate(table.get(name, ())) if value
-    ]
-    if not found:
-        return {}
-    return {
-        ordinal: np.array([no for no, _, _ in found], np.int64),
-        "name": [name for _, name, _ in found],
-        "value_text": [str(value) for _, _, value in found],
-    }
+    found = [(no, name, str(value)) for name in names for no, value in enumerate(table.get(name, ())) if value]
+    return dict(by_column(f"{ordinal} name value_text", found)) if found else {}

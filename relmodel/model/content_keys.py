@@ -69,15 +69,15 @@ def shape_keys(shape: Shape) -> ShapeKeys:
     """Keys of a shape and of its arcs and surfaces."""
     basis_arcs = _of_basis(
         lambda made: _arc_keys(shape.basis_arcs, shape.basis_arc_splines, made),
-        lambda keys: _offset_keys(shape.basis_arc_offsets, keys),
+        lambda keys: _made_from_keys(shape.basis_arc_offsets, "arc_no", keys),
     )
-    arcs = _arc_keys(shape.arcs, shape.arc_splines, _offset_keys(shape.arc_offsets, basis_arcs))
+    arcs = _arc_keys(shape.arcs, shape.arc_splines, _made_from_keys(shape.arc_offsets, "arc_no", basis_arcs))
     bare = [""] * row_count_or_none(shape.basis_surfaces)
     basis_surfaces, basis_surface_supports = _of_basis(
         lambda made: _surface_keys(shape.basis_surfaces, shape.basis_surface_splines, bare, made),
-        lambda found: _swept_keys(shape.basis_surface_swept, basis_arcs, found[0]),
+        lambda found: _made_from_keys(shape.basis_surface_swept, "surface_no", basis_arcs, found[0]),
     )
-    swept = _swept_keys(shape.surface_swept, basis_arcs, basis_surfaces)
+    swept = _made_from_keys(shape.surface_swept, "surface_no", basis_arcs, basis_surfaces)
     loops = _loop_keys(shape, arcs)
     surfaces, surface_supports = _surface_keys(shape.surfaces, shape.surface_splines, loops, swept)
     columns = ("name", "colour", "layer", *(name for name in ("finish",) if name in shape.surfaces))
@@ -132,20 +132,12 @@ def _row_keys(texts: Sequence[Sequence[str]], cells: Ints) -> list[str]:
     ]
 
 
+# Columns of a spline, of a curve or of a surface by u and v, and the grids of their numbers.
 _SPLINE_NUMBERS = {
-    "degree": 1.0,
-    "u_degree": 1.0,
-    "v_degree": 1.0,
-    "periodic": 1.0,
-    "u_periodic": 1.0,
-    "v_periodic": 1.0,
+    **{f"{way}{name}": 1.0 for name in ("degree", "periodic") for way in ("", "u_", "v_")},
     "u_poles": 1.0,
-    "knots": ANGLE_QUANTUM,
-    "u_knots": ANGLE_QUANTUM,
-    "v_knots": ANGLE_QUANTUM,
-    "multiplicities": 1.0,
-    "u_multiplicities": 1.0,
-    "v_multiplicities": 1.0,
+    **{f"{way}knots": ANGLE_QUANTUM for way in ("", "u_", "v_")},
+    **{f"{way}multiplicities": 1.0 for way in ("", "u_", "v_")},
     "poles": LENGTH_QUANTUM,
     "weights": ANGLE_QUANTUM,
 }
@@ -261,35 +253,18 @@ def _surface_keys(
     return content, _row_keys([recognised, texts], np.where(whole[:, None], _LEAST, cells))
 
 
-def _offset_keys(offsets: Table, basis_arcs: list[str]) -> dict[int, str]:
-    if not row_count_or_none(offsets):
+def _made_from_keys(
+    made: Table, owner: str, basis_arcs: list[str], basis_surfaces: Sequence[str] = ()
+) -> dict[int, str]:
+    """Key of what offset curves or swept surfaces are made from, by their ordinals in the column `owner`."""
+    if not row_count_or_none(made):
         return {}
-    basis = [basis_arcs[a] for a in np.asarray(offsets["basis_arc"]).tolist()]
-    cells = np.hstack(
-        [
-            quantised(_numbers(offsets, "axis_x axis_y axis_z"), ANGLE_QUANTUM),
-            quantised(_numbers(offsets, "distance"), LENGTH_QUANTUM),
-        ]
-    )
-    return dict(zip(np.asarray(offsets["arc_no"]).tolist(), _row_keys([basis], cells), strict=True))
-
-
-def _swept_keys(swept: Table, basis_arcs: list[str], basis_surfaces: list[str]) -> dict[int, str]:
-    if not row_count_or_none(swept):
-        return {}
-    basis = [
-        basis_arcs[a] if a >= 0 else basis_surfaces[s]
-        for a, s in zip(
-            np.asarray(swept["basis_arc"]).tolist(), np.asarray(swept["basis_surface"]).tolist(), strict=True
-        )
-    ]
-    cells = np.hstack(
-        [
-            quantised(_numbers(swept, "axis_x axis_y axis_z"), ANGLE_QUANTUM),
-            quantised(_numbers(swept, "distance"), LENGTH_QUANTUM),
-        ]
-    )
-    return dict(zip(np.asarray(swept["surface_no"]).tolist(), _row_keys([basis], cells), strict=True))
+    arcs = np.asarray(made["basis_arc"]).tolist()
+    surfaces = np.asarray(made["basis_surface"]).tolist() if "basis_surface" in made else [-1] * len(arcs)
+    basis = [basis_arcs[a] if a >= 0 else basis_surfaces[s] for a, s in zip(arcs, surfaces, strict=True)]
+    axis, distance = _numbers(made, "axis_x axis_y axis_z"), _numbers(made, "distance")
+    cells = np.hstack([quantised(axis, ANGLE_QUANTUM), quantised(distance, LENGTH_QUANTUM)])
+    return dict(zip(np.asarray(made[owner]).tolist(), _row_keys([basis], cells), strict=True))
 
 
 def _loop_keys(shape: Shape, arcs: list[str]) -> list[str]:

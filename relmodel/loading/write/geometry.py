@@ -23,56 +23,50 @@ def append_geometry(
 ) -> tuple[int, int]:
     """Append new shapes with the arcs and surfaces that are new; returns how many surfaces and arcs were."""
     pairs = [(new.shape, new.keys) for new in shapes]
-    arcs = [_Rows(s.arcs, s.arc_splines, k.arcs) for s, k in pairs]
-    basis_arcs = [_Rows(s.basis_arcs, s.basis_arc_splines, k.basis_arcs) for s, k in pairs]
-    arc_ids, new_arcs = _append_rows(run, connection, "arc", "arc_spline", "arc_no", arcs + basis_arcs)
-
-    surfaces = [_Rows(s.surfaces, s.surface_splines, k.surfaces, k.surface_supports) for s, k in pairs]
-    basis_surfaces = [
-        _Rows(s.basis_surfaces, s.basis_surface_splines, k.basis_surfaces, k.basis_surface_supports) for s, k in pairs
+    arcs = [_Rows(s.arcs, s.arc_splines, s.arc_offsets, k.arcs) for s, k in pairs]
+    arcs += [_Rows(s.basis_arcs, s.basis_arc_splines, s.basis_arc_offsets, k.basis_arcs) for s, k in pairs]
+    arc_ids, new_arcs = _append_rows(run, connection, "arc", arcs)
+    surfaces = [_Rows(s.surfaces, s.surface_splines, s.surface_swept, k.surfaces, k.surface_supports) for s, k in pairs]
+    surfaces += [
+        _Rows(
+            s.basis_surfaces, s.basis_surface_splines, s.basis_surface_swept, k.basis_surfaces, k.basis_surface_supports
+        )
+        for s, k in pairs
     ]
-    surface_ids, new_surfaces = _append_rows(
-        run, connection, "surface", "surface_spline", "surface_no", surfaces + basis_surfaces
-    )
-    count = len(pairs)
-    for (shape, shape_keys), fresh, basis_fresh, fresh_arcs, basis_fresh_arcs in zip(
-        pairs, new_surfaces[:count], new_surfaces[count:], new_arcs[:count], new_arcs[count:], strict=True
+    surface_ids, new_surfaces = _append_rows(run, connection, "surface", surfaces)
+    for (shape, keys), fresh in zip(pairs, new_surfaces[: len(pairs)], strict=True):
+        _append_trims(run, connection, shape, keys, fresh, surface_ids, arc_ids)
+    for table, owner, ids, blocks, new in (
+        ("surface_swept", "surface", surface_ids, surfaces, new_surfaces),
+        ("arc_offset", "arc", arc_ids, arcs, new_arcs),
     ):
-        _append_trims(run, connection, shape, shape_keys, fresh, surface_ids, arc_ids)
-        for columns, new, own in (
-            (shape.surface_swept, fresh, shape_keys.surfaces),
-            (shape.basis_surface_swept, basis_fresh, shape_keys.basis_surfaces),
-        ):
-            made = _made_from(columns, "surface_no", new, own, surface_ids)
-            if made:
-                made["basis_arc_id"] = _ids_or_none(made.pop("basis_arc"), shape_keys.basis_arcs, arc_ids)
-                basis = shape_keys.basis_surfaces
-                made["basis_surface_id"] = _ids_or_none(made.pop("basis_surface"), basis, surface_ids)
-                run.append(connection, "surface_swept", made)
-        for columns, new, own in (
-            (shape.arc_offsets, fresh_arcs, shape_keys.arcs),
-            (shape.basis_arc_offsets, basis_fresh_arcs, shape_keys.basis_arcs),
-        ):
-            made = _made_from(columns, "arc_no", new, own, arc_ids)
-            if made:
-                made["basis_arc_id"] = _ids_or_none(made.pop("basis_arc"), shape_keys.basis_arcs, arc_ids)
-                run.append(connection, "arc_offset", made)
+        for block, fresh, (_, keys) in zip(blocks, new, [*pairs, *pairs], strict=True):
+            if not row_count_or_none(block.made):
+                continue
+            owners = np.asarray(block.made[f"{owner}_no"], np.int64)
+            made: dict[str, Any] = dict(take(block.made, np.flatnonzero(fresh[owners])))
+            made[f"{owner}_id"] = [ids[block.keys[i]] for i in made.pop(f"{owner}_no").tolist()]
+            made["basis_arc_id"] = _ids_or_none(made.pop("basis_arc"), keys.basis_arcs, arc_ids)
+            if table == "surface_swept":
+                made["basis_surface_id"] = _ids_or_none(made.pop("basis_surface"), keys.basis_surfaces, surface_ids)
+            _append(run, connection, table, [made])
     append_shapes(run, connection, shapes, shape_ids, surface_ids, arc_ids)
     return sum(int(f.sum()) for f in new_surfaces), sum(int(f.sum()) for f in new_arcs)
 
 
 @dataclass(frozen=True)
 class _Rows:
-    """Arcs or surfaces of one shape: the rows, their splines, and their keys."""
+    """Arcs or surfaces of one shape: the rows, their splines, what they are made from, and their keys."""
 
     rows: Table
     splines: Table
+    made: Table
     keys: list[str]
     supports: list[str] | None = None
 
 
 def _append_rows(
-    run: Run, connection: Connection, table: str, spline_table: str, owner: str, blocks: list[_Rows]
+    run: Run, connection: Connection, table: str, blocks: list[_Rows]
 ) -> tuple[dict[str, int], list[Bools]]:
     """Append what is new of arcs or surfaces; returns identities by key, and for each block which rows were new."""
     keys = [key for block in blocks for key in block.keys]
@@ -92,13 +86,13 @@ def _append_rows(
             columns["support_key"] = [block.supports[i] for i in new]
         rows.append(columns)
         if row_count_or_none(block.splines):
-            owners = np.asarray(block.splines[owner], np.int64)
+            owners = np.asarray(block.splines[f"{table}_no"], np.int64)
             spline = take(block.splines, np.flatnonzero(mask[owners]))
             spline[f"{table}_id"] = block_ids[owners[mask[owners]]]
-            del spline[owner]
+            del spline[f"{table}_no"]
             splines.append(spline)
     _append(run, connection, table, rows)
-    _append(run, connection, spline_table, splines)
+    _append(run, connection, f"{table}_spline", splines)
     return ids, list(masks)
 
 
@@ -131,20 +125,6 @@ def _append_trims(
         if table == "coedge":
             columns["arc_id"] = of_arc[np.asarray(columns.pop("arc_no"), np.int64)]
         _append(run, connection, table, [columns])
-
-
-def _made_from(given: Table, owner: str, fresh: Bools, keys: list[str], ids: dict[str, int]) -> dict[str, Any]:
-    """Rows that say of new arcs or surfaces what they are made from, with the identities of those."""
-    if not row_count_or_none(given):
-        return {}
-    owners = np.asarray(given[owner], np.int64)
-    rows = np.flatnonzero(fresh[owners])
-    if not len(rows):
-        return {}
-    columns: dict[str, Any] = dict(take(given, rows))
-    del columns[owner]
-    columns[owner.removesuffix("_no") + "_id"] = [ids[keys[i]] for i in owners[rows].tolist()]
-    return columns
 
 
 def _ids_or_none(rows: object, keys: list[str], ids: dict[str, int]) -> list[int | None]:

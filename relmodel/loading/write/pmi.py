@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import attrgetter
 
 from sqlalchemy import Connection
 
+from relmodel.columns import by_column
 from relmodel.model.content_keys import ShapeKeys
 from relmodel.model.model import Part
 from relmodel.store import Run
 
-_OWN = ("kind", "type", "name", "value", "lower_limit", "upper_limit", "unit", "stated_unit", "modifier", "zone")
+_OWN = "kind type name value lower_limit upper_limit unit stated_unit modifier zone"
 
 
 def append_pmi(run: Run, connection: Connection, parts: Sequence[tuple[int, Part, ShapeKeys, dict[str, int]]]) -> None:
@@ -24,19 +26,10 @@ def append_pmi(run: Run, connection: Connection, parts: Sequence[tuple[int, Part
         rows_of_shapes = run.store.rows(connection, "load/surfaces_of_shapes")
     listed = {(int(row.shape_id), row.content_key): int(row.surface_no) for row in rows_of_shapes}
     rows = [(i, no, one) for i, part, _, _ in parts for no, one in enumerate(part.pmi)]
-    run.append(
-        connection,
-        "part_pmi",
-        {
-            "part_id": [i for i, _, _ in rows],
-            "pmi_no": [no for _, no, _ in rows],
-            **{name: [getattr(one, name) for _, _, one in rows] for name in _OWN},
-        },
-    )
+    own = attrgetter(*_OWN.split())
+    run.append(connection, "part_pmi", by_column(f"part_id pmi_no {_OWN}", [(i, no, *own(one)) for i, no, one in rows]))
     datums = [(i, no, *datum) for i, no, one in rows for datum in one.datums]
-    if datums:
-        names = ("part_id", "pmi_no", "precedence", "letter", "modifier")
-        run.append(connection, "part_pmi_datum", dict(zip(names, map(list, zip(*datums, strict=True)), strict=True)))
+    run.append(connection, "part_pmi_datum", by_column("part_id pmi_no precedence letter modifier", datums))
     surfaces = [
         (i, no, shape, listed[shape, keys.surfaces[surface]], role)
         for i, part, keys, ids in parts
@@ -44,8 +37,4 @@ def append_pmi(run: Run, connection: Connection, parts: Sequence[tuple[int, Part
         for no, one in enumerate(part.pmi)
         for surface, role in one.surfaces
     ]
-    if surfaces:
-        names = ("part_id", "pmi_no", "shape_id", "surface_no", "role")
-        run.append(
-            connection, "part_pmi_surface", dict(zip(names, map(list, zip(*surfaces, strict=True)), strict=True))
-        )
+    run.append(connection, "part_pmi_surface", by_column("part_id pmi_no shape_id surface_no role", surfaces))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.columns import Ragged, stack
+from relmodel.columns import Ragged, by_column, stack
 from relmodel.geometry.curves import BOX
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.loading.derive import DerivedShape
@@ -136,22 +136,10 @@ def _append_feature_classes(run: Run, connection: Connection, shapes: list[NewSh
     new = [(ids[keys[i]], keys[i], features[i]) for i in fresh.tolist()]
     if not new:
         return ids
-    run.append(
-        connection,
-        "feature_class",
-        {"id": [i for i, _, _ in new], "content_key": [k for _, k, _ in new], "kind": [f.kind for _, _, f in new]},
-    )
+    classes = [(i, key, f.kind) for i, key, f in new]
+    run.append(connection, "feature_class", by_column("id content_key kind", classes))
     dimensions = [(i, name, *measure) for i, _, f in new for name, measure in f.dimensions.items()]
-    run.append(
-        connection,
-        "feature_dimension",
-        {
-            "feature_class_id": [i for i, _, _, _ in dimensions],
-            "name": [name for _, name, _, _ in dimensions],
-            "value": [value for _, _, value, _ in dimensions],
-            "unit": [unit for *_, unit in dimensions],
-        },
-    )
+    run.append(connection, "feature_dimension", by_column("feature_class_id name value unit", dimensions))
     return ids
 
 
@@ -169,9 +157,5 @@ def _feature_rows(derived: DerivedShape, class_ids: dict[str, int]) -> dict[str,
             **matrix_columns(np.array([f.shape_from_feature for f in features])),
             **{name: boxes[:, i] for i, name in enumerate(BOX)},
         },
-        "feature_surface": {
-            "feature_no": np.array([i for i, _, _ in members], dtype=np.int64),
-            "surface_no": np.array([s for _, s, _ in members], dtype=np.int64),
-            "role": [role for _, _, role in members],
-        },
+        "feature_surface": dict(by_column("feature_no surface_no role", members)),
     }
