@@ -17,6 +17,7 @@ from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.frames import union
 from relmodel.features.graph import Boundary, boundary
 from relmodel.features.holes import holes
+from relmodel.geometry.curves import vectors
 from relmodel.model.model import Shape
 
 __all__ = ["Feature", "feature_class_key", "recognise"]
@@ -65,7 +66,7 @@ def _of_faces(
     lugs = protrusions.lugs(b, found)
     hollows = pockets.pockets(b, bored)
     straight = np.asarray(shape.arcs["recognised_kind"], dtype=str) == "line"
-    direction = np.stack([np.asarray(shape.arcs[f"axis_x_{c}"], float) for c in "xyz"], axis=1)
+    direction = vectors(shape.arcs, "axis_x")
     pairs = thin.opposed(b, np.where(straight[:, None], direction, np.nan))
     floors = _with_role(hollows, "floor")
     standing = thin.ribs(b, pairs, floors, bored | _surfaces(lugs))

@@ -18,8 +18,9 @@ from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE
 from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.frames import sideways
 from relmodel.geometry.clusters import clusters, components, group_bounds, unsigned
+from relmodel.geometry.curves import boxes_of, vectors
 from relmodel.geometry.hulls import outermost
-from relmodel.model.model import Shape, Table
+from relmodel.model.model import Shape
 
 _ALL = DEFAULTS.common
 
@@ -249,7 +250,7 @@ def _merged(shape: Shape) -> Ints:
     a, b = a[smooth], b[smooth]
     alike = kind[a] == kind[b]
     a, b = a[alike], b[alike]
-    origin, axis = _points(s, "origin"), _points(s, "axis_z")
+    origin, axis = vectors(s, "origin"), vectors(s, "axis_z")
     radius, radius2, lean = (np.asarray(s[c], float) for c in ("radius", "radius2", "semi_angle"))
     arm = origin[b] - origin[a]
     along = np.sum(arm * axis[a], axis=1)
@@ -299,7 +300,7 @@ def describe(shape: Shape, face: Ints, merged: list[list[int]]) -> Surfaces:
     n = len(merged)
     first = np.array([faces[0] for faces in merged], np.int64)
     kind = np.asarray(s["recognised_kind"], dtype=str)[first]
-    origin, axis = _points(s, "origin")[first], _points(s, "axis_z")[first]
+    origin, axis = vectors(s, "origin")[first], vectors(s, "axis_z")[first]
     radius = np.asarray(s["radius"], float)[first]
     owners = face[np.asarray(shape.mesh.triangle_surfaces, np.int64)]
     order = np.argsort(owners, kind="stable")
@@ -323,7 +324,7 @@ def describe(shape: Shape, face: Ints, merged: list[list[int]]) -> Surfaces:
     ring = flat / length * radius[owner][:, None]
     arm = np.where(torus[:, None], arm - ring, arm)
     away = np.bincount(owner, area * np.nan_to_num(np.sum(normal.mean(axis=1) * arm, axis=1)), minlength=n)
-    box = np.stack([np.asarray(s[c], float) for c in ("x0", "y0", "z0", "x1", "y1", "z1")], axis=1)
+    box = boxes_of(s)
 
     return Surfaces(
         kind=kind,
@@ -351,7 +352,3 @@ def _links(shape: Shape, face: Ints, count: int) -> list[dict[int, set[str]]]:
                 for i, j in ((one, two), (two, one)):
                     out[i].setdefault(j, set()).add(str(shape.arcs["convexity"][arc]))
     return out
-
-
-def _points(table: Table, name: str) -> Floats:
-    return np.stack([np.asarray(table[f"{name}_{c}"], float) for c in "xyz"], axis=1)

@@ -15,12 +15,12 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Floats
 from relmodel.features import Feature, feature_class_key, recognise
-from relmodel.geometry.curves import BOX
+from relmodel.geometry.curves import boxes_of
 from relmodel.geometry.hulls import outermost
 from relmodel.loading.snap.snap import snap
 from relmodel.loading.stored_keys import stored_ids
 from relmodel.model.content_keys import ModelKeys, model_keys
-from relmodel.model.model import Finding, Model, Shape, Table
+from relmodel.model.model import Finding, Model, Shape
 from relmodel.model.sharing import share
 from relmodel.store.database import Database
 
@@ -139,8 +139,3 @@ def _hull(shape: Shape, box: Floats) -> Floats | None:
     hull = np.unique(outermost(np.concatenate([vertices[used], points])), axis=0)
     at_corner = ((hull == box[:3]) | (hull == box[3:])).all(axis=1)
     return None if len(np.unique(hull[at_corner], axis=0)) == 8 else hull
-
-
-def boxes_of(table: Table) -> Floats:
-    """Boxes (n, 6: x0 y0 z0 x1 y1 z1) of the rows of a table."""
-    return np.stack([np.asarray(table[c], float) for c in BOX], axis=1) if table else np.empty((0, 6))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, Texts
+from relmodel.geometry.curves import boxes_of
 from relmodel.geometry.transforms import matrices
 from relmodel.variants.pairing import near_pairs, one_to_one
 from relmodel.variants.surfaces import TOLERANCE, Pairs
@@ -39,7 +40,7 @@ def feature_set(rows: Mapping[str, Any], members: Mapping[str, Any], sizes: Mapp
     dimensions: dict[int, dict[str, tuple[float, str]]] = {int(i): {} for i in rows["class_id"]}
     for class_id, name, value, unit in zip(*(sizes[c] for c in ("class_id", "name", "value", "unit")), strict=True):
         dimensions[int(class_id)][str(name)] = float(value), str(unit)
-    low, high = (np.stack([np.asarray(rows[f"{c}{end}"], float) for c in "xyz"], axis=1) for end in (0, 1))
+    low, high = np.hsplit(boxes_of(rows), 2)
     return FeatureSet(
         np.asarray(rows["class_id"], np.int64),
         np.asarray(rows["kind"], object),

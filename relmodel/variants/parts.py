@@ -8,6 +8,7 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import Bools, Floats, Ints, Texts
+from relmodel.geometry.curves import boxes_of
 from relmodel.geometry.transforms import boxes_carried, matrices
 from relmodel.store import Store
 from relmodel.variants.pairing import near_pairs, one_to_one
@@ -42,14 +43,13 @@ def placed_parts(store: Store, connection: Connection, object_id: int) -> Placed
     known = store.columns(connection, "compare/parts", part_ids=np.unique(part).tolist())
     row = np.searchsorted(np.asarray(known["id"], np.int64), part)
     pose = matrices(rows)[at]
-    box = np.stack([np.asarray(known[c], float)[row] for c in ("x0", "y0", "z0", "x1", "y1", "z1")], axis=1)
     measures = np.stack([np.asarray(known[c], float)[row] for c in ("surface_count", "area", "volume")], axis=1)
     return Placed(
         np.asarray(rows["path"], object)[at],
         part,
         rows["shape_id"][at].astype(np.int64),
         pose,
-        boxes_carried(pose, box),
+        boxes_carried(pose, boxes_of(known)[row]),
         {name: np.asarray(known[name], object)[row] for name in LABELS},
         np.nan_to_num(measures),
     )

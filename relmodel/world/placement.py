@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
+from itertools import starmap
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import Floats
-from relmodel.columns import Columns
+from relmodel.columns import Columns, by_column
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import BOX_COLUMNS
 from relmodel.geometry.transforms import MATRIX_COLUMNS, boxes_carried, matrices
@@ -29,8 +30,8 @@ from relmodel.store.database import Database
 from relmodel.world.kinematics import Robots
 from relmodel.world.world_file import PlacedObject, WorldFile, read_world_file
 
-_BODY = ("object_no", "body_no", "object_variant_id", "role", "tolerance_mm", *MATRIX_COLUMNS)
-_MOUNT = ("mount_no", "name", "object_no", "link", "object_path", "rig_id", "mounted_no", *MATRIX_COLUMNS)
+_BODY = f"object_no body_no object_variant_id role tolerance_mm {' '.join(MATRIX_COLUMNS)}"
+_MOUNT = f"mount_no name object_no link object_path rig_id mounted_no {' '.join(MATRIX_COLUMNS)}"
 _ROUND_OFF_MM = 1e-6  # by which the box of a body exceeds its parts' boxes, which are rounded otherwise
 
 # Writes the rig (name in the world file, rig file) within a run's transaction and returns its identity.
@@ -92,7 +93,8 @@ def _place(store: Store, run: Run, file: WorldFile, write_rig: RigWriter | None,
             previous = int(newest[0].world_id) if newest else None
             world_id = _write_world(run, connection, file.world, revision, content_key, previous)
             numbers = _numbers(run, connection, file, pinned)
-            _write_objects(run, connection, file, pinned, numbers, poses, robots, values, revision)
+            placed = zip(numbers, file.objects, pinned, poses, robots, values, strict=True)
+            _write_objects(run, connection, file.world, starmap(_Standing, placed), revision)
             _write_mounts(run, connection, file, link_paths, numbers, write_rig, revision)
         size = store.rows(connection, "world/size", world_id=world_id)[0]
         run.finish(f"world {file.world} revision {revision} {status}", connection)
@@ -120,8 +122,8 @@ def _place_in_own_world(store: Store, run: Run, connection: Connection, row: dic
     key = _content_key(file, [row], poses, {})
     run.append(connection, "world", {"id": [world_id], "name": name, "revision": 0, "content_key": key})
     numbers = _numbers(run, connection, file, [row])
-    values = [_joint_values(file, 0, robots[0])]
-    _write_objects(run, connection, file, [row], numbers, poses, robots, values, 0)
+    standing = _Standing(numbers[0], placed, row, poses[0], robots[0], _joint_values(file, 0, robots[0]))
+    _write_objects(run, connection, name, [standing], 0)
     return world_id, name
 
 
@@ -266,49 +268,50 @@ def _numbers(run: Run, connection: Connection, file: WorldFile, pinned: list[dic
     return [known[one] for one in placed]
 
 
-def _write_objects(
-    run: Run,
-    connection: Connection,
-    file: WorldFile,
-    pinned: list[dict[str, Any]],
-    numbers: list[int],
-    poses: list[Floats],
-    robots: list[Robots],
-    values: list[dict[str, dict[str, float]]],
-    revision: int,
-) -> None:
+@dataclass(frozen=True)
+class _Standing:
+    """An object of a world: its `object_no`, what the file says, the row of its variant, and how it stands."""
+
+    number: int
+    placed: PlacedObject
+    row: Mapping[str, Any]
+    pose: Floats
+    robots: Robots
+    joints: dict[str, dict[str, float]]
+
+
+def _write_objects(run: Run, connection: Connection, world: str, objects: Iterable[_Standing], revision: int) -> None:
     """Write where objects, links and joints stand, of those objects of which something stands otherwise than before."""
-    store = run.store
-    within = _bodies(store, connection, sorted({int(row["object_id"]) for row in pinned}))
+    store, objects = run.store, list(objects)
+    within = _bodies(store, connection, sorted({int(o.row["object_id"]) for o in objects}))
     bodies: list[tuple[Any, ...]] = []
     boxes: list[tuple[float, ...]] = []  # in the bodies' frames
     joints: list[tuple[Any, ...]] = []
-    for number, o, row, pose, found, stand in zip(numbers, file.objects, pinned, poses, robots, values, strict=True):
-        links = found.links(store, connection, stand)
-        for body_no, path, box in within[int(row["object_id"])]:
-            world_from_body = pose @ links[path] if path else pose
-            said = (number, body_no, int(row["object_variant_id"]), o.role, o.tolerance_mm)
+    for o in objects:
+        links = o.robots.links(store, connection, o.joints)
+        for body_no, path, box in within[int(o.row["object_id"])]:
+            world_from_body = o.pose @ links[path] if path else o.pose
+            said = (o.number, body_no, int(o.row["object_variant_id"]), o.placed.role, o.placed.tolerance_mm)
             bodies.append((*said, *world_from_body[:3].ravel().tolist()))
             boxes.append(box)
-        joints += [(number, robot, name, state[name]) for robot, state in stand.items() for name in sorted(state)]
+        joints += [(o.number, robot, name, state[name]) for robot, state in o.joints.items() for name in sorted(state)]
 
-    before = {tuple(row) for row in store.rows(connection, "world/current_bodies", world=file.world)}
-    joints_before = {tuple(row) for row in store.rows(connection, "world/current_joints", world=file.world)}
+    before = {tuple(row) for row in store.rows(connection, "world/current_bodies", world=world)}
+    joints_before = {tuple(row) for row in store.rows(connection, "world/current_joints", world=world)}
     changed = {row[0] for row in before.symmetric_difference(bodies) | joints_before.symmetric_difference(joints)}
     ended = {"object_nos": store.array(sorted(changed)), "revision": revision}
     connection.execute(sql.query("world/end_bodies"), ended)
     connection.execute(sql.query("world/end_joints"), ended)
 
-    kept = {"first_revision": revision}
+    kept: dict[str, Any] = {"first_revision": revision}
     rows = [i for i, row in enumerate(bodies) if row[0] in changed]
     if rows:
-        columns = _by_column(_BODY, [bodies[i] for i in rows])
+        columns = by_column(_BODY, [bodies[i] for i in rows])
         carried = boxes_carried(matrices(columns), np.array([boxes[i] for i in rows], float))
         carried += np.repeat([-_ROUND_OFF_MM, _ROUND_OFF_MM], 3)
         run.append(connection, "placed_body", kept | columns | dict(zip(BOX_COLUMNS, carried.T, strict=True)))
     moved = [row for row in joints if row[0] in changed]
-    if moved:
-        run.append(connection, "joint_state", kept | _by_column(("object_no", "robot", "joint", "value"), moved))
+    run.append(connection, "joint_state", kept | by_column("object_no robot joint value", moved))
 
 
 def _bodies(
@@ -319,15 +322,6 @@ def _bodies(
     for row in store.rows(connection, "world/bodies", object_ids=store.array(object_ids)):
         bodies[int(row.object_id)].append((int(row.body_no), row.path, tuple(row[3:])))
     return bodies
-
-
-def _by_column(names: tuple[str, ...], rows: list[tuple[Any, ...]]) -> dict[str, Any]:
-    """Rows as columns: arrays of numbers, lists of all else."""
-    columns = zip(*rows, strict=True)
-    return {
-        name: np.array(values) if isinstance(values[0], int | float) else list(values)
-        for name, values in zip(names, columns, strict=True)
-    }
 
 
 def _write_mounts(
@@ -362,5 +356,5 @@ def _write_mounts(
         connection.execute(sql.query("world/end_mounts"), gone)
     new = [row for row in mounts if row not in kept]
     if new:
-        columns = {name: list(values) for name, values in zip(_MOUNT, zip(*new, strict=True), strict=True)}
+        columns = by_column(_MOUNT, new)
         run.append(connection, "world_mount", {"world": file.world, "first_revision": revision, **columns})

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from sqlalchemy import Connection
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.geometry.curves import BOX
+from relmodel.geometry.curves import BOX, boxes_of
 from relmodel.loading.load_parameters import DEFAULTS
 from relmodel.loading.snap.splines import snapped_splines
 from relmodel.model.content_keys import row_count_or_none
@@ -190,7 +190,7 @@ def _cells(places: Floats) -> tuple[Ints, Ints]:
 
 def _tolerances(level: _Level, mine: Table) -> dict[str, Floats]:
     """How far each number (n,) may be off."""
-    box = np.stack([np.asarray(mine[c], float) for c in BOX], axis=1)
+    box = boxes_of(mine)
     size = np.maximum(np.linalg.norm(box[:, 3:] - box[:, :3], axis=1), _P.least_size_mm)
     out = dict.fromkeys(level.lengths, np.full(len(size), _P.round_off_mm))
     if level is _ARCS:  # the origin of a line may be far from it, and turns with its direction

@@ -27,7 +27,9 @@ def surface_rows(vertices: Floats, triangles: Ints, regions: Regions) -> tuple[T
     fine = rounding(vertices)
 
     axis, origin, radius, radius2, semi = _frames(regions, plane_normal, centroid)
-    axis = _aligned(vertices, triangles, region, kind, axis, centroid, plane_residual, fine)
+    reach = np.zeros(count)
+    np.maximum.at(reach, region, np.linalg.norm(corner - centroid[region][:, None], axis=2).max(axis=1))
+    axis = _aligned(kind, axis, reach, plane_residual, fine)
     helper = np.eye(3)[np.argmin(np.abs(axis), axis=1)]
     axis_x = np.cross(helper, axis)
     axis_x /= np.linalg.norm(axis_x, axis=1, keepdims=True)
@@ -126,16 +128,11 @@ def _frames(regions: Regions, normal: Floats, centroid: Floats) -> tuple[Floats,
     return axis, origin, radius, np.where(torus, row[:, 7], np.nan), semi
 
 
-def _aligned(
-    vertices: Floats, triangles: Ints, region: Ints, kind: npt.NDArray[np.str_], axis: Floats, centroid: Floats,
-    residual: Floats, fine: float,
-) -> Floats:  # fmt: skip
-    """Axes turned into those of the frame, or of large planes, that they nearly are, where that moves no vertex by
-    more than rounding may have."""
+def _aligned(kind: npt.NDArray[np.str_], axis: Floats, reach: Floats, residual: Floats, fine: float) -> Floats:
+    """Axes turned into those of the frame, or of large planes, that they nearly are, where that moves no vertex of
+    their regions, which are within `reach` (n,), by more than rounding may have."""
     from scipy.spatial import cKDTree
 
-    reach = np.zeros(len(kind))
-    np.maximum.at(reach, region, np.linalg.norm(vertices[triangles] - centroid[region][:, None], axis=2).max(axis=1))
     axis = axis.copy()
     main = np.concatenate([np.eye(3), -np.eye(3)])
     plane = kind == "plane"

@@ -104,7 +104,9 @@ def _conics(out: FittedArcs, points: Floats, start: Ints, which: Ints, tolerance
     circle &= residual <= _P.share_of_sag * np.maximum.reduceat(np.where(following == first[which], 0.0, sag), first)
     towards = points[first] - middle
     towards -= np.sum(towards * normal, axis=1, keepdims=True) * normal
-    _take(out, points, start, which, circle, "circle", middle, towards, normal, radius, None, residual)
+    unknown = np.full(len(radius), np.nan)
+    found = FittedArcs(np.array("circle"), middle, towards, normal, radius, unknown, residual, out.parameter)
+    _take(out, points, start, which, circle, found)
 
     # Least algebraic distance of a conic whose coefficients have length 1.
     columns = np.stack([p * p, p * q, q * q, p, q, np.ones(len(p))], axis=1)
@@ -132,18 +134,17 @@ def _conics(out: FittedArcs, points: Floats, start: Ints, which: Ints, tolerance
     residual = np.maximum.reduceat(np.maximum(away, np.abs(h)), first) * size
     ellipse &= residual <= tolerance
     axes = axes * size[:, None]
-    _take(out, points, start, which, ellipse, "ellipse", middle, major, normal, axes[:, 0], axes[:, 1], residual)
+    found = FittedArcs(np.array("ellipse"), middle, major, normal, axes[:, 0], axes[:, 1], residual, out.parameter)
+    _take(out, points, start, which, ellipse, found)
 
 
-def _take(
-    out: FittedArcs, points: Floats, start: Ints, which: Ints, rows: Bools, kind: str, middle: Floats,
-    x: Floats, z: Floats, radius: Floats, radius2: Floats | None, residual: Floats,
-) -> None:  # fmt: skip
-    """Enter curves where the angles of their points rise all along: a curve does not turn back."""
-    x = x / np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-300)
-    y = np.cross(z, x)
-    arm = points - middle[which]
-    ratio = np.ones(len(rows)) if radius2 is None else radius / radius2
+def _take(out: FittedArcs, points: Floats, start: Ints, which: Ints, rows: Bools, found: FittedArcs) -> None:
+    """Enter curves of one kind, at these rows, where the angles of their points rise all along: a curve does not turn
+    back."""
+    x = found.axis_x / np.maximum(np.linalg.norm(found.axis_x, axis=1, keepdims=True), 1e-300)
+    y = np.cross(found.axis_z, x)
+    arm = points - found.origin[which]
+    ratio = np.where(np.isnan(found.radius2), 1.0, found.radius / found.radius2)
     angle = np.arctan2(np.sum(arm * y[which], axis=1) * ratio[which], np.sum(arm * x[which], axis=1))
     first = start[:-1]
     turn = np.mod(np.diff(angle, prepend=angle[:1]), 2 * np.pi)
@@ -152,9 +153,8 @@ def _take(
     total = np.cumsum(turn)
     angle = angle[first][which] + total - total[first][which]
     rows = rows & steady & (np.maximum.reduceat(angle, first) - angle[first] < 2 * np.pi + 1e-6)
-    out.kind[rows] = kind
-    out.origin[rows], out.axis_x[rows], out.axis_z[rows] = middle[rows], x[rows], z[rows]
-    out.radius[rows], out.residual[rows] = radius[rows], residual[rows]
-    if radius2 is not None:
-        out.radius2[rows] = radius2[rows]
+    out.kind[rows] = found.kind
+    out.axis_x[rows] = x[rows]
+    for name in ("origin", "axis_z", "radius", "radius2", "residual"):
+        getattr(out, name)[rows] = getattr(found, name)[rows]
     out.parameter[:] = np.where(rows[which], angle, out.parameter)

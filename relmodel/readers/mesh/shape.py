@@ -10,7 +10,7 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.columns import Ragged
 from relmodel.geometry.clusters import components
-from relmodel.geometry.curves import Curves, box_columns, vector_columns
+from relmodel.geometry.curves import Curves, box_columns, vector_columns, vectors
 from relmodel.model.model import ArcSamples, Finding, Mesh, Shape, Table
 from relmodel.readers.mesh.chains import Chains, chain_edges, without_lines
 from relmodel.readers.mesh.fitted import surface_rows
@@ -78,7 +78,7 @@ def shape_from_triangles(
         chains = without_lines(vertices, chains, fitted.kind == "polyline", rounding(vertices))
         fitted = _fitted(vertices, chains, tolerance)
     normal_a, normal_b = _side_normals(vertices, triangles, chains, edges, border, normals)
-    arcs, splines = _arcs(vertices, chains, fitted, edges, border, normal_a, normal_b, regions)
+    arcs, splines = _arcs(vertices, chains, fitted, edges, border, (normal_a, normal_b), regions)
     loops, coedges = _loops(vertices, chains, arcs, surfaces)
     return Shape(
         kind="mesh",
@@ -126,11 +126,10 @@ def _arcs(
     fitted: FittedArcs,
     edges: Edges,
     border: Ints,
-    normal_a: Floats,
-    normal_b: Floats,
+    normals: tuple[Floats, Floats],
     regions: Regions,
 ) -> tuple[Table, Table]:
-    """Rows of the chains: lines, circles, ellipses, and polylines where none of them."""
+    """Rows of the chains: lines, circles, ellipses, and polylines where none of them.  normals: of both sides."""
     n = chains.count
     if n == 0:
         return {}, {}
@@ -147,7 +146,7 @@ def _arcs(
     place = halfway + np.arange(n)
     along = points[place + 1] - points[place]
     along /= np.linalg.norm(along, axis=1, keepdims=True)
-    na, nb = normal_a[halfway].mean(axis=1), normal_b[halfway].mean(axis=1)
+    na, nb = (side[halfway].mean(axis=1) for side in normals)
     angle = np.arctan2(np.sum(np.cross(na, nb) * along, axis=1), np.sum(na * nb, axis=1))
     loose = (regions.kind[surface_a] == "facets") | (regions.kind[surface_b] == "facets")
     angle = np.where((surface_b < 0) | loose, edges.angle[middle], angle)
@@ -166,8 +165,8 @@ def _arcs(
         "radius2": fitted.radius2,
         "t0": fitted.parameter[start],
         "t1": fitted.parameter[last],
-        **{f"start_{c}": begin[:, i] for i, c in enumerate("xyz")},
-        **{f"end_{c}": end[:, i] for i, c in enumerate("xyz")},
+        **vector_columns("start", begin),
+        **vector_columns("end", end),
         "provenance": ["fitted"] * n,
         "residual": fitted.residual,
         "surface_a": np.where(turned, surface_b, surface_a),
@@ -238,7 +237,7 @@ def _enclosed(
     inside = which[1:] == which[:-1]
     cross = np.cross(points[:-1], points[1:])[inside]
     swept = np.stack([np.add.reduceat(cross[:, i], chains.offsets[:-1]) for i in range(3)], axis=1)[arc]
-    normal = np.stack([np.asarray(surfaces[f"axis_z_{c}"], float) for c in "xyz"], axis=1)[surface]
+    normal = vectors(surfaces, "axis_z")[surface]
     flat = np.sum(swept * normal, axis=1) * np.where(backward, -1, 1)
     length = np.add.reduceat(np.linalg.norm(np.diff(points, axis=0), axis=1)[inside], chains.offsets[:-1])[arc]
     size = np.bincount(loop, np.where(np.isnan(flat), length, flat))

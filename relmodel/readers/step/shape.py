@@ -17,7 +17,7 @@ from OCP.TopoDS import TopoDS
 
 from relmodel.arrays import Floats
 from relmodel.geometry.clusters import group_bounds
-from relmodel.geometry.curves import BOX, box_columns, vector_columns
+from relmodel.geometry.curves import box_columns, boxes_of, vector_columns
 from relmodel.geometry.normals import plane_normals
 from relmodel.model import measures
 from relmodel.model.model import Finding, Mesh, Shape, Table
@@ -190,8 +190,7 @@ def _mark_loops_around(loops: Table, coedges: Table, faces: TrimmedFaces) -> Non
 
 def _arc_boxes(faces: TrimmedFaces, arcs: Table) -> Floats:
     """Boxes (n, 6: x0 y0 z0 x1 y1 z1) of the arcs of each face."""
-    boxes = np.stack([arcs[name][faces.arc] for name in BOX], axis=1)
-    low, high = group_bounds(boxes, faces.surface, len(faces.surfaces))
+    low, high = group_bounds(boxes_of(arcs)[faces.arc], faces.surface, len(faces.surfaces))
     return np.concatenate([low[:, :3], high[:, 3:]], axis=1)
 
 
