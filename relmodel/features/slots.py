@@ -26,32 +26,7 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[
     lesser reach.  thin: walls of ribs and flanges, which are no steps; gussets: those that leave no slot between them.
     """
     s = b.surfaces
-    ledges: list[Ledge] = []
-    for floor in plane_floors(b, taken):
-        up = floor.up
-        outer = [(i, x) for i in floor.faces for x in b.sides[i] if x.outer]
-        rising = [(i, x) for i, x in outer if rises(b, floor, i, x)]
-        if len(rising) == len(outer) or _is_ridge(b, floor, thin):  # a hollow, or the top of a rib between two walls
-            continue
-        walls: dict[int, float] = {}
-        hollow: set[int] = set()
-        for i, x in rising:
-            for j in b.across(i, x)[1]:
-                if j not in floor.faces and s.kind[j] == "plane" and abs(s.axis[j] @ up) < _P.leaning:
-                    walls[j] = walls.get(j, 0.0) + x.length
-                elif s.kind[j] == "cylinder" and s.concave[j] and abs(s.axis[j] @ up) > 1 - _UPRIGHT and j not in taken:
-                    hollow.add(j)
-        points = np.concatenate([s.points(i) for i in floor.faces])
-        length_of_plane: dict[tuple[float, ...], float] = {}
-        for j, n in walls.items():
-            length_of_plane[b.plane_key([j])] = length_of_plane.get(b.plane_key([j]), 0.0) + n
-        extent = {j: float(np.ptp(points @ run_along(up, s.axis[j]))) for j in sorted(walls)}
-        sides = [j for j in extent if length_of_plane[b.plane_key([j])] > _P.wall_share * extent[j]]
-        sides = [
-            j for j in sides if abs(s.axis[j] @ up) < _ALL.steep or _keeps_to(b, j, points, run_along(up, s.axis[j]))
-        ]
-        if sides or len(hollow) == 1:
-            ledges.append(Ledge(floor, sides, set(walls), sorted(hollow)))
+    ledges = [ledge for floor in plane_floors(b, taken) if (ledge := _ledge(b, floor, taken, thin)) is not None]
     ledges.sort(key=lambda c: (-round(sum(float(s.area[i]) for i in c.floor.faces), 3), c.floor.faces))
     slots: dict[tuple[float, ...], list[tuple[int, int, int]]] = {}
     used: set[int] = set()
@@ -69,12 +44,48 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[
         for segments in slots.values()
         for own in _cut_in_one_go(b, segments)
     ]
-    rounds = _round_slots(b, taken | {i for f in found for i, _ in f.surfaces})
-    rounds += _keyseats(b, taken | {i for f in [*found, *rounds] for i, _ in f.surfaces})
-    notches = _v_slots(b, taken | {i for f in [*found, *rounds] for i, _ in f.surfaces})
-    slotted = {i for f in [*rounds, *notches] for i, _ in f.surfaces}
+    slotted: set[int] = set()
+    for others in (_round_slots, _keyseats, _v_slots):
+        more = others(b, taken | _members(found))
+        found += more
+        slotted |= _members(more)
     cut_off = steps(b, ledges, used | slotted | taken, thin)
-    return sorted([*found, *rounds, *notches, *cut_off], key=lambda feature: feature.surfaces)
+    return sorted([*found, *cut_off], key=lambda feature: feature.surfaces)
+
+
+def _members(features: list[Feature]) -> set[int]:
+    return {i for feature in features for i, _ in feature.surfaces}
+
+
+def _ledge(b: Boundary, floor: Floor, taken: set[int], thin: set[int]) -> Ledge | None:
+    """A floor of which some sides rise into walls, with these; None of a hollow, or of one without walls."""
+    s, up = b.surfaces, floor.up
+    outer = [(i, x) for i in floor.faces for x in b.sides[i] if x.outer]
+    rising = [(i, x) for i, x in outer if rises(b, floor, i, x)]
+    if len(rising) == len(outer) or _is_ridge(b, floor, thin):  # a hollow, or the top of a rib between two walls
+        return None
+    walls: dict[int, float] = {}
+    hollow: set[int] = set()
+    for i, x in rising:
+        for j in b.across(i, x)[1]:
+            if j not in floor.faces and s.kind[j] == "plane" and abs(s.axis[j] @ up) < _P.leaning:
+                walls[j] = walls.get(j, 0.0) + x.length
+            elif s.kind[j] == "cylinder" and s.concave[j] and abs(s.axis[j] @ up) > 1 - _UPRIGHT and j not in taken:
+                hollow.add(j)
+    points = np.concatenate([s.points(i) for i in floor.faces])
+    length_of_plane: dict[tuple[float, ...], float] = {}
+    for j, n in walls.items():
+        length_of_plane[b.plane_key([j])] = length_of_plane.get(b.plane_key([j]), 0.0) + n
+    sides = []
+    for j in sorted(walls):
+        run = run_along(up, s.axis[j])
+        extent = float(np.ptp(points @ run))
+        low, high = s.along(j, run)
+        # A leaning wall is no longer than the floor: the slope of a gusset is no floor between its two feet.
+        keeps = abs(s.axis[j] @ up) < _ALL.steep or _P.keeps * (high - low) < extent
+        if keeps and length_of_plane[b.plane_key([j])] > _P.wall_share * extent:
+            sides.append(j)
+    return Ledge(floor, sides, set(walls), sorted(hollow)) if sides or len(hollow) == 1 else None
 
 
 def _is_ridge(b: Boundary, floor: Floor, thin: set[int]) -> bool:
@@ -89,12 +100,6 @@ def _is_ridge(b: Boundary, floor: Floor, thin: set[int]) -> bool:
         s.axis[one] @ s.axis[two] < -1 + ANGLE_TOLERANCE and not any({one, two} <= around for around in walls)
         for one, two in combinations(sides, 2)
     )
-
-
-def _keeps_to(b: Boundary, wall: int, points: Floats, run: Floats) -> bool:
-    """Whether a leaning wall is no longer than the floor: the slope of a gusset is no floor between its two feet."""
-    low, high = b.surfaces.along(wall, run)
-    return bool(_P.keeps * (high - low) < np.ptp(points @ run))
 
 
 def _place(b: Boundary, wall: int, across: Floats, up: Floats, height: float) -> float:
@@ -239,7 +244,8 @@ def _v_slots(b: Boundary, taken: set[int]) -> list[Feature]:
             if not common:
                 continue
             up = common[0]
-            blends = sorted(_blends_between(b, one, two))
+            beside = [{x.other for x in b.sides[i] if x.convexity == "smooth"} & b.blends.keys() for i in (one, two)]
+            blends = sorted(beside[0] & beside[1])
             members = [one, two]
             more = {"angle": (opening, "rad")} | lengths(**({"fillet_radius": b.blends[blends[0]]} if blends else {}))
             found.append(_groove(b, members, blends, run, up, more))
@@ -253,11 +259,6 @@ def _beyond(b: Boundary, wall: int, members: set[int]) -> list[int]:
     for j in b.neighbours(wall, "convex"):
         found += [k for k in b.neighbours(j, "convex") if k not in members] if j in b.chamfers else [j]
     return [j for j in found if s.kind[j] == "plane"]
-
-
-def _blends_between(b: Boundary, one: int, two: int) -> set[int]:
-    blends = [{x.other for x in b.sides[i] if x.convexity == "smooth" and x.other in b.blends} for i in (one, two)]
-    return blends[0] & blends[1]
 
 
 def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:

@@ -79,20 +79,15 @@ def derive(
         model, keys = snapped, model_keys(snapped)
     failures: list[Noted] = []
     shapes = {}
-    new = _new(store, connection, "shape", [k.shape for k in keys.shapes])
+    first = {k.shape: i for i, k in reversed(list(enumerate(keys.shapes)))}  # of equal ones
+    known = stored_ids(store, connection, "shape", first)
+    new = sorted(i for key, i in first.items() if key not in known)
     for count, no in enumerate(new, 1):
         tell(f"recognising features, shape {count} of {len(new)}")
         shapes[no] = _derived_shape(model.shapes[no], no, failures)
     part_of = {part.shape: i for i, part in reversed(list(enumerate(model.parts)))}
     found = [replace(n, part=part_of.get(n.shape)) if n.shape is not None else n for n in failures]
     return Derived(model, keys, shapes, (*_noted(model), *found))
-
-
-def _new(store: Database, connection: Connection, table: str, keys: list[str]) -> list[int]:
-    """Where in `keys` those first stand that a table lacks."""
-    known = stored_ids(store, connection, table, keys)
-    first = {key: i for i, key in reversed(list(enumerate(keys)))}
-    return sorted(i for key, i in first.items() if key not in known)
 
 
 def _noted(model: Model) -> list[Noted]:

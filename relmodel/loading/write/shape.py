@@ -44,7 +44,11 @@ def append_shapes(
         shape, keys, derived = new.shape, new.keys, new.derived
         tables: dict[str, Table] = {
             "shape": _shape_row(new),
-            "shape_surface": _shape_surfaces(shape, [surface_ids[k] for k in keys.surfaces]),
+            "shape_surface": {
+                "surface_no": np.arange(len(keys.surfaces)),
+                "surface_id": [surface_ids[k] for k in keys.surfaces],
+                **{name: list(shape.surfaces[name]) for name in ("name",) if name in shape.surfaces},
+            },
             "shape_arc": _shape_arcs(shape, [arc_ids[k] for k in keys.arcs]),
             **_attribute_rows(run, shape),
             "shape_mesh": _mesh_row(shape),
@@ -82,11 +86,6 @@ def _hull(new: NewShape) -> Table:
     beyond = mesh.chord_mm if np.isnan(mesh.deviation_mm) else mesh.deviation_mm
     corners = {f"hull_{axis}": Ragged.pack([column]) for axis, column in zip("xyz", columns, strict=True)}
     return {**corners, "hull_mm": [None if hull is None else beyond]}
-
-
-def _shape_surfaces(shape: Shape, ids: list[int]) -> Table:
-    names: Table = {"name": list(shape.surfaces["name"])} if "name" in shape.surfaces else {}
-    return {"surface_no": np.arange(len(ids)), "surface_id": np.array(ids, dtype=np.int64), **names}
 
 
 def _shape_arcs(shape: Shape, ids: list[int]) -> Table:

@@ -69,7 +69,8 @@ def extract(shape: Any, names: Labels, colours: Labels, layers: Labels) -> Shape
     trimmed = TrimmedFaces(surfaces, curves, coedges, pcurves)
     _mark_loops_around(loops, coedges, trimmed)
     arc_columns |= measures.arc_measures(curves)
-    boxes = _arc_boxes(trimmed, arc_columns)
+    low, high = group_bounds(boxes_of(arc_columns)[trimmed.arc], trimmed.surface, len(faces))
+    boxes = np.concatenate([low[:, :3], high[:, 3:]], axis=1)
     size = float(np.linalg.norm(boxes[:, 3:].max(axis=0) - boxes[:, :3].min(axis=0)))
     mesh, found = triangulation.mesh(shape, faces, edges, surfaces, curves, size, closed=solid)
     findings += found
@@ -77,7 +78,9 @@ def extract(shape: Any, names: Labels, colours: Labels, layers: Labels) -> Shape
     middle = (boxes[:, 3:].max(axis=0) + boxes[:, :3].min(axis=0)) / 2
     integrals = face_measures.integrals(faces, kinds, plane_normals(surfaces), middle)
     findings += _fill_in(integrals, mesh, middle)
-    surface_columns |= {"area": integrals[:, 0].copy(), **vector_columns("centroid", _centroids(integrals))}
+    area = integrals[:, :1]
+    centroids = integrals[:, 1:4] / np.where(area > 0, area, 1.0)
+    surface_columns |= {"area": area[:, 0].copy(), **vector_columns("centroid", centroids)}
     surface_columns |= box_columns(boxes)
     for column, labels in (("name", names), ("colour", colours), ("layer", layers)):
         surface_columns[column] = [labels.get(i + 1) for i in range(len(faces))]
@@ -186,17 +189,6 @@ def _mark_loops_around(loops: Table, coedges: Table, faces: TrimmedFaces) -> Non
     around = np.any(gap > _P.around * (domain[:, 1::2] - domain[:, ::2]), axis=1)
     closed = ~np.isin(loops["surface_no"], loops["surface_no"][around])
     loops["outer_loop"] = around | (closed & loops["outer_loop"])
-
-
-def _arc_boxes(faces: TrimmedFaces, arcs: Table) -> Floats:
-    """Boxes (n, 6: x0 y0 z0 x1 y1 z1) of the arcs of each face."""
-    low, high = group_bounds(boxes_of(arcs)[faces.arc], faces.surface, len(faces.surfaces))
-    return np.concatenate([low[:, :3], high[:, 3:]], axis=1)
-
-
-def _centroids(integrals: Floats) -> Floats:
-    area = integrals[:, :1]
-    return np.asarray(integrals[:, 1:4] / np.where(area > 0, area, 1.0))
 
 
 def _fill_in(integrals: Floats, mesh: Mesh, about: Floats) -> list[Finding]:
