@@ -18,6 +18,7 @@ from relmodel.find.find import world_named
 from relmodel.geometry.joints import Joint, JointTree, Mimic
 from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
 from relmodel.store import Store
+from relmodel.store.database import Database
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,7 @@ class Robots:
         return {path: frames[path] for path in self.trees}
 
     def links(
-        self, store: Store, connection: Connection, values: Mapping[str, Mapping[str, float]]
+        self, store: Database, connection: Connection, values: Mapping[str, Mapping[str, float]]
     ) -> dict[str, Floats]:
         """`object_from_link` (4, 4) of every link of the robots, by its path in the object, a / before each name."""
         links: dict[str, Floats] = {}
