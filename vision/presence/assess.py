@@ -23,7 +23,7 @@ from vision.presence.presence_parameters import DEFAULTS, PresenceParameters
 from vision.presence.regions import gather_regions
 from vision.presence.samples import collect_samples, find_nearby
 from vision.presence.sides import look_at_sides
-from vision.presence.states import Presence, decide
+from vision.presence.states import Presence, Signs, decide
 from vision.presence.stretches import part_at_turns, weigh_runs
 from vision.presence.support import measure_support
 from vision.presence.surfaces import assess_surfaces
@@ -76,19 +76,16 @@ def assess(
         stored, rig, pose.world_from_rig, indexes, pose.own[:, 0], samples, nearby, support, runs, p
     )
     distances = measure_distances(items, stored.scene, stored.radius, surfaces, p.distances)
-    return decide(
-        items,
-        stored.radius,
-        pieces,
-        surfaces,
-        regions,
-        appearance,
-        displacements,
-        distances,
-        unexplained,
-        list(rig.cameras),
-        p.states,
+    signs = Signs(
+        runs=pieces,
+        surfaces=surfaces,
+        regions=regions,
+        appearance=appearance,
+        displacements=displacements,
+        distances=distances,
+        unexplained=unexplained,
     )
+    return decide(items, stored.radius, signs, list(rig.cameras), p.states)
 
 
 def _blends(view: ViewArcs) -> VisibleArcs:

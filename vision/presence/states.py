@@ -82,25 +82,27 @@ class Presence:
     unexplained: Unexplained
 
 
-def decide(
-    items: Items,
-    radius: Floats,
-    runs: Runs,
-    surfaces: Surfaces,
-    regions: RegionSupport,
-    appearance: Appearance,
-    displacements: Displacements,
-    distances: Distances,
-    unexplained: Unexplained,
-    cameras: list[str],
-    p: StateParameters,
-) -> Presence:
-    """States of items by the evidence of runs, surfaces, regions and appearance; radius (s,): of the scene's cylinders,
-    nan for others."""
+@dataclass(frozen=True, kw_only=True)
+class Signs:
+    """What speaks for and against items: the predicted edges, what their surfaces and the regions on them show, how
+    they look, how far parts and features stand from their places and from each other, and what nothing predicts."""
+
+    runs: Runs
+    surfaces: Surfaces
+    regions: RegionSupport
+    appearance: Appearance
+    displacements: Displacements
+    distances: Distances
+    unexplained: Unexplained
+
+
+def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: StateParameters) -> Presence:
+    """States of items by the signs of them; radius (s,): of the scene's cylinders, nan for others."""
+    runs, surfaces, appearance = signs.runs, signs.surfaces, signs.appearance
     evidence = gather_evidence(items, runs, len(cameras))
-    evidence, by_region = _add_regions(evidence, items, regions, p)
+    evidence, by_region = _add_regions(evidence, items, signs.regions, p)
     np.add.at(evidence.log_odds, (appearance.item, appearance.camera), appearance.log_odds)
-    displaced = report_displacements(items, displacements, p)
+    displaced = report_displacements(items, signs.displacements, p)
     moved = find_moved(items, surfaces, evidence.distinct_px.sum(axis=1), p.least_moved_share)
     measures = join(measure_items(items, radius, surfaces, moved, p), displaced)
     most_moved = _most_moved(items, surfaces, moved)
@@ -139,8 +141,21 @@ def decide(
     settle(with_failing & ~np.isin(state, (CHANGED, CONTRADICTED)), CHANGED, OF_FEATURE)
     # No size of an undecidable item counts as changed.
     measures = replace(measures, changed=measures.changed & (state[measures.item] != UNDECIDABLE))
+    moved_mm, moved_sigma_mm, moved_log_odds = most_moved
     return Presence(
-        items, runs, cameras, evidence, state, reason, *most_moved, measures, distances, appearance, unexplained
+        items=items,
+        runs=runs,
+        cameras=cameras,
+        evidence=evidence,
+        state=state,
+        reason=reason,
+        moved_mm=moved_mm,
+        moved_sigma_mm=moved_sigma_mm,
+        moved_log_odds=moved_log_odds,
+        measures=measures,
+        distances=signs.distances,
+        appearance=appearance,
+        unexplained=signs.unexplained,
     )
 
 
