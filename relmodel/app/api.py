@@ -20,6 +20,7 @@ from relmodel.variants.compare_variants import REACH
 
 if TYPE_CHECKING:
     from relmodel.app.attributes import Whose
+    from relmodel.app.report.write import Subject
     from relmodel.app.session import Options, Session
     from relmodel.loading.write.write import LoadReport
     from relmodel.world.correction import Carrier
@@ -166,25 +167,15 @@ class OpenStore(Store):
             tables = read_results(self, connection, newest_inspection(self, connection) if run is None else run)
         return {name: Table(found) for name, found in tables.items()}
 
-    def report(
-        self,
-        out: str | Path,
-        *,
-        run: int | None = None,
-        serial: str | None = None,
-        object: str | None = None,
-        variant: str = "",
-        diff: tuple[str, str] | None = None,
-    ) -> Path:
+    def report(self, out: str | Path, **of: Unpack[Subject]) -> Path:
         """Write a report page and return its path.
 
-        It is of a run, of the physical part of a serial number, of an object, or of what differs between two variants
-        (names of variants of `object`, else each OBJECT:VARIANT); without any of these of the newest inspection.
+        of: run, serial, object and variant, or diff: `relmodel.app.report.write.Subject`; without any of these it is of
+        the newest inspection.
         """
         from relmodel.app.report.write import write_report
 
-        named = None if run is None else str(run)
-        write_report(self, Path(out), run=named, serial=serial, object_name=object, variant=variant, diff=diff)
+        write_report(self, Path(out), of)
         return Path(out)
 
     def export(

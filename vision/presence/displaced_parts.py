@@ -83,7 +83,7 @@ def measure_displacements(
     inspected = np.isin(np.arange(count), piece_of[scene.inspected])
     tried = np.flatnonzero(inspected & (shown >= q.least_px) & (shown <= q.most_share * shown.sum()))
     lost = tried[((shown >= q.turned_px) & (found <= q.turned_share * shown))[tried]]
-    edges, aspects = list_pieces(scene, piece_of, tried, of_sample, samples, support.weight, runs, eyes)
+    edges, aspects = list_pieces(scene, piece_of, tried, samples, support.weight, runs, eyes)
     edges, aspects = add_turned(scene, piece_of, lost, edges, aspects, eyes, q)
     taken = np.full(sum(len(index.edges.position) for index in indexes), -1)
     owned = np.flatnonzero(support.owner >= 0)

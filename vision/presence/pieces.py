@@ -103,13 +103,13 @@ def list_pieces(
     scene: Scene,
     piece_of: Ints,
     pieces: Ints,
-    of_sample: Ints,
     samples: Samples,
     weight: Floats,
     runs: Runs,
     eyes: Eyes,
 ) -> tuple[PieceEdges, Aspects]:
-    """What cameras see of pieces where the model has them, an aspect each; of_sample (n,): the piece of each sample."""
+    """What cameras see of pieces where the model has them, an aspect each."""
+    of_sample = piece_of[scene.surface_occurrence[samples.surface[:, 0]]]
     rows = np.flatnonzero(np.isin(of_sample, pieces) & (weight > 0))
     aspect, run = np.searchsorted(pieces, of_sample[rows]), samples.run[rows]
     edges = PieceEdges(

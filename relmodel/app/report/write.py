@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TypedDict
 
 from relmodel.app.report.page import write_page
 from relmodel.errors import UsageError
@@ -12,21 +13,25 @@ from relmodel.progress import Progress, silent
 from relmodel.store import Store
 
 
-def write_report(
-    store: Store,
-    out: Path,
-    *,
-    run: str | None = None,
-    serial: str | None = None,
-    object_name: str | None = None,
-    variant: str = "",
-    diff: Sequence[str] | None = None,
-    progress: Progress = silent,
-) -> str:
-    """Write the page of one thing, of the newest inspection where none is named, and return in words of what it is.
+class Subject(TypedDict, total=False):
+    """What a page is of, one of these; of the newest inspection where none is named.
 
-    diff: two variants, of the object where that is named, else as OBJECT:VARIANT; a comparison that was not made before
-    is written to the store.  Raises UsageError where several things are named or one is not there."""
+    run: its number, or a word that names it.  serial: of a physical part.  object: its name, and its variant.
+    diff: two variants, of the object where that is named, else as OBJECT:VARIANT.
+    """
+
+    run: int | str | None
+    serial: str | None
+    object: str | None
+    variant: str
+    diff: Sequence[str] | None
+
+
+def write_report(store: Store, out: Path, of: Subject, progress: Progress = silent) -> str:
+    """Write the page of a subject, and return in words of what it is; a comparison that was not made before is written
+    to the store.  Raises UsageError where several things are named or one is not there."""
+    run, serial, object_name, diff = of.get("run"), of.get("serial"), of.get("object"), of.get("diff")
+    variant = of.get("variant", "")
     if (run is not None) + (serial is not None) + bool(diff or object_name) > 1:
         raise UsageError("a page is of one thing: give RUN, or --serial SN, or --object NAME, or --diff A B")
     if variant and (diff or not object_name):
@@ -55,7 +60,7 @@ def write_report(
         from relmodel.app.audit.newest import run_named
         from relmodel.app.report.run import run_page
 
-        number = run_named(store, connection, run)
+        number = run_named(store, connection, None if run is None else str(run))
         write_page(out, lambda: run_page(store, connection, number))
         return f"run {number}"
 

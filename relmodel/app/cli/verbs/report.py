@@ -35,19 +35,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
-    from relmodel.app.report.write import write_report
+    from relmodel.app.report.write import Subject, write_report
     from relmodel.store import Store
 
     with Store.open(store_target(args), read_only=not args.diff) as store, shown(store) as progress:
-        of = write_report(
-            store,
-            args.out,
-            run=args.number,
-            serial=args.serial,
-            object_name=args.object,
-            variant=args.variant,
-            diff=args.diff,
-            progress=progress,
-        )
+        subject = Subject(run=args.number, serial=args.serial, object=args.object, variant=args.variant, diff=args.diff)
+        of = write_report(store, args.out, subject, progress)
     say(f"{args.out} is written: {of}")
     return 0
