@@ -44,7 +44,7 @@ from vision.cameras.images import read_picture
 from vision.inspection import Task, inspect
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.localisation.hypotheses import Candidates
-from vision.presence.assess import assess
+from vision.presence.states import assess
 
 HEADERS = ("set", "prior", "chain", "trials", "right", "wrong", "mm", "decided", "undecided", "cpu s")
 CHAINS = ("whole", "join off", "scan off", "matcher off")

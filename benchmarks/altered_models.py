@@ -28,7 +28,7 @@ from examples.bulkhead.variation import Candidate, Variation, draw_variation
 from examples.render.trials import plug
 from relmodel.arrays import Bools, Floats
 from relmodel.geometry.transforms import apply, inverse
-from vision.scene.scene import Scene
+from vision.scene import Scene
 
 Change = dict[str, Any]
 KINDS = ("hole", "boss", "rib", "recess")

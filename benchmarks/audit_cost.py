@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from tabulate import tabulate
 
-from relmodel.columns import Ragged
+from relmodel.arrays import Ragged
 from relmodel.compiled import compile_ahead
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.loading.load import load

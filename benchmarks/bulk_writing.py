@@ -22,7 +22,7 @@ import numpy.typing as npt
 import sqlalchemy as sa
 from tabulate import tabulate
 
-from relmodel.columns import Columns
+from relmodel.arrays import Columns
 from relmodel.store import Store
 from relmodel.store.engine import connect, store_url
 

@@ -28,15 +28,13 @@ from relmodel.world.placement import place_world
 from vision.cameras.cameras import Camera
 from vision.cameras.files import read_rig
 from vision.cameras.images import read_picture
-from vision.constellations.circles import find_scene_circles, read_circles
 from vision.constellations.constellation_parameters import DEFAULTS
-from vision.constellations.find_poses import read_inspected
-from vision.constellations.join import JoinedPairs, join_pairs, solve_poses
+from vision.constellations.elements import find_scene_circles, read_circles
+from vision.constellations.find_poses import JoinedPairs, join_pairs, read_inspected, solve_poses
 from vision.inspection import Task, inspect
 from vision.inspection.demonstration import read_truth
-from vision.scene.scene import Scene
-from vision.scene.stored_scene import read_scene
-from vision.stereo.record_stereo import read_triangulated
+from vision.scene import Scene, read_scene
+from vision.stereo.match import read_triangulated
 from vision.stereo.triangulate import Triangulated
 
 # The poses that the join gave an inspection, the best first.

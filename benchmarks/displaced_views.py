@@ -29,16 +29,13 @@ from relmodel.arrays import Bools, Floats
 from relmodel.geometry.transforms import apply, inverse
 from vision.cameras.cameras import Camera, perturb
 from vision.extraction.extract import extract
-from vision.extraction.primitives import Primitives
-from vision.extraction.rows import make_primitives
-from vision.localisation.coverage import SurfaceMap, map_surfaces
+from vision.extraction.rows import Primitives, make_primitives
 from vision.localisation.views import ViewArcs, find_view_arcs
-from vision.matching.matching_parameters import MatchingParameters
-from vision.matching.pose_problem import PoseMatch, match_view
-from vision.matching.view_units import describe_view
-from vision.relations.workspace import open_workspace
-from vision.scene.scene import Scene
-from vision.stereo.crossings import pack_arcs
+from vision.localisation.visibility import SurfaceMap, map_surfaces
+from vision.matching import MatchingParameters, PoseMatch, describe_view, match_view
+from vision.relations.relations import open_workspace
+from vision.scene import Scene
+from vision.stereo.epipolar import pack_arcs
 
 STEPS = (0.0, 3.0, 10.0, 25.0)  # px
 PAIRS = ("A0", "A1", "A2", "A4", "A5", "A7", "B0", "B1", "C0", "C3")

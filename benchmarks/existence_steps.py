@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from tabulate import tabulate
 
-from relmodel.find.rangetree import RangeTree
+from relmodel.find.indexes import RangeTree
 
 Floats = npt.NDArray[np.float64]
 FITTED = (1000, 2000, 5000, 10_000)

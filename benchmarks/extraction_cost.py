@@ -23,10 +23,9 @@ from tabulate import tabulate
 from relmodel.store.runs import Run
 from relmodel.store.store import Store
 from vision.cameras.images import read_picture
-from vision.cameras.record_cameras import record_picture
+from vision.cameras.record import record_picture
 from vision.extraction.extract import Extraction, extract
-from vision.extraction.record_extraction import record_extraction
-from vision.extraction.rows import make_rows
+from vision.extraction.rows import make_rows, record_extraction
 
 PICTURES = ("A/pairs/pair_00", "B/pairs/pair_00", "C/pairs/pair_00")
 _FIRST_CALL = """

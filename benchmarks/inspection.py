@@ -144,7 +144,7 @@ def stereo_pairs(folder: Path, args: argparse.Namespace) -> Iterator[dict[str, A
             worlds[variant] = place_world(store, DEMO / file).world
         kept: dict[str, Any] = {}
         if args.session:
-            from vision.scene.kept_scenes import Scenes
+            from vision.scene import Scenes
 
             kept["scenes"] = Scenes(store)
         shown = _Pictures(folder)

@@ -33,9 +33,9 @@ from vision.extraction.extract import extract
 from vision.extraction.rows import make_primitives
 from vision.inspection.demonstration import Truth, measure_pose_error
 from vision.localisation.localise import localise
-from vision.localisation.observation import Observation
+from vision.localisation.views import Observation
 from vision.localisation.visibility import find_visible_arcs
-from vision.scene.scene import Scene
+from vision.scene import Scene
 
 SAMPLES = 1000
 MOST_PX, LEAST_PX = 60.0, 3.0

@@ -35,21 +35,17 @@ from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import apply, inverse
 from vision.cameras.cameras import Rig
 from vision.extraction.extract import extract
-from vision.extraction.primitives import Primitives
-from vision.extraction.rows import make_primitives
+from vision.extraction.rows import Primitives, make_primitives
 from vision.inspection.demonstration import Truth, measure_pose_error
-from vision.inspection.matched_views import match_views
+from vision.inspection.locate import match_views
 from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
 from vision.localisation.localise import Localisation, localise
-from vision.localisation.observation import ModelView, Observation, view_model
-from vision.localisation.parts_in_view import find_parts_in_view
-from vision.matching.matching_parameters import MatchingParameters
-from vision.matching.pose_problem import MatchedView
-from vision.presence.assess import assess
+from vision.localisation.views import ModelView, Observation, view_model
+from vision.localisation.visibility import find_parts_in_view
+from vision.matching import MatchedView, MatchingParameters
 from vision.presence.report import describe
-from vision.presence.states import Presence
-from vision.scene.scene import Scene
-from vision.scene.stored_scene import StoredScene
+from vision.presence.states import Presence, assess
+from vision.scene import Scene, StoredScene
 
 MATCHING = MatchingParameters()
 Matched = dict[str, MatchedView]

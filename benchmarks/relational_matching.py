@@ -32,10 +32,7 @@ from tabulate import tabulate
 from benchmarks.displaced_views import PAIRS, displaced
 from benchmarks.peers.matchers import Answer, matchers
 from relmodel.arrays import Ints
-from relmodel.labelling.cost import labelling_cost
-from relmodel.labelling.problem import NONE, MatchingProblem, matching_problem
-from relmodel.labelling.result import OPTIMAL
-from relmodel.labelling.rows import result_rows
+from relmodel.labelling.problem import NONE, OPTIMAL, MatchingProblem, labelling_cost, matching_problem, result_rows
 from relmodel.labelling.solve import MODES, solve
 from tests.labelling.oracle import enumerated_cost, random_problem, verified, without_nulls
 from tests.labelling.scenes import KINDS, scene

@@ -10,7 +10,7 @@ the other.
 Repeat: of the relations between two units of the left picture that both have a partner, the share that the partners
 have too, whatever the values; `within reach` counts only those that a unit calls upon (`Tolerance.reach`).  Degree:
 relations so found again, median over the left arcs with a partner.  Agree: the share found again within the tolerances
-of `vision.relations.tolerances`, between true partners and where the first unit is given a wrong one: another unit of
+of `vision.relations.relations`, between true partners and where the first unit is given a wrong one: another unit of
 its kind within 60 px of the right one, if an arc within 30 degrees of its direction.  What it tells, in nats, is the
 logarithm of the ratio of the odds of these two shares.
 
@@ -37,8 +37,7 @@ from relmodel.geometry.transforms import apply, inverse
 from vision.cameras.cameras import Camera
 from vision.extraction.arcs import Arcs
 from vision.extraction.extract import Extraction, extract
-from vision.relations.relations import KINDS, Relations
-from vision.relations.tolerances import AGREE, TOLERANCES, Tolerance
+from vision.relations.relations import AGREE, KINDS, TOLERANCES, Relations, Tolerance
 
 CHOOSING = (("A", 0), ("A", 2), ("A", 5), ("A", 7), ("B", 0), ("C", 0), ("C", 3))
 REPORTED = (("A", 1), ("A", 3), ("A", 4), ("A", 6), ("B", 1), ("C", 1), ("C", 2))

@@ -27,8 +27,8 @@ from tabulate import tabulate
 
 from benchmarks.bulk_writing import postgresql
 from relmodel.find.find import in_volumes
+from relmodel.find.indexes import placed_parts, world_boxes
 from relmodel.find.parquet import TABLES, export_parts, volume_tables
-from relmodel.find.planner import placed_parts, world_boxes
 from relmodel.find.volumes import Box
 from relmodel.store import Store, sql
 from relmodel.world import place_world

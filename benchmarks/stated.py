@@ -28,8 +28,8 @@ from vision.extraction.extract import extract
 from vision.extraction.rows import make_primitives
 from vision.inspection.demonstration import Truth, measure_pose_error
 from vision.localisation.localise import localise
-from vision.localisation.observation import Observation
-from vision.scene.scene import Scene
+from vision.localisation.views import Observation
+from vision.scene import Scene
 
 RIG = CalibrationSigma(focal=0.002, centre_px=2.0, translation_mm=1.0, rotation=float(np.radians(0.1)))
 TOLERANCE_MM = 0.7

@@ -43,11 +43,9 @@ from tests.vision.stereo.rendered import (
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import LINE
 from vision.extraction.extract import extract
-from vision.extraction.primitives import Primitives
-from vision.extraction.rows import make_primitives
-from vision.stereo.crossings import StereoArcs, cross_rows, pack_arcs, pair_crossings
+from vision.extraction.rows import Primitives, make_primitives
+from vision.stereo.epipolar import StereoArcs, cross_rows, pack_arcs, pair_crossings, rectify
 from vision.stereo.match import METHODS, StereoMatches, match_stereo
-from vision.stereo.rectification import rectify
 from vision.stereo.stereo_parameters import DEFAULTS
 
 PAIRS = [f"{part}{pair}" for part, count in (("A", 8), ("B", 2), ("C", 4)) for pair in range(count)]

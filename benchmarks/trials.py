@@ -30,8 +30,7 @@ from vision.cameras.cameras import Camera, Prior, Rig, perturb
 from vision.cameras.files import read_prior, read_rig
 from vision.cameras.images import read_picture
 from vision.inspection.demonstration import read_truth
-from vision.scene.scene import Scene
-from vision.scene.stored_scene import StoredScene, read_scene
+from vision.scene import Scene, StoredScene, read_scene
 
 Pictures = dict[str, NDArray[Any]]  # grey, by camera
 

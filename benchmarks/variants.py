@@ -26,10 +26,10 @@ from benchmarks.trials import Models, Trial, rendered
 from examples.render.trials import draw_again, read_list
 from vision.inspection.demonstration import measure_pose_error
 from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
-from vision.localisation.observation import Observation
+from vision.localisation.views import Observation
 from vision.presence.presence_parameters import DEFAULTS as PRESENCE
-from vision.presence.variants import assess_variant
-from vision.scene.scene import Scene
+from vision.presence.report import assess_variant
+from vision.scene import Scene
 
 GROUP = 5  # changed trials that are variants of one another, with the one that they were drawn from
 SEEN_PX = 200  # pixels in which two variants must differ in a camera to differ visibly

@@ -51,17 +51,16 @@ from relmodel.errors import InputError
 from relmodel.store import Run
 from vision.cameras.cameras import Needs, perturbation
 from vision.extraction.extract import extract
-from vision.extraction.primitives import Primitives
-from vision.extraction.rows import make_primitives
+from vision.extraction.rows import Primitives, make_primitives
 from vision.inspection import inspection_parameters
 from vision.inspection.demonstration import Truth, measure_pose_error
 from vision.inspection.locate import Locator, select_parts
-from vision.inspection.quality import describe, doubt_pictures, find_faults
+from vision.inspection.pictures import describe, doubt_pictures, find_faults
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.localise import Localisation
-from vision.localisation.observation import Observation
 from vision.localisation.verdict import Verdict, VerdictStatistics
-from vision.scene.kept_scenes import Scenes
+from vision.localisation.views import Observation
+from vision.scene import Scenes
 from vision.stereo.match import match_stereo
 
 # One camera does not see the object, or the cameras disagree.

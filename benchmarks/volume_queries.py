@@ -58,13 +58,11 @@ from benchmarks.peers.boxes import (
     postgresql,
 )
 from benchmarks.peers.worlds import SPREADS, about, clustered, views
+from relmodel.find.boxes import pack, page_boxes
 from relmodel.find.find import in_volumes
-from relmodel.find.packing import pack, page_boxes
-from relmodel.find.planner import WorldIndex
-from relmodel.find.rtree import PackedRTree
+from relmodel.find.indexes import PackedRTree, WorldIndex
 from relmodel.find.volumes import Box, Frustum
-from relmodel.geometry.hulls import Hulls
-from relmodel.geometry.transforms import matrix_columns
+from relmodel.geometry.transforms import Hulls, matrix_columns
 from relmodel.store import Store
 
 HITS = (0, 10, 100, 10_000)

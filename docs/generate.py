@@ -10,7 +10,7 @@ from pathlib import Path
 
 from relmodel.app.cli.main import VERBS, parser
 from relmodel.resources import resource_dir
-from relmodel.store.dictionary import FUNCTION, Column, columns_of, dictionary, schema_in_memory
+from relmodel.store.store import FUNCTION, Column, columns_of, dictionary, schema_in_memory
 
 _WIDTH = "88"  # columns of the help
 

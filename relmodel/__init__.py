@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from relmodel.errors import InputError, RelmodelError, StoreError, UsageError
     from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere
     from relmodel.table import Table
-    from relmodel.world.correction import Carrier
+    from relmodel.world.kinematics import Carrier
 
 __version__ = "0.1.0"
 
@@ -40,7 +40,7 @@ __all__ = [
 _HOMES = {
     **dict.fromkeys(("InputError", "RelmodelError", "StoreError", "UsageError"), "relmodel.errors"),
     **dict.fromkeys(("Box", "Frustum", "OrientedBox", "Polyhedron", "Sphere"), "relmodel.find.volumes"),
-    "Carrier": "relmodel.world.correction",
+    "Carrier": "relmodel.world.kinematics",
     "OpenStore": "relmodel.app.api",
     "Table": "relmodel.table",
 }

@@ -13,7 +13,7 @@ from decimal import Decimal
 from itertools import islice
 from typing import Any, TextIO
 
-from relmodel.text import spreadsheet_text, visible
+from relmodel.names import spreadsheet_text, visible
 
 _DIGITS = 6  # of numbers in tables; JSON and CSV have all
 _BATCH = 1000  # rows of a table that are laid out at once

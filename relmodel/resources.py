@@ -1,5 +1,10 @@
-"""Where the project's SQL files and demonstration data lie: next to the package in a checkout, inside it in a wheel."""
+"""The program itself: where its SQL and demonstration lie, which code runs, and who runs it."""
 
+from __future__ import annotations
+
+import getpass
+from functools import cache
+from hashlib import sha256
 from pathlib import Path
 
 _PACKAGE = Path(__file__).parent
@@ -12,3 +17,60 @@ def resource_dir(name: str) -> Path:
         return _WHEEL_DATA / name
     checkout = _PACKAGE.parent
     return checkout / "examples" / "demo" if name == "demo" else checkout / name
+
+
+# Which code runs: the commit of its checkout, and a hash of its files.
+
+_PACKAGES = Path(__file__).parents[1]
+_ROOTS = (("relmodel", "*.py"), ("vision", "*.py"), ("schema", "*.*"), ("queries", "*.sql"))
+
+
+@cache
+def code_sha256() -> str:
+    """SHA-256 (hexadecimal) of the program: its Python files and the SQL of `schema` and `queries`, by name and content
+    in the order of names; equal for equal code, in a checkout or installed."""
+    digest = sha256()
+    for name, kind in _ROOTS:
+        root = _PACKAGES / name if kind == "*.py" else resource_dir(name)
+        files = {file.relative_to(root).as_posix(): file for file in root.rglob(kind)}
+        for inside in sorted(file for file in files if not file.startswith("data/")):  # of an installation
+            content = files[inside].read_bytes()
+            digest.update(f"{name}/{inside} {len(content)}\n".encode() + content)
+    return digest.hexdigest()
+
+
+@cache
+def code_commit() -> str | None:
+    """The git commit that the checkout of this code stands at; None where it is installed, or the checkout is not to be
+    read.  Files may differ from it: `code_sha256` tells."""
+    place = _PACKAGES / ".git"
+    try:
+        if place.is_file():  # of a linked worktree
+            place = _PACKAGES / place.read_text().removeprefix("gitdir:").strip()
+        head = (place / "HEAD").read_text().strip()
+        if not head.startswith("ref:"):
+            return head
+        common = place / "commondir"
+        shared = place / common.read_text().strip() if common.is_file() else place
+        return _commit_of(shared, head.removeprefix("ref:").strip())
+    except OSError:
+        return None
+
+
+def _commit_of(repository: Path, reference: str) -> str | None:
+    loose = repository / reference
+    if loose.is_file():
+        return loose.read_text().strip()
+    packed = (line.split() for line in (repository / "packed-refs").read_text().splitlines() if line[:1] not in "#^")
+    return next((commit for commit, name in packed if name == reference), None)
+
+
+# Who works at this machine.
+
+
+def user_name() -> str | None:
+    """The name of the user of this process; None where it has none, as in some containers."""
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return None

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.errors import UsageError
-from relmodel.text import visible
+from relmodel.names import visible
 
 if TYPE_CHECKING:
     import pandas as pd

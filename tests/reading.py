@@ -15,10 +15,10 @@ from functools import partial
 from pathlib import Path
 
 from relmodel.loading import load as loading
-from relmodel.loading.derive import derive
-from relmodel.loading.write.write import LoadReport, write
+from relmodel.loading.load import derive
+from relmodel.loading.write import LoadReport, write
+from relmodel.model.content_keys import share
 from relmodel.model.model import Model, SourceFile
-from relmodel.model.sharing import share
 from relmodel.model.validation import validated
 from relmodel.readers import DEFAULTS, ReadOptions, read
 from relmodel.readers.formats import format_of

@@ -12,7 +12,7 @@ import sqlalchemy as sa
 import yaml
 
 from relmodel.geometry.transforms import matrix_columns, rotation_matrix
-from relmodel.loading.write.expansion import append_expansion
+from relmodel.loading.write import append_expansion
 from relmodel.store import Store
 
 BOX = ("x0", "y0", "z0", "x1", "y1", "z1")

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Floats
-from relmodel.columns import Columns, Ragged, Rows, read_rows, row_count, stack, take
+from relmodel.arrays import Columns, Floats, Ragged, Rows, read_rows, row_count, stack, take
 
 
 def lists(column: object) -> list[list[float] | None]:

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from relmodel import compiled
-from relmodel.app.compile_behind import compile_behind
+from relmodel.app.session import compile_behind
 from vision.inspection import KERNELS
 
 CHECKOUT = Path(__file__).parent.parent
@@ -172,7 +172,7 @@ def test_processes_that_compile_ahead_together_share_the_work(package: Path, tmp
 def test_compiling_behind_a_load_is_started_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     started_with: list[list[str]] = []
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr("relmodel.app.compile_behind.Popen", lambda command, **_: started_with.append(command))
+    monkeypatch.setattr("relmodel.app.session.Popen", lambda command, **_: started_with.append(command))
     told: list[str] = []
     compile_behind(told.append)
     compile_behind(told.append)

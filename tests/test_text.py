@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from relmodel.text import nearest_name
+from relmodel.names import nearest_name
 
 PATHS = (
     "bulkhead/BODY",

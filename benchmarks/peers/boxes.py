@@ -24,8 +24,8 @@ import numpy as np
 import numpy.typing as npt
 import shapely
 
-from relmodel.find.kinds import BoxIndex, build
-from relmodel.find.packing import page_order
+from relmodel.find.boxes import page_order
+from relmodel.find.indexes import BoxIndex, build
 from relmodel.find.volumes import Frustum, VolumeTable, boxes_met
 
 Floats = npt.NDArray[np.float64]

@@ -12,8 +12,7 @@ from scipy.optimize import Bounds, linear_sum_assignment, milp
 from scipy.sparse import csr_array
 
 from relmodel.arrays import Floats, Ints
-from relmodel.labelling.cost import labelling_cost
-from relmodel.labelling.problem import NONE, MatchingProblem
+from relmodel.labelling.problem import NONE, MatchingProblem, labelling_cost
 from relmodel.labelling.solve import solve
 from tests.labelling.oracle import integer_programme
 

@@ -12,23 +12,23 @@ import numpy.typing as npt
 
 from relmodel.find import find
 from relmodel.find.volumes import Volume
+from relmodel.names import visible
 from relmodel.store import Store, sql
 from relmodel.store.ask import TIME_LIMIT_S, ask_arrow
 from relmodel.table import Contents, Table, table_of
-from relmodel.text import visible
-from relmodel.variants.compare_variants import REACH
+from relmodel.variants.compare import REACH
 
 if TYPE_CHECKING:
     from relmodel.app.attributes import Whose
     from relmodel.app.report.write import Subject
     from relmodel.app.session import Options, Session
-    from relmodel.loading.write.write import LoadReport
-    from relmodel.world.correction import Carrier
+    from relmodel.loading.write import LoadReport
+    from relmodel.world.kinematics import Carrier
     from relmodel.world.placement import WorldReport
-    from vision.cameras.rig_pictures import Pictures
+    from vision.cameras.images import Pictures
     from vision.inspection.inspection import Inspection
-    from vision.planning.plan import Plan, Wanted
-    from vision.scene.kept_scenes import Scenes
+    from vision.planning import Plan, Wanted
+    from vision.scene import Scenes
 
 
 class OpenStore(Store):
@@ -51,7 +51,7 @@ class OpenStore(Store):
 
     def place(self, path: str | Path) -> WorldReport:
         """Place the world of a world file, with the rigs that it mounts."""
-        from vision.cameras.world import place_world_with_rigs
+        from vision.cameras.record import place_world_with_rigs
 
         return place_world_with_rigs(self, path)
 
@@ -124,7 +124,7 @@ class OpenStore(Store):
 
     @cached_property
     def _scenes(self) -> Scenes:
-        from vision.scene.kept_scenes import Scenes
+        from vision.scene import Scenes
 
         return Scenes(self)
 
@@ -140,7 +140,7 @@ class OpenStore(Store):
             answers = [session.inspect(pictures={"left": left, "right": right}) for left, right in pairs]
         """
         from relmodel.app.session import Session
-        from vision.scene.kept_scenes import Scenes
+        from vision.scene import Scenes
 
         return Session(Scenes(self), rig, options)
 
@@ -148,7 +148,7 @@ class OpenStore(Store):
         """The views that would check most of an object, or of what is left of the physical part of a serial number.
 
         out: a folder for a prior of each view, and for pairs.csv, their list for `relmodel inspect --list`.
-        wanted: serial, object, world, on, distance, above and views: `vision.planning.plan.Wanted`.
+        wanted: serial, object, world, on, distance, above and views: `vision.planning.Wanted`.
         """
         from relmodel.app.propose import propose_views
 
@@ -160,8 +160,8 @@ class OpenStore(Store):
 
     def results(self, run: int | None = None) -> dict[str, Table]:
         """The tables of what an inspection found, by name; without `run` of the newest."""
-        from relmodel.app.audit.newest import newest_inspection
-        from relmodel.app.export.results import read_results
+        from relmodel.app.audit import newest_inspection
+        from relmodel.app.export import read_results
 
         with self.read() as connection:
             tables = read_results(self, connection, newest_inspection(self, connection) if run is None else run)
@@ -191,9 +191,8 @@ class OpenStore(Store):
 
         Any other name is a folder for tables, `parquet` or `csv`.  Returns the files.
         """
-        from relmodel.app.audit.newest import newest_inspection
-        from relmodel.app.export.results import read_results
-        from relmodel.app.export.write import export_object, export_run
+        from relmodel.app.audit import newest_inspection
+        from relmodel.app.export import export_object, export_run, read_results
 
         with self.read() as connection:
             if object is not None:
@@ -222,8 +221,7 @@ class OpenStore(Store):
 
         The sentences are about its verdict, its pose, an image arc (CAMERA:NUMBER), or a part or feature by its path.
         """
-        from relmodel.app.audit.newest import newest_inspection
-        from relmodel.app.audit.why import Sentence, explain
+        from relmodel.app.audit import Sentence, explain, newest_inspection
 
         if run is None:
             with self.read() as connection:
@@ -238,7 +236,7 @@ class OpenStore(Store):
         written to the store.
         """
         from relmodel.app.report.write import variant_named
-        from relmodel.variants.compare_variants import compare
+        from relmodel.variants.compare import compare
 
         made = compare(self, variant_named(before, object), variant_named(after, object), reach=reach)
         with self.read() as connection:

@@ -11,17 +11,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypedDict
 
 from relmodel.errors import UsageError
-from relmodel.model.attributes import attribute_rows
+from relmodel.model.model import attribute_rows
+from relmodel.names import nearest_name
+from relmodel.resources import user_name
 from relmodel.store import Run, Store
-from relmodel.text import nearest_name
-from relmodel.user import user_name
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
 Value = float | str | bool
 
-_LONGEST = 200  # characters of a name
+_LONGEST_NAME = 200  # characters of a name
 _DENSITIES = 10.0, 25_000.0  # of materials, kg/m3: from light foam to beyond osmium
 _COMMA = re.compile(r"[-+]?[\d.' ]*,[\d.]+(?:[eE][-+]?\d+)?")  # 2,70 or 2.700,5 or 2,700.5
 _COLOUR = re.compile(r"#[0-9a-f]{6}")
@@ -119,7 +119,7 @@ def set_attribute(
 
 
 def _owner(store: Store, connection: Connection, path: str, whose: Whose) -> Owner:
-    from relmodel.app.show.tree import read_tree
+    from relmodel.app.tree import read_tree
     from relmodel.find.find import world_named
 
     variant, surface, arc = whose["variant"], whose["surface"], whose["arc"]
@@ -156,8 +156,10 @@ def _owner(store: Store, connection: Connection, path: str, whose: Whose) -> Own
 
 def _check(owner: Owner, name: str, value: Value, unit: str | None, units: dict[str, Any], text: bool) -> None:
     """Raise UsageError where name, value and unit of an attribute do not fit together."""
-    if not name.strip() or name != name.strip() or len(name) > _LONGEST or not name.isprintable():
-        raise UsageError(f"invalid attribute name {name!r}: give 1 to {_LONGEST} characters without spaces at the ends")
+    if not name.strip() or name != name.strip() or len(name) > _LONGEST_NAME or not name.isprintable():
+        raise UsageError(
+            f"invalid attribute name {name!r}: give 1 to {_LONGEST_NAME} characters without spaces at the ends"
+        )
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if isinstance(value, str) and (not value.strip() or "\0" in value):
         raise UsageError(f"the value of {name} is empty: give a number, a text, true or false")

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from relmodel.app.audit.newest import run_named
-from relmodel.app.report.findings import size_words
+from relmodel.app.audit import run_named
+from relmodel.app.report.run import size_words
 from relmodel.errors import UsageError
 from relmodel.store import Run, Store
 
-_LONGEST = 2000  # characters
+_LONGEST_REASON = 2000  # characters
 
 
 def decide(store: Store, number: str | None, finding: int, decision: str, by: str, note: str) -> str:
@@ -18,8 +18,10 @@ def decide(store: Store, number: str | None, finding: int, decision: str, by: st
     Raises UsageError where there is no such finding, and where name or note are empty.
     """
     for what, words in (("by", by), ("note", note)):
-        if not words.strip() or "\0" in words or len(words) > _LONGEST:
-            raise UsageError(f"{what} is empty or too long: give who decides, and why, in 1 to {_LONGEST} characters")
+        if not words.strip() or "\0" in words or len(words) > _LONGEST_REASON:
+            raise UsageError(
+                f"{what} is empty or too long: give who decides, and why, in 1 to {_LONGEST_REASON} characters"
+            )
     with store.read() as connection:
         inspection = run_named(store, connection, number)
         rows = store.rows(connection, "report/run_findings", run_id=inspection)

@@ -11,11 +11,9 @@ from html import escape
 import numpy as np
 from PIL import Image
 
-from relmodel.drawing.images import read_image
-from relmodel.drawing.model_edges import draw_over
-from relmodel.drawing.strokes import side_by_side
+from relmodel.drawing.draw import draw_over, read_image, side_by_side
+from relmodel.names import visible
 from relmodel.store import Store
-from relmodel.text import visible
 from vision.inspection.inspection import Inspection
 
 _WIDTH = 1600  # px: a wide screen, and some 2 MB

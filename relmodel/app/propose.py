@@ -13,7 +13,7 @@ from relmodel.progress import Progress, silent
 from relmodel.store import Store
 from vision.cameras.cameras import Rig
 from vision.cameras.files import read_rig
-from vision.planning.plan import Plan, Wanted, plan_views
+from vision.planning import Plan, Wanted, plan_views
 
 _SIGMA = {"translation_mm": 5.0, "rotation_deg": 0.5}  # as for a rig on an arm: relmodel where
 

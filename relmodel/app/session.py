@@ -1,17 +1,24 @@
-"""Inspections in a row that share what they make of the model: its scenes, what is looked up in them, and kernels."""
+"""Inspections in a row that share what they make of the model, and kernels compiled behind while a model loads."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+import os
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
+from subprocess import DEVNULL, Popen
 from typing import TYPE_CHECKING, Any, Self, TypedDict
 
+import relmodel
+
 if TYPE_CHECKING:
-    from relmodel.world.correction import Carrier
+    from relmodel.world.kinematics import Carrier
     from vision.cameras.cameras import Needs
-    from vision.cameras.rig_pictures import Pictures
+    from vision.cameras.images import Pictures
     from vision.inspection.inspection import Inspection
-    from vision.scene.kept_scenes import Scenes
+    from vision.scene import Scenes
 
 
 class Options(TypedDict, total=False):
@@ -60,7 +67,7 @@ class Session:
         """Inspect pictures that were taken together, as `OpenStore.inspect`; what fails leaves the session as it
         was."""
         from relmodel.app.notebook import PicturedInspection
-        from relmodel.world.correction import Carrier
+        from relmodel.world.kinematics import Carrier
         from vision.inspection.inspection import Task, inspect
 
         store = self._scenes.store
@@ -79,3 +86,37 @@ class Session:
 
     def __exit__(self, *_: object) -> None:
         self._scenes.keep_only(())
+
+
+# The kernels of inspections, compiled by a process of its own while a model loads: the first inspection finds them.
+
+_WORK = (
+    "import os; os.nice(5); from relmodel.compiled import compile_ahead; from vision.inspection import KERNELS; "
+    "compile_ahead(KERNELS, lambda words: None)"
+)
+
+
+def compile_behind(say: Callable[[str], None]) -> None:
+    """Start compiling, once for each installation, and say so; it goes on when this process ends.
+
+    To know whether it was started before costs no import of numba.  `compile_ahead` waits for it.
+    """
+    with suppress(OSError, RuntimeError):  # where nothing can be kept there is no use in it
+        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "relmodel"
+        asked = Path(os.environ.get("NUMBA_CACHE_DIR") or base) / f"asked-{_installation()}"
+        if asked.exists():
+            return
+        asked.parent.mkdir(parents=True, exist_ok=True)
+        asked.touch()
+        say("compiling the kernels of inspections in the background, once for this version ...")
+        command = [sys.executable, "-c", _WORK]
+        Popen(command, stdin=DEVNULL, stdout=DEVNULL, stderr=DEVNULL, start_new_session=True)
+
+
+def _installation() -> str:
+    """What changes whenever other kernels are installed: names, sizes and times of their files."""
+    top = Path(relmodel.__file__).parent.parent
+    files = sorted(file for package in ("relmodel", "vision") for file in (top / package).rglob("*kernels.py"))
+    stats = [(os.fspath(file), os.stat(file)) for file in files]
+    stated = repr((sys.executable, [(name, it.st_size, it.st_mtime_ns) for name, it in stats]))
+    return hashlib.sha256(stated.encode()).hexdigest()[:16]

@@ -1,24 +1,25 @@
-"""Pictures of placed parts: seen from afar, hidden surfaces removed, features coloured by kind, with a key."""
+"""The model in three dimensions: pictures of placed parts, and the scene that a page's script draws."""
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from sqlalchemy import Connection
 
 from relmodel.arrays import Bytes, Floats, Ints
-from relmodel.drawing.colours import INK, PLAIN, Rgb, colours_of
-from relmodel.drawing.strokes import with_key
+from relmodel.drawing.draw import INK, PLAIN, Rgb, colours_of, with_key
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import apply
-from relmodel.paths import check_writable
+from relmodel.names import check_writable
 from relmodel.store import Store
 
 SUFFIXES = (".png", ".jpg", ".jpeg")
-
 # Directions in which one looks, and what is up in the picture.
 VIEWS = {
     "front": ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
@@ -173,3 +174,190 @@ def _pixels(scene: _Scene, hit: Ints) -> Bytes:
     line[1:] |= seen[1:] != seen[:-1]
     picture[line] = INK
     return picture.astype(np.uint8)
+
+
+# The model in three dimensions, as a page's script draws it: triangles, edges, placed parts, cameras.
+
+MOST_PARTS = 4000  # a page draws them one by one
+MOST_TRIANGLES = 600_000  # 12 bytes each in the page; of further shapes only the edges are drawn
+_STEPS = 65535  # positions are whole steps of a shape's box: of 3 m, 0.05 mm
+_PIECES = 20  # straight pieces an edge is drawn with
+_STRAIGHT_MM = 0.05  # an edge that leaves its chord by less is one piece
+Part = dict[str, Any]
+Lines = dict[str, Any]  # colour, at: ends of pieces, x y z after each other
+
+
+def shapes_of(store: Store, connection: Connection, shape_ids: Ints) -> list[dict[str, Any]]:
+    """Shapes for the script, in the order of `shape_ids`, which are increasing.
+
+    lo, size: their box, mm; v: vertices in steps of it; t: triangles, by surface; s: surface, first index and count of
+    each run of them; e: ends of the pieces of sharp edges, in the same steps.  Arrays are base64 of little-endian
+    uint16, of triangles uint32 where wide.  Shapes without triangles are left out.
+    """
+    wanted = [int(s) for s in shape_ids]
+    edges = _edges(store, connection, wanted)
+    out, drawn = [], 0
+    for row in store.rows(connection, "scene/meshes", shape_ids=wanted):
+        vertices = np.reshape(np.asarray(row.vertices, float), (-1, 3))
+        triangles = np.reshape(np.asarray(row.triangles, np.uint32), (-1, 3))
+        surface = np.asarray(row.triangle_surfaces, np.int64)
+        if drawn + len(triangles) > MOST_TRIANGLES:
+            triangles, surface = triangles[:0], surface[:0]
+        drawn += len(triangles)
+        order = np.argsort(surface, kind="stable")
+        starts = np.flatnonzero(np.r_[True, np.diff(surface[order]) != 0]) if len(order) else np.zeros(0, np.int64)
+        runs = np.stack([surface[order][starts], 3 * starts, 3 * np.diff(np.r_[starts, len(order)])], axis=1)
+        ends = edges.get(int(row.shape_id), np.zeros((0, 3)))
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        size = np.maximum(high - low, 1e-9)
+        wide = len(vertices) > _STEPS
+        out.append(
+            {
+                "id": int(row.shape_id),
+                "lo": low.round(4).tolist(),
+                "size": size.round(4).tolist(),
+                "v": _packed(_in_steps(vertices, low, size)),
+                "t": _packed(triangles[order].astype("<u4" if wide else "<u2")),
+                "wide": wide,
+                "s": runs.tolist(),
+                "e": _packed(_in_steps(ends, low, size)),
+            }
+        )
+    return out
+
+
+def scene(
+    shapes: Sequence[Any],
+    parts: Sequence[Part],
+    lines: Sequence[Lines] = (),
+    views: Sequence[dict[str, Any]] = (),
+    up: Sequence[float] = (0, 0, 1),
+    back: Floats | None = None,
+) -> dict[str, Any] | None:
+    """What the script draws; None where there is no part to draw.
+
+    `parts` name their shapes by identity; it looks at those first that are not plain, from above the side to which
+    `back` (3,) points, a unit vector.
+    """
+    ordinal = {s["id"]: i for i, s in enumerate(shapes)}
+    drawn = [p | {"shape": ordinal[p["shape"]]} for p in parts if p["shape"] in ordinal]
+    if not drawn:
+        return None
+    shown = [p for p in drawn if p["colour"] != "plain"] or drawn
+    boxes = np.array([_box(shapes[p["shape"]], p["m"]) for p in shown])
+    low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+    middle, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2 + 1e-3
+    ahead = np.roll(np.asarray(up, float), 1) if back is None else back
+    aside = np.cross(up, ahead)
+    return {
+        "shapes": [{k: v for k, v in s.items() if k != "id"} for s in shapes],
+        "parts": drawn,
+        "lines": list(lines),
+        "views": list(views),
+        "focus": middle.round(3).tolist(),
+        "radius": round(radius, 3),
+        "up": list(up),
+        "from": (ahead + 0.35 * aside + 0.3 * np.asarray(up)).round(4).tolist(),
+    }
+
+
+def place_parts(
+    store: Store,
+    connection: Connection,
+    shape_id: Ints,
+    paths: Sequence[str] | npt.NDArray[Any],
+    poses: Floats,
+    colours: Sequence[str] | None = None,
+) -> tuple[list[dict[str, Any]], list[Part], Ints]:
+    """The shapes of placed parts, poses (n, 4, 4), mm; the parts, and which of those given they are: no more than a
+    page draws, and none without triangles.  Colours are names that the script knows, all plain where none are given."""
+    shapes = shapes_of(store, connection, np.unique(shape_id[:MOST_PARTS]))
+    kept = np.flatnonzero(np.isin(shape_id[:MOST_PARTS], [s["id"] for s in shapes]))
+    rows = poses[:, :3].round(6).reshape(-1, 12)
+    return (
+        shapes,
+        [
+            {
+                "shape": int(shape_id[i]),
+                "path": paths[i],
+                "m": rows[i].tolist(),
+                "colour": "plain" if colours is None else colours[i],
+            }
+            for i in kept.tolist()
+        ],
+        kept,
+    )
+
+
+def broadside(shapes: Sequence[Any], parts: Sequence[Part]) -> Floats:
+    """The direction (3,), level where z is up, from which the largest part shows most."""
+    by_id = {s["id"]: s for s in shapes}
+    sizes = np.array([np.ptp(_box(by_id[p["shape"]], p["m"]), axis=0) for p in parts] or [np.ones(3)])
+    return np.asarray(-np.eye(3)[np.argmin(sizes[np.argmax(sizes.prod(axis=1))][:2])])
+
+
+def _box(shape: dict[str, Any], place: Sequence[float]) -> Floats:
+    """Least and greatest corner (2, 3) of a placed shape."""
+    m = np.reshape(place, (3, 4))
+    at = np.array(shape["lo"]) + np.array(list(np.ndindex(2, 2, 2))) * shape["size"]
+    corners = at @ m[:, :3].T + m[:, 3]
+    return np.array([corners.min(axis=0), corners.max(axis=0)])
+
+
+def camera_lines(world_from_camera: Floats, matrix: Floats, width: int, height: int, depth: float) -> list[float]:
+    """Ends of the pieces of a camera's pyramid down to a depth in mm: x y z after each other."""
+    corners = np.array(
+        [[-0.5, -0.5, 1], [width - 0.5, -0.5, 1], [width - 0.5, height - 0.5, 1], [-0.5, height - 0.5, 1]]
+    )
+    rim = apply(world_from_camera, depth * corners @ np.linalg.inv(matrix).T)
+    tip = np.broadcast_to(world_from_camera[:3, 3], rim.shape)
+    return _pieces(np.concatenate([tip, rim]), np.concatenate([rim, np.roll(rim, 1, axis=0)]))
+
+
+def ellipsoid_lines(centre: Floats, covariance: Floats, sigmas: float) -> list[float]:
+    """Ends of the pieces of the three principal ellipses of a covariance (3, 3), mm2, about a centre (3,)."""
+    values, vectors = np.linalg.eigh(covariance)
+    axes = sigmas * vectors * np.sqrt(np.maximum(values, 0))
+    at = np.linspace(0, 2 * np.pi, 33)[:, None]
+    rings = [centre + np.cos(at) * axes[:, i] + np.sin(at) * axes[:, j] for i, j in ((0, 1), (1, 2), (2, 0))]
+    return _pieces(np.concatenate([r[:-1] for r in rings]), np.concatenate([r[1:] for r in rings]))
+
+
+def _edges(store: Store, connection: Connection, shape_ids: Sequence[int]) -> dict[int, Floats]:
+    """Ends (2 n, 3) of the pieces of each shape's sharp edges, mm."""
+    rows = store.columns(connection, "report/edges", shape_ids=list(shape_ids))
+    shape = np.asarray(rows["shape_id"], np.int64)
+    if not len(shape):
+        return {}
+    points = np.concatenate([np.asarray(p, float) for p in rows["points"]]).reshape(-1, 3)
+    count = np.array([len(p) // 3 for p in rows["points"]])
+    first = np.cumsum(count) - count
+    chosen = first[:, None] + np.rint(np.linspace(0, 1, _PIECES + 1) * (count[:, None] - 1)).astype(np.int64)
+    knots = points[chosen]  # (edges, pieces + 1, 3)
+    chord = knots[:, -1] - knots[:, 0]
+    along = chord / np.maximum(np.linalg.norm(chord, axis=1), 1e-12)[:, None]
+    away = knots - knots[:, :1]
+    aside = np.linalg.norm(away - np.einsum("eki,ei->ek", away, along)[..., None] * along[:, None], axis=2).max(axis=1)
+    straight = (aside < _STRAIGHT_MM) & (np.linalg.norm(chord, axis=1) > _STRAIGHT_MM)
+    ends = np.stack([knots[:, :-1], knots[:, 1:]], axis=2).reshape(len(knots), -1, 3)
+    one = np.stack([knots[straight, 0], knots[straight, -1]], axis=1)
+    return {
+        int(s): np.concatenate(
+            [ends[~straight & (shape == s)].reshape(-1, 3), one[shape[straight] == s].reshape(-1, 3)]
+        )
+        for s in np.unique(shape)
+    }
+
+
+def _in_steps(points: Floats, low: Floats, size: Floats) -> npt.NDArray[np.uint16]:
+    return np.clip(np.rint((points - low) / size * _STEPS), 0, _STEPS).astype("<u2")
+
+
+def _packed(array: npt.NDArray[Any]) -> str:
+    return base64.b64encode(np.ascontiguousarray(array).tobytes()).decode()
+
+
+def _pieces(a: Floats, b: Floats) -> list[float]:
+    """Ends of pieces from a (n, 3) to b (n, 3)."""
+    ends: list[float] = np.stack([a, b], axis=1).round(3).ravel().tolist()
+    return ends

@@ -11,12 +11,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from relmodel.features import blends, openings, patterns, pockets, protrusions, slots, thin, turned
-from relmodel.features.feature import Feature, feature_class_key, lengths
+from relmodel.features import blends, protrusions, slots, thin
 from relmodel.features.feature_parameters import DEFAULTS
-from relmodel.features.frames import union
-from relmodel.features.graph import Boundary, boundary
-from relmodel.features.holes import holes
+from relmodel.features.graph import Boundary, Feature, boundary, feature_class_key, lengths, union
+from relmodel.features.holes import holes, patterns
+from relmodel.features.hollows import openings, pockets
 from relmodel.geometry.curves import vectors
 from relmodel.model.model import Shape
 
@@ -42,13 +41,13 @@ def recognise(shape: Shape) -> list[Feature]:
     found = holes(b.surfaces, b.links)
     features = list(found)
     if b.sides:
-        rings, beyond = turned.grooves(b, found)
+        rings, beyond = protrusions.grooves(b, found)
         found = [hole for hole in found if not _surfaces([hole]) <= _surfaces(rings)]
         features = [*found, *rings, *_of_faces(b, shape, found, rings, beyond)]
         taken = _surfaces(features)
         features += blends.chamfers(b, {i: f for i, f in bevels.items() if i not in taken})
         features += blends.fillets(b, _surfaces(features))
-    features += patterns.patterns(found)
+    features += patterns(found)
     features += _body(b, _surfaces(features))
     counts: dict[str, int] = {}
     for feature in features:
@@ -64,15 +63,15 @@ def _of_faces(
     """Features that need the loops of the faces: a shape without them (a mesh) has only holes and patterns."""
     bored = _surfaces([*found, *rings])
     lugs = protrusions.lugs(b, found)
-    hollows = pockets.pockets(b, bored)
+    hollows = pockets(b, bored)
     straight = np.asarray(shape.arcs["recognised_kind"], dtype=str) == "line"
     direction = vectors(shape.arcs, "axis_x")
     pairs = thin.opposed(b, np.where(straight[:, None], direction, np.nan))
     floors = _with_role(hollows, "floor")
     standing = thin.ribs(b, pairs, floors, bored | _surfaces(lugs))
     sides = _surfaces(standing)
-    discs = turned.shaft_flanges(b, set(beyond))
-    through = openings.openings(b, bored | _surfaces(hollows))
+    discs = protrusions.shaft_flanges(b, set(beyond))
+    through = openings(b, bored | _surfaces(hollows))
     open_ = slots.open_depressions(b, bored | _surfaces([*hollows, *through, *lugs]), sides, thin.gussets(b, standing))
     # The floor of an open slot may have looked like the side of a rib.
     floors |= _with_role(open_, "floor")

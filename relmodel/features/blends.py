@@ -5,11 +5,22 @@ from __future__ import annotations
 import numpy as np
 
 from relmodel.arrays import Floats
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, lengths
 from relmodel.features.feature_parameters import DEFAULTS
-from relmodel.features.frames import angular_gaps, at_level, cross, frame, union
-from relmodel.features.graph import Boundary, Side, Surfaces
-from relmodel.geometry.clusters import joined
+from relmodel.features.graph import (
+    ANGLE_TOLERANCE,
+    LENGTH_TOLERANCE,
+    Boundary,
+    Feature,
+    Side,
+    Surfaces,
+    angular_gaps,
+    at_level,
+    cross,
+    frame,
+    lengths,
+    union,
+)
+from relmodel.geometry.congruence import joined
 
 _P = DEFAULTS.blends
 _EXACT = ("plane", "cylinder", "cone", "sphere", "torus")

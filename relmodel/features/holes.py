@@ -1,19 +1,36 @@
-"""Holes: stacks of coaxial concave surfaces of revolution, with counterbores, countersinks, tips and bottoms."""
+"""Holes, patterns of equal holes, and relations of circles in space."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from relmodel.arrays import Floats
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature
-from relmodel.features.feature_parameters import DEFAULTS
-from relmodel.features.frames import cross, frame, off_axis, sideways, union
-from relmodel.features.graph import Surfaces
-from relmodel.geometry.clusters import clusters, joined, unsigned
+from relmodel.arrays import Floats, Ints, Ragged
+from relmodel.features.feature_parameters import DEFAULTS, CircleParameters
+from relmodel.features.feature_parameters import DEFAULTS as FEATURES
+from relmodel.features.graph import (
+    ANGLE_TOLERANCE,
+    LENGTH_TOLERANCE,
+    Feature,
+    Surfaces,
+    cross,
+    feature_class_key,
+    frame,
+    lengths,
+    off_axis,
+    outline_form,
+    sideways,
+    union,
+)
+from relmodel.geometry.congruence import clusters, joined, unsigned
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
+
 
 Links = list[dict[int, set[str]]]  # as `Boundary` has them
-
-_P = DEFAULTS.holes
+_HOLES = DEFAULTS.holes
 _SKEW = ANGLE_TOLERANCE**2  # of a cosine
 
 
@@ -63,7 +80,7 @@ def _bores(s: Surfaces, links: Links) -> list[list[int]]:
         bore, reach, cut = [extents[0][2]], extents[0][1], extents[0][1] - extents[0][0]
         for low, high, i in extents[1:]:
             if low > reach + LENGTH_TOLERANCE:
-                most = min(_P.reach * 2 * float(s.radius[i]), _P.air * (cut + high - low))
+                most = min(_HOLES.reach * 2 * float(s.radius[i]), _HOLES.air * (cut + high - low))
                 if low - reach > most or not _interrupted(s, i, reach, low):
                     bores.append(sorted(bore))
                     bore, cut = [], 0.0
@@ -71,7 +88,7 @@ def _bores(s: Surfaces, links: Links) -> list[list[int]]:
             cut += max(high - max(low, reach), 0.0)
             reach = max(reach, high)
         bores.append(sorted(bore))
-    return sorted(bore for bore in bores if s.turn(bore) > _P.least_turn_rad and not _are_corners(s, links, bore))
+    return sorted(bore for bore in bores if s.turn(bore) > _HOLES.least_turn_rad and not _are_corners(s, links, bore))
 
 
 def _are_corners(s: Surfaces, links: Links, bore: list[int]) -> bool:
@@ -82,18 +99,18 @@ def _are_corners(s: Surfaces, links: Links, bore: list[int]) -> bool:
         along = abs(float(s.axis[j] @ axis))
         if s.kind[j] == "plane":  # a facet of a bore passes its axis by at the radius
             off = abs(float((s.origin[j] - s.origin[i]) @ s.axis[j]))
-            lies_so = along < ANGLE_TOLERANCE and off < _P.within * s.radius[i]
+            lies_so = along < ANGLE_TOLERANCE and off < _HOLES.within * s.radius[i]
         else:
             lies_so = s.kind[j] == "cylinder" and along > 1 - _SKEW
         return bool(lies_so and not links[i][j] <= {"convex"} and not _on_axis(s, i, j))
 
-    return all(s.turn([i]) < _P.least_turn_rad and any(leads_in(i, j) for j in links[i]) for i in bore)
+    return all(s.turn([i]) < _HOLES.least_turn_rad and any(leads_in(i, j) for j in links[i]) for i in bore)
 
 
 def _interrupted(s: Surfaces, bore: int, low: float, high: float) -> bool:
     """Whether nothing but air lies between two lengths of a bore."""
     axis, radius = s.axis[bore], s.radius[bore]
-    u, v = (_P.within * radius * d for d in sideways(axis))
+    u, v = (_HOLES.within * radius * d for d in sideways(axis))
     return s.is_free(s.origin[bore] + np.array([0 * u, u, -u, v, -v]), axis, low, high)
 
 
@@ -248,3 +265,268 @@ def _rounded_rims(s: Surfaces, links: Links, members: list[int]) -> list[int]:
             and "smooth" in crossed
         }
     )
+
+
+# Patterns of equal holes: bolt circles, rows and grids.
+
+_PATTERNS = DEFAULTS.patterns
+
+
+def patterns(holes: list[Feature]) -> list[Feature]:
+    """Holes of one class with mouths in one plane, evenly spaced on a circle, a line or a rectangular grid.
+
+    Each hole counts once: circles of five and more first, then grids of six and more, rows, smaller circles, and last
+    the corners of rectangles; of each the one of most holes first.  A circle of five and more may have gaps.
+    """
+    groups: dict[str, list[int]] = {}
+    for i, hole in enumerate(holes):
+        groups.setdefault(feature_class_key(hole), []).append(i)
+    found = []
+    for members in groups.values():
+        if len(members) < _PATTERNS.least:
+            continue
+        z = np.array([holes[i].shape_from_feature[:3, 2] for i in members])
+        at = np.array([holes[i].shape_from_feature[:3, 3] for i in members])
+        label = clusters(np.column_stack([z * 1e3, np.sum(z * at, axis=1)]), _PATTERNS.same)
+        for k in range(int(label.max()) + 1):
+            own = np.flatnonzero(label == k)
+            if len(own) >= _PATTERNS.least:
+                found += _in_plane([holes[members[i]] for i in own.tolist()])
+    return found
+
+
+def _in_plane(holes: list[Feature]) -> list[Feature]:
+    from scipy.spatial import cKDTree
+
+    pose = holes[0].shape_from_feature
+    at = np.array([h.shape_from_feature[:3, 3] for h in holes])
+    flat = (at - pose[:3, 3]) @ pose[:3, :2]
+    tree = cKDTree(flat)
+    found, free = [], np.ones(len(holes), bool)
+    rounds = sorted(_circles(flat, tree), key=lambda c: (-len(c), c))
+    rows = sorted(_rows(flat, tree), key=lambda r: (-len(r), float(np.linalg.norm(flat[r[1]] - flat[r[0]])), r))
+    large = [c for c in rounds if len(c) >= _PATTERNS.surely_a_circle]
+    small = [c for c in rounds if len(c) < _PATTERNS.surely_a_circle]
+    grids = sorted(_grids(flat, tree), key=lambda g: (-g.size, g.ravel().tolist()))
+    for kind, candidates in (
+        ("circular_pattern", large),
+        ("grid_pattern", [g.ravel().tolist() for g in grids if g.size > 4]),
+        ("linear_pattern", rows),
+        ("circular_pattern", small),
+        ("grid_pattern", [g.ravel().tolist() for g in grids if g.size == 4]),
+    ):
+        for members in candidates:
+            if free[members].all():
+                free[members] = False
+                shape = next((g.shape for g in grids if g.ravel().tolist() == members), (1, len(members)))
+                found.append(_pattern(kind, [holes[i] for i in members], shape))
+    return found
+
+
+def _nearest(flat: Floats, tree: cKDTree) -> list[list[int]]:
+    count = min(_PATTERNS.nearest + 1, len(flat))
+    _, nearest = tree.query(flat, k=count)
+    return [[j for j in row if j != i] for i, row in enumerate(np.asarray(nearest).tolist())]
+
+
+def _at(tree: cKDTree, places: Floats) -> list[int] | None:
+    """Rows of the points at places (n, 2); None where one is empty."""
+    members = _among(tree, places)
+    return members if len(members) == len(places) else None
+
+
+def _among(tree: cKDTree, places: Floats) -> list[int]:
+    """Rows of the points that are at some of the places (n, 2)."""
+    away, row = tree.query(places)
+    found: list[int] = np.asarray(row)[away < _PATTERNS.same].tolist()
+    return found
+
+
+def _circles(flat: Floats, tree: cKDTree) -> list[list[int]]:
+    """Circles on which some point has two neighbours at equal chords, and every place is taken, or most of many."""
+    found: set[tuple[int, ...]] = set()
+    for i, nearest in enumerate(_nearest(flat, tree)):
+        for n, j in enumerate(nearest):
+            for k in nearest[n + 1 :]:
+                p, q = flat[j] - flat[i], flat[k] - flat[i]
+                a, c = float(np.linalg.norm(p)), float(np.linalg.norm(q))
+                cross = float(p[0] * q[1] - p[1] * q[0])
+                if abs(a - c) > _PATTERNS.same or abs(cross) < 1e-3 * a * c:
+                    continue
+                # The angle at the point is that of a regular polygon of `count` corners.
+                turn = np.pi - np.arccos(np.clip(p @ q / (a * c), -1, 1))
+                count = round(2 * np.pi / turn)
+                if (
+                    count < _PATTERNS.least
+                    or _PATTERNS.filled * count > len(flat)
+                    or abs(turn * count - 2 * np.pi) > 1e-3 * count
+                ):
+                    continue
+                middle = flat[i] + (p + q) / np.linalg.norm(p + q) * a / (2 * np.sin(np.pi / count))
+                arm = flat[i] - middle
+                t = 2 * np.pi * np.arange(count) / count
+                turned = np.outer(np.cos(t), arm) + np.outer(np.sin(t), [-arm[1], arm[0]])
+                members = tuple(sorted(set(_among(tree, middle + turned))))
+                if len(members) == count or len(members) >= max(_PATTERNS.surely_a_circle, _PATTERNS.filled * count):
+                    found.add(members)
+    return [list(c) for c in sorted(found)]
+
+
+def _rows(flat: Floats, tree: cKDTree) -> list[list[int]]:
+    """Longest runs of points at equal steps."""
+    found: set[tuple[int, ...]] = set()
+    for i, nearest in enumerate(_nearest(flat, tree)):
+        for j in nearest:
+            step = flat[j] - flat[i]
+            if tuple(np.round(step, 3)) < (0.0, 0.0) or _at(tree, (flat[i] - step)[None]) is not None:
+                continue
+            run = [i, j]
+            while (more := _at(tree, (flat[i] + len(run) * step)[None])) is not None:
+                run += more
+            if len(run) >= _PATTERNS.least:
+                found.add(tuple(run))
+    return [list(r) for r in sorted(found)]
+
+
+def _grids(flat: Floats, tree: cKDTree) -> list[Ints]:
+    """Points at the crossings of two sets of even lines at right angles: rows, no more than columns, of points."""
+    found: dict[tuple[int, ...], Ints] = {}
+    for i, nearest in enumerate(_nearest(flat, tree)):
+        for j in nearest:
+            a = flat[j] - flat[i]
+            length = float(np.linalg.norm(a))
+            if length < _PATTERNS.same or _at(tree, (flat[i] - a)[None]) is not None:
+                continue
+            # The next line is that of the nearest point square to the first.
+            arm = flat - flat[i]
+            square = (np.abs(arm @ a) < _PATTERNS.same * length) & (arm @ [-a[1], a[0]] > _PATTERNS.same * length)
+            if not square.any():
+                continue
+            b = arm[min(np.flatnonzero(square).tolist(), key=lambda k: float(np.linalg.norm(arm[k])))]
+            counts = [_run(flat, tree, i, step) for step in (a, b)]
+            places = flat[i] + np.arange(counts[1])[:, None, None] * b + np.arange(counts[0])[None, :, None] * a
+            members = _at(tree, places.reshape(-1, 2))
+            if members is None or min(counts) < 2 or len(set(members)) < len(members):
+                continue
+            grid = np.array(members).reshape(counts[1], counts[0])
+            turned = counts[1] > counts[0] or (counts[1] == counts[0] and np.linalg.norm(b) > length + _PATTERNS.same)
+            found.setdefault(tuple(sorted(members)), grid.T if turned else grid)
+    return list(found.values())
+
+
+def _run(flat: Floats, tree: cKDTree, start: int, step: Floats) -> int:
+    """Number of points in even steps from one."""
+    count = 1
+    while count <= len(flat) and _at(tree, (flat[start] + count * step)[None]) is not None:
+        count += 1
+    return count
+
+
+def _centre(at: Floats) -> Floats:
+    """Centre of the circle that points (n, 3) of one plane, which holds the origin, lie on."""
+    squares = np.sum(at * at, axis=1)
+    out: Floats = np.linalg.lstsq(2 * (at - at[0]), squares - squares[0], rcond=1e-9)[0]
+    return out
+
+
+def _pattern(kind: str, holes: list[Feature], shape: tuple[int, ...]) -> Feature:
+    z = holes[0].shape_from_feature[:3, 2]
+    at = np.array([h.shape_from_feature[:3, 3] for h in holes])
+    centre = at.mean(axis=0)
+    if kind == "circular_pattern":
+        centre = centre + _centre(at - centre)
+        x = at[0] - centre
+        measures = lengths(pattern_diameter=2 * float(np.linalg.norm(x)))
+    else:
+        x = at[1] - at[0]
+        measures = lengths(pitch=float(np.linalg.norm(x)))
+    if kind == "grid_pattern":
+        rows, columns = shape
+        measures |= lengths(row_pitch=float(np.linalg.norm(at[columns] - at[0])))
+        measures |= {"rows": (float(rows), "1"), "columns": (float(columns), "1")}
+    measures |= lengths(hole_diameter=holes[0].dimensions["diameter"][0])
+    box = union(np.array([h.box for h in holes]))
+    surfaces = sorted({i for h in holes for i, _ in h.surfaces})
+    dimensions = {"count": (float(len(holes)), "1"), **measures}
+    pose = frame(x, z, centre)
+    form = _form_with_gaps(at, pose) if kind == "circular_pattern" else ()
+    return Feature(kind, "", dimensions, pose, box, [(i, "hole") for i in surfaces], form)
+
+
+def _form_with_gaps(at: Floats, pose: Floats) -> tuple[float, ...]:
+    """The form of a circle of holes (n, 3) some places of which are empty; of an even one nothing."""
+    local = (at - pose[:3, 3]) @ pose[:3, :2]
+    angle = np.sort(np.arctan2(local[:, 1], local[:, 0]))
+    even = np.ptp(np.diff(angle, append=angle[0] + 2 * np.pi)) < _PATTERNS.same
+    return () if even else outline_form(at, ["hole"] * len(at), pose, either_way=False)
+
+
+# Relations of circles in space, two by two: the constellations by which a body is found again.
+#
+# A relation is what rigid motions and mirroring leave unchanged of two circles: both radii, the distance of the
+# centres, the cosines of the angles between the normals and between each normal and the line of the centres. Normals
+# have no sense. Relations that agree are one class; of a class that repeats through a body only some pairs are kept.
+
+CIRCLE_DEFAULTS = FEATURES.circles
+
+
+def relate(centre: Floats, normal: Floats, radius: Floats, a: Ints, b: Ints) -> dict[str, Floats]:
+    """The relations of circles `a` (k,) with `b` (k,) of centre (n, 3) mm, unit normal (n, 3) and radius (n,) mm."""
+    line = centre[b] - centre[a]
+    distance = np.linalg.norm(line, axis=1)
+    line = line / np.maximum(distance, 1e-12)[:, None]
+    return {
+        "radius_a": radius[a],
+        "radius_b": radius[b],
+        "distance": distance,
+        "normals": np.abs(np.einsum("ij,ij->i", normal[a], normal[b])),
+        "rise_a": np.abs(np.einsum("ij,ij->i", normal[a], line)),
+        "rise_b": np.abs(np.einsum("ij,ij->i", normal[b], line)),
+    }
+
+
+def classify(
+    centre: Floats, normal: Floats, radius: Floats, p: CircleParameters = CIRCLE_DEFAULTS
+) -> tuple[dict[str, Floats | Ints], Ragged]:
+    """Columns of `circle_relation`, without the object's identity, of circles that stay together; and its `circles`."""
+    from scipy.spatial import cKDTree
+
+    near = cKDTree(centre).query_pairs(p.greatest_distance, output_type="ndarray").reshape(-1, 2).astype(np.int64)
+    near = near[np.lexsort((near[:, 1], near[:, 0]))]
+    values = relate(centre, normal, radius, *near.T)
+    # The smaller circle comes first; of equals the one whose normal leans less on the line.
+    first, second = (
+        np.stack([np.round(values[f"{n}_a"], 2), np.round(values[f"{n}_b"], 2)]) for n in ("radius", "rise")
+    )
+    turned = (first[0] > first[1]) | ((first[0] == first[1]) & (second[0] > second[1]))
+    near[turned] = near[turned][:, ::-1]
+    near = near[values["distance"] >= p.least_distance]
+    values = relate(centre, normal, radius, *near.T)
+    steps = dict.fromkeys(values, p.cosine_step) | {"distance": p.distance_step}
+    steps |= {"radius_a": p.radius_step, "radius_b": p.radius_step}
+    cell = np.stack([np.rint(values[n] / steps[n]).astype(np.int64) for n in values])
+    order = np.lexsort(cell[::-1])
+    is_first = (np.diff(cell[:, order], prepend=-1) != 0).any(axis=0)
+    class_of = np.cumsum(is_first) - 1
+    pairs = np.bincount(class_of)
+    means = {name: np.bincount(class_of, v[order], len(pairs)) / pairs for name, v in values.items()}
+    # Finer than any tolerance; a column of round numbers takes half the room.
+    means = {name: np.round(v, 2 if name == "distance" else 4) for name, v in means.items()}
+    kept = _thin(class_of, pairs, p.most_of_class)
+    of = np.tile(class_of[kept], 2)  # of the smaller circles, then of the greater
+    by_class = np.argsort(of, kind="stable")
+    circles = Ragged(near[order[kept]].T.ravel()[by_class], np.searchsorted(of[by_class], np.arange(len(pairs) + 1)))
+    return {"class_no": np.arange(len(pairs)), "pairs": pairs, **means}, circles
+
+
+def select_rare(radius: Floats, p: CircleParameters = CIRCLE_DEFAULTS) -> Ints:
+    """Rows of circles (n,), increasing: of too many for all to be related, those whose radius (mm) is rarest."""
+    _, of, count = np.unique(np.rint(radius / p.radius_step), return_inverse=True, return_counts=True)
+    return np.sort(np.argsort(count[of.ravel()], kind="stable")[: p.most_circles])
+
+
+def _thin(class_of: Ints, pairs: Ints, most: int) -> Ints:
+    """Of rows in the order of their classes (n,) at most so many of each, taken evenly."""
+    place = np.arange(len(class_of)) - np.repeat(np.cumsum(pairs) - pairs, pairs)
+    count = pairs[class_of]
+    return np.flatnonzero((count <= most) | ((place + 1) * most // count > place * most // count))

@@ -8,11 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from relmodel.features.feature import ANGLE_TOLERANCE, LENGTH_TOLERANCE, Feature, lengths
 from relmodel.features.feature_parameters import DEFAULTS
-from relmodel.features.frames import ahead, cross, frame, union
-from relmodel.features.graph import Boundary
-from relmodel.geometry.clusters import clusters, joined, unsigned
+from relmodel.features.graph import (
+    ANGLE_TOLERANCE,
+    LENGTH_TOLERANCE,
+    Boundary,
+    Feature,
+    ahead,
+    cross,
+    frame,
+    lengths,
+    union,
+)
+from relmodel.geometry.congruence import clusters, joined, unsigned
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon

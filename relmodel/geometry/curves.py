@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints, Texts
-from relmodel.geometry.components import cross, dot, scatter, take
 from relmodel.geometry.splines import Splines
+from relmodel.geometry.transforms import cross, dot, scatter, take
 
 XYZ = ("x", "y", "z")
 _EMPTY: dict[str, Any] = {}

@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Ints
-from relmodel.columns import Ragged
-from relmodel.geometry.components import scatter
+from relmodel.arrays import Bools, Floats, Ints, Ragged
+from relmodel.geometry.transforms import scatter
 
 
 def flat_knots(degree: int, periodic: bool, knots: npt.ArrayLike, multiplicities: npt.ArrayLike) -> Floats:

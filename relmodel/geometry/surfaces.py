@@ -1,8 +1,4 @@
-"""Surfaces from table rows: points, partial derivatives, normals, and parameters of points.
-
-Parameterisation as at the head of `schema/030_surface.sql`, with extrusion C(u) + v D, revolution C(v) turned by u
-about the axis, and offset B(u, v) + d n(u, v); agrees with the CAD kernel to 1e-9 mm.
-"""
+"""Surfaces from table rows: points, partial derivatives, normals, parameters of points, and distances of points."""
 
 from __future__ import annotations
 
@@ -14,9 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.geometry.components import cross, dot, scatter, take, unit
-from relmodel.geometry.curves import ByKind, Curves, vectors
+from relmodel.geometry.curves import CONICS, ByKind, Curves, vectors
 from relmodel.geometry.splines import Splines
+from relmodel.geometry.transforms import cross, dot, scatter, take, unit
+
+# Parameterisation as at the head of `schema/030_surface.sql`, with extrusion C(u) + v D, revolution C(v) turned by u
+# about the axis, and offset B(u, v) + d n(u, v); agrees with the CAD kernel to 1e-9 mm.
+
 
 ANALYTIC_KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
 _EMPTY: dict[str, Any] = {}
@@ -213,3 +213,192 @@ def _turned(vectors_: Floats, axis: Floats, angle: Floats) -> Floats:
     c, s = np.cos(angle), np.sin(angle)
     along = dot(vectors_, axis) * axis
     return c * (vectors_ - along) + s * cross(axis, vectors_) + along
+
+
+# Curves in the (u, v) domain of a surface.
+#
+# A line is (u, v) = O + t X, a circle or ellipse O + R cos t X + r sin t Y; parabolas and hyperbolas are as arcs.
+
+
+class Pcurves:
+    """Curves to be evaluated, many at once.
+
+    columns: origin, axis, direct (whether Y is X turned by +90 degrees, else its negative), radius, radius2, and those
+        of `arc_spline`.
+    """
+
+    def __init__(self, columns: Mapping[str, Any]) -> None:
+        self.kind = np.asarray(columns["kind"], dtype=object)
+        self._by_kind = ByKind(self.kind)
+        self.origin, self.axis = (
+            np.stack([np.asarray(columns[f"{name}_{way}"], float) for way in ("u", "v")]).T
+            for name in ("origin", "axis")
+        )
+        turn = np.where(np.asarray(columns["direct"], bool), 1.0, -1.0)
+        self.across = (turn * np.stack([-self.axis[:, 1], self.axis[:, 0]])).T
+        self.radius = np.asarray(columns["radius"], float)
+        self.radius2 = np.asarray(columns["radius2"], float)
+        drawn = np.flatnonzero(self.kind == "spline")
+        self._spline = np.full(len(self.kind), -1)
+        self._spline[drawn] = np.arange(len(drawn))
+        self._splines = Splines(columns, drawn, 2) if len(drawn) else None
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+    def evaluate(self, row: npt.ArrayLike, t: npt.ArrayLike) -> tuple[Floats, Floats]:
+        """Points (n, 2: u v) and derivatives by t (n, 2) of the curves `row` (n,) at the parameters t (n,)."""
+        row, t = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(t, float))
+        points, derivatives = np.empty((2, len(row))), np.empty((2, len(row)))
+        for name, at in self._by_kind.of(row):
+            one, parameter = row[at], t[at]
+            if name in CONICS:
+                a, b, a_by, b_by = CONICS[name](parameter, self.radius[one], self.radius2[one])
+                axis, across = take(self.axis, one), take(self.across, one)
+                point, by = take(self.origin, one) + a * axis + b * across, a_by * axis + b_by * across
+            elif self._splines is not None and name == "spline":
+                point, by = self._splines.evaluate(self._spline[one], parameter)
+            else:
+                by = take(self.axis, one)
+                point = take(self.origin, one) + parameter * by
+            scatter(points, at, point)
+            scatter(derivatives, at, by)
+        return points.T, derivatives.T
+
+
+# Normals of surfaces at points on them; of analytic ones without the points' parameters.
+
+_AXIS = 1e-6  # mm: nearer to the axis of a cone or torus the direction away from it is round-off
+
+
+def normals_at(surfaces: Surfaces, row: Ints, points: Floats) -> Floats:
+    """Outward unit normals (n, 3) of the surfaces `row` (n,) at points (n, 3) on them.
+
+    NaN where a point does not tell: on the axis of a cone, on a torus that crosses itself, on other kinds.
+    """
+    hand = np.where(surfaces.reversed, -surfaces.hand, surfaces.hand)
+    out = np.full((3, len(row)), np.nan)
+    for kind, at in surfaces.by_kind.of(row):
+        one = row[at]
+        if kind == "plane":
+            scatter(out, at, take(plane_normals(surfaces), one))
+        elif kind in _ROUND:
+            d = points.T[:, at] - take(surfaces.origin, one)
+            scatter(out, at, hand[one] * _ROUND[kind](surfaces, one, d))
+    return out.T
+
+
+def plane_normals(surfaces: Surfaces) -> Floats:
+    """Outward unit normals (n, 3) of all surfaces (n,) as if they were planes."""
+    hand = np.where(surfaces.reversed, -surfaces.hand, surfaces.hand)
+    return (hand * surfaces.z.T).T
+
+
+def normals_of(surfaces: Surfaces, row: Ints, uv: Floats, points: Floats) -> Floats:
+    """Outward unit normals (n, 3) of the surfaces `row` (n,) of any kind at points (n, 3) of parameters (n, 2)."""
+    out = np.ascontiguousarray(normals_at(surfaces, row, points))
+    bare = np.flatnonzero(np.isnan(out[:, 0]))
+    out[bare] = surfaces.normals(row[bare], uv[bare, 0], uv[bare, 1])
+    return out
+
+
+def _cylinder(surfaces: Surfaces, row: Ints, d: Floats) -> Floats:
+    return _away(surfaces, row, d)[0]
+
+
+def _cone(surfaces: Surfaces, row: Ints, d: Floats) -> Floats:
+    away, reach, height = _away(surfaces, row, d)
+    angle = surfaces.semi_angle[row]
+    # Beyond the apex the same generators go on at the other side.
+    side = np.sign(surfaces.radius[row] + height * np.tan(angle))
+    normal = np.cos(angle) * away - (side * np.sin(angle)) * take(surfaces.z, row)
+    normal[:, reach < _AXIS] = np.nan
+    return np.asarray(normal)
+
+
+def _sphere(surfaces: Surfaces, row: Ints, d: Floats) -> Floats:
+    return np.asarray(d / np.sqrt(dot(d, d)))
+
+
+def _torus(surfaces: Surfaces, row: Ints, d: Floats) -> Floats:
+    away = _away(surfaces, row, d)[0]
+    arm = d - surfaces.radius[row] * away
+    normal = arm / np.sqrt(dot(arm, arm))
+    normal[:, surfaces.radius2[row] >= surfaces.radius[row] - _AXIS] = np.nan
+    return np.asarray(normal)
+
+
+def _away(surfaces: Surfaces, row: Ints, d: Floats) -> tuple[Floats, Floats, Floats]:
+    """Unit vectors away from the axis, distances from it and heights along it; vectors are components (3, n)."""
+    z = take(surfaces.z, row)
+    height = dot(d, z)
+    across = d - height * z
+    reach = np.sqrt(dot(across, across))
+    return across / np.where(reach > 0, reach, 1.0), reach, height
+
+
+_ROUND = {"cylinder": _cylinder, "cone": _cone, "sphere": _sphere, "torus": _torus}
+
+
+# How far points lie from surfaces.
+
+_STEPS = 4
+
+
+def distances(surfaces: Surfaces, row: Ints, points: Floats, uv: Floats, enough: float) -> Floats:
+    """Distances (n,) of points (n, 3) from the unbounded surfaces `row` (n,), mm.
+
+    Of analytic surfaces exact; of others an upper bound, by Gauss-Newton steps towards the foot from the parameters
+    uv (n, 2), which are not taken where the distance is below `enough` without them.
+    """
+    out = np.empty(len(row))
+    for kind, at in surfaces.by_kind.of(row):
+        if kind in ANALYTIC_KINDS:
+            out[at] = _of_analytic(surfaces, kind, row[at], points[at])
+        else:
+            out[at] = _of_free_form(surfaces, row[at], points[at], uv[at], enough)
+    return out
+
+
+def _of_analytic(surfaces: Surfaces, kind: str, row: Ints, points: Floats) -> Floats:
+    arm = points.T - take(surfaces.origin, row)
+    z = take(surfaces.z, row)
+    height = dot(arm, z)
+    if kind == "plane":
+        return np.asarray(np.abs(height))
+    across = arm - height * z
+    reach = np.sqrt(dot(across, across))
+    radius = surfaces.radius[row]
+    if kind == "cylinder":
+        return np.asarray(np.abs(reach - radius))
+    if kind == "cone":
+        angle = surfaces.semi_angle[row]
+        # Beyond the apex the radius is negative and the surface its mirror image.
+        return np.asarray(np.abs((reach - np.abs(radius + height * np.tan(angle))) * np.cos(angle)))
+    if kind == "sphere":
+        return np.asarray(np.abs(np.hypot(reach, height) - radius))
+    # A tube wider than its ring reaches across the axis.
+    tube = surfaces.radius2[row]
+    near, far = (np.abs(np.hypot(reach + side * radius, height) - tube) for side in (-1.0, 1.0))
+    return np.asarray(np.minimum(near, far))
+
+
+def _of_free_form(surfaces: Surfaces, row: Ints, points: Floats, uv: Floats, enough: float) -> Floats:
+    out = np.full(len(row), np.inf)
+    u, v = uv.T
+    left = np.arange(len(row))
+    for _ in range(_STEPS):
+        at = surfaces.evaluate(row[left], u, v)
+        arm, by_u, by_v = points[left].T - at.points.T, at.by_u.T, at.by_v.T
+        distance = np.sqrt(dot(arm, arm))
+        out[left] = np.fmin(out[left], distance)
+        uu, uv_, vv = dot(by_u, by_u), dot(by_u, by_v), dot(by_v, by_v)
+        along_u, along_v = dot(arm, by_u), dot(arm, by_v)
+        det = uu * vv - uv_ * uv_
+        go = (distance > enough) & (det > 1e-12 * uu * vv)
+        det = np.where(go, det, 1.0)
+        u, v = u + (vv * along_u - uv_ * along_v) / det, v + (uu * along_v - uv_ * along_u) / det
+        left, u, v = left[go], u[go], v[go]
+        if not len(left):
+            break
+    return out

@@ -1,28 +1,28 @@
-"""A matching problem as arrays: units, labels, what each pair costs by itself, and what relations confirm.
-
-A labelling h gives every unit one of its candidate labels or none (-1); where the problem is injective no label is
-taken twice.  It costs the sum over the units of
-
-    null_cost(u)                                                       where h(u) is none,
-    cost(u, h(u)) + sum of w(u, v) - s over the neighbours v of u      otherwise,
-
-where s is what h(u) and h(v) save by confirming each other, at most w(u, v); labels that do not, and a neighbour
-without a label, save nothing.  This is the relational distance of Shapiro and Haralick (IEEE PAMI 7, 1985) with nulls,
-unary costs, weights, and confirmation by degrees.  All costs are integers, so bounds may be rounded up.
-"""
+"""A matching problem as arrays, what a labelling of it costs, and the result of a search, kept as rows."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Ints
 
-NONE = -1  # in the place of a label: the unit has none
+# A labelling h gives every unit one of its candidate labels or none (-1); where the problem is injective no label is
+# taken twice. It costs the sum over the units of
+#
+#     null_cost(u)                                                       where h(u) is none,
+#     cost(u, h(u)) + sum of w(u, v) - s over the neighbours v of u      otherwise,
+#
+# where s is what h(u) and h(v) save by confirming each other, at most w(u, v); labels that do not, and a neighbour
+# without a label, save nothing. This is the relational distance of Shapiro and Haralick (IEEE PAMI 7, 1985) with nulls,
+# unary costs, weights, and confirmation by degrees. All costs are integers, so bounds may be rounded up.
 
+
+NONE = -1  # in the place of a label: the unit has none
 # Sums of this many costs stay far inside 64 bits, scaled duals included.
 LARGEST_COST = 10**9
 
@@ -212,3 +212,228 @@ def _check(nulls: Ints, labels: int, rows: Ints, near: Ints, pairs: Ints) -> Non
     for costs in (nulls, rows[:, 2], near[:, 2]):
         if len(costs) and np.abs(costs).max() > LARGEST_COST:
             raise ValueError(f"a cost is larger than {LARGEST_COST}: scale the costs down")
+
+
+# What a labelling costs.
+
+
+@dataclass(frozen=True)
+class LabellingCost:
+    """unit_cost (units,): what each unit pays for its label and what is not confirmed of its relations, or for having
+    none; total: their sum."""
+
+    unit_cost: Ints
+    total: int
+
+
+def labelling_cost(problem: MatchingProblem, label: npt.ArrayLike) -> LabellingCost:
+    """The cost of a labelling; label (units,), -1 for none.  Raises ValueError where it is none of this problem."""
+    chosen = problem.candidates_of(label)
+    has = chosen != NONE
+    taken = np.zeros(problem.candidates + 1, bool)  # the last stands for none, and is not taken
+    taken[chosen[has]] = True
+    confirmed = taken[problem.compatibility].all(axis=1)
+    cost = problem.null_cost.copy()
+    cost[has] = problem.candidate_cost[chosen[has]] + problem.weight_out[has]
+    np.subtract.at(cost, problem.candidate_unit[problem.compatibility[confirmed]], problem.savings[confirmed])
+    return LabellingCost(cost, int(cost.sum()))
+
+
+# A problem laid out for the kernels: candidates of a unit, slots of messages, halves of a pair of units.
+#
+# The cost is rewritten per unordered pair: base(u, l) is what l costs if nothing confirms it, and a confirmed pair of
+# candidates saves its gain of the two relations between their units. So
+#
+#     cost(h) = sum of base(u, h(u)) or null_cost(u) - sum of the gains of confirmed pairs.
+#
+# A slot is a candidate (u, l) with a neighbour v that can confirm it: the place of one message, y(u, l, v). A half is
+# one end of a pair of units that share compatibilities; its twin is the other end.
+
+
+@dataclass(frozen=True)
+class SearchTables:
+    """CSR tables; the entries of i lie from first[i] to first[i + 1].
+
+    base (candidates,); slot_first (candidates + 1,); slot_candidate, slot_other (neighbour), slot_gain (the greatest of
+    its pairs), slot_half (slots,); pair_first (slots + 1,), pair_slot, pair_gain: slots of the neighbour's candidates
+    that this one is compatible with, and what each saves;
+    half_first (units + 1,), half_twin (halves,); label_first (labels + 1,), label_candidate: candidates by label;
+    before, after (candidates,): slots whose neighbour comes before the unit, or after.
+    """
+
+    problem: MatchingProblem
+    base: Ints
+    slot_first: Ints
+    slot_candidate: Ints
+    slot_other: Ints
+    slot_gain: Ints
+    slot_half: Ints
+    pair_first: Ints
+    pair_slot: Ints
+    pair_gain: Ints
+    half_first: Ints
+    half_twin: Ints
+    label_first: Ints
+    label_candidate: Ints
+    before: Ints
+    after: Ints
+
+
+def search_tables(problem: MatchingProblem) -> SearchTables:
+    """Lay a problem out.  Pairs whose gain is nothing are left out."""
+    units = problem.units
+    gain = problem.savings.sum(axis=1)
+    saves = gain > 0
+    pair, gain = problem.compatibility[saves], gain[saves]
+    unit = problem.candidate_unit[pair]
+
+    # Each compatibility as seen from either end, by candidate, neighbour and the neighbour's candidate.
+    mine, other = np.concatenate([pair[:, 0], pair[:, 1]]), np.concatenate([pair[:, 1], pair[:, 0]])
+    other_unit = np.concatenate([unit[:, 1], unit[:, 0]])
+    gain = np.concatenate([gain, gain])
+    order = np.lexsort((other, other_unit, mine))
+    mine, other, other_unit, gain = mine[order], other[order], other_unit[order], gain[order]
+    key, at, slot = np.unique(mine * units + other_unit, return_index=True, return_inverse=True)
+    slot_candidate, slot_other = mine[at], other_unit[at]
+    slot_unit = problem.candidate_unit[slot_candidate]
+    pair_slot = np.searchsorted(key, other * units + problem.candidate_unit[mine])
+    half_key, slot_half = np.unique(slot_unit * units + slot_other, return_inverse=True)
+    half_unit, half_other = np.divmod(half_key, max(units, 1))
+    by_label = np.argsort(problem.candidate_label, kind="stable")
+    return SearchTables(
+        problem=problem,
+        base=problem.candidate_cost + problem.weight_out[problem.candidate_unit],
+        slot_first=_offsets(slot_candidate, problem.candidates),
+        slot_candidate=slot_candidate,
+        slot_other=slot_other,
+        slot_gain=np.maximum.reduceat(gain, at) if len(at) else gain,
+        slot_half=slot_half.astype(np.int64),
+        pair_first=_offsets(slot, len(key)),
+        pair_slot=pair_slot.astype(np.int64),
+        pair_gain=gain,
+        half_first=_offsets(half_unit, units),
+        half_twin=np.searchsorted(half_key, half_other * units + half_unit).astype(np.int64),
+        label_first=_offsets(problem.candidate_label[by_label], problem.labels),
+        label_candidate=by_label.astype(np.int64),
+        before=np.bincount(slot_candidate[slot_other < slot_unit], minlength=problem.candidates).astype(np.int64),
+        after=np.bincount(slot_candidate[slot_other > slot_unit], minlength=problem.candidates).astype(np.int64),
+    )
+
+
+def _offsets(sorted_numbers: Ints, size: int) -> Ints:
+    return np.searchsorted(sorted_numbers, np.arange(size + 1)).astype(np.int64)
+
+
+# What a matcher found, and the tree of its search.
+
+OPTIMAL, BOUNDED, STOPPED = "optimal", "bounded", "stopped"
+ROOT, TAKE, REST = "root", "take", "rest"
+BRANCHED, PRUNED, OPEN = "branched", "pruned", "open"
+
+
+@dataclass(frozen=True)
+class SearchNode:
+    """A set of labellings, bounded from below.
+
+    branch: `root` (all of them), `take` (those of the parent in which `unit` has `label`, -1 for none) or `rest` (those
+    of the parent that none of its `take` children holds); so the children of a node cover it.  bound: no labelling of
+    the node costs less, or none costs less than what was found.  status: `branched` (it has children), `pruned` (it
+    holds nothing better than what was found, or nothing within the limit), `open` (the search ended before it).
+    """
+
+    node: int
+    parent: int
+    depth: int
+    branch: str
+    unit: int
+    label: int
+    bound: int
+    status: str
+
+
+@dataclass(frozen=True)
+class MatchingResult:
+    """label (units,), -1 for none; cost of it; bound: no labelling costs less.
+
+    status: `optimal` (cost = bound), `bounded` (the search ended with a gap: no labelling costs less than bound, which
+    suffices to know that none is within the limit, or is all that the mode can tell), `stopped` (a limit on nodes or
+    seconds ended it).  nodes: searched; selections: units or functions instantiated.  tree: of the default mode.
+    """
+
+    mode: str
+    label: Ints
+    cost: int
+    bound: int
+    status: str
+    nodes: int
+    selections: int
+    tree: tuple[SearchNode, ...]
+
+
+# A problem and its result as rows of the store, from which queries/check recomputes the cost.
+
+
+def result_rows(problem: MatchingProblem, result: MatchingResult) -> dict[str, dict[str, Any]]:
+    """Columns by table, in the order in which they may be appended; run_id, problem_no and what else the row of
+    `problem` holds (kind, method, units_id, labels_id, parameters) are the caller's to add.
+    """
+    cost = labelling_cost(problem, result.label)
+    pair = problem.compatibility
+    unit, label = problem.candidate_unit, problem.candidate_label
+    return {
+        "problem": {
+            "injective": [problem.injective],
+            "status": [result.status],
+            "cost": [float(result.cost)],
+            "bound": [float(result.bound)],
+        },
+        "candidate": {"unit_no": unit, "label_no": label, "cost": problem.candidate_cost.astype(float)},
+        "problem_relation": {
+            "unit_no": problem.neighbour_unit,
+            "neighbour_no": problem.neighbour_other,
+            "weight": problem.neighbour_weight,
+        },
+        "compatibility": {
+            "unit_a": unit[pair[:, 0]],
+            "label_a": label[pair[:, 0]],
+            "unit_b": unit[pair[:, 1]],
+            "label_b": label[pair[:, 1]],
+            "saves": problem.saves,
+        },
+        "assignment": {
+            "unit_no": np.arange(problem.units),
+            "label_no": np.ma.masked_equal(result.label, NONE),
+            "cost": cost.unit_cost.astype(float),
+            "null_cost": problem.null_cost.astype(float),
+            "reason": _reasons(problem, result.label),
+        },
+        "search_node": _tree(result.tree),
+    }
+
+
+def _reasons(problem: MatchingProblem, label: Ints) -> list[str]:
+    """Why each unit has its label or none: matched; no_candidate; taken, all by others; null_cheaper."""
+    taken = np.zeros(problem.labels, bool)
+    taken[label[label != NONE]] = problem.injective
+    count = np.diff(problem.first_candidate)
+    free = np.zeros(problem.units, np.int64)
+    np.add.at(free, problem.candidate_unit, ~taken[problem.candidate_label])
+    reason = np.select(
+        [label != NONE, count == 0, free == 0], ["matched", "no_candidate", "taken"], default="null_cheaper"
+    )
+    return [str(r) for r in reason]
+
+
+def _tree(tree: tuple[SearchNode, ...]) -> dict[str, Any]:
+    take = np.array([node.branch == TAKE for node in tree], bool)
+    label = np.array([node.label for node in tree], np.int64)
+    return {
+        "node_no": np.array([node.node for node in tree]),
+        "parent_no": np.ma.masked_equal([node.parent for node in tree], -1),
+        "depth": np.array([node.depth for node in tree]),
+        "branch": [node.branch for node in tree],
+        "unit_no": np.ma.masked_array([node.unit for node in tree], ~take),
+        "label_no": np.ma.masked_array(label, ~take | (label == NONE)),
+        "bound": np.array([float(node.bound) for node in tree]),
+        "status": [node.status for node in tree],
+    }

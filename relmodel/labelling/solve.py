@@ -1,14 +1,249 @@
-"""Solve a matching problem, by a mode chosen by name."""
+"""Matching problems solved by a mode chosen by name: dual ascent, or the searches of the literature."""
 
 from __future__ import annotations
 
+import time
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from relmodel.arrays import Bools, Ints
 from relmodel.errors import UsageError
-from relmodel.labelling import branch_and_bound, paper, star
-from relmodel.labelling.problem import MatchingProblem
-from relmodel.labelling.result import MatchingResult
+from relmodel.labelling import branch_and_bound
+from relmodel.labelling.problem import (
+    BOUNDED,
+    NONE,
+    OPTIMAL,
+    STOPPED,
+    MatchingProblem,
+    MatchingResult,
+    labelling_cost,
+    search_tables,
+)
 
-MODES = (branch_and_bound.MODE, paper.MODE, star.MODE)
+# A whole function f of F(u, l) gives u the label l and every neighbour that any label of its own can confirm one that
+# does. A table holds an error for each: at first the price of its label, of the neighbours it leaves undefined, and
+# what the others do not confirm of their relations. The search takes the function of least error among the units that
+# have no label yet, gives its labels to those of its units that have none, adds to every other function the number
+# (here: the weight) of units on which the two disagree, and goes back where the least errors of the units without label
+# add up to the best that is known.
+#
+# Mappings are total, but for units without candidates, and not injective. Three defects keep it from being exact:
+#
+# 1. a disagreement on one unit is added once for every selected function that holds it, though it is one error; 2.
+# errors of units that have their label are left out of the bound, so it says less and less as the search goes deeper;
+# 3. it branches on whole functions only, so a labelling that no sequence of them spells out is never seen.
 
+
+PAPER = "paper"
+MOST_FUNCTIONS = 200_000
+
+
+@dataclass(frozen=True)
+class FunctionTable:
+    """unit (functions,); label (functions, units): what each function says, -1 where it is undefined; error
+    (functions,): of the label and of what is not confirmed; weight (units, units): of relations, 0 for none."""
+
+    unit: Ints
+    label: Ints
+    error: Ints
+    weight: Ints
+
+    def disagreement(self, function: int) -> Ints:
+        """(functions,): for each function the weight of its neighbours on which it disagrees with this one."""
+        known = self.label[function]
+        differs = (known != NONE) & (self.label != NONE) & (self.label != known)
+        return np.asarray((differs * self.weight[self.unit]).sum(axis=1))
+
+
+def whole_functions(problem: MatchingProblem) -> FunctionTable:
+    """Whole functions, by unit and label: all, or, where these are more than MOST_FUNCTIONS, those that give neighbours
+    the labels that save most, as many as may be.  Raises UsageError where there are too many all the same."""
+    weight = np.zeros((problem.units, problem.units), np.int64)
+    weight[problem.neighbour_unit, problem.neighbour_other] = problem.neighbour_weight
+    related = np.zeros((problem.units, problem.units), bool)
+    related[problem.neighbour_unit, problem.neighbour_other] = True
+    confirming: list[dict[int, list[tuple[int, int]]]] = [{} for _ in range(problem.candidates)]
+    both = np.concatenate([problem.compatibility, problem.compatibility[:, ::-1]])
+    for (mine, theirs), saves in zip(both.tolist(), problem.savings.T.ravel().tolist(), strict=True):
+        other = int(problem.candidate_unit[theirs])
+        if related[problem.candidate_unit[mine], other]:
+            confirming[mine].setdefault(other, []).append((int(problem.candidate_label[theirs]), saves))
+    confirming = [{v: sorted(labels, key=lambda it: (-it[1], it[0])) for v, labels in c.items()} for c in confirming]
+    most = max((len(labels) for c in confirming for labels in c.values()), default=1)
+    while most > 1 and _count(confirming) > MOST_FUNCTIONS:
+        most -= 1
+        confirming = [{v: labels[:most] for v, labels in c.items()} for c in confirming]
+    count = _count(confirming)
+    if count > MOST_FUNCTIONS:
+        raise UsageError(
+            f"the search {PAPER!r} would list {count} whole functions, more than {MOST_FUNCTIONS}: "
+            "choose another search"
+        )
+    unit, label, error = np.zeros(count, np.int64), np.full((count, problem.units), NONE), np.zeros(count, np.int64)
+    row = 0
+    for c, choices in enumerate(confirming):
+        u = int(problem.candidate_unit[c])
+        for chosen in product(*choices.values()):
+            unit[row], label[row, u] = u, problem.candidate_label[c]
+            label[row, list(choices)] = [theirs for theirs, _ in chosen]
+            error[row] = problem.candidate_cost[c] + problem.weight_out[u] - sum(saves for _, saves in chosen)
+            row += 1
+    return FunctionTable(unit, label, error, weight)
+
+
+def _count(confirming: list[dict[int, list[tuple[int, int]]]]) -> int:
+    return sum(int(np.prod([len(labels) for labels in c.values()], dtype=float)) for c in confirming)
+
+
+def search_as_printed(problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None) -> MatchingResult:
+    """See `relmodel.labelling.solve`.  Only here may a label be taken twice; where the limits end the search before its
+    first mapping, nothing is matched.  The bound, the sum of the units' least errors at the start, holds for mappings
+    that are total wherever there are candidates."""
+    run = _PrintedSearch(problem, limit, nodes, seconds)
+    stopped = False
+    try:
+        run.extend(run.label, run.table.error)
+    except SearchEnded:
+        stopped = True
+    found = labelling_cost(run.problem, run.label).total
+    bound = min(found, run.bound(run.table.error, np.diff(problem.first_candidate) > 0))
+    return MatchingResult(
+        mode=PAPER,
+        label=run.label,
+        cost=found,
+        bound=bound,
+        status=STOPPED if stopped else BOUNDED,
+        nodes=run.nodes,
+        selections=run.selections,
+        tree=(),
+    )
+
+
+class SearchEnded(Exception):  # noqa: N818 - no error
+    """A limit on nodes or seconds was met."""
+
+
+class _PrintedSearch:
+    def __init__(self, problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None) -> None:
+        self.problem = replace(problem, injective=False)
+        self.table = whole_functions(problem)
+        self.limit = limit
+        self.nodes = self.selections = 0
+        self._most_nodes = nodes
+        self._end = None if seconds is None else time.monotonic() + seconds
+        self.cost: int | None = None
+        self.label: Ints = np.full(problem.units, NONE, np.int64)
+        self.without = np.diff(problem.first_candidate) == 0
+
+    def bound(self, error: Ints, units: Bools) -> int:
+        """Sum of the least errors of these units (units,)."""
+        least = np.full(self.problem.units, np.iinfo(np.int64).max)
+        np.minimum.at(least, self.table.unit, error)
+        return int(least[units].sum() + self.problem.null_cost[self.without].sum())
+
+    def extend(self, label: Ints, error: Ints) -> None:
+        """Go on from a mapping (units,), -1 where there is none yet, and the errors of all functions."""
+        if self.nodes >= self._most_nodes or (self._end is not None and time.monotonic() > self._end):
+            raise SearchEnded
+        self.nodes += 1
+        left = (label == NONE) & ~self.without
+        if self._too_dear(self.bound(error, left)):
+            return
+        if not left.any():
+            cost = labelling_cost(self.problem, label).total
+            if not self._too_dear(cost):
+                self.cost, self.label = cost, label
+            return
+        choice = np.flatnonzero(left[self.table.unit])
+        choice = choice[np.argsort(error[choice], kind="stable")]
+        for function in choice[self.table.unit[choice] == self.table.unit[choice[0]]].tolist():
+            self.selections += 1
+            extended = np.where(label == NONE, self.table.label[function], label)
+            self.extend(extended, error + self.table.disagreement(function))
+
+    def _too_dear(self, cost: int) -> bool:
+        return (self.cost is not None and cost >= self.cost) or (self.limit is not None and cost > self.limit)
+
+
+# Star matching, after Cheng and Huang (Pattern Recognition 17, 1984): a peer, quick and without proof of its own.
+#
+# The candidates of a problem, joined where they confirm each other, are a graph. A candidate and those joined to it are
+# its star; a star is as strong as the weight of the relations in it that can hold at once, one for every unit and every
+# label. The strongest star is accepted first. Then, repeatedly, the candidate is accepted that the most accepted
+# candidates confirm; ties go to the stronger star. Candidates that share a unit or a label with it are struck off.
+
+STAR = "star"
+
+
+def search_star(problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None) -> MatchingResult:
+    """See `relmodel.labelling.solve`.  The bound is that of the default mode: it says how far off the best labelling
+    the stars are."""
+    proved = branch_and_bound.search(problem, limit, nodes, seconds)
+    label, selections = lay_stars(problem)
+    cost = labelling_cost(problem, label).total
+    return replace(
+        proved,
+        mode=STAR,
+        label=label,
+        cost=cost,
+        status=OPTIMAL if cost == proved.bound else BOUNDED,
+        selections=selections,
+    )
+
+
+def lay_stars(problem: MatchingProblem) -> tuple[Ints, int]:
+    """Label of each unit (units,), -1 for none, and how many candidates were accepted.
+
+    A candidate is accepted while what confirms it, among the accepted and those still open, makes it cheaper than no
+    label.
+    """
+    tables = search_tables(problem)
+    pair, unit, label = problem.compatibility, problem.candidate_unit, problem.candidate_label
+    gain = problem.savings.sum(axis=1)
+    saves = problem.null_cost[unit] - tables.base  # what a label that nothing confirms saves: mostly less than nothing
+    open_, laid = np.ones(problem.candidates, bool), np.zeros(problem.candidates, bool)
+    while open_.any():
+        strength = _strengths(pair, gain, unit, label, open_ | laid, problem.candidates)
+        is_laid = laid[pair]
+        confirmed = np.zeros(problem.candidates, np.int64)
+        np.add.at(confirmed, pair[is_laid[:, 1], 0], gain[is_laid[:, 1]])
+        np.add.at(confirmed, pair[is_laid[:, 0], 1], gain[is_laid[:, 0]])
+        open_ &= saves + strength > 0
+        choice = np.flatnonzero(open_)
+        if len(choice) == 0:
+            break
+        order = np.lexsort((choice, -saves[choice], -strength[choice], -confirmed[choice]))
+        best = choice[order[0]]
+        laid[best] = True
+        open_ &= (unit != unit[best]) & ((label != label[best]) | (not problem.injective))
+    found = np.full(problem.units, NONE, np.int64)
+    found[unit[laid]] = label[laid]
+    return found, int(laid.sum())
+
+
+def _strengths(pair: Ints, gain: Ints, unit: Ints, label: Ints, there: Bools, candidates: int) -> Ints:
+    """Strength of each candidate's star: its relations to units, the best of each, or to labels, whichever is less."""
+    alive = there[pair].all(axis=1)
+    centre = np.concatenate([pair[alive, 0], pair[alive, 1]])
+    leaf = np.concatenate([pair[alive, 1], pair[alive, 0]])
+    weight = np.tile(gain[alive], 2)
+    sums = []
+    for column in (unit, label):
+        order = np.lexsort((-weight, column[leaf], centre))
+        first = np.ones(len(order), bool)
+        first[1:] = (np.diff(centre[order]) != 0) | (np.diff(column[leaf][order]) != 0)
+        kept = order[first]
+        total = np.zeros(candidates, np.int64)
+        np.add.at(total, centre[kept], weight[kept])
+        sums.append(total)
+    return np.minimum(*sums)
+
+
+# Solve a matching problem, by a mode chosen by name.
+
+MODES = (branch_and_bound.MODE, PAPER, STAR)
 NODES = 10_000
 PAPER_NODES = 100
 """nodes of `paper` that cost about as much as one of `dual_ascent`, which has bounds of its own"""
@@ -35,10 +270,10 @@ def solve(
     """
     if mode == branch_and_bound.MODE:
         return branch_and_bound.search(problem, limit, nodes, seconds)
-    if mode == star.MODE:
-        return star.search(problem, limit, nodes, seconds)
-    if mode == paper.MODE:
-        return paper.search(problem, limit, nodes * PAPER_NODES, seconds)
+    if mode == STAR:
+        return search_star(problem, limit, nodes, seconds)
+    if mode == PAPER:
+        return search_as_printed(problem, limit, nodes * PAPER_NODES, seconds)
     raise _no_mode(mode)
 
 

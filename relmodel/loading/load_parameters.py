@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 from relmodel.features.feature_parameters import DEFAULTS as FEATURES
 from relmodel.features.feature_parameters import FeatureParameters
-from relmodel.readers.mesh.mesh_parameters import DEFAULTS as MESH
-from relmodel.readers.mesh.mesh_parameters import MeshParameters
+from relmodel.readers.mesh.triangles import DEFAULTS as MESH
+from relmodel.readers.mesh.triangles import MeshParameters
 from relmodel.readers.step.step_parameters import DEFAULTS as STEP
 from relmodel.readers.step.step_parameters import StepParameters
 

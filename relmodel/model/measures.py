@@ -1,17 +1,20 @@
-"""What follows from the rows of a boundary representation: lengths, boxes, adjacency, samples along arcs."""
+"""What follows from the rows of a boundary representation: lengths, boxes, adjacency, samples along arcs, and how exact
+the triangles are.
+"""
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
+from typing import NamedTuple
 
-from relmodel.arrays import Bools, Floats, Floats32, Ints
-from relmodel.columns import Ragged
-from relmodel.geometry.components import cross, dot, scatter, take, unit
+import numpy as np
+import numpy.typing as npt
+
+from relmodel.arrays import Bools, Floats, Floats32, Ints, Ragged
 from relmodel.geometry.curves import Curves, box_columns, vector_columns
-from relmodel.geometry.normals import normals_at, plane_normals
-from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
+from relmodel.geometry.surfaces import ANALYTIC_KINDS, Pcurves, Surfaces, distances, normals_at, plane_normals
+from relmodel.geometry.transforms import cross, dot, scatter, take, unit
 from relmodel.model.model import ArcSamples, Shape, Table
-from relmodel.model.trimmed_faces import TrimmedFaces
 
 SMOOTH = float(np.deg2rad(1.0))
 _CUSP = 1e-4  # rad: faces that meet at so small an angle are tangent, and leave the edge the same way
@@ -280,3 +283,184 @@ def _shares(count: Ints) -> tuple[Ints, Floats]:
     """Numbers 0 to 1 in `count` (n,) steps less one, after each other, and whose each is."""
     row = np.repeat(np.arange(len(count)), count)
     return row, (np.arange(len(row)) - (np.cumsum(count) - count)[row]) / (count[row] - 1)
+
+
+# Coedges as curves in the (u, v) domains of their faces: the pcurves where a face has them, else the arcs' feet.
+
+
+def pcurve_of(coedges: Table, pcurves: Table) -> Ints:
+    """Row of the pcurve of each coedge, -1 where it has none; both tables are in order of their keys."""
+    names = ("surface_no", "loop_no", "coedge_no")
+    keys = np.stack([np.asarray(coedges[n], np.int64) for n in names], axis=1)
+    have = np.stack([np.asarray(pcurves[n], np.int64) for n in names], axis=1)
+    base = (keys.max(0, initial=0) + 1)[1:]
+    flat, flat_have = ((k[:, 0] * base[0] + k[:, 1]) * base[1] + k[:, 2] for k in (keys, have))
+    out = np.full(len(keys), -1)
+    out[np.searchsorted(flat, flat_have)] = np.arange(len(have))
+    return out
+
+
+class TrimmedFaces:
+    """Surfaces with the coedges that trim them.
+
+    surface, arc, reversed: columns of the coedges; pcurve: row of each in `pcurves`, -1: none, or on a plane.
+    """
+
+    def __init__(self, surfaces: Surfaces, curves: Curves, coedges: Table, pcurves: Table) -> None:
+        self.surfaces, self.curves, self.pcurves = surfaces, curves, Pcurves(pcurves)
+        self.surface = np.asarray(coedges["surface_no"], np.int64)
+        self.arc = np.asarray(coedges["arc_no"], np.int64)
+        self.reversed = np.asarray(coedges["reversed"], bool)
+        flat = np.asarray(surfaces.kind == "plane")
+        self.pcurve = np.where(flat[self.surface], -1, pcurve_of(coedges, pcurves))
+
+    def evaluate(self, coedge: Ints, t: Floats) -> Floats:
+        """Points (n, 2: u v) of coedges at parameters of their arcs; without a pcurve angles are in [-pi, pi]."""
+        uv = np.empty((2, len(t))).T
+        row = self.pcurve[coedge]
+        drawn, bare = np.flatnonzero(row >= 0), np.flatnonzero(row < 0)
+        if len(drawn):
+            scatter(uv.T, drawn, self.pcurves.evaluate(row[drawn], t[drawn])[0].T)
+        if len(bare):
+            scatter(uv.T, bare, self._feet(coedge[bare], t[bare]))
+        return uv
+
+    def _feet(self, coedge: Ints, t: Floats) -> Floats:
+        """Parameters (2, n) of the feet of points of arcs on analytic surfaces."""
+        surface = self.surface[coedge]
+        points = self.curves.evaluate(self.arc[coedge], t)[0]
+        return np.stack(self.surfaces.parameters(surface, points))
+
+
+# What is measured on the triangles of a shape: how far they are from the exact geometry, and whether they close.
+
+_ENOUGH = 0.25  # of the chord: what is nearer is not worth a foot point
+WELD_MM = 1e-5  # vertices of faces that are nearer to each other are one
+_RULED = ("cylinder", "cone", "extrusion")
+
+
+class HalfEdges(NamedTuple):
+    """The sides of triangles, three each, after each other.
+
+    tail, head: vertices; bare: whether no other side runs back along it, as vertices of faces are apart.
+    """
+
+    tail: Ints
+    head: Ints
+    bare: Bools
+
+    @classmethod
+    def of(cls, triangles: npt.NDArray[np.integer]) -> HalfEdges:
+        """Sides of triangles (m, 3)."""
+        tail, head = triangles.astype(np.int64).ravel(), np.roll(triangles, -1, axis=1).astype(np.int64).ravel()
+        count = int(tail.max(initial=0)) + 1
+        there, back = tail * count + head, np.sort(head * count + tail)
+        return cls(tail, head, np.take(back, np.searchsorted(back, there), mode="clip") != there)
+
+
+def surface_deviation(
+    surfaces: Surfaces,
+    vertices: Floats,
+    uv: Floats,
+    triangles: npt.NDArray[np.integer],
+    sides: HalfEdges,
+    owner: Ints,
+    chord_mm: float,
+) -> float:
+    """Greatest distance of midpoints of sides and of centroids of triangles (m, 3) from curved surfaces (m,), mm.
+
+    vertices (n, 3), their parameters uv (n, 2); of free-form surfaces an upper bound, exact to a quarter of the chord.
+    """
+    kind = surfaces.kind[owner].astype(str)
+    round_ = np.flatnonzero(~np.isin(kind, ("plane", *_RULED)))  # of the others a side is the farthest
+    once = np.flatnonzero(((sides.tail < sides.head) | sides.bare) & np.repeat(kind != "plane", 3))
+    worst = 0.0
+    for *nodes, row in (
+        (sides.tail[once], sides.head[once], np.repeat(owner, 3)[once]),
+        (*triangles[round_].T, owner[round_]),
+    ):
+        middle, at = (sum(values[node] for node in nodes) / len(nodes) for values in (vertices, uv))
+        worst = max(worst, float(distances(surfaces, row, middle, at, _ENOUGH * chord_mm).max(initial=0.0)))
+    return worst
+
+
+def flat_deviation(surfaces: Surfaces, vertices: Floats, owner: Ints) -> float:
+    """Greatest distance of vertices (n, 3) of flat faces from their planes `owner` (n,), mm."""
+    flat = np.flatnonzero(surfaces.kind[owner] == "plane")
+    uv = np.zeros((len(flat), 2))
+    return float(distances(surfaces, owner[flat], vertices[flat], uv, 0.0).max(initial=0.0))
+
+
+def arc_deviation(curves: Curves, arc: Ints, start: Floats, end: Floats) -> float:
+    """Greatest distance of arcs (n,) midway between parameters start and end (n,) from their chords there, mm."""
+    if not len(arc):
+        return 0.0
+    first, middle, last = (curves.evaluate(arc, t)[0] for t in (start, (start + end) / 2, end))
+    along, arm = last - first, middle - first
+    square = np.einsum("nd,nd->n", along, along)
+    share = np.clip(np.einsum("nd,nd->n", arm, along) / np.where(square > 0, square, 1.0), 0.0, 1.0)
+    return float(np.linalg.norm(arm - share[:, None] * along, axis=1).max())
+
+
+def open_edges(vertices: Floats, sides: HalfEdges) -> int:
+    """How many sides of triangles lack a neighbour once vertices (n, 3) at one place are one."""
+    used, ends = np.unique(np.stack([sides.tail[sides.bare], sides.head[sides.bare]]), return_inverse=True)
+    places, ends = vertices[used], ends.reshape(2, -1)
+    found = _unpaired(places, ends)
+    return found and min(found, _unpaired(np.round(places / WELD_MM), ends))
+
+
+def _unpaired(places: Floats, ends: Ints) -> int:
+    """How many directed edges (2, m) between places (n, 3) no other one runs back along."""
+    place = np.unique(places + 0.0, axis=0, return_inverse=True)[1].ravel()  # no -0.0
+    tail, head = place[ends]
+    edge = np.unique(np.minimum(tail, head) * len(places) + np.maximum(tail, head), return_inverse=True)[1]
+    return int(np.abs(np.bincount(edge.ravel(), np.sign(head - tail))).sum())
+
+
+# Samples along arcs as the store keeps them: of straight ones the two ends, of what is the same everywhere one.
+
+_ROUND_OFF = 8 * np.finfo(float).eps  # of the greatest value: what interpolating between the ends may be off
+
+
+def pack_samples(samples: ArcSamples) -> Table:
+    """Columns of `shape_arc_sample` but for the shape; every arc has two samples at least."""
+    count = np.diff(samples.points.offsets) // 3
+    directions = {name: getattr(samples, name) for name in ("tangents", "normals_a", "normals_b")}
+    return {
+        "arc_no": samples.arc_no,
+        "sample_count": count,
+        "points": _keep(samples.points, count, 2),
+        **{name: _keep(values, count, 1) for name, values in directions.items()},
+    }
+
+
+def spread_samples(kept: Sequence[npt.ArrayLike], count: Ints, width: int) -> Floats:
+    """All samples (sum of count, width) of arcs (n,), of each of which all, the two ends or one is kept."""
+    arrays = [np.asarray(values, float).reshape(-1, width) for values in kept]
+    there = np.array([len(values) for values in arrays], np.int64)
+    return _interpolate(np.concatenate([np.empty((0, width)), *arrays]), there, count)
+
+
+def _keep(column: Ragged, count: Ints, ends: int) -> Ragged:
+    """A column of arcs (n,), of `count` (n,) samples each, without what follows from the first, or from both ends."""
+    first = np.cumsum(count) - count
+    values = column.values.reshape(count.sum(), -1)
+    kept = np.stack([first, first + count - 1], axis=1)[:, :ends]
+    bound = _ROUND_OFF * (ends - 1) * np.abs(values[kept]).max(axis=(1, 2), initial=0.0)
+    off = np.abs(values - _interpolate(values[kept.ravel()], np.full(len(count), ends), count)).max(axis=1)
+    own = np.maximum.reduceat(off, first) > bound
+    chosen = np.repeat(own, count)
+    chosen[kept] = True
+    offsets = np.concatenate([[0], np.cumsum(np.where(own, count, ends))])
+    return Ragged(values[chosen].ravel(), values.shape[1] * offsets)
+
+
+def _interpolate(values: Floats, there: Ints, count: Ints) -> Floats:
+    """Samples (sum of count, w) of arcs (n,), of which values (sum of there, w) has all, the two ends or one."""
+    arc = np.repeat(np.arange(len(count)), count)
+    step = np.arange(len(arc)) - (np.cumsum(count) - count)[arc]
+    first, every = (np.cumsum(there) - there)[arc], (there == count)[arc]
+    low, high = first + np.where(every, step, 0), first + np.where(every, step, there[arc] - 1)
+    share = np.where(high > low, step / (count[arc] - 1), 0.0)[:, None]
+    return np.asarray(values[low] * (1 - share) + values[high] * share)

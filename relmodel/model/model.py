@@ -3,17 +3,17 @@
 All of it is frozen, and nothing writes into its tables and arrays: what follows from a model is a new value.
 
 Columns bear the names of the schema's tables (`schema/030_surface.sql`, `040_part.sql`); ordinals (`surface_no`,
-`arc_no`) stand where the tables hold identities.  Lengths are mm, angles rad, all in the frame of the shape.
+`arc_no`) stand where the tables hold identities. Lengths are mm, angles rad, all in the frame of the shape.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from relmodel.arrays import Floats, Floats32, Ints, Ints32
-from relmodel.columns import Ragged
-from relmodel.geometry.joints import Joint
+from relmodel.arrays import Floats, Floats32, Ints, Ints32, Ragged, by_column
+from relmodel.geometry.transforms import Joint
 
 Table = dict[str, Any]  # column name -> array, Ragged or list; all of one length
 Attribute = tuple[str, float | str | bool, str | None]  # name, value, unit of a number
@@ -76,7 +76,7 @@ class Shape:
     arc_splines: columns of `arc_spline`, `arc_no` for the identity.
     loops, coedges: columns of the tables, with `surface_no` and `arc_no` for identities; `tolerance` of coedges is
         there once the shape is validated (`validation.py`).
-    pcurves: curves of coedges in the (u, v) domain of their surfaces, as in `readers/step/pcurves.py`; not stored.
+    pcurves: curves of coedges in the (u, v) domain of their surfaces, as `readers/step/document.py` reads them; not stored.
     arc_offsets: columns of `arc_offset`, `arc_no` for the identity and `basis_arc` (row of `basis_arcs`).
     basis_*: curves and surfaces that swept and offset ones are made from, same columns as arcs and surfaces; one that
         is itself made from others refers to rows before it.
@@ -196,3 +196,43 @@ class Model:
     loader_version: str
     findings: tuple[Finding, ...] = ()
     files: tuple[SourceFile, ...] = ()
+
+
+# Attributes that a model states, as rows: of parts, assemblies, and of the faces and edges of shapes.
+
+FACE_LABELS = ("colour", "layer", "finish")
+EDGE_LABELS = ("name", "colour", "layer")
+
+
+def part_attributes(part: Part) -> list[Attribute]:
+    """Material, colour and further attributes of a part."""
+    labels = (("material", part.material), ("colour", part.colour))
+    return [*((name, value, None) for name, value in labels if value is not None), *part.attributes]
+
+
+def attribute_rows(owners: Iterable[tuple[int, Iterable[Attribute]]]) -> tuple[list[int], Table]:
+    """Owner and value columns of each attribute; of several values of one name the last."""
+    rows = [(i, *given) for i, attributes in owners for given in {a[0]: a for a in attributes}.values()]
+    values = [value for _, _, value, _ in rows]
+    return [i for i, *_ in rows], {
+        "name": [name for _, name, _, _ in rows],
+        "value_number": [None if isinstance(v, str | bool) else float(v) for v in values],
+        "value_text": [v if isinstance(v, str) else None for v in values],
+        "value_boolean": [v if isinstance(v, bool) else None for v in values],
+        "unit": [unit for *_, unit in rows],
+    }
+
+
+def surface_attributes(shape: Shape) -> Table:
+    """Colours, layers and finishes of the faces of a shape: columns of `surface_attribute`; empty where it has none."""
+    return _labels(shape.surfaces, FACE_LABELS, "surface_no")
+
+
+def arc_attributes(shape: Shape) -> Table:
+    """Names, colours and layers of the edges of a shape: columns of `arc_attribute`; empty where it has none."""
+    return _labels(shape.arcs, EDGE_LABELS, "arc_no")
+
+
+def _labels(table: Table, names: tuple[str, ...], ordinal: str) -> Table:
+    found = [(no, name, str(value)) for name in names for no, value in enumerate(table.get(name, ())) if value]
+    return dict(by_column(f"{ordinal} name value_text", found)) if found else {}

@@ -1,11 +1,11 @@
 """Whether a model agrees with itself and with what its file says of it: findings, never a refusal by themselves.
 
-One rule serves loading and `relmodel check`.  Each coedge has a tolerance: how far its arc may lie off the surface and
-end off the start of the next, mm.  It is 0.01 mm or, where that is more, what the CAD kernel states for the edge and
-its ends (ISO 10303-42 leaves the accuracy to the sender; the kernel calls an edge valid within its tolerance), but not
-more than a tenth of a millimetre or 1e-4 of the shape.  What exceeds it is a finding, and the tolerance is then what
-was measured, so that `check` (`queries/check/loop_open.sql`, `arc_off_surface.sql`) lists what is worse than it was
-on loading.  Arcs and surfaces that were fitted to a mesh have what was measured from the first.
+One rule serves loading and `relmodel check`. Each coedge has a tolerance: how far its arc may lie off the surface and
+end off the start of the next, mm. It is 0.01 mm or, where that is more, what the CAD kernel states for the edge and its
+ends (ISO 10303-42 leaves the accuracy to the sender; the kernel calls an edge valid within its tolerance), but not more
+than a tenth of a millimetre or 1e-4 of the shape. What exceeds it is a finding, and the tolerance is then what was
+measured, so that `check` (`queries/check/loop_open.sql`, `arc_off_surface.sql`) lists what is worse than it was on
+loading. Arcs and surfaces that were fitted to a mesh have what was measured from the first.
 """
 
 from __future__ import annotations
@@ -16,25 +16,26 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from relmodel.geometry.curves import BOX, vectors
-from relmodel.geometry.pcurves import Pcurves
-from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
+from relmodel.geometry.surfaces import ANALYTIC_KINDS, Pcurves, Surfaces
 from relmodel.model.content_keys import row_count_or_none
-from relmodel.model.measures import curves_of, surfaces_of
+from relmodel.model.measures import curves_of, pcurve_of, surfaces_of
 from relmodel.model.model import Finding, Model, Part, Shape
-from relmodel.model.trimmed_faces import pcurve_of
 
 LEAST_TOLERANCE_MM = 0.01
 MOST_TOLERANCE_MM, MOST_TOLERANCE_SHARE = 0.1, 1e-4  # share: of the diagonal of the shape's box
 # Some writers note the volume and area of a mesh: 0.0004 off is the worst that was seen.
 VALIDATION_SHARE = 0.005
-
 # What numbers that are equal but for round-off may differ by, mm.
 _ROUND_OFF_MM = 1e-5
 # Where along an arc its distance from its surfaces is measured.
 _SHARES = np.linspace(0.0, 1.0, 5)
 # Columns that the store has of every arc and surface.
 _ALWAYS = {"arcs": ("t0", "t1", "length", *BOX), "surfaces": ("area", *BOX)}
+
+
 _ALWAYS["arcs"] += tuple(f"{end}_{c}" for end in ("start", "end") for c in "xyz")
+
+
 _ALWAYS["surfaces"] += tuple(f"centroid_{c}" for c in "xyz")
 
 

@@ -42,7 +42,7 @@ def read(path: Path, options: ReadOptions = DEFAULTS, *, in_child: bool = True) 
     finite, or exceeds a limit.
     """
     from relmodel.errors import InputError
-    from relmodel.paths import check_readable
+    from relmodel.names import check_readable
 
     check_readable(path)
     if in_child:

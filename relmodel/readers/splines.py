@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from relmodel.arrays import Floats, Ints32
-from relmodel.columns import Ragged
+from relmodel.arrays import Floats, Ints32, Ragged
 from relmodel.model.model import Table
 
 

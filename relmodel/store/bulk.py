@@ -12,8 +12,7 @@ import sqlalchemy as sa
 from sqlalchemy import Connection, Table, TextClause
 from sqlalchemy.types import TypeEngine
 
-from relmodel.arrays import Ints
-from relmodel.columns import Columns, ColumnValues, Ragged, is_scalar, row_count
+from relmodel.arrays import Columns, ColumnValues, Ints, Ragged, is_scalar, row_count
 
 _COUNTS = "relmodel_counts"
 

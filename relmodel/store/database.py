@@ -17,12 +17,38 @@ import sqlalchemy as sa
 from sqlalchemy import Connection, Engine, Row, Table, inspect
 from sqlalchemy.types import TypeEngine
 
-from relmodel.arrays import Ints
+from relmodel.arrays import Columns, ColumnValues, Ints
 from relmodel.blas import one_blas_thread
-from relmodel.columns import Columns
 from relmodel.errors import StoreError, TransientError
 from relmodel.store import bulk, sql
-from relmodel.store.access import Access
+from relmodel.store.engine import Access
+from relmodel.store.sql import column_types
+
+
+def stored_fields(table: str, rows: object) -> dict[str, Any]:
+    """The columns of a table that `rows` has as fields or properties of their names."""
+    return {name: getattr(rows, name) for name in column_types(table) if hasattr(rows, name)}
+
+
+def round_columns(table: str, columns: Columns) -> dict[str, ColumnValues]:
+    """Columns of a table with floating-point numbers rounded to the store's types."""
+    types = column_types(table)
+
+    def rounded(name: str, values: ColumnValues) -> ColumnValues:
+        if not isinstance(values, np.ndarray) or values.dtype.kind != "f":
+            return values
+        kind, _, size = types[name].partition("(")
+        if kind == "DECIMAL":
+            unit = 10.0 ** int(size.rstrip(")").split(",")[1])
+            return np.asarray(np.rint(values * unit) / unit)
+        if kind == "REAL":
+            return values.astype(np.float32).astype(np.float64)
+        return values
+
+    return {name: rounded(name, values) for name, values in columns.items()}
+
+
+# A database opened: transactions, named queries, and reading and writing by columns.
 
 # Types of columns by the names that DuckDB and PostgreSQL have for them.
 _TYPES: dict[str, type[TypeEngine[Any]]] = {
@@ -44,13 +70,11 @@ _TYPES: dict[str, type[TypeEngine[Any]]] = {
     "timestamp with time zone": sa.TIMESTAMP,
     "varchar": sa.String,
 }
-
 WAITS_S = (0.1, 0.5, 1.0, 2.0, 4.0)
 """s before each further try of what a server refused or lost: a restart takes it a few seconds"""
 _FAILURES = {"OperationalError", "InterfaceError", "InternalException", "FatalException"}  # the last two are DuckDB's
 # Serialisation failure, deadlock, shutdown by whom or by what, starting up; and connections lost, which have no code.
 _TRANSIENT = {"40001", "40P01", "57P01", "57P02", "57P03", None}
-
 T = TypeVar("T")
 
 

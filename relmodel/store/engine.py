@@ -1,16 +1,154 @@
-"""From a store's name (a DuckDB file or a PostgreSQL URL) to an SQLAlchemy engine."""
+"""From a store's name to an SQLAlchemy engine: how a database is reached, and how the file of a DuckDB store is shared
+and replaced.
+"""
 
 from __future__ import annotations
 
+import fcntl
 import logging
+import os
 import re
+import shutil
 import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from pathlib import Path
+from typing import BinaryIO
 
-from sqlalchemy import URL, Engine, NullPool, create_engine, make_url
+from sqlalchemy import URL, Connection, Engine, NullPool, Pool, QueuePool, create_engine, make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError
 
-from relmodel.errors import StoreError
+from relmodel.errors import InUseError, StoreError
+from relmodel.store import sql
+
+# DuckDB lets several processes read a file, or a single one write it. A reader joins other readers. A writer waits for
+# them briefly, then writes to a copy of the file (`replacing`), so that no reader blocks it. All wait for a writer.
+
+
+READERS_S = 3.0  # how long a writer waits for readers
+
+
+class Access:
+    """How a database is reached.
+
+    engine: what connects now.  file: that of a DuckDB store, None of one in memory.  passed: the processes that still
+    read the file that a copy has replaced; they do not see what was written since.
+    """
+
+    def __init__(self, engine: Engine) -> None:
+        self.engine = engine
+        self.file = duckdb_file(engine.url)
+        self.passed: str | None = None
+        self._blocks = 0  # of `one_thread`
+        self._limited: Pool | None = None  # where DuckDB runs in one thread
+
+    def connect(self) -> Connection:
+        """A connection, read-only where others read a DuckDB file.  Raises InUseError where another process keeps
+        writing it."""
+        patience = Patience()
+        while True:
+            try:
+                return self._connect()
+            except Exception as error:
+                self._wait(error, patience)
+
+    def _connect(self) -> Connection:
+        try:
+            return self._connect_to_file()
+        except Exception as error:
+            if not (is_locked(error) or is_open_here(error)):
+                raise
+        return reading_engine(self.engine.url).connect()
+
+    def _connect_to_file(self) -> Connection:
+        while True:
+            before = self._inode()
+            connection = self.engine.connect()
+            if before == self._inode():
+                self._limit_threads()
+                return connection
+            connection.close()  # another file was put in its place while it was opened
+            self.engine.dispose()
+
+    @contextmanager
+    def one_thread(self) -> Iterator[None]:
+        """Run DuckDB in one thread while the block lasts, also where the file is opened only then."""
+        self._blocks += 1
+        try:
+            self._limit_threads()
+            yield
+        finally:
+            self._blocks -= 1
+            self._limit_threads()
+
+    def _limit_threads(self) -> None:
+        """Give DuckDB, where it is open, the threads that it is to have."""
+        pool, one = self.engine.pool, self._blocks > 0
+        is_open = isinstance(pool, QueuePool) and pool.checkedin() + pool.checkedout() > 0
+        if is_open and one != (self._limited is pool):
+            self._limited = pool if one else None
+            with self.engine.connect() as settings:  # a transaction that failed refuses whatever comes after
+                settings.execute(sql.query(f"run/{'one_thread' if one else 'all_threads'}.duckdb"))
+
+    def _inode(self) -> int | None:
+        return self.file.stat().st_ino if self.file is not None and self.file.exists() else None
+
+    def _wait(self, error: Exception, patience: Patience) -> None:
+        """Wait a moment for the process that has the file open; raise InUseError where that has lasted too long."""
+        if not (is_locked(error) or is_open_here(error)):
+            raise error
+        if is_open_here(error) or not patience.wait(self.file, holder(error)):
+            raise InUseError(sentence(self.engine.url, error)) from error
+
+    @contextmanager
+    def writable(self) -> Iterator[None]:
+        """Open a DuckDB file for writing while the block lasts; a copy of it where others keep reading it."""
+        if self.file is None or self._take():
+            yield
+            return
+        with self.turn(), self.replacing():
+            yield
+
+    def _take(self) -> bool:
+        """Open the file for writing; False where others keep reading it."""
+        began, patience = time.monotonic(), Patience()
+        while True:
+            try:
+                self._connect_to_file().close()
+                return True
+            except Exception as error:
+                waited = self.passed is not None or time.monotonic() > began + READERS_S
+                if is_locked(error) and waited and is_readable(self.engine.url):
+                    self.passed = holder(error)
+                    return False
+                self._wait(error, patience)
+
+    @contextmanager
+    def turn(self) -> Iterator[None]:
+        """Close a DuckDB file, and have the sole right to replace it while the block lasts."""
+        if self.file is not None:
+            self.engine.dispose()
+        with nullcontext() if self.file is None else turn(self.file):
+            yield
+
+    @contextmanager
+    def replacing(self) -> Iterator[None]:
+        """In a `turn`, write to a copy of a DuckDB file in the block; the copy then replaces the file."""
+        if self.file is None:
+            yield
+            return
+        own = self.engine
+        own.dispose()
+        with replacing(self.file) as new:
+            self.engine = make_engine(own.url.set(database=str(new)), read_only=False)
+            try:
+                yield
+            finally:
+                self.engine.dispose()
+                self.engine = own
+
+
+# From a store's name (a DuckDB file or a PostgreSQL URL) to an SQLAlchemy engine.
 
 
 def store_url(target: str | Path) -> URL:
@@ -36,7 +174,6 @@ def store_url(target: str | Path) -> URL:
 PATIENCE_S = 60.0  # s to wait for a file that another process has open: most write it only while they record
 _PAUSE_S = 0.05
 _SILENCE_S = 3.0  # s to wait without a word
-
 DUCKDB_CONFIG = {
     # DuckDB gives every column and index of its own at least one block: of 32 KiB, a store of some hundred tables takes
     # far less room than of the usual 256 KiB.  Of the least, 16 KiB, it no longer packs integers.
@@ -202,3 +339,147 @@ def sentence(url: URL, error: Exception) -> str:
     return (
         f"cannot open the store {url.database} ({words}): check its permissions, or restore a backup if it is damaged"
     )
+
+
+# Replacing a DuckDB file atomically by one made under another name.
+#
+# Stores are made and migrated in this way, and so is a transaction written while others read the file: readers keep the
+# file that they opened. Next to STORE stand STORE.new, the file in the making; STORE.lock, locked by the process that
+# makes it; and briefly STORE.whole, where STORE has a log to go with it. What a killed process left there is completed
+# or removed by the next one.
+
+
+@contextmanager
+def turn(file: Path) -> Iterator[None]:
+    """Have the sole right to replace a file while the block lasts; others wait.  Leftovers of killed processes are
+    cleared."""
+    lock = Path(f"{file}.lock")
+    with _as_store_errors(file):
+        descriptor = _locked(lock)
+    try:
+        with _as_store_errors(file):
+            _remove(_new(file))
+            _put(file)
+        yield
+    finally:
+        lock.unlink(missing_ok=True)
+        os.close(descriptor)
+
+
+def _locked(lock: Path) -> int:
+    while True:
+        descriptor = os.open(lock, os.O_RDWR | os.O_CREAT, 0o666)
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        with suppress(FileNotFoundError):
+            if os.path.samestat(lock.stat(), os.fstat(descriptor)):
+                return descriptor
+        os.close(descriptor)  # the process that had locked it has removed it
+
+
+def recover(file: Path) -> None:
+    """Move a file into place that a process completed before it was killed."""
+    if _whole(file).exists():
+        with turn(file):
+            pass
+
+
+@contextmanager
+def replacing(file: Path) -> Iterator[Path]:
+    """Path of the file that replaces `file` when the block ends, in a `turn`: a copy where it exists.
+
+    Meanwhile nobody writes the file, and readers keep what they opened.  Raises StoreError where another process writes
+    the file, or its folder cannot be written.
+    """
+    new, log = _new(file), Path(f"{file}.wal")
+    with ExitStack() as stack:
+        with _as_store_errors(file):
+            if file.exists():
+                source = stack.enter_context(locked_for_reading(file))
+                _copy(source, file, new)
+                if log.exists():
+                    shutil.copyfile(log, f"{new}.wal")
+            else:
+                log.unlink(missing_ok=True)  # of a file that was there before
+        try:
+            yield new
+            with _as_store_errors(file):
+                if Path(f"{new}.wal").exists():
+                    raise StoreError(f"the store {file} could not be written whole: free space on its disk")
+                _sync(new)
+                if log.exists():  # its content is in the new file: the two must never exist together
+                    new.replace(_whole(file))
+                    _sync(file.parent)
+                    _put(file)
+                else:
+                    new.replace(file)
+                _sync(file.parent)
+        except BaseException:
+            with suppress(OSError):
+                _remove(new)
+            raise
+
+
+def _new(file: Path) -> Path:
+    return Path(f"{file}.new")
+
+
+def _whole(file: Path) -> Path:
+    return Path(f"{file}.whole")
+
+
+def _put(file: Path) -> None:
+    whole = _whole(file)
+    if whole.exists():
+        Path(f"{file}.wal").unlink(missing_ok=True)
+        whole.replace(file)
+
+
+@contextmanager
+def locked_for_reading(file: Path) -> Iterator[BinaryIO]:
+    """The bytes of a file that DuckDB lets nobody write, as if one of its readers had it open."""
+    patience = Patience()
+    with file.open("rb") as source:
+        while True:
+            try:
+                fcntl.lockf(source, fcntl.LOCK_SH | fcntl.LOCK_NB)
+                break
+            except (BlockingIOError, PermissionError) as error:
+                if not patience.wait(file):
+                    raise InUseError(f"the store {file} is in use by another process: wait until it ends") from error
+        yield source
+
+
+def _copy(source: BinaryIO, file: Path, new: Path) -> None:
+    """Copy through the open descriptor: closing another one would release the lock."""
+    with new.open("wb") as copy:
+        shutil.copymode(file, new)
+        with suppress(PermissionError):
+            os.chown(new, file.stat().st_uid, file.stat().st_gid)
+        shutil.copyfileobj(source, copy, 1 << 24)
+
+
+def _remove(new: Path) -> None:
+    new.unlink(missing_ok=True)
+    Path(f"{new}.wal").unlink(missing_ok=True)
+
+
+def _sync(path: Path) -> None:
+    """Sync a file, or the names in a folder, to disk."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+@contextmanager
+def _as_store_errors(file: Path) -> Iterator[None]:
+    """What the system refuses, as a sentence."""
+    try:
+        yield
+    except OSError as error:
+        raise StoreError(
+            no_folder(file)
+            or f"the folder of the store {file} cannot be written ({error.strerror}): check the permissions of its "
+            "folder and the free space on its disk"
+        ) from error

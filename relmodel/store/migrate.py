@@ -15,7 +15,7 @@ from sqlalchemy import Connection, inspect
 
 from relmodel.errors import StoreError
 from relmodel.resources import resource_dir
-from relmodel.store import journal, sql
+from relmodel.store import side_files, sql
 from relmodel.store.database import newer_store
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def _make(store: Database) -> None:
     with store.write() as connection:
         if inspect(connection).get_table_names():
             raise StoreError(f"{store.name} holds tables that are not relmodel's: give relmodel a store of its own")
-        journal.forget(store)
+        side_files.forget(store)
         create_schema(connection, "" if store.access.file is None else store.access.file.name)
         MigrationContext.configure(connection).stamp(ScriptDirectory.from_config(_config(connection)), "head")
 

@@ -18,12 +18,11 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.arrays import Floats
-from relmodel.columns import Columns, by_column
+from relmodel.arrays import Columns, Floats, by_column
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import BOX_COLUMNS
 from relmodel.geometry.transforms import MATRIX_COLUMNS, boxes_carried, matrices
-from relmodel.paths import read_bytes
+from relmodel.names import read_bytes
 from relmodel.progress import Progress, silent
 from relmodel.store import Run, Store, digest_inputs, sql
 from relmodel.store.database import Database

@@ -37,7 +37,7 @@ import numpy as np
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import nearest_rotation
-from relmodel.paths import MOST_NAME_BYTES, read_bytes
+from relmodel.names import MOST_NAME_BYTES, read_bytes
 
 ROLES = ("inspected", "fixture", "robot", "tool")
 

@@ -11,8 +11,17 @@ import pytest
 from PIL import Image
 
 from relmodel.app.report.page import cell, clauses, script_json
-from relmodel.drawing.images import data_uri, read_image
-from relmodel.drawing.plots import Point, bars, courses, ellipse_points, histogram, history, path_data
+from relmodel.drawing.draw import (
+    Point,
+    bars,
+    courses,
+    data_uri,
+    ellipse_points,
+    histogram,
+    history,
+    path_data,
+    read_image,
+)
 
 RNG = np.random.default_rng(5)
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import sqlalchemy as sa
 
 from relmodel.find.find import LEVELS, in_volumes
-from relmodel.find.planner import WorldIndex, placed_parts, world_boxes
+from relmodel.find.indexes import WorldIndex, placed_parts, world_boxes
 from relmodel.find.volumes import Box
 from relmodel.store import Store
 from relmodel.store.check import check

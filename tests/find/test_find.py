@@ -13,10 +13,8 @@ import sqlalchemy as sa
 
 from relmodel.errors import UsageError
 from relmodel.find.find import LEVELS, find_rows, in_volume, in_volumes
-from relmodel.find.kinds import KINDS
-from relmodel.find.planner import WorldIndex
-from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere, Volume
-from relmodel.find.widening import widened
+from relmodel.find.indexes import KINDS, WorldIndex
+from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere, Volume, widened
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from relmodel.world import place_world

@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 from relmodel.errors import UsageError
-from relmodel.find.kinds import KINDS, build
+from relmodel.find.indexes import KINDS, build
 from relmodel.find.volumes import Frustum, OrientedBox, Sphere, Volume, VolumeTable
 from relmodel.geometry.transforms import rotation_matrix
 

@@ -17,8 +17,7 @@ from relmodel.errors import UsageError
 from relmodel.find.exact_kernels import distances
 from relmodel.find.find import in_volumes, nearest_parts
 from relmodel.find.volumes import Box, OrientedBox, Sphere, Volume
-from relmodel.geometry.hulls import hull_triangles
-from relmodel.geometry.transforms import rotation_matrix
+from relmodel.geometry.transforms import hull_triangles, rotation_matrix
 from relmodel.store import Store
 from tests.find.volume_cases import CORNER, FAR, HALF, fill
 

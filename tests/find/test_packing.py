@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from relmodel.find.packing import pack, page_boxes
+from relmodel.find.boxes import pack, page_boxes
 
 
 def random_boxes(n: int, seed: int) -> np.ndarray:

@@ -10,7 +10,7 @@ import pytest
 from relmodel.app.cli.main import main
 from relmodel.arrays import Floats
 from relmodel.find.find import BOX_COLUMNS, in_volume, in_volumes
-from relmodel.find.planner import WorldIndex, placed_parts, world_boxes
+from relmodel.find.indexes import WorldIndex, placed_parts, world_boxes
 from relmodel.find.volumes import Box
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.loading.load import load

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from relmodel.find.rtree import PackedRTree
+from relmodel.find.indexes import PackedRTree
 from relmodel.find.volumes import Box, VolumeTable
 
 

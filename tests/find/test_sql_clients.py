@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import relmodel
-from relmodel.columns import Ragged
+from relmodel.arrays import Ragged
 from relmodel.find.find import LEVELS, in_volume
 from relmodel.find.volumes import Box, Frustum, Sphere, Volume
 from relmodel.store import Store

@@ -9,9 +9,8 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.find.find import in_volume, in_volumes
-from relmodel.find.kinds import KINDS
+from relmodel.find.indexes import KINDS, WorldIndex
 from relmodel.find.parquet import export_parts
-from relmodel.find.planner import WorldIndex
 from relmodel.find.volumes import Box, Frustum, Sphere
 from relmodel.store import Store
 from tests.find.test_parquet import duckdb_rows, occurrences, placed_parts, write_questions

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from relmodel.errors import InputError
-from relmodel.find.rtree import PackedRTree
-from relmodel.find.volumes import Frustum, VolumeTable
-from relmodel.find.widening import widened
+from relmodel.find.indexes import PackedRTree
+from relmodel.find.volumes import Frustum, VolumeTable, widened
 from relmodel.geometry.transforms import rotation_matrix
 
 CONFIDENCE = 0.99

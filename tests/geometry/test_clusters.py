@@ -8,7 +8,7 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from relmodel.geometry.clusters import clusters, joined
+from relmodel.geometry.congruence import clusters, joined
 
 
 @pytest.mark.parametrize("far", [0.0, 1e6, 1e20])

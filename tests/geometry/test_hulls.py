@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Floats
-from relmodel.geometry.hulls import outermost
+from relmodel.geometry.transforms import outermost
 
 COUNT = 30_000  # enough that most are left out before a hull is made
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from relmodel.errors import InputError
-from relmodel.geometry.joints import Joint, JointTree, Mimic
+from relmodel.geometry.transforms import Joint, JointTree, Mimic
 
 Array = npt.NDArray[np.float64]
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from relmodel.geometry.normals import normals_at
-from relmodel.geometry.surfaces import Surfaces
+from relmodel.geometry.surfaces import Surfaces, normals_at
 
 
 def surfaces(count: int, seed: int) -> Surfaces:

@@ -14,10 +14,8 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array
 
 from relmodel.labelling import branch_and_bound
-from relmodel.labelling.bounds import SCALE, Duals
-from relmodel.labelling.problem import MatchingProblem, matching_problem
-from relmodel.labelling.result import MatchingResult
-from relmodel.labelling.rows import result_rows
+from relmodel.labelling.branch_and_bound import SCALE, Duals
+from relmodel.labelling.problem import MatchingProblem, MatchingResult, matching_problem, result_rows
 
 
 def random_problem(rng: np.random.Generator, most_units: int = 9) -> MatchingProblem:

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from relmodel.errors import UsageError
-from relmodel.labelling import paper
-from relmodel.labelling.cost import labelling_cost
-from relmodel.labelling.problem import NONE, MatchingProblem, matching_problem
+from relmodel.labelling import solve as paper
+from relmodel.labelling.problem import NONE, MatchingProblem, labelling_cost, matching_problem
 from relmodel.labelling.solve import solve
 from tests.labelling.oracle import enumerated_cost, without_nulls
 from tests.labelling.scenes import scene
@@ -59,7 +58,7 @@ def test_errors_of_units_that_have_their_label_are_left_out_of_its_bound() -> No
         [(1, 0, 0, 0), (1, 0, 2, 0)],
         injective=False,
     )
-    search = paper._Search(problem, None, 100, None)
+    search = paper._PrintedSearch(problem, None, 100, None)
     function = int(np.flatnonzero(search.table.unit == 1)[0])
     label = search.table.label[function]
     error = search.table.error + search.table.disagreement(function)
@@ -71,7 +70,7 @@ def test_labellings_that_no_whole_functions_spell_out_are_not_seen(monkeypatch: 
     """Even where nothing is pruned: the cheapest labelling is no sequence of whole functions."""
     least = enumerated_cost(chain(), total=True)
     assert least == 5
-    monkeypatch.setattr(paper._Search, "bound", lambda *_: -(10**9))
+    monkeypatch.setattr(paper._PrintedSearch, "bound", lambda *_: -(10**9))
     assert solve(chain(), "paper").cost == 6
     assert solve(without_nulls(chain())).cost == 5
 

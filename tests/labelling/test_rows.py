@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from relmodel.labelling import branch_and_bound
-from relmodel.labelling.rows import result_rows
+from relmodel.labelling.problem import result_rows
 from relmodel.labelling.solve import solve
 from relmodel.store.runs import Run
 from relmodel.store.store import Store

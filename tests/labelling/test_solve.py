@@ -12,10 +12,17 @@ from scipy.optimize import linear_sum_assignment
 from relmodel.arrays import Ints
 from relmodel.errors import UsageError
 from relmodel.labelling import branch_and_bound
-from relmodel.labelling.cost import labelling_cost
-from relmodel.labelling.problem import NONE, MatchingProblem, matching_problem
-from relmodel.labelling.result import BOUNDED, OPTIMAL, STOPPED, MatchingResult
-from relmodel.labelling.rows import result_rows
+from relmodel.labelling.problem import (
+    BOUNDED,
+    NONE,
+    OPTIMAL,
+    STOPPED,
+    MatchingProblem,
+    MatchingResult,
+    labelling_cost,
+    matching_problem,
+    result_rows,
+)
 from relmodel.labelling.solve import MODES, solve
 from tests.labelling.oracle import (
     enumerated_cost,

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from relmodel.labelling.cost import labelling_cost
-from relmodel.labelling.problem import matching_problem
-from relmodel.labelling.solve import solve
-from relmodel.labelling.star import lay_stars
+from relmodel.labelling.problem import labelling_cost, matching_problem
+from relmodel.labelling.solve import lay_stars, solve
 from tests.labelling.oracle import enumerated_cost, random_problem
 from tests.labelling.scenes import scene
 

@@ -14,7 +14,7 @@ import trimesh
 
 from relmodel.app.cli.main import main
 from relmodel.errors import InputError
-from relmodel.loading import derive as deriving
+from relmodel.loading import load as deriving
 from relmodel.model.model import Model
 from relmodel.model.validation import validated
 from relmodel.readers import ReadOptions

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from relmodel.model import sharing
+from relmodel.model import content_keys
 from relmodel.model.model import Model, Shape
-from relmodel.readers.step import maps
+from relmodel.readers.step import faces
 from relmodel.readers.step import shape as step_shape
 from tests.features.test_features import box, cut, cylinder
 from tests.readers.test_exact import compound
@@ -146,7 +146,7 @@ def kernel_corners(solid: Any) -> Floats:
 
     from tests.readers.test_step import start_of
 
-    edges = maps.edge_map(maps.face_map(solid))
+    edges = faces.edge_map(faces.face_map(solid))
     return in_order(np.array([start_of(TopoDS.Edge(edges.FindKey(i))) for i in range(1, edges.Extent() + 1)]))
 
 
@@ -162,7 +162,7 @@ def test_a_part_of_many_symmetries_is_found_and_the_faces_are_told(tmp_path: Pat
         ring = cut(ring, moved(cylinder(30, 0, 5 if i else 4.5, 3, 20), m))
     pose = random_motions(1, 3)[0]
     first, other = (step_shape.extract(s, {}, {}, {}) for s in (ring, moved(ring, pose)))
-    found = sharing.congruent(first, other)
+    found = content_keys.congruent(first, other)
     assert found is not None
     assert found.motion == pytest.approx(pose, abs=1e-8)
     assert found.surfaces.tolist() == list(range(len(first.surfaces["kind"])))
@@ -171,5 +171,5 @@ def test_a_part_of_many_symmetries_is_found_and_the_faces_are_told(tmp_path: Pat
 
 def test_named_and_coloured_faces_keep_shapes_apart() -> None:
     plain, named = (step_shape.extract(handed(), names, {}, {}) for names in ({}, {1: "datum A"}))
-    assert sharing.congruent(plain, plain) is not None
-    assert sharing.congruent(plain, named) is None
+    assert content_keys.congruent(plain, plain) is not None
+    assert content_keys.congruent(plain, named) is None

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from relmodel.columns import Ragged
+from relmodel.arrays import Ragged
+from relmodel.model.measures import pack_samples, spread_samples
 from relmodel.model.model import ArcSamples
-from relmodel.model.stored_samples import pack_samples, spread_samples
 
 WIDTH = {"points": 3, "tangents": 3, "normals_a": 3, "normals_b": 3}
 

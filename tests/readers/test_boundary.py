@@ -130,12 +130,12 @@ def shuffled() -> Any:
 
 def assert_boundary(shape: Any) -> None:
     """As the kernel says: which faces and edges, every curve and pcurve; loops run head to tail."""
-    from relmodel.readers.step import maps
     from relmodel.readers.step import shape as step_shape
+    from relmodel.readers.step.faces import edge_map, face_map
 
     got = step_shape.extract(shape, {}, {}, {})
-    faces = maps.face_map(shape)
-    edges = maps.edge_map(faces)
+    faces = face_map(shape)
+    edges = edge_map(faces)
     assert (faces.Extent(), edges.Extent()) == (len(got.surfaces["kind"]), len(got.arcs["kind"]))
     assert_edges_equal(edges, got)
     assert_pcurves_equal(faces, edges, got)

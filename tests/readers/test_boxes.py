@@ -12,8 +12,8 @@ def test_boxes_of_spheres_and_tori_whole_and_cut() -> None:
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeSphere, BRepPrimAPI_MakeTorus
     from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
-    from relmodel.readers.step import maps
     from relmodel.readers.step import shape as step_shape
+    from relmodel.readers.step.faces import face_map
 
     rng = np.random.default_rng(4)
     faces = same = 0
@@ -38,7 +38,7 @@ def test_boxes_of_spheres_and_tori_whole_and_cut() -> None:
                     assert (mine.min(0) > np.array(box[:3]) - got.mesh.chord_mm).all()
                     assert (mine.max(0) < np.array(box[3:]) + got.mesh.chord_mm).all()
                     bound = Bnd_Box()
-                    BRepBndLib.AddOptimal_s(maps.face_map(shape).FindKey(i + 1), bound, False, False)
+                    BRepBndLib.AddOptimal_s(face_map(shape).FindKey(i + 1), bound, False, False)
                     kernel = np.array([*bound.CornerMin().Coord(), *bound.CornerMax().Coord()])
                     same += np.abs(kernel - box).max() < 1e-4
                     # The kernel's own may be too large, where the range of a face's parameters is.

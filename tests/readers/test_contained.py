@@ -28,16 +28,15 @@ from OCP.TDocStd import TDocStd_Document
 from OCP.TopoDS import TopoDS, TopoDS_Edge, TopoDS_Face, TopoDS_Wire
 from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
-from relmodel.readers.step import maps
-from relmodel.readers.step.boundary import forward, loops_of
-from relmodel.readers.step.contained import Findings
+from relmodel.readers.step import faces
 from relmodel.readers.step.document import UnreadableError, _Walk
-from relmodel.readers.step.labels import Labels
-from relmodel.readers.step.shape import extract
+from relmodel.readers.step.faces import forward, loops_of
+from relmodel.readers.step.shape import Labels, extract
+from relmodel.readers.step.step_parameters import Findings
 
 
 def faces_of(shape: Any) -> list[Any]:
-    keys = maps.face_map(shape)
+    keys = faces.face_map(shape)
     return [TopoDS.Face(keys.FindKey(i)) for i in range(1, keys.Extent() + 1)]
 
 
@@ -88,7 +87,7 @@ def test_an_edge_that_has_neither_curve_nor_vertex_is_left_out() -> None:
     builder = BRep_Builder()
     builder.MakeEdge(edge)
     builder.MakeWire(wire)
-    keys = maps.edge_map(maps.face_map(face))
+    keys = faces.edge_map(faces.face_map(face))
     for i in range(1, keys.Extent() + 1):
         builder.Add(wire, keys.FindKey(i))
     builder.Add(wire, edge)
@@ -105,7 +104,7 @@ def test_a_face_whose_outer_loop_the_kernel_cannot_tell_keeps_the_order_of_the_f
     for _ in range(2):
         builder.Add(bare, BRepTools.OuterWire_s(face))
     found = Findings()
-    loops = loops_of(forward(bare), maps.edge_map(maps.face_map(face)), found, 7)
+    loops = loops_of(forward(bare), faces.edge_map(faces.face_map(face)), found, 7)
     assert [len(loop) for loop in loops] == [4, 4]
     assert {(one.kind, one.surface_no) for one in found} == {("unread_boundary", 7)}
 

@@ -12,7 +12,7 @@ import pytest
 from relmodel.errors import InputError
 from relmodel.readers import ReadOptions, read
 from relmodel.readers.step import part21
-from relmodel.readers.step.part21_instances import Instances
+from relmodel.readers.step.part21 import Instances
 from relmodel.store import Store
 from relmodel.store.check import check
 from tests.readers.damage import KINDS, damaged, load_damaged

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from relmodel.geometry.pcurves import Pcurves
+from relmodel.geometry.surfaces import Pcurves
 from relmodel.model.measures import curves_of, surfaces_of
 from relmodel.model.model import Shape
 
@@ -52,10 +52,10 @@ def test_rows_of_a_file_give_the_points_of_the_kernel(
 
 def assert_equal(kernel: Any, shape: Shape) -> None:
     """Every face and edge to 1e-9 mm, its first derivatives to 1e-9 of the greatest, pcurves to 1e-9."""
-    from relmodel.readers.step import maps
+    from relmodel.readers.step.faces import edge_map, face_map
 
-    faces = maps.face_map(kernel)
-    edges = maps.edge_map(faces)
+    faces = face_map(kernel)
+    edges = edge_map(faces)
     assert (faces.Extent(), edges.Extent()) == (len(shape.surfaces["kind"]), len(shape.arcs["kind"]))
     assert_faces_equal(faces, shape)
     assert_edges_equal(edges, shape)

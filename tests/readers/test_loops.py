@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from relmodel.readers.step import maps
 from relmodel.readers.step import shape as step_shape
+from relmodel.readers.step.faces import edge_map, face_map
 from tests.parts import composed_parts as parts_generator
 
 Floats = npt.NDArray[np.float64]
@@ -43,7 +43,7 @@ def test_the_outer_loop_is_the_one_around_the_others(seed: int) -> None:
 
     part = parts_generator.generate(seed).body
     shape = step_shape.extract(part, {}, {}, {})
-    faces = maps.face_map(part)
+    faces = face_map(part)
     several = 0
     for i in np.flatnonzero(np.bincount(shape.loops["surface_no"]) > 1).tolist():
         face = TopoDS.Face(TopoDS.Face(faces.FindKey(i + 1)).Oriented(TopAbs_Orientation.TopAbs_FORWARD))
@@ -65,7 +65,7 @@ def arcs_of(part: Any, wire: Any) -> list[int]:
     from OCP.TopAbs import TopAbs_ShapeEnum
     from OCP.TopExp import TopExp_Explorer
 
-    edges = maps.edge_map(maps.face_map(part))
+    edges = edge_map(face_map(part))
     found = []
     walk = TopExp_Explorer(wire, TopAbs_ShapeEnum.TopAbs_EDGE)
     while walk.More():

@@ -6,8 +6,8 @@ import pytest
 from scipy.spatial import Delaunay
 
 from relmodel.model.model import Shape
-from relmodel.readers.mesh.chains import chain_edges, without_lines
 from relmodel.readers.mesh.shape import shape_from_triangles
+from relmodel.readers.mesh.triangles import chain_edges, without_lines
 from tests.parts import splined_parts
 from tests.parts.tessellations import extracted
 

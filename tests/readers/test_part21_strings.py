@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from relmodel.readers.step import part21
-from relmodel.readers.step.part21_instances import Instances
-from relmodel.readers.step.part21_strings import decoded, in_utf8
+from relmodel.readers.step.part21 import Instances, decoded, in_utf8
 from tests.parts.step_parts import loaded, write_product
 from tests.readers.test_step_properties import write_pair
 from tests.reading import read_here

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from relmodel.readers import primitives
+from relmodel.readers import urdf
 
 CASES = {
-    "box": (primitives.box((30, 50, 110)), 30 * 50 * 110, 2 * (30 * 50 + 50 * 110 + 30 * 110)),
-    "cylinder": (primitives.cylinder(40, 25), np.pi * 1600 * 25, 2 * np.pi * 1600 + 80 * np.pi * 25),
-    "sphere": (primitives.sphere(75), 4 / 3 * np.pi * 75**3, 4 * np.pi * 75**2),
+    "box": (urdf.box((30, 50, 110)), 30 * 50 * 110, 2 * (30 * 50 + 50 * 110 + 30 * 110)),
+    "cylinder": (urdf.cylinder(40, 25), np.pi * 1600 * 25, 2 * np.pi * 1600 + 80 * np.pi * 25),
+    "sphere": (urdf.sphere(75), 4 / 3 * np.pi * 75**3, 4 * np.pi * 75**2),
 }
 
 

@@ -13,12 +13,12 @@ import numpy.typing as npt
 import pytest
 
 from relmodel.errors import InputError
-from relmodel.geometry.pcurves import Pcurves
+from relmodel.geometry.surfaces import Pcurves
 from relmodel.model.measures import curves_of, surfaces_of
 from relmodel.model.model import Model, Shape
 from relmodel.readers import ReadOptions, read
 from relmodel.readers.step import part21
-from relmodel.readers.step.part21_instances import Instances
+from relmodel.readers.step.part21 import Instances
 from tests.parts.step_parts import loaded, write_product
 from tests.reading import shared
 
@@ -191,7 +191,7 @@ def test_measures_are_those_of_the_kernel(data_dir: Path) -> None:
             for i, face in enumerate(faces):
                 props, bound = GProp_GProps(), Bnd_Box()
                 BRepGProp.SurfaceProperties_s(face, props, 1e-9, False)
-                # Of free-form faces the kernel itself is not always nearer: see face_measures.py.
+                # Of free-form faces the kernel itself is not always nearer: see faces.py.
                 free = shape.surfaces["kind"][i] in ("spline", "extrusion")
                 assert shape.surfaces["area"][i] == pytest.approx(props.Mass(), rel=5e-5 if free else 1e-6)
                 centroid = [shape.surfaces[f"centroid_{a}"][i] for a in "xyz"]

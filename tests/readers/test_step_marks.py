@@ -15,14 +15,13 @@ import pytest
 from relmodel.errors import InputError
 from relmodel.find.find import world_named
 from relmodel.model.model import Pmi, Shape
-from relmodel.readers.step.part21_instances import Instances, Typed
-from relmodel.readers.step.part21_units import measure
+from relmodel.readers.step.part21 import Instances, Typed, measure
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world.placement import place_world
 from tests.parts.step_parts import bracket_with_sheet_and_line, compound, loaded, write_product
 from tests.reading import load, read_here, shared, store_model
-from vision.scene.stored_scene import read_scene
+from vision.scene import read_scene
 
 PMI_FILES = ("nist_ctc_01_asme1_ap242.stp", "nist_ctc_02_asme1_ap242.stp")
 
@@ -144,7 +143,7 @@ def test_pmi_of_a_shape_that_lists_its_surfaces_in_another_order(tmp_path: Path,
     # The order in the store is that of the first file; `write_pmi` looks it up by content.
     from dataclasses import replace
 
-    from relmodel.columns import take
+    from relmodel.arrays import take
     from relmodel.model.content_keys import model_keys
 
     path = write_product(tmp_path / "box.step", bracket_with_sheet_and_line(), "bracket")
@@ -382,7 +381,7 @@ def test_pmi_goes_along_where_congruent_shapes_become_one(tmp_path: Path) -> Non
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
     from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
 
-    from relmodel.model.sharing import share
+    from relmodel.model.content_keys import share
 
     turn = gp_Trsf()
     turn.SetRotation(gp_Ax1(gp_Pnt(70, 0, 0), gp_Dir(1, 2, 3)), 1.0)

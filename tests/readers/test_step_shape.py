@@ -170,7 +170,7 @@ def test_a_recogniser_that_throws_recognises_nothing(monkeypatch: pytest.MonkeyP
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
     from OCP.gp import gp_Dir
 
-    from relmodel.readers.step import recognition
+    from relmodel.readers.step import geometry
 
     class Throwing:
         def __init__(self, shape: Any) -> None:
@@ -180,7 +180,7 @@ def test_a_recogniser_that_throws_recognises_nothing(monkeypatch: pytest.MonkeyP
             return lambda *_: gp_Dir(0.0, 0.0, 0.0)  # the kernel throws
 
     pin = BRepBuilderAPI_NurbsConvert(BRepPrimAPI_MakeCylinder(5.0, 12.0).Shape()).Shape()
-    monkeypatch.setattr(recognition, "ShapeAnalysis_CanonicalRecognition", Throwing)
+    monkeypatch.setattr(geometry, "ShapeAnalysis_CanonicalRecognition", Throwing)
     shape = extracted(pin)
     assert not {"plane", "cylinder"} & set(shape.surfaces["recognised_kind"])
     assert set(shape.arcs["recognised_kind"]) == {"spline"}
@@ -211,7 +211,7 @@ def test_free_edges_of_an_open_sheet_have_two_sides() -> None:
     from OCP.gp import gp_Ax3, gp_Cylinder, gp_Dir, gp_Pln, gp_Pnt, gp_Vec
     from OCP.TopoDS import TopoDS
 
-    from relmodel.readers.step import maps
+    from relmodel.readers.step.faces import face_map
 
     sewing = BRepBuilderAPI_Sewing(1e-6)
     sewing.Add(BRepBuilderAPI_MakeFace(gp_Pln(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), 0.0, 30.0, 0.0, 20.0).Face())
@@ -223,7 +223,7 @@ def test_free_edges_of_an_open_sheet_have_two_sides() -> None:
     convexity = np.array(shape.arcs["convexity"])
     assert (shape.kind, sorted(convexity)) == ("sheet", ["free"] * 6 + ["smooth"])
 
-    faces = maps.face_map(sheet)
+    faces = face_map(sheet)
     samples = shape.samples
     for arc in range(7):
         points, a, b = (getattr(samples, name)[arc].reshape(-1, 3) for name in ("points", "normals_a", "normals_b"))

@@ -13,11 +13,11 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from relmodel.model.measures import surfaces_of
+from relmodel.model.measures import HalfEdges, open_edges, surfaces_of
 from relmodel.model.model import Mesh, Shape
-from relmodel.model.tessellation import HalfEdges, open_edges
-from relmodel.readers.step import maps, triangulation
 from relmodel.readers.step import shape as step_shape
+from relmodel.readers.step import triangulation
+from relmodel.readers.step.faces import face_map
 from tests.parts.step_parts import loaded
 from tests.parts.turned_parts import workshop
 
@@ -118,7 +118,7 @@ def test_triangles_of_trimmed_round_faces_meet_and_keep_to_the_solid(name: str) 
     from OCP.TopoDS import TopoDS
 
     solid = cut_solids()[name]
-    keys = maps.face_map(solid)
+    keys = face_map(solid)
     shape = step_shape.extract(solid, {}, {}, {})
     mesh = shape.mesh
     assert is_closed(mesh)

@@ -12,7 +12,7 @@ import trimesh
 from relmodel.arrays import Floats, Ints
 from relmodel.model.model import Shape
 from relmodel.readers.mesh.shape import shape_from_triangles
-from relmodel.readers.mesh.weld import split_solids
+from relmodel.readers.mesh.triangles import split_solids
 
 
 def shape_of(vertices: Floats, triangles: Ints, *, fit: bool = True) -> Shape:

@@ -9,9 +9,9 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 
-from relmodel.columns import Columns
+from relmodel.arrays import Columns
 from relmodel.resources import resource_dir
-from relmodel.store import Run, Store, access, migrate, replacing, sql
+from relmodel.store import Run, Store, engine, migrate, sql
 
 # Its children have what they need from the start.
 CHILDREN = multiprocessing.get_context("forkserver")
@@ -57,7 +57,7 @@ def extract(store: Store, rows: int) -> int:
 
 def extract_for_ever(target: str, pipe: Pipe, runs: int | None = None) -> None:
     """Run after run while others read the file, without waiting for them; each reports its end."""
-    access.READERS_S = 0.0
+    engine.READERS_S = 0.0
     with Store.open(target) as store:
         while runs is None or runs > 0:
             pipe.send(extract(store, 5))
@@ -76,12 +76,12 @@ def extract_and_die(target: str) -> None:
 def die_before_the_last_name(target: str) -> None:
     """A run that is written to a copy because others read the file; killed when the copy is whole and not yet in
     place."""
-    access.READERS_S = 0.0
+    engine.READERS_S = 0.0
 
     def put(file: Path) -> None:
         if Path(f"{file}.whole").exists():
             kill_oneself()
 
-    replacing._put = put
+    engine._put = put
     with Store.open(target) as store:
         extract(store, 11)

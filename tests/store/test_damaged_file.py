@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from relmodel.app.cli.main import main
-from relmodel.columns import ColumnValues, Ragged
+from relmodel.arrays import ColumnValues, Ragged
 from relmodel.store import Store, sql
-from relmodel.store.blocks import damaged_blocks
+from relmodel.store.check import damaged_blocks
 
 HEADERS, BLOCK = 3 * 4096, 32768
 

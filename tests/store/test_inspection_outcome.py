@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from relmodel.columns import Ragged
+from relmodel.arrays import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
-from vision.inspection.outcome import Outcome, read_outcome
-from vision.inspection.record_decisions import _numbers
+from vision.inspection.inspection import Outcome, read_outcome
+from vision.inspection.record import _numbers
 from vision.localisation.localisation_parameters import VerdictParameters
 
 Variants = list[tuple[str, float, int]]  # name, log odds, and how many items differ from it; the first is placed

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from relmodel.errors import InUseError
-from relmodel.identity import code_sha256
-from relmodel.store import Run, Store, engine, kept
+from relmodel.resources import code_sha256
+from relmodel.store import Run, Store, engine, side_files
 from relmodel.store.check import check
 from tests.holding import held
 
@@ -45,7 +45,7 @@ ALL = {"low": 0, "high": 99} | dict.fromkeys(("kind", "state", "verdict", "part"
 @pytest.fixture(autouse=True)
 def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
-    monkeypatch.setattr(kept, "_OURS", ("relmodel", "tests"))
+    monkeypatch.setattr(side_files, "_OURS", ("relmodel", "tests"))
 
 
 def conclude_while_held(file: Path, found: Found) -> int:
@@ -116,7 +116,7 @@ def test_what_cannot_be_recorded_fails_and_leaves_the_store_to_others(duckdb_fil
 def test_what_another_version_kept_waits_for_it(duckdb_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run = conclude_while_held(duckdb_file, Found(["a"], np.array([1.0])))
     with monkeypatch.context() as newer:
-        newer.setattr(kept, "code_sha256", lambda: "newer")
+        newer.setattr(side_files, "code_sha256", lambda: "newer")
         Store.open(duckdb_file).close()
     assert held_in(duckdb_file)[0][0][1] == "running"
     assert Path(f"{duckdb_file}.kept-{run}").exists()
@@ -137,7 +137,7 @@ def test_a_file_from_elsewhere_calls_nothing(duckdb_file: Path) -> None:
     file = Path(f"{duckdb_file}.kept-1")
     for content in (b"", b"\x80", pickle.dumps(code_sha256()) + pickle.dumps(Harmful(harmed))):
         file.write_bytes(content)
-        assert kept.read_kept(file) is None
+        assert side_files.read_kept(file) is None
         Store.open(duckdb_file).close()
     assert not harmed.exists()
 

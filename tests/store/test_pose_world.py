@@ -10,7 +10,7 @@ import pytest
 import sqlalchemy as sa
 from scipy.spatial.transform import Rotation
 
-from relmodel.columns import Ragged
+from relmodel.arrays import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
 

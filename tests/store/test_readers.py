@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from relmodel.errors import StoreError
-from relmodel.store import Run, Store, access, engine
+from relmodel.store import Run, Store, engine
 from relmodel.store.check import check
 from tests.holding import Holder, held
 from tests.store.children import CHILDREN, die_before_the_last_name, extract, extract_and_die, extract_for_ever
@@ -25,7 +25,7 @@ ANY = {"low": 0, "high": 9999} | dict.fromkeys(("kind", "state", "verdict", "par
 @pytest.fixture
 def reader(duckdb_file: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Holder]:
     """A process that reads the store, for which nobody waits."""
-    monkeypatch.setattr(access, "READERS_S", 0.0)
+    monkeypatch.setattr(engine, "READERS_S", 0.0)
     with held(duckdb_file, read_only=True) as holder:
         yield holder
 
@@ -129,7 +129,7 @@ def test_the_log_of_a_killed_writer_is_taken_in_beside_a_reader(
     dies: bool, duckdb_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its rows are there once, wherever the next one is killed."""
-    monkeypatch.setattr(access, "READERS_S", 0.0)
+    monkeypatch.setattr(engine, "READERS_S", 0.0)
     child = CHILDREN.Process(target=extract_and_die, args=(str(duckdb_file),))
     child.start()
     child.join()

@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
-from relmodel import identity
+from relmodel import resources
 from relmodel.errors import InputError, StoreError
 from relmodel.store import Run, Store, database, sql
 from relmodel.store.check import check
@@ -156,7 +156,7 @@ def test_a_run_records_code_and_schema(fresh_store: str) -> None:
 def test_equal_code_has_equal_identity_wherever_it_lies(tmp_path: Path) -> None:
     code = (
         "import sys; sys.path.insert(0, sys.argv[1]);"
-        "from relmodel.identity import code_sha256, code_commit; print(code_sha256(), code_commit())"
+        "from relmodel.resources import code_sha256, code_commit; print(code_sha256(), code_commit())"
     )
 
     def asked(folder: Path) -> list[str]:
@@ -170,10 +170,10 @@ def test_equal_code_has_equal_identity_wherever_it_lies(tmp_path: Path) -> None:
     for name in ("schema", "queries"):  # as a wheel has them
         shutil.copytree(CHECKOUT / name, tmp_path / "relmodel/data" / name)
     shutil.copytree(CHECKOUT / "migrations", tmp_path / "relmodel/data/migrations")
-    assert asked(tmp_path) == [identity.code_sha256(), "None"]
+    assert asked(tmp_path) == [resources.code_sha256(), "None"]
     changed = tmp_path / "relmodel/data/queries/run/runs.sql"
     changed.write_text(changed.read_text() + "-- changed\n")
-    assert asked(tmp_path)[0] != identity.code_sha256()
+    assert asked(tmp_path)[0] != resources.code_sha256()
 
 
 def refuse_once(url: str, run: Run, tries: list[int]) -> Any:

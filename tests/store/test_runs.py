@@ -14,7 +14,7 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.errors import StoreError
-from relmodel.store import Run, Store, engine, journal
+from relmodel.store import Run, Store, engine, side_files
 from relmodel.store.check import check
 
 SPAWN = multiprocessing.get_context("spawn")
@@ -132,7 +132,7 @@ def test_run_whose_process_was_killed_is_found_dead(living_run) -> None:  # type
 
 def _wait_for_server(store: Store) -> None:
     """PostgreSQL takes a moment to see that a client has gone."""
-    from relmodel.store.alive import mark_dead_runs
+    from relmodel.store.side_files import mark_dead_runs
 
     for _ in range(100):
         if states(store) == ["killed"] or store.dialect == "duckdb":
@@ -242,10 +242,10 @@ def test_journal_passes_over_lines_cut_short_and_forgets_a_store_that_went(tmp_p
     with Store.create(target) as store:
         with Run.begin(store, "extract", {}) as run:
             write_images(store, run, 2)
-        file = journal.journal_file(store)
+        file = side_files.journal_file(store)
         assert file is not None
         file.write_text(file.read_text() + "run_event 1")
-        assert [c.relation for c in journal.recorded(store)] == ["run_event", "ledger", "run_event"]
+        assert [c.relation for c in side_files.recorded(store)] == ["run_event", "ledger", "run_event"]
     target.unlink()
     with Store.create(target) as store:
         assert failing(store) == {}

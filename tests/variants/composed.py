@@ -11,11 +11,11 @@ import numpy.typing as npt
 import sqlalchemy as sa
 
 from relmodel.geometry.transforms import rotation_matrix
-from relmodel.loading.write.write import LoadReport
+from relmodel.loading.write import LoadReport
 from relmodel.model.model import Assembly, Instance, Model, Part
 from relmodel.readers.step import shape as step_shape
 from relmodel.store import Store
-from relmodel.variants.compare_variants import compare
+from relmodel.variants.compare import compare
 from tests.reading import store_model
 
 Pose = npt.NDArray[np.float64]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from relmodel.loading.write.write import LoadReport
+from relmodel.loading.write import LoadReport
 from relmodel.store import Store
 from tests.reading import load
 

@@ -15,7 +15,7 @@ import pytest
 from relmodel.errors import UsageError
 from relmodel.store import Store
 from relmodel.store.check import check
-from relmodel.variants.compare_variants import compare
+from relmodel.variants.compare import compare
 from tests.reading import load
 from tests.variants.composed import differences
 from tests.variants.conftest import EXAMPLES, Bulkheads

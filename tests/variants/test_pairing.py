@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from relmodel.variants.pairing import near_pairs, one_to_one
+from relmodel.variants.surfaces import near_pairs, one_to_one
 
 
 def test_one_to_one_is_the_greedy_walk() -> None:

@@ -15,12 +15,11 @@ from relmodel.errors import InputError
 from relmodel.find.find import in_volume
 from relmodel.find.volumes import Box
 from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrix_columns, rotation_matrix
-from relmodel.loading.write.expansion import append_expansion
+from relmodel.loading.write import append_expansion
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
-from relmodel.world.correction import correct_base
-from relmodel.world.kinematics import mounted_rig
+from relmodel.world.kinematics import correct_base, mounted_rig
 from tests.reading import load
 from tests.synthetic_model import SyntheticModel, write_world
 from tests.world.test_kinematics import MOUNT, RIG, URDF, links_by_hand, transform
@@ -182,7 +181,7 @@ def bay(store: Store, folder: Path, joints: dict[str, float]) -> Path:
 
 def test_nested_robots_take_their_joints(fresh_store: str, tmp_path: Path) -> None:
     from vision.cameras.files import read_rig
-    from vision.cameras.record_cameras import record_rig
+    from vision.cameras.record import record_rig
 
     arm, tool = "cart/left_arm", "cart/left_arm/flange/tool"
     joints = {f"{arm}/travel": 200.0, f"{arm}/tilt_deg": 20.0, f"{arm}/face": 0.7, f"{tool}/tilt": -0.5}

@@ -21,8 +21,7 @@ from relmodel.geometry.transforms import MATRIX_COLUMNS
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
-from relmodel.world.correction import correct_base
-from relmodel.world.kinematics import MountedRig, mounted_rig
+from relmodel.world.kinematics import MountedRig, correct_base, mounted_rig
 from tests.reading import load
 
 Array = npt.NDArray[np.float64]

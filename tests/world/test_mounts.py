@@ -17,8 +17,7 @@ from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
-from relmodel.world.correction import correct_base
-from relmodel.world.kinematics import mounted_rig
+from relmodel.world.kinematics import correct_base, mounted_rig
 from relmodel.world.placement import WorldReport
 from tests.world.test_kinematics import MOUNT, RIG, URDF, WORLD_FROM, links_by_hand, transform
 
@@ -55,7 +54,7 @@ def cell(folder: Path, second: dict[str, float] | None = None, **joints: float) 
 
 def placed(store: Store, file: Path) -> WorldReport:
     from vision.cameras.files import read_rig
-    from vision.cameras.record_cameras import record_rig
+    from vision.cameras.record import record_rig
 
     return place_world(store, file, write_rig=lambda run, c, _, path: record_rig(run, c, read_rig(path)))
 

@@ -1,22 +1,110 @@
-"""Cameras, rigs and priors of a rig's pose.
-
-Conventions: mm and radians, OpenCV's camera frame (x right, y down, z forward), pixel (0, 0) at the centre of the
-top-left pixel, `a_from_b` takes coordinates in b to coordinates in a.  A pose is perturbed on its right, in the rig's
-frame, ordered (t, r): `world_from_rig' = world_from_rig @ [Exp(r), t]`.
-"""
+"""Cameras, rigs and priors of a rig's pose: projection, distortion, and what a camera can see as a volume."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import radians
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats
+from relmodel.arrays import Bools, Floats, Ints
 from relmodel.errors import InputError
-from relmodel.geometry.transforms import rotation_matrix, rotation_vector
-from vision.cameras import distortion
+from relmodel.find.find import BOX_COLUMNS, in_volumes
+from relmodel.find.volumes import Frustum, Polyhedron, boxes_met, widened
+from relmodel.geometry.transforms import matrices, rotation_matrix, rotation_vector
+from relmodel.store import Store
+
+# k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty
+#
+# Radial as a ratio of polynomials in r^2 (Brown; k4 to k6 the divisor), tangential p, thin prism s, then the sensor
+# tilted by tx and ty (rad): the model of cv2.projectPoints, in directions x/z, y/z.
+
+
+COUNT = 14
+_MOST_STEPS, _CONVERGED = 20, 1e-12
+
+
+def place(xy: Floats, coefficients: Floats) -> Floats:
+    """Where directions (n, 2) are seen (n, 2)."""
+    k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4, *tilt = _name(coefficients)
+    x, y = xy.T
+    r2 = x * x + y * y
+    scale = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
+    seen = np.empty_like(xy)
+    seen[:, 0] = x * scale + 2 * p1 * x * y + p2 * (r2 + 2 * x * x) + r2 * (s1 + s2 * r2)
+    seen[:, 1] = y * scale + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y + r2 * (s3 + s4 * r2)
+    return _tilt(seen, _tilting(*tilt))[0] if any(tilt) else seen
+
+
+def distort(xy: Floats, coefficients: Floats) -> tuple[Floats, Floats]:
+    """The same, and the derivative (n, 2, 2) of that by the directions."""
+    k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4, *tilt = _name(coefficients)
+    x, y = xy.T
+    r2 = x * x + y * y
+    divisor = 1 + r2 * (k4 + r2 * (k5 + r2 * k6))
+    scale = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / divisor
+    # By r^2.
+    scaling = (k1 + r2 * (2 * k2 + r2 * 3 * k3) - scale * (k4 + r2 * (2 * k5 + r2 * 3 * k6))) / divisor
+    prism_x, prism_y = 2 * (s1 + 2 * s2 * r2), 2 * (s3 + 2 * s4 * r2)
+    across = 2 * (x * y * scaling + p1 * x + p2 * y)
+    slope = np.empty((len(xy), 2, 2))
+    slope[:, 0, 0] = scale + 2 * x * x * scaling + 2 * p1 * y + 6 * p2 * x + x * prism_x
+    slope[:, 0, 1] = across + y * prism_x
+    slope[:, 1, 0] = across + x * prism_y
+    slope[:, 1, 1] = scale + 2 * y * y * scaling + 6 * p1 * y + 2 * p2 * x + y * prism_y
+    if not any(tilt):
+        return place(xy, coefficients), slope
+    seen, bend = _tilt(place(xy, coefficients[: COUNT - 2]), _tilting(*tilt))
+    return seen, bend @ slope
+
+
+def _name(coefficients: Floats) -> list[float]:
+    """All coefficients, those that are not given as zeros."""
+    every: list[float] = np.append(coefficients, np.zeros(COUNT))[:COUNT].tolist()
+    return every
+
+
+def undistort(seen: Floats, coefficients: Floats) -> tuple[Floats, Floats]:
+    """The directions (n, 2) that are seen at `seen` (n, 2), to 1e-12, and the derivative of `distort` there.
+
+    Newton's method from `seen`; not finite, or wrong, where the distortion folds the picture over.
+    """
+    xy = seen.copy()
+    for _ in range(_MOST_STEPS):
+        value, slope = distort(xy, coefficients)
+        (a, b), (c, d) = slope.transpose(1, 2, 0)
+        u, v = (seen - value).T
+        step = np.stack([d * u - b * v, a * v - c * u], axis=1) / (a * d - b * c)[:, None]
+        xy += step
+        if np.abs(step).max(initial=0.0) < _CONVERGED:
+            break
+    return xy, slope
+
+
+def _tilting(tx: float, ty: float) -> Floats:
+    """The homography (3, 3) of a sensor turned about x, then y."""
+    about_x = np.array([[1, 0, 0], [0, np.cos(tx), np.sin(tx)], [0, -np.sin(tx), np.cos(tx)]])
+    about_y = np.array([[np.cos(ty), 0, -np.sin(ty)], [0, 1, 0], [np.sin(ty), 0, np.cos(ty)]])
+    turn = about_y @ about_x
+    return np.asarray(np.array([[turn[2, 2], 0, -turn[0, 2]], [0, turn[2, 2], -turn[1, 2]], [0, 0, 1]]) @ turn)
+
+
+def _tilt(seen: Floats, h: Floats) -> tuple[Floats, Floats]:
+    """Where a homography carries places (n, 2), and the derivative (n, 2, 2) of that."""
+    depth = seen @ h[2, :2] + h[2, 2]
+    out = (seen @ h[:2, :2].T + h[:2, 2]) / depth[:, None]
+    return out, (h[:2, :2] - out[:, :, None] * h[2, :2]) / depth[:, None, None]
+
+
+# Cameras, rigs and priors of a rig's pose.
+#
+# Conventions: mm and radians, OpenCV's camera frame (x right, y down, z forward), pixel (0, 0) at the centre of the
+# top-left pixel, `a_from_b` takes coordinates in b to coordinates in a. A pose is perturbed on its right, in the rig's
+# frame, ordered (t, r): `world_from_rig' = world_from_rig @ [Exp(r), t]`.
 
 
 def perturb(world_from_rig: Floats, delta: Floats) -> Floats:
@@ -115,7 +203,7 @@ class Camera:
 
     def undistort_with_jacobians(self, pixels: Floats) -> tuple[Floats, Floats]:
         """The same, and the derivatives (n, 2, 2) of the pixels by them."""
-        xy, jacobian = distortion.undistort(self.normalise(pixels), self.distortion)
+        xy, jacobian = undistort(self.normalise(pixels), self.distortion)
         focal = self.matrix[:2, :2]
         return self._place(xy), focal @ jacobian @ np.linalg.inv(focal)
 
@@ -125,7 +213,7 @@ class Camera:
 
     def distort(self, xy: Floats) -> Floats:
         """Pixels (n, 2) of directions (n, 2), x/z and y/z, distortion included."""
-        return self._place(xy if self.is_pinhole else distortion.place(xy, self.distortion))
+        return self._place(xy if self.is_pinhole else place(xy, self.distortion))
 
     def _place(self, xy: Floats) -> Floats:
         return np.asarray(xy @ self.matrix[:2, :2].T + self.matrix[:2, 2])
@@ -229,3 +317,130 @@ class Needs:
 
 
 DEFAULT_NEEDS = Needs()
+
+
+# What a camera can see as a volume of the spatial index, widened by the uncertainty of a prior.
+
+
+@dataclass(frozen=True)
+class SelectionParameters:
+    """What of a world is considered."""
+
+    near_mm: float = 1.0  # mm: depth from which things are looked for; nothing sharper than this stands before a lens
+    far_mm: float = 20_000.0  # mm: depth at which a cell ends
+    confidence: float = 1 - 1e-8
+    """the widened view contains what any pose within this ellipsoid of the prior would show: seven sigma"""
+    sampled_poses: int = 200  # poses sampled to say how much more than any of them the widened view contains
+    drawn_poses: int = 1000
+    """poses drawn from the prior to say how probable it is that a camera sees something: to .016 at worst, one sigma"""
+    seed: int = 0  # of these
+
+
+DEFAULTS = SelectionParameters()
+_MOST_PAIRS = 100_000  # of views and boxes that are compared at once
+
+
+def widen_view_volume(
+    camera: Camera, rig_from_camera: Floats, prior: Prior, p: SelectionParameters = DEFAULTS
+) -> Polyhedron:
+    """A polyhedron that contains the camera's view from any pose of the rig within `p.confidence` of the prior."""
+    view = build_view_volume(camera, prior.world_from_rig @ rig_from_camera, p)
+    return widened(view, prior.covariance, p.confidence, rig_from_camera)
+
+
+def build_view_volume(camera: Camera, world_from_camera: Floats, p: SelectionParameters = DEFAULTS) -> Frustum:
+    """A frustum that contains what the camera sees from a pose between two depths."""
+    width, height, matrix = camera.undistorted_view()
+    return Frustum(width, height, matrix, world_from_camera, p.near_mm, p.far_mm)
+
+
+def sample_poses(prior: Prior, p: SelectionParameters = DEFAULTS) -> Floats:
+    """The prior's pose of the rig and `p.sampled_poses` on the surface of its ellipsoid (k, 4, 4)."""
+    from scipy.special import chdtri
+
+    direction = np.random.default_rng(p.seed).normal(size=(p.sampled_poses, 6))
+    direction *= np.sqrt(chdtri(6, 1 - p.confidence)) / np.linalg.norm(direction, axis=1)[:, None]
+    moves = np.concatenate([np.zeros((1, 6)), direction @ np.linalg.cholesky(prior.covariance).T])
+    return perturb(prior.world_from_rig, moves)
+
+
+def probabilities_in_view(
+    rig: Rig, prior: Prior, found: Mapping[str, npt.NDArray[Any]], p: SelectionParameters = DEFAULTS
+) -> Floats:
+    """How probable it is (n,) that a camera of the rig has a row of `in_volumes` in its view, by its box: the share of
+    `p.drawn_poses` poses, drawn from the prior's normal distribution, from which one does."""
+    low, high = (np.stack([found[f"{axis}{end}"] for axis in "xyz"], axis=1).astype(float) for end in (0, 1))
+    boxes = np.stack([found[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(float)
+    poses, seen = matrices(found), np.zeros(len(low))
+    draws = np.random.default_rng(p.seed).multivariate_normal(np.zeros(6), prior.covariance, p.drawn_poses)
+    for world_from_rig in perturb(prior.world_from_rig, draws):
+        now = np.zeros(len(low), bool)
+        for name, camera in rig.cameras.items():
+            view = build_view_volume(camera, world_from_rig @ rig.rig_from_camera[name], p)
+            bounds = view.bounds
+            rows = np.flatnonzero(~now & (low <= bounds[3:]).all(axis=1) & (high >= bounds[:3]).all(axis=1))
+            now[rows] = boxes_met(view, poses[rows], boxes[rows])
+        seen += now
+    return seen / p.drawn_poses
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What the widened views of a rig contain: parts, or elements of a level, each once.
+
+    shown: (n,) whether one of the sampled views contains it too; the others are superfluous, as far as sampling tells.
+    """
+
+    occurrence_id: Ints
+    element_no: Ints
+    shown: Bools
+
+    @property
+    def superfluous(self) -> int:
+        return int((~self.shown).sum())
+
+
+def select_in_view(
+    store: Store,
+    rig: Rig,
+    prior: Prior,
+    p: SelectionParameters = DEFAULTS,
+    *,
+    level: str = "part",
+    world: str | None = None,
+) -> Selection:
+    """What of a world any pose within the prior could show to a camera of the rig."""
+    cameras = [(camera, rig.rig_from_camera[name]) for name, camera in rig.cameras.items()]
+    whole = [widen_view_volume(camera, pose, prior, p) for camera, pose in cameras]
+    found = in_volumes(store, whole, level=level, world=world)
+    key = np.stack([found["occurrence_id"], found["element_no"]]).astype(np.int64)
+    rows = np.unique(key, axis=1, return_index=True)[1]
+    low, high = (np.stack([found[f"{axis}{end}"][rows] for axis in "xyz"], axis=1).astype(float) for end in (0, 1))
+    boxes = np.stack([found[f"shape_{name}"][rows] for name in BOX_COLUMNS], axis=1).astype(float)
+    pose = matrices(found)[rows]
+    shown, rig_poses = np.zeros(len(rows), bool), sample_poses(prior, p)
+    for some in np.array_split(rig_poses, max(len(rig_poses) * len(rows) // _MOST_PAIRS, 1)):
+        for camera, rig_from_camera in cameras:
+            rest = np.flatnonzero(~shown)
+            shown[rest] = _met_by_any(
+                build_view_volume(camera, np.eye(4), p), some @ rig_from_camera, pose[rest], boxes[rest],
+                low[rest], high[rest],
+            )  # fmt: skip
+    return Selection(key[0, rows], key[1, rows], shown)
+
+
+def _met_by_any(
+    view: Frustum, world_from_view: Floats, world_from_box: Floats, boxes: Floats, low: Floats, high: Floats
+) -> Bools:
+    """Which boxes (n, 6), as `boxes_met` has them, a view from any of several places (k, 4, 4) meets; low, high (n, 3):
+    the boxes' bounds in the world."""
+    turn, centre = world_from_view[:, :3, :3], world_from_view[:, :3, 3]
+    corners = view.corners @ turn.transpose(0, 2, 1) + centre[:, None]
+    met = (low <= corners.max(axis=1)[:, None]).all(axis=2) & (high >= corners.min(axis=1)[:, None]).all(axis=2)
+    normals = view.planes[:, :3] @ turn.transpose(0, 2, 1)
+    offsets = view.planes[:, 3] + (normals @ centre[:, :, None])[..., 0]
+    for normal, offset in zip(normals.swapaxes(0, 1), offsets.T, strict=True):
+        across = (normal @ world_from_box[:, :3, :3]).swapaxes(0, 1)
+        least = np.minimum(across * boxes[:, :3], across * boxes[:, 3:]).sum(axis=2)
+        met &= least + normal @ world_from_box[:, :3, 3].T <= offset[:, None]
+    return np.asarray(met.any(axis=0))

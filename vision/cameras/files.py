@@ -11,11 +11,11 @@ import numpy as np
 
 from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
-from relmodel.paths import check_writable, read_text
+from relmodel.names import check_writable, read_text
+from vision.cameras import formats, rig_file
 from vision.cameras.cameras import Camera, Needs, Prior, Rig
-from vision.cameras.fields import member, numbers, parse_yaml, read_yaml, rigid
-from vision.cameras.formats import colmap, kalibr, opencv, others, own, ros
-from vision.cameras.formats.common import check_lens
+from vision.cameras.formats import check_lens
+from vision.cameras.rig_file import member, numbers, parse_yaml, read_yaml, rigid
 
 # Fields that lenses have: from 0.1 mrad across the picture to 85 degrees off the axis.
 LEAST_FIELD, WIDEST_TANGENT = 1e-4, 11.43
@@ -25,7 +25,12 @@ MOST_SIGMA = {"translation_mm": 500.0, "rotation_deg": 30.0}
 LEAST_BASELINE_MM = 1.0
 # Share of the picture's size by which a principal point may lie off its middle where the file does not say that size.
 MOST_OFF_CENTRE = 0.15
-_YAML = {"rig": own, "opencv": opencv, "ros": ros, "kalibr": kalibr}
+_YAML = {
+    "rig": rig_file.parse_rig,
+    "opencv": formats.parse_opencv,
+    "ros": formats.parse_ros,
+    "kalibr": formats.parse_kalibr,
+}
 # Formats without a unit of length: mm unless stated otherwise.
 UNITLESS = ("opencv", "colmap")
 
@@ -45,10 +50,10 @@ def read_rig(
     possible in a rig."""
     path = Path(path)
     taken: tuple[int, int] | None = None
-    if colmap.is_model(path):
-        form, rig = "colmap", colmap.read(path)
+    if formats.is_colmap_model(path):
+        form, rig = "colmap", formats.read_colmap(path)
     else:
-        path, *beside = opencv.files(path)
+        path, *beside = formats.opencv_files(path)
         form, data = _read_mapping(path)
         for file in beside if form == "opencv" and "M1" in data else ():
             data |= _read_mapping(file)[1]
@@ -57,7 +62,7 @@ def read_rig(
         if form == "opencv" and size is not None and not {"image_width", "image_height"} <= data.keys():
             taken = size() if callable(size) else size
             data = {"image_width": taken[0], "image_height": taken[1], **data}
-        rig = _YAML[form].parse(data, path)
+        rig = _YAML[form](data, path)
     if form in UNITLESS:
         rig = _in_mm(rig, 1.0 if unit_mm is None else unit_mm, path)
     elif unit_mm is not None:
@@ -72,8 +77,8 @@ def read_rig(
 def rig_inputs(path: Path | str) -> dict[str, Path]:
     """The files that `read_rig` reads for a path, by their role in a run: `rig` the one with the cameras."""
     path = Path(path)
-    files = (colmap if colmap.is_model(path) else opencv).files(path)
-    others.refuse_path(files[0])
+    files = (formats.colmap_files if formats.is_colmap_model(path) else formats.opencv_files)(path)
+    formats.refuse_path(files[0])
     return {"rig" if i == 0 else f"rig {file.name}": file for i, file in enumerate(files)}
 
 
@@ -81,25 +86,25 @@ def write_rig(rig: Rig, path: Path | str) -> None:
     """Write a rig as the project's own file, in mm."""
     path = Path(path)
     check_writable(path, "rig file")
-    own.write(rig, path)
+    rig_file.write_rig_file(rig, path)
 
 
 def _read_mapping(path: Path) -> tuple[str, dict[str, Any]]:
     """Format and content of a file of one of _YAML, the first of several documents; of others a refusal by name."""
-    others.refuse_path(path)
+    formats.refuse_path(path)
     text = read_text(path, "rig file").lstrip("\ufeff")
     xml = text.lstrip().startswith("<")
     try:
         found = (
-            opencv.parse_xml(text, path)
+            formats.parse_xml(text, path)
             if xml
-            else parse_yaml(opencv.without_header(text), path, "rig", opencv.Loader, first=True)
+            else parse_yaml(formats.without_header(text), path, "rig", formats.Loader, first=True)
         )
     except InputError:
-        others.refuse_text(text, path)
+        formats.refuse_text(text, path)
         raise
-    data = opencv.with_sample_keys(found or {})
-    matrices = {key for key, value in data.items() if isinstance(value, opencv.Matrix)}
+    data = formats.with_sample_keys(found or {})
+    matrices = {key for key, value in data.items() if isinstance(value, formats.Matrix)}
     if matrices & {"camera_matrix", "M1"}:
         return "opencv", data
     if isinstance(data.get("cam0"), dict):
@@ -107,7 +112,7 @@ def _read_mapping(path: Path) -> tuple[str, dict[str, Any]]:
     if {"camera_matrix", "k", "K"} & (data.keys() - matrices):
         return "ros", data
     if not isinstance(data.get("cameras"), dict):
-        others.refuse_text(text, path)
+        formats.refuse_text(text, path)
     if matrices:
         return "opencv", data
     if xml or (data and "cameras" not in data):

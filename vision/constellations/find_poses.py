@@ -1,36 +1,271 @@
-"""Poses of the rig, with a prior or without: the join of circles or of straight edges, votes, scores, a fit to the
-model's arcs, and what repeats."""
+"""Poses of a rig from circles or straight edges, with a prior or without, of one picture or of more: join, votes,
+scores, fit.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.arrays import Bools, Floats, Ints
+from relmodel.arrays import Bools, Columns, Floats, Ints
+from relmodel.features.holes import CIRCLE_DEFAULTS as KEPT
 from relmodel.geometry.transforms import matrices
 from relmodel.store.database import Database
-from vision.cameras.cameras import Prior, perturbations
-from vision.constellations.circles import Relations, find_scene_circles, read_circles
-from vision.constellations.constellation_parameters import DEFAULTS, ConstellationParameters, PoseParameters
-from vision.constellations.join import JoinedPairs, count_alike, join_pairs, solve_poses
-from vision.constellations.lines import (
+from relmodel.store.runs import Run
+from vision.cameras.cameras import Camera, Prior, Rig, perturbations
+from vision.constellations.constellation_parameters import (
+    DEFAULTS,
+    ConstellationParameters,
+    JoinParameters,
+    OnePictureParameters,
+    PoseParameters,
+)
+from vision.constellations.elements import (
+    Circles,
+    EllipseFit,
     JoinedLines,
+    PictureEllipses,
+    Relations,
+    find_circles,
+    find_ellipses,
+    find_scene_circles,
     find_scene_lines,
     join_lines,
+    read_circles,
     read_lines,
     relate_lines,
     solve_line_poses,
+    to_matrices,
+    to_rows,
 )
-from vision.constellations.score import ModelArcs, ScenePoints, sample_scene
+from vision.extraction.rows import Primitives
 from vision.localisation.hypotheses import Candidates, Stage
-from vision.scene.scene import Scene
-from vision.stereo.triangulate import Triangulated
+from vision.localisation.localise import align_with_lines, describe_arc_shapes, find_displacements
+from vision.scene import Scene
+from vision.stereo.triangulate import CURVES, Triangulated
 
 
-class Found(NamedTuple):
+@dataclass(frozen=True)
+class JoinedPairs:
+    """Pairs (k, 2) of the scene's circles with the pairs (k, 2) of the model's that they are like, the rarest first;
+    alike (k,): how many pairs of the model the pair of the scene is like."""
+
+    scene: Ints
+    model: Ints
+    alike: Ints
+
+
+def join_pairs(
+    store: Database, connection: Connection, object_id: int, relations: Relations, p: JoinParameters
+) -> JoinedPairs:
+    """Join `Circles.relations` of circles in space with those of an object: `queries/constellations/join.sql`."""
+    names = (
+        "sigmas", "least_radius_mm", "least_mm", "bin_mm", "least_cosine", "most_cosine", "along", "most_of_relation",
+        "most",
+    )  # fmt: skip
+    with store.relation(connection, "scene_relation", relations):
+        joined = store.columns(
+            connection, "constellations/join", object_id=object_id, **{name: getattr(p, name) for name in names}
+        )
+    units, circles = (np.stack([joined[f"{n}_a"], joined[f"{n}_b"]], axis=1) for n in ("unit", "circle"))
+    return JoinedPairs(units.astype(np.int64), circles.astype(np.int64), joined["alike"].astype(np.int64))
+
+
+def count_alike(relations: Relations, joined: JoinedPairs | JoinedLines) -> Ints:
+    """How many pairs of a model (k,) each relation of a scene is like; 0 for those that were not joined."""
+    a, b = (np.asarray(relations[name], np.int64) for name in ("unit_a", "unit_b"))
+    size = int(max(a.max(initial=-1), b.max(initial=-1))) + 1
+    alike = np.zeros((size, size), np.int64)
+    alike[joined.scene[:, 0], joined.scene[:, 1]] = joined.alike
+    return np.asarray(np.maximum(alike[a, b], alike[b, a]))
+
+
+def solve_poses(scene: Circles, model: Circles, joined: JoinedPairs) -> Floats:
+    """Poses (k, 2, 4, 4), model from scene, of joined pairs: centres fall together along their line, and the normals of
+    the first circles, whose sign is open, either way.  NaN where a pair leaves the turn about its line open."""
+    a, b = joined.scene.T
+    c, d = joined.model.T
+    here = _frames(scene.centre[b] - scene.centre[a], scene.normal[a] + _aligned(scene.normal, a, b))
+    out = np.zeros((len(a), 2, 4, 4))
+    out[:, :, 3, 3] = 1
+    normal = model.normal[c] + _aligned(model.normal, c, d)
+    for way, sign in enumerate((1.0, -1.0)):
+        there = _frames(model.centre[d] - model.centre[c], sign * normal)
+        rotation = there @ here.transpose(0, 2, 1)
+        middle = 0.5 * (scene.centre[a] + scene.centre[b])
+        out[:, way, :3, :3] = rotation
+        out[:, way, :3, 3] = 0.5 * (model.centre[c] + model.centre[d]) - np.einsum("kij,kj->ki", rotation, middle)
+    return out
+
+
+def _aligned(normal: Floats, a: Ints, b: Ints) -> Floats:
+    """The normals (k, 3) of the second circles, turned to the side of the first's, where both are nearly parallel: both
+    together are surer than one.  Zero elsewhere."""
+    cosine = np.einsum("ij,ij->i", normal[a], normal[b])
+    return np.asarray(np.where(np.abs(cosine) > 0.9, np.sign(cosine), 0.0)[:, None] * normal[b])
+
+
+def _frames(line: Floats, normal: Floats) -> Floats:
+    """Axes (k, 3, 3), as columns: along the line, across both, and of the normal's part across the line; NaN where
+    there is no line or no such part."""
+    x = _unit(line)
+    z = _unit(normal - np.einsum("ij,ij->i", normal, x)[:, None] * x)
+    return np.stack([x, np.cross(z, x), z], axis=2)
+
+
+def _unit(vectors: Floats) -> Floats:
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(length > 1e-9, length, np.nan))
+
+
+# How much of what stereo puts in space lies on arcs of the model at a pose, and the fit of a pose to them.
+
+_CHUNK = 1 << 18  # points that are looked up at once
+
+
+@dataclass(frozen=True)
+class _Met:
+    """Points (k, n, 3) of a scene at poses, the rows (k, n) of the samples of arcs that are nearest and their unit
+    tangents, what lies across these between arc and point, and which points (k, n) are explained."""
+
+    point: Floats
+    row: Ints
+    tangent: Floats
+    across: Floats
+    found: Bools
+
+
+@dataclass(frozen=True)
+class ScenePoints:
+    """Points (n, 3) mm along matched arcs in the rig's frame, unit directions (n, 3), and the length (n,) mm each
+    stands for, times the probability that it is one of an edge."""
+
+    point: Floats
+    direction: Floats
+    weight: Floats
+
+    @cached_property
+    def middle(self) -> Floats:
+        """The middle (3,) of what is seen, the origin where nothing is."""
+        return np.asarray(np.median(self.point, axis=0)) if len(self.point) else np.zeros(3)
+
+    def thin(self, count: int) -> ScenePoints:
+        """About `count` of them, evenly."""
+        rows = np.unique(np.linspace(0, len(self.weight) - 1, min(count, len(self.weight))).astype(np.int64))
+        return ScenePoints(self.point[rows], self.direction[rows], self.weight[rows])
+
+
+def sample_scene(space: Triangulated, p: PoseParameters) -> ScenePoints:
+    """Points along the lines, circles and ellipses of matched arcs; free curves have ends only, and are left out."""
+    straight = np.flatnonzero(space.curve == CURVES.index("line"))
+    chord = space.end[straight] - space.start[straight]
+    length = np.linalg.norm(chord, axis=1)
+    rows, share, weight = _spread(length, p)
+    points = [space.start[straight][rows] + share[:, None] * chord[rows]]
+    directions = [chord[rows] / np.maximum(length[rows], 1e-9)[:, None]]
+    weights = [weight]
+
+    round_ = np.flatnonzero(np.isin(space.curve, [CURVES.index("circle"), CURVES.index("ellipse")]))
+    centre, major, minor = (v[round_] for v in (space.conics.centre, space.conics.major, space.conics.minor))
+    size = np.linalg.norm(major, axis=1)
+
+    def angle(place: Floats) -> Floats:
+        off = place[round_] - centre
+        along = (np.einsum("ij,ij->i", off, axis) / np.einsum("ij,ij->i", axis, axis) for axis in (minor, major))
+        return np.asarray(np.arctan2(*along))
+
+    first, turn = angle(space.start), np.mod(angle(space.end) - angle(space.start) + np.pi, 2 * np.pi) - np.pi
+    closed = np.linalg.norm(space.end[round_] - space.start[round_], axis=1) < 0.2 * size
+    turn = np.where(closed, 2 * np.pi, turn)
+    row, share, weight = _spread(size * np.abs(turn), p)
+    t = (first[row] + share * turn[row])[:, None]
+    points.append(centre[row] + np.cos(t) * major[row] + np.sin(t) * minor[row])
+    tangent = -np.sin(t) * major[row] + np.cos(t) * minor[row]
+    directions.append(tangent / np.linalg.norm(tangent, axis=1, keepdims=True))
+    weights.append(weight)
+    arcs = np.concatenate([straight[rows], round_[row]])
+    return ScenePoints(
+        np.concatenate(points), np.concatenate(directions), np.concatenate(weights) * space.edge_probability[arcs]
+    )
+
+
+def _spread(length: Floats, p: PoseParameters) -> tuple[Ints, Floats, Floats]:
+    """Of arcs of these lengths: the arc, the share of the way along it, and the weight of points spread along them."""
+    count = np.clip(np.ceil(np.minimum(length, p.most_of_one) / p.step), 2, None).astype(np.int64)
+    row = np.repeat(np.arange(len(length)), count)
+    place = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
+    return row, (place + 0.5) / count[row], np.minimum(length, p.most_of_one)[row] / count[row]
+
+
+class ModelArcs:
+    """Points along the model's sharp arcs, to find the nearest to a point."""
+
+    def __init__(self, scene: Scene, p: PoseParameters) -> None:
+        from scipy.spatial import cKDTree
+
+        rows = scene.reference_samples
+        rows = rows[scene.sample_cosine[rows] < np.cos(p.sharp_rad)]
+        self.p, self._shapes = p, describe_arc_shapes(scene)
+        self.point, self.tangent, self.arc = (
+            scene.sample_point[rows],
+            scene.sample_tangent[rows],
+            scene.sample_arc[rows],
+        )
+        self._tree: Any = cKDTree(self.point, balanced_tree=False, compact_nodes=False)
+
+    def score(self, poses: Floats, scene: ScenePoints) -> Floats:
+        """Share (k,) of the scene's length that lies on arcs at poses (k, 4, 4), model from scene."""
+        out = np.empty(len(poses))
+        size = max(_CHUNK // max(len(scene.weight), 1), 1)
+        for at in range(0, len(poses), size):
+            met = self._meet(poses[at : at + size], scene, self.p.reach)
+            square = np.einsum("kni,kni->kn", met.across, met.across)
+            out[at : at + size] = (met.found * np.exp(-0.5 * square / self.p.sigma**2)) @ scene.weight
+        return np.asarray(out / scene.weight.sum())
+
+    def fit(self, poses: Floats, scene: ScenePoints) -> Floats:
+        """Poses (k, 4, 4) led to where the scene's points lie on arcs: steps of least squares on the distances across
+        the nearest arcs, each with a smaller reach."""
+        for reach in self.p.reaches:
+            met = self._meet(poses, scene, reach)
+            weight = met.found * scene.weight
+            middle = np.einsum("kij,j->ki", poses[:, :3, :3], scene.middle) + poses[:, :3, 3]
+            poses = align_with_lines(met.point, met.tangent, met.across, weight, middle) @ poses
+        return poses
+
+    def shifted(self, pose: Floats, scene: ScenePoints) -> Floats:
+        """Poses (k, 4, 4) that the model displaced onto itself makes of one, by the arcs that explain the scene."""
+        met = self._meet(pose[None], scene, self.p.reach)
+        arc, weight = self.arc[met.row[0][met.found[0]]], scene.weight[met.found[0]]
+        shifts = find_displacements(self._shapes, arc, weight, np.inf)
+        poses = np.repeat(pose[None], len(shifts), axis=0)
+        poses[:, :3, 3] += shifts
+        return poses
+
+    def _meet(self, poses: Floats, scene: ScenePoints, reach: float) -> _Met:
+        """The scene's points at poses (k, 4, 4) beside the arcs nearest to them."""
+        point = scene.point @ poses[:, :3, :3].transpose(0, 2, 1) + poses[:, None, :3, 3]
+        direction = scene.direction @ poses[:, :3, :3].transpose(0, 2, 1)
+        distance, row = self._tree.query(point.reshape(-1, 3), distance_upper_bound=reach)
+        found = np.isfinite(distance).reshape(point.shape[:2])
+        row = np.where(found.ravel(), row, 0)
+        tangent = self.tangent[row].reshape(point.shape)
+        off = point - self.point[row].reshape(point.shape)
+        across = off - np.einsum("kni,kni->kn", off, tangent)[..., None] * tangent
+        parallel = np.abs(np.einsum("kni,kni->kn", direction, tangent)) > self.p.parallel
+        return _Met(point, row.reshape(found.shape), tangent, across, found & parallel)
+
+
+# Poses of the rig, with a prior or without: the join of circles or of straight edges, votes, scores, a fit to the
+# model's arcs, and what repeats.
+
+
+class PoseCandidates(NamedTuple):
     """Poses as perturbations of a prior, and the relations in space, by kind, that they were found by."""
 
     prior: Prior
@@ -46,7 +281,7 @@ def find_poses(
     space: Triangulated,
     prior: Prior | None = None,
     p: ConstellationParameters = DEFAULTS,
-) -> Found:
+) -> PoseCandidates:
     """Distinct poses at which circles in space fall on circles of the inspected objects, pair by pair; where these
     explain too little, straight edges on straight edges.
 
@@ -68,7 +303,7 @@ def find_poses(
             fitted, explained = _fit_best(started.poses, started.rarity, points, arcs, prior, p.poses)
             poses, share = np.concatenate([poses, fitted]), np.concatenate([share, explained])
     kept = best_distinct(poses, share, points.middle, p.poses, p.poses.kept)
-    return Found(*candidates(name, poses[kept], share[kept], prior, p.poses.enough), relations)
+    return PoseCandidates(*candidates(name, poses[kept], share[kept], prior, p.poses.enough), relations)
 
 
 class _Started(NamedTuple):
@@ -216,3 +451,115 @@ def best_distinct(poses: Floats, score: Floats, middle: Floats, p: PoseParameter
         turned = _angles(poses[left], poses[row])
         left = left[(np.linalg.norm(at[left] - at[row], axis=1) > p.distinct_mm) | (turned > p.distinct_rad)]
     return np.array(kept, np.int64)
+
+
+# Poses of a rig from one picture, with a prior or without: the join of its ellipses with the model's circles, a fit of
+# each joined pair, and how many ellipses a pose explains.
+
+
+def find_poses_of_one_picture(
+    store: Database,
+    connection: Connection,
+    rig: Rig,
+    world_id: int,
+    picture: Primitives,
+    prior: Prior | None = None,
+    p: ConstellationParameters = DEFAULTS,
+) -> PoseCandidates:
+    """Distinct poses of a rig of one camera at which ellipses of its picture are circles of the inspected objects.
+
+    An ellipse and a radius of an object are a circle in space, and two such circles that lie to each other as two of
+    the object give a pose, which is fitted to both ellipses.  Every pose is scored on all ellipses: the log odds of
+    finding those that it explains against finding them by chance.  The best are fitted to all that they explain, and
+    scored again.  The poses are perturbations of the prior, where none is given of an open one at the best; those far
+    from a prior are dropped.  A picture with too few ellipses, or an object with too few circles, gives no pose."""
+    ((name, camera),) = rig.cameras.items()
+    camera_from_rig = np.linalg.inv(rig.rig_from_camera[name])
+    ellipses = find_ellipses(picture, camera, p.ellipses)
+    seen, unit = _see(ellipses, camera)
+    objects = store.columns(connection, "constellations/objects", world_id=world_id)
+    joins = [
+        (read_circles(store, connection, number), join_ellipses(store, connection, number, seen, p.one_picture))
+        for number in objects["object_id"].tolist()
+    ]
+    placed = [_place(unit, model, joined) for model, joined in joins]
+    if not sum(len(scene) for scene, _ in placed):
+        return PoseCandidates(*candidates("join", np.zeros((0, 4, 4)), np.zeros(0), prior, p.one_picture.enough), {})
+    middle = np.median(np.concatenate([scene.centre for scene, _ in placed]), axis=0)
+    poses, scores = [], []
+    for world_from_object, (model, joined), where in zip(matrices(objects), joins, placed, strict=True):
+        solved = solve_poses(where[0], model, where[1]).reshape(-1, 4, 4)
+        fit = EllipseFit(ellipses, camera, model, p.one_picture)
+        circle, ellipse = (np.repeat(pair, 2, axis=0) for pair in (joined.model, joined.scene // 2))
+        rows = fit.fit_pairs(to_rows(solved), circle, ellipse)
+        if prior is not None:
+            rows = rows[are_near(world_from_object @ to_matrices(rows) @ camera_from_rig, prior, p.poses)]
+        score, which = fit.score(rows)
+        best = best_distinct(to_matrices(rows), score, middle, p.poses, p.one_picture.fitted)
+        rows = fit.fit(rows[best], *fit.explained(which[best]))[0]
+        poses.append(world_from_object @ to_matrices(rows) @ camera_from_rig)
+        scores.append(fit.score(rows)[0])
+    pose, score = np.concatenate(poses), np.concatenate(scores)
+    in_rig = rig.rig_from_camera[name] @ np.append(middle, 1.0)
+    kept = best_distinct(pose, score, in_rig[:3], p.poses, p.one_picture.kept)
+    return PoseCandidates(*candidates("join", pose[kept], score[kept], prior, p.one_picture.enough), {})
+
+
+def join_ellipses(
+    store: Database, connection: Connection, object_id: int, seen: Columns, p: OnePictureParameters
+) -> JoinedPairs:
+    """Join the circles that ellipses may be with those of an object: `queries/constellations/one_picture.sql`, whose
+    relation `seen_circle` is given; the scene's circles are its units."""
+    names = (
+        "radius_step", "distance_mm", "distance_share", "most_mm", "turn", "along", "most_of_relation", "most",
+    )  # fmt: skip
+    with store.relation(connection, "seen_circle", seen):
+        joined = store.columns(
+            connection,
+            "constellations/one_picture",
+            object_id=object_id,
+            least_distance=KEPT.least_distance,
+            greatest_distance=KEPT.greatest_distance,
+            **{name: getattr(p, name) for name in names},
+        )
+    units, circles = (np.stack([joined[f"{n}_a"], joined[f"{n}_b"]], axis=1) for n in ("unit", "circle"))
+    return JoinedPairs(units.astype(np.int64), circles.astype(np.int64), joined["alike"].astype(np.int64))
+
+
+def _see(ellipses: PictureEllipses, camera: Camera) -> tuple[Columns, Circles]:
+    """The two circles of radius 1 of each ellipse: columns of the relation `seen_circle`, and as circles."""
+    centre, normal = (vectors.reshape(-1, 3) for vectors in find_circles(ellipses, camera))
+    number = np.arange(len(centre))
+    columns: Columns = {
+        "unit": number,
+        "ellipse_no": number // 2,
+        **dict(zip("xyz", centre.T, strict=True)),
+        **dict(zip(("nx", "ny", "nz"), normal.T, strict=True)),
+        "size_share": np.repeat(ellipses.size_share, 2),
+        "tilt": np.repeat(ellipses.tilt, 2),
+    }
+    return columns, Circles.exact(centre, normal, np.ones(len(centre)))
+
+
+def _place(unit: Circles, model: Circles, joined: JoinedPairs) -> tuple[Circles, JoinedPairs]:
+    """The circles of the scene that joined pairs name, of the model's radii, and the pairs by rows of them."""
+    row, circle = joined.scene.ravel(), joined.model.ravel()
+    radius = model.radius[circle]
+    placed = Circles.exact(unit.centre[row] * radius[:, None], unit.normal[row], radius)
+    return placed, JoinedPairs(np.arange(len(row)).reshape(-1, 2), joined.model, joined.alike)
+
+
+# Relations of what stereo puts in space as rows of the store.
+
+_VALUES = {
+    "circles": ("distance", "radius_a", "radius_b", "normals", "rise_a", "rise_b"),
+    "lines": ("distance", "cosine"),
+}
+
+
+def record_relations(run: Run, connection: Connection, problem_no: int, relations: dict[str, Relations]) -> None:
+    """Append the relations that the join was given, by kind."""
+    for kind, found in relations.items():
+        kept = ("unit_a", "unit_b", "alike", *(name + end for name in _VALUES[kind] for end in ("", "_sigma")))
+        columns: Columns = {"problem_no": problem_no, "kind": [kind] * len(found["alike"])}
+        run.append(connection, "space_relation", {"run_id": run.id, **columns, **{name: found[name] for name in kept}})

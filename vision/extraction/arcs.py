@@ -7,16 +7,17 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Indices, Ints32
-from vision.extraction import covariances
-from vision.extraction.covariances import STATIONS
+from vision.extraction import fits
+from vision.extraction.chains import Chains
 from vision.extraction.edges import EdgeElements
-from vision.extraction.ellipses import Ellipses, fit_ellipses
 from vision.extraction.extraction_parameters import FittingParameters
-from vision.extraction.free_curves import fit_free_curves
-from vision.extraction.linking import Chains
-from vision.extraction.refined_polylines import (
+from vision.extraction.fits import (
+    STATIONS,
     Deviations,
+    Ellipses,
     compute_curvature_bias,
+    fit_ellipses,
+    fit_free_curves,
     measure_from_circles,
     measure_from_ellipses,
     measure_from_lines,
@@ -320,19 +321,19 @@ def _deviations(
         elif kind == LINE:
             line = curves.fit[:, :4].take(at, axis=0)
             found = measure_from_lines(px, py, line)
-            jacobian = covariances.of_lines((px - line[:, 0]) * line[:, 2] + (py - line[:, 1]) * line[:, 3])
+            jacobian = fits.of_lines((px - line[:, 0]) * line[:, 2] + (py - line[:, 1]) * line[:, 3])
         elif kind == CIRCULAR:
             found = measure_from_circles(px, py, curves.fit[:, :3].take(at, axis=0), curves.drawn[at])
-            jacobian = covariances.of_circles(found)
+            jacobian = fits.of_circles(found)
         else:
             which = np.searchsorted(own, at)
             found = _seen_of_ellipses(px, py, curves.ellipses, which, half_spread[own], scale)
             moved_x, moved_y = px + found.bias * found.nx, py + found.bias * found.ny
-            jacobian = covariances.of_ellipses(moved_x, moved_y, found, curves.ellipses, which)
+            jacobian = fits.of_ellipses(moved_x, moved_y, found, curves.ellipses, which)
         columns[:, rows] = found.distance, found.nx, found.ny, found.bias, found.sigma
         if kind != FREE:
             first, size = np.searchsorted(at, own), jacobian.shape[1]
-            covariance[own, :size, :size] = covariances.of_parameters(
+            covariance[own, :size, :size] = fits.of_parameters(
                 jacobian, found.distance, weight, sigma[rows], first, compute_correlation(scale), p
             )
     return Deviations(*columns), covariance

@@ -1,29 +1,166 @@
-"""Step 1: edge elements, the zero-crossings of the second derivative along the gradient, each with its own sigma.
-
-Haralick 1984 takes the crossing from the cubic facet, -C/3D, which falls short of or beyond the edge by a factor that
-depends on blur and offset.  Here the first three derivatives along the gradient (f', f'', f''' of the Gaussian-weighted
-facet) fix the Gaussian-blurred step that has them:
-
-    offset d = f' f'' / (f''^2 - f' f''')     spread S^2 = f'^2 / (f''^2 - f' f''')
-
-exact for such a step at any offset and any blur; to first order in d it is Haralick's crossing.
+"""Step 1: edge elements, the zero-crossings of the second derivative along the gradient, with the noise and facets that
+they follow from.
 """
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from math import ceil, log, pi, sqrt
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Floats32, Ints32
-from relmodel.columns import Rows
-from relmodel.errors import InputError
-from vision.extraction.extraction_parameters import EdgeParameters
-from vision.extraction.facets import gaussian_kernels, in_bands
-from vision.extraction.noise import estimate_noise
+from relmodel.arrays import Bools, Floats, Floats32, Ints, Ints32, Rows
+from relmodel.errors import InputError, UsageError
+from vision.extraction.extraction_parameters import EdgeParameters, NoiseParameters
 
-_DEFAULTS = EdgeParameters()
+# The high pass of Immerkaer (Computer Vision and Image Understanding 64, 1996) kills constants and planes; the median
+# of its magnitude within each band of grey is insensitive to edges and to most texture.
+
+
+_BINS = 1024  # of the magnitude, one a unit
+_MEDIAN_TO_SIGMA = 1.4826 / 6.0  # the mask's norm is 6
+_NOISE = NoiseParameters()
+
+
+def estimate_noise(grey: Floats, p: NoiseParameters = _NOISE) -> Floats:
+    """Standard deviation of the noise at each grey level 0..255, (256,), of an image scaled to 0..255.
+
+    Nowhere less than `p.floor`.
+    """
+    from vision.extraction import edge_kernels
+
+    histogram = np.zeros((p.bands + 1, _BINS), np.int64)
+    edge_kernels.high_pass_histogram(grey, np.empty((2, grey.shape[1]), np.float32), histogram)
+    histogram = histogram[:-1]
+    counts = histogram.sum(axis=1)
+    pooled = histogram.sum(axis=0)
+    if pooled.sum() == 0:
+        return np.full(256, p.floor)
+    centres = (np.arange(p.bands) + 0.5) * 256.0 / p.bands
+    good = counts >= p.min_samples
+    if not good.any():
+        return np.full(256, max(p.floor, _median(pooled) * _MEDIAN_TO_SIGMA))
+    sigma = np.array([_median(row) for row in histogram[good]]) * _MEDIAN_TO_SIGMA
+    return np.maximum(np.interp(np.arange(256), centres[good], sigma), p.floor)
+
+
+def _median(histogram: Ints) -> float:
+    """Median of rounded magnitudes, linear within the unit bin around the whole number that holds it."""
+    cumulative = np.cumsum(histogram)
+    half = cumulative[-1] / 2.0
+    at = int(np.searchsorted(cumulative, half))
+    before = cumulative[at] - histogram[at]
+    return float(max(at - 0.5 + (half - before) / max(histogram[at], 1), 0.0))
+
+
+# Cubic facets: the polynomial that fits best, by (weighted) least squares, the grey values around each pixel.
+#
+# Haralick, "Digital step edges from zero crossings of second directional derivatives", PAMI 6 (1984), and Haralick,
+# Watson, Laffey, "The topographic primal sketch", IJRR 2 (1983). In a window r, c in -k..k (r down, c right)
+#
+#     f = k1 + k2 r + k3 c + k4 r^2 + k5 rc + k6 c^2 + k7 r^3 + k8 r^2 c + k9 r c^2 + k10 c^3
+#
+# With weights w(r) w(c) the discrete orthogonal polynomials P0..P3 make every coefficient a sum of separable
+# correlations a_ij of the image with p_i = w P_i / N_i down the rows and p_j along the columns, i + j <= 3. With
+# Gaussian weights p_i is (up to truncation) the i-th derivative of the Gaussian over i!.
+
+Result = TypeVar("Result")
+_BAND = 1 << 15  # pixels whose moments are computed at once: they stay in the processor's cache
+_THREADS = 2
+# The pairs (i, j) of the a_ij, in the order of the rows of `FacetKernels.moments`.
+MOMENTS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3))
+
+
+@dataclass(frozen=True)
+class FacetKernels:
+    """One-dimensional kernels of a facet model: `one_d` (4, n) holds p0..p3 for t = -k..k."""
+
+    one_d: Floats
+
+    @property
+    def radius(self) -> int:
+        """k: the window is (2k+1) x (2k+1)."""
+        return int(self.one_d.shape[1] // 2)
+
+    @property
+    def moments(self) -> Floats:
+        """(10, n, n): the two-dimensional kernels of the a_ij in the order of `MOMENTS`."""
+        return np.stack([np.outer(self.one_d[i], self.one_d[j]) for i, j in MOMENTS])
+
+    @property
+    def moment_covariance(self) -> Floats:
+        """(10, 10): covariance of the a_ij under white noise of variance 1."""
+        rows = self.moments.reshape(len(MOMENTS), -1)
+        return np.asarray(rows @ rows.T)
+
+
+def gaussian_kernels(sigma: float) -> FacetKernels:
+    """Kernels of the window weighted by a Gaussian of standard deviation `sigma` px (0.8 to 6)."""
+    if not 0.8 <= sigma <= 6.0:
+        raise UsageError(f"a facet scale of {sigma} px is outside 0.8 to 6: the sampled Gaussian would not carry it")
+    radius = ceil(4 * sigma)
+    t = np.arange(-radius, radius + 1, dtype=np.float64)
+    weights = np.exp(-0.5 * (t / sigma) ** 2)
+    weights /= weights.sum()
+    alpha = float(np.sum(weights * t**2))
+    beta = float(np.sum(weights * t**4)) / alpha
+    polynomials = np.stack([np.ones_like(t), t, t**2 - alpha, t**3 - beta * t])
+    return FacetKernels(weights * polynomials / np.sum(weights * polynomials**2, axis=1, keepdims=True))
+
+
+def in_bands(
+    grey: Floats, kernels: FacetKernels, noise: Floats, work: Callable[[int, Floats32, Floats32], Result]
+) -> list[Result]:
+    """What `work(first pixel, moments, noise)` makes of successive bands of rows of `grey`, in their order.
+
+    `moments` (10, pixels), in the order 00 01 02 03 10 11 12 20 21 30, belong to the pixels from the first on, the
+    noise (pixels,) to their grey on the curve `noise` (256,); the picture is mirrored at its border.  Single precision
+    rounds 1e-7 of the grey range, far below any noise.  The bands are shared out between two threads; what
+    `work` keeps of `moments` it must copy.
+    """
+    from vision.extraction import edge_kernels
+
+    rows, columns = grey.shape
+    taps = edge_kernels.half_kernels(kernels.one_d)
+    picture = edge_kernels.mirrored(grey, taps)
+    curve = noise.astype(np.float32)
+    height = max(_BAND // columns, 1)
+
+    def share(firsts: range) -> list[Result]:
+        found = []
+        down = np.empty((4, picture.shape[1]), np.float32)
+        moments = np.empty((len(MOMENTS), height, columns), np.float32)
+        for first in firsts:
+            if rows - first < height:
+                moments = np.empty((len(MOMENTS), rows - first, columns), np.float32)
+            edge_kernels.moments(picture.reshape(-1), picture.shape[1], first, taps, down, moments)
+            flat = moments.reshape(len(MOMENTS), -1)
+            found.append(work(first * columns, flat, curve.take(flat[0].astype(np.intp), mode="clip")))
+        return found
+
+    firsts = range(0, rows, height)
+    part = -(-len(firsts) // _THREADS)
+    with ThreadPoolExecutor(_THREADS) as pool:
+        shares = list(pool.map(share, [firsts[at : at + part] for at in range(0, len(firsts), part)]))
+    return [found for each in shares for found in each]
+
+
+# Step 1: edge elements, the zero-crossings of the second derivative along the gradient, each with its own sigma.
+#
+# Haralick 1984 takes the crossing from the cubic facet, -C/3D, which falls short of or beyond the edge by a factor that
+# depends on blur and offset. Here the first three derivatives along the gradient (f', f'', f''' of the
+# Gaussian-weighted facet) fix the Gaussian-blurred step that has them:
+#
+#     offset d = f' f'' / (f''^2 - f' f''')     spread S^2 = f'^2 / (f''^2 - f' f''')
+#
+# exact for such a step at any offset and any blur; to first order in d it is Haralick's crossing.
+
+_EDGES = EdgeParameters()
 
 
 @dataclass(frozen=True)
@@ -70,7 +207,7 @@ def to_grey(image: npt.ArrayLike) -> Floats:
 def detect_edges(
     image: npt.ArrayLike,
     sigma: float = 1.4,
-    p: EdgeParameters = _DEFAULTS,
+    p: EdgeParameters = _EDGES,
     *,
     noise: Floats | None = None,
 ) -> EdgeElements:

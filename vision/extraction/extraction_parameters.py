@@ -10,7 +10,7 @@ from math import isfinite, pi, radians, sqrt
 from typing import Any
 
 from relmodel.errors import UsageError
-from vision.relations.relation_parameters import RelationParameters
+from vision.relations.relations import RelationParameters
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Indices, Ints32
-from relmodel.columns import Rows
+from relmodel.arrays import Bools, Floats, Indices, Ints32, Rows
 from vision.extraction.arcs import (
     CIRCULAR,
     ELLIPTIC,
@@ -32,9 +31,9 @@ from vision.extraction.arcs import (
     measure_arcs,
     weigh_elements,
 )
+from vision.extraction.chains import Chains, find_pairs_within
 from vision.extraction.edges import EdgeElements
 from vision.extraction.extraction_parameters import FittingParameters, SegmentationParameters
-from vision.extraction.linking import Chains, find_pairs_within
 
 _DEFAULTS, _FITTING = SegmentationParameters(), FittingParameters()
 

@@ -11,45 +11,122 @@ from typing import Any, NamedTuple
 from sqlalchemy import Connection
 
 from relmodel.arrays import Floats
-from relmodel.drawing.model_edges import check_crops, write_crops, write_overlay
-from relmodel.drawing.strokes import check_writable
+from relmodel.drawing.draw import check_crops, check_writable, write_crops, write_overlay
 from relmodel.errors import UsageError
 from relmodel.find.find import world_named
 from relmodel.labelling.solve import check_mode
+from relmodel.resources import user_name
 from relmodel.store import Run, Store
-from relmodel.store.digests import record_digests
-from relmodel.user import user_name
-from relmodel.world.correction import Carrier, Correction, correct_base, predict_covariance
-from relmodel.world.kinematics import MountedRig, mount_of_rig
-from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig
+from relmodel.store.runs import record_digests
+from relmodel.world.kinematics import Carrier, Correction, MountedRig, correct_base, mount_of_rig, predict_covariance
+from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, Selection
 from vision.cameras.files import read_needs, read_prior
-from vision.cameras.images import Picture, PictureBytes, describe_reading
-from vision.cameras.record_cameras import find_rig
-from vision.cameras.rig_pictures import Pictures, digest_given, pictures_as_files, read_rig_with_pictures
-from vision.cameras.view_volume import Selection
+from vision.cameras.images import (
+    Picture,
+    PictureBytes,
+    Pictures,
+    describe_reading,
+    digest_given,
+    pictures_as_files,
+    read_rig_with_pictures,
+)
+from vision.cameras.record import find_rig
 from vision.extraction import extract as extraction
-from vision.inspection.against import Candidate, Comparison, Recognition, place_candidates, recognise
+from vision.inspection.against import (
+    Candidate,
+    Comparison,
+    Recognition,
+    is_to_be_weighed,
+    place_candidates,
+    recognise,
+    weigh_variants,
+)
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
-from vision.inspection.locate import Locator, Target, select_parts
-from vision.inspection.matched_views import match_views
-from vision.inspection.memory import return_memory
-from vision.inspection.outcome import Outcome, read_outcome
-from vision.inspection.pictures import extract_pictures
-from vision.inspection.quality import doubt_pictures, find_faults, measure_quality
-from vision.inspection.record_decisions import record_decisions
-from vision.inspection.record_inspection import Result, record_inspection
-from vision.inspection.variants import is_to_be_weighed, weigh_variants
+from vision.inspection.locate import Locator, Target, match_views, select_parts
+from vision.inspection.pictures import doubt_pictures, extract_pictures, find_faults, measure_quality, return_memory
+from vision.inspection.record import Result, record_decisions, record_inspection
 from vision.localisation.localise import Localisation
-from vision.localisation.observation import Observation, view_model
-from vision.localisation.parts_in_view import find_parts_in_view
-from vision.matching.pose_problem import MatchedView
-from vision.presence.assess import assess
-from vision.presence.report import describe
-from vision.presence.states import Presence
-from vision.presence.variants import VariantEvidence
-from vision.scene.kept_scenes import Scenes
+from vision.localisation.views import Observation, view_model
+from vision.localisation.visibility import find_parts_in_view
+from vision.matching import MatchedView
+from vision.presence.report import VariantEvidence, describe
+from vision.presence.states import Presence, assess
+from vision.scene import Scenes
+from vision.stereo.epipolar import choose_pair
 from vision.stereo.match import StereoMatches, check_method, match_stereo
-from vision.stereo.rectification import choose_pair
+
+NOT_AS_MODELLED = ("changed", "contradicted", "variant", "unchecked")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A row of the view `inspection_outcome`, with the sentences of `found_variant`.
+
+    verdict, pose_verdict, part_verdict, mood: as the view has them.  findings, checked, in_view, changed, contradicted,
+    not_confirmed, undecidable: how many parts and features in view are so; None where the pose is refused.  variant:
+    that the pictures show another variant than the world has; None where they do not, or none was weighed.  words: all
+    of it, as "pose usable; part deviates (4 findings); 5 of 8 checked, ...".  variants: of each object of which several
+    variants were weighed which one is shown, and what says so.  shown: which of the objects that the pictures were
+    compared with they show; None where a world was given.  cause: why the pose is most likely not accepted, as
+    the view `why_verdict_cause` says, and refusal: that in a sentence and what to do next in another; nothing where it
+    is accepted.
+    """
+
+    verdict: str
+    pose_verdict: str
+    part_verdict: str
+    mood: str
+    findings: int | None
+    checked: int | None
+    in_view: int | None
+    changed: int | None
+    contradicted: int | None
+    not_confirmed: int | None
+    undecidable: int | None
+    variant: str | None
+    words: str
+    variants: list[str]
+    shown: str | None
+    cause: str | None
+    refusal: list[str]
+
+    @property
+    def unchecked(self) -> int | None:
+        """How many parts and features in view are not confirmed or undecidable."""
+        return None if self.in_view is None else self.in_view - (self.checked or 0)
+
+    @property
+    def is_usable(self) -> bool:
+        return self.pose_verdict == "usable"
+
+    def has(self, what: str) -> bool:
+        """Whether one of NOT_AS_MODELLED is there."""
+        return bool(getattr(self, what))
+
+    def to_json(self) -> dict[str, Any]:
+        return {**asdict(self), "unchecked": self.unchecked}
+
+
+def read_outcome(store: Store, run: int) -> Outcome:
+    """The outcome of an inspection that came to a verdict."""
+    with store.read() as connection:
+        (row,) = store.rows(connection, "run/outcome", run=run)
+        variants = [r.sentence for r in store.rows(connection, "why/verdict/15_variants", run=run)]
+        refusal = [r.sentence for r in store.rows(connection, "why/verdict/11_cause", run=run)]
+        (shown, *_) = [r.sentence for r in store.rows(connection, "why/verdict/12_against", run=run)] or [None]
+    return Outcome(**row._mapping, variants=variants, shown=shown, refusal=refusal)
+
+
+def parse_not_as_modelled(given: str, option: str) -> list[str]:
+    """Words of NOT_AS_MODELLED, separated by commas.  Raises UsageError for others."""
+    words = [word.strip() for word in given.split(",")]
+    unknown = [word for word in words if word not in NOT_AS_MODELLED]
+    if unknown:
+        raise UsageError(f"{option} does not know {unknown[0]!r}: give some of {','.join(NOT_AS_MODELLED)}")
+    return words
+
+
+# The main job: from a rig's pictures to the parts in view and the pose of the cameras, every step in the store.
 
 # The kernels of an inspection.
 KERNELS = (
@@ -57,14 +134,9 @@ KERNELS = (
     *extraction.KERNELS,
     "vision.stereo.epipolar_kernels",
     "vision.constellations.ellipse_kernels",
-    "relmodel.labelling.dual_kernels",
-    "relmodel.labelling.search_kernels",
-    "relmodel.labelling.soft_kernels",
-    "vision.localisation.search_kernels",
-    "vision.localisation.measure_kernels",
-    "vision.localisation.coverage_kernels",
-    "vision.presence.nearby_kernels",
-    "vision.presence.displacement_kernels",
+    "relmodel.labelling.kernels",
+    "vision.localisation.kernels",
+    "vision.presence.kernels",
 )
 PACKAGES = ("duckdb", "embreex", "numba", "numpy", "opencv-python-headless", "scipy", "sqlalchemy")
 

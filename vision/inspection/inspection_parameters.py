@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass, field, replace
 
-from vision.cameras.view_volume import SelectionParameters
+from vision.cameras.cameras import SelectionParameters
 from vision.constellations.constellation_parameters import ConstellationParameters
 from vision.extraction.extraction_parameters import ExtractionParameters
-from vision.inspection.quality import PictureParameters
+from vision.inspection.pictures import PictureParameters
 from vision.localisation.localisation_parameters import LocalisationParameters
-from vision.matching.matching_parameters import MatchingParameters
+from vision.matching import MatchingParameters
 from vision.presence.presence_parameters import PresenceParameters
 from vision.stereo.stereo_parameters import StereoParameters
 

@@ -1,5 +1,6 @@
-"""Where a rig is in a world of a store: what of the world to look for, where the search starts, and what becomes of a
-prior that the pictures contradict."""
+"""Where a rig is in a world of a store: what to look for, where the search starts, and pictures matched against what a
+pose shows.
+"""
 
 from __future__ import annotations
 
@@ -11,21 +12,19 @@ import numpy as np
 
 from relmodel.errors import InputError
 from relmodel.store import Run, Store
-from vision.cameras.cameras import Needs, Prior, Rig
-from vision.cameras.view_volume import Selection, SelectionParameters, select_in_view
-from vision.constellations.circles import Relations
-from vision.constellations.find_poses import Found, find_poses
-from vision.constellations.find_poses_of_one_picture import find_poses_of_one_picture
+from vision.cameras.cameras import Needs, Prior, Rig, Selection, SelectionParameters, select_in_view
+from vision.constellations.elements import Relations
+from vision.constellations.find_poses import PoseCandidates, find_poses, find_poses_of_one_picture
 from vision.inspection.inspection_parameters import InspectionParameters
-from vision.inspection.matched_views import relate_views
 from vision.localisation.hypotheses import Candidates
 from vision.localisation.localise import Localisation, localise
-from vision.localisation.observation import Observation
+from vision.localisation.measurements import correct_rig
 from vision.localisation.refine import Refined
 from vision.localisation.verdict import weigh_against_prior
-from vision.scene.kept_scenes import Scenes
-from vision.scene.scene import Scene
-from vision.scene.stored_scene import StoredScene
+from vision.localisation.views import ModelView, Observation, propagate_pose, view_model
+from vision.matching import MatchedView, MatchingParameters, describe_view, match_view
+from vision.relations.relations import open_workspace
+from vision.scene import Scene, Scenes, StoredScene
 from vision.stereo.match import StereoMatches
 
 
@@ -126,7 +125,7 @@ class Locator:
     def _is_unlikely(self, found: Localisation) -> bool:
         return found.verdict.weighed.get("likely", 0.0) < self.p.localisation.verdict.min_posterior
 
-    def join(self, scene: Scene, prior: Prior | None) -> Found:
+    def join(self, scene: Scene, prior: Prior | None) -> PoseCandidates:
         """The poses that the join of circles gives, and what they are perturbations of; without stereo those of the
         picture whose best explains most."""
         p = self.p.constellations
@@ -165,3 +164,34 @@ class Locator:
 
 def _explain_enough(starts: Candidates) -> bool:
     return bool(len(starts.score)) and float(starts.score.max()) >= starts.enough
+
+
+# Each camera's picture matched against what a pose lets it see.
+
+
+def match_views(
+    rig: Rig, pose: Refined, view: ModelView, seen: Observation, p: MatchingParameters
+) -> dict[str, MatchedView]:
+    """Match the pictures with their views at a pose, by camera: a problem of one workspace for each."""
+    matched = {}
+    with open_workspace() as workspace:
+        for number, (name, camera) in enumerate(rig.cameras.items()):
+            arcs, seen_surfaces = view.arcs[name], view.maps[name]
+            units = describe_view(arcs, propagate_pose(pose, number, arcs.samples), camera, seen_surfaces, p.view)
+            match = match_view(workspace, number, seen.pictures[name], units, seen_surfaces, p.pose)
+            matched[name] = MatchedView(units, match)
+    return matched
+
+
+def relate_views(scene: Scene, seen: Observation, poses: Sequence[Refined], p: InspectionParameters) -> list[int]:
+    """What the best labelling of the pictures by the views from each pose costs, over all cameras.
+
+    All are labellings of the same primitives, so what one costs less is its margin over the other.
+    """
+    costs = []
+    for pose in poses:
+        rig = correct_rig(seen.rig, pose.own)
+        view = view_model(scene, rig, pose.world_from_rig, p.localisation)
+        matched = match_views(rig, pose, view, seen, p.matching)
+        costs.append(sum(one.match.solved.result.cost for one in matched.values()))
+    return costs

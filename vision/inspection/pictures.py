@@ -1,21 +1,208 @@
-"""The pictures of an inspection with what was extracted from them: from the store where it has it, else made and stored
-before anything goes on from it."""
+"""The pictures of an inspection with what was extracted from them, what is the matter with them, and how many are kept
+in memory.
+"""
 
 from __future__ import annotations
 
+import ctypes
+import platform
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import permutations
 
+import numpy as np
 from sqlalchemy import Connection
 
+from relmodel.arrays import Floats, Floats32
 from relmodel.store import Run
+from relmodel.store.database import Database
+from vision.cameras.cameras import Rig
 from vision.cameras.images import Picture
-from vision.cameras.record_cameras import record_picture
+from vision.cameras.record import record_picture
 from vision.extraction.extract import extract
 from vision.extraction.extraction_parameters import ExtractionParameters
-from vision.extraction.primitives import Primitives
-from vision.extraction.record_extraction import RecordedExtraction, find_extraction, read_primitives, record_extraction
-from vision.extraction.rows import Tables, make_rows
+from vision.extraction.rows import (
+    Primitives,
+    RecordedExtraction,
+    Tables,
+    find_extraction,
+    make_rows,
+    read_primitives,
+    record_extraction,
+)
+from vision.localisation.verdict import Verdict
+
+_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # glibc's numbers of the options, in malloc.h
+
+
+@cache
+def return_memory() -> None:
+    """Have glibc's allocator return what is freed: arrays of a megabyte and more at once, and what is free at the end
+    of a thread's arena from two megabytes on.
+
+    Left alone it raises both limits with each large array that is freed, to 32 and 64 MB, for each of some sixteen
+    arenas: 150 MB and more after a few inspections.  Nothing where there is no glibc.
+    """
+    if platform.libc_ver()[0] == "glibc":
+        allocator = ctypes.CDLL(None)
+        allocator.mallopt(_MMAP_THRESHOLD, 1 << 20)
+        allocator.mallopt(_TRIM_THRESHOLD, 2 << 20)
+
+
+# What is the matter with a picture before anything is said of what it shows: stale, covered, blurred, saturated.
+#
+# Each is a number of a row of `inspection_image`; `find_faults` holds them against `PictureParameters`.
+
+FINE_PX, COARSE_PX = 1.0, 3.0  # sigmas of the Gaussians that the slopes of edges are measured with
+SHARPEST = 0.5  # a picture is as blurred as this quantile of its strong edges
+
+
+@dataclass(frozen=True)
+class PictureParameters:
+    """From where on a picture is refused, or noted.
+
+    The limits lie between what pictures of the trials have and the same spoiled: docs/localisation.md."""
+
+    least_edges: float = 1.0  # edge elements to a thousand pixels, below which a camera is taken as covered
+    most_blur_px: float = 3.5  # sigma of the spread of edges beyond which neighbouring edges merge and move
+    noted_blur_px: float = 2.5  # the same from which it is said
+    most_saturated: float = 0.5  # share of the pixels at the brightest value
+    noted_saturated: float = 0.2  # the same from which it is said
+
+
+@dataclass(frozen=True)
+class Quality:
+    """What a picture is like.
+
+    edges: edge elements to a thousand pixels; blur_px: sigma of the spread of its strong edges, NaN where it has none;
+    saturated: share of pixels at the brightest value; stale_run: an earlier run that had this camera's picture beside
+    another one of another camera, this run where another camera was given the same file, else None."""
+
+    edges: float
+    blur_px: float
+    saturated: float
+    stale_run: int | None
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What is the matter with a camera's picture, a sentence; whether the picture says nothing for it."""
+
+    camera: str
+    words: str
+    refuses: bool
+
+
+def measure_blur(grey: Floats) -> float:
+    """Sigma (px) of the spread of the strong edges of a picture (rows, columns), 0..255; NaN where it has none.
+
+    The slope of a straight edge that is spread by s is, seen by a Gaussian of sigma t and by differences two pixels
+    wide, as 1 / sqrt(s^2 + t^2 + 1/3): its ratio for two t gives s.
+    """
+    import cv2
+
+    single = grey.astype(np.float32)
+    fine, coarse = (
+        _slopes(np.asarray(cv2.GaussianBlur(single, (0, 0), sigma), np.float32)) for sigma in (FINE_PX, COARSE_PX)
+    )
+    # On the ridge of the slope alone: beside it both are less, and the coarse one less so.
+    ridge = fine >= cv2.dilate(fine, np.ones((5, 5), np.uint8))
+    strong = fine[ridge & (fine > 2.0)]
+    if len(strong) < 20:
+        return float("nan")
+    here = ridge & (fine >= max(float(np.quantile(strong, 0.8)), 2.0))
+    ratio = (np.maximum(fine[here] / coarse[here], 1.0 + 1e-6)) ** 2
+    own = FINE_PX**2 + 1 / 3, COARSE_PX**2 + 1 / 3
+    spread = np.maximum((own[1] - ratio * own[0]) / (ratio - 1), 0.0)
+    return float(np.sqrt(np.quantile(spread, SHARPEST)))
+
+
+def _slopes(grey: Floats32) -> Floats32:
+    import cv2
+
+    x, y = (cv2.Sobel(grey, cv2.CV_32F, *axis, scale=0.125) for axis in ((1, 0), (0, 1)))
+    return np.asarray(np.hypot(x, y), np.float32)
+
+
+def measure_quality(run: int, store: Database, rig: Rig, seen: Mapping[str, SeenPicture]) -> dict[str, Quality]:
+    """What the pictures of a run are like, by camera of the rig."""
+    stale = _find_stale(run, store, rig, {name: it.picture for name, it in seen.items()})
+    return {name: describe(it.picture.grey, it.primitives, stale.get(name)) for name, it in seen.items()}
+
+
+def describe(grey: Floats, found: Primitives, stale_run: int | None) -> Quality:
+    """What a picture is like: its grey (rows, columns), 0..255, and what was extracted from it."""
+    edges = 1000 * len(found.elements.x) / grey.size
+    return Quality(edges, measure_blur(grey), float((grey > 254.999).mean()), stale_run)
+
+
+def _find_stale(run: int, store: Database, rig: Rig, pictures: Mapping[str, Picture]) -> dict[str, int]:
+    """The run that had a camera's picture before, of the cameras of which that says that it is stale; this run, of
+    cameras of different places that were given one picture.
+
+    The same pictures of all cameras once more are no matter.  One camera alone may be shown a picture again."""
+    pairs = list(permutations(pictures, 2))
+    place = rig.rig_from_camera
+    stale = {
+        name: run
+        for name, beside in pairs
+        if pictures[name].sha256 == pictures[beside].sha256 and not np.array_equal(place[name], place[beside])
+    }
+    if stale:
+        return stale
+    with store.read() as connection:
+        for name, beside in pairs:
+            found = store.rows(
+                connection,
+                "cameras/stale_picture",
+                run=run,
+                camera=name,
+                sha256=pictures[name].sha256,
+                other_camera=beside,
+                other_sha256=pictures[beside].sha256,
+            )
+            if found:
+                stale[name] = min(int(found[0].run_id), stale.get(name, run))
+    return stale
+
+
+def find_faults(quality: Mapping[str, Quality], run: int, p: PictureParameters) -> list[Fault]:
+    """What is the matter with the pictures of a run."""
+    faults = []
+    other = "the other camera" if len(quality) == 2 else "another camera"
+    for name, q in quality.items():
+        if q.stale_run == run:
+            words = f"camera {name} was given the picture that {other} was given: give each its own"
+            faults.append(Fault(name, words, True))
+        elif q.stale_run is not None:
+            words = f"camera {name} shows the picture of run {q.stale_run}, and {other} another: take a new one"
+            faults.append(Fault(name, words, True))
+        if q.edges < p.least_edges:
+            words = f"camera {name} shows next to nothing: {q.edges:.2g} edge elements to a thousand pixels "
+            faults.append(Fault(name, words + f"({p.least_edges:g} needed): is it covered?", True))
+        if q.blur_px > p.noted_blur_px:
+            words = f"the picture of camera {name} is blurred: its edges are spread by {q.blur_px:.1f} px "
+            faults.append(Fault(name, words + f"({p.most_blur_px:g} allowed): focus it", q.blur_px > p.most_blur_px))
+        if q.saturated > p.noted_saturated:
+            words = f"the picture of camera {name} is overexposed: {q.saturated:.0%} of it is as bright as can be "
+            refuses = q.saturated > p.most_saturated
+            faults.append(Fault(name, words + f"({p.most_saturated:.0%} allowed): expose it less", refuses))
+    return faults
+
+
+def doubt_pictures(verdict: Verdict, faults: Sequence[Fault]) -> Verdict:
+    """The verdict where pictures say nothing: refused, and that said first."""
+    grave = [fault for fault in faults if fault.refuses]
+    if not grave:
+        return verdict
+    missing = [*(fault.words for fault in grave), *verdict.missing]
+    return replace(verdict, verdict="refused", reason="; ".join(missing), missing=missing)
+
+
+# The pictures of an inspection with what was extracted from them: from the store where it has it, else made and stored
+# before anything goes on from it.
 
 
 @dataclass(frozen=True)

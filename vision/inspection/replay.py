@@ -12,23 +12,20 @@ import numpy.typing as npt
 import sqlalchemy as sa
 from sqlalchemy import Connection
 
-from relmodel.arrays import Floats, Ints
-from relmodel.columns import Columns, ColumnValues, row_count, take
+from relmodel.arrays import Columns, ColumnValues, Floats, Ints, row_count, take
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
-from relmodel.identity import code_sha256
+from relmodel.resources import code_sha256
 from relmodel.store import Run, Store, bulk
-from relmodel.store.digests import read_rows
-from relmodel.store.rounding import round_columns
-from relmodel.store.runs import package_versions
-from relmodel.world.correction import Carrier
-from vision.cameras.cameras import Needs, Prior
+from relmodel.store.database import round_columns
+from relmodel.store.runs import package_versions, read_rows
+from relmodel.world.kinematics import Carrier
+from vision.cameras.cameras import Needs, Prior, Selection
 from vision.cameras.images import PictureBytes, read_pictures
-from vision.cameras.record_cameras import read_recorded_rig
-from vision.cameras.view_volume import Selection
+from vision.cameras.record import read_recorded_rig
 from vision.inspection.inspection import Inputs, Request, carry_out
 from vision.inspection.inspection_parameters import DEFAULTS
-from vision.scene.kept_scenes import Scenes
+from vision.scene import Scenes
 
 TOLERANCE, OTHER_TOLERANCE = 1e-9, 1e-6
 """greatest difference, as a share of a value above 1, by the code, packages and machine that made the run; by others"""
@@ -39,7 +36,7 @@ _OF_ITSELF = {"run_event", "run_input", "row_digest"}  # relations that say of a
 T = TypeVar("T")
 
 
-class Outcome(NamedTuple):
+class RelationComparison(NamedTuple):
     """How the rows of a relation came out again.
 
     rows, again: how many the store has, and came out.  differing: how many of them differ; of unlike numbers of rows,
@@ -58,7 +55,7 @@ class Replay(NamedTuple):
     """outcomes: of each relation that the run wrote.  others: what is another now than when the run was made, a
     sentence each."""
 
-    outcomes: list[Outcome]
+    outcomes: list[RelationComparison]
     others: list[str]
 
     @property
@@ -197,14 +194,14 @@ def _restored(default: Any, stated: Any) -> Any:
 
 def _compare(
     store: Store, connection: Connection, run: int, relation: str, made: list[Columns], tolerance: float
-) -> Outcome:
+) -> RelationComparison:
     """How the rows of a relation came out again."""
     table = store.table(relation)
     kinds = {column.name: column.type for column in table.columns if not isinstance(column.type, sa.TIMESTAMP)}
     stored = read_rows(store, connection, run, relation, kinds)
     rows, count = len(next(iter(stored.values()))), sum(map(row_count, made))
     if rows != count or not rows:
-        return Outcome(relation, rows, count, abs(rows - count))
+        return RelationComparison(relation, rows, count, abs(rows - count))
     ours = {n: np.concatenate([_plain(of.get(n), row_count(of), kind) for of in made]) for n, kind in kinds.items()}
     theirs = {n: _plain(stored[n], rows, kind) for n, kind in kinds.items()}
     a, b = (take(it, _order(it, kinds)) for it in (round_columns(relation, side) for side in (theirs, ours)))
@@ -212,7 +209,9 @@ def _compare(
     differing = int((np.max(list(apart.values()), axis=0) > tolerance).sum())
     column = max(apart, key=lambda n: float(apart[n].max()))
     worst = float(apart[column].max())
-    return Outcome(relation, rows, count, differing, column if worst else None, worst if np.isfinite(worst) else None)
+    return RelationComparison(
+        relation, rows, count, differing, column if worst else None, worst if np.isfinite(worst) else None
+    )
 
 
 def _plain(values: ColumnValues, count: int, kind: sa.types.TypeEngine[Any]) -> npt.NDArray[Any]:

@@ -12,15 +12,13 @@ from sqlalchemy import Connection
 from relmodel.errors import UsageError
 from relmodel.labelling.problem import NONE
 from relmodel.store import Run, Store
-from vision.cameras.images import describe_reading
-from vision.cameras.record_cameras import record_rig
-from vision.cameras.rig_pictures import Pictures, digest_given, pictures_as_files, read_rig_with_pictures
+from vision.cameras.images import Pictures, describe_reading, digest_given, pictures_as_files, read_rig_with_pictures
+from vision.cameras.record import record_rig
 from vision.extraction import extract as extraction
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.inspection.pictures import extract_pictures
-from vision.stereo.match import StereoMatches, check_method, match_stereo
-from vision.stereo.record_stereo import record_stereo
-from vision.stereo.rectification import rectify
+from vision.stereo.epipolar import rectify
+from vision.stereo.match import StereoMatches, check_method, match_stereo, record_stereo
 from vision.stereo.triangulate import CURVES
 
 KERNELS = (*extraction.KERNELS, "vision.stereo.epipolar_kernels")

@@ -1,52 +1,235 @@
-"""The pose of a rig from its pictures, the model and a prior: search, refine, rivals, verdict."""
+"""The pose of a rig from its pictures, the model and a prior: search, refine, rivals by symmetry and repetition,
+verdict.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints, sum_by_group
+from relmodel.geometry.transforms import rotation_matrix
+from relmodel.progress import Clock
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, perturbation, perturbations
-from vision.clock import Clock
-from vision.extraction.primitives import Primitives
-from vision.localisation.alternatives import (
-    ArcShapes,
-    describe_arc_shapes,
-    find_displacements,
-    shift_poses,
-)
-from vision.localisation.calibration import correct_rig
-from vision.localisation.elsewhere import gather_elsewhere
-from vision.localisation.evidence import Fields, collect_edge_points
+from vision.extraction.rows import Primitives
 from vision.localisation.hypotheses import (
     Candidates,
+    Fields,
     Stage,
     build_fine_evidence,
     climb,
     climb_each,
+    collect_edge_points,
     predict,
     project_with_jacobians,
     search_poses,
     select_samples,
     select_under_prior,
 )
-from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
-from vision.localisation.measurements import EdgeIndex
-from vision.localisation.observation import Observation
-from vision.localisation.outlines import GreyGrid, lay_grey_grids, measure_outlines
-from vision.localisation.refine import Refined, refine, refine_roughly, refine_without_arcs
-from vision.localisation.symmetry import complete_group, find_symmetries
-from vision.localisation.verdict import HypothesisTable, Verdict, decide, find_standing
-from vision.localisation.views import (
-    EdgeMeasurements,
-    ViewArcs,
-    collect_edge_measurements,
-    find_view_arcs,
+from vision.localisation.localisation_parameters import (
+    DEFAULTS,
+    LocalisationParameters,
+    RivalParameters,
+    SymmetryParameters,
 )
-from vision.scene.scene import Scene
+from vision.localisation.measurements import EdgeIndex, correct_rig
+from vision.localisation.refine import Refined, refine, refine_roughly, refine_without_arcs
+from vision.localisation.support import GreyGrid, lay_grey_grids, measure_outlines
+from vision.localisation.verdict import HypothesisTable, Verdict, decide, find_standing, gather_elsewhere
+from vision.localisation.views import EdgeMeasurements, Observation, ViewArcs, collect_edge_measurements, find_view_arcs
+from vision.scene import Scene
+
+
+def align_with_lines(point: Floats, tangent: Floats, across: Floats, weight: Floats, middle: Floats) -> Floats:
+    """Motions (k, 4, 4) that lead points (k, n, 3) of weights (k, n) onto lines along unit tangents (k, n, 3), from
+    which they are `across` (k, n, 3) off: one step of least squares, turned about middles (k, 3).  Along its line a
+    point is free to slide."""
+    # A step (t, r) about the middle moves a point x by t + r x (x - middle).
+    arm = point - middle[:, None]
+    jacobian = np.zeros((*arm.shape, 6))
+    jacobian[..., range(3), range(3)] = 1
+    jacobian[..., 0, 4], jacobian[..., 0, 5] = arm[..., 2], -arm[..., 1]
+    jacobian[..., 1, 5], jacobian[..., 1, 3] = arm[..., 0], -arm[..., 2]
+    jacobian[..., 2, 3], jacobian[..., 2, 4] = arm[..., 1], -arm[..., 0]
+    along = np.einsum("kni,knij->knj", tangent, jacobian)
+    jacobian -= tangent[..., :, None] * along[..., None, :]
+    count, points = across.shape[:2]
+    flat = jacobian.reshape(count, 3 * points, 6)
+    scaled = flat * np.repeat(weight, 3, axis=1)[..., None]
+    hessian = scaled.transpose(0, 2, 1) @ flat + np.diag([1e-6] * 3 + [1e-3] * 3)
+    gradient = np.einsum("kni,kn->ki", scaled, across.reshape(count, 3 * points))
+    step = np.linalg.solve(hessian, -gradient[..., None])[..., 0]
+    motion = np.zeros((count, 4, 4))
+    motion[:, 3, 3] = 1
+    motion[:, :3, :3] = rotation_matrix(step[:, 3:])
+    motion[:, :3, 3] = middle + step[:, :3] - np.einsum("kij,kj->ki", motion[:, :3, :3], middle)
+    return motion
+
+
+# Symmetries of the model: motions of the whole that carry its arcs onto its arcs, so that no picture tells the poses
+# apart that they lead to.
+
+
+def find_symmetries(scene: Scene, best: Floats, others: list[Floats], p: SymmetryParameters) -> list[Floats | None]:
+    """For each pose of the rig beside the best, all (4, 4), the motion (4, 4) of the world that carries the model onto
+    itself and the best pose there; None where there is none but the identity."""
+    if not others:
+        return []
+    arcs = _Arcs(scene, p)
+    return [arcs.fit(other @ np.linalg.inv(best)) for other in others]
+
+
+def complete_group(motions: list[Floats], p: SymmetryParameters) -> list[Floats]:
+    """All motions (4, 4) that follow from some by doing one after the other, the identity first; no more than
+    `p.most`."""
+    group = [np.eye(4)]
+    for member in group:  # grows as it is walked
+        for motion in motions:
+            new = motion @ member
+            if len(group) < p.most and all(np.abs(new - known).max() > p.same for known in group):
+                group.append(new)
+    return group
+
+
+class _Arcs:
+    """Samples of the model's sharp arcs, to see whether a motion carries them onto themselves."""
+
+    def __init__(self, scene: Scene, p: SymmetryParameters) -> None:
+        from scipy.spatial import cKDTree
+
+        rows = scene.reference_samples
+        rows = rows[scene.sample_cosine[rows] < np.cos(p.sharp_rad)]
+        self.p, self.point, self.tangent = p, scene.sample_point[rows], scene.sample_tangent[rows]
+        self.length = scene.sample_length[rows]
+        self.some = np.unique(np.linspace(0, max(len(rows) - 1, 0), p.few).astype(np.int64))
+        self._tree: Any = cKDTree(self._key(self.point, self.tangent))
+
+    def fit(self, motion: Floats) -> Floats | None:
+        """The symmetry (4, 4) near a motion; None where there is none."""
+        if not len(self.point):
+            return None
+        for reach in self.p.reaches_mm:
+            found, point, tangent, across = self._meet(motion, self.some, reach)
+            if found.mean() < self.p.least_share:
+                return None
+            middle, weight = point.mean(axis=0)[None], found[None].astype(float)
+            motion = align_with_lines(point[None], tangent[None], across[None], weight, middle)[0] @ motion
+        every = np.arange(len(self.point))
+        found, _, _, across = self._meet(motion, every, self.p.reaches_mm[-1])
+        is_same = found.all() and float(np.linalg.norm(across, axis=1).max()) <= self.p.tolerance_mm
+        # A pose beside the best leads back to it: the identity says nothing of the model.
+        moved = self.point @ motion[:3, :3].T + motion[:3, 3] - self.point
+        is_identity = float(np.linalg.norm(moved, axis=1).max()) <= 2 * self.p.tolerance_mm
+        return motion if is_same and not is_identity else None
+
+    def _meet(self, motion: Floats, rows: Ints, reach: float) -> tuple[Bools, Floats, Floats, Floats]:
+        """Of samples (n,) moved: which lie on an arc that runs the same way, within a sample's stretch of it and
+        `reach` mm; where they are, that arc's tangents, and what lies across it between them, (n, 3) each."""
+        point = self.point[rows] @ motion[:3, :3].T + motion[:3, 3]
+        turned = self.tangent[rows] @ motion[:3, :3].T
+        _, nearest = self._tree.query(self._key(point, turned))
+        tangent = self.tangent[nearest]
+        off = point - self.point[nearest]
+        distance = np.linalg.norm(off, axis=1)
+        across = off - np.einsum("ni,ni->n", off, tangent)[:, None] * tangent
+        parallel = np.abs(np.einsum("ni,ni->n", turned, tangent)) > self.p.parallel
+        return (distance <= self.length[nearest] + reach) & parallel, point, tangent, across
+
+    def _key(self, point: Floats, tangent: Floats) -> Floats:
+        """Where (n, 9) samples lie and how they run, whichever way: where edges meet, the nearest has to run alike."""
+        i, j = np.triu_indices(3)
+        return np.hstack([point, self.p.alike_mm * tangent[:, i] * tangent[:, j]])
+
+
+# Poses that could be right beside the best because structure repeats.
+#
+# On identical pockets a pose shifted by one pitch looks the same. The shifts are read off the model: displacements that
+# carry visible arcs onto congruent arcs, gathered by how much visible length they carry along.
+
+
+@dataclass(frozen=True)
+class ArcShapes:
+    """One row an arc that has samples: its number, length, middle (3,) and mean outer product of tangents (6,)."""
+
+    arc: Ints
+    length: Floats
+    middle: Floats
+    moment: Floats
+
+
+def describe_arc_shapes(scene: Scene) -> ArcShapes:
+    """The shapes of a scene's arcs, for congruence up to displacement."""
+    return scene.once("arc shapes", lambda: _describe(scene))
+
+
+def _describe(scene: Scene) -> ArcShapes:
+    has_samples = np.bincount(scene.sample_arc) > 0
+    arc, row = np.flatnonzero(has_samples), (np.cumsum(has_samples) - 1)[scene.sample_arc]
+    t, w = scene.sample_tangent, scene.sample_length
+    i, j = np.triu_indices(3)
+    columns = np.concatenate([np.ones((len(t), 1)), scene.sample_point, t[:, i] * t[:, j]], axis=1) * w[:, None]
+    sums = sum_by_group(row, columns, len(arc))
+    length = sums[:, 0]
+    mean = sums[:, 1:] / np.maximum(length, 1e-12)[:, None]
+    return ArcShapes(arc.astype(np.int64), length, mean[:, :3], mean[:, 3:])
+
+
+def find_displacements(
+    shapes: ArcShapes, visible_arc: Ints, visible_length: Floats, reach_mm: float, p: RivalParameters = DEFAULTS.rivals
+) -> Floats:
+    """Displacements (k, 3) of the world, mm, that carry much of what is visible onto congruent arcs, best first.
+
+    visible_arc (n,), visible_length (n,): samples' arcs and what each stands for.
+    """
+    from scipy.spatial import cKDTree
+
+    seen = np.bincount(visible_arc, visible_length, minlength=int(shapes.arc.max(initial=0)) + 1)[shapes.arc]
+    rows = np.flatnonzero(seen > 0)
+    if not len(rows):
+        return np.zeros((0, 3))
+    # Shape space scaled so that congruent arcs lie within 1 of each other.
+    space = np.concatenate([np.log(np.maximum(shapes.length, 1e-9))[:, None], shapes.moment], axis=1) / p.congruent
+    near: Any = cKDTree(space).query_ball_point(space[rows], 1.0, p=np.inf)
+    count = np.array([len(n) for n in near])
+    source = np.repeat(rows, count)
+    target = np.concatenate([np.array(sorted(n), np.int64) for n in near])
+    shift = shapes.middle[target] - shapes.middle[source]
+    use = (source != target) & (np.linalg.norm(shift, axis=1) < reach_mm) & (np.linalg.norm(shift, axis=1) > p.box_mm)
+    source, shift = source[use], shift[use]
+    # Boxes are laid twice, half a box apart; an arc counts once in each.
+    best: list[tuple[float, Floats]] = []
+    for phase in (0.0, 0.5):
+        box = np.floor(shift / p.box_mm + phase).astype(np.int64)
+        pairs, first = np.unique(np.column_stack([box, source]), axis=0, return_index=True)
+        boxes, row = np.unique(pairs[:, :3], axis=0, return_inverse=True)
+        votes = np.bincount(row.ravel(), seen[pairs[:, 3]], minlength=len(boxes))
+        for k in np.flatnonzero(votes >= p.min_visible_share * seen.sum()):
+            mine = shift[first[row.ravel() == k]]
+            best.append((float(votes[k]), np.median(mine, axis=0)))
+    best.sort(key=lambda v: (-v[0], *v[1]))
+    left = np.array([d for _, d in best]).reshape(-1, 3)
+    kept: list[Floats] = []
+    while len(left):
+        kept.append(left[0])
+        left = left[np.linalg.norm(left - left[0], axis=1) > 2 * p.box_mm]
+    return np.array(kept).reshape(-1, 3)
+
+
+def shift_poses(prior: Prior, world_from_rig: Floats, shifts: Floats, most_sigma: float, p: RivalParameters) -> Floats:
+    """Poses (k, 4, 4) displaced by `shifts` (n, 3) of the world, those the prior finds likeliest first; those beyond
+    `most_sigma` are left out."""
+    poses = np.repeat(world_from_rig[None], len(shifts), axis=0)
+    poses[:, :3, 3] += shifts
+    delta = perturbations(prior.world_from_rig, poses)
+    distance = np.einsum("ki,ij,kj->k", delta, prior.information, delta)
+    order = np.argsort(distance, kind="stable")
+    return np.asarray(poses[order[distance[order] <= most_sigma**2][: p.displacements]])
+
+
+# The pose of a rig from its pictures, the model and a prior: search, refine, rivals, verdict.
 
 Relate = Callable[[Sequence[Refined]], list[int]]
 """What the best labelling of the pictures by the views from each of some poses costs."""

@@ -1,21 +1,22 @@
-"""The model as one camera sees it at a pose: runs of visible arcs and silhouettes, and what was measured on them."""
+"""What the cameras of a rig saw together, and the arcs and surfaces of a model that they should see at a pose."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from relmodel.arrays import Floats, Ints
-from vision.cameras.cameras import Camera
-from vision.localisation.calibration import COUNT
+from relmodel.arrays import Bools, Bytes, Floats, Ints
+from vision.cameras.cameras import Camera, Rig
+from vision.extraction.rows import Primitives
 from vision.localisation.hypotheses import Prediction, project_with_jacobians
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
-from vision.localisation.measurements import EdgeIndex
+from vision.localisation.measurements import COUNT, EdgeIndex
 from vision.localisation.refine import Refined
-from vision.localisation.visibility import VisibleArcs, find_visible_arcs
-from vision.scene.scene import Scene
+from vision.localisation.visibility import SurfaceMap, VisibleArcs, find_visible_arcs, map_views
+from vision.scene import Scene
 
 SHARP, SMOOTH, SILHOUETTE = range(3)
 NO_RUN = -1
@@ -155,3 +156,51 @@ def _nearest_run(p: Prediction, pixel: Floats, rows: Ints, view: ViewArcs) -> In
     tree = cKDTree(np.column_stack([view.samples.pixel, 1e6 * view.samples.arc]))
     nearest = tree.query(np.column_stack([pixel[rows], 1e6 * p.arc[rows]]))[1]
     return np.where(view.samples.arc[nearest] == p.arc[rows], view.run[nearest], NO_RUN)
+
+
+# What the cameras of a rig saw together, and what they should see of a model.
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What the cameras of a rig saw together, by camera: what was extracted from their pictures, and the greys (rows,
+    columns) of these.
+
+    partnered: of the cameras of a stereo pair, which image arcs (n,) have a partner in the other's picture.
+    """
+
+    rig: Rig
+    pictures: Mapping[str, Primitives]
+    greys: Mapping[str, Bytes | Floats]
+    partnered: Mapping[str, Bools] = field(default_factory=dict)
+
+    def only(self, names: Iterable[str]) -> Observation:
+        """What some of the cameras saw."""
+        rig = self.rig.only(*names)
+        pictures = {name: self.pictures[name] for name in rig.cameras}
+        return Observation(rig, pictures, {name: self.greys[name] for name in rig.cameras})
+
+
+@dataclass(frozen=True)
+class ModelView:
+    """What the cameras of a rig should see of a model at a pose, by camera: its arcs, and which of its surfaces each
+    place of the picture shows."""
+
+    arcs: Mapping[str, ViewArcs]
+    maps: Mapping[str, SurfaceMap]
+
+
+def view_model(
+    scene: Scene,
+    rig: Rig,
+    world_from_rig: Floats,
+    p: LocalisationParameters,
+    arcs: Mapping[str, ViewArcs] | None = None,
+) -> ModelView:
+    """What a rig's cameras should see of a scene at a pose; arcs: those in view, where they are known."""
+    if arcs is None:
+        arcs = {
+            name: find_view_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name], p)
+            for name, camera in rig.cameras.items()
+        }
+    return ModelView(arcs, map_views(scene, rig, world_from_rig, p))

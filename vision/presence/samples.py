@@ -1,4 +1,6 @@
-"""The predicted edges of all cameras as samples, and the edge elements of the pictures along their normals."""
+"""The predicted edges of all cameras as samples, the edge elements of the pictures along their normals, and the
+evidence run by run.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +10,140 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from relmodel.arrays import Bools, Floats, Ints
-from relmodel.columns import Rows
+from relmodel.arrays import Bools, Floats, Ints, Rows
 from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import SMOOTH, ViewArcs
-from vision.presence.presence_parameters import SampleParameters
-from vision.scene.stored_scene import StoredScene
+from vision.presence.presence_parameters import RunParameters, SampleParameters, SideParameters, SupportParameters
+from vision.scene import Scene, StoredScene
+
+
+@dataclass(frozen=True)
+class Sides:
+    """What lies on either side of samples along the image normal, the side of lower pixels first.
+
+    sample (m,): those looked at; surface (m, 2): the scene's, -1 for none; normal (m, 2, 3): in the world, zero for
+    none; rise (m, 2): sine of the angle by which what is seen on one side rises over the plane of the other: both are
+    positive in a corner, negative on a ridge, and differ where one side occludes the other.
+    """
+
+    sample: Ints
+    surface: Ints
+    normal: Floats
+    rise: Floats
+
+
+def look_at_sides(scene: Scene, rig: Rig, world_from_rig: Floats, samples: Samples, p: SideParameters) -> Sides:
+    """What a ray on each side of an edge hits first, for samples every few pixels of every run."""
+    along = np.floor(np.cumsum(samples.length_px) / p.spacing_px)
+    some = np.flatnonzero((np.diff(along, prepend=-1) > 0) | (np.diff(samples.run, prepend=-1) != 0))
+    corner = scene.vertices[scene.triangles]
+    surface = np.full((len(some), 2), -1)
+    normal, point = np.zeros((2, len(some), 2, 3))
+    for number, (name, camera) in enumerate(rig.cameras.items()):
+        mine = np.flatnonzero(samples.camera[some] == number)
+        pose = world_from_rig @ rig.rig_from_camera[name]
+        direction = samples.direction[some[mine]]
+        across = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
+        for side, step in enumerate((-p.step_px, p.step_px)):
+            xy = camera.normalise(samples.pixel[some[mine]] + step * across)
+            rays = np.concatenate([xy, np.ones((len(xy), 1))], axis=1) @ pose[:3, :3].T
+            hit = scene.rays.nearest(pose[:3, 3], rays)
+            rows, rays, hit = mine[hit >= 0], rays[hit >= 0], hit[hit >= 0]
+            way = np.cross(corner[hit, 1] - corner[hit, 0], corner[hit, 2] - corner[hit, 0])
+            surface[rows, side] = scene.triangle_surface[hit]
+            normal[rows, side] = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
+            depth = np.einsum("ni,ni->n", way, corner[hit, 0] - pose[:3, 3]) / np.einsum("ni,ni->n", way, rays)
+            point[rows, side] = pose[:3, 3] + depth[:, None] * rays
+    apart = point - point[:, ::-1]
+    length = np.maximum(np.linalg.norm(apart, axis=2), 1e-9)
+    rise = np.einsum("nki,nki->nk", apart, normal[:, ::-1]) / length
+    rise[(surface < 0).any(axis=1)] = 0.0
+    return Sides(some, surface, normal, rise)
+
+
+# Which predicted samples the pictures support, and how many would be supported by chance.
+
+
+@dataclass(frozen=True)
+class Support:
+    """What supports the samples (n,).
+
+    found: whether an edge element lies where the sample is; weight: px that it counts, zero on the picture's border and
+    where a predicted edge of other surfaces lies so near that the picture cannot tell the two apart; chance: share of
+    the places nearby, off all predicted edges, where an element lies as well; contrast: grey of the strongest that was
+    found, 0 for none; owner: of each row of `Nearby` the sample nearest to its element, -1 where none lies within the
+    tolerance.
+    """
+
+    found: Bools
+    weight: Floats
+    chance: Floats
+    contrast: Floats
+    owner: Ints
+
+
+def measure_support(samples: Samples, nearby: Nearby, p: SupportParameters) -> Support:
+    """The support by the elements near samples; an element supports the predicted edges of one surface only, the
+    nearest.
+
+    Edges that share a surface, as both rims of a bore in a thin web do, may share their elements, and so may the edges
+    of a part that shows little, as the head of a bolt: they are present or absent together.
+    """
+    n, away = len(samples.run), np.abs(nearby.offset)
+    elements = int(nearby.element.max(initial=-1)) + 1
+    nearest = np.full(elements, np.inf)
+    np.minimum.at(nearest, nearby.element, away)
+    owner = np.zeros(elements, np.int64)
+    first = away <= nearest[nearby.element]
+    owner[nearby.element[first]] = nearby.sample[first]
+    alien = ~share_surface(samples.kin[nearby.sample], samples.kin[owner[nearby.element]])
+    claimed = alien & (nearest[nearby.element] < np.minimum(away - p.tie_px, p.tolerance_px))
+    own = (away <= p.tolerance_px) & ~claimed
+    found = np.zeros(n, bool)
+    found[nearby.sample[own]] = True
+    contrast = np.zeros(n)
+    np.maximum.at(contrast, nearby.sample[own], nearby.contrast[own])
+
+    # Chance: windows as wide as the tolerance, of what no predicted edge accounts for.
+    free = nearest[nearby.element] > p.tolerance_px
+    chance = np.zeros(n)
+    for place in p.chance_px:
+        seen = np.zeros(n, bool)
+        seen[nearby.sample[free & (np.abs(nearby.offset - place) <= p.tolerance_px)]] = True
+        chance += seen
+    taken = np.where(nearest <= p.tolerance_px, owner, -1)[nearby.element]
+    return Support(found, weigh_samples(samples, p), chance / len(p.chance_px), contrast, taken)
+
+
+def weigh_samples(samples: Samples, p: SupportParameters) -> Floats:
+    """The px (n,) that samples count where they are found, as in `Support`: no picture is needed to say."""
+    return np.where(_are_crowded(samples, p) | ~samples.inside, 0.0, samples.length_px)
+
+
+def share_surface(a: Ints, b: Ints) -> Bools:
+    """Whether two samples (n, 2), (n, 2) lie on one surface."""
+    return np.asarray(((a[:, :, None] == b[:, None, :]) & (a[:, :, None] >= 0)).any(axis=(1, 2)))
+
+
+def _are_crowded(samples: Samples, p: SupportParameters) -> Bools:
+    """Which samples lie too near to a nearly parallel predicted edge of other surfaces to be distinguished from it."""
+    from scipy.spatial import cKDTree
+
+    out = np.zeros(len(samples.run), bool)
+    # A third coordinate beyond any picture's size keeps the cameras apart.
+    at = np.column_stack([samples.pixel, 1e6 * samples.camera])
+    i, j = cKDTree(at).query_pairs(p.crowded_px, output_type="ndarray").T
+    other = samples.arc[i] != samples.arc[j]
+    i, j = i[other], j[other]
+    parallel = np.abs(np.einsum("ni,ni->n", samples.direction[i], samples.direction[j])) > p.crowded_cosine
+    i, j = i[parallel], j[parallel]
+    alien = ~share_surface(samples.kin[i], samples.kin[j])
+    out[i[alien]] = out[j[alien]] = True
+    return out
+
+
+# The predicted edges of all cameras as samples, and the edge elements of the pictures along their normals.
 
 
 @dataclass(frozen=True)
@@ -167,7 +296,7 @@ def find_nearby(
 ) -> Nearby:
     """The elements near samples, which stand camera by camera; response_px (c,): how far each camera moves an edge of
     the whole range of grey toward its dark side."""
-    from vision.presence import nearby_kernels
+    from vision.presence import kernels
 
     limits = np.array([p.reach_px, p.min_cosine, p.max_along_px])
     pieces, counts, elements = [], [], 0
@@ -177,7 +306,7 @@ def find_nearby(
         first = np.zeros(len(rows) + 1, np.int64)
         offset, element = np.zeros(0), np.zeros(0, np.int64)
         for _ in range(2):
-            nearby_kernels.list_elements(
+            kernels.list_elements(
                 np.ascontiguousarray(pixel[rows]), np.ascontiguousarray(direction[rows]), limits,
                 edges.position, edges.normal, index.start, index.order, np.array([index.columns, index.rows]),
                 edges.low, first, offset, element,
@@ -199,3 +328,188 @@ def find_nearby(
     columns = [np.concatenate(column) for column in zip(*pieces, strict=True)]
     first = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
     return Nearby(first, *columns)
+
+
+# Evidence run by run: how likely a predicted edge shows here, and the log odds that it is there.
+#
+# An edge that is there either shows, and is found along nearly all of its length, or lacks contrast in this light and
+# shows in part or not at all; where nothing is, as much is found by chance as nearby. The found share of a run of n
+# independent stretches is beta-binomial in each case. How likely an edge shows cannot be measured at its own place,
+# since a missing edge has no contrast: it is the share that edges between similar sides show elsewhere in the same
+# picture.
+
+
+@dataclass(frozen=True)
+class EdgeRuns:
+    """Predicted edges of all cameras as columns, one row a run.
+
+    camera; view_run: as the camera's view counts it; kind; surface (r, 2); visible_px; weight_px: of it what can be
+    distinguished from other edges; found: share of that which is supported; chance: share that chance supports; shows:
+    probability that such an edge shows; log_odds: of there against not there; expected: what they would be in the mean
+    were it there; in_light (r, k): log odds in k lights, equally likely, from one in which few edges show to one
+    in which most do: the edges of a thing are seen in the same.
+    """
+
+    camera: Ints
+    view_run: Ints
+    kind: Ints
+    surface: Ints
+    visible_px: Floats
+    weight_px: Floats
+    found: Floats
+    chance: Floats
+    shows: Floats
+    log_odds: Floats
+    expected: Floats
+    in_light: Floats
+
+
+def part_at_turns(samples: Samples, p: RunParameters) -> Samples:
+    """The samples with each run parted where it has turned: an edge that bends shows, or hides, in each direction by
+    itself, since each faces another light."""
+    angle = np.arctan2(samples.direction[:, 1], samples.direction[:, 0])
+    step = np.mod(np.diff(angle, prepend=0.0) + np.pi, 2 * np.pi) - np.pi
+    head = np.flatnonzero(np.diff(samples.run, prepend=-1) != 0)
+    step[head] = 0.0
+
+    def since_head(values: Floats) -> Floats:
+        total = np.cumsum(values)
+        before = np.append(0.0, total)[head]
+        return np.asarray(total - np.repeat(before, np.diff(np.append(head, len(total)))))
+
+    # The most so far: where an edge wavers its pieces stay whole.
+    apart = 1e3 * samples.run
+    turned = (np.maximum.accumulate(apart + np.abs(since_head(step))) - apart) / p.turn
+    piece = np.floor(np.minimum(turned, since_head(samples.length_px) / p.stretch_px))
+    parted = (np.diff(samples.run, prepend=-1) != 0) | (np.diff(piece, prepend=0) != 0)
+    return replace(samples, run=np.cumsum(parted) - 1)
+
+
+def weigh_runs(samples: Samples, support: Support, sides: Sides, p: RunParameters) -> EdgeRuns:
+    """The evidence of each run of samples."""
+    count, run = samples.run_count, samples.run
+    weight = np.bincount(run, support.weight, count).astype(float)
+
+    def mean(values: Floats | Bools) -> Floats:
+        return np.asarray(np.bincount(run, support.weight * values, count) / np.maximum(weight, 1e-9))
+
+    head = np.flatnonzero(np.diff(run, prepend=-1) != 0)
+    found, chance = mean(support.found), mean(support.chance)
+    every = float(support.weight @ support.chance) / max(float(support.weight.sum()), 1e-9)
+    chance = (chance * weight + every * p.chance_px) / (weight + p.chance_px)
+    chance = np.clip(chance, p.least_chance, p.most_chance)
+    surface = samples.surface[head]
+    shows = _predict_shows(samples, sides, head, surface, found, weight, p)
+    # A share between that of an edge that shows and that of one that does not.
+    full = p.shown[0] / sum(p.shown)
+    faint = 0.5 * p.partly + (1 - p.partly) * chance
+    share = np.clip((shows - faint) / (full - faint), p.least_shows, p.most_shows)
+    n = weight / p.stretch_px
+    log_odds = compute_log_odds(found, n, chance, share, p)
+    levels = (np.arange(p.levels) + 0.5) / p.levels
+    grid = np.stack([_log_likelihoods(np.full(count, level), n, chance, p) for level in levels], axis=1)
+    there = np.exp(_there(grid, share, p))
+    odds = _compare(grid, share, p)
+    # Beta-binomial likelihoods of shares lack the number of ways, which is the same for all three: weigh by it.
+    ways = np.exp(_ways(levels[:, None], n))
+    expected = (there * ways * odds).sum(axis=0) / np.maximum((there * ways).sum(axis=0), 1e-300)
+    none = weight <= 0
+    return EdgeRuns(
+        camera=samples.camera[head],
+        view_run=samples.view_run[head],
+        kind=samples.kind[head].astype(np.int64),
+        surface=surface,
+        visible_px=np.bincount(run, samples.length_px, count).astype(float),
+        weight_px=weight,
+        found=found,
+        chance=chance,
+        shows=shows,
+        log_odds=np.where(none, 0.0, log_odds),
+        expected=np.where(none, 0.0, expected),
+        in_light=np.where(none[:, None], 0.0, _in_lights(found, n, chance, share, p)),
+    )
+
+
+def _in_lights(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunParameters) -> Floats:
+    """Log odds (r, k) where the share of edges that show is a quantile of its beta distribution."""
+    from scipy.special import betaincinv
+
+    u = (np.arange(p.lights) + 0.5) / p.lights
+    a, b = (p.alike_light * s[:, None] for s in (share, 1 - share))
+    share_in = np.asarray(np.clip(betaincinv(a, b, u[None]), 1e-6, 1 - 1e-6), float)
+    return compute_log_odds(found[:, None], n[:, None], chance[:, None], share_in, p)
+
+
+def sum_in_one_light(group: Ints, in_light: Floats, count: int) -> Floats:
+    """Log odds (count,) of groups of edges that a camera sees in the same light, which is not known."""
+    total = np.stack([np.bincount(group, column, count) for column in in_light.T], axis=1)
+    return np.asarray(np.logaddexp.reduce(total, axis=1) - np.log(in_light.shape[1]))
+
+
+def compute_log_odds(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunParameters) -> Floats:
+    """Log odds of there against not there for found shares of `n` independent stretches; share: of edges that show."""
+    return _compare(_log_likelihoods(found, n, chance, p), share, p)
+
+
+def _compare(likelihoods: Floats, share: Floats, p: RunParameters) -> Floats:
+    """The log odds by log likelihoods (3, ...)."""
+    there, (_, partly, nothing) = _there(likelihoods, share, p), likelihoods
+    return np.asarray(there - np.logaddexp(np.log1p(-p.stray) + nothing, np.log(p.stray) + partly))
+
+
+def _there(likelihoods: Floats, share: Floats, p: RunParameters) -> Floats:
+    shown, partly, nothing = likelihoods
+    faint = np.logaddexp(np.log(p.partly) + partly, np.log1p(-p.partly) + nothing)
+    return np.asarray(np.logaddexp(np.log(share) + shown, np.log1p(-share) + faint))
+
+
+def _log_likelihoods(found: Floats, n: Floats, chance: Floats, p: RunParameters) -> Floats:
+    """Log likelihoods (3, r) of an edge that shows, of one that shows in part, and of chance."""
+    from scipy.special import betaln
+
+    one, by_chance = np.ones_like(chance), p.chance_count * chance
+    first = np.stack([p.shown[0] * one, one, by_chance])
+    second = np.stack([p.shown[1] * one, one, p.chance_count - by_chance])
+    return np.asarray(betaln(first + found * n, second + (1 - found) * n) - betaln(first, second))
+
+
+def _ways(found: Floats, n: Floats) -> Floats:
+    from scipy.special import gammaln
+
+    return np.asarray(gammaln(n + 1) - gammaln(found * n + 1) - gammaln((1 - found) * n + 1))
+
+
+def _predict_shows(
+    samples: Samples, sides: Sides, head: Ints, surface: Ints, found: Floats, weight: Floats, p: RunParameters
+) -> Floats:
+    """The share (r,) that runs between alike sides show elsewhere in the same picture, other edges of both of a run's
+    surfaces left out."""
+    count, run = len(head), samples.run[sides.sample]
+    looked = np.maximum(np.bincount(run, minlength=count), 1)
+    nothing = p.background * (sides.surface < 0)
+    bend = p.bend * np.sign(np.where(np.abs(sides.rise) > p.flat, sides.rise, 0.0))
+    columns = np.concatenate([sides.normal, nothing[..., None], bend[..., None]], axis=2).reshape(len(run), 10)
+    mean = np.stack([np.bincount(run, column, count) for column in columns.T], axis=1) / looked[:, None]
+    mean = mean.reshape(count, 2, 5)
+    usual = float(weight @ found) / max(float(weight.sum()), 1e-9)
+    out = np.full(count, usual)
+    for camera in np.unique(samples.camera):
+        rows = np.flatnonzero(samples.camera[head] == camera)
+        here, turned = mean[rows].reshape(len(rows), 10), mean[rows][:, ::-1].reshape(len(rows), 10)
+        apart = np.minimum(_squares(here, here), _squares(here, turned)) / (2 * p.alike**2)
+        front = samples.front[head[rows]]
+        apart += front[:, None] != front[None]
+        trust = np.minimum(weight[rows], p.most_px) / p.most_px
+        alike = np.exp(-apart) * trust
+        i, j = np.divmod(np.arange(len(rows) ** 2), len(rows))
+        same = share_surface(surface[rows][i][:, :1], surface[rows][j]) & (
+            share_surface(surface[rows][i][:, 1:], surface[rows][j]) | (surface[rows][i][:, 1] < 0)
+        )
+        alike[same.reshape(alike.shape)] = 0.0
+        out[rows] = (alike @ found[rows] + p.usual_runs * usual) / (alike.sum(axis=1) + p.usual_runs)
+    return out
+
+
+def _squares(a: Floats, b: Floats) -> Floats:
+    """Squared distances (n, n) between rows."""
+    return np.asarray(np.maximum((a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1)[None] - 2 * a @ b.T, 0.0))

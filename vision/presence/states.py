@@ -1,23 +1,140 @@
-"""The state of each part, feature and surface, in our words and QIF's, and what it rests on."""
+"""The state of each part, feature and surface at the pose found, and what it rests on."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from relmodel.arrays import Bools, Floats, Ints
-from vision.presence.appearance import Appearance
-from vision.presence.displaced_parts import Displacements, report_displacements
-from vision.presence.distances import Distances
-from vision.presence.items import Items
-from vision.presence.measures import DISPLACED, Measures, find_moved, join, measure_items
-from vision.presence.presence_parameters import StateParameters
-from vision.presence.regions import RegionSupport
-from vision.presence.stretches import Runs, sum_in_one_light
-from vision.presence.surfaces import Surfaces
-from vision.presence.unexplained import Unexplained
+from vision.localisation.localise import Localisation
+from vision.localisation.views import SMOOTH, ModelView, Observation, ViewArcs
+from vision.localisation.visibility import PartsInView, VisibleArcs
+from vision.matching import MatchedView
+from vision.presence.displaced import (
+    DISPLACED,
+    Displacements,
+    Measures,
+    find_moved,
+    join,
+    measure_displacements,
+    measure_items,
+    report_displacements,
+)
+from vision.presence.items import (
+    Appearance,
+    Items,
+    RegionSupport,
+    Unexplained,
+    find_normals,
+    find_unexplained,
+    gather_regions,
+    lie_on,
+    list_items,
+    look_at_features,
+)
+from vision.presence.presence_parameters import DEFAULTS, DistanceParameters, PresenceParameters, StateParameters
+from vision.presence.samples import (
+    EdgeRuns,
+    collect_samples,
+    find_nearby,
+    look_at_sides,
+    measure_support,
+    part_at_turns,
+    sum_in_one_light,
+    weigh_runs,
+)
+from vision.presence.surfaces import (
+    BodyElements,
+    Edges,
+    Surfaces,
+    assess_surfaces,
+    find_moving_surfaces,
+    find_tangent,
+    find_usable,
+)
+from vision.scene import Scene, StoredScene
+
+# Where a bore lies aside from its place is measured in the plane across its axis (`sizes`); the pose's error is common
+# to two bores, so that their distance is known better than the place of either.
+
+
+@dataclass(frozen=True)
+class Distances:
+    """Distances between neighbours, as columns: item_a, item_b: features; nominal, value, sigma: mm; changed: whether
+    it surely differs from the model's."""
+
+    item_a: Ints
+    item_b: Ints
+    nominal: Floats
+    value: Floats
+    sigma: Floats
+    changed: Bools
+
+
+def measure_distances(
+    items: Items, scene: Scene, radius: Floats, surfaces: Surfaces, p: DistanceParameters
+) -> Distances:
+    """Of each measured hole, boss or pin the distances to the nearest of the same part with a parallel axis whose
+    middle is about as high.  radius (s,): of the scene's cylinders, nan for others."""
+    item, surface = _choose_bores(items, radius, surfaces)
+    centre, axis = _find_axes(scene, surface)
+    apart = centre[None] - centre[:, None]
+    along = np.einsum("abi,ai->ab", apart, axis)
+    alike = np.abs(axis @ axis.T) > p.min_cosine
+    alike &= items.occurrence[item][:, None] == items.occurrence[item]
+    alike &= np.abs(along) < p.same_level_mm
+    across = apart - along[..., None] * axis[:, None]
+    nominal = np.linalg.norm(across, axis=2)
+    near = np.where(alike & (nominal > p.least_mm), nominal, np.inf)
+    nearest = np.argsort(near, axis=1, kind="stable")[:, : p.neighbours]
+    a = np.repeat(np.arange(len(item)), nearest.shape[1])
+    b = nearest.ravel()
+    there = np.isfinite(near[a, b])
+    pairs = np.unique(np.sort(np.stack([a[there], b[there]], axis=1), axis=1), axis=0)
+    a, b = pairs.T if len(pairs) else np.zeros((2, 0), np.int64)
+
+    shift = surfaces.shift[surface]
+    moved = across[a, b] + shift[b] - shift[a]
+    moved -= np.einsum("ni,ni->n", moved, axis[a])[:, None] * axis[a]
+    value = np.linalg.norm(moved, axis=1)
+    sigma = np.hypot(surfaces.shift_sigma[surface[a]], surfaces.shift_sigma[surface[b]])
+    off = np.abs(value - nominal[a, b])
+    changed = (off > p.changed_sigma * sigma) & (off > p.changed_mm)
+    return Distances(item[a], item[b], nominal[a, b], value, sigma, changed)
+
+
+def _choose_bores(items: Items, radius: Floats, surfaces: Surfaces) -> tuple[Ints, Ints]:
+    """Features with a cylinder that was measured all around, and of each the one that was measured best."""
+    feature = np.array([level == "feature" for level in items.level])
+    measured = np.isfinite(radius) & np.isfinite(surfaces.shift_sigma) & np.isfinite(surfaces.mm)
+    rows = np.flatnonzero(measured[items.surface] & feature[items.member] & items.inset[items.surface])
+    order = rows[np.lexsort((surfaces.shift_sigma[items.surface[rows]], items.member[rows]))]
+    first = order[np.diff(items.member[order], prepend=-1) != 0]
+    return items.member[first], items.surface[first]
+
+
+def _find_axes(scene: Scene, surface: Ints) -> tuple[Floats, Floats]:
+    """The middle (n, 3) and direction (n, 3) of cylinders, by the vertices of their meshes: their normals meet the
+    axis."""
+    centre, axis = np.zeros((2, len(surface), 3))
+    for row, one in enumerate(surface.tolist()):
+        vertex = np.unique(scene.triangles[scene.triangle_surface == one])
+        point, normal = scene.vertices[vertex], scene.vertex_normals[vertex]
+        axis[row] = np.linalg.eigh(normal.T @ normal)[1][:, 0]
+        # The point of the plane across the axis that is nearest to all lines along the normals.
+        nearby = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+        level = np.outer(axis[row], axis[row])
+        to_axis = nearby - level
+        total = to_axis.sum(axis=0) + len(vertex) * level
+        middle = 0.5 * (point @ axis[row]).min() + 0.5 * (point @ axis[row]).max()
+        centre[row] = np.linalg.solve(total, np.einsum("nij,nj->i", to_axis, point) + len(vertex) * middle * axis[row])
+    return centre, axis
+
+
+# The state of each part, feature and surface, in our words and QIF's, and what it rests on.
 
 STATES = ("confirmed", "contradicted", "changed", "not_confirmed", "undecidable")
 CONFIRMED, CONTRADICTED, CHANGED, NOT_CONFIRMED, UNDECIDABLE = range(5)
@@ -68,7 +185,7 @@ class Presence:
     """
 
     items: Items
-    runs: Runs
+    runs: EdgeRuns
     cameras: list[str]
     evidence: Evidence
     state: NDArray[np.int8]
@@ -87,7 +204,7 @@ class Signs:
     """What speaks for and against items: the predicted edges, what their surfaces and the regions on them show, how
     they look, how far parts and features stand from their places and from each other, and what nothing predicts."""
 
-    runs: Runs
+    runs: EdgeRuns
     surfaces: Surfaces
     regions: RegionSupport
     appearance: Appearance
@@ -159,7 +276,7 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     )
 
 
-def gather_evidence(items: Items, runs: Runs, cameras: int) -> Evidence:
+def gather_evidence(items: Items, runs: EdgeRuns, cameras: int) -> Evidence:
     """Sums over the edges of all surfaces of each item, each edge once.
 
     The edges of a hole, a boss or a duct in a face speak for the face where they are found.  Where they are not found
@@ -237,3 +354,67 @@ def _most_moved(items: Items, surfaces: Surfaces, moved: Bools) -> tuple[Floats,
     # The last of each item is the surest.
     out[:, items.member[order]] = np.stack([surfaces.mm, surfaces.sigma, surfaces.log_odds])[:, items.surface[order]]
     return out[0], out[1], out[2]
+
+
+# What is there and what is not, at the pose that a localisation found.
+
+
+def assess(
+    stored: StoredScene,
+    seen: Observation,
+    found: Localisation,
+    view: ModelView,
+    parts: PartsInView,
+    matched: Mapping[str, MatchedView],
+    p: PresenceParameters = DEFAULTS,
+) -> Presence:
+    """Evidence and state of every part, feature and surface in view at the best pose found.
+
+    view: what the cameras should see of the stored scene there, and parts: which share of each part and feature;
+    matched: by camera, what relational matching made of it, or nothing: then regions say nothing.
+    """
+    assert found.best is not None
+    rig, pose, views = found.rig, found.best, view.arcs
+    indexes = [found.edge_indexes[name] for name in rig.cameras]
+    bounds = [(index.edges.low, index.edges.high) for index in indexes]
+    samples = collect_samples(stored, rig, bounds, pose.world_from_rig, views, p.samples)
+    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, indexes, pose.own[:, 0], p.samples)
+    support = measure_support(samples, nearby, p.support)
+    sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)
+    runs = weigh_runs(samples, support, sides, p.runs)
+    pieces = weigh_runs(part_at_turns(samples, p.runs), support, sides, p.runs)
+    maps = [view.maps[name] for name in rig.cameras]
+    items = list_items(stored, parts, maps)
+    blends = np.concatenate(
+        [
+            lie_on(index, _blends(views[name]), p.unexplained.reach_px, p.unexplained.min_cosine)
+            for name, index in zip(rig.cameras, indexes, strict=True)
+        ]
+    )
+    moving = find_moving_surfaces(samples, find_tangent(stored, p.moved.tangent_cosine))
+    usable = find_usable(samples, nearby, support, blends, p.moved)
+    edges = Edges(samples, moving, BodyElements(nearby.first, nearby.offset, usable, support.weight), runs)
+    surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
+    unexplained = find_unexplained(stored.scene, rig, seen.pictures, indexes, pose.world_from_rig, views, p.unexplained)
+    regions = gather_regions([matched.get(name) for name in rig.cameras], len(stored.surface_no))
+    appearance = look_at_features(
+        items, samples, find_normals(stored.scene), [seen.greys[name] for name in rig.cameras], maps, p.appearance
+    )
+    displacements = measure_displacements(
+        stored, rig, pose.world_from_rig, indexes, pose.own[:, 0], samples, nearby, support, runs, p
+    )
+    distances = measure_distances(items, stored.scene, stored.radius, surfaces, p.distances)
+    signs = Signs(
+        runs=pieces,
+        surfaces=surfaces,
+        regions=regions,
+        appearance=appearance,
+        displacements=displacements,
+        distances=distances,
+        unexplained=unexplained,
+    )
+    return decide(items, stored.radius, signs, list(rig.cameras), p.states)
+
+
+def _blends(view: ViewArcs) -> VisibleArcs:
+    return view.samples.take(view.kind[view.run] == SMOOTH)

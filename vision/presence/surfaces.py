@@ -1,19 +1,422 @@
-"""The evidence gathered by surface: whether its edges are in place or displaced, and by how much."""
+"""Displacement of bodies that carry edges along, and the evidence by surface: in place or displaced, and by
+how much.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats
-from vision.presence.displaced_surfaces import Edges, measure_moved, seek_moved
+from relmodel.arrays import Bools, Floats, Ints, sum_by_group
 from vision.presence.items import Items
-from vision.presence.opposed import Opposed, find_opposed
-from vision.presence.presence_parameters import PresenceParameters
-from vision.presence.samples import Samples
-from vision.presence.stretches import Runs, sum_in_one_light
-from vision.scene.stored_scene import StoredScene
+from vision.presence.presence_parameters import DisplacementParameters, MovedParameters, PresenceParameters
+from vision.presence.samples import EdgeRuns, Nearby, Samples, Support, compute_log_odds, sum_in_one_light
+from vision.scene import Scene, StoredScene
+
+# A body is what moves as one and carries edge samples along, each by so many px along its image normal for a unit of
+# the body's four unknowns. Three are a shift, mm: of a part along its axes, of a surface that bends around along those
+# of the world. The fourth is how far a surface lies outward, mm, or by how much a part is turned, rad. `fit` finds
+# where the elements beside a body's edges put it, `BodyElements.weigh` how much the pictures speak for a place: edge by edge,
+# so that one long shadow near one edge counts no more than that edge can.
+
+
+@dataclass(frozen=True)
+class BodyElements:
+    """The edge elements beside samples (n,): `first`, `offset` as `Nearby` has them; usable (e, 2): which may be edges
+    of the body on either side of their sample, and do not belong to those of others; weight (n,): px of the samples."""
+
+    first: Ints
+    offset: Floats
+    usable: Bools
+    weight: Floats
+
+    def find_nearest(self, sample: Ints, side: Ints, ahead: Floats, reach_px: float) -> Floats:
+        """Px (m,) from samples moved `ahead` px to the nearest usable element, nan where none lies within the reach."""
+        from vision.presence import kernels
+
+        residual = np.empty(len(sample))
+        kernels.find_nearest(sample, side, ahead, self.first, self.offset, self.usable, reach_px, residual)
+        return residual
+
+    def weigh(
+        self,
+        carried: tuple[Ints, Ints, Ints],
+        rate: Floats,
+        other: Floats,
+        chance: Floats,
+        shows: Floats,
+        grid: Floats,
+        reach_px: float,
+        p: PresenceParameters,
+    ) -> tuple[Floats, Bools]:
+        """Log odds (edges, cells) of edges being there against not there, and whether they are in sight, where their
+        body is displaced by each cell of the grid.
+
+        carried: samples, their sides, and the edge that each belongs to; rate: px a unit; other: px by which other
+        bodies move them; chance, shows: of the edges, as `EdgeRuns` has them.
+        """
+        from vision.presence import kernels
+
+        q, cells = p.displacement, len(grid)
+        sample, side, edge = carried
+        seen, found = np.zeros((len(chance), cells)), np.zeros((len(q.tolerance_px), len(chance), cells))
+        kernels.count_found(
+            sample, side, edge, rate, other, self.weight, self.first, self.offset, self.usable, grid,
+            np.array(q.tolerance_px), np.array([reach_px, q.hidden_px]), seen, found,
+        )  # fmt: skip
+        # An edge lies where it is drawn well, mostly, or roughly, which places it the less.
+        stretches, widest, odds = seen / p.runs.stretch_px, max(q.tolerance_px), []
+        for px, tolerance, likely in zip(found, q.tolerance_px, q.drawn, strict=True):
+            by_chance = np.maximum(chance * tolerance / widest, p.runs.least_chance)[:, None]
+            placed = np.minimum(stretches, 1.0) * np.log(likely * widest / tolerance)
+            share = px / np.maximum(seen, 1e-9)
+            odds.append(placed + compute_log_odds(share, stretches, by_chance, shows[:, None], p.runs))
+        in_sight = seen >= q.least_seen * np.bincount(edge, self.weight[sample], len(chance))[:, None]
+        return np.where(in_sight, np.logaddexp.reduce(odds), 0.0), in_sight
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """Where bodies (m,) lie: x (m, 4) from where the model has them; covariance (m, 4, 4); agree (m,):
+    how many measurements do."""
+
+    x: Floats
+    covariance: Floats
+    agree: Floats
+
+
+# Of bodies at x (m, 4), within a reach (px): slope (n, 4) of their samples, px a unit, and residual (n,), px from these
+# to their elements, nan where they have none.
+Look = Callable[[Floats, float], tuple[Floats, Floats]]
+
+
+def fit(
+    look: Look, body: Ints, counts: Floats, start: Floats, sigma: Floats, p: DisplacementParameters
+) -> Displacement:
+    """Where the elements beside samples put their bodies: robust least squares (Geman and McClure) from starts (m, 4).
+
+    body (n,), counts (n,): of the samples, and as how many measurements each counts; sigma (m, 4): of the unknowns
+    where nothing is seen.
+    """
+    x, count = start.copy(), len(start)
+    prior = sigma[:, :, None] ** -2.0 * np.eye(4)
+    for reach in p.reach_px:
+        slope, residual = look(x, reach)
+        found = np.isfinite(residual)
+        residual = np.where(found, residual, 0.0)
+        weight = found * counts / (1 + (residual / (p.scale * reach)) ** 2) ** 2
+        equations = slope[:, :, None] * np.concatenate([slope, residual[:, None]], axis=1)[:, None, :]
+        sums = sum_by_group(body, equations, count, weight) / p.edge_px**2
+        pull = sums[:, :, 4] - np.einsum("mij,mj->mi", prior, x)
+        step = np.linalg.solve(sums[:, :, :4] + prior, pull[..., None])[..., 0]
+        x = x + step
+    residual = residual - np.einsum("ni,ni->n", slope, step[body])
+    total = np.bincount(body, weight, count)
+    variance = np.maximum(np.bincount(body, weight * residual**2, count) / np.maximum(total, 1.0), 1e-6)
+    covariance = np.asarray(np.linalg.inv(sums[:, :, :4] * (p.edge_px**2 / variance)[:, None, None] + prior))
+    # All edges of a body may be drawn alike.
+    by_shift, by_other = np.linalg.norm(slope[:, :3], axis=1), np.abs(slope[:, 3])
+    rate = np.stack([np.bincount(body, weight * v, count) for v in (by_shift, by_other)], axis=1)
+    alike = p.systematic_px * total[:, None] / np.maximum(rate, 1e-9)
+    covariance += np.where(rate > 1e-9, alike, 0.0)[:, [0, 0, 0, 1], None] ** 2 * np.eye(4)
+    agreeing = found & (np.abs(residual) < 3 * p.scale * reach)
+    return Displacement(x, covariance, np.bincount(body, counts * agreeing, count).astype(float))
+
+
+# Which surfaces carry predicted edges along when they move, and by how much.
+#
+# An edge moves with either of its surfaces. Where a wall runs out into a rounded corner, the corner moves with the
+# wall, and its edges with it: by as much as the corner's normal looks the wall's way.
+
+
+@dataclass(frozen=True)
+class MovingSurfaces:
+    """What carries samples along, as columns, sorted by surface, run and sample: sample; side: of its two surfaces the
+    one through which it is carried; surface: the scene's that carries; rate: px along the image normal for each mm that
+    the surface moves outward."""
+
+    sample: Ints
+    side: Ints
+    surface: Ints
+    rate: Floats
+
+    def displace(self, mm: Floats, count: int) -> Floats:
+        """Px (n,) by which `count` samples move where surfaces (s,) lie mm outward."""
+        return np.bincount(self.sample, self.rate * mm[self.surface], count).astype(float)
+
+
+def find_tangent(stored: StoredScene, least_cosine: float) -> tuple[Ints, Ints, Floats]:
+    """Planes with the cylinders into which they run smoothly, as pairs (m,), (m,), and the planes' normals (m, 3) in
+    the world."""
+    scene, count = stored.scene, len(stored.surface_no)
+    arc, arcs = scene.sample_arc, len(stored.arc_surfaces)
+    mean = np.bincount(arc, scene.sample_cosine, arcs) / np.maximum(np.bincount(arc, minlength=arcs), 1)
+    smooth = np.flatnonzero((mean > least_cosine) & (stored.arc_surfaces >= 0).all(axis=1))
+
+    total, number = np.zeros((count, 3)), np.zeros(count)
+    for side, normal in ((0, scene.sample_normal_a), (1, scene.sample_normal_b)):
+        surface = stored.arc_surfaces[arc, side]
+        there = surface >= 0
+        total += sum_by_group(surface[there], normal[there], count)
+        number += np.bincount(surface[there], minlength=count)
+    normal = total / np.maximum(number, 1)[:, None]
+    flat = np.linalg.norm(normal, axis=1) > least_cosine
+    pairs = stored.arc_surfaces[smooth]
+    pairs = np.unique(np.concatenate([pairs, pairs[:, ::-1]]), axis=0)
+    pairs = pairs[flat[pairs[:, 0]] & np.isfinite(stored.radius[pairs[:, 1]])]
+    return pairs[:, 0], pairs[:, 1], normal[pairs[:, 0]]
+
+
+def find_moving_surfaces(samples: Samples, tangent: tuple[Ints, Ints, Floats]) -> MovingSurfaces:
+    """The surfaces that carry each sample: its own, and the planes tangent to them, from `find_tangent`."""
+    sample, side = np.nonzero(samples.surface >= 0)
+    surface, rate = samples.surface[sample, side], samples.px_per_mm[sample, side]
+    plane, cylinder, normal = tangent
+    order = np.argsort(cylinder, kind="stable")
+    plane, cylinder, normal = plane[order], cylinder[order], normal[order]
+    low, high = (np.searchsorted(cylinder, surface, side=end) for end in ("left", "right"))
+    length = high - low
+    of = np.repeat(np.arange(len(surface)), length)
+    at = np.arange(len(of)) - np.repeat(np.cumsum(length) - length, length) + np.repeat(low, length)
+    turned = np.einsum("ni,ni->n", samples.normal[sample[of], side[of]], normal[at])
+    columns = [
+        np.concatenate(pair)
+        for pair in ((sample, sample[of]), (side, side[of]), (surface, plane[at]), (rate, rate[of] * turned))
+    ]
+    order = np.lexsort((columns[0], samples.run[columns[0]], columns[2]))
+    return MovingSurfaces(*(np.ascontiguousarray(column[order]) for column in columns))
+
+
+# Flat faces of one feature that are opposite each other, and how far they can move: a rib keeps some thickness, a
+# pocket some width, and neither is larger than its part.
+
+
+@dataclass(frozen=True)
+class Opposed:
+    """Pairs of faces, as columns: item: the rib, web or pocket; one, other: the scene's surfaces; mm: what is between
+    them by the model; sign: whether that grows (1, material) or shrinks (-1, room) as they move outward; most: what the
+    part can hold between them, mm."""
+
+    item: Ints
+    one: Ints
+    other: Ints
+    mm: Floats
+    sign: Ints
+    most: Floats
+
+    def sizes(self, moved: Floats) -> Floats:
+        """What is between the faces where surfaces (s,) lie so far outward, mm."""
+        return np.asarray(self.mm + self.sign * (moved[self.one] + moved[self.other]))
+
+    def meet(self, moved: Floats, least: float) -> Ints:
+        """Pairs of surfaces (2, m), both ways, between which less than `least` mm would be left, or more than the part
+        can hold."""
+        size = self.sizes(moved)
+        rows = np.flatnonzero((size < least) | (size > self.most))
+        pairs = np.stack([self.one[rows], self.other[rows]])
+        return np.concatenate([pairs, pairs[::-1]], axis=1)
+
+    def limit(self, moved: Floats, least: float) -> tuple[Floats, Floats]:
+        """How far in and out (s,) each surface can lie, mm, with those opposite where they are: `least` is left."""
+        low, high = np.full(len(moved), -np.inf), np.full(len(moved), np.inf)
+        bounds = np.sort(self.sign * (np.stack([np.full(len(self.mm), least), self.most]) - self.mm), axis=0)
+        for surface, opposite in ((self.one, self.other), (self.other, self.one)):
+            np.maximum.at(low, surface, bounds[0] - moved[opposite])
+            np.minimum.at(high, surface, bounds[1] - moved[opposite])
+        return low, high
+
+
+def find_opposed(items: Items, scene: Scene, middle: Floats, normal: Floats) -> Opposed:
+    """Opposite faces of ribs, webs and pockets; middle, normal (s, 3): of surfaces, the mean of the unit normals."""
+    flat = np.linalg.norm(normal, axis=1) > 0.99
+    material = np.isfinite(items.thickness)[items.member]
+    rows = np.flatnonzero(flat[items.surface] & (material | (np.array(items.kind)[items.member] == "pocket")))
+    pairs = [np.zeros((2, 0), np.int64)]
+    for k in range(1, int(np.bincount(items.member[rows]).max(initial=1))):
+        same = items.member[rows[:-k]] == items.member[rows[k:]]
+        pairs.append(np.stack([rows[:-k][same], rows[k:][same]]))
+    first, second = np.concatenate(pairs, axis=1)
+    item, one, other = items.member[first], items.surface[first], items.surface[second]
+    across = np.einsum("ni,ni->n", normal[one], middle[other] - middle[one])
+    sign = np.where(material[first], 1, -1)
+    facing = np.einsum("ni,ni->n", normal[one], normal[other])
+    opposite = (facing < np.where(sign > 0, -0.98, -0.9999)) & (sign * across < 0)  # sides of ribs have draft
+    order = np.flatnonzero(opposite)[np.lexsort((other[opposite], one[opposite], item[opposite]))]
+    item, one, other = item[order], one[order], other[order]
+    mm = np.where(sign[order] > 0, items.thickness[item], across[order])
+    return Opposed(item, one, other, mm, sign[order], _extents(scene, one, normal[one]))
+
+
+def _extents(scene: Scene, surface: Ints, normal: Floats) -> Floats:
+    """How long (n,) the parts of surfaces are along directions (n, 3), by the middles of their surfaces."""
+    count = len(scene.surface_occurrence)
+    number = np.maximum(np.bincount(scene.triangle_surface, minlength=count), 1)
+    corners = scene.vertices[scene.triangles].mean(axis=1)
+    middle = np.stack([np.bincount(scene.triangle_surface, c, count) for c in corners.T], axis=1) / number[:, None]
+    along = normal @ middle.T
+    apart = scene.surface_occurrence[surface][:, None] != scene.surface_occurrence
+    return np.asarray(np.where(apart, -np.inf, along).max(axis=1) - np.where(apart, np.inf, along).min(axis=1))
+
+
+# Displaced surfaces: by how much each has moved along its own normals.
+#
+# A surface that moves outward by d carries its edges along on the surfaces that it meets: a wall is thicker, a bore is
+# wider, a floor lies deeper. So an edge lies where the displacements of both of its surfaces put it, and all
+# displacements are sought together. The surface with the most evidence for a displacement is moved first: it explains
+# edges of its neighbours too, which then need not move. The evidence for a displacement is the share of edges found
+# there against the share found in place, edge by edge (`stretches.compute_log_odds`), so that one long shadow near one
+# edge counts no more than that edge can. Elements that belong to predicted edges of other surfaces are ignored. No face
+# moves through the one opposite it: of a rib or a web some thickness is left, of a pocket some width.
+
+FREE_MM, FIXED_MM = 1e3, 1e-3  # standard deviations of what is sought, and of what is not
+
+
+@dataclass(frozen=True)
+class Edges:
+    """The predicted edges, the surfaces that carry them, and the elements beside them: usable by `find_usable`."""
+
+    samples: Samples
+    moving: MovingSurfaces
+    beside: BodyElements
+    runs: EdgeRuns
+
+
+def find_usable(samples: Samples, nearby: Nearby, support: Support, blends: Bools, p: MovedParameters) -> Bools:
+    """Which elements near samples (m, 2) may be edges of a displaced surface, either one of the sample's: they do not
+    belong to an edge of other surfaces.
+
+    blends: which elements lie on a predicted blend: its shine is no edge that has moved.
+    """
+    free = (np.abs(nearby.offset) <= p.own_px) | ~blends[nearby.element]
+    owner = support.owner
+    surface = samples.surface[nearby.sample]
+    own = (samples.surface[owner][:, None, :] == surface[:, :, None]).any(axis=2)
+    return np.ascontiguousarray((surface >= 0) & free[:, None] & ((owner < 0)[:, None] | own))
+
+
+def measure_moved(edges: Edges, surface: Ints, mm: Floats, p: PresenceParameters) -> tuple[Displacement, Bools]:
+    """Where surfaces (m,), ascending, lie, from and with all surfaces displaced outward by mm (s,), and which bend
+    around: only of these a shift in the plane of their normals, which the pose's error makes as well, is separated."""
+    samples, beside, count = edges.samples, edges.beside, len(surface)
+    number = np.full(len(mm) + 1, -1)
+    number[surface] = np.arange(count)
+    known = (beside.weight > 0)[:, None] & (np.abs(samples.px_per_mm) >= p.moved.min_px_per_mm)
+    sample, side = (np.ascontiguousarray(i) for i in np.nonzero(known & (number[samples.surface] >= 0)))
+    own, rate = samples.surface[sample, side], samples.px_per_mm[sample, side]
+    body, length, normal = number[own], beside.weight[sample], samples.normal[sample, side]
+    ahead = edges.moving.displace(mm, len(samples.run))[sample]
+    slope = rate[:, None] * np.concatenate([normal, np.ones((len(body), 1))], axis=1)
+    # As far as its edges are found.
+    near = np.isfinite(beside.find_nearest(sample, side, ahead, p.displacement.reach_px[0])) * length
+    total = np.maximum(np.bincount(body, near, count), 1e-9)[:, None]
+    spread = sum_by_group(body, normal[:, :, None] * normal[:, None, :], count, near) / total[..., None]
+    closed = np.linalg.norm(sum_by_group(body, normal, count, near) / total, axis=1) < p.moved.most_mean_normal
+    closed &= np.linalg.eigvalsh(spread)[:, 1] > p.moved.least_spread
+    start = np.pad(mm[surface, None], [(0, 0), (3, 0)])
+
+    def look(x: Floats, reach: float) -> tuple[Floats, Floats]:
+        there = ahead + np.einsum("ni,ni->n", slope, (x - start)[body])
+        return slope, beside.find_nearest(sample, side, there, reach)
+
+    free = np.where(closed[:, None], FREE_MM, FIXED_MM)
+    sigma = np.concatenate([free, free, free, np.full((count, 1), FREE_MM)], axis=1)
+    return fit(look, body, length / p.runs.stretch_px, start, sigma, p.displacement), closed
+
+
+def seek_moved(
+    edges: Edges, count: int, cameras: int, opposed: Opposed, p: PresenceParameters
+) -> tuple[Floats, Floats]:
+    """How far outward the surfaces (s,) of a scene of `count` lie together, mm, zero in place, and the log odds of that
+    against in place with the others where they are, for all the displacements tried: at most zero in place."""
+    search = _Search(edges, count, cameras, p)
+    mm, log_odds = np.zeros((2, count))
+    stale = search.sought
+    for _ in range(p.moved.rounds):
+        best, log_odds[stale], by_camera = search.weigh(stale, mm, *opposed.limit(mm, p.moved.least_left_mm))
+        known = (log_odds[stale] >= p.moved.least_log_odds) & (by_camera.min(axis=1, initial=np.inf) >= 0)
+        wanted = mm.copy()
+        wanted[stale] = np.where(known, best, 0.0)
+        # Of neighbours that would move, or move back, the surest does; and of those that would meet.
+        one, other = np.concatenate([search.neighbours, opposed.meet(wanted, p.moved.least_left_mm)], axis=1)
+        gain = np.where(wanted != mm, np.maximum(log_odds, 1e-9), 0.0)
+        strongest = np.zeros(count)
+        np.maximum.at(strongest, one, gain[other])
+        changes = (gain > 0) & (gain >= strongest)
+        if not changes.any():
+            break
+        mm = np.where(changes, wanted, mm)
+        touched = changes.copy()
+        touched[one[changes[other]]] = True
+        stale = search.sought[touched[search.sought]]
+    return mm, np.where(mm != 0, log_odds, np.minimum(log_odds, 0.0))
+
+
+class _Search:
+    """What the weighing of displacements needs, prepared once; neighbours: pairs of surfaces that meet, both ways."""
+
+    def __init__(self, edges: Edges, count: int, cameras: int, parameters: PresenceParameters) -> None:
+        from scipy.sparse import csr_array
+
+        p, samples, px = parameters.moved, edges.samples, edges.beside.weight
+        self.edges, self.count, self.cameras, self.p, self.parameters = edges, count, cameras, p, parameters
+        half = round(p.reach_mm / p.step_mm)
+        self.grid = p.step_mm * np.arange(-half, half + 1, dtype=np.float64)
+        moving = edges.moving
+        known = (px[moving.sample] > 0) & (np.abs(moving.rate) >= p.min_px_per_mm)
+        self.sample, self.side, self.rate_px = moving.sample[known], moving.side[known], moving.rate[known]
+        surface = moving.surface[known]
+        run, weight = samples.run[self.sample], px[self.sample]
+        first = np.flatnonzero((np.diff(surface, prepend=-1) != 0) | (np.diff(run, prepend=-1) != 0))
+        self.group = np.repeat(np.arange(len(first)), np.diff(np.append(first, len(surface))))
+        self.surface, self.run = surface[first], run[first]
+        distinct_px = np.bincount(surface, weight, count)
+        self.rate = np.bincount(surface, weight * np.abs(self.rate_px), count) / np.maximum(distinct_px, 1e-9)
+        self.sought = np.flatnonzero(distinct_px >= p.least_distinct_px)
+        # Surfaces that carry the same edge.
+        carries = csr_array((np.ones(len(moving.sample)), (moving.sample, moving.surface)), (len(px), count))
+        one, other = (carries.T @ carries).nonzero()
+        self.neighbours = np.stack([one, other])[:, one != other].astype(np.int64)
+
+    def weigh(self, surface: Ints, mm: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats, Floats]:
+        """The best displacement (m,) of surfaces, away from their place and between bounds (s,), with its log odds (m,)
+        against in place, and by camera (m, c)."""
+        p, cells, runs = self.p, len(self.grid), self.edges.runs
+        number = np.full(self.count, -1)
+        number[surface] = np.arange(len(surface))
+        groups = np.flatnonzero(number[self.surface] >= 0)
+        odds = self._weigh_edges(groups, mm)
+        by_camera = np.zeros((len(surface), self.cameras, cells))
+        np.add.at(by_camera, (number[self.surface[groups]], runs.camera[self.run[groups]]), odds)
+        by_camera -= by_camera[:, :, cells // 2, None]
+        clear = np.maximum(self.parameters.displacement.least_mm, p.least_px / np.maximum(self.rate[surface], 1e-9))
+        penalty = np.log(2 * p.reach_mm / p.distinct_mm)
+        there = (self.grid >= low[surface, None]) & (self.grid <= high[surface, None])
+        there &= np.abs(self.grid) >= clear[:, None]
+        total = np.where(there, by_camera.sum(axis=1) - penalty, -np.inf)
+        best = total.argmax(axis=1) if len(surface) else np.zeros(0, np.int64)
+        every = np.arange(len(surface))
+        return self.grid[best], total[every, best], by_camera[every, :, best]
+
+    def _weigh_edges(self, groups: Ints, mm: Floats) -> Floats:
+        """Log odds (groups, cells) of an edge being there against not, where its surface is displaced."""
+        edges, runs, middle = self.edges, self.edges.runs, len(self.grid) // 2
+        number = np.full(len(self.surface), -1)
+        number[groups] = np.arange(len(groups))
+        rows = np.flatnonzero(number[self.group] >= 0)
+        sample, group, rate = self.sample[rows], self.group[rows], self.rate_px[rows]
+        other = edges.moving.displace(mm, len(edges.samples.run))[sample] - rate * mm[self.surface[group]]
+        run, reach = self.run[groups], self.parameters.samples.reach_px - max(self.parameters.displacement.tolerance_px)
+        odds, in_sight = edges.beside.weigh(
+            (sample, self.side[rows], number[group]), rate, other, runs.chance[run], runs.shows[run], self.grid, reach,
+            self.parameters,
+        )  # fmt: skip
+        # An edge that is out of sight at a displacement is no evidence for it where it is not found in place.
+        return np.where(in_sight, odds, np.minimum(odds[:, middle, None], 0.0))
+
+
+# The evidence gathered by surface: whether its edges are in place or displaced, and by how much.
 
 
 @dataclass(frozen=True)
@@ -75,7 +478,7 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     return Surfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 
 
-def _weigh_in_place(runs: Runs, count: int, cameras: int) -> Floats:
+def _weigh_in_place(runs: EdgeRuns, count: int, cameras: int) -> Floats:
     """Log odds (count,) of surfaces where the model has them against not there, by all of their edges."""
     run, side = np.nonzero(runs.surface >= 0)
     at = runs.surface[run, side] * cameras + runs.camera[run]
@@ -83,7 +486,7 @@ def _weigh_in_place(runs: Runs, count: int, cameras: int) -> Floats:
     return np.asarray(by_camera.reshape(count, cameras).sum(axis=1))
 
 
-def _count_own_px(runs: Runs, moved: Bools, log_odds: Floats) -> Floats:
+def _count_own_px(runs: EdgeRuns, moved: Bools, log_odds: Floats) -> Floats:
     """Px (s,) of surfaces' edges that no neighbour explains which has moved more surely: the rim of a wider bore says
     nothing of the web around it."""
     out = np.zeros(len(moved))
@@ -95,7 +498,7 @@ def _count_own_px(runs: Runs, moved: Bools, log_odds: Floats) -> Floats:
     return out
 
 
-def _by_surface(runs: Runs, values: Floats, count: int) -> Floats:
+def _by_surface(runs: EdgeRuns, values: Floats, count: int) -> Floats:
     """Sums of runs' values over the surfaces (s,) that each is an edge of."""
     out = np.zeros(count)
     for side in (0, 1):

@@ -1,18 +1,100 @@
-"""Relations among the units of one picture or one predicted view: each a distance and an angle with their standard
-deviations, after Shapiro and Haralick (1981).
-
-It knows neither pictures nor models, only curves in px of an image and areas with outlines.  Whether two relations
-agree is decided where they are compared (`tolerances.py`); here all that might agree are admitted.
+"""Relations among the units of one picture or one predicted view, how those of true partners differ, and the problems
+joined from them.
 """
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from math import radians
 
 import numpy as np
 import numpy.typing as npt
+from sqlalchemy import URL
 
-from relmodel.arrays import Bools, Floats, Ints, Ints32
-from relmodel.columns import Rows
-from vision.relations.relation_parameters import RelationParameters
+from relmodel.arrays import Bools, Columns, Floats, Ints, Ints32, Rows
+from relmodel.labelling.problem import MatchingProblem, MatchingResult, matching_problem, result_rows
+from relmodel.labelling.solve import MODES, PAPER, solve
+from relmodel.store import sql
+from relmodel.store.database import Database
+from relmodel.store.engine import connect
+
+# Chosen on left and right pictures of seven rendered pairs, reported on seven others (`benchmarks/relations.py`).
+
+
+@dataclass(frozen=True)
+class RelationParameters:
+    """Which pairs of units are related."""
+
+    radius: float = 140.0  # px: arcs whose gap is greater are not related
+    region_radius: float = 30.0  # px: the same where one is a region, which chooses only what is nearest
+    neighbours: int = 16  # arcs, at most, that an arc of full salience chooses to be `near` to
+    least_neighbours: int = 1  # the same of an arc of no salience
+    full_salience: float = 15.0  # px: from there on an arc chooses as many as it may
+    region_neighbours: int = 1
+    """arcs, and regions, that a region chooses to be `near` to: those that touch are related by their borders"""
+    region_salience: float = 0.6  # salience of a region over the root of its area
+    touch: float = 15.0  # px added to gaps when neighbours are ranked, so that curves that touch do not all come first
+    min_salience: float = 1.0
+    """px: what is less salient is parallel to nothing and meets nothing: streaks are parallel to streaks by the
+    hundred"""
+    min_line: float = 15.0  # px: shorter lines have no direction to speak of
+    max_bow: float = 0.04
+    """share of its chord by which a line may leave it: what is a line in one picture is a flat arc in another"""
+    max_angle: float = radians(15.0)  # rad by which lines may miss being parallel
+    junction_reach: float = 10.0  # px: what comes nearer with an end meets
+    max_centre_sigma: float = 2.0  # px: a centre less certain says nothing of concentricity
+    max_centre_distance: float = 8.0  # px between the centres of concentric arcs
+    max_radius_change: float = 0.25  # share of the greater of two equal radii by which they may differ
+
+
+# How relations of true partners differ, and how much evidence their agreement is.
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """Of relations of one kind.
+
+    The distances of units a and b and of labels k and l differ with a standard deviation of `distance` px plus
+    `distance_share` of the unit side's, their angles with one of `angle` rad (bearings around the circle), besides
+    those that both relations have of their own: so much is due to where arcs are cut and to light.  Of a unit only
+    relations of at most `reach` px count, while its labels may have longer ones, so that none at the rim is missed by a
+    pixel. `nats` is the evidence of full agreement: the log ratio of the odds of agreement within two standard
+    deviations, for true partners and for a wrong label of a.  A difference that is less likely by so much confirms
+    nothing.
+
+    Measured on CHOOSING of `benchmarks/relations.py`, left against right pictures of seven rendered pairs with partners
+    by the truth of rendering; wrong labels: others within 60 px, arcs within 30 degrees of the direction.
+    """
+
+    distance: float
+    distance_share: float
+    angle: float
+    reach: float
+    nats: float
+
+
+FAR = 1e6  # px: no limit
+AGREE = 4 / 3  # standard deviations within which agreement is most telling
+TOLERANCES = {
+    "near": Tolerance(3.0, 0.15, 0.3, 80.0, 3.5),
+    "parallel": Tolerance(3.0, 0.225, 0.1125, 60.0, 4.0),
+    "junction": Tolerance(2.25, 0.375, 0.45, 3.0, 5.5),
+    "concentric": Tolerance(6.0, 0.225, 0.075, FAR, 3.0),
+    "equal_radius": Tolerance(6.0, 0.225, 0.075, FAR, 3.0),
+    "bounds": Tolerance(18.0, 0.375, 0.45, FAR, 4.0),
+    "adjacent": Tolerance(30.0, 0.375, 0.45, FAR, 3.5),
+    "surrounds": Tolerance(30.0, 0.375, 0.45, FAR, 3.5),
+}
+"""Concentric and surrounds are too rare to be measured (10 and 13 relations of partners): as equal_radius and
+adjacent."""
+
+
+# Relations among the units of one picture or one predicted view: each a distance and an angle with their standard
+# deviations, after Shapiro and Haralick (1981).
+#
+# It knows neither pictures nor models, only curves in px of an image and areas with outlines. Whether two relations
+# agree is decided where they are compared (`relations.py`); here all that might agree are admitted.
 
 KINDS = (
     "near",
@@ -25,7 +107,6 @@ KINDS = (
     "surrounds",
 )
 NEAR, PARALLEL, JUNCTION, CONCENTRIC, EQUAL_RADIUS, BOUNDS, ADJACENT, SURROUNDS = range(len(KINDS))
-
 _DEFAULTS = RelationParameters()
 
 
@@ -323,3 +404,158 @@ def _circles(curves: Curves, pairs: _Gaps, p: RelationParameters) -> list[Relati
     sigma = np.hypot(curves.radius_sigma[a], curves.radius_sigma[b])[same]
     equal = relate_both_ways(EQUAL_RADIUS, a[same], b[same], np.concatenate([more[same], -more[same]]), sigma, 0.0, 0.0)
     return [concentric, equal]
+
+
+# A database in memory with the tables that matching joins, fed with the rows of the store: a run matches in it while it
+# holds no file, by the same SQL that would run on the store.
+
+TABLES = (
+    "edge_element",
+    "view_point",
+    "unit_relation",
+    "problem",
+    "problem_tolerance",
+    "candidate",
+    "problem_relation",
+    "compatibility",
+)
+VIEWS = ("due_relation", "due_compatibility")
+
+
+def open_workspace() -> Database:
+    """An empty database in memory with `TABLES` and `VIEWS`, as schema/ makes them."""
+    workspace = Database(connect(URL.create("duckdb", database=":memory:"), read_only=False), "memory")
+    with workspace.write() as connection:
+        for table in TABLES + VIEWS:
+            connection.exec_driver_sql(sql.table_script(table))
+    for table in TABLES:  # asked for now: in memory there is one connection, and it will be busy
+        workspace.table(table)
+    return workspace
+
+
+# From rows of units, relations and candidates to a solved problem: the joins are queries/matching, the search is
+# relmodel.labelling.
+
+# What a problem takes of the relations that were joined: tables, columns and their order.
+_RELATIONS = (
+    ("problem_relation", ("unit_no", "neighbour_no", "weight"), "unit_no neighbour_no"),
+    ("compatibility", ("unit_a", "label_a", "unit_b", "label_b", "saves"), "unit_a label_a unit_b label_b"),
+)
+
+
+@dataclass(frozen=True)
+class ProblemRows:
+    """A problem before its joins.
+
+    unit, label, cost (c,): candidates; places: columns of `candidate` that say how far each is off, where that is
+    known; null_cost (units,): what no label costs a unit, besides `null_share` of the weight of its relations;
+    nat_cost: cost of a nat of a relation; relation_weight: of all relations of a unit, None where each weighs what its
+    kinds do; units, labels: how many there are; units_id, labels_id: their sets in the workspace; injective: no label
+    twice (the mode `paper` knows no such limit); nodes: after how many the search ends; mode: of
+    `relmodel.labelling.solve`.
+    """
+
+    units: int
+    labels: int
+    units_id: int
+    labels_id: int
+    unit: Ints
+    label: Ints
+    cost: Ints
+    null_cost: Ints
+    null_share: float
+    nat_cost: float
+    tolerances: Mapping[str, Tolerance]
+    injective: bool
+    nodes: int
+    mode: str = MODES[0]
+    relation_weight: int | None = None
+    places: Columns | None = None
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A problem, its solution, and what its rows hold besides (`solved_rows`)."""
+
+    problem: MatchingProblem
+    result: MatchingResult
+    rows: ProblemRows
+    tolerances: Columns
+
+
+def solve_rows(workspace: Database, number: int, rows: ProblemRows, of_units: Columns, of_labels: Columns) -> Solved:
+    """Join the relations of both sides over the candidates, and search.
+
+    The joins follow once all that they join is committed: only then does DuckDB know how many rows there are, and in
+    which order to join them.
+    """
+    problem_key = {"run_id": 0, "problem_no": number}
+    injective = rows.injective and rows.mode != PAPER
+    tolerances: Columns = {
+        "kind": list(rows.tolerances),
+        **{f.name: [getattr(t, f.name) for t in rows.tolerances.values()] for f in fields(Tolerance)},
+    }
+    with workspace.write() as connection:
+        for unit_set_id, relations in ((rows.units_id, of_units), (rows.labels_id, of_labels)):
+            workspace.append(connection, "unit_relation", {"unit_set_id": unit_set_id, **relations})
+        workspace.append(
+            connection,
+            "problem",
+            {
+                "run_id": [0],
+                "problem_no": number,
+                "kind": "localisation",
+                "method": "",
+                "units_id": rows.units_id,
+                "labels_id": rows.labels_id,
+                "parameters": "{}",
+                "injective": injective,
+                "nat_cost": rows.nat_cost,
+                "relation_weight": rows.relation_weight,
+                "status": "stopped",
+                "cost": 0.0,
+                "bound": 0.0,
+            },
+        )
+        workspace.append(connection, "problem_tolerance", {**problem_key, **tolerances})
+        workspace.append(
+            connection,
+            "candidate",
+            {
+                **problem_key,
+                "unit_no": rows.unit,
+                "label_no": rows.label,
+                "cost": rows.cost.astype(float),
+                **(rows.places or {}),
+            },
+        )
+    with workspace.write() as connection:
+        workspace.insert(connection, "problem_relation", "matching/relations", **problem_key)
+        workspace.insert(connection, "compatibility", "matching/compatibilities", **problem_key)
+        relation, pair = (
+            np.stack(
+                [*workspace.select(connection, table, *names, order=order, **problem_key).values()], axis=1
+            ).astype(np.int64)
+            for table, names, order in _RELATIONS
+        )
+    weight = np.bincount(relation[:, 0], relation[:, 2], rows.units)
+    null_cost = rows.null_cost + np.ceil(rows.null_share * weight - 1e-9).astype(np.int64)
+    problem = matching_problem(
+        null_cost,
+        rows.labels,
+        np.stack([rows.unit, rows.label, rows.cost], axis=1),
+        relation,
+        pair,
+        injective=injective,
+    )
+    return Solved(problem, solve(problem, rows.mode, nodes=rows.nodes), rows, tolerances)
+
+
+def solved_rows(solved: Solved) -> dict[str, Columns]:
+    """As `relmodel.labelling.problem.result_rows`, with what the joins went by."""
+    tables, rows = result_rows(solved.problem, solved.result), solved.rows
+    tables["problem"] |= {"nat_cost": [rows.nat_cost], "relation_weight": [rows.relation_weight]}
+    if rows.places is not None:
+        order = np.lexsort((rows.label, rows.unit))
+        tables["candidate"] |= {name: np.ma.asarray(values)[order] for name, values in rows.places.items()}
+    return {**tables, "problem_tolerance": solved.tolerances}

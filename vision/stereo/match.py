@@ -1,29 +1,245 @@
-"""Stereo by arcs and regions, without a model: candidates by the epipolar geometry, relations on both sides, the
-labelling that keeps them, and the matched arcs in space."""
+"""Stereo by arcs and regions, without a model: evidence for pairs, relations on both sides, the labelling that keeps
+them.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import json
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from relmodel.arrays import Bools, Ints
-from relmodel.columns import Columns
+from relmodel.arrays import Bools, Columns, Floats, Ints, Ragged, Rows, read_rows
 from relmodel.errors import UsageError
 from relmodel.labelling.problem import NONE
 from relmodel.labelling.solve import check_mode
+from relmodel.store.database import Database
+from relmodel.store.runs import Run
+from relmodel.store.sql import column_types
 from vision.cameras.cameras import Rig
-from vision.extraction.primitives import Primitives
-from vision.relations.joins import ProblemRows, Solved, solve_rows
-from vision.relations.workspace import open_workspace
-from vision.stereo.crossings import StereoArcs, lay_out, pack_arcs
-from vision.stereo.disparity_range import estimate_range
-from vision.stereo.epipolar import vote
-from vision.stereo.evidence import Candidates, compare_arcs
-from vision.stereo.rectification import Rectification, rectify
-from vision.stereo.regions import StereoRegions, compare_regions, pack_regions
-from vision.stereo.stereo_parameters import DEFAULTS, StereoParameters
-from vision.stereo.triangulate import Triangulated, triangulate_pairs
+from vision.extraction.rows import Primitives
+from vision.relations.relations import ProblemRows, Solved, open_workspace, solve_rows, solved_rows
+from vision.stereo.epipolar import (
+    DisparityRange,
+    Rectification,
+    RectifiedCamera,
+    Side,
+    StereoArcs,
+    Votes,
+    compress_contrast,
+    describe,
+    estimate_range,
+    index_rows,
+    lay_out,
+    pack_arcs,
+    rectify,
+    vote,
+)
+from vision.stereo.stereo_parameters import (
+    DEFAULTS,
+    EpipolarParameters,
+    EvidenceParameters,
+    RegionEvidenceParameters,
+    StereoParameters,
+)
+from vision.stereo.triangulate import CURVES, Conics, Triangulated, triangulate_pairs
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection
+
+# Of arcs that cross rows: how many rows vote for the pair, of the shorter one's and of the longer one's; how much the
+# widths differ; how far apart in y the ends are that agree best, as corners are seen in both pictures. Of arcs along
+# the rows, for which nothing votes: contrast, width, length and ends.
+
+
+@dataclass(frozen=True)
+class Candidates(Rows):
+    """Pairs of a unit of the first picture and a label, a unit of the second, with the price of each in nats: the
+    evidence against it."""
+
+    unit: Ints
+    label: Ints
+    price: Floats
+
+    def take_best(self, most: int, dearest: float) -> Candidates:
+        """The `most` cheapest of each unit, none dearer than `dearest`, ordered by unit and label."""
+        order = np.lexsort((self.label, self.price, self.unit))
+        rank = np.arange(len(order)) - np.searchsorted(self.unit[order], self.unit[order])
+        kept = order[(rank < most) & (self.price[order] <= dearest)]
+        kept = kept[np.lexsort((self.label[kept], self.unit[kept]))]
+        return self.take(kept)
+
+
+def compare_arcs(
+    first: Side, second: Side, seen: DisparityRange, votes: Votes, epipolar: EpipolarParameters, p: EvidenceParameters
+) -> Candidates:
+    """The pairs of arcs that the epipolar geometry and the range allow, priced."""
+    across = _compare_across(first, second, seen, votes, epipolar, p)
+    return Candidates.stack([across, _compare_level(first, second, seen, epipolar, p)])
+
+
+def _compare_across(
+    first: Side, second: Side, seen: DisparityRange, votes: Votes, epipolar: EpipolarParameters, p: EvidenceParameters
+) -> Candidates:
+    """Arcs that cross rows: pairs of which a share of the shorter one's crossings find one alike in the other."""
+    from vision.stereo import epipolar_kernels
+
+    size = (len(first.arcs), len(second.arcs))
+    alike = np.zeros(size, np.int64)
+    start = index_rows(first.crossings, second.crossings)
+    epipolar_kernels.count_alike(
+        start[0], first.crossings.arc, describe(first.crossings, epipolar), seen.of_crossings,
+        start[1], second.crossings.arc, describe(second.crossings, epipolar),
+        epipolar.angle_sigma, epipolar.contrast_sigma, p.most_unlike, alike,
+    )  # fmt: skip
+    i, j = np.nonzero(alike >= epipolar.least_rows)
+    shorter = np.minimum(first.extent[i], second.extent[j])
+    kept = alike[i, j] >= p.least_alike * shorter
+    i, j, shorter = i[kept], j[kept], shorter[kept]
+    voted = np.zeros(size)
+    voted[votes.first, votes.second] = votes.votes
+    price = p.unvoted_of_shorter * (1 - np.minimum(voted[i, j] / shorter, 1))
+    price += p.unvoted_of_longer * (1 - np.minimum(voted[i, j] / np.maximum(first.extent[i], second.extent[j]), 1))
+    price += p.width * np.abs(first.arcs.width[i] - second.arcs.width[j]) + p.end * _compare_ends(first, second, i, j)
+    return Candidates(i, j, np.asarray(price))
+
+
+def _compare_level(
+    first: Side, second: Side, seen: DisparityRange, epipolar: EpipolarParameters, p: EvidenceParameters
+) -> Candidates:
+    """Arcs along the rows: pairs on much the same rows, moved within the range."""
+    level = [np.flatnonzero(side.extent < epipolar.least_rows) for side in (first, second)]
+    a, b = first.box[level[0]][:, None], second.box[level[1]][None]
+    rows = np.abs(a[..., 1] + a[..., 3] - b[..., 1] - b[..., 3]) / 2
+    height = (a[..., 3] - a[..., 1] + b[..., 3] - b[..., 1]) / 2
+    moved = (a[..., 0] + a[..., 2] - b[..., 0] - b[..., 2]) / 2
+    slack = np.abs(a[..., 2] - a[..., 0] - b[..., 2] + b[..., 0]) / 2
+    low, high = seen.of_arcs[level[0]].T
+    i, j = np.nonzero(
+        (rows <= p.level_rows + height) & (moved + slack >= low[:, None]) & (moved - slack <= high[:, None])
+    )
+    i, j = level[0][i], level[1][j]
+    steps = [_step_down(side, epipolar) for side in (first, second)]
+    unlike = ((steps[0][i] - steps[1][j]) / epipolar.contrast_sigma) ** 2
+    kept = unlike <= p.most_unlike
+    i, j, unlike = i[kept], j[kept], unlike[kept]
+    length = [side.arcs.offsets[1:] - side.arcs.offsets[:-1] for side in (first, second)]
+    price = p.level_contrast * unlike + p.level_length * np.abs(np.log(length[0][i] / length[1][j]))
+    price += p.level_width * np.abs(first.arcs.width[i] - second.arcs.width[j])
+    price += p.level_end * _compare_ends(first, second, i, j) + p.level_more
+    return Candidates(i, j, np.asarray(price))
+
+
+def _compare_ends(first: Side, second: Side, i: Ints, j: Ints) -> Floats:
+    """log(1 + px) by which the upper ends, or the lower ones, whichever agree better, lie on other rows."""
+    upper = np.abs(first.box[i, 1] - second.box[j, 1])
+    lower = np.abs(first.box[i, 3] - second.box[j, 3])
+    return np.asarray(np.log1p(np.minimum(upper, lower)))
+
+
+def _step_down(side: Side, p: EpipolarParameters) -> Floats:
+    """Compressed contrast of each arc (n,), positive where the bright side lies above."""
+    start, end = side.arcs.offsets[:-1], side.arcs.offsets[1:]
+    if len(start) == 0:
+        return np.zeros(0)
+    mean = np.add.reduceat(side.arcs.contrast, start) / (end - start)
+    return compress_contrast(mean * np.sign(side.points[end - 1, 0] - side.points[start, 0]), p.contrast_scale)
+
+
+# Regions of both pictures: which may be one, and what speaks against it.
+#
+# Pong's second step for regions: what their bounding arcs vote for, area and mean intensity; and, as rows are shared,
+# from which row to which they reach.
+
+
+@dataclass(frozen=True)
+class StereoRegions:
+    """What stereo takes of the regions of one picture: outlines (m, 2), px, of region `owner` (m,); centroid (n, 2);
+    area, px, and mean grey (n,); border_region, border_arc (b,): arcs that bound regions."""
+
+    owner: Ints
+    outline: Floats
+    centroid: Floats
+    area: Floats
+    mean: Floats
+    border_region: Ints
+    border_arc: Ints
+
+    def __len__(self) -> int:
+        return len(self.area)
+
+
+def pack_regions(picture: Primitives) -> StereoRegions:
+    """The regions of a picture as stereo takes them."""
+    regions = picture.regions
+    return StereoRegions(
+        owner=np.repeat(regions.ring_region, np.diff(regions.ring_offsets)),
+        outline=regions.outline.astype(float),
+        centroid=np.column_stack([regions.centroid_x, regions.centroid_y]),
+        area=regions.area,
+        mean=regions.mean,
+        border_region=regions.border_region,
+        border_arc=regions.border_arc,
+    )
+
+
+def compare_regions(
+    rectification: Rectification,
+    first: StereoRegions,
+    second: StereoRegions,
+    seen: DisparityRange,
+    votes: Votes,
+    p: RegionEvidenceParameters,
+) -> Candidates:
+    """The pairs of regions that share most of their rows and are moved as arcs about them may be, priced."""
+    top, bottom = _rows(rectification, rectification.first, first)
+    other_top, other_bottom = _rows(rectification, rectification.second, second)
+    shared = np.minimum(bottom[:, None], other_bottom) - np.maximum(top[:, None], other_top)
+    share = shared / np.maximum(np.maximum(bottom[:, None], other_bottom) - np.minimum(top[:, None], other_top), 1.0)
+    x = rectification.points(rectification.first, first.centroid)[:, 0]
+    moved = x[:, None] - rectification.points(rectification.second, second.centroid)[:, 0]
+    low, high = np.full(len(first), np.inf), np.full(len(first), -np.inf)
+    np.minimum.at(low, first.border_region, seen.of_arcs[first.border_arc, 0])
+    np.maximum.at(high, first.border_region, seen.of_arcs[first.border_arc, 1])
+    i, j = np.nonzero((share >= p.least_rows) & (moved >= low[:, None]) & (moved <= high[:, None]))
+    price = p.rows * (1 - share[i, j]) + p.area * np.abs(np.log(first.area[i] / second.area[j]))
+    price += p.mean * np.abs(first.mean[i] - second.mean[j])
+    voted, of_first, of_second = _border_votes(first, second, votes)
+    fewer = np.maximum(np.minimum(of_first[i], of_second[j]), 1)
+    more = np.maximum(np.maximum(of_first[i], of_second[j]), 1)
+    price += p.unvoted_of_fewer * (1 - voted[i, j] / fewer) + p.unvoted_of_more * (1 - voted[i, j] / more)
+    return Candidates(i, j, np.asarray(price))
+
+
+def _rows(rectification: Rectification, view: RectifiedCamera, regions: StereoRegions) -> tuple[Floats, Floats]:
+    """First and last rectified row of each region."""
+    y = rectification.points(view, regions.outline)[:, 1]
+    top, bottom = np.full(len(regions), np.inf), np.full(len(regions), -np.inf)
+    np.minimum.at(top, regions.owner, y)
+    np.maximum.at(bottom, regions.owner, y)
+    return top, bottom
+
+
+def _border_votes(first: StereoRegions, second: StereoRegions, votes: Votes) -> tuple[Floats, Floats, Floats]:
+    """Votes (first, second) of the arcs bounding a region of the first picture for those of one of the second, and all
+    votes of the arcs that bound each region."""
+    from scipy.sparse import coo_array
+
+    arcs = [int(max(column.max(initial=-1), of.max(initial=-1))) + 1 for column, of in (
+        (votes.first, first.border_arc), (votes.second, second.border_arc))]  # fmt: skip
+    borders = []
+    for side, count in ((first, arcs[0]), (second, arcs[1])):
+        key = np.unique(side.border_region * max(count, 1) + side.border_arc)
+        of = (key // max(count, 1), key % max(count, 1))
+        borders.append(coo_array((np.ones(len(key)), of), shape=(len(side), count)).tocsr())
+    cast = coo_array((votes.votes.astype(float), (votes.first, votes.second)), shape=(arcs[0], arcs[1])).tocsr()
+    voted = (borders[0] @ cast @ borders[1].T).toarray()
+    return voted, borders[0] @ np.asarray(cast.sum(axis=1)), borders[1] @ np.asarray(cast.sum(axis=0))
+
+
+# Stereo by arcs and regions, without a model: candidates by the epipolar geometry, relations on both sides, the
+# labelling that keeps them, and the matched arcs in space.
 
 METHODS = ("pong", "relational")
 PONG, RELATIONAL = METHODS
@@ -155,3 +371,64 @@ def _solve(
             first.relations,
             second.relations,
         )
+
+
+# A stereo match as rows of the store.
+
+
+def record_stereo(
+    run: Run,
+    connection: Connection,
+    problem_no: int,
+    units_id: int,
+    labels_id: int,
+    matches: StereoMatches,
+) -> None:
+    """Append the problem with its candidates, relations, decisions and the tree of the search, and the arcs in space.
+
+    `units_id` and `labels_id` are the unit sets of the first and the second extraction: arcs by number, then regions.
+    """
+    key = {"run_id": run.id, "problem_no": problem_no}
+    for table, columns in solved_rows(matches.solved).items():
+        if table == "problem":
+            columns = {
+                **columns,
+                "kind": "stereo",
+                "method": matches.parameters.method,
+                "units_id": units_id,
+                "labels_id": labels_id,
+                "parameters": json.dumps(asdict(matches.parameters), sort_keys=True),
+            }
+        run.append(connection, table, {**key, **columns})
+    run.append(connection, "triangulated_unit", {**key, **_curves(matches.triangulated)})
+
+
+def read_triangulated(store: Database, connection: Connection, run: int, problem_no: int) -> Triangulated:
+    """The arcs in space of a stereo problem, as `record_stereo` kept them."""
+    key: dict[str, Any] = {"run_id": run, "problem_no": problem_no}
+    rows = store.select(connection, "triangulated_unit", order="unit_no", **key)
+    assigned = store.select(connection, "assignment", "unit_no", "label_no", order="unit_no", **key)
+    none = np.full(49, np.nan)
+    of_conics = np.array([none if c is None else c for c in rows["conic_covariance"]], float).reshape(-1, 7, 7)
+    return read_rows(
+        Triangulated,
+        rows,
+        first=rows["unit_no"].astype(np.int64),
+        second=assigned["label_no"][np.searchsorted(assigned["unit_no"], rows["unit_no"])].astype(np.int64),
+        curve=np.array([CURVES.index(curve) for curve in rows["curve"]], np.int64),
+        covariance=np.array(rows["covariance"].tolist(), float).reshape(-1, 6, 6),
+        conics=read_rows(Conics, rows, covariance=of_conics),
+    )
+
+
+def _curves(space: Triangulated) -> Columns:
+    conic_covariance = [c if np.isfinite(c[0, 0]) else None for c in space.conics.covariance]
+    columns = {
+        **space.conics.columns(),
+        **space.columns(),
+        "unit_no": space.first,
+        "curve": [CURVES[curve] for curve in space.curve],
+        "covariance": Ragged.pack(list(space.covariance)),
+        "conic_covariance": Ragged.pack(conic_covariance),
+    }
+    return {name: columns[name] for name in column_types("triangulated_unit") if name in columns}

@@ -6,7 +6,7 @@ one in fifteen changes sign.  Between half and twice these values precision and 
 
 from dataclasses import dataclass, field
 
-from vision.relations.tolerances import TOLERANCES, Tolerance
+from vision.relations.relations import TOLERANCES, Tolerance
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class AssignmentParameters:
     region_null: float = 2.5
     """nats for a region without partner: .954 at .728; .956 at .689 with 2, .941 at .795 with 3"""
     relation_share: float = 0.1
-    """share of what a relation tells (`vision.relations.tolerances`) that counts in addition to prices: the relations
+    """share of what a relation tells (`vision.relations.relations`) that counts in addition to prices: the relations
     of one unit repeat much the same information"""
     null_share: float = 0.7
     """share of the weight of its relations that a unit without partner pays: so much a partner may leave unconfirmed"""

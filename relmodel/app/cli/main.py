@@ -21,10 +21,10 @@ from types import FrameType, ModuleType
 
 from relmodel import __version__
 from relmodel.app.cli import output
-from relmodel.app.cli.bounds import drop_output
 from relmodel.app.cli.options import add_debug, add_quiet, add_store
+from relmodel.app.cli.output import drop_output
 from relmodel.errors import InputError, RelmodelError, UsageError, missing_library
-from relmodel.text import visible
+from relmodel.names import visible
 
 # Verbs in the order in which help lists them; NAME is the module relmodel.app.cli.verbs.NAME.
 VERBS = (

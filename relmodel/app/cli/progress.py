@@ -13,9 +13,9 @@ from contextlib import contextmanager
 from threading import Event, Thread
 
 from relmodel.app.cli import output
+from relmodel.names import visible
 from relmodel.progress import Progress, silent
 from relmodel.store import Store
-from relmodel.text import visible
 
 _TICK_S = 0.5
 _LINE_S = 10.0  # between lines where stderr is no terminal

@@ -22,12 +22,11 @@ from markupsafe import Markup
 from sqlalchemy import Connection
 
 import relmodel
-from relmodel.drawing.colours import BLEND, STATES, UNEXPLAINED, hexadecimal
+from relmodel.drawing.draw import BLEND, STATES, UNEXPLAINED, hexadecimal
 from relmodel.errors import InputError
-from relmodel.paths import check_writable
+from relmodel.names import check_writable, visible
 from relmodel.printing import json_text
 from relmodel.store import sql
-from relmodel.text import visible
 
 ROWS_SHOWN = 300  # of a table; the SQL below it gives the rest
 _FOLDER = Path(__file__).parent / "templates"

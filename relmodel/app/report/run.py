@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,16 +12,15 @@ import numpy as np
 from markupsafe import Markup
 from sqlalchemy import Connection
 
-from relmodel.app.audit.newest import find_run
-from relmodel.app.report.findings import group_rest, read_cards
-from relmodel.app.report.items import STATES, Entry, checked, read_entries, render_linked
-from relmodel.app.report.page import PageTable, cell, read_table
-from relmodel.app.report.pictures import RunPicture, read_pictures
-from relmodel.app.report.plots import evidence_plots, pose_plots, times
-from relmodel.app.report.run_scene import LEGEND, run_scene
-from relmodel.drawing.model_edges import read_seen
+from relmodel.app.audit import find_run
+from relmodel.app.report.page import PageTable, cell, read_table, render
+from relmodel.app.report.pictures import RunPicture, evidence_plots, pose_matrix, pose_plots, read_pictures, times
+from relmodel.arrays import Floats
+from relmodel.drawing.draw import Edge, Seen, box_about, course, data_uri, item_edges, read_seen
+from relmodel.drawing.solid import MOST_PARTS, Lines, camera_lines, ellipsoid_lines, place_parts, scene
+from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
-from relmodel.store.digests import seal
+from relmodel.store.runs import seal
 
 # How a run ended, in a word, and what that is for the one who reads: good, warn or bad.
 _ENDS = {
@@ -269,3 +270,302 @@ def _marks(table: PageTable, number: dict[str, int]) -> list[str]:
         else ""
         for r in table.rows
     ]
+
+
+# Findings as cards: what each camera shows there, raw beside drawn, the size with its limit, the evidence in words.
+
+_MOST_ODDS = 1_000_000
+
+
+@dataclass(frozen=True)
+class Crop:
+    """A piece of a camera's picture: its bounds u v width height, px, the model drawn over it, and the view of the
+    page's model that it is."""
+
+    camera: str
+    uri: str
+    box: tuple[int, int, int, int]
+    drawing: Markup
+    view: str
+
+
+@dataclass(frozen=True)
+class Card:
+    """A finding: its number on the page, the run that it is of, and what is said of it."""
+
+    no: int
+    run: int
+    row: Any
+    crops: list[Crop]
+
+    @property
+    def size(self) -> str:
+        return size_words(self.row)
+
+    @property
+    def limit(self) -> str:
+        if self.row.what is None:
+            return ""
+        least = self.row.least_difference
+        return "decided by the odds" if least is None else f"counts from {least:.2g} mm on"
+
+    @property
+    def odds(self) -> str:
+        most = self.row.evidence > math.log(_MOST_ODDS)
+        words = f"over {_MOST_ODDS:,}" if most else f"{float(f'{math.exp(self.row.evidence):.2g}'):,.0f}"
+        return f"{words} to 1 against it being as modelled"
+
+    @property
+    def together(self) -> list[str]:
+        return [] if self.row.together is None else self.row.together.split(", ")
+
+
+def size_words(row: Any) -> str:
+    """Nominal and measured size, each to two digits of the standard deviation: `thickness 8 → 13.86 ± 0.43 mm`."""
+    if row.what is None:
+        return ""
+    digits = min(max(0, 1 - math.floor(math.log10(row.sigma))), 4)
+    unit = "°" if row.unit == "deg" else f" {row.unit}"
+    if row.what == "offset":
+        way = "outward" if row.value > 0 else "inward"
+        return f"a face moved {abs(row.value):.{digits}f} ± {row.sigma:.{digits}f}{unit} {way}"
+    known = f"{row.value:{'' if row.nominal else '+'}.{digits}f} ± {row.sigma:.{digits}f}{unit}"
+    return f"{row.what} {row.nominal:.6g} → {known}" if row.nominal else f"{row.what} {known}"
+
+
+def read_cards(
+    store: Store, connection: Connection, run: int, seen: Sequence[Seen], numbers: dict[int, int] | None = None
+) -> list[Card]:
+    """The findings of a run, whose pictures are `seen`; of those that `numbers` names by their number in the run, with
+    their number on the page."""
+    rows = store.rows(connection, "report/run_findings", run_id=run)
+    edges = item_edges(store, connection, run) if rows else {}
+    in_view = {r.item_no: int(r.in_view_no) for r in store.rows(connection, "report/failures", run_id=run)}
+    out = []
+    for row in rows:
+        if numbers is None or row.finding_no in numbers:
+            mine = edges.get(in_view.get(row.item_no, -1), set())
+            own = [(s, [e for e in s.edges if (s.row.camera, e.number) in mine]) for s in seen if s.image is not None]
+            crops = [_crop(s, shown, None if numbers is None else run) for s, shown in own if shown]
+            out.append(Card(row.finding_no if numbers is None else numbers[row.finding_no], run, row, crops))
+    return out
+
+
+def _crop(seen: Seen, own: Sequence[Edge], run: int | None) -> Crop:
+    """What a camera shows of edges, and all edges of the model there; run: where the page is of several."""
+    assert seen.image is not None
+    u0, v0, u1, v1 = box_about(own, seen.image.size)
+    numbers = {e.number for e in own}
+    paths = [
+        Markup('<path class="drawn state-{}{}" d="{}"/>').format(
+            e.state, " own" if e.number in numbers else "", course(e.points)
+        )
+        for e in seen.edges
+        if np.all(e.points.max(axis=0) > (u0, v0)) and np.all(e.points.min(axis=0) < (u1, v1))
+    ]
+    camera = seen.row.camera
+    view = camera if run is None else view_name(run, camera)
+    uri = data_uri(seen.image.crop((u0, v0, u1, v1)))
+    return Crop(camera, uri, (u0, v0, u1 - u0, v1 - v0), Markup("").join(paths), view)
+
+
+@dataclass(frozen=True)
+class Group:
+    """Parts and features that are in one state for one reason."""
+
+    state: str
+    reason: str
+    names: list[str]
+
+
+def group_rest(rows: Iterable[Any]) -> tuple[list[Group], list[str]]:
+    """What is not checked, by state and reason, what should be seen and is not first; and what is as modelled."""
+    groups: dict[tuple[str, str], list[str]] = defaultdict(list)
+    for row in rows:
+        groups[row.state, row.reason or "in view of no stop whose pose is usable"].append(row.path)
+    order = ("not_confirmed", "undecidable", "not_seen")
+    open_ = [Group(*key, names) for key, names in groups.items() if key[0] in order]
+    passed = [path for key, names in groups.items() if key[0] == "confirmed" for path in names]
+    return sorted(open_, key=lambda g: (order.index(g.state), -len(g.names), g.reason)), passed
+
+
+# The list next to pictures and model, which it is linked to; of a run the parts and features in view.
+
+_FAILING = ("contradicted", "changed", "not_confirmed")  # the worst first
+STATES = (*_FAILING, "undecidable", "confirmed")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An entry of the list: what it is and is called, its part in the scene, surfaces of that (None: all), ids of arcs
+    in the pictures; key: the placed part and its feature.
+
+    level: finding (not as modelled), part or feature; share: its size where that is another, or how much of it there
+    is; state empty where nothing was said of it.
+    """
+
+    level: str
+    name: str
+    share: str
+    part: int | None
+    surfaces: list[int] | None = None
+    state: str = ""
+    note: str = ""
+    key: tuple[int, int | None] | None = None
+    arcs: Sequence[str] = ()
+
+
+def render_linked(
+    store: Store,
+    entries: Sequence[Entry],
+    scene: dict[str, Any] | None,
+    around: Mapping[str, Any] | None = None,
+    **values: Any,
+) -> str:
+    """A page with the list beside pictures and model; around: what stands about it where it is one of several."""
+    return render(
+        "run.html",
+        **(around or {}),
+        **values,
+        items=entries,
+        scene=scene,
+        data={"items": [{"arcs": e.arcs, "part": e.part, "surfaces": e.surfaces} for e in entries], "scene": scene},
+        store=store.name,
+    )
+
+
+def read_entries(
+    store: Store, connection: Connection, run: int, pictures: Sequence[RunPicture], part_of: dict[int, int]
+) -> list[Entry]:
+    """What is not as modelled, the worst first; then the parts in view, each followed by its features in view."""
+    number = {p.camera: i for i, p in enumerate(pictures)}
+    arcs: dict[int, list[str]] = defaultdict(list)
+    for r in store.rows(connection, "report/item_arcs", run_id=run):
+        if r.camera in number:
+            arcs[int(r.in_view_no)].append(f"c{number[r.camera]}-m{r.view_arc_no}")
+    surfaces: dict[int, list[int]] = defaultdict(list)
+    for r in store.rows(connection, "report/item_surfaces", run_id=run):
+        surfaces[int(r.in_view_no)].append(int(r.surface_no))
+    sizes = {r.item_no: size_words(r) for r in store.rows(connection, "report/run_findings", run_id=run)}
+
+    def entry(row: Any, level: str, name: str, size: str | None = None) -> Entry:
+        occurrence, no = int(row.occurrence_id), int(row.in_view_no)
+        return Entry(
+            level,
+            name,
+            size or ("under 1 % visible" if 0 < row.visible < 0.01 else f"{100 * row.visible:.0f} % visible"),
+            part_of.get(occurrence),
+            None if row.feature_no is None else surfaces[no],
+            row.state or "",
+            (f"{row.reason}; " if row.reason else "")
+            + f"{row.matched} of {row.arcs} edges matched, {row.pixels:.0f} px in view",
+            (occurrence, None if row.feature_no is None else int(row.feature_no)),
+            arcs[no],
+        )
+
+    rows = store.rows(connection, "report/items", run_id=run)
+    part = {int(r.occurrence_id): r for r in rows if r.level == "part"}
+    place = {occurrence: i for i, occurrence in enumerate(part)}
+    rows = sorted(rows, key=lambda r: (place.get(int(r.occurrence_id), len(place)), r.level == "feature", r.in_view_no))
+    failing = sorted((r for r in rows if r.state in _FAILING), key=lambda r: _FAILING.index(r.state))
+    return [entry(r, "finding", r.path, sizes.get(r.item_no)) for r in failing] + [
+        entry(r, r.level, r.path if r.level == "part" else r.path.removeprefix(part[int(r.occurrence_id)].path + "/"))
+        for r in rows
+        if r.state not in _FAILING and (r.level == "part" or int(r.occurrence_id) in part)
+    ]
+
+
+def checked(store: Store, connection: Connection, run: int, entries: Sequence[Entry]) -> list[tuple[str, str, str]]:
+    """Name, value and note: how much is in view, and how much of it was checked."""
+    checked_rows = store.rows(connection, "report/checked", run_id=run)
+    if checked_rows:
+        return [
+            (f"{r.level}s checked", f"{r.checked} of {r.in_view}", f"{r.confirmed} as modelled") for r in checked_rows
+        ]
+    features = sum(e.surfaces is not None for e in entries)
+    return [("in view", f"{len(entries) - features} parts", f"and {features} features")] if entries else []
+
+
+# The scene of an inspection in three dimensions: the placed parts, the cameras where they were thought and found.
+
+LEGEND = (("in view", "seen"), ("cameras found", "pose"), ("prior, two sigma", "prior"), ("chosen", "chosen"))
+_DEPTH = 0.3  # of the way to what the cameras look at, for the pyramids that stand for them
+_NO_DEPTH_MM = 1000.0  # where nothing was measured
+
+
+def run_scene(store: Store, connection: Connection, run: int) -> tuple[dict[str, Any] | None, dict[int, int]]:
+    """The scene, None where the run was no inspection, and which of its parts each occurrence is."""
+    priors = store.rows(connection, "report/prior_matrix", run_id=run)
+    if not priors:
+        return None, {}
+    rows = store.columns(connection, "report/scene_parts", run_id=run, most=MOST_PARTS)
+    colours = ["seen" if it else "plain" for it in rows["in_view"]]
+    shape_id = np.asarray(rows["shape_id"], np.int64)
+    shapes, parts, kept = place_parts(store, connection, shape_id, rows["path"], matrices(rows), colours)
+    lines, views = _cameras(store, connection, run, priors[0])
+    part_of = {int(rows["id"][row]): i for i, row in enumerate(kept)}
+    seen_from = next(
+        (p for p in (priors[0], *store.rows(connection, "report/pose_matrix", run_id=run)) if p.m00 is not None), None
+    )
+    back = np.array([0.0, 0.0, 1.0]) if seen_from is None else -pose_matrix(seen_from)[:3, 2]
+    return scene(shapes, parts, lines, views, back=back), part_of
+
+
+def _cameras(store: Store, connection: Connection, run: int, prior: Any) -> tuple[list[Lines], list[dict[str, Any]]]:
+    """Pyramids of the cameras at the prior and at the pose found, ellipsoids about the rig; what cameras see."""
+    poses = store.rows(connection, "report/pose_matrix", run_id=run)
+    cameras = store.rows(connection, "report/rig_cameras", run_id=run)
+    mean = store.rows(connection, "report/look", run_id=run)[0]
+    lines: list[Lines] = []
+    views = []
+    rigs = [("prior", prior), *[("pose", p) for p in poses]]
+    for colour, row in [(colour, row) for colour, row in rigs if row.covariance is not None]:
+        world_from_rig = pose_matrix(row)
+        depth = _NO_DEPTH_MM
+        if mean.x is not None:
+            depth = float(np.linalg.norm(np.array([mean.x, mean.y, mean.z]) - world_from_rig[:3, 3]))
+        at: list[float] = []
+        for camera in cameras:
+            world_from_camera = world_from_rig @ pose_matrix(camera)
+            matrix = camera_matrix(camera)
+            at += camera_lines(world_from_camera, matrix, camera.width, camera.height, _DEPTH * depth)
+            if colour == "pose" or not poses:
+                views.append(view(camera, world_from_camera, depth, camera.camera))
+        rotation = world_from_rig[:3, :3]
+        covariance = rotation @ np.reshape(row.covariance, (6, 6))[:3, :3] @ rotation.T
+        at += ellipsoid_lines(world_from_rig[:3, 3], covariance, 2.0)
+        lines.append({"colour": colour, "at": at})
+    return lines, views
+
+
+def view(camera: Any, world_from_camera: Floats, depth: float, name: str, *, aside: bool = False) -> dict[str, Any]:
+    """What a camera sees, for the script: slopes of half the picture across and down, fx fy cx cy, and the first eight
+    coefficients of its lens; aside: one that is not offered to look through."""
+    return {
+        "name": name,
+        "aside": aside,
+        "m": world_from_camera[:3].ravel().tolist(),
+        "slope": [camera.width / camera.fx / 2, camera.height / camera.fy / 2],
+        "depth": depth,
+        "k": [camera.fx, camera.fy, camera.cx, camera.cy],
+        "lens": [*map(float, camera.distortion), *[0.0] * 8][:8],
+    }
+
+
+def finding_views(store: Store, connection: Connection, run: int) -> list[dict[str, Any]]:
+    """What the cameras of one of several runs see, for the model beside the pictures of its findings."""
+    return [
+        view(camera, pose_matrix(pose) @ pose_matrix(camera), _NO_DEPTH_MM, view_name(run, camera.camera), aside=True)
+        for pose in store.rows(connection, "report/pose_matrix", run_id=run)
+        for camera in store.rows(connection, "report/rig_cameras", run_id=run)
+    ]
+
+
+def view_name(run: int, camera: str) -> str:
+    """The name of a view among those of several runs."""
+    return f"run {run} {camera}"
+
+
+def camera_matrix(camera: Any) -> Floats:
+    """(3, 3), px."""
+    return np.array([[camera.fx, camera.skew, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1.0]])

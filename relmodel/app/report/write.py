@@ -1,16 +1,21 @@
-"""The page of a run, a physical part, an object or two variants, written to a file."""
+"""Pages written to files, and later held against the rows that the store gives."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from html import unescape
 from pathlib import Path
 from typing import TypedDict
 
+from relmodel.app.report.object import serial_page
 from relmodel.app.report.page import write_page
-from relmodel.errors import UsageError
-from relmodel.paths import check_writable
+from relmodel.app.report.run import run_page
+from relmodel.errors import InputError, UsageError
+from relmodel.names import check_writable, read_text
 from relmodel.progress import Progress, silent
 from relmodel.store import Store
+from relmodel.store.runs import seal
 
 
 class Subject(TypedDict, total=False):
@@ -38,7 +43,7 @@ def write_report(store: Store, out: Path, of: Subject, progress: Progress = sile
         raise UsageError("--variant says which variant of --object: give it with --object and without --diff")
     if diff:
         from relmodel.app.report.object import diff_page
-        from relmodel.variants.compare_variants import compare
+        from relmodel.variants.compare import compare
 
         check_writable(out, "page")
         before, after = (variant_named(text, object_name) for text in diff)
@@ -53,12 +58,9 @@ def write_report(store: Store, out: Path, of: Subject, progress: Progress = sile
             write_page(out, lambda: object_page(store, connection, object_name, variant))
             return " variant ".join(filter(None, [object_name, variant]))
         if serial is not None:
-            from relmodel.app.report.serial import serial_page
-
             write_page(out, lambda: serial_page(store, connection, serial))
             return f"part {serial}"
-        from relmodel.app.audit.newest import run_named
-        from relmodel.app.report.run import run_page
+        from relmodel.app.audit import run_named
 
         number = run_named(store, connection, None if run is None else str(run))
         write_page(out, lambda: run_page(store, connection, number))
@@ -69,3 +71,28 @@ def variant_named(text: str, object_name: str | None) -> tuple[str, str]:
     """Name and variant of an object: the variant where the object is named, else both as OBJECT:VARIANT."""
     name, _, variant = text.partition(":")
     return (object_name, text) if object_name else (name, variant)
+
+
+# Whether a report is what the store gives: the rows that it carries the hash of, and the page itself.
+
+
+def confirm(store: Store, file: Path) -> str:
+    """What is wrong with a report, one sentence; empty where nothing is.  Raises InputError where it is no report with
+    a hash."""
+    text = read_text(file, "report")
+    found = re.search(r'<meta name="relmodel-seal" content="(run|serial) (.+?) ([0-9a-f]{64})">', text)
+    if found is None:
+        raise InputError(f"{file} carries no hash: give a page that relmodel report wrote of an inspection or a part")
+    name = unescape(found[2])
+    with store.read() as connection:
+        runs = [int(name)] if found[1] == "run" else []
+        runs = runs or [int(row.run) for row in store.rows(connection, "report/serial_stops", serial=name)]
+        if seal(store, connection, runs) != found[3]:
+            return f"{file}: the rows of {found[1]} {name} in {store.name} are not those that the report was made from"
+        given = run_page(store, connection, runs[0]) if found[1] == "run" else serial_page(store, connection, name)
+        if given != text:
+            return (
+                f"{file} is not the page that {found[1]} {name} gives now: it was altered, another version made it, or "
+                "a finding was decided since"
+            )
+    return ""

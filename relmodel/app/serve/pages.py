@@ -1,8 +1,11 @@
-"""What each address shows.  All that reaches the store are named queries with bound parameters."""
+"""What each address of the local web page shows: named queries with bound parameters, example questions as forms, small
+pictures.
+"""
 
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,17 +16,16 @@ from urllib.parse import quote, urlencode
 
 import numpy as np
 from markupsafe import Markup
-from sqlalchemy import Connection
+from PIL import Image
+from sqlalchemy import Connection, TextClause, text
 
-from relmodel.app.audit.compare_runs import beginnings, compare_runs
-from relmodel.app.report.object import object_page, object_tables
+from relmodel.app.audit import beginnings, compare_runs
+from relmodel.app.report.object import object_page, object_tables, serial_page, serial_tables
 from relmodel.app.report.page import ROWS_SHOWN, PageTable, cell, page_script, policy, render
 from relmodel.app.report.run import run_page, run_tables
-from relmodel.app.report.serial import serial_page, serial_tables
-from relmodel.app.serve.questions import PLOTS, finite, question_groups, read_question
-from relmodel.app.serve.thumbnails import object_thumbnail, run_thumbnail
-from relmodel.drawing.plots import Point, bars, history
-from relmodel.drawing.scene import MOST_PARTS, broadside, place_parts, scene
+from relmodel.app.tree import expand
+from relmodel.drawing.draw import Point, as_webp, bars, draw_model, history, read_edges, read_image
+from relmodel.drawing.solid import MOST_PARTS, broadside, draw_solid, place_parts, scene
 from relmodel.errors import UsageError
 from relmodel.find.find import LEVELS, find_rows
 from relmodel.find.volumes import Box
@@ -424,3 +426,148 @@ def _takes(asked: Mapping[str, str], *names: str) -> None:
     unknown = sorted(set(asked) - set(names))
     if unknown:
         raise UsageError(f"there is no parameter {unknown[0]!r} here: there are {', '.join(names) or 'none'}")
+
+
+# The example questions as forms: a literal of theirs that a comment names is a parameter, the literal its default.
+#
+#     WHERE abs(s.radius - 21 /* radius */) < 1e-3
+#
+# stays SQL that any client runs; here it asks for `radius`.
+
+_FOLDER = "examples"
+# Who asks what; a file that no group names is one of your own.
+_GROUPS = {
+    "Who designs the part": (
+        "deep_pockets dimensions_that_changed faces_at_a_height faces_coaxial_with_a_hole faces_of_one_radius "
+        "faces_that_are_swept faces_with_openings features_that_b_lacks hole_sizes holes_near_lugs long_sharp_edges "
+        "mass_of_a_part mass_of_a_variant neighbours_of_a_face parts_of_a_material "
+        "parts_that_moved sharp_pocket_corners surfaces_shared_by_variants thin_ribs tolerances_of_faces"
+    ),
+    "Who inspects": (
+        "contradicted_features diameter_over_time long_edges_not_found parts_in_view rules_of_a_verdict "
+        "states_by_variant thresholds_of_findings variants_seen visible_in_the_left_camera where_was_the_rig"
+    ),
+    "Who keeps the cell": (
+        "bolts_near_a_duct cameras_over_time cameras_solved_apart features_in_a_box how_far_off_was_the_base "
+        "inputs_that_differ loads parts_by_use runs_that_failed where_the_time_goes"
+    ),
+    "Who looks into a decision": (
+        "arcs_that_fit_worst code_of_a_pose gates_of_arcs matched_arcs poses_that_were_dropped rejected_arcs"
+    ),
+}
+_OWN = "Questions of your own"
+# What a plot says more of than a table: the columns of its names and of its values.
+PLOTS = {
+    "diameter_over_time": ("run_id", "diameter"),
+    "hole_sizes": ("diameter", "holes"),
+    "mass_of_a_variant": ("variant", "mass_kg"),
+    "parts_by_use": ("number", "placed"),
+    "thin_ribs": ("rib", "thickness"),
+    "where_the_time_goes": ("step", "seconds"),
+}
+_NAMED = re.compile(r"('(?:[^']|'')*'|(?<![\w.])-?\d+(?:\.\d+)?) /\* (\w+) \*/")
+Value = str | int | float
+
+
+@dataclass(frozen=True)
+class Question:
+    """A question: its name, what it asks, its SQL with parameters bound, and their defaults."""
+
+    name: str
+    words: str
+    query: TextClause
+    defaults: Mapping[str, Value]
+
+    def values(self, given: Mapping[str, str]) -> dict[str, Value]:
+        """The parameters, as given where they are.  Raises UsageError for an unknown name, or a number that is none."""
+        unknown = sorted(set(given) - set(self.defaults))
+        if unknown:
+            raise UsageError(
+                f"the question {self.name} takes no {unknown[0]}: it takes {', '.join(self.defaults) or 'nothing'}"
+            )
+        return dict(self.defaults) | {name: _as(self.defaults[name], name, said) for name, said in given.items()}
+
+
+def question_names() -> list[str]:
+    return [name.partition("/")[2] for name in sql.query_names(_FOLDER)]
+
+
+def question_groups() -> dict[str, list[tuple[str, str]]]:
+    """The questions by who asks, each its name and what it asks in words."""
+    names = question_names()
+    groups = {who: [n for n in named.split() if n in names] for who, named in _GROUPS.items()}
+    groups[_OWN] = [n for n in names if not any(n in its for its in groups.values())]
+    return {who: [(n, first_line(sql.query(f"{_FOLDER}/{n}").text)) for n in its] for who, its in groups.items() if its}
+
+
+def read_question(name: str) -> Question:
+    """The question of a name.  Raises UsageError where there is none."""
+    if name not in question_names():
+        raise UsageError(f"there is no question {name!r}")
+    written = sql.query(f"{_FOLDER}/{name}").text
+    defaults: dict[str, Value] = {}
+    for literal, parameter in _NAMED.findall(written):
+        value = _value(literal)
+        if defaults.setdefault(parameter, value) != value:
+            raise ValueError(f"queries/{_FOLDER}/{name}.sql gives {parameter} two values")
+    bound = _NAMED.sub(lambda hit: f":{hit[2]}", written)
+    return Question(name, first_line(written), text(bound), defaults)
+
+
+def first_line(written: str) -> str:
+    """The question that a file begins with, in words."""
+    return written.partition("\n")[0].removeprefix("--").strip()
+
+
+def _value(literal: str) -> Value:
+    if literal.startswith("'"):
+        return literal[1:-1].replace("''", "'")
+    return float(literal) if "." in literal else int(literal)
+
+
+def _as(default: Value, name: str, said: str) -> Value:
+    """What was said, of the default's type; whole numbers may become others."""
+    if isinstance(default, str):
+        return said
+    number = finite(name, said)
+    return int(number) if isinstance(default, int) and number == int(number) else number
+
+
+def finite(name: str, said: str) -> float:
+    """The number that a text spells.  Raises UsageError where it is not finite."""
+    try:
+        number = float(said)
+    except ValueError:
+        number = float("nan")
+    if not abs(number) < 1e300:
+        raise UsageError(f"{name} is {said!r}: give a number")
+    return number
+
+
+# Small pictures for lists: what a run saw with the model over it, and what an object looks like.
+
+_WIDTH = 240  # px: twice what a list shows
+
+
+def run_thumbnail(store: Store, connection: Connection, run: int) -> bytes | None:
+    """The first picture of a run with the model over it, as WebP; None where none was kept."""
+    for row in store.rows(connection, "report/pictures", run_id=run):
+        image = None if row.bytes is None else read_image(row.bytes)
+        if image is not None:
+            image.thumbnail((_WIDTH, _WIDTH))
+            scale = image.width / row.width
+            edges = read_edges(store, connection, run).get(row.camera, [])
+            small = [replace(e, points=(e.points + 0.5) * scale - 0.5) for e in edges]
+            return as_webp(Image.fromarray(draw_model(np.asarray(image.convert("RGB")), small)))
+    return None
+
+
+def object_thumbnail(store: Store, connection: Connection, object_id: int) -> bytes | None:
+    """An object as WebP; None where it has nothing to draw."""
+    tree = expand(store, connection, object_id)
+    at = np.flatnonzero(tree.shape_id >= 0)
+    try:
+        drawn = draw_solid(store, connection, tree.shape_id[at], tree.pose[at], 4 * _WIDTH, "iso")
+    except UsageError:
+        return None
+    return as_webp(Image.fromarray(drawn), _WIDTH)

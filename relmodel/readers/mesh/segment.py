@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.geometry.clusters import components
+from relmodel.geometry.congruence import components
 from relmodel.readers.mesh.fit import (
     CONE,
     CYLINDER,
@@ -29,8 +29,8 @@ from relmodel.readers.mesh.fit import (
     fit_surfaces,
     normals_at,
 )  # fmt: skip
-from relmodel.readers.mesh.mesh_parameters import DEFAULTS
 from relmodel.readers.mesh.triangles import (
+    DEFAULTS,
     Edges,
     Patches,
     area_normals,

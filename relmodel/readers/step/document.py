@@ -14,9 +14,7 @@ from typing import Any
 import numpy as np
 import OCP
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-from OCP.collections import (
-    IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap,
-)
+from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
 from OCP.collections import Sequence_TCollection_AsciiString, Sequence_TDF_Label
 from OCP.gp import gp_Pnt, gp_Trsf
 from OCP.IFSelect import IFSelect_ReturnStatus
@@ -30,21 +28,24 @@ from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
 from relmodel.model.model import Assembly, Finding, Instance, Model, Part, Shape
 from relmodel.readers.formats import UNITS_MM, short_unit
+from relmodel.readers.step import faces as maps
 from relmodel.readers.step import geometry as step_geometry
-from relmodel.readers.step import maps, part21
+from relmodel.readers.step import part21
 from relmodel.readers.step import shape as step_shape
-from relmodel.readers.step import tessellated as step_tessellated
-from relmodel.readers.step.contained import Findings
-from relmodel.readers.step.labels import Labels, entry
-from relmodel.readers.step.part21_instances import Instances, Reference
-from relmodel.readers.step.part21_units import length_unit, validation_units
+from relmodel.readers.step import triangulation as step_tessellated
+from relmodel.readers.step.part21 import Instances, Reference, length_unit, validation_units
 from relmodel.readers.step.properties import FacesOfText, with_face_names, with_finish, with_pmi, with_properties
+from relmodel.readers.step.shape import Labels, entry
+from relmodel.readers.step.step_parameters import Findings
 
 LOADER_VERSION = f"step-7 ocp-{OCP.__version__}"
-
 # Length units in full, as the kernel names them.
 _FULL_NAME = {"um": "micrometre", "mm": "millimetre", "cm": "centimetre", "dm": "decimetre", "m": "metre"}
+
+
 _FULL_NAME |= {"in": "inch", "ft": "foot"}
+
+
 _MADE_UP = "=>["  # the kernel names a component after the label that it refers to: =>[0:1:1:3]
 
 

@@ -1,7 +1,11 @@
-"""Curves and surfaces of the CAD kernel as rows; runs in the child process of the reader."""
+"""Curves and surfaces of the CAD kernel as rows, in analytic form where they have one; runs in the child process of the
+reader.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -27,23 +31,199 @@ from OCP.Geom import (
     Geom_TrimmedCurve,
 )
 from OCP.GeomConvert import GeomConvert
+from OCP.gp import gp_Ax2, gp_Circ, gp_Cone, gp_Cylinder, gp_Elips, gp_Lin, gp_Pln, gp_Sphere
+from OCP.ShapeAnalysis import ShapeAnalysis_CanonicalRecognition
 
-from relmodel.arrays import Floats
-from relmodel.geometry.curves import Curves, vector_columns
+from relmodel.arrays import Bools, Floats, Ints
+from relmodel.geometry.curves import Curves, vector_columns, vectors
 from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
+from relmodel.geometry.transforms import unit
 from relmodel.model.model import Table
 from relmodel.readers.splines import Spline, spline_columns, spline_of, surface_spline_columns
-from relmodel.readers.step.recognition import (
-    FRAME,
-    NAN,
-    NO_FRAME,
-    SIZES,
-    frame_of,
-    on_axis,
-    recognised_curve,
-    recognised_surface,
-    sizes_of,
-)
+from relmodel.readers.step.step_parameters import DEFAULTS
+
+_P = DEFAULTS
+
+
+@dataclass(frozen=True)
+class Tori:
+    """Tori found: rows of their surfaces (n,), centres, axes and directions across them (n, 3), radii (n,), mm."""
+
+    row: Ints
+    centre: Floats
+    axis: Floats
+    across: Floats
+    major: Floats
+    minor: Floats
+
+    def __getitem__(self, which: Bools) -> Tori:
+        return Tori(*(values[which] for values in vars(self).values()))
+
+
+def tori(surfaces: Surfaces, row: Ints, tolerance: float) -> Tori:
+    """Those of the surfaces `row` (n,) that are, within their domains, tori as near as `tolerance` (mm).
+
+    The normals of a surface of revolution meet its axis: their Pluecker coordinates are linear in those of the axis
+    (Pottmann and Wallner, Computational Line Geometry, 2001).  A torus is one whose meridian is a circle.
+    """
+    points, normals = _grid(surfaces, row, _P.torus_side)
+    good = np.isfinite(points).all(axis=(1, 2)) & np.isfinite(normals).all(axis=(1, 2))
+    found, near = _fitted(row[good], points[good], normals[good], tolerance)
+    found, near = found[near > 0], near[near > 0]
+    if not len(found.row):
+        return found
+    points = _grid(surfaces, found.row, _P.torus_close_side)[0]
+    return found[_away(found, points) <= near]
+
+
+def _fitted(row: Ints, points: Floats, normals: Floats, tolerance: float) -> tuple[Tori, Floats]:
+    """The torus through points (n, m, 3) with unit normals, and how near it is to be (n,); 0 where it is not."""
+    middle = points.mean(axis=1, keepdims=True)
+    scale = np.maximum(np.abs(points - middle).max(axis=(1, 2), keepdims=True, initial=0), 1e-300)
+    local = (points - middle) / scale
+    lines = np.concatenate([normals, np.cross(local, normals)], axis=2)
+    moment, axis = np.split(np.linalg.svd(lines, full_matrices=False)[2][:, -1], 2, axis=1)
+    length = np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-300)
+    axis = axis / length
+    foot = np.cross(axis, moment / length)
+    height, off = _meridian(local, foot, axis)
+    system = np.stack([2 * off, 2 * height, np.ones_like(off)], axis=2)
+    major, level, rest = (np.linalg.pinv(system) @ (off**2 + height**2)[:, :, None])[:, :, 0].T
+    minor = np.sqrt(np.maximum(rest + major**2 + level**2, 0))
+    centre = foot + level[:, None] * axis
+    arm = local[:, 0] - centre
+    across = unit((arm - np.sum(arm * axis, axis=1, keepdims=True) * axis).T).T
+    size = scale[:, 0, 0]
+    found = Tori(row, centre * size[:, None] + middle[:, 0], axis, across, major * size, minor * size)
+    depth = np.linalg.svd(points - middle, compute_uv=False)[:, 2] / _P.torus_side  # root of the mean square
+    near = np.minimum(tolerance, _P.torus_share * depth)
+    whole = (_away(found, points) <= near) & (found.major > near) & (found.minor > near)
+    return found, np.where(whole, near, 0.0)
+
+
+def _away(found: Tori, points: Floats) -> Floats:
+    """Greatest distance (n,) of points (n, m, 3) from tori."""
+    height, off = _meridian(points, found.centre, found.axis)
+    return np.asarray(
+        np.abs(np.hypot(off - found.major[:, None], height) - found.minor[:, None]).max(axis=1, initial=0)
+    )
+
+
+def _grid(surfaces: Surfaces, row: Ints, side: int) -> tuple[Floats, Floats]:
+    """Points and unit normals (n, side^2, 3) of surfaces evenly over their domains."""
+    share = np.linspace(0, 1, side)
+    u0, u1, v0, v1 = (surfaces.domain[row, i, None, None] for i in range(4))
+    u, v = np.broadcast_arrays(u0 + (u1 - u0) * share[:, None], v0 + (v1 - v0) * share)
+    at = np.repeat(row, side * side)
+    place = surfaces.evaluate(at, u.ravel(), v.ravel())
+    normal = unit(np.cross(place.by_u, place.by_v).T).T
+    return place.points.reshape(-1, side * side, 3), normal.reshape(-1, side * side, 3)
+
+
+def _meridian(points: Floats, foot: Floats, axis: Floats) -> tuple[Floats, Floats]:
+    """Height (n, m) of points (n, m, 3) along axes (n, 3) over `foot` (n, 3) on them, and distance from them."""
+    arm = points - foot[:, None]
+    height = np.einsum("nmi,ni->nm", arm, axis)
+    return height, np.linalg.norm(arm - height[:, :, None] * axis[:, None], axis=2)
+
+
+# The analytic form of splines and swept surfaces, where they have one; runs in the child process of the reader.
+#
+# The kernel's recognition throws on some curves and surfaces: these are not recognised, which is no error.
+
+FRAME = tuple(f"{name}_{axis}" for name in ("origin", "axis_x", "axis_z") for axis in "xyz")
+NAN = float("nan")
+NO_FRAME: tuple[float, ...] = (NAN,) * 9
+_HUGE = 1e100
+# Names of what gives the radius, radius2 and semi-angle of analytic surfaces.
+SIZES = {
+    "plane": ("", "", ""),
+    "cylinder": ("Radius", "", ""),
+    "cone": ("RefRadius", "", "SemiAngle"),
+    "sphere": ("Radius", "", ""),
+    "torus": ("MajorRadius", "MinorRadius", ""),
+}
+
+
+def sizes_of(form: Any, names: tuple[str, ...]) -> tuple[float, ...]:
+    """Sizes of a form of the kernel by the names of its methods; NaN where there is none."""
+    return tuple(getattr(form, name)() if name else NAN for name in names)
+
+
+def frame_of(position: Any) -> tuple[float, ...]:
+    """Origin, X and Z axis of a coordinate system of the kernel."""
+    return (*position.Location().Coord(), *position.XDirection().Coord(), *position.Direction().Coord())
+
+
+def recognised_curve(edge: Any) -> tuple[str | None, tuple[float, ...], float, float]:
+    """Kind, frame and radii of the line or conic that the free-form curve of an edge is, if it is one."""
+    # The kernel sets one radius of an ellipse after the other: neither must be less than what is there.
+    line, circle, ellipse = gp_Lin(), gp_Circ(gp_Ax2(), 1.0), gp_Elips(gp_Ax2(), _HUGE, 0.0)
+    look = _recogniser(edge)
+    if look is None:
+        return None, NO_FRAME, NAN, NAN
+    if _is(look.IsLine, line):
+        return "line", (*line.Location().Coord(), *line.Direction().Coord(), NAN, NAN, NAN), NAN, NAN
+    if _is(look.IsCircle, circle):
+        return "circle", frame_of(circle.Position()), circle.Radius(), NAN
+    if _is(look.IsEllipse, ellipse):
+        return "ellipse", frame_of(ellipse.Position()), ellipse.MajorRadius(), ellipse.MinorRadius()
+    return None, NO_FRAME, NAN, NAN
+
+
+def recognised_surface(face: Any) -> tuple[str | None, tuple[float, ...], tuple[float, ...]]:
+    """Kind, frame and sizes of the analytic surface that a free-form face lies on, if there is one."""
+    look = _recogniser(face)
+    for kind, form in (("plane", gp_Pln()), ("cylinder", gp_Cylinder()), ("sphere", gp_Sphere()), ("cone", gp_Cone())):
+        if look is not None and _is(getattr(look, f"Is{kind.title()}"), form):
+            return kind, frame_of(form.Position()), sizes_of(form, SIZES[kind])
+    return None, NO_FRAME, (NAN, NAN, NAN)
+
+
+def _recogniser(shape: Any) -> Any:
+    try:
+        return ShapeAnalysis_CanonicalRecognition(shape)
+    except Exception:  # the kernel's exceptions share no base class
+        return None
+
+
+def _is(test: Callable[[float, Any], bool], form: Any) -> bool:
+    try:
+        return bool(test(_P.recognition_mm, form))
+    except Exception:
+        return False
+
+
+def on_axis(kind: str | None, found: tuple[float, ...], frame: tuple[float, ...]) -> tuple[float, ...]:
+    """The frame of a recognised surface with its origin on the axis that it is revolved about, as `frame` has it."""
+    if kind is None:
+        return frame
+    foot, axis = np.array(frame[:3]), np.array(frame[6:])
+    return *(foot + axis * (axis @ (found[:3] - foot))).tolist(), *found[3:]
+
+
+def recognise_tori(columns: Table, surfaces: Surfaces) -> None:
+    """Enter the tori that splines and surfaces of revolution are; the kernel recognises none."""
+    kinds = columns["recognised_kind"]
+    free = [row for row, kind in enumerate(kinds) if kind in ("spline", "revolution")]
+    if not free:
+        return
+    try:
+        found = tori(surfaces, np.array(free), _P.recognition_mm)
+    except np.linalg.LinAlgError:  # a decomposition that does not converge
+        return
+    for row in found.row.tolist():
+        kinds[row] = "torus"
+    columns["radius"][found.row], columns["radius2"][found.row] = found.major, found.minor
+    foot, axis = vectors(columns, "origin")[found.row], vectors(columns, "axis_z")[found.row]
+    on_axis = foot + axis * np.sum(axis * (found.centre - foot), axis=1, keepdims=True)
+    centre = np.where(np.isnan(foot), found.centre, on_axis)  # what is revolved stays on its own axis
+    for name, values in (("origin", centre), ("axis_x", found.across), ("axis_z", found.axis)):
+        for i, letter in enumerate("xyz"):
+            columns[f"{name}_{letter}"][found.row] = values[:, i]
+
+
+# Curves and surfaces of the CAD kernel as rows; runs in the child process of the reader.
 
 _CONICS = (
     ("circle", Geom_Circle, ("Radius",)),

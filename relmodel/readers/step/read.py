@@ -16,8 +16,7 @@ from pathlib import Path
 from relmodel.errors import InputError, missing_library
 from relmodel.model.model import Finding, Model, SourceFile
 from relmodel.readers.step import part21
-from relmodel.readers.step.part21_instances import Instances
-from relmodel.readers.step.part21_strings import in_utf8
+from relmodel.readers.step.part21 import Instances, in_utf8
 
 UNPACKED_LIMIT = 2 << 30
 
@@ -52,7 +51,7 @@ def read_step(path: Path) -> Model:
 def _by_kernel(content: bytes, instances: Instances, path: Path) -> Model:
     try:
         from relmodel.readers.step import document
-        from relmodel.readers.step.tessellated import NoAreaError
+        from relmodel.readers.step.triangulation import NoAreaError
     except ModuleNotFoundError as error:
         if error.name != "OCP":
             raise

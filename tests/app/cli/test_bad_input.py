@@ -20,13 +20,13 @@ from PIL import Image
 
 from relmodel.app.cli.main import main
 from relmodel.errors import StoreError
+from relmodel.names import visible
 from relmodel.readers.formats import stem_of
 from relmodel.store import Store, engine
-from relmodel.text import visible
 from relmodel.world.world_file import read_world_file
 from tests.app.cli.conftest import DEMO, Pair
 from tests.holding import held
-from vision.cameras.fields import read_yaml
+from vision.cameras.rig_file import read_yaml
 
 Given = dict[str, Any]
 

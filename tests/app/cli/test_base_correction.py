@@ -25,7 +25,7 @@ from relmodel.world.kinematics import mount_of_rig
 from tests.app.cli.conftest import DEMO, Inspection, Pair, inspected
 from tests.app.cli.slider import BASE, TRAVEL, carriage, carriage_from_rig, write_world
 from vision.cameras.files import read_rig
-from vision.cameras.record_cameras import find_rig
+from vision.cameras.record import find_rig
 from vision.inspection.demonstration import read_truth
 
 Array = npt.NDArray[np.float64]

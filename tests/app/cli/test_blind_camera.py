@@ -17,7 +17,7 @@ from relmodel.store import Store
 from tests.app.cli.conftest import DEMO, Inspection, Pair, halve, inspected
 from vision.cameras.images import read_picture
 from vision.inspection.demonstration import measure_pose_error, read_truth
-from vision.inspection.quality import measure_blur
+from vision.inspection.pictures import measure_blur
 
 QUALITY = sa.text("SELECT * FROM inspection_image WHERE run_id = :run")
 

@@ -15,7 +15,7 @@ import relmodel
 from relmodel.app.cli.main import main
 from relmodel.errors import InputError, UsageError
 from tests.app.cli.conftest import DEMO, Inspection, Pair, halve, inspected
-from vision.cameras.rig_pictures import pictures_as_files
+from vision.cameras.images import pictures_as_files
 from vision.inspection.demonstration import measure_pose_error, read_truth
 
 

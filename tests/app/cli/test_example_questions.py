@@ -17,11 +17,11 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.geometry.transforms import matrices
-from relmodel.model.stored_samples import spread_samples
+from relmodel.model.measures import spread_samples
 from relmodel.resources import resource_dir
 from relmodel.store import Store, sql
 from relmodel.store.ask import ask
-from relmodel.variants.compare_variants import compare
+from relmodel.variants.compare import compare
 from tests.app.cli.conftest import Inspection, Pair
 from tests.app.cli.slider import BASE
 from tests.reading import load

@@ -12,7 +12,7 @@ from PIL import Image
 from relmodel.app.cli.main import main
 from relmodel.store import Store
 from vision.cameras.images import read_picture
-from vision.extraction.pictures import STAGES
+from vision.extraction.extract import STAGES
 
 
 @pytest.fixture

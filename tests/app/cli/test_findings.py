@@ -12,11 +12,10 @@ import pytest
 import sqlalchemy as sa
 
 import relmodel
-from relmodel.app.audit.newest import newest_inspection
-from relmodel.app.audit.prune import Pruning, prune
+from relmodel.app.audit import Pruning, newest_inspection, prune
 from relmodel.app.cli.main import main
 from relmodel.app.decide import decide
-from relmodel.columns import Ragged
+from relmodel.arrays import Ragged
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store

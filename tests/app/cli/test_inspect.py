@@ -16,9 +16,9 @@ import sqlalchemy as sa
 from PIL import Image
 
 from relmodel.app.cli.main import main
+from relmodel.resources import user_name
 from relmodel.store import Store
-from relmodel.user import user_name
-from relmodel.world.correction import Carrier
+from relmodel.world.kinematics import Carrier
 from tests.app.cli.conftest import DEMO, Inspection, Pair, inspected
 from vision.inspection import locate as locate_module
 from vision.inspection import pictures

@@ -11,7 +11,7 @@ import pytest
 
 from relmodel.app.cli.main import main
 from relmodel.store import Store
-from relmodel.variants.compare_variants import compare
+from relmodel.variants.compare import compare
 from tests.app.cli.conftest import DEMO, Inspection, Pair
 from tests.json_schema import violations
 from tests.reading import load

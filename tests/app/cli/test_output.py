@@ -21,7 +21,7 @@ import pytest
 import trimesh
 
 from relmodel.app.cli.main import main
-from relmodel.app.export.tables import write_tables
+from relmodel.app.export import write_tables
 from relmodel.app.report.page import script_json
 from relmodel.errors import missing_library
 from relmodel.loading.load import load

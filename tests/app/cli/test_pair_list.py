@@ -12,13 +12,13 @@ import yaml
 
 import relmodel
 from relmodel.app.cli.main import main
-from relmodel.app.cli.pair_list import read_pairs, worst
+from relmodel.app.cli.options import read_pairs, worst
 from relmodel.errors import InputError
 from relmodel.store import Store
 from tests.app.cli.conftest import Inspection, Pair
 from tests.app.cli.slider import write_world
 from tests.app.cli.test_inspect import compared
-from vision.scene.stored_scene import read_scene
+from vision.scene import read_scene
 
 VARYING = {"run", "timings_s"}
 
@@ -168,5 +168,5 @@ def count_scenes(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         worlds.append(given[2])
         return read_scene(*given)
 
-    monkeypatch.setattr("vision.scene.kept_scenes.read_scene", reading)
+    monkeypatch.setattr("vision.scene.read_scene", reading)
     return worlds

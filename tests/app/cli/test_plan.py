@@ -12,16 +12,15 @@ import sqlalchemy as sa
 
 import relmodel
 from relmodel.app.cli.main import main
-from relmodel.app.cli.pair_list import read_pairs
+from relmodel.app.cli.options import read_pairs
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from tests.app.cli.conftest import Inspection, Pair
 from tests.app.cli.slider import BASE, carriage, carriage_from_rig
 from tests.app.cli.test_findings import stop
 from vision.cameras.files import read_needs, read_prior, read_rig
-from vision.planning.plan import LEAST_PX, Wanted, _items, _left
-from vision.planning.predict import predict_distinct_px
-from vision.scene.stored_scene import read_scene
+from vision.planning import LEAST_PX, Wanted, _items, _left, predict_distinct_px
+from vision.scene import read_scene
 
 DECIDED = ("confirmed", "changed", "contradicted")
 

@@ -21,7 +21,7 @@ from PIL import Image
 from relmodel.app.cli.main import main
 from relmodel.app.cli.verbs.inspect import print_answer
 from relmodel.app.notebook import PicturedInspection
-from relmodel.drawing.colours import STATES
+from relmodel.drawing.draw import STATES
 from relmodel.loading.load import load
 from relmodel.resources import resource_dir
 from relmodel.store import Store
@@ -30,7 +30,7 @@ from tests.app.cli.conftest import DEMO, Inspection, halve, inspected
 from tests.app.cli.test_serve import rows, serving
 from tests.pages import Page
 from vision.inspection import inspection
-from vision.inspection.outcome import read_outcome
+from vision.inspection.inspection import read_outcome
 from vision.presence.presence_parameters import DEFAULTS
 
 Answer = dict[str, Any]

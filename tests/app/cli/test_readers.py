@@ -10,12 +10,12 @@ import duckdb
 import pytest
 
 from relmodel.app.cli.main import main
-from relmodel.store import Store, access, engine
+from relmodel.store import Store, engine
 from tests.app.cli.conftest import Inspection, Pair, inspected
 from tests.app.cli.test_progress import calls
 from tests.holding import Holder, held
 from vision.inspection import pictures
-from vision.presence.assess import assess
+from vision.presence.states import assess
 
 __all__ = ["calls"]
 
@@ -26,7 +26,7 @@ COMMON = "COLUMNS(c -> c NOT IN ('began_at', 'happened_at', 'seconds', 'process'
 @pytest.fixture
 def store(bulkhead_template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """A copy of the store in which the bulkhead is placed; nobody waits for who reads it."""
-    monkeypatch.setattr(access, "READERS_S", 0.0)
+    monkeypatch.setattr(engine, "READERS_S", 0.0)
     shutil.copy(f"{bulkhead_template}.journal", tmp_path / "cell.duckdb.journal")
     return str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
 
@@ -111,7 +111,7 @@ def test_a_writer_costs_an_inspection_nothing_but_time(
 def test_a_reader_is_no_reason_to_refuse_a_verb(
     calls: dict[str, list[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(access, "READERS_S", 0.0)
+    monkeypatch.setattr(engine, "READERS_S", 0.0)
     store = str(tmp_path / "cell.duckdb")
     more = ("init", "set box batch 7 --variant A", "prune runs --state killed --yes")
     for call in (*calls.values(), *([*words.split(), "--store", store] for words in more)):

@@ -18,7 +18,7 @@ import pytest
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
-from relmodel.app.audit.newest import newest_inspection
+from relmodel.app.audit import newest_inspection
 from relmodel.app.cli.main import main
 from relmodel.app.report.pictures import pose_matrix, pose_spread
 from relmodel.errors import UsageError
@@ -29,7 +29,7 @@ from tests.app.cli.conftest import Inspection, Pair
 from tests.browser import COVERED, Browser, browser
 from tests.pages import Page, data_of
 from vision.cameras.files import read_rig
-from vision.scene.stored_scene import read_scene
+from vision.scene import read_scene
 
 EVIL = """</script></title></style><img src=x onerror="window.hacked=1">'"`<!--&amp;\x1b[31m"""
 

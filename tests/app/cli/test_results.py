@@ -20,8 +20,7 @@ import pytest
 
 import relmodel
 from relmodel.app.cli.main import main
-from relmodel.app.export.qif import write_qif
-from relmodel.app.export.results import read_results
+from relmodel.app.export import read_results, write_qif
 from relmodel.arrays import Floats
 from relmodel.store import Store, sql
 from tests.app.cli.conftest import Inspection

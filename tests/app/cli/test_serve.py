@@ -23,10 +23,9 @@ import sqlalchemy as sa
 from PIL import Image
 
 from relmodel.app.cli.main import main
-from relmodel.app.serve.limits import StoppedError, only_reading
-from relmodel.app.serve.questions import PLOTS, question_names, read_question
-from relmodel.app.serve.server import Server
-from relmodel.app.show.tree import read_tree
+from relmodel.app.serve.pages import PLOTS, question_names, read_question
+from relmodel.app.serve.server import Server, StoppedError, only_reading
+from relmodel.app.tree import read_tree
 from relmodel.errors import StoreError, UsageError
 from relmodel.find.find import find_rows
 from relmodel.find.volumes import Box
@@ -561,7 +560,7 @@ def test_a_page_that_takes_too_long_is_stopped(server: Server) -> None:
 def test_a_statement_that_does_not_heed_the_limit_is_told_of(
     duckdb_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("relmodel.app.serve.limits.GRACE_S", 0.0)
+    monkeypatch.setattr("relmodel.app.serve.server.GRACE_S", 0.0)
     unheeding = "SELECT sum(levenshtein(repeat('a', 10000 + i::INT), repeat('b', 10000))) FROM range(3) AS t(i)"
     told: list[str] = []
     with (

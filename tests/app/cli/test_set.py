@@ -14,11 +14,11 @@ import sqlalchemy as sa
 
 from relmodel.app.cli.main import main
 from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Pmi, Shape
-from relmodel.readers import primitives
+from relmodel.names import visible
+from relmodel.readers import urdf
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.store.check import check
-from relmodel.text import visible
 from relmodel.world import place_world
 from tests.reading import store_model
 from tests.synthetic_model import write_world
@@ -28,7 +28,7 @@ LB = 0.45359237  # kg, by definition
 
 def labelled_box() -> Shape:
     """A box of 100 x 200 x 50 mm, two of its faces red, one on a layer, and an edge with a name."""
-    shape = primitives.box(np.array([100.0, 200.0, 50.0]))
+    shape = urdf.box(np.array([100.0, 200.0, 50.0]))
     labels = {"colour": ["#ff0000", None, "#ff0000", None, None, None], "layer": [None, "mating", *[None] * 4]}
     names = {"name": ["datum edge", *[None] * (len(shape.arcs["kind"]) - 1)]}
     return replace(shape, surfaces=shape.surfaces | labels, arcs=shape.arcs | names)
@@ -47,7 +47,7 @@ def filled(store: Store, density: float = 2.7, variant: str = "A") -> None:
         surfaces=((3, "feature"),),
     )
     box = Part("BOX-1", "box", 0, "Al 7075", "#0000ff", tuple(stated), (flat,))
-    shapes = (labelled_box(), primitives.cylinder(5.0, 40.0))
+    shapes = (labelled_box(), urdf.cylinder(5.0, 40.0))
     aside = np.eye(4)
     aside[0, 3] = 300
     placed = [Instance("left", "part", 0, np.eye(4)), Instance("right", "part", 0, aside)]

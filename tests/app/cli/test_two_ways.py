@@ -11,7 +11,7 @@ from pathlib import Path
 import sqlalchemy as sa
 
 from relmodel.store import Store
-from relmodel.store.digests import read_rows
+from relmodel.store.runs import read_rows
 from tests.app.cli.conftest import Inspection, Pair
 
 SCRIPT = """

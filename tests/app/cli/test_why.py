@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 
-from relmodel.app.audit.compare_runs import Difference, compare_runs
-from relmodel.app.audit.why import explain_arc, explain_feature, explain_pose, explain_verdict
+from relmodel.app.audit import Difference, compare_runs, explain_arc, explain_feature, explain_pose, explain_verdict
 from relmodel.app.cli.main import main
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import rotation_matrix

@@ -24,16 +24,15 @@ from tests.app.cli.conftest import DEMO, Inspection, Pair, halve, inspected
 from tests.app.cli.slider import BASE
 from tests.json_schema import violations
 from tests.reading import load
-from vision.cameras.record_cameras import read_recorded_rig
-from vision.constellations.circles import Circles, Relations
+from vision.cameras.record import read_recorded_rig
 from vision.constellations.constellation_parameters import JoinParameters
-from vision.constellations.find_poses import find_poses
-from vision.constellations.find_poses_of_one_picture import find_poses_of_one_picture
-from vision.extraction.record_extraction import read_primitives
+from vision.constellations.elements import Circles, Relations
+from vision.constellations.find_poses import find_poses, find_poses_of_one_picture
+from vision.extraction.rows import read_primitives
 from vision.inspection.demonstration import measure_pose_error, read_truth
 from vision.localisation.hypotheses import Candidates
-from vision.scene.stored_scene import read_scene
-from vision.stereo.record_stereo import read_triangulated
+from vision.scene import read_scene
+from vision.stereo.match import read_triangulated
 
 CHECKOUT = Path(__file__).parents[3]
 

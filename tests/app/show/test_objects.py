@@ -16,7 +16,7 @@ import trimesh
 from PIL import Image
 
 from relmodel.app.cli.main import main
-from relmodel.drawing.colours import KINDS as COLOURS
+from relmodel.drawing.draw import KINDS as COLOURS
 from relmodel.model.model import Assembly, Instance, Model, Part
 from relmodel.readers.mesh.shape import shape_from_triangles
 from relmodel.store import Store

@@ -18,10 +18,9 @@ from scipy.spatial import cKDTree
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from tests.vision.cameras.test_cameras import rig_data, write
-from vision.cameras.bits import BITS
 from vision.cameras.cameras import Camera, Rig
 from vision.cameras.files import read_rig, write_rig
-from vision.cameras.images import describe_reading, read_mask, read_picture, read_pictures
+from vision.cameras.images import BITS, describe_reading, read_mask, read_picture, read_pictures
 from vision.extraction.extract import extract
 from vision.extraction.rows import make_primitives
 

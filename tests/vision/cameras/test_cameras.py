@@ -18,7 +18,7 @@ from relmodel.geometry.transforms import rotation_matrix, rotation_vector, skew
 from relmodel.store import Run, Store
 from vision.cameras.cameras import CalibrationSigma, Camera, Needs, Rig, perturb, perturbation
 from vision.cameras.files import parse_needs, read_needs, read_prior, read_rig
-from vision.cameras.record_cameras import find_rig, record_rig
+from vision.cameras.record import find_rig, record_rig
 
 MATRIX = np.array([[800.0, 0, 310], [0, 790, 245], [0, 0, 1]])
 COEFFICIENTS = [-0.2, 0.08, 0.001, -0.002, 0.01, 0.05, -0.02, 0.003, 0.001, -0.0005, 0.0004, 0.0002, 0.01, -0.02]

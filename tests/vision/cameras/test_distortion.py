@@ -11,10 +11,10 @@ import pytest
 
 from relmodel.arrays import Floats
 from tests.vision.cameras.test_cameras import COEFFICIENTS, MATRIX
-from vision.cameras import distortion
+from vision.cameras import cameras
 from vision.cameras.cameras import Camera
-from vision.extraction.primitives import Primitives
-from vision.localisation.evidence import collect_edge_points
+from vision.extraction.rows import Primitives
+from vision.localisation.hypotheses import collect_edge_points
 
 SKEWED = np.array([[800.0, 3, 310], [0, 790, 245], [0, 0, 1]])
 
@@ -28,7 +28,7 @@ def directions() -> Floats:
 def test_places_and_derivatives_are_those_of_opencv(count: int, directions: Floats) -> None:
     coefficients, zero = np.array(COEFFICIENTS[:count]), np.zeros(3)
     points = np.column_stack([directions, np.ones(400)])
-    seen, slope = distortion.distort(directions, coefficients)
+    seen, slope = cameras.distort(directions, coefficients)
     wanted, derivatives = cv2.projectPoints(points, zero, zero, np.eye(3), coefficients)
     np.testing.assert_allclose(seen, wanted.reshape(-1, 2), atol=1e-14)
     # At depth 1 a step of the camera aside is one of the direction: columns 3 and 4, after three of rotation.
@@ -39,18 +39,18 @@ def test_places_and_derivatives_are_those_of_opencv(count: int, directions: Floa
 def test_derivatives_are_differences(count: int, directions: Floats) -> None:
     coefficients, h = np.array(COEFFICIENTS[:count]), 1e-5
     ahead, back = (
-        np.stack([distortion.distort(directions + side * step, coefficients)[0] for step in h * np.eye(2)], axis=2)
+        np.stack([cameras.distort(directions + side * step, coefficients)[0] for step in h * np.eye(2)], axis=2)
         for side in (1, -1)
     )
-    slope = distortion.distort(directions, coefficients)[1]
+    slope = cameras.distort(directions, coefficients)[1]
     np.testing.assert_allclose(slope, (ahead - back) / (2 * h), atol=1e-9)
 
 
 @pytest.mark.parametrize("count", [0, 4, 5, 8, 12, 14])
 def test_undistort_inverts_distort_as_opencv_does(count: int, directions: Floats) -> None:
     coefficients = np.array(COEFFICIENTS[:count])
-    seen, slope = distortion.distort(directions, coefficients)
-    found, at = distortion.undistort(seen, coefficients)
+    seen, slope = cameras.distort(directions, coefficients)
+    found, at = cameras.undistort(seen, coefficients)
     np.testing.assert_allclose(found, directions, atol=1e-12)
     np.testing.assert_allclose(at, slope, atol=1e-9)
     limit = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 200, 1e-14)

@@ -15,7 +15,7 @@ from PIL import Image
 from sqlalchemy import text
 
 from relmodel.app.cli.main import main
-from relmodel.drawing.images import read_image
+from relmodel.drawing.draw import read_image
 from relmodel.errors import InputError
 from relmodel.store import Store
 from vision.cameras.cameras import Camera

@@ -14,15 +14,18 @@ from relmodel.store import Run, Store
 from tests.find.test_find import PLACES, Oracle, fill
 from tests.find.test_sql_clients import rows_of
 from tests.synthetic_model import SyntheticModel
-from vision.cameras.cameras import Camera, Prior, Rig, perturb
-from vision.cameras.record_cameras import record_rig
-from vision.cameras.view_volume import (
+from vision.cameras.cameras import (
+    Camera,
+    Prior,
+    Rig,
     SelectionParameters,
     build_view_volume,
+    perturb,
     probabilities_in_view,
     sample_poses,
     select_in_view,
 )
+from vision.cameras.record import record_rig
 
 MATRIX = np.array([[420.0, 0.3, 310], [0, 425, 252], [0, 0, 1]])
 NEAR, FAR = 60.0, 900.0

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Floats
-from relmodel.features.circle_relations import DEFAULTS as CIRCLES
-from relmodel.features.circle_relations import classify, relate
+from relmodel.features.holes import CIRCLE_DEFAULTS as CIRCLES
+from relmodel.features.holes import classify, relate
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
-from vision.constellations.circles import Circles, read_circles
 from vision.constellations.constellation_parameters import JoinParameters
-from vision.constellations.join import JoinedPairs, join_pairs, solve_poses
+from vision.constellations.elements import Circles, read_circles
+from vision.constellations.find_poses import JoinedPairs, join_pairs, solve_poses
 
 OBJECT = 7
 

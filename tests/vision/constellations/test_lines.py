@@ -10,7 +10,7 @@ from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from vision.constellations.constellation_parameters import LineParameters
-from vision.constellations.lines import Lines, join_lines, relate_lines, solve_line_poses
+from vision.constellations.elements import Lines, join_lines, relate_lines, solve_line_poses
 
 EVERY = LineParameters(most_of_relation=10**6, most=10**6)
 ROTATION, SHIFT = rotation_matrix(np.array([0.4, -0.7, 1.1])), np.array([30.0, -20.0, 600.0])

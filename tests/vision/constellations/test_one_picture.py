@@ -11,21 +11,26 @@ from typing import cast
 import numpy as np
 import pytest
 
-from relmodel.arrays import Floats
-from relmodel.columns import Columns
-from relmodel.features.circle_relations import DEFAULTS as CIRCLES
-from relmodel.features.circle_relations import classify
+from relmodel.arrays import Columns, Floats
+from relmodel.features.holes import CIRCLE_DEFAULTS as CIRCLES
+from relmodel.features.holes import classify
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from tests.vision.constellations.test_join import OBJECT, circles, keep, moved
 from vision.cameras.cameras import Camera
-from vision.constellations.circles import Circles
-from vision.constellations.circles_of_ellipses import PictureEllipses, find_circles, find_ellipses
 from vision.constellations.constellation_parameters import EllipseParameters, OnePictureParameters
-from vision.constellations.ellipse_fit import EllipseFit, to_matrices, to_rows
-from vision.constellations.find_poses_of_one_picture import join_ellipses
+from vision.constellations.elements import (
+    Circles,
+    EllipseFit,
+    PictureEllipses,
+    find_circles,
+    find_ellipses,
+    to_matrices,
+    to_rows,
+)
+from vision.constellations.find_poses import join_ellipses
 from vision.extraction.arcs import ELLIPTIC
-from vision.extraction.primitives import Primitives
+from vision.extraction.rows import Primitives
 
 MATRIX = np.array([[1500.0, 0, 640], [0, 1510.0, 480], [0, 0, 1]])
 CAMERA = Camera(1280, 960, MATRIX)

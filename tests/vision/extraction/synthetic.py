@@ -6,8 +6,8 @@ from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr, owens_t
 
 from relmodel.arrays import Floats
+from vision.extraction.chains import Chains, link
 from vision.extraction.edges import EdgeElements
-from vision.extraction.linking import Chains, link
 
 # Layouts of `sectors`: rays (degrees), greys from each on to the next; the steps are 50 to 150 high.
 JUNCTIONS = {

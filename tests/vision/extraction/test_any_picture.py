@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Floats
-from vision.cameras import distortion
+from vision.cameras import cameras
 from vision.extraction import arcs as module
 from vision.extraction.arcs import CIRCULAR, LINE, Arcs
+from vision.extraction.chains import Chains
 from vision.extraction.edges import EdgeElements
 from vision.extraction.extract import extract
-from vision.extraction.linking import Chains
-from vision.extraction.refined_polylines import compute_curvature_bias
+from vision.extraction.fits import compute_curvature_bias
 from vision.extraction.rows import make_rows
 from vision.extraction.segmentation import fit_arcs
 
@@ -91,7 +91,7 @@ def test_pictures_of_edges_of_any_radius_and_noise(radius: float) -> None:
 @pytest.mark.parametrize("noise", [0.0, 6.0])
 def test_a_board_through_any_lens(k: float, noise: float) -> None:
     y, x = np.mgrid[:360, :480].astype(float)
-    plain = distortion.place(np.column_stack([x.ravel() - 240, y.ravel() - 180]) / 400, np.array([k, 0.0, 0, 0]))
+    plain = cameras.place(np.column_stack([x.ravel() - 240, y.ravel() - 180]) / 400, np.array([k, 0.0, 0, 0]))
     board = ((np.floor(plain * 9).sum(axis=1) % 2) * 120 + 60).reshape(360, 480)
     found = extract(board + np.random.default_rng(1).normal(0, noise, board.shape))
     make_rows(found)

@@ -8,10 +8,10 @@ from scipy.special import ndtr
 from relmodel.arrays import Floats
 from tests.vision.extraction.synthetic import disc, linked, render, step
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE, Arcs, measure_arcs
+from vision.extraction.chains import Chains, fill_gaps
 from vision.extraction.edges import detect_edges
-from vision.extraction.ellipses import fit_ellipses
 from vision.extraction.extract import extract
-from vision.extraction.linking import Chains, fill_gaps
+from vision.extraction.fits import fit_ellipses
 from vision.extraction.segmentation import fit_arcs
 
 ANGLES = np.deg2rad([0, 15, 45, 70, 100, 213, 300])

@@ -5,10 +5,9 @@ import pytest
 
 from relmodel.errors import InputError
 from tests.vision.extraction.synthetic import disc, step
-from vision.extraction.edges import detect_edges
+from vision.extraction.edges import detect_edges, estimate_noise
 from vision.extraction.extract import extract
 from vision.extraction.extraction_parameters import EdgeParameters
-from vision.extraction.noise import estimate_noise
 
 ANGLES = np.deg2rad([0, 10, 22.5, 33, 45, 60, 80, 90, 135, 200, 290])
 

@@ -5,8 +5,8 @@ import pytest
 
 from relmodel.arrays import Floats, Floats32
 from relmodel.errors import UsageError
-from vision.extraction import facets
-from vision.extraction.facets import MOMENTS, gaussian_kernels, in_bands
+from vision.extraction import edges
+from vision.extraction.edges import MOMENTS, gaussian_kernels, in_bands
 
 
 def least_squares(window: Floats, sigma: float) -> Floats:
@@ -46,11 +46,11 @@ def test_covariance_is_that_of_white_noise() -> None:
 
 @pytest.mark.parametrize("band", [40, 1000, 1 << 15])
 def test_moments_of_bands_are_those_of_the_picture(band: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(facets, "_BAND", band)
+    monkeypatch.setattr(edges, "_BAND", band)
     image, kernels = np.random.default_rng(3).uniform(-20, 280, (53, 37)), gaussian_kernels(1.4)
     curve = np.linspace(1.0, 2.0, 256)
     order = [
-        facets.MOMENTS.index(pair)
+        edges.MOMENTS.index(pair)
         for pair in ((0, 0), (0, 1), (0, 2), (0, 3), (1, 0), (1, 1), (1, 2), (2, 0), (2, 1), (3, 0))
     ]
 

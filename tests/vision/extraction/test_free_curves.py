@@ -9,13 +9,12 @@ from scipy.special import ndtr
 from relmodel.arrays import Floats
 from tests.vision.extraction.synthetic import linked
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, LINE, Arcs, measure_arcs
+from vision.extraction.chains import fill_gaps
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.extraction_parameters import FittingParameters, JunctionParameters
-from vision.extraction.free_curves import fit_free_curves
-from vision.extraction.linking import fill_gaps
-from vision.extraction.osculating_circles import find_osculating_circles
-from vision.extraction.refined_polylines import Deviations
+from vision.extraction.fits import Deviations, fit_free_curves
+from vision.extraction.junction_candidates import find_osculating_circles
 
 _HIGH, _LONG, _MIDDLE = 6.0, 70.0, 35.0
 

@@ -7,12 +7,11 @@ from scipy.ndimage import gaussian_filter
 from relmodel.arrays import Floats
 from tests.vision.extraction.synthetic import JUNCTIONS, linked, render, sectors
 from vision.extraction.arcs import CIRCULAR, LINE, Arcs
+from vision.extraction.chains import fill_gaps
 from vision.extraction.edges import detect_edges
-from vision.extraction.end_points import snap_end_points, snap_polylines
 from vision.extraction.extract import extract
-from vision.extraction.junctions import KINDS, Junctions, find_junctions
-from vision.extraction.linking import fill_gaps
-from vision.extraction.meetings import END, INTERIOR, START
+from vision.extraction.junction_candidates import END, INTERIOR, START
+from vision.extraction.junctions import KINDS, Junctions, find_junctions, snap_end_points, snap_polylines
 from vision.extraction.segmentation import fit_arcs
 
 _SEEDS = 10

@@ -9,7 +9,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from vision.extraction.linking import find_pairs_within, interpolate_grey, label_components
+from vision.extraction.chains import find_pairs_within, interpolate_grey, label_components
 
 
 @pytest.mark.parametrize("size", [(0, 40, 10), (1, 40, 10), (400, 300, 20), (400, 20, 300), (300, 0, 50)])

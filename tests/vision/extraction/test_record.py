@@ -16,12 +16,11 @@ from relmodel.store.runs import Run
 from relmodel.store.store import Store
 from tests.vision.extraction.synthetic import disc, sectors
 from vision.cameras.images import Picture
-from vision.cameras.record_cameras import record_picture
+from vision.cameras.record import record_picture
 from vision.extraction.arcs import FREE
 from vision.extraction.extract import extract
 from vision.extraction.extraction_parameters import ExtractionParameters
-from vision.extraction.record_extraction import content_key, record_extraction
-from vision.extraction.rows import make_rows
+from vision.extraction.rows import content_key, make_rows, record_extraction
 
 MEGABYTE = 1_000_000
 

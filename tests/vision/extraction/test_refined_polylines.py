@@ -8,9 +8,9 @@ from scipy.special import erf
 from relmodel.arrays import Floats
 from tests.vision.extraction.synthetic import disc, step
 from vision.extraction.arcs import Arcs
-from vision.extraction.ellipses import Ellipses
 from vision.extraction.extract import extract
-from vision.extraction.refined_polylines import (
+from vision.extraction.fits import (
+    Ellipses,
     compute_curvature_bias,
     measure_from_circles,
     measure_from_ellipses,

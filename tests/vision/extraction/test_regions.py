@@ -13,12 +13,11 @@ from relmodel.arrays import Bools, Floats, Ints, Ints32
 from tests.vision.extraction.synthetic import disc, linked, render
 from vision.extraction import region_kernels
 from vision.extraction.arcs import LINE
-from vision.extraction.edge_mask import draw_edge_mask
+from vision.extraction.chains import fill_gaps, link
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.junctions import find_junctions
-from vision.extraction.linking import fill_gaps, link
-from vision.extraction.regions import find_leak_proof_regions, find_plain_regions, sum_borders
+from vision.extraction.regions import draw_edge_mask, find_leak_proof_regions, find_plain_regions, sum_borders
 from vision.extraction.segmentation import fit_arcs
 
 

@@ -6,10 +6,9 @@ from scipy.stats import chi2
 
 from relmodel.arrays import Floats
 from tests.vision.extraction.synthetic import step
+from vision.extraction.chains import compute_false_alarm_terms, compute_significance, link
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
-from vision.extraction.linking import link
-from vision.extraction.significance import compute_false_alarm_terms, compute_significance
 
 
 def streaks(shape: tuple[int, int], strength: float, seed: int = 3) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 
 from relmodel.arrays import Bytes, Floats, Floats32, Ints
 from vision.cameras.cameras import Camera, Prior, Rig, perturb
-from vision.scene.scene import Scene
+from vision.scene import Scene
 
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 

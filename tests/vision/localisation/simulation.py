@@ -9,12 +9,11 @@ import numpy as np
 from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, blocks, off, stereo_rig
 from vision.cameras.cameras import CalibrationSigma, Rig, perturb, perturbation
-from vision.localisation.evidence import EdgePoints
-from vision.localisation.hypotheses import build_fine_evidence
+from vision.localisation.hypotheses import EdgePoints, build_fine_evidence
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.refine import Refined, refine
 from vision.localisation.visibility import find_visible_arcs
-from vision.scene.scene import Scene
+from vision.scene import Scene
 
 NOISE_PX = 0.1
 

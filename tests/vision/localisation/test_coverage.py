@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from vision.cameras.cameras import Camera
-from vision.localisation.coverage import map_surfaces, measure_coverage
-from vision.scene.scene import Scene
+from vision.localisation.visibility import map_surfaces, measure_coverage
+from vision.scene import Scene
 
 CAMERA = Camera(640, 480, np.array([[500.0, 0, 319.5], [0, 500.0, 239.5], [0, 0, 1]]))
 

@@ -9,7 +9,6 @@ import pytest
 
 from tests.vision.localisation.scenes import above, blocks, stereo_rig
 from tests.vision.localisation.test_refine import exact_edges
-from vision.localisation.elsewhere import Chance, draw_elsewhere, gather_elsewhere
 from vision.localisation.hypotheses import (
     build_fine_evidence,
     gather_evidence,
@@ -20,6 +19,7 @@ from vision.localisation.hypotheses import (
 )
 from vision.localisation.localisation_parameters import DEFAULTS, ElsewhereParameters
 from vision.localisation.support import mix_over_arcs
+from vision.localisation.verdict import Chance, draw_elsewhere, gather_elsewhere
 
 P = DEFAULTS.elsewhere
 

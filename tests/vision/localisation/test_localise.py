@@ -22,11 +22,10 @@ from tests.vision.localisation.scenes import (
 )
 from vision.cameras.cameras import Camera, Prior, Rig, perturbation
 from vision.extraction.extract import extract
-from vision.extraction.primitives import Primitives
-from vision.extraction.rows import make_primitives
+from vision.extraction.rows import Primitives, make_primitives
 from vision.localisation.localise import Localisation, localise
-from vision.localisation.observation import Observation
-from vision.scene.scene import Scene
+from vision.localisation.views import Observation
+from vision.scene import Scene
 
 
 @cache

@@ -11,8 +11,8 @@ from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, box_scene, stereo_rig
 from vision.cameras.cameras import Camera, Rig, perturb
 from vision.localisation.localisation_parameters import DEFAULTS
-from vision.localisation.outlines import Outlines, lay_grey_grids, measure_outlines
-from vision.scene.scene import Scene
+from vision.localisation.support import Outlines, lay_grey_grids, measure_outlines
+from vision.scene import Scene
 
 SIZE = np.array([120.0, 80, 50])
 STRIPE_MM = 6.0

@@ -12,10 +12,9 @@ from relmodel.geometry.transforms import skew
 from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig
 from tests.vision.localisation.simulation import Errors, simulate
 from vision.cameras.cameras import CalibrationSigma, Needs, Prior, Rig, perturb, perturbation
-from vision.localisation.calibration import describe_unknowns
-from vision.localisation.elsewhere import Chance, Elsewhere
-from vision.localisation.evidence import EdgePoints, build_evidence
 from vision.localisation.hypotheses import (
+    EdgePoints,
+    build_evidence,
     build_fine_evidence,
     look_up_evidence,
     predict,
@@ -23,11 +22,11 @@ from vision.localisation.hypotheses import (
     project_with_jacobians,
 )
 from vision.localisation.localisation_parameters import DEFAULTS
-from vision.localisation.measurements import EdgeIndex
+from vision.localisation.measurements import EdgeIndex, describe_unknowns
 from vision.localisation.refine import Fit, Refined, refine, refine_without_arcs
-from vision.localisation.verdict import compute_precision, decide
+from vision.localisation.verdict import Chance, Elsewhere, compute_precision, decide
 from vision.localisation.visibility import find_visible_arcs
-from vision.scene.scene import Scene
+from vision.scene import Scene
 
 SIGMA = 0.1
 

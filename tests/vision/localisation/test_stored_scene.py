@@ -14,7 +14,7 @@ from tests.parts.step_parts import write_product
 from tests.reading import load
 from tests.vision.localisation.test_visibility import CAMERA, looking
 from vision.localisation.visibility import find_visible_arcs
-from vision.scene.stored_scene import read_scene
+from vision.scene import read_scene
 
 
 def test_the_free_edges_of_a_step_sheet_are_seen_from_both_sides(fresh_store: str, tmp_path: Path) -> None:

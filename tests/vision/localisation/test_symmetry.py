@@ -10,8 +10,8 @@ from relmodel.geometry.transforms import rotation_matrix
 from tests.vision.localisation.scenes import box_scene
 from vision.cameras.cameras import perturb
 from vision.localisation.localisation_parameters import SymmetryParameters
-from vision.localisation.symmetry import complete_group, find_symmetries
-from vision.scene.scene import Scene
+from vision.localisation.localise import complete_group, find_symmetries
+from vision.scene import Scene
 
 P = SymmetryParameters()
 

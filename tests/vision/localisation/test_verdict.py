@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from vision.cameras.cameras import Needs
-from vision.localisation.elsewhere import Chance
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.verdict import (
     CameraSupport,
+    Chance,
     HypothesisTable,
     PoseEvidence,
     compute_disagreement,

@@ -13,9 +13,9 @@ from relmodel.arrays import Floats
 from relmodel.readers.mesh.shape import shape_from_triangles
 from tests.vision.localisation.scenes import box_scene, bulkhead, bulkhead_rig
 from vision.cameras.cameras import Camera
-from vision.localisation.alternatives import describe_arc_shapes, find_displacements
+from vision.localisation.localise import describe_arc_shapes, find_displacements
 from vision.localisation.visibility import find_silhouettes, find_visible_arcs
-from vision.scene.scene import Scene
+from vision.scene import Scene
 
 CAMERA = Camera(640, 480, np.array([[600.0, 0, 320], [0, 600, 240], [0, 0, 1]]))
 

@@ -15,19 +15,30 @@ import pytest
 from relmodel.arrays import Floats
 from relmodel.errors import UsageError
 from relmodel.find.find import world_named
-from relmodel.geometry.joints import Joint, JointTree
+from relmodel.geometry.transforms import Joint, JointTree
 from relmodel.store import Store
 from relmodel.world.kinematics import MountedRig
 from relmodel.world.placement import place_world
 from tests.parts.step_parts import write_product
 from tests.reading import load
 from vision.cameras.cameras import Camera, Rig, perturb
-from vision.planning.grid import Floor, Grid, find_table, lay_grid, usual_distance
-from vision.planning.plan import Wanted, _items, _left, choose_views, plan_views
-from vision.planning.predict import predict_distinct_px
-from vision.planning.reach import reach, reaches_any_pose, spread_joints
-from vision.scene.scene import Scene
-from vision.scene.stored_scene import read_scene
+from vision.planning import (
+    Floor,
+    Grid,
+    Wanted,
+    _items,
+    _left,
+    choose_views,
+    find_table,
+    lay_grid,
+    plan_views,
+    predict_distinct_px,
+    reach,
+    reaches_any_pose,
+    spread_joints,
+    usual_distance,
+)
+from vision.scene import Scene, read_scene
 
 F = 1000.0
 SIZE = np.array([120.0, 80.0, 60.0])

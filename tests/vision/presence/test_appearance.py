@@ -10,9 +10,8 @@ import pytest
 from relmodel.arrays import Floats
 from tests.vision.presence.test_elements_beside import samples_at
 from vision.cameras.cameras import Camera
-from vision.localisation.coverage import RayGrid, SurfaceMap
-from vision.presence.appearance import Appearance, look_at_features
-from vision.presence.items import Items
+from vision.localisation.visibility import RayGrid, SurfaceMap
+from vision.presence.items import Appearance, Items, look_at_features
 from vision.presence.presence_parameters import AppearanceParameters
 from vision.presence.samples import Samples
 

@@ -13,17 +13,13 @@ from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
 from tests.vision.localisation.scenes import box_scene
 from vision.cameras.cameras import Camera, Rig
-from vision.localisation.evidence import EdgePoints
+from vision.localisation.hypotheses import EdgePoints
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import find_view_arcs
-from vision.presence.displaced_parts import Displacements, measure_displacements
-from vision.presence.pieces import find_pieces
+from vision.presence.displaced import Displacements, find_pieces, measure_displacements
 from vision.presence.presence_parameters import PresenceParameters
-from vision.presence.samples import Samples, find_nearby
-from vision.presence.stretches import Runs
-from vision.presence.support import measure_support
-from vision.scene.scene import Scene
-from vision.scene.stored_scene import StoredScene
+from vision.presence.samples import EdgeRuns, Samples, find_nearby, measure_support
+from vision.scene import Scene, StoredScene
 
 P = PresenceParameters()
 CAMERA = Camera(800, 600, np.array([[900.0, 0, 400], [0, 900, 300], [0, 0, 1]]))
@@ -93,7 +89,9 @@ def measured(shift: Floats, missing: bool = False, angle: float = 0.0) -> Displa
     nearby = find_nearby(samples.camera, samples.pixel, samples.direction, indexes, np.zeros(2), P.samples)
     stored = SimpleNamespace(scene=model, paths=["it/plate", "it/block", "it/moved"])
     support = measure_support(samples, nearby, P.support)
-    runs = cast(Runs, SimpleNamespace(chance=np.full(samples.run_count, 0.05), shows=np.full(samples.run_count, 0.8)))
+    runs = cast(
+        EdgeRuns, SimpleNamespace(chance=np.full(samples.run_count, 0.05), shows=np.full(samples.run_count, 0.8))
+    )
     return measure_displacements(
         cast(StoredScene, stored), RIG, RIG_POSE, indexes, np.zeros(2), samples, nearby, support, runs, P
     )

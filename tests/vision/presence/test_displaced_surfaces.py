@@ -8,14 +8,17 @@ import pytest
 from relmodel.arrays import Floats
 from tests.vision.presence.test_elements_beside import edge_points, samples_at
 from vision.localisation.measurements import EdgeIndex
-from vision.presence.displaced_surfaces import Edges, find_usable, measure_moved, seek_moved
-from vision.presence.displacement import Beside
-from vision.presence.moving_surfaces import find_moving_surfaces
-from vision.presence.opposed import Opposed
 from vision.presence.presence_parameters import PresenceParameters
-from vision.presence.samples import Samples, find_nearby
-from vision.presence.stretches import Runs
-from vision.presence.support import measure_support
+from vision.presence.samples import EdgeRuns, Samples, find_nearby, measure_support
+from vision.presence.surfaces import (
+    BodyElements,
+    Edges,
+    Opposed,
+    find_moving_surfaces,
+    find_usable,
+    measure_moved,
+    seek_moved,
+)
 
 P = PresenceParameters()
 NONE = np.zeros(0, np.int64)
@@ -38,14 +41,14 @@ def look(samples: Samples, index: EdgeIndex) -> Edges:
     head = np.unique(samples.run, return_index=True)[1]
     weight = np.bincount(samples.run, support.weight, count).astype(float)
     zero, whole = np.zeros(count), np.zeros(count, np.int64)
-    runs = Runs(
+    runs = EdgeRuns(
         whole, whole, whole, samples.surface[head], weight, weight, zero, zero + 0.05, zero + 0.8, zero, zero,
         np.zeros((count, 1)),
     )  # fmt: skip
     none = np.zeros(0, np.int64)
     moving = find_moving_surfaces(samples, (none, none, np.zeros((0, 3))))
     usable = find_usable(samples, nearby, support, blends, P.moved)
-    return Edges(samples, moving, Beside(nearby.first, nearby.offset, usable, support.weight), runs)
+    return Edges(samples, moving, BodyElements(nearby.first, nearby.offset, usable, support.weight), runs)
 
 
 def bore(true_radius: float, aside: Floats, noise: float) -> Edges:

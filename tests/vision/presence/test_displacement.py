@@ -9,8 +9,8 @@ import pytest
 from scipy.optimize import minimize
 
 from relmodel.arrays import Floats, Ints
-from vision.presence.displacement import Beside, Displacement, Look, fit
 from vision.presence.presence_parameters import DisplacementParameters
+from vision.presence.surfaces import BodyElements, Displacement, Look, fit
 
 P = DisplacementParameters()
 
@@ -80,7 +80,7 @@ def test_the_nearest_usable_element_is_found() -> None:
     many = rng.integers(0, 9, 200)
     first = np.append(0, np.cumsum(many))
     offset, usable = rng.uniform(-9, 9, first[-1]), rng.random((first[-1], 2)) < 0.6
-    beside = Beside(first, offset, usable, np.ones(200))
+    beside = BodyElements(first, offset, usable, np.ones(200))
     sample, side, ahead = rng.integers(0, 200, 500), rng.integers(0, 2, 500), rng.uniform(-5, 5, 500)
     got = beside.find_nearest(sample, side, ahead, 3.0)
     for k in range(500):

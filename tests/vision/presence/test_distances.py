@@ -10,11 +10,11 @@ import pytest
 
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
-from vision.presence.distances import Distances, measure_distances
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DistanceParameters
+from vision.presence.states import Distances, measure_distances
 from vision.presence.surfaces import Surfaces
-from vision.scene.scene import Scene
+from vision.scene import Scene
 
 CENTRES = np.array([[0.0, 0, 0], [100.0, 0, 0], [100.0, 60, 0], [400.0, 0, 0], [50.0, 20, 80]])
 RADIUS = 12.0

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Bools, Floats
+from vision.presence.displaced import Measures, find_moved, measure_items
 from vision.presence.items import Items
-from vision.presence.measures import Measures, find_moved, measure_items
-from vision.presence.opposed import Opposed, find_opposed
 from vision.presence.presence_parameters import StateParameters
-from vision.presence.surfaces import Surfaces
-from vision.scene.scene import Scene
+from vision.presence.surfaces import Opposed, Surfaces, find_opposed
+from vision.scene import Scene
 
 P = StateParameters()
 ENDS = ([-5.0, -5, 0], [45.0, 45, 0])  # of the part, 50 mm long and wide

@@ -9,8 +9,7 @@ from scipy.stats import betabinom
 from relmodel.arrays import Floats
 from tests.vision.presence.test_elements_beside import samples_at, unit
 from vision.presence.presence_parameters import RunParameters
-from vision.presence.samples import Samples
-from vision.presence.stretches import compute_log_odds, part_at_turns, sum_in_one_light
+from vision.presence.samples import Samples, compute_log_odds, part_at_turns, sum_in_one_light
 
 P = RunParameters()
 

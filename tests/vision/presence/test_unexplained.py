@@ -10,12 +10,12 @@ from tests.vision.localisation.scenes import box_scene
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.extract import extract
 from vision.extraction.rows import make_primitives
-from vision.localisation.evidence import collect_edge_points
+from vision.localisation.hypotheses import collect_edge_points
 from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import find_view_arcs
+from vision.presence.items import CLOSED, REGION, Unexplained, find_unexplained
 from vision.presence.presence_parameters import UnexplainedParameters
-from vision.presence.unexplained import CLOSED, REGION, Unexplained, find_unexplained
 
 SIZE, FOCAL, DISTANCE = (400, 300), 500.0, 1000.0
 # The upper face of a box of 400 by 280 mm, seen from straight above: 200 by 140 px in the middle of the picture.

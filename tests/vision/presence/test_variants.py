@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from vision.inspection.variants import is_to_be_weighed
+from vision.inspection.against import is_to_be_weighed
 from vision.presence.states import CHANGED, CONFIRMED, UNDECIDABLE, Presence
 
 

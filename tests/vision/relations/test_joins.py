@@ -10,14 +10,11 @@ import pytest
 import sqlalchemy as sa
 from scipy.stats import norm
 
-from relmodel.arrays import Floats, Ints
-from relmodel.columns import Columns
+from relmodel.arrays import Columns, Floats, Ints
 from relmodel.store import Store
 from tests.labelling.oracle import enumerated_cost
-from vision.matching.pose_problem import PLACES
-from vision.relations.joins import ProblemRows, solve_rows
-from vision.relations.tolerances import Tolerance
-from vision.relations.workspace import TABLES, open_workspace
+from vision.matching import PLACES
+from vision.relations.relations import TABLES, ProblemRows, Tolerance, open_workspace, solve_rows
 
 TOLERANCES = {"near": Tolerance(2.0, 0.1, 0.3, 40.0, 5.0), "parallel": Tolerance(1.0, 0.0, 0.2, 1e6, 3.0)}
 Relations = dict[str, list[float] | list[int] | list[str]]

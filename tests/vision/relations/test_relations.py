@@ -8,7 +8,6 @@ import pytest
 from shapely import LineString, distance
 
 from relmodel.arrays import Bools, Floats
-from vision.relations.relation_parameters import RelationParameters
 from vision.relations.relations import (
     CONCENTRIC,
     EQUAL_RADIUS,
@@ -16,12 +15,13 @@ from vision.relations.relations import (
     KINDS,
     NEAR,
     PARALLEL,
+    TOLERANCES,
     Areas,
     Curves,
+    RelationParameters,
     Relations,
     relate,
 )
-from vision.relations.tolerances import TOLERANCES
 
 EMPTY = np.zeros(0)
 NO_AREAS = Areas(EMPTY, EMPTY, EMPTY, EMPTY, np.zeros(0, np.int32), np.zeros(1, np.int32), EMPTY, EMPTY)

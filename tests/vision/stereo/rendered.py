@@ -13,8 +13,8 @@ from scipy.spatial import cKDTree
 from relmodel.arrays import Bools, Bytes, Floats, Ints, Ints32
 from relmodel.geometry.transforms import apply, inverse
 from vision.cameras.cameras import Camera, Rig
-from vision.extraction.primitives import RegionColumns
-from vision.stereo.crossings import StereoArcs
+from vision.extraction.rows import RegionColumns
+from vision.stereo.epipolar import StereoArcs
 from vision.stereo.triangulate import Triangulated
 
 NAMES = ("left", "right")

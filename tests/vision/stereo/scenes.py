@@ -11,9 +11,8 @@ from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import apply, inverse, rotation_matrix
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import ELLIPTIC, LINE
-from vision.stereo.crossings import StereoArcs
-from vision.stereo.match import StereoPicture
-from vision.stereo.regions import StereoRegions
+from vision.stereo.epipolar import StereoArcs
+from vision.stereo.match import StereoPicture, StereoRegions
 
 DISTORTION = np.array([-0.12, 0.05, 0.001, -0.0005, -0.01])
 

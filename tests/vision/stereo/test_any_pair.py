@@ -7,10 +7,9 @@ import pytest
 
 from relmodel.arrays import Floats
 from vision.cameras.cameras import Camera, Rig
-from vision.constellations.circles import find_scene_circles
 from vision.constellations.constellation_parameters import DEFAULTS
-from vision.constellations.lines import find_scene_lines, relate_lines
-from vision.constellations.score import sample_scene
+from vision.constellations.elements import find_scene_circles, find_scene_lines, relate_lines
+from vision.constellations.find_poses import sample_scene
 from vision.extraction.extract import extract
 from vision.extraction.rows import make_primitives
 from vision.stereo.match import match_stereo

@@ -11,7 +11,7 @@ import pytest
 from tests.vision.stereo.rendered import find_region_siblings, find_siblings, read_pair
 from vision.extraction.extract import extract
 from vision.extraction.rows import make_primitives
-from vision.stereo.crossings import pack_arcs
+from vision.stereo.epipolar import pack_arcs
 from vision.stereo.match import METHODS, match_stereo
 from vision.stereo.stereo_parameters import DEFAULTS
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Floats
-from vision.stereo.crossings import row_crossings
-from vision.stereo.epipolar import match_rows
+from vision.stereo.epipolar import match_rows, row_crossings
 from vision.stereo.stereo_parameters import EpipolarParameters
 
 

@@ -8,10 +8,8 @@ import pytest
 from tests.vision.stereo.scenes import Scene, picture_of, toed_in_rig, wireframe_scene
 from vision.cameras.cameras import Rig
 from vision.extraction.arcs import LINE
-from vision.stereo.crossings import StereoArcs, lay_out
-from vision.stereo.disparity_range import estimate_range
+from vision.stereo.epipolar import StereoArcs, estimate_range, lay_out, rectify
 from vision.stereo.match import StereoMatches, match_pictures
-from vision.stereo.rectification import rectify
 from vision.stereo.stereo_parameters import DEFAULTS
 
 

@@ -10,8 +10,7 @@ import pytest
 from relmodel.store.runs import Run
 from relmodel.store.store import Store
 from tests.vision.stereo.scenes import picture_of, toed_in_rig, wireframe_scene
-from vision.stereo.match import StereoMatches, match_pictures
-from vision.stereo.record_stereo import record_stereo
+from vision.stereo.match import StereoMatches, match_pictures, record_stereo
 
 PROBLEM = 3
 

@@ -11,7 +11,7 @@ from relmodel.errors import InputError
 from relmodel.geometry.transforms import inverse, rotation_matrix
 from tests.vision.stereo.scenes import pixels, toed_in_rig
 from vision.cameras.cameras import Rig
-from vision.stereo.rectification import choose_pair, rectify
+from vision.stereo.epipolar import choose_pair, rectify
 
 
 @pytest.fixture

@@ -10,11 +10,9 @@ from relmodel.arrays import Floats
 from tests.vision.stereo.scenes import pixels, segment, toed_in_rig
 from vision.cameras.cameras import Rig
 from vision.extraction.arcs import ELLIPTIC, LINE
-from vision.stereo.crossings import StereoArcs
-from vision.stereo.rectification import rectify
-from vision.stereo.space_conics import Conics
+from vision.stereo.epipolar import StereoArcs, rectify
 from vision.stereo.stereo_parameters import DEFAULTS
-from vision.stereo.triangulate import CURVES, Triangulated, triangulate_pairs
+from vision.stereo.triangulate import CURVES, Conics, Triangulated, triangulate_pairs
 
 RIG = toed_in_rig()
 

@@ -27,7 +27,7 @@ def run(args: argparse.Namespace) -> int:
 
     with Store.open(store_target(args), read_only=True) as store:
         if args.report is not None:
-            from relmodel.app.report.confirm import confirm
+            from relmodel.app.report.write import confirm
 
             wrong = confirm(store, args.report)
             say(wrong or f"{args.report} is what the store gives: its rows and its page are unaltered")

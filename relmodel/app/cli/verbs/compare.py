@@ -17,7 +17,7 @@ from relmodel.app.cli.output import say
 from relmodel.printing import WIDTH, print_rows
 
 if TYPE_CHECKING:
-    from relmodel.app.audit.compare_runs import Difference
+    from relmodel.app.audit import Difference
 
 EXAMPLE = "relmodel compare 3 7 --store cell.duckdb"
 _ROWS = 6  # of a section
@@ -34,8 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.app.audit.compare_runs import Difference, compare_runs
-    from relmodel.app.audit.newest import run_named
+    from relmodel.app.audit import Difference, compare_runs, run_named
     from relmodel.store import Store
 
     with Store.open(store_target(args), read_only=True) as store:
@@ -52,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _folded(found: Sequence[Difference]) -> Iterator[tuple[Any, ...]]:
     """The first rows of each section, which is named once, and how many more it has."""
-    from relmodel.app.audit.compare_runs import beginnings
+    from relmodel.app.audit import beginnings
 
     for section, group in groupby(found, key=lambda one: one.section):
         rows = list(group)

@@ -22,9 +22,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     import os
 
-    from relmodel.app.compile_behind import compile_behind
     from relmodel.app.report.page import write_page
     from relmodel.app.report.run import run_page
+    from relmodel.app.session import compile_behind
     from relmodel.compiled import compile_ahead
     from relmodel.errors import InputError, UsageError
     from relmodel.loading.load import load

@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
     from relmodel.app.report.write import variant_named
     from relmodel.store import Store, sql
-    from relmodel.variants.compare_variants import compare
+    from relmodel.variants.compare import compare
 
     before, after = (variant_named(text, args.object) for text in (args.before, args.after))
     with Store.open(store_target(args)) as store:

@@ -42,10 +42,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.app.audit.newest import run_named
+    from relmodel.app.audit import run_named
     from relmodel.app.cli.progress import shown
-    from relmodel.app.export.results import read_results
-    from relmodel.app.export.write import export_object, export_run
+    from relmodel.app.export import export_object, export_run, read_results
     from relmodel.store import Store
 
     given = sum(one is not None for one in (args.object, args.number, args.parquet))

@@ -52,11 +52,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
     from relmodel.compiled import compile_ahead
-    from relmodel.drawing.strokes import check_writable, save_side_by_side
+    from relmodel.drawing.draw import check_writable, save_side_by_side
     from vision.cameras.images import describe_reading, read_mask, read_picture
-    from vision.extraction.extract import KERNELS, extract
+    from vision.extraction.extract import KERNELS, STAGES, count_of_stage, draw_stage, extract
     from vision.extraction.extraction_parameters import ExtractionParameters, RegionParameters
-    from vision.extraction.pictures import STAGES, count_of_stage, draw_stage
 
     if args.picture:
         check_writable(args.picture)
@@ -107,9 +106,8 @@ def _run(args: argparse.Namespace, parameters: ExtractionParameters) -> Iterator
 
 def _keep(stored: Run, pictures: list[Picture], extractions: list[Extraction], *, keep_bytes: bool) -> None:
     """Write the rows of all extractions in a run."""
-    from vision.cameras.record_cameras import record_picture
-    from vision.extraction.record_extraction import record_extraction
-    from vision.extraction.rows import make_rows
+    from vision.cameras.record import record_picture
+    from vision.extraction.rows import make_rows, record_extraction
 
     def write(connection: Connection) -> None:
         for picture, extraction in zip(pictures, extractions, strict=True):

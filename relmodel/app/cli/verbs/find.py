@@ -13,15 +13,14 @@ from typing import TYPE_CHECKING, Any
 from relmodel.app.cli.options import add_all, add_format, store_target
 from relmodel.app.cli.output import print_folded, say
 from relmodel.errors import InputError, UsageError
-from relmodel.paths import read_text
+from relmodel.names import read_text
 from relmodel.printing import print_rows, rounded
 
 if TYPE_CHECKING:
     from relmodel.arrays import Floats
     from relmodel.find.volumes import Volume
     from relmodel.store import Store
-    from vision.cameras.cameras import Prior, Rig
-    from vision.cameras.view_volume import SelectionParameters
+    from vision.cameras.cameras import Prior, Rig, SelectionParameters
 
 EXAMPLE = "relmodel find --box 1650 -480 960 1700 -440 990 --level feature --store demo/cell.duckdb"
 
@@ -82,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
         if not (rig and prior):
             found = {row for volume in volumes for row in find_rows(store, volume, **asked)}
         else:
-            from vision.cameras.view_volume import SelectionParameters, select_in_view
+            from vision.cameras.cameras import SelectionParameters, select_in_view
 
             level = args.level or "part"
             parameters = SelectionParameters(near_mm=args.near, far_mm=args.far)
@@ -161,7 +160,7 @@ def _by_probability(
     import numpy as np
 
     from relmodel.find.find import in_volumes
-    from vision.cameras.view_volume import probabilities_in_view
+    from vision.cameras.cameras import probabilities_in_view
 
     rows: list[tuple[str, str, str, float]] = []
     for level in (args.level,) if args.level else ("part", "feature"):
@@ -220,8 +219,8 @@ def _rig_and_prior(args: argparse.Namespace) -> tuple[Rig | None, Prior | None]:
 
 def _views(args: argparse.Namespace, rig: Rig, prior: Prior | None) -> list[Volume]:
     """The view of each camera of the rig."""
+    from vision.cameras.cameras import SelectionParameters, build_view_volume, widen_view_volume
     from vision.cameras.files import read_pose
-    from vision.cameras.view_volume import SelectionParameters, build_view_volume, widen_view_volume
 
     p = SelectionParameters(near_mm=args.near, far_mm=args.far)
     cameras = [(camera, rig.rig_from_camera[name]) for name, camera in rig.cameras.items()]

@@ -26,17 +26,29 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from relmodel.app.cli.joints import add_joint_sigmas, add_joints, assigned, base_covariance
-from relmodel.app.cli.options import add_format, add_pictures, add_search, pictures_by_camera, store_target
+from relmodel.app.cli.options import (
+    FILES,
+    Listed,
+    add_format,
+    add_joint_sigmas,
+    add_joints,
+    add_pictures,
+    add_search,
+    assigned,
+    base_covariance,
+    pictures_by_camera,
+    read_pairs,
+    store_target,
+    worst,
+)
 from relmodel.app.cli.output import clear_line, say
-from relmodel.app.cli.pair_list import FILES, Listed, read_pairs, worst
 from relmodel.errors import UsageError
+from relmodel.names import visible
 from relmodel.printing import WIDTH, json_text, print_rows
 from relmodel.progress import Progress
-from relmodel.text import visible
 
 if TYPE_CHECKING:
-    from relmodel.world.correction import Correction
+    from relmodel.world.kinematics import Correction
     from vision.inspection import Inspection
 
 DIFFERS = 5
@@ -154,12 +166,12 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
     from relmodel.compiled import compile_ahead
     from relmodel.store import Store
-    from relmodel.world.correction import Carrier
+    from relmodel.world.kinematics import Carrier
     from vision.cameras.files import parse_needs
     from vision.inspection import KERNELS, Task, inspect
+    from vision.inspection.inspection import parse_not_as_modelled
     from vision.inspection.inspection_parameters import DEFAULTS, choose_methods
-    from vision.inspection.outcome import parse_not_as_modelled
-    from vision.scene.kept_scenes import Scenes
+    from vision.scene import Scenes
 
     listed = _listed(args)
     fail_on = [] if args.fail_on is None else parse_not_as_modelled(args.fail_on, "--fail-on")

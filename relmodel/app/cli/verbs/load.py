@@ -20,7 +20,7 @@ from relmodel.app.cli.output import complain, say
 from relmodel.errors import UsageError
 
 if TYPE_CHECKING:
-    from relmodel.loading.write.write import LoadReport
+    from relmodel.loading.write import LoadReport
 
 EXAMPLE = """relmodel load bulkhead.step --object bulkhead --variant A --store cell.duckdb
   relmodel load table.stl --unit mm --store cell.duckdb
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
-    from relmodel.app.compile_behind import compile_behind
+    from relmodel.app.session import compile_behind
     from relmodel.errors import InputError
     from relmodel.loading.load import Request, load_all
     from relmodel.readers.formats import stem_of

@@ -17,7 +17,7 @@ from relmodel.app.cli.output import say
 from relmodel.printing import WIDTH, json_text, print_rows
 
 if TYPE_CHECKING:
-    from vision.planning.plan import Plan
+    from vision.planning import Plan
 
 EXAMPLE = "relmodel plan --serial SN-0042 --rig rig.yaml --out next --store cell.duckdb"
 
@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
     from relmodel.app.propose import propose_views
     from relmodel.store import Store
-    from vision.planning.plan import Wanted
+    from vision.planning import Wanted
 
     with Store.open(store_target(args), read_only=True) as store, shown(store) as progress:
         wanted = Wanted(

@@ -29,8 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.app.audit.newest import run_named
-    from relmodel.app.audit.prune import Pruning, plan_pruning, prune
+    from relmodel.app.audit import Pruning, plan_pruning, prune, run_named
     from relmodel.store import Store
 
     with Store.open(store_target(args)) as store:

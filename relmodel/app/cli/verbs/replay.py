@@ -22,12 +22,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.app.audit.newest import run_named
+    from relmodel.app.audit import run_named
     from relmodel.app.cli.progress import shown
     from relmodel.compiled import compile_ahead
     from relmodel.store import Store
     from vision.inspection import KERNELS
-    from vision.inspection.replay import Outcome, replay
+    from vision.inspection.replay import RelationComparison, replay
 
     compile_ahead(KERNELS, say)
     with Store.open(store_target(args), read_only=True) as store, shown(store):
@@ -36,5 +36,5 @@ def run(args: argparse.Namespace) -> int:
         found = replay(store, number)
     for words in found.others:
         say(words)
-    print_rows(Outcome._fields, found.outcomes, args.format)
+    print_rows(RelationComparison._fields, found.outcomes, args.format)
     return 0 if found.agrees else 1

@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     from relmodel.store import Store
-    from relmodel.store.dictionary import Column, Entry, columns_of, dictionary, find_entry, schema_in_memory
+    from relmodel.store.store import Column, Entry, columns_of, dictionary, find_entry, schema_in_memory
 
     target = args.store or os.environ.get("RELMODEL_STORE")
     with Store.open(target, read_only=True) if target else schema_in_memory() as store:

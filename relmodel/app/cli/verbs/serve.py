@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.app.cli.bounds import end_process
+    from relmodel.app.cli.output import end_process
     from relmodel.app.serve.server import Server
     from relmodel.errors import InputError
 

@@ -45,8 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.app.show.tree import alike, read_tree, tree_rows
-    from relmodel.drawing.colours import hexadecimal
+    from relmodel.app.tree import alike, read_tree, tree_rows
+    from relmodel.drawing.draw import hexadecimal
     from relmodel.drawing.solid import write_picture
     from relmodel.store import Store
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from relmodel.app.cli.options import add_format, store_target
 from relmodel.errors import UsageError
-from relmodel.paths import read_text
+from relmodel.names import read_text
 from relmodel.printing import print_rows
 
 _MEMORY = 2**29  # bytes for rows from a server: the largest value that is printed, some times over
@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.app.cli.bounds import bounded_memory, end_process
+    from relmodel.app.cli.output import bounded_memory, end_process
     from relmodel.store import Store
     from relmodel.store.ask import ask, stopped
 

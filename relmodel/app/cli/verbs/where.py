@@ -12,8 +12,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from relmodel.app.cli.joints import add_joint_sigmas, add_joints, assigned, base_covariance
-from relmodel.app.cli.options import store_target
+from relmodel.app.cli.options import add_joint_sigmas, add_joints, assigned, base_covariance, store_target
 from relmodel.errors import UsageError
 
 if TYPE_CHECKING:
@@ -58,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _correction(rig: MountedRig, args: argparse.Namespace) -> dict[str, Any]:
-    from relmodel.world.correction import correct_base
+    from relmodel.world.kinematics import correct_base
     from vision.cameras.files import read_found
 
     sigmas = assigned(args.joint_sigma, "--joint-sigma")

@@ -9,8 +9,8 @@ from __future__ import annotations
 import argparse
 
 from relmodel.app.cli.options import add_format, add_run, store_target
+from relmodel.names import visible
 from relmodel.printing import print_rows
-from relmodel.text import visible
 
 EXAMPLE = """relmodel why 7 --verdict --store cell.duckdb
   relmodel why 7 --arc left:17 --store cell.duckdb
@@ -28,8 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> int:
-    from relmodel.app.audit.newest import run_named
-    from relmodel.app.audit.why import Sentence, explain
+    from relmodel.app.audit import Sentence, explain, run_named
     from relmodel.store import Store
 
     with Store.open(store_target(args), read_only=True) as store:

@@ -18,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
     from relmodel.store import Store
-    from vision.cameras.world import place_world_with_rigs
+    from vision.cameras.record import place_world_with_rigs
 
     with Store.open(store_target(args)) as store, shown(store) as progress:
         report = place_world_with_rigs(store, args.file, progress)

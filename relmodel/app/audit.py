@@ -1,0 +1,367 @@
+"""What runs decided and why, what differs between two of them, and room made by removing them, from rows only."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime, timedelta
+from typing import Any, NamedTuple
+
+import numpy as np
+import sqlalchemy as sa
+from sqlalchemy import Connection, Row
+
+from relmodel.arrays import Floats, Ints
+from relmodel.errors import UsageError
+from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices, rotation_vector
+from relmodel.names import nearest_name
+from relmodel.store import Run, Store, sql
+
+
+def run_named(store: Store, connection: Connection, name: str | None) -> int:
+    """The run of that number; of `last`, or where no name is given, the newest inspection.
+
+    Raises UsageError for another name, and where there is no inspection.
+    """
+    if name is None or name == "last":
+        return newest_inspection(store, connection)
+    if not name.isdecimal():
+        raise UsageError(f"{name} names no run: give its number, or last")
+    return int(name)
+
+
+def newest_inspection(store: Store, connection: Connection) -> int:
+    """The newest inspection of the store.  Raises UsageError where there is none."""
+    found = store.rows(connection, "audit/newest_inspection")
+    if not found:
+        raise UsageError(f"the store {store.name} holds no inspection: name a run, as relmodel runs numbers them")
+    return int(found[0].run_id)
+
+
+def find_run(store: Store, connection: Connection, run: int) -> Row[Any]:
+    """The row of a run, as `audit/run` gives it.  Raises UsageError where there is none."""
+    found = store.rows(connection, "audit/run", run=run)
+    if not found:
+        raise UsageError(f"there is no run {run}: relmodel runs lists them")
+    return found[0]
+
+
+# Why an inspection decided as it did: sentences that follow from its rows.
+#
+# Each subject is a folder of `queries/why`. Its queries run in the order of their names, and each row is a sentence.
+# What runs record in future is explained by one more query.
+
+
+class Sentence(NamedTuple):
+    """A sentence from a query of a subject; topic: the query's name, as `rules` or `correspondence`."""
+
+    topic: str
+    sentence: str
+
+
+def explain(
+    store: Store, run: int, *, pose: bool = False, arc: str | None = None, feature: str | None = None
+) -> list[Sentence]:
+    """What is said of an image arc (CAMERA:NUMBER), of a part or feature by its path, of the pose, else of the verdict.
+
+    Raises UsageError where it is not there."""
+    if arc is not None:
+        camera, _, number = arc.rpartition(":")
+        if not camera or not number.isdigit():
+            raise UsageError(
+                f"the arc {arc} is not CAMERA:NUMBER: give the camera's name and the arc's number, as left:17"
+            )
+        return explain_arc(store, run, camera, int(number))
+    if feature is not None:
+        return explain_feature(store, run, feature)
+    return (explain_pose if pose else explain_verdict)(store, run)
+
+
+def explain_verdict(store: Store, run: int) -> list[Sentence]:
+    """Why a run has its verdict: its rules, and the poses that were considered.  Raises UsageError for other runs than
+    inspections that came to a verdict."""
+    return _explain(store, run, "verdict")
+
+
+def explain_pose(store: Store, run: int) -> list[Sentence]:
+    """What the pose of a run rests on."""
+    return _explain(store, run, "pose")
+
+
+def explain_arc(store: Store, run: int, camera: str, arc: int) -> list[Sentence]:
+    """What became of an image arc.  Raises UsageError where the run has no such camera or arc."""
+    return _explain(store, run, "arc", camera=camera, arc=arc)
+
+
+def explain_feature(store: Store, run: int, path: str) -> list[Sentence]:
+    """What is said of a part or feature.  Raises UsageError where the run's world has none of that path in view."""
+    return _explain(store, run, "feature", path=path)
+
+
+def _explain(store: Store, run: int, subject: str, camera: str = "", arc: int = -1, path: str = "") -> list[Sentence]:
+    asked = {"run": run, "camera": camera, "arc": arc, "path": path}
+    with store.read() as connection:
+        _check_run(store, connection, run)
+        said = [
+            Sentence(name.rpartition("/")[2].partition("_")[2], str(row.sentence))
+            for name in sql.query_names(f"why/{subject}")
+            for row in connection.execute(sql.query(name), asked)
+        ]
+        if not said:
+            raise UsageError(_nothing(store, connection, run, camera, arc, path))
+    return said
+
+
+def _check_run(store: Store, connection: Connection, run: int) -> None:
+    it = find_run(store, connection, run)
+    if it.kind != "inspect":
+        raise UsageError(f"run {run} is of kind {it.kind}: name one of kind inspect, as relmodel runs lists them")
+    pruned = store.rows(connection, "audit/pruned", run=run)
+    if pruned:
+        raise UsageError(f"what run {run} found was pruned by run {pruned[0].by_run_id}")
+    if it.verdict is None:
+        raise UsageError(f"run {run} came to no verdict, it is {it.state}{f': {it.message}' if it.message else ''}")
+
+
+def _nothing(store: Store, connection: Connection, run: int, camera: str, arc: int, path: str) -> str:
+    if camera:
+        cameras = {row.camera: int(row.arcs) for row in store.rows(connection, "audit/cameras", run=run)}
+        if camera not in cameras:
+            return f"run {run} has no camera {camera}: name one of {', '.join(cameras)}"
+        return f"the {camera} picture of run {run} has no arc {arc}: it has arcs 0 to {cameras[camera] - 1}"
+    paths = store.select(connection, "part_in_view", "path", order="in_view_no", run_id=run)["path"].tolist()
+    near = nearest_name(path, paths)
+    hint = f"did you mean {near}?" if near else "the view part_in_view lists what is"
+    return f"run {run} has no {path} in view: {hint}"
+
+
+# What differs between two runs: what they were given, with which code, the step at which they part, and what came out.
+#
+# Each query of `queries/audit/compare` gives names and values of a run; those that differ are reported, in the order of
+# the files' names. From `STEPS` on these are what the run did, step by step, and the first difference is where the two
+# runs part.
+
+_FOLDER = "audit/compare"
+STEPS = "50"  # files with this number and above are steps of a run
+_LONGEST = 40  # characters of a value that is shown in short
+_DIGEST = re.compile(r"\b([0-9a-f]{8})[0-9a-f]{24,}\b")
+_NUMBER = re.compile(r"-?\d+(\.\d*)?([eE][-+]?\d+)?")
+_AXES = ("x", "y", "z")
+_UNITS = ("mm", "mm", "mm", "rad", "rad", "rad")
+
+
+class Difference(NamedTuple):
+    """One thing that differs: of the first run and of the second; of numbers how far, and one standard deviation."""
+
+    section: str
+    name: str
+    first: str | float | None
+    second: str | float | None
+    difference: float | None = None
+    sigma: float | None = None
+
+
+def compare_runs(store: Store, first: int, second: int) -> list[Difference]:
+    """What differs between two runs; empty where nothing does.  Raises UsageError where there is no such run."""
+    with store.read() as connection:
+        recorded = [find_run(store, connection, run) for run in (first, second)]
+        given, did = list[Difference](), list[Difference]()
+        for name in sql.query_names(_FOLDER):
+            number, _, section = name.rpartition("/")[2].partition("_")
+            of_both = [
+                {str(row.name): _number(row.value) for row in store.rows(connection, name, run=run)}
+                for run in (first, second)
+            ]
+            (did if number >= STEPS else given).extend(_differing(section, *of_both))
+        for section in ("parameters", "versions"):
+            of_both = [dict(_flat(json.loads(getattr(row, section)))) for row in recorded]
+            given += _differing(section, *of_both)
+        poses = [store.rows(connection, "audit/pose", run=run) for run in (first, second)]
+    part = [Difference("first step that differs", did[0].section, None, None)] if did else []
+    return [*given, *part, *did, *(_poses(poses[0][0], poses[1][0]) if all(poses) else ())]
+
+
+def beginnings(first: str | float | None, second: str | float | None) -> tuple[str | float | None, str | float | None]:
+    """Two values in short: digests by their first digits, long texts from near where they differ."""
+    a, b = (_DIGEST.sub(r"\1...", v) if isinstance(v, str) else v for v in (first, second))
+    same = next((i for i, (x, y) in enumerate(zip(str(a), str(b), strict=False)) if x != y), 0)
+    start = same - _LONGEST // 2 if same > _LONGEST * 3 // 4 else 0
+    return _part(a, start), _part(b, start)
+
+
+def _part(value: str | float | None, start: int) -> str | float | None:
+    if not isinstance(value, str) or len(value) <= _LONGEST:
+        return value
+    end = start + _LONGEST
+    return f"{'...' if start else ''}{value[start:end].strip()}{'...' if end < len(value) else ''}"
+
+
+def _number(text: str | None) -> str | float | None:
+    """A number where a text is one, so that tables round it."""
+    return float(text) if text is not None and _NUMBER.fullmatch(text) else text
+
+
+def _differing(section: str, first: dict[str, Any], second: dict[str, Any]) -> list[Difference]:
+    names = sorted(first.keys() | second.keys())
+    return [Difference(section, n, first.get(n), second.get(n)) for n in names if first.get(n) != second.get(n)]
+
+
+def _flat(value: Any, name: str = "") -> Iterator[tuple[str, str]]:
+    """The leaves of a JSON value, named by the way to them: `localisation.verdict.weights[0]`."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _flat(inner, f"{name}.{key}" if name else key)
+    elif isinstance(value, list):
+        for i, inner in enumerate(value):
+            yield from _flat(inner, f"{name}[{i}]")
+    else:
+        yield name, json.dumps(value)
+
+
+def _poses(first: Any, second: Any) -> list[Difference]:
+    """How two poses differ: along and about the world's axes, then along and about those of the first rig."""
+    a, b = (matrices({c: np.array([getattr(row, c)]) for c in MATRIX_COLUMNS})[0] for row in (first, second))
+    if np.array_equal(a, b) and list(first.covariance) == list(second.covariance):
+        return []
+    turn = rotation_vector(b[:3, :3] @ a[:3, :3].T)
+    world = _sigmas(first.world_covariance) ** 2 + _sigmas(second.world_covariance) ** 2
+    rig = _sigmas(first.covariance) ** 2 + _sigmas(second.covariance) ** 2
+    out = [
+        Difference("pose in the world", f"{axis}, mm", float(a[i, 3]), float(b[i, 3]), float(b[i, 3] - a[i, 3]), sigma)
+        for i, (axis, sigma) in enumerate(zip(_AXES, np.sqrt(world[:3]).tolist(), strict=True))
+    ]
+    out += _moved("pose in the world", "turn about", turn, np.sqrt(world[3:]), "rad")
+    shift = a[:3, :3].T @ (b[:3, 3] - a[:3, 3])
+    out += _moved("pose in the rig", "shift along", shift, np.sqrt(rig[:3]), "mm")
+    out += _moved("pose in the rig", "turn about", a[:3, :3].T @ turn, np.sqrt(rig[3:]), "rad")
+    for section, name in (("sigma in the world", "world_covariance"), ("sigma in the rig", "covariance")):
+        before, after = (_sigmas(getattr(row, name)).tolist() for row in (first, second))
+        labels = [f"{'about ' if i > 2 else ''}{_AXES[i % 3]}, {unit}" for i, unit in enumerate(_UNITS)]
+        out += [
+            Difference(section, label, x, y, y - x) for label, x, y in zip(labels, before, after, strict=True) if x != y
+        ]
+    return out
+
+
+def _moved(section: str, how: str, by: Floats, sigma: Floats, unit: str) -> list[Difference]:
+    rows = zip(_AXES, by.tolist(), sigma.tolist(), strict=True)
+    return [Difference(section, f"{how} {axis}, {unit}", None, None, value, s) for axis, value, s in rows]
+
+
+def _sigmas(covariance: Any) -> Floats:
+    """Standard deviations (6,) of a covariance, 6x6 row-major."""
+    variance = np.diag(np.reshape(np.asarray(covariance, float), (6, 6)))
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+
+# Making room: removing rows of inspections, or the bytes of their pictures, from the store.
+#
+# The runs themselves stay, with inputs, events and ledger, and say by which run they were pruned. Pictures and what was
+# extracted from them go only where no other run has read them.
+
+WHAT = ("runs", "pictures")
+_LEVELS = ("localisation", "matching")  # levels whose tables hold what an inspection found
+_OF_RUNS = ("threshold",)  # further tables of this kind
+
+
+@dataclass(frozen=True)
+class Pruning:
+    """Which inspections: of this number, in this state, of this verdict, begun longer ago than so many days; None: any.
+    what: all that they found, or the bytes of their pictures."""
+
+    what: str
+    run: int | None = None
+    state: str | None = None
+    verdict: str | None = None
+    older_than_days: float | None = None
+
+
+def plan_pruning(store: Store, p: Pruning) -> tuple[list[int], dict[str, int]]:
+    """The runs that would be pruned, and how many rows of which tables would go.  Raises UsageError where nothing says
+    which runs are meant."""
+    with store.write() as connection:  # writes temporary tables only
+        runs = _select(store, connection, p)
+        with _asked(store, connection, runs):
+            rows = {
+                table: _count(store, connection, table, column, keys)
+                for table, column, keys in _doomed(store, connection, p.what)
+            }
+    return runs, {table: count for table, count in rows.items() if count}
+
+
+def prune(store: Store, p: Pruning) -> tuple[int, list[int], dict[str, int]]:
+    """Remove what `plan_pruning` lists, in a run of kind `prune`: its number, the runs, and how many rows went."""
+    _check(p)
+
+    def take(connection: Connection) -> tuple[int, list[int], dict[str, int]]:
+        runs = _select(store, connection, p)
+        with _asked(store, connection, runs):
+            doomed = _doomed(store, connection, p.what)
+            rows = {table: store.delete(connection, table, column, keys) for table, column, keys in doomed}
+        run.append(connection, "pruned_run", {"run_id": runs, "what": p.what, "by_run_id": run.id})
+        run.finish(f"{len(runs)} runs pruned: {sum(rows.values())} rows", connection)
+        return run.id, runs, {table: count for table, count in rows.items() if count}
+
+    with Run.begin(store, "prune", asdict(p)) as run:
+        return run.transact(take)
+
+
+def _check(p: Pruning) -> None:
+    if p.what not in WHAT:
+        raise UsageError(f"{p.what!r} cannot be pruned: name one of {', '.join(WHAT)}")
+    if (p.run, p.state, p.verdict, p.older_than_days) == (None, None, None, None):
+        raise UsageError("no runs are chosen for pruning: give --run, --state, --verdict or --older-than")
+
+
+def _select(store: Store, connection: Connection, p: Pruning) -> list[int]:
+    _check(p)
+    before = None if p.older_than_days is None else datetime.now(UTC) - timedelta(days=p.older_than_days)
+    asked = {"what": p.what, "run": p.run, "state": p.state, "verdict": p.verdict, "before": before}
+    return [int(row.run_id) for row in store.rows(connection, "prune/runs", **asked)]
+
+
+@contextmanager
+def _asked(store: Store, connection: Connection, runs: list[int]) -> Iterator[None]:
+    """The keys of what is removed, as relations: asked_run, asked_image, asked_extraction, asked_unit_set."""
+    with store.relation(connection, "asked_run", {"run_id": _keys(runs)}):
+        images = [row.image_id for row in store.rows(connection, "prune/images")]
+        with store.relation(connection, "asked_image", {"image_id": _keys(images)}):
+            extractions = [row.extraction_id for row in store.rows(connection, "prune/extractions")]
+            with store.relation(connection, "asked_extraction", {"extraction_id": _keys(extractions)}):
+                sets = [row.unit_set_id for row in store.rows(connection, "prune/unit_sets")]
+                with store.relation(connection, "asked_unit_set", {"unit_set_id": _keys(sets)}):
+                    yield
+
+
+def _keys(numbers: list[int]) -> Ints:
+    return np.asarray(numbers, np.int64)
+
+
+def _doomed(store: Store, connection: Connection, what: str) -> list[tuple[str, str, str]]:
+    """Table, key column and relation of keys of what is removed, referring tables first."""
+    if what == "pictures":
+        return [("image_blob", "image_id", "asked_image")]
+    relations = [row for row in store.rows(connection, "store/relations") if row.standing != "view"]
+    keys = {"image_blob": ("image_id", "asked_image"), "extraction": ("extraction_id", "asked_extraction")}
+    keys["unit_set"] = ("unit_set_id", "asked_unit_set")
+    for row in relations:
+        columns = store.table(row.relation).columns
+        if row.relation in keys:
+            continue
+        if "run_id" in columns and (row.level in _LEVELS or row.relation in _OF_RUNS):
+            keys[row.relation] = ("run_id", "asked_run")
+        elif "extraction_id" in columns:
+            keys[row.relation] = ("extraction_id", "asked_extraction")
+        elif "unit_set_id" in columns:
+            keys[row.relation] = ("unit_set_id", "asked_unit_set")
+    return [(table, *keys[table]) for table in reversed(store.parents_first(keys))]
+
+
+def _count(store: Store, connection: Connection, table: str, column: str, keys: str) -> int:
+    own = store.table(table)
+    asked = sa.select(sa.table(keys, sa.column(column)).c[column])
+    key = own.c[column if column in own.c else "id"]
+    return int(connection.scalar(sa.select(sa.func.count()).select_from(own).where(key.in_(asked))) or 0)

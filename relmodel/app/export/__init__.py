@@ -1,1 +1,0 @@
-"""What other programs take from a store: tables, results of a run, GLB."""

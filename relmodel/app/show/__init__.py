@@ -1,1 +1,0 @@
-"""Loaded objects shown and handed on: their trees, files for other programs, pictures."""

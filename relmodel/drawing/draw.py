@@ -1,0 +1,536 @@
+"""The model and what was found, drawn: over a camera's picture, side by side, as small SVG plots; what each colour
+means.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+import struct
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from markupsafe import Markup
+from PIL import Image
+from sqlalchemy import Connection
+
+from relmodel import names
+from relmodel.arrays import Bytes, Floats, Ints
+from relmodel.errors import InputError
+from relmodel.names import visible
+from relmodel.store import Store
+
+SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp")
+_SHIFT = 4  # cv2 draws at fixed-point places: four bits below the pixel are enough to look sub-pixel
+_ENTRY, _LINE = 190, 26  # px: of a key
+_LEAST_FOR_KEY = 400  # px: a narrower picture would be mostly key
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """Courses of points (n, 2) in pixels (x, y), drawn in one colour."""
+
+    courses: Sequence[Floats]
+    colour: Rgb
+    width: int = 1
+    closed: bool = False
+
+
+def in_colour(grey: Bytes | Floats) -> Bytes:
+    """A picture (rows, columns) of 0..255 as (rows, columns, 3), RGB."""
+    return np.repeat(np.clip(grey, 0, 255).astype(np.uint8)[..., None], 3, axis=2)
+
+
+def draw(canvas: Bytes, strokes: Iterable[Stroke]) -> Bytes:
+    """A picture (rows, columns, 3: RGB) with strokes over it, the later above."""
+    import cv2
+
+    canvas = np.array(canvas, order="C")
+    for stroke in strokes:
+        points = [np.rint(np.clip(c, -1e4, 1e5) * 2**_SHIFT).astype(np.int32) for c in stroke.courses]
+        cv2.polylines(canvas, points, stroke.closed, stroke.colour, stroke.width, cv2.LINE_AA, _SHIFT)
+    return canvas
+
+
+def key_entries(colours: Mapping[str, Rgb], width: int, top: int = 0) -> list[tuple[str, Rgb, int, int]]:
+    """Words and colours of a key so wide, px, each with its upper left corner; it is `key_height` high."""
+    a_line = max(1, width // _ENTRY)
+    return [
+        (words.replace("_", " "), colour, 12 + _ENTRY * (i % a_line), top + _LINE * (i // a_line))
+        for i, (words, colour) in enumerate(colours.items())
+    ]
+
+
+def key_height(colours: Mapping[str, Rgb], width: int) -> int:
+    return _LINE * -(-len(colours) // max(1, width // _ENTRY))
+
+
+def with_key(canvas: Bytes, colours: Mapping[str, Rgb]) -> Bytes:
+    """A picture with what its colours mean below it, where it is wide enough."""
+    from PIL import Image, ImageDraw, ImageFont
+
+    height, width = canvas.shape[:2]
+    if width < _LEAST_FOR_KEY:
+        return canvas
+    image = Image.new("RGB", (width, height + key_height(colours, width)), "white")
+    image.paste(Image.fromarray(canvas))
+    drawn, font = ImageDraw.Draw(image), ImageFont.load_default(16)
+    for words, colour, x, y in key_entries(colours, width, height):
+        drawn.rectangle((x, y + 3, x + 18, y + 19), fill=colour, outline=INK)
+        drawn.text((x + 26, y + 1), words, fill=INK, font=font)
+    return np.asarray(image)
+
+
+def check_writable(path: str | Path) -> None:
+    """Raise InputError where a picture of this name cannot be written, before it is drawn."""
+    path = Path(path)
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"the overlay {path} has no picture suffix: end its name with one of {', '.join(SUFFIXES)}")
+    names.check_writable(path, "overlay")
+
+
+def side_by_side(images: Sequence[Bytes]) -> Bytes:
+    """Pictures (rows, columns, 3: RGB) as one, a white gap between them."""
+    height = max(i.shape[0] for i in images)
+    pieces = []
+    for image in images:
+        framed = np.full((height, image.shape[1] + 8, 3), 255, np.uint8)
+        framed[: image.shape[0], : image.shape[1]] = image
+        pieces.append(framed)
+    return np.concatenate(pieces, axis=1)[:, :-8]
+
+
+def save_side_by_side(path: str | Path, images: Sequence[Bytes]) -> None:
+    """Write pictures as one; the suffix names the format.
+
+    Raises InputError where it cannot be written.
+    """
+
+    try:
+        Image.fromarray(side_by_side(images)).save(path)
+    except OSError as error:
+        raise InputError(f"the overlay {path} cannot be written ({error.strerror}): name another place") from error
+
+
+# What each colour means, in every picture and page.
+
+Rgb = tuple[int, int, int]
+# Of edges of the model over pictures, the worst first: the worse is drawn above.
+STATES: dict[str, Rgb] = {
+    "contradicted": (255, 59, 48),
+    "changed": (255, 159, 10),
+    "not_confirmed": (255, 214, 10),
+    "undecidable": (154, 167, 176),
+    "confirmed": (61, 220, 115),
+}
+BLEND: Rgb = (90, 162, 255)  # edges of fillets, which show as shading and not as edges
+UNEXPLAINED: Rgb = (255, 107, 255)  # what the model does not account for
+# Of features by kind.
+KINDS: dict[str, Rgb] = {
+    "body": (214, 206, 190),
+    "pocket": (124, 164, 206),
+    "through_hole": (230, 85, 60),
+    "blind_hole": (240, 150, 60),
+    "boss": (60, 150, 110),
+    "lug": (150, 105, 190),
+    "duct": (200, 60, 130),
+    "flange": (222, 190, 80),
+    "rib": (130, 190, 120),
+    "web": (170, 205, 225),
+    "open_slot": (90, 175, 180),
+    "slot": (60, 130, 150),
+    "step": (165, 140, 100),
+    "fillet": (245, 200, 190),
+    "chamfer": (190, 120, 90),
+}
+PLAIN: Rgb = (196, 200, 204)  # what belongs to no feature
+INK: Rgb = (40, 40, 40)
+_OTHERS: tuple[Rgb, ...] = ((160, 160, 60), (110, 110, 200), (200, 130, 200), (100, 140, 60))
+
+
+def colours_of(kinds: Sequence[str]) -> list[Rgb]:
+    """The colour of each kind of feature; of kinds that have none of their own, in turn."""
+    return [KINDS.get(kind, _OTHERS[i % len(_OTHERS)]) for i, kind in enumerate(kinds)]
+
+
+def hexadecimal(rgb: Sequence[float]) -> str:
+    """A colour (0 to 255) as pages spell it."""
+    return "#" + "".join(f"{int(c):02x}" for c in rgb)
+
+
+# Pictures as the store keeps them, made fit for a page.
+
+_LONGEST_PX = 2048  # of a picture in a page; the drawing over it keeps the picture's own pixels
+_MOST_PIXELS = 200_000_000  # of a picture that is decoded at all
+_QUALITY = 82
+_ORIENTATION = 0x0112  # EXIF's tag
+
+
+def read_orientation(picture: Image.Image) -> int:
+    """The EXIF orientation of a picture, 1 to 8: how it is to be turned; 1, as it is, where it says none."""
+    try:
+        said = picture.getexif().get(_ORIENTATION, 1)
+    except (SyntaxError, struct.error, KeyError, TypeError, ValueError):  # a damaged tag; the pixels may be whole
+        return 1
+    return said if said in range(1, 9) else 1
+
+
+def turn(pixels: npt.NDArray[np.generic], orientation: int) -> npt.NDArray[np.generic]:
+    """Pixels (rows, columns, ...) as stored, turned as an EXIF orientation says."""
+    if orientation > 4:
+        pixels = pixels.swapaxes(0, 1)
+    down, across = (-1 if orientation in turned else 1 for turned in ((3, 4, 7, 8), (2, 3, 6, 7)))
+    return pixels[::down, ::across]
+
+
+def read_image(data: bytes) -> Image.Image | None:
+    """A picture in eight bits, turned as it says; None where it cannot be decoded."""
+    try:
+        with Image.open(io.BytesIO(data)) as opened:
+            if opened.width * opened.height > _MOST_PIXELS:
+                return None
+            orientation = 1 if opened.format == "TIFF" else read_orientation(opened)  # the reader has turned those
+            grey = np.asarray(opened) if opened.mode[0] in "IF" else None
+            picture = opened.convert("RGB" if opened.mode in ("RGB", "RGBA", "P", "CMYK", "YCbCr") else "L")
+    except (OSError, ValueError, Image.DecompressionBombError):
+        return None
+    if grey is not None:  # sixteen bits
+        bright = max(float(np.percentile(grey, 99.9)), 1e-9)
+        picture = Image.fromarray(np.clip(grey * (255 / bright), 0, 255).astype(np.uint8))
+    return picture if orientation == 1 else Image.fromarray(turn(np.asarray(picture), orientation))
+
+
+def as_webp(picture: Image.Image, longest_px: int = _LONGEST_PX) -> bytes:
+    """A picture as a file of WebP, made smaller where a side is longer."""
+    small, out = picture.copy(), io.BytesIO()
+    small.thumbnail((longest_px, longest_px))
+    small.save(out, "WEBP", quality=_QUALITY)
+    return out.getvalue()
+
+
+def data_uri(picture: Image.Image) -> str:
+    """A picture as a data URI, no larger than a page needs."""
+    return "data:image/webp;base64," + base64.b64encode(as_webp(picture)).decode()
+
+
+# Small SVG drawings: courses of arcs, histograms, residuals on the picture, ellipses of uncertainty.
+
+_MOST_POINTS = 500
+_MOST_LETTERS = 26  # of a bar's label: its end tells it apart
+_DETAIL_PX = 0.4  # how far a drawn course may leave the points that it stands for: less than a line is wide
+
+
+def courses(owner: Ints, x: Floats, y: Floats, *, detail: float = _DETAIL_PX) -> dict[int, str]:
+    """SVG path data of each owner's points, px; the points of an owner are contiguous.
+
+    Points that a straight piece passes within `detail` are left out (Douglas and Peucker 1973, by OpenCV).
+    """
+    if not len(owner):
+        return {}
+    starts = np.flatnonzero(np.r_[True, owner[1:] != owner[:-1]])
+    points = np.stack([x, y], axis=1)
+    pieces = zip(owner[starts].tolist(), np.split(points, starts[1:]), strict=True)
+    return {int(no): course(piece, detail) for no, piece in pieces}
+
+
+def course(points: Floats, detail: float = _DETAIL_PX) -> str:
+    """SVG path data of points (n, 2), px, as `courses` has it."""
+    return path_data(np.asarray(cv2.approxPolyDP(points.astype(np.float32), detail, False)[:, 0], float))
+
+
+def path_data(points: Floats, closed: bool = False) -> str:
+    """SVG path data of a polyline (n, 2), px, to a tenth."""
+    return "M" + "L".join(f"{u:.1f} {v:.1f}" for u, v in points.tolist()) + ("Z" if closed else "")
+
+
+def histogram(values: Floats, weights: Floats, *, reach: float = 4.0, bins: int = 40) -> Markup:
+    """Histogram of residuals over their standard deviations, with the normal density; the outermost bars include all
+    beyond.
+
+    values in standard deviations, weights 0 to 1.
+    """
+    heights, edges = np.histogram(np.clip(values, -reach, reach), bins, (-reach, reach), weights=weights)
+    total = max(float(heights.sum()), 1e-9)
+    density = heights / total / (edges[1] - edges[0])
+    top = max(float(density.max()), 0.45)
+    bars = Markup("").join(
+        Markup('<rect x="{:.2f}" y="{:.2f}" width="{:.2f}" height="{:.2f}"/>').format(
+            40 * left, 100 * (1 - d / top), 40 * (edges[1] - edges[0]) - 0.5, 100 * d / top
+        )
+        for left, d in zip(edges[:-1].tolist(), density.tolist(), strict=True)
+    )
+    at = np.linspace(-reach, reach, 81)
+    normal = np.exp(-(at**2) / 2) / np.sqrt(2 * np.pi)
+    curve = path_data(np.stack([40 * at, 100 * (1 - normal / top)], axis=1))
+    marks = Markup("").join(
+        Markup('<text x="{}" y="112" text-anchor="middle">{}</text>').format(40 * k, k) for k in (-4, -2, 0, 2, 4)
+    )
+    return Markup(
+        '<svg class="plot" viewBox="-166 -4 332 120" role="img" aria-label="histogram of residuals">'
+        '<g class="bars">{}</g><path class="curve" d="{}"/><path class="axis" d="M-160 100H160"/>{}</svg>'
+    ).format(bars, curve, marks)
+
+
+def residual_map(points: Floats, normals: Floats, residual: Floats, width: int, height: int, scale: float) -> Markup:
+    """Residuals (n,) px, along normals (n, 2) from points (n, 2) of the picture, drawn `scale` times as long."""
+    ends = points + scale * residual[:, None] * normals
+    data = "".join(
+        f"M{a:.0f} {b:.0f}L{c:.0f} {d:.0f}" for (a, b), (c, d) in zip(points.tolist(), ends.tolist(), strict=True)
+    )
+    return Markup(
+        '<svg class="plot map" viewBox="-0.5 -0.5 {w} {h}" role="img" aria-label="residuals on the picture">'
+        '<rect class="frame" x="-0.5" y="-0.5" width="{w}" height="{h}"/><path class="residual" d="{d}"/></svg>'
+    ).format(w=width, h=height, d=data)
+
+
+def ellipse(covariance: Floats, label: str) -> Markup:
+    """One and two standard deviations of a covariance (2, 2) in mm, the longer half axis of two filling the drawing."""
+    half = 2 * float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 1e-30)))
+    paths = Markup("").join(
+        Markup('<path class="ellipse" d="{}"/>').format(
+            path_data(ellipse_points(covariance, k) * [80 / half, -80 / half], True)
+        )
+        for k in (1, 2)
+    )
+    return Markup(
+        '<svg class="plot ellipses" viewBox="-100 -100 200 215" role="img" aria-label="error ellipse {label}">'
+        '<path class="axis" d="M-90 0H90M0 -90V90"/>{paths}<text x="0" y="110" text-anchor="middle">{label}: '
+        "two sigma at most {half:.2g} mm</text></svg>"
+    ).format(label=label, paths=paths, half=half)
+
+
+def ellipse_points(covariance: Floats, sigmas: float, count: int = 48) -> Floats:
+    """Points (count, 2) around the ellipse of so many standard deviations about the origin."""
+    values, vectors = np.linalg.eigh(covariance)
+    at = np.linspace(0, 2 * np.pi, count, endpoint=False)
+    circle = np.stack([np.cos(at), np.sin(at)], axis=1)
+    return np.asarray(sigmas * circle * np.sqrt(np.maximum(values, 0)) @ vectors.T)
+
+
+def bars(labels: Sequence[str], values: Sequence[float], unit: str) -> Markup:
+    """A bar a label, the longest as wide as there is room."""
+    longest = max((abs(v) for v in values), default=0.0) or 1.0
+    drawn = [
+        Markup(
+            '<text x="176" y="{y}" text-anchor="end">{label}</text>'
+            '<rect x="182" y="{top}" width="{wide:.1f}" height="14"/><text x="{end:.1f}" y="{y}">{value:.4g}</text>'
+        ).format(
+            y=20 * n + 15, top=20 * n + 4, wide=380 * abs(v) / longest, end=188 + 380 * abs(v) / longest,
+            label=visible(label)[-_MOST_LETTERS:], value=v,
+        )
+        for n, (label, v) in enumerate(zip(labels, values, strict=True))
+    ]  # fmt: skip
+    return Markup(
+        '<svg class="plot history counts" viewBox="0 0 640 {}" role="img" aria-label="{} by name">{}</svg>'
+    ).format(20 * len(labels) + 8, unit, Markup("").join(drawn))
+
+
+@dataclass(frozen=True)
+class Point:
+    """A value of a plot over time: where a click leads, its label, sigma, nominal and limit (of how far it is from the
+    nominal, without one of itself) where there are such, and whether it is not as it should be."""
+
+    link: str
+    label: str
+    value: float
+    sigma: float | None = None
+    nominal: float | None = None
+    limit: float | None = None
+    bad: bool = False
+
+
+def history(points: Sequence[Point], unit: str) -> Markup:
+    """Values one after the other with two standard deviations, the nominal and the limits about it; each is a link.
+
+    Of many the last 500 are drawn.
+    """
+    points = points[-_MOST_POINTS:]
+    value = np.array([p.value for p in points])
+    sigma, nominal, limit = (
+        np.array([np.nan if v is None else v for v in column], float)
+        for column in zip(*((p.sigma, p.nominal, p.limit) for p in points), strict=True)
+    )
+    spread = 2 * np.nan_to_num(sigma)
+    above = np.nan_to_num(nominal) + limit  # where nothing is nominal the limit is that of the value itself
+    shown = np.concatenate([value - spread, value + spread, nominal - limit, above, nominal])
+    low, high = float(np.nanmin(shown)), float(np.nanmax(shown))
+    if high - low < 1e-9 * abs(high) + 1e-12:  # of one value
+        low, high = low - 0.5 * abs(low) - 1e-6, high + 0.5 * abs(high) + 1e-6
+    margin = 0.08 * (high - low)
+    x = 60 + 900 * (np.arange(len(points)) + 0.5) / len(points)
+
+    def y(v: Floats) -> Floats:
+        return np.asarray(250 - 240 * (v - low + margin) / (high - low + 2 * margin))
+
+    half = 450 / len(points)  # a line goes as far about a value as to the middle of the next
+    ends = (x[:, None] + [-half, half]).ravel()
+    lines = [
+        Markup('<path class="{}" d="{}"/>').format(
+            name, path_data(np.column_stack([ends, np.repeat(y(at), 2)])[np.repeat(np.isfinite(at), 2)])
+        )
+        for name, at in (("nominal", nominal), ("limit", nominal - limit), ("limit", above))
+        if np.isfinite(at).any()
+    ]
+    dots = [
+        Markup(
+            '<a href="{}"><path class="sigma" d="M{:.1f} {:.1f}V{:.1f}"/>'
+            '<circle class="{}" cx="{:.1f}" cy="{:.1f}" r="4">'
+            "<title>{}: {:.4g}{} {}</title></circle></a>"
+        ).format(
+            p.link, u, top, bottom, "bad" if p.bad else "good", u, v, visible(p.label), p.value,
+            "" if p.sigma is None else f" \u00b1 {p.sigma:.2g}", unit,
+        )
+        for p, u, v, top, bottom in zip(points, x, y(value), y(value + spread), y(value - spread), strict=True)
+    ]  # fmt: skip
+    marks = [
+        Markup('<text x="52" y="{:.1f}" text-anchor="end">{:.4g}</text>').format(float(y(np.array(at))), at)
+        for at in np.linspace(low, high, 5)
+    ]
+    return Markup(
+        '<svg class="plot history" viewBox="-60 0 1040 270" role="img" aria-label="values over time, {}">'
+        '<path class="axis" d="M60 10V250H960"/>{}</svg>'
+    ).format(unit, Markup("").join([*marks, *lines, *dots]))
+
+
+# The model as the cameras of a run see it, from the run's rows: its edges by state, drawn over the pictures, and pieces
+# of them that show what is not as the model says.
+
+_MARGIN_PX, _LEAST_PX = 40, 160  # about what a crop is of, and of its side: what lies around it says where that is
+_MOST_CROPS = 50
+
+
+@dataclass(frozen=True)
+class Edge:
+    """An edge as a camera should see it: its row, points (n, 2) px along it, and the state it is drawn in, empty where
+    nothing was said of it."""
+
+    row: Any
+    points: Floats
+    state: str
+
+    @property
+    def number(self) -> int:
+        return int(self.row.view_arc_no)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What a camera of a run saw: the row of its picture, that in eight bits where its bytes were kept, and the edges
+    of the model in it."""
+
+    row: Any
+    image: Image.Image | None
+    edges: list[Edge]
+
+
+def read_seen(store: Store, connection: Connection, run: int) -> list[Seen]:
+    """The pictures of a run with the edges of the model, in the order of the cameras."""
+    edges = read_edges(store, connection, run)
+    return [
+        Seen(row, None if row.bytes is None else read_image(row.bytes), edges.get(row.camera, []))
+        for row in store.rows(connection, "report/pictures", run_id=run)
+    ]
+
+
+def read_edges(store: Store, connection: Connection, run: int) -> dict[str, list[Edge]]:
+    """The edges of the model at the best pose, by camera."""
+    courses = store.columns(connection, "report/model_arc_courses", run_id=run)
+    number, camera = np.asarray(courses["view_arc_no"], np.int64), np.asarray(courses["camera"])
+    points = np.stack([np.asarray(courses[c], float) for c in "xy"], axis=1)
+    starts = np.flatnonzero(np.r_[True, (number[1:] != number[:-1]) | (camera[1:] != camera[:-1])][: len(number)])
+    keys = zip(camera[starts].tolist(), number[starts].tolist(), strict=True)
+    course = dict(zip(keys, np.split(points, starts[1:]), strict=False))
+    states = {(r.camera, int(r.view_arc_no)): r.state for r in store.rows(connection, "report/state_arcs", run_id=run)}
+    out: dict[str, list[Edge]] = defaultdict(list)
+    for row in store.rows(connection, "report/model_arcs", run_id=run):
+        key = row.camera, int(row.view_arc_no)
+        if key in course:
+            out[row.camera].append(Edge(row, course[key], states.get(key, "")))
+    return out
+
+
+def draw_model(canvas: Bytes, edges: Sequence[Edge], boxes: Sequence[Floats] = (), width: int = 1) -> Bytes:
+    """A picture (rows, columns, 3: RGB) with edges in the colours of their states, the worst above, blends in a colour
+    of their own; boxes (4, 2) px: about what the model does not account for."""
+    blends = [e.points for e in edges if e.row.kind == "smooth"]
+    by_state = [
+        Stroke(
+            [e.points for e in edges if (e.state or "undecidable") == state and e.row.kind != "smooth"], colour, width
+        )
+        for state, colour in reversed(STATES.items())
+    ]
+    return draw(canvas, [Stroke(blends, BLEND, width), *by_state, Stroke(boxes, UNEXPLAINED, width, closed=True)])
+
+
+def draw_over(store: Store, connection: Connection, run: int, greys: Mapping[str, Bytes | Floats]) -> dict[str, Bytes]:
+    """The pictures of an inspection, given by camera in 0..255, with the model drawn over them and what it does not
+    account for (rows, columns, 3: RGB); arcs beyond the model are left out."""
+    boxes: dict[str, list[Floats]] = defaultdict(list)
+    for r in store.rows(connection, "result/unexplained", run_id=run):
+        if not r.beyond or r.region_no is not None:
+            boxes[r.camera].append(np.array([[r.u0, r.v0], [r.u1, r.v0], [r.u1, r.v1], [r.u0, r.v1]], float))
+    edges = read_edges(store, connection, run)
+    return {name: draw_model(in_colour(grey), edges.get(name, []), boxes[name]) for name, grey in greys.items()}
+
+
+def write_overlay(path: str | Path, store: Store, run: int, greys: Mapping[str, Bytes | Floats]) -> None:
+    """Write the pictures of an inspection, given by camera, side by side with the model drawn over them.
+
+    Raises InputError where it cannot be written.
+    """
+    with store.read() as connection:
+        drawn = draw_over(store, connection, run, greys)
+    save_side_by_side(path, list(drawn.values()))
+
+
+def write_crops(folder: str | Path, store: Store, run: int, greys: Mapping[str, Bytes | Floats]) -> None:
+    """Write a picture of each failure of an inspection, the worst first and at most 50: what every camera shows there,
+    without and with the model."""
+    with store.read() as connection:
+        edges, drawn = read_edges(store, connection, run), draw_over(store, connection, run, greys)
+        of_item = item_edges(store, connection, run)
+        failures = store.rows(connection, "report/failures", run_id=run)[:_MOST_CROPS]
+    for place, row in enumerate(failures, 1):
+        pieces: list[Bytes] = []
+        for name, grey in greys.items():
+            own = [e for e in edges.get(name, ()) if (name, e.number) in of_item[int(row.in_view_no)]]
+            if own:
+                u0, v0, u1, v1 = box_about(own, (grey.shape[1], grey.shape[0]))
+                pieces += [in_colour(grey[v0:v1, u0:u1]), drawn[name][v0:v1, u0:u1]]
+        if pieces:
+            words = re.sub(r"[^A-Za-z0-9.-]+", "_", row.path)[-200:]  # a name of a file may have 255 bytes
+            save_side_by_side(Path(folder) / f"{place:02d}_{row.state}_{words}.png", pieces)
+
+
+def check_crops(folder: str | Path) -> None:
+    """Raise InputError where the folder cannot be made, before anything is computed."""
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"the folder {folder} cannot be made ({error.strerror}): name another place") from error
+
+
+def item_edges(store: Store, connection: Connection, run: int) -> dict[int, set[tuple[str, int]]]:
+    """Cameras and numbers of the edges that show each part and feature, by its number in view."""
+    out: dict[int, set[tuple[str, int]]] = defaultdict(set)
+    for r in store.rows(connection, "report/item_arcs", run_id=run):
+        out[int(r.in_view_no)].add((r.camera, int(r.view_arc_no)))
+    return out
+
+
+def box_about(edges: Iterable[Edge], size: tuple[int, int]) -> tuple[int, int, int, int]:
+    """Bounds u0 v0 u1 v1 (px, half-open) of a piece of a picture (width, height) that shows edges and what lies about
+    them."""
+    points = np.concatenate([e.points for e in edges])
+    low, high = points.min(axis=0), points.max(axis=0)
+    margin = np.maximum(_MARGIN_PX, (_LEAST_PX - (high - low)) / 2)
+    u0, v0 = np.floor(low - margin).clip(0, np.array(size) - 1).astype(int).tolist()
+    u1, v1 = np.ceil(high + margin).clip((u0 + 1, v0 + 1), size).astype(int).tolist()
+    return u0, v0, u1, v1

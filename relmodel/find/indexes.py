@@ -1,0 +1,532 @@
+"""A world in memory, and the kinds of index over its boxes: R-tree, grid, oct-tree, range trees.
+
+All give the same answers; they differ in building, size and time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+from sqlalchemy import Connection
+
+from relmodel.arrays import Bools, Floats, Ints
+from relmodel.errors import UsageError
+from relmodel.find.boxes import PAGE_SIZE, among, as_boxes, bounds_of_runs, page_order
+from relmodel.find.find import BOX_COLUMNS, LEVELS, Level, world_named
+from relmodel.find.volumes import Box, Volume, VolumeTable, volumes_met
+from relmodel.geometry.transforms import Hulls, boxes_placed, matrices
+from relmodel.store import Store
+
+FANOUT = 16
+_FEW = 64  # boxes asked of which the order makes no difference
+_ONE = np.zeros(1, np.int64)
+
+
+class PackedRTree:
+    """An R-tree of boxes (n, 6: x0 y0 z0 x1 y1 z1), packed by Sort-Tile-Recursive on every level.
+
+    Leutenegger, Lopez and Edgington, "STR: a simple and efficient algorithm for R-tree packing", ICDE 1997.  The
+    children of a node are compared all at once (`rtree_kernels`).  Boxes that touch a volume are in it.
+    """
+
+    def __init__(self, boxes: npt.ArrayLike) -> None:
+        from relmodel.find import rtree_kernels
+
+        self._kernels = rtree_kernels  # an import by each question would take a tenth of its time
+        levels, orders = [as_boxes(boxes)], []
+        while len(levels[-1]) > FANOUT:
+            orders.append(page_order(levels[-1], FANOUT))
+            levels.append(np.empty((-(-len(levels[-1]) // FANOUT), 6)))
+            rtree_kernels.bound_runs(levels[-2], orders[-1], levels[-1])
+        # From the top down, order each level by its parents, so that the children of a node are contiguous.
+        final, firsts = [np.arange(len(levels[-1]))], [np.array([0, len(levels[-1])])]
+        for order in reversed(orders):
+            place = final[0][:, None] * FANOUT + np.arange(FANOUT)
+            there = place < len(order)
+            final.insert(0, order[place[there]])
+            firsts.insert(0, np.cumsum([0, *there.sum(axis=1)]))
+        counts = [len(first) - 1 for first in firsts]  # of nodes, a level
+        ends = np.cumsum(counts)
+        self._nodes = np.empty((int(ends[-1]), 7, FANOUT))
+        begins = [-1, 0, *ends[:-2].tolist()]  # of the nodes below
+        for level, order, first, count, end, below in zip(levels, final, firsts, counts, ends, begins, strict=False):
+            rtree_kernels.fill_nodes(level, order, first, below, self._nodes[end - count : end])
+        self._leaves = counts[0]
+        self._count = len(levels[0])
+        self._around = bounds_of_runs(levels[-1], _ONE) if self._count else np.zeros((1, 6))
+
+    def __len__(self) -> int:
+        return self._count
+
+    def in_box(self, box: Floats) -> Ints:
+        """Numbers of the boxes that meet a box (6,)."""
+        return self._kernels.entries_in_box(self._nodes, self._leaves, box[None])
+
+    def in_boxes(self, boxes: Floats) -> tuple[Ints, Ints]:
+        """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked."""
+        order = np.arange(len(boxes))  # in which they are looked at: near ones mostly follow each other
+        if len(boxes) > _FEW:
+            self._kernels.near_keys(boxes, self._around, order)
+            order.sort()
+            order &= 0xFFFFFFFF
+        return self._kernels.entries_in_boxes(self._nodes, self._leaves, order, boxes)
+
+    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
+        """Pairs of (number of the volume, number of a box) where the box meets the ball and is not wholly outside any
+        half-space of the volume, by volume."""
+        from relmodel.find import rtree_kernels
+
+        return rtree_kernels.entries_in_volumes(
+            self._nodes, self._leaves, volumes.bounds, volumes.half_spaces, volumes.start, volumes.balls
+        )
+
+    def any_in_box(self, box: npt.ArrayLike) -> bool:
+        """Whether any box meets a box (6,)."""
+        return bool(self.any_in_boxes(np.asarray(box, np.float64).reshape(1, 6))[0])
+
+    def any_in_boxes(self, boxes: Floats) -> Bools:
+        """Whether any box meets each of some boxes (k, 6): (k,)."""
+        from relmodel.find import rtree_kernels
+
+        return rtree_kernels.any_in_boxes(self._nodes, self._leaves, boxes)
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its arrays, bytes."""
+        return self._nodes.nbytes
+
+
+# Equal cells, the cell's size from a cost model, with coarser levels for boxes that are larger than a cell.
+
+# Hits of a typical volume, and the cost of looking up a cell relative to testing a box.
+EXPECTED_HITS = (10, 100)
+CELL_COST = 4.0
+_LARGEST_CELLS = 2**20  # along an axis
+
+
+class Grid:
+    """Boxes in cells of a hierarchical grid, sorted by cell; only cells that hold boxes take room.
+
+    A box lies in one cell, that of its least corner, on the level whose cell is just as large as its longest side: a
+    volume looks at the cells that its bounds reach, and at those before them by the longest side of the level.  So
+    large boxes do not flood the small cells.  The size of the smallest cells, `cell_mm`, is that of least expected
+    cost, the number of cells looked up and of boxes tested by volumes that hold EXPECTED_HITS boxes: large cells test
+    boxes in vain, small cells are many.  `costs` has what was weighed: (cell size, expected cost) rows.
+    """
+
+    def __init__(self, boxes: npt.ArrayLike) -> None:
+        given = as_boxes(boxes)
+        self.cell_mm, self.costs = _cell_size(given)
+        longest = (given[:, 3:] - given[:, :3]).max(axis=1, initial=0)
+        level = np.maximum(0, np.ceil(np.log2(np.maximum(longest / self.cell_mm, 1)))).astype(np.int64)
+        self._origin = given[:, :3].min(axis=0) if len(given) else np.zeros(3)
+        sizes = self.cell_mm * 2.0 ** np.arange(int(level.max(initial=0)) + 1)
+        cell = np.floor((given[:, :3] - self._origin) / sizes[level][:, None]).astype(np.int64)
+        order = np.lexsort((cell[:, 2], cell[:, 1], cell[:, 0], level))
+        self._number, self._boxes = order.astype(np.int64), given[order]
+        self._given = given
+        level, cell = level[order], cell[order]
+        self._depth_cell = np.ascontiguousarray(cell[:, 2])
+        # Columns: runs of boxes of one level, x and y.
+        first = np.flatnonzero((np.diff(np.column_stack([level, cell[:, :2]]), axis=0, prepend=-1) != 0).any(axis=1))
+        self._column = np.ascontiguousarray(cell[first, :2])
+        self._column_start = np.append(first, len(given)).astype(np.int64)
+        self._level_column = np.searchsorted(level[first], np.arange(len(sizes) + 1)).astype(np.int64)
+        self._sizes = sizes.astype(np.float64)
+        self._longest = np.zeros((len(sizes), 3))
+        np.maximum.at(self._longest, level, (self._boxes[:, 3:] - self._boxes[:, :3]))
+
+    def __len__(self) -> int:
+        return len(self._number)
+
+    @property
+    def nbytes(self) -> int:
+        kept = (self._boxes, self._number, self._depth_cell, self._column, self._column_start)
+        return sum(array.nbytes for array in kept)
+
+    def in_box(self, box: Floats) -> Ints:
+        return self.in_boxes(box[None])[1]
+
+    def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
+        return self._ask(asked, first_only=False)
+
+    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
+        return among(self._given, volumes, self.in_boxes(volumes.bounds))
+
+    def any_in_box(self, box: Floats) -> bool:
+        return len(self._ask(np.asarray(box, float).reshape(1, 6), first_only=True)[0]) > 0
+
+    def _ask(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints]:
+        from relmodel.find.cell_kernels import grid_entries_in_boxes
+
+        numbers, entries = grid_entries_in_boxes(
+            self._boxes,
+            self._origin,
+            self._sizes,
+            self._longest,
+            self._level_column,
+            self._column,
+            self._column_start,
+            self._depth_cell,
+            as_boxes(asked),
+            first_only,
+        )
+        return numbers, self._number[entries]
+
+
+def _cell_size(boxes: Floats) -> tuple[float, Floats]:
+    """Cell size of least expected cost, and the rows (m, 2: cell size, cost) that were weighed."""
+    if len(boxes) == 0:
+        return 1.0, np.empty((0, 2))
+    low, extent = boxes[:, :3], boxes[:, 3:] - boxes[:, :3]
+    span = float(max((low.max(axis=0) - low.min(axis=0)).max(), extent.max(), 1e-9))
+    # Boxes crowd: the density about a box taken by chance is the mean over boxes, not over the room.
+    bins = np.minimum(((low - low.min(axis=0)) / span * 16).astype(np.int64), 15)
+    crowd = np.bincount(np.ravel_multi_index((bins[:, 0], bins[:, 1], bins[:, 2]), (16, 16, 16)))
+    density = float((crowd.astype(float) ** 2).sum() / len(boxes)) / (span / 16) ** 3
+    longest = extent.max(axis=1)
+    smallest = max(span / _LARGEST_CELLS, float(np.median(longest)) / 4, 1e-9)
+    rows = []
+    for size in smallest * 2.0 ** np.arange(max(1, int(np.log2(span / smallest)) + 1)):
+        level = np.maximum(0, np.ceil(np.log2(np.maximum(longest / size, 1)))).astype(np.int64)
+        share = np.bincount(level) / len(boxes)
+        cells = size * 2.0 ** np.arange(len(share))
+        cost = 0.0
+        for hits in EXPECTED_HITS:
+            side = (hits / density) ** (1 / 3)
+            reach = side + 2 * cells  # the volume, the boxes that begin before it, and the rest of the last cell
+            looked_up = np.minimum((reach / cells) ** 2, share * len(boxes))
+            cost += float((CELL_COST * looked_up + share * density * np.minimum(reach, span) ** 3)[share > 0].sum())
+        rows.append((size, cost))
+    costs = np.array(rows)
+    return float(costs[np.argmin(costs[:, 1]), 0]), costs
+
+
+# An oct-tree of boxes: a cell is empty, or holds few boxes, or is subdivided.
+
+FILL = 16
+DEPTH = 16
+_REPEATED = 3.0  # a cell is left whole where its children would hold this many times its boxes
+
+
+class Octree:
+    """Cells halved along each axis until they hold at most FILL boxes, or halving no longer parts the boxes.
+
+    A box is listed in every leaf that it touches; a query reports it in one of them only, that which holds the least
+    point that box and query share.  Empty cells are not kept.
+
+    cells: (m, 6) boxes of the cells, root first, depth by depth; of cell i the children
+    are `first_child[i]` to `first_child[i] + child_count[i]`, the boxes, where it is a leaf, `entry[first_entry[i]]`
+    to `entry[first_entry[i + 1]]`.
+    """
+
+    def __init__(self, boxes: npt.ArrayLike) -> None:
+        self._boxes = as_boxes(boxes)
+        n = len(self._boxes)
+        root = np.zeros((1, 6))
+        if n:
+            root[0] = [*self._boxes[:, :3].min(axis=0), *self._boxes[:, 3:].max(axis=0)]
+        cells, first_child, child_count, lists = [root], [], [], []
+        node, box = np.zeros(n, np.int64), np.arange(n)  # pairs of this depth, by cell
+        made = 1
+        for depth in range(DEPTH + 1):
+            here = cells[-1]
+            counts = np.bincount(node, minlength=len(here))
+            middle = (here[:, :3] + here[:, 3:]) / 2
+            below = self._boxes[box, :3] <= middle[node]
+            above = self._boxes[box, 3:] >= middle[node]
+            repeated = np.bincount(node, (below.astype(int) + above).prod(axis=1), minlength=len(here))
+            split = (counts > FILL) & (repeated < _REPEATED * counts) & (depth < DEPTH)
+            split &= (here[:, 3:] > here[:, :3]).any(axis=1)
+            lists.append((made - len(here) + node[~split[node]], box[~split[node]]))
+            inner = split[node]
+            # All pairs with the octants that they touch, in order of cell and octant.
+            new_node, new_box = [], []
+            for octant in range(8):
+                side = np.array([octant >> 2 & 1, octant >> 1 & 1, octant & 1], bool)
+                touches = inner & np.where(side, above, below).all(axis=1)
+                new_node.append(node[touches] * 8 + octant)
+                new_box.append(box[touches])
+            key, box = np.concatenate(new_node), np.concatenate(new_box)
+            order = np.argsort(key, kind="stable")
+            key, box = key[order], box[order]
+            kept, node = np.unique(key, return_inverse=True)
+            children = np.bincount(kept // 8, minlength=len(here))
+            child_count.append(children)
+            first_child.append(made + np.cumsum(children) - children)
+            if not len(kept):
+                break
+            side = (kept[:, None] >> np.array([2, 1, 0])) & 1 == 1
+            owner = kept // 8
+            low = np.where(side, middle[owner], here[owner, :3])
+            high = np.where(side, here[owner, 3:], middle[owner])
+            cells.append(np.concatenate([low, high], axis=1))
+            made += len(kept)
+        self.cells = np.concatenate(cells)
+        self.first_child = np.concatenate(first_child).astype(np.int64)
+        self.child_count = np.concatenate(child_count).astype(np.int64)
+        leaf, entry = (np.concatenate(columns) for columns in zip(*lists, strict=True))
+        self.entry = entry[np.argsort(leaf, kind="stable")].astype(np.int64)
+        self.first_entry = np.cumsum([0, *np.bincount(leaf, minlength=made)]).astype(np.int64)
+
+    def __len__(self) -> int:
+        return len(self._boxes)
+
+    @property
+    def nbytes(self) -> int:
+        arrays = (self._boxes, self.cells, self.first_child, self.child_count, self.entry, self.first_entry)
+        return sum(array.nbytes for array in arrays)
+
+    def in_box(self, box: Floats) -> Ints:
+        return self.in_boxes(box[None])[1]
+
+    def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
+        return self._ask(asked, first_only=False)
+
+    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
+        return among(self._boxes, volumes, self.in_boxes(volumes.bounds))
+
+    def any_in_box(self, box: Floats) -> bool:
+        return len(self._ask(np.asarray(box, float).reshape(1, 6), first_only=True)[0]) > 0
+
+    def _ask(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints]:
+        from relmodel.find.cell_kernels import octree_entries_in_boxes
+
+        numbers, found = octree_entries_in_boxes(
+            self._boxes,
+            self.cells,
+            self.first_child,
+            self.child_count,
+            self.first_entry,
+            self.entry,
+            as_boxes(asked),
+            8 * (DEPTH + 2),
+            first_only,
+        )
+        return numbers, found
+
+
+# Nested segment and range trees: "does any box meet this volume?" in O(log^3 n) steps, whatever the boxes.
+
+
+class RangeTree:
+    """Trees over x, whose nodes hold trees over y, whose nodes hold lists in order of the least z.
+
+    An interval meets [q0, q1] if it holds q0 or if it begins in (q0, q1].  The first are on one path of a segment tree
+    (de Berg et al., "Computational Geometry", chapter 10), the second under O(log n) nodes of a range tree over the
+    beginnings (chapter 5); no box is found twice.  A list stores for each box the greatest z of the boxes up to it, so
+    that a binary search finds whether one of them meets [q0, q1] in z.  Groups of a few boxes are lists without trees.
+
+    It takes O(n log^2 n) memory, some hundred times that of the boxes: use it for questions of existence whose cost
+    must not depend on the arrangement of the boxes.
+    """
+
+    def __init__(self, boxes: npt.ArrayLike) -> None:
+        from relmodel.find.rangetree_kernels import greatest_so_far, trees_over
+
+        given = as_boxes(boxes)
+        self._number = np.argsort(given[:, 2], kind="stable").astype(np.int64)
+        self._boxes = np.ascontiguousarray(given[self._number])  # in order of z, and so is every list below
+        self._given = given
+        everything = np.array([0, len(given)], np.int64), np.arange(len(given), dtype=np.int32)
+        self._x: tuple[Any, ...] = trees_over(self._boxes[:, 0].copy(), self._boxes[:, 3].copy(), *everything)
+        self._y: tuple[Any, ...] = trees_over(self._boxes[:, 1].copy(), self._boxes[:, 4].copy(), *self._x[-2:])
+        self._greatest = greatest_so_far(self._boxes[:, 5].copy(), *self._y[-2:])
+
+    def __len__(self) -> int:
+        return len(self._number)
+
+    @property
+    def nbytes(self) -> int:
+        return sum(array.nbytes for array in (self._boxes, self._number, *self._x, *self._y, self._greatest))
+
+    def in_box(self, box: Floats) -> Ints:
+        return self.in_boxes(box[None])[1]
+
+    def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
+        numbers, found, _ = self._ask(asked, first_only=False)
+        return numbers, self._number[found]
+
+    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
+        return among(self._given, volumes, self.in_boxes(volumes.bounds))
+
+    def any_in_box(self, box: Floats) -> bool:
+        return self.existence(box)[0]
+
+    def existence(self, box: Floats) -> tuple[bool, int]:
+        """Whether any box meets a box (6,), and the steps taken: nodes visited, probes of searches, boxes tested."""
+        numbers, _, steps = self._ask(np.asarray(box, float).reshape(1, 6), first_only=True)
+        return len(numbers) > 0, int(steps)
+
+    def _ask(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints, int]:
+        from relmodel.find.rangetree_kernels import entries_in_boxes
+
+        found: tuple[Ints, Ints, int] = entries_in_boxes(
+            self._boxes, self._x, self._y, self._greatest, as_boxes(asked), first_only
+        )
+        return found
+
+
+# The kinds of index over boxes, by name. All give the same answers; they differ in building, size and time.
+
+
+class BoxIndex(Protocol):
+    """An index of boxes (n, 6: x0 y0 z0 x1 y1 z1) that says which of them meet others; touching counts."""
+
+    def __len__(self) -> int: ...
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its arrays, bytes."""
+
+    def in_box(self, box: Floats) -> Ints:
+        """Numbers of the boxes that meet a box (6,)."""
+
+    def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
+        """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked."""
+
+    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
+        """Pairs of (number of the volume, number of a box) where the box meets the ball and is not wholly outside any
+        half-space of the volume, by volume."""
+
+    def any_in_box(self, box: Floats) -> bool:
+        """Whether any box meets a box (6,)."""
+
+
+KINDS = ("rtree", "grid", "octree", "rangetree")
+
+
+def build(kind: str, boxes: npt.ArrayLike) -> BoxIndex:
+    """An index of a kind over boxes (n, 6).  Raises UsageError where the kind is unknown."""
+    if kind == "rtree":
+        return PackedRTree(boxes)
+    if kind == "grid":
+        return Grid(boxes)
+    if kind == "octree":
+        return Octree(boxes)
+    if kind == "rangetree":
+        return RangeTree(boxes)
+    raise UsageError(f"there is no index of the kind {kind!r}: use one of {', '.join(KINDS)}")
+
+
+# A world in memory, for planners that ask what lies in a volume hundreds of times a minute.
+
+
+def placed_parts(store: Store, connection: Connection, world_id: int) -> tuple[dict[str, npt.NDArray[Any]], Hulls]:
+    """The placed parts of a world by columns, as the query index/parts gives them, and the hulls of their shapes."""
+    parts = store.columns(connection, "index/parts", world_id=world_id, path=None)
+    shape_ids = store.array(np.unique(parts["shape_id"].astype(np.int64)))
+    return parts, Hulls.of(store.columns(connection, "find/hulls", shape_ids=shape_ids))
+
+
+def world_boxes(parts: dict[str, npt.NDArray[Any]], hulls: Hulls) -> Floats:
+    """World boxes (n, 6) of placed parts (n,), mm."""
+    boxes = np.stack([parts[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(np.float64)
+    return boxes_placed(matrices(parts), boxes, parts["shape_id"].astype(np.int64), hulls)
+
+
+class WorldIndex:
+    """The boxes of a world's parts, features, surfaces and arcs: the answers of `in_volume` without the store.
+
+    Placed parts lie in an index of the kind asked for.  Elements are kept once a shape, in its frame and in pages: a
+    query carries the volume into the frame of each part that it meets.
+    """
+
+    def __init__(
+        self,
+        parts: dict[str, npt.NDArray[Any]],
+        elements: Mapping[Level, dict[str, npt.NDArray[Any]]],
+        hulls: Hulls,
+        kind: str = "rtree",
+    ) -> None:
+        self.kind = kind
+        self._occurrence_id = parts["occurrence_id"].astype(np.int64)
+        self._no_element = np.full(len(self._occurrence_id), -1, np.int64)
+        self._no_element.flags.writeable = False
+        self._world_from_part = matrices(parts)
+        self._shape_box = np.stack([parts[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(np.float64)
+        self._tree = build(kind, world_boxes(parts, hulls))
+        shapes, self._part_shape = np.unique(parts["shape_id"].astype(np.int64), return_inverse=True)
+        self._elements = {str(level): _ShapePages(shapes, columns) for level, columns in elements.items()}
+
+    @classmethod
+    def load(cls, store: Store, world: str | None = None, kind: str = "rtree") -> WorldIndex:
+        """The newest revision of a world of a store; the only one needs no name.  kind: one of `kinds.KINDS`."""
+        with store.read() as connection:
+            world_id = world_named(store, connection, world)[0]
+            parts, hulls = placed_parts(store, connection, world_id)
+            elements: dict[Level, dict[str, npt.NDArray[Any]]] = {
+                level: store.columns(connection, "index/elements", world_id=world_id, level=level)
+                for level in LEVELS
+                if level != "part"
+            }
+        return cls(parts, elements, hulls, kind)
+
+    def in_volume(self, volume: Volume, level: str = "part") -> tuple[Ints, Ints]:
+        """occurrence_id and element_no (-1 of parts) of what lies in a volume, sorted; defined as in `find`."""
+        if level == "part" and isinstance(volume, Box):  # what a planner asks most often
+            part = self._tree.in_box(volume.bounds)
+            part.sort()
+            return self._occurrence_id[part], self._no_element[: len(part)]
+        return self.in_volumes([volume], level)[1:]
+
+    def in_volumes(self, volumes: Sequence[Volume], level: str = "part") -> tuple[Ints, Ints, Ints]:
+        """Ordinal of the volume, occurrence_id and element_no (-1 of parts) of what lies in volumes, sorted."""
+        if level not in LEVELS:
+            raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
+        boxes_only = {*map(type, volumes)} <= {Box}
+        each: list[Any] = [volume.bounds for volume in volumes]
+        bounds = np.frombuffer(bytearray().join(each)).reshape(-1, 6)  # a fourth of np.array's time
+        table = None if boxes_only and level == "part" else VolumeTable.of(volumes)
+        pairs = self._tree.in_boxes(bounds) if boxes_only or table is None else self._tree.in_volumes(table)
+        key = pairs[0] << 32 | pairs[1]
+        key.sort()
+        asked, part = key >> 32, key & 0xFFFFFFFF
+        if table is None:
+            return asked, self._occurrence_id[part], self._no_element[part]
+        if level != "part":
+            return self._elements_in(table, self._elements[level], asked, part)
+        met = volumes_met(volumes, asked, self._world_from_part[part], self._shape_box[part])
+        return asked[met], self._occurrence_id[part[met]], self._no_element[part[met]]
+
+    def _elements_in(self, table: VolumeTable, pages: _ShapePages, asked: Ints, part: Ints) -> tuple[Ints, Ints, Ints]:
+        from relmodel.find import rtree_kernels
+
+        pair, row = rtree_kernels.elements_in_volumes(
+            table.half_spaces,
+            table.start,
+            table.balls,
+            asked,
+            part,
+            self._world_from_part,
+            self._part_shape,
+            pages.shape_pages,
+            pages.page_boxes,
+            pages.page_start,
+            pages.boxes,
+        )
+        element = pages.element_no[row]
+        order = np.lexsort((element, pair))
+        pair = pair[order]
+        return asked[pair], self._occurrence_id[part[pair]], element[order]
+
+
+class _ShapePages:
+    """Boxes of the elements of a level, by shape and packed into pages; `columns` come sorted by shape."""
+
+    def __init__(self, shapes: Ints, columns: dict[str, npt.NDArray[Any]]) -> None:
+        boxes = np.stack([columns[name] for name in BOX_COLUMNS], axis=1).astype(np.float64)
+        shape = np.searchsorted(shapes, columns["shape_id"].astype(np.int64))
+        ends = np.append(np.flatnonzero(np.diff(shape, prepend=-1)), len(shape))
+        none = np.empty(0, np.int64)
+        order = np.concatenate([none, *(a + page_order(boxes[a:b]) for a, b in pairwise(ends.tolist()))])
+        first = np.concatenate([none, *(np.arange(a, b, PAGE_SIZE) for a, b in pairwise(ends.tolist()))])
+        self.element_no = columns["element_no"].astype(np.int64)[order]
+        self.boxes = boxes[order]
+        self.page_start = np.append(first, len(shape)).astype(np.int64)
+        self.shape_pages = np.searchsorted(shape[first], np.arange(len(shapes) + 1)).astype(np.int64)
+        self.page_boxes = bounds_of_runs(self.boxes, first)

@@ -1,1 +1,0 @@
-"""Writing a loaded model into a store."""

@@ -1,1 +1,0 @@
-"""The model that pictures are compared with: triangles and sampled arcs of a world."""
