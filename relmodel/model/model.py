@@ -76,7 +76,7 @@ class Shape:
     arc_splines: columns of `arc_spline`, `arc_no` for the identity.
     loops, coedges: columns of the tables, with `surface_no` and `arc_no` for identities; `tolerance` of coedges is
         there once the shape is validated (`validation.py`).
-    pcurves: curves of coedges in the (u, v) domain of their surfaces, as `readers/step/document.py` reads them; not stored.
+    pcurves: curves of coedges in the (u, v) domain of their surfaces, as `readers/step/faces.py` has them; not stored.
     arc_offsets: columns of `arc_offset`, `arc_no` for the identity and `basis_arc` (row of `basis_arcs`).
     basis_*: curves and surfaces that swept and offset ones are made from, same columns as arcs and surfaces; one that
         is itself made from others refers to rows before it.

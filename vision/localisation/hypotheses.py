@@ -249,40 +249,16 @@ def predict(
     for name, camera in rig.cameras.items():
         arcs = find_visible_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name], margin_px, count, p)
         seen.append(arcs.take(~arcs.smooth))
-    return see_from(
-        rig,
-        world_from_rig,
-        np.concatenate([s.point for s in seen]),
-        np.concatenate([s.tangent for s in seen]),
-        weight=np.concatenate([s.length_px for s in seen]) / p.search.correlation_px,
-        tolerance_px=np.concatenate([s.scale * scene.tolerance_of_arc[s.arc] for s in seen]),
-        view=np.repeat(np.arange(len(seen)), [len(s.arc) for s in seen]),
-        arc=np.concatenate([s.arc for s in seen]),
-    )
-
-
-def see_from(
-    rig: Rig,
-    world_from_rig: Floats,
-    point: Floats,
-    tangent: Floats,
-    *,
-    weight: Floats,
-    tolerance_px: Floats,
-    view: Ints,
-    arc: Ints,
-) -> Prediction:
-    """The prediction of samples whose points and tangents (n, 3) the world has, from a pose of the rig."""
     rig_from_world = np.linalg.inv(world_from_rig)
     rotation, translation = rig_from_world[:3, :3], rig_from_world[:3, 3]
     camera_from_rig = [np.linalg.inv(rig.rig_from_camera[name]) for name in rig.cameras]
     return Prediction(
-        point=point @ rotation.T + translation,
-        tangent=tangent @ rotation.T,
-        weight=weight,
-        tolerance_px=tolerance_px,
-        view=view,
-        arc=arc,
+        point=np.concatenate([s.point for s in seen]) @ rotation.T + translation,
+        tangent=np.concatenate([s.tangent for s in seen]) @ rotation.T,
+        weight=np.concatenate([s.length_px for s in seen]) / p.search.correlation_px,
+        tolerance_px=np.concatenate([s.scale * scene.tolerance_of_arc[s.arc] for s in seen]),
+        view=np.repeat(np.arange(len(seen)), [len(s.arc) for s in seen]),
+        arc=np.concatenate([s.arc for s in seen]),
         rotation=np.array([m[:3, :3] for m in camera_from_rig]),
         offset=np.array([m[:3, 3] for m in camera_from_rig]),
         matrix=np.array([c.matrix[:2] for c in rig.cameras.values()]),

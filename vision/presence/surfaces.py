@@ -18,8 +18,8 @@ from vision.scene import Scene, StoredScene
 # A body is what moves as one and carries edge samples along, each by so many px along its image normal for a unit of
 # the body's four unknowns. Three are a shift, mm: of a part along its axes, of a surface that bends around along those
 # of the world. The fourth is how far a surface lies outward, mm, or by how much a part is turned, rad. `fit` finds
-# where the elements beside a body's edges put it, `BodyElements.weigh` how much the pictures speak for a place: edge by edge,
-# so that one long shadow near one edge counts no more than that edge can.
+# where the elements beside a body's edges put it, `BodyElements.weigh` how much the pictures speak for a place: edge by
+# edge, so that one long shadow near one edge counts no more than that edge can.
 
 
 @dataclass(frozen=True)
