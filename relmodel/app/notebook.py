@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
@@ -21,36 +22,34 @@ _WIDTH = 1600  # px: a wide screen, and some 2 MB
 
 @dataclass(frozen=True)
 class PicturedInspection(Inspection):
-    """An inspection that a notebook shows by its overlay, which is drawn from the store when it is first asked for; by
-    words alone where the store is closed by then."""
+    """An inspection that a notebook shows by its overlay, drawn from what the store kept when it is first asked for."""
 
     store: Store = field(repr=False, compare=False, kw_only=True)
 
     @cached_property
     def picture(self) -> bytes:
         """The model drawn over the pictures that the inspection kept, at most 1600 px wide: the bytes of a PNG file."""
-        with self.store.read() as connection:
-            kept = self.store.rows(connection, "report/pictures", run_id=self.run)
+        with self._opened() as store, store.read() as connection:
+            kept = store.rows(connection, "report/pictures", run_id=self.run)
             images = {row.camera: read_image(row.bytes) for row in kept}
             greys = {name: np.asarray(image.convert("L")) for name, image in images.items() if image is not None}
-            drawn = Image.fromarray(side_by_side(list(draw_over(self.store, connection, self.run, greys).values())))
+            drawn = Image.fromarray(side_by_side(list(draw_over(store, connection, self.run, greys).values())))
         drawn.thumbnail((_WIDTH, drawn.height))
         out = io.BytesIO()
         drawn.save(out, "PNG")
         return out.getvalue()
 
-    def _repr_png_(self) -> bytes | None:
-        return None if self._is_lost else self.picture
+    def _opened(self) -> AbstractContextManager[Store]:
+        """The store, opened again where it was closed since."""
+        if not self.store.is_closed:
+            return nullcontext(self.store)
+        return Store.open(self.store.engine.url.render_as_string(hide_password=False), read_only=True)
 
-    @property
-    def _is_lost(self) -> bool:
-        return "picture" not in vars(self) and self.store.is_closed
+    def _repr_png_(self) -> bytes:
+        return self.picture
 
     def _repr_html_(self) -> str:
         parts = sum(row["level"] == "part" for row in self.parts_in_view)
         words = "; ".join((f"{self.outcome.words} (run {self.run})", self.reason, f"{parts} parts in view"))
-        said = f"<p>{escape(visible(words))}</p>"
-        if self._is_lost:
-            return said
         shown = base64.b64encode(self.picture).decode()
-        return f'{said}<img src="data:image/png;base64,{shown}" alt="model over the pictures">'
+        return f'<p>{escape(visible(words))}</p><img src="data:image/png;base64,{shown}" alt="model over the pictures">'

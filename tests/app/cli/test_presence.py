@@ -283,7 +283,9 @@ def test_the_outcome_stands_wherever_the_verdict_stands(
     shown = capsys.readouterr().err
     assert shown.splitlines()[-1] == f"run {run}: {said['words']}"  # a terminal shows the end
     assert evidence in shown
-    assert said["words"] in PicturedInspection(**vars(found))._repr_html_()
+    with Store.open(target, read_only=True) as store:
+        pass
+    assert said["words"] in PicturedInspection(**vars(found), store=store)._repr_html_()
     own = ("mood", "words", "variants", "shown", "unchecked", "cause", "refusal")
     counts = {name: value for name, value in said.items() if name not in own}
     assert main(["runs", "--kind", "inspect", "--store", target, "--format", "json"]) == 0
@@ -321,7 +323,7 @@ def test_one_row_altered_is_followed_everywhere(
         altered = replace(found, outcome=read_outcome(store, run))
     capsys.readouterr()
     print_answer(altered, "table")
-    told = [capsys.readouterr().err, PicturedInspection(**vars(altered))._repr_html_()]
+    told = [capsys.readouterr().err, PicturedInspection(**vars(altered), store=store)._repr_html_()]
     for call in (["why", "--verdict"], ["report", "-o", str(page)]):
         assert main([*call, "--store", target]) == 0
     told += [capsys.readouterr().out, page.read_text()]
