@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,7 +37,7 @@ from vision.localisation.localisation_parameters import (
     SymmetryParameters,
 )
 from vision.localisation.measurements import EdgeIndex, correct_rig
-from vision.localisation.refine import Refined, refine, refine_roughly, refine_without_arcs
+from vision.localisation.refine import Fit, Refined
 from vision.localisation.support import GreyGrid, lay_grey_grids, measure_outlines
 from vision.localisation.verdict import HypothesisTable, Verdict, decide, find_standing, gather_elsewhere
 from vision.localisation.views import EdgeMeasurements, Observation, ViewArcs, collect_edge_measurements, find_view_arcs
@@ -414,6 +415,11 @@ class _Solver:
     prior: Prior
     p: LocalisationParameters
 
+    @cached_property
+    def fit(self) -> Fit:
+        """Least squares of all cameras."""
+        return Fit.of(self.near, self.rig, self.indexes, self.fine, self.prior, self.p)
+
     def hypotheses(self, found: Candidates) -> tuple[list[Refined], list[Stage]]:
         """Distinct refined poses, the one of least cost first: from the search's candidates, and from what repeats in
         the model about the best of them; and the stages that led to them."""
@@ -451,7 +457,7 @@ class _Solver:
         edges speak against."""
         if done[0].support.found.sum() <= 0:
             return
-        for h in refine_without_arcs(self.near, self.rig, self.indexes, self.fine, self.prior, done[0], self.p):
+        for h in self.fit.refine_without_arcs(done[0]):
             self._add(self._outline(h), done)
         self._settle(done)
 
@@ -475,11 +481,11 @@ class _Solver:
 
     def solve_single_camera(self, name: str, pose: Floats) -> Refined:
         own = [self.fine[list(self.rig.cameras).index(name)]]
-        return refine_roughly(self.near, self.rig.only(name), self.indexes, own, self.prior, pose, self.p)
+        fit = Fit.of(self.near, self.rig.only(name), self.indexes, own, self.prior, self.p)
+        return fit.refine_roughly(pose)
 
     def _refine(self, pose: Floats, *, roughly: bool = False) -> Refined:
-        solve = refine_roughly if roughly else refine
-        refined = solve(self.near, self.rig, self.indexes, self.fine, self.prior, pose, self.p)
+        refined = self.fit.refine_roughly(pose) if roughly else self.fit.refine(pose)
         return self._outline(replace(refined, others=tuple(self._outline(h) for h in refined.others)))
 
     def _outline(self, h: Refined) -> Refined:

@@ -198,89 +198,6 @@ class Refined:
         return far - self.evidence - (self.outlines.evidence if self.outlines else 0.0)
 
 
-def refine(
-    scene: Scene,
-    rig: Rig,
-    indexes: dict[str, EdgeIndex],
-    fields: list[Evidence],
-    prior: Prior,
-    world_from_rig: Floats,
-    p: LocalisationParameters = DEFAULTS,
-) -> Refined:
-    """The pose near `world_from_rig` that fits the pictures' edges and the prior best, and its covariance.
-
-    fields: the evidence of the pictures of the rig's cameras, in its order.  Placed parts that stand elsewhere in the
-    world pull the pose however robust the loss.  So a part that contradicts the others is left out of the least
-    squares, where the whole then gathers no less evidence with that part looked for near its place.
-    Where two that determine the pose about equally contradict each other, either may be off.  All such explanations are
-    `others` of the pose, and its covariance joins them in proportion to their evidence.  The start stays where it has
-    clearly more evidence."""
-    fit = Fit.of(scene, rig, indexes, fields, prior, p)
-    none = np.zeros(len(scene.inspected), bool)
-    refined = fit.solve(world_from_rig, none)
-    rejected: list[Refined] = []
-    while others := [h for c in fit.find_outliers(refined) if (h := fit.leave_out(refined, c)) is not None]:
-        usable = [h for h in others if fit.is_determined(h) or not fit.is_determined(refined)]
-        far = [_distance(refined, h) > p.refinement.max_shift_sigma for h in usable]
-        best = next((h for h, f in zip(usable, far, strict=True) if f and h.cost <= refined.cost), refined)
-        rejected += [h for h in usable if h is not best]
-        if best is refined:
-            break
-        rejected.append(refined)
-        refined = best
-    start = fit.measure(world_from_rig, fit.unknowns.mean, none)
-    near = fit.solve(world_from_rig, none, p.refinement.rounds[-p.refinement.near_rounds :])
-    # A view of nothing costs nothing, and no prior holds the pose where there is none.
-    other = min([near, start], key=lambda h: (h.sees_nothing, h.cost))
-    if refined.sees_nothing or (not other.sees_nothing and other.cost < refined.cost - p.refinement.least_gain):
-        refined = other
-    explanations = [
-        Explanation(h.world_from_rig, h.covariance, -p.refinement.temper * max(h.cost - refined.cost, 0.0))
-        for h in rejected
-    ]
-    rest = tuple(_take_step(h, fit, []) for h in rejected)
-    return replace(_take_step(refined, fit, explanations), others=rest)
-
-
-def refine_roughly(
-    scene: Scene,
-    rig: Rig,
-    indexes: dict[str, EdgeIndex],
-    fields: list[Evidence],
-    prior: Prior,
-    world_from_rig: Floats,
-    p: LocalisationParameters = DEFAULTS,
-) -> Refined:
-    """As `refine`, from a pose that is nearly right, by the last rounds alone and with no part left out: enough to
-    compare it with others."""
-    fit = Fit.of(scene, rig, indexes, fields, prior, p)
-    none = np.zeros(len(scene.inspected), bool)
-    refined = fit.solve(world_from_rig, none, p.refinement.rounds[-p.refinement.near_rounds :])
-    return replace(_take_step(refined, fit, []), is_rough=True)
-
-
-def refine_without_arcs(
-    scene: Scene,
-    rig: Rig,
-    indexes: dict[str, EdgeIndex],
-    fields: list[Evidence],
-    prior: Prior,
-    refined: Refined,
-    p: LocalisationParameters = DEFAULTS,
-) -> list[Refined]:
-    """Poses to which least squares leads where one arc of a refined pose lies on another edge altogether, as of a
-    print: fitted by all rounds without the arc, then roughly with it.
-
-    An arc that alone determines the pose in some direction fits wherever it lies, so that nothing at the pose itself
-    tells; of these, the ones that determine most."""
-    fit = Fit.of(scene, rig, indexes, fields, prior, p)
-    without = (
-        fit.solve(refined.world_from_rig, refined.excluded, arc=arc).world_from_rig
-        for arc in fit.find_leading_arcs(refined)
-    )
-    return [refine_roughly(scene, rig, indexes, fields, prior, pose, p) for pose in without]
-
-
 def _take_step(refined: Refined, fit: Fit, explanations: list[Explanation]) -> Refined:
     """A pose after its last step, with the covariance that the explanations of the pictures leave."""
     m = hold_shifts(refined.measurements, refined.prediction)
@@ -371,10 +288,67 @@ class Fit:
         indexes: dict[str, EdgeIndex],
         fields: list[Evidence],
         prior: Prior,
-        p: LocalisationParameters,
+        p: LocalisationParameters = DEFAULTS,
     ) -> Fit:
+        """The problem of the pictures' edges, by camera; fields: their evidence, in the order of the rig's cameras."""
         cameras = [indexes[name] for name in rig.cameras]
         return cls(scene, rig, cameras, fields, prior, describe_unknowns(rig, p.refinement), p)
+
+    def refine(self, world_from_rig: Floats) -> Refined:
+        """The pose near `world_from_rig` that fits the pictures' edges and the prior best, and its covariance.
+
+        Placed parts that stand elsewhere in the world pull the pose however robust the loss.  So a part that
+        contradicts the others is left out of the least squares, where the whole then gathers no less evidence with that
+        part looked for near its place.  Where two that determine the pose about equally contradict each other, either
+        may be off.  All such explanations are `others` of the pose, and its covariance joins them in proportion to
+        their evidence.  The start stays where it has clearly more evidence.
+        """
+        none = np.zeros(len(self.scene.inspected), bool)
+        refined = self.solve(world_from_rig, none)
+        rejected: list[Refined] = []
+        while others := [h for c in self.find_outliers(refined) if (h := self.leave_out(refined, c)) is not None]:
+            usable = [h for h in others if self.is_determined(h) or not self.is_determined(refined)]
+            far = [_distance(refined, h) > self.p.refinement.max_shift_sigma for h in usable]
+            best = next((h for h, f in zip(usable, far, strict=True) if f and h.cost <= refined.cost), refined)
+            rejected += [h for h in usable if h is not best]
+            if best is refined:
+                break
+            rejected.append(refined)
+            refined = best
+        start = self.measure(world_from_rig, self.unknowns.mean, none)
+        near = self.solve(world_from_rig, none, self.p.refinement.rounds[-self.p.refinement.near_rounds :])
+        # A view of nothing costs nothing, and no prior holds the pose where there is none.
+        other = min([near, start], key=lambda h: (h.sees_nothing, h.cost))
+        if refined.sees_nothing or (
+            not other.sees_nothing and other.cost < refined.cost - self.p.refinement.least_gain
+        ):
+            refined = other
+        explanations = [
+            Explanation(h.world_from_rig, h.covariance, -self.p.refinement.temper * max(h.cost - refined.cost, 0.0))
+            for h in rejected
+        ]
+        rest = tuple(_take_step(h, self, []) for h in rejected)
+        return replace(_take_step(refined, self, explanations), others=rest)
+
+    def refine_roughly(self, world_from_rig: Floats) -> Refined:
+        """As `refine`, from a pose that is nearly right, by the last rounds alone and with no part left out: enough to
+        compare it with others."""
+        none = np.zeros(len(self.scene.inspected), bool)
+        refined = self.solve(world_from_rig, none, self.p.refinement.rounds[-self.p.refinement.near_rounds :])
+        return replace(_take_step(refined, self, []), is_rough=True)
+
+    def refine_without_arcs(self, refined: Refined) -> list[Refined]:
+        """Poses to which least squares leads where one arc of a refined pose lies on another edge altogether, as of a
+        print: fitted by all rounds without the arc, then roughly with it.
+
+        An arc that alone determines the pose in some direction fits wherever it lies, so that nothing at the pose
+        itself tells; of these, the ones that determine most.
+        """
+        without = (
+            self.solve(refined.world_from_rig, refined.excluded, arc=arc).world_from_rig
+            for arc in self.find_leading_arcs(refined)
+        )
+        return [self.refine_roughly(pose) for pose in without]
 
     def predict(self, world_from_rig: Floats, samples: int) -> Prediction:
         """What the cameras see from a pose; solutions begin where others began or ended."""

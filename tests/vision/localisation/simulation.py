@@ -11,7 +11,7 @@ from tests.vision.localisation.scenes import above, blocks, off, stereo_rig
 from vision.cameras.cameras import CalibrationSigma, Rig, perturb, perturbation
 from vision.localisation.hypotheses import EdgePoints, build_fine_evidence
 from vision.localisation.measurements import EdgeIndex
-from vision.localisation.refine import Refined, refine
+from vision.localisation.refine import Fit, Refined
 from vision.localisation.visibility import find_visible_arcs
 from vision.scene import Scene
 
@@ -109,7 +109,7 @@ def simulate(
     indexes = {name: EdgeIndex(points) for name, points in edges.items()}
     prior = off(truth, 20.0, np.radians(2), seed)
     start = perturb(truth, rng.normal(0, 1, 6) * np.repeat([0.8, 0.0015], 3))
-    found = refine(scene, believed, indexes, build_fine_evidence(believed, edges), prior, start)
+    found = Fit.of(scene, believed, indexes, build_fine_evidence(believed, edges), prior).refine(start)
     d = perturbation(found.world_from_rig, truth)
     centre = d[:3] @ np.linalg.solve(found.covariance[:3, :3], d[:3])
     middle = np.append(found.middle, 1.0)

@@ -23,7 +23,7 @@ from vision.localisation.hypotheses import (
 )
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.measurements import EdgeIndex, describe_unknowns
-from vision.localisation.refine import Fit, Refined, refine, refine_without_arcs
+from vision.localisation.refine import Fit, Refined
 from vision.localisation.verdict import Chance, Elsewhere, compute_precision, decide
 from vision.localisation.visibility import find_visible_arcs
 from vision.scene import Scene
@@ -65,7 +65,7 @@ def exact_edges(
 
 def fit(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], prior: Prior, start: Floats) -> Refined:
     indexes = {n: EdgeIndex(edges[n]) for n in rig.cameras}
-    return refine(scene, rig, indexes, build_fine_evidence(rig, edges), prior, start)
+    return Fit.of(scene, rig, indexes, build_fine_evidence(rig, edges), prior).refine(start)
 
 
 def test_covariance_holds_the_truth() -> None:
@@ -148,9 +148,10 @@ def test_a_fit_that_an_arc_leads_astray_finds_back_without_it(printed: tuple[int
     edges = {"left": replace(whole, position=position)}
     indexes, fields = {"left": EdgeIndex(edges["left"])}, build_fine_evidence(rig, edges)
     prior = off(truth, 6.0, np.radians(1.5), 1)
-    astray = refine(scene, rig, indexes, fields, prior, prior.world_from_rig)
+    problem = Fit.of(scene, rig, indexes, fields, prior)
+    astray = problem.refine(prior.world_from_rig)
     assert np.linalg.norm(perturbation(astray.world_from_rig, truth)[:3]) > 2.0
-    best = min(refine_without_arcs(scene, rig, indexes, fields, prior, astray), key=lambda h: h.cost)
+    best = min(problem.refine_without_arcs(astray), key=lambda h: h.cost)
     assert best.cost < astray.cost
     assert np.linalg.norm(perturbation(best.world_from_rig, truth)[:3]) < 0.3
 
