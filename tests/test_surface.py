@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from importlib.util import find_spec
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,11 @@ import pytest
 
 import relmodel
 from relmodel import InputError, Table, UsageError
+from relmodel.app.attributes import Whose
+from relmodel.app.report.write import Subject
+from relmodel.app.session import Options
 from relmodel.table import table_of
+from vision.planning import Wanted
 
 PAGE = (Path(__file__).parents[1] / "docs/python.md").read_text()
 LISTED = PAGE.partition("## All of it")[2].split("```")[1].split("\n")
@@ -34,7 +39,7 @@ def public(owner: type) -> set[str]:
 
 
 def test_the_page_lists_the_calls_as_they_are() -> None:
-    lines = [line for line in LISTED if line]
+    lines = [line for line in LISTED if line and not line.startswith(" ")]
     for line in lines:
         name, bracket, parameters = line.partition("(")
         owner, _, member = name.rpartition(".")
@@ -50,6 +55,16 @@ def test_the_page_lists_the_calls_as_they_are() -> None:
     listed = {line.partition("(")[0] for line in lines}
     for owner in ("OpenStore", "Table"):
         assert {f"{owner}.{name}" for name in public(getattr(relmodel, owner))} <= listed
+
+
+def test_the_page_lists_the_options_of_calls_as_they_are() -> None:
+    behind = {"options": Options, "wanted": Wanted, "of": Subject, "whose": Whose}
+    listed = {}
+    for call, below in pairwise(LISTED):
+        if given := re.search(r"\*\*(\w+)\)", call):
+            listed[given[1]] = below.split()
+    words = {name: [*f"{name}: {', '.join(kind.__annotations__)}".split()] for name, kind in behind.items()}
+    assert listed == words
 
 
 def test_names_are_brought_in_when_asked_for() -> None:

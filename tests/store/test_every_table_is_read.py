@@ -61,9 +61,15 @@ def asked_by_users(store: Store) -> set[str]:
     blocks = [block for page in pages() for block in re.findall(r"```\w+\n(.*?)```", page, re.DOTALL)]
     with store.read() as connection:
         functions = {row.function_name for row in store.rows(connection, "store/arguments")}
-    return functions.union(*(relations_read(without_comments(file.read_text())) for file in queries)).union(
-        *(relations_read(block) for block in blocks)
-    )
+    read = [without_comments(file.read_text()) for file in queries] + blocks
+    return functions.union(selected_by_key(), *(relations_read(text) for text in read))
+
+
+def selected_by_key() -> set[str]:
+    """Names that modules hold which read tables by their keys, without a query."""
+    files = [file for folder in ("relmodel", "vision") for file in (CHECKOUT / folder).rglob("*.py")]
+    modules = [file.read_text() for file in files if file.parent.name != "store"]
+    return {name for text in modules if ".select(" in text for name in re.findall(r'"(\w+)"', text)}
 
 
 def test_every_table_has_a_reader_that_a_user_meets(duckdb_template: Path) -> None:
