@@ -1,7 +1,7 @@
 -- Runs: everything that wrote into the store, when, from what, and how it ended.
 
 CREATE SEQUENCE run_id_seq;
-CREATE TABLE run (  -- One execution that writes: a load, a world, an index, an inspection, an attribute that a person sets. What happened in it is in
+CREATE TABLE run (  -- run: One execution that writes: a load, a world, an index, an inspection, an attribute that a person sets. What happened in it is in
     -- run_event.
     id BIGINT PRIMARY KEY,  -- identity of the run
     kind TEXT NOT NULL,  -- what was run
@@ -17,8 +17,8 @@ CREATE TABLE run (  -- One execution that writes: a load, a world, an index, an 
     CHECK (kind IN ('load', 'world', 'index', 'diff', 'extract', 'stereo', 'inspect', 'set', 'prune', 'decide'))
 );
 
-CREATE TABLE run_input (  -- The files a run read, by content.
-    run_id BIGINT NOT NULL,  -- the run
+CREATE TABLE run_input (  -- run: The files a run read, by content.
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run
     input_no INTEGER NOT NULL,  -- ordinal of the input in the run
     role TEXT NOT NULL,  -- what the file was to the run: model, world, rig, prior; a picture: the name of its camera
     name TEXT NOT NULL,  -- file name as given, without its folder
@@ -26,8 +26,8 @@ CREATE TABLE run_input (  -- The files a run read, by content.
     PRIMARY KEY (run_id, input_no)
 );
 
-CREATE TABLE run_event (  -- What happened in a run, appended in order; run_state has the state that each run is in.
-    run_id BIGINT NOT NULL,  -- the run
+CREATE TABLE run_event (  -- run: What happened in a run, appended in order; run_state has the state that each run is in.
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run
     event_no INTEGER NOT NULL,  -- ordinal of the event in the run
     kind TEXT NOT NULL,  -- begun, step (a step of the run ended), ended, or found_dead (its process was gone)
     name TEXT NOT NULL,  -- name of the step; empty for the others
@@ -44,35 +44,35 @@ CREATE TABLE run_event (  -- What happened in a run, appended in order; run_stat
     CHECK (CASE kind WHEN 'ended' THEN state IN ('finished', 'failed') ELSE state = 'killed' END)
 );
 
-CREATE TABLE ledger (  -- How many rows each transaction of a run committed into each relation, or took from it; relmodel check compares it with
+CREATE TABLE ledger (  -- run: How many rows each transaction of a run committed into each relation, or took from it; relmodel check compares it with
     -- the tables.
-    run_id BIGINT NOT NULL,  -- the run that wrote
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run that wrote
     write_no INTEGER NOT NULL,  -- ordinal of the transaction in the run, from 0
-    relation TEXT NOT NULL,  -- the table written to
+    relation TEXT NOT NULL,  -- REFERENCES sds_relation (relation): the table written to
     row_count BIGINT NOT NULL,  -- rows appended; below 0: rows taken, by a run of kind prune
     PRIMARY KEY (run_id, write_no, relation),
     CHECK (row_count <> 0)
 );
 
-CREATE TABLE row_digest (  -- Digests of the rows that an inspection rests on, its own and those of the extractions that it read, as they were when it
+CREATE TABLE row_digest (  -- run: Digests of the rows that an inspection rests on, its own and those of the extractions that it read, as they were when it
     -- ended; relmodel check compares them with the tables.
-    run_id BIGINT NOT NULL,  -- the inspection
-    relation TEXT NOT NULL,  -- the table
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the inspection
+    relation TEXT NOT NULL,  -- REFERENCES sds_relation (relation): the table
     digest TEXT NOT NULL,  -- exclusive or over 64-bit hashes of the texts of the rows, times left out: of this engine, and of the columns that the
         -- table has
     PRIMARY KEY (run_id, relation)
 );
 
-CREATE TABLE pruned_run (  -- Runs whose rows were taken to make room; the run itself, its inputs, events and ledger stay.
-    run_id BIGINT NOT NULL,  -- the run that was pruned
+CREATE TABLE pruned_run (  -- run: Runs whose rows were taken to make room; the run itself, its inputs, events and ledger stay.
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run that was pruned
     what TEXT NOT NULL,  -- runs: all that it found; pictures: the bytes of its pictures
-    by_run_id BIGINT NOT NULL,  -- the run of kind prune that did it
+    by_run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run of kind prune that did it
     PRIMARY KEY (run_id, what),
     CHECK (what IN ('runs', 'pictures'))
 );
 
 CREATE SEQUENCE source_id_seq;
-CREATE TABLE source (  -- A file that a model was loaded from, by content.
+CREATE TABLE source (  -- run: A file that a model was loaded from, by content.
     id BIGINT PRIMARY KEY,  -- identity of the source
     file_name TEXT NOT NULL,  -- name of the file as first given, without its folder
     sha256 TEXT NOT NULL,  -- SHA-256 of the file's bytes, hexadecimal
@@ -84,22 +84,3 @@ CREATE TABLE source (  -- A file that a model was loaded from, by content.
     UNIQUE (sha256, unit_mm, loader_version),
     CHECK (unit_mm > 0)
 );
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('run', 'run', 'primary'),
-    ('run_input', 'run', 'primary'),
-    ('run_event', 'run', 'primary'),
-    ('ledger', 'run', 'primary'),
-    ('row_digest', 'run', 'primary'),
-    ('pruned_run', 'run', 'primary'),
-    ('source', 'run', 'primary');
-
-INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
-    ('run_input', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('run_event', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('ledger', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('ledger', 1, ARRAY['relation'], 'sds_relation', ARRAY['relation']),
-    ('row_digest', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('row_digest', 1, ARRAY['relation'], 'sds_relation', ARRAY['relation']),
-    ('pruned_run', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('pruned_run', 1, ARRAY['by_run_id'], 'run', ARRAY['id']);

@@ -1,7 +1,7 @@
 -- The state of each run.  SQL cannot tell whether the process of a run lives: relmodel, when it opens a file,
 -- notes what was killed, or where it only reads names those runs in the variable dead_runs of its connections.
 
-CREATE VIEW run_state (  -- What state each run is in.
+CREATE VIEW run_state (  -- run: What state each run is in.
     run_id,  -- the run
     state  -- running, finished, failed or killed: without an end, and its process gone
 ) AS
@@ -13,6 +13,3 @@ SELECT r.id AS run_id,
     END AS state
 FROM run AS r
 LEFT JOIN run_event AS e ON e.run_id = r.id AND e.kind IN ('ended', 'found_dead');
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('run_state', 'run', 'view');

@@ -1,6 +1,6 @@
 -- The state of each run.  A session of a run's process holds an advisory lock of the run's number as long as it lives.
 
-CREATE VIEW run_state (  -- What state each run is in.
+CREATE VIEW run_state (  -- run: What state each run is in.
     run_id,  -- the run
     state  -- running, finished, failed or killed: without an end, and its process gone
 ) AS
@@ -19,6 +19,3 @@ SELECT r.id AS run_id,
     END AS state
 FROM run AS r
 LEFT JOIN run_event AS e ON e.run_id = r.id AND e.kind IN ('ended', 'found_dead');
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('run_state', 'run', 'view');

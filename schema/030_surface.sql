@@ -6,7 +6,7 @@
 --   parabola O + t^2/(4R) X + t Y; hyperbola O + R cosh t X + r sinh t Y; b-spline: arc_spline; offset: arc_offset.
 
 CREATE SEQUENCE arc_id_seq;
-CREATE TABLE arc (  -- A bounded curve in space, shared by all shapes that contain exactly it.
+CREATE TABLE arc (  -- surface: A bounded curve in space, shared by all shapes that contain exactly it.
     id BIGINT PRIMARY KEY,  -- identity of the arc
     content_key TEXT NOT NULL UNIQUE,  -- hash of kind, parameters and interval: equal arcs are one row
     kind TEXT NOT NULL,  -- kind as stored in the source
@@ -31,8 +31,8 @@ CREATE TABLE arc (  -- A bounded curve in space, shared by all shapes that conta
     CHECK (provenance IN ('exact', 'fitted'))
 );
 
-CREATE TABLE arc_spline (  -- Knots and poles of the arcs of kind spline; vertices of those of kind polyline (degree 1).
-    arc_id BIGINT PRIMARY KEY,  -- the arc
+CREATE TABLE arc_spline (  -- surface: Knots and poles of the arcs of kind spline; vertices of those of kind polyline (degree 1).
+    arc_id BIGINT PRIMARY KEY,  -- REFERENCES arc (id): the arc
     degree INTEGER NOT NULL,  -- degree
     periodic BOOLEAN NOT NULL,  -- whether knots and poles are periodic
     rational BOOLEAN NOT NULL,  -- whether weights differ
@@ -42,15 +42,15 @@ CREATE TABLE arc_spline (  -- Knots and poles of the arcs of kind spline; vertic
     weights DOUBLE PRECISION[]  -- weight of each pole; null where not rational
 );
 
-CREATE TABLE arc_offset (  -- What arcs of kind offset are made from: each point of the basis moved along T x A, T being its tangent.
-    arc_id BIGINT PRIMARY KEY,  -- the arc
-    basis_arc_id BIGINT NOT NULL,  -- the curve that is offset, of equal parameter
+CREATE TABLE arc_offset (  -- surface: What arcs of kind offset are made from: each point of the basis moved along T x A, T being its tangent.
+    arc_id BIGINT PRIMARY KEY,  -- REFERENCES arc (id): the arc
+    basis_arc_id BIGINT NOT NULL,  -- REFERENCES arc (id): the curve that is offset, of equal parameter
     axis_x DOUBLE PRECISION NOT NULL, axis_y DOUBLE PRECISION NOT NULL, axis_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the unit vector A
     distance DOUBLE PRECISION NOT NULL  -- offset along the unit vector of T x A, mm
 );
 
 CREATE SEQUENCE surface_id_seq;
-CREATE TABLE surface (  -- A bounded surface, shared by all shapes that contain exactly it.
+CREATE TABLE surface (  -- surface: A bounded surface, shared by all shapes that contain exactly it.
     id BIGINT PRIMARY KEY,  -- identity of the surface
     content_key TEXT NOT NULL UNIQUE,  -- hash of kind, parameters, sense and trimming loops: equal surfaces are one row
     support_key TEXT NOT NULL,  -- hash of the unbounded surface: same support and another content is "retrimmed"
@@ -80,8 +80,8 @@ CREATE TABLE surface (  -- A bounded surface, shared by all shapes that contain 
     CHECK (area >= 0)
 );
 
-CREATE TABLE surface_spline (  -- Knots and poles of the surfaces of kind spline.
-    surface_id BIGINT PRIMARY KEY,  -- the surface
+CREATE TABLE surface_spline (  -- surface: Knots and poles of the surfaces of kind spline.
+    surface_id BIGINT PRIMARY KEY,  -- REFERENCES surface (id): the surface
     u_degree INTEGER NOT NULL,  -- degree in u
     v_degree INTEGER NOT NULL,  -- degree in v
     u_periodic BOOLEAN NOT NULL,  -- whether it is periodic in u
@@ -97,27 +97,27 @@ CREATE TABLE surface_spline (  -- Knots and poles of the surfaces of kind spline
     weights DOUBLE PRECISION[]  -- weight of each pole in the same order; null where not rational
 );
 
-CREATE TABLE surface_swept (  -- What surfaces of kind extrusion, revolution and offset are made from.
-    surface_id BIGINT PRIMARY KEY,  -- the surface
-    basis_arc_id BIGINT,  -- the curve that is extruded or revolved
-    basis_surface_id BIGINT,  -- the surface that is offset
+CREATE TABLE surface_swept (  -- surface: What surfaces of kind extrusion, revolution and offset are made from.
+    surface_id BIGINT PRIMARY KEY,  -- REFERENCES surface (id): the surface
+    basis_arc_id BIGINT,  -- REFERENCES arc (id): the curve that is extruded or revolved
+    basis_surface_id BIGINT,  -- REFERENCES surface (id): the surface that is offset
     axis_x DOUBLE PRECISION, axis_y DOUBLE PRECISION, axis_z DOUBLE PRECISION,  -- x, y and z of the direction of extrusion or axis of revolution, unit
     distance DOUBLE PRECISION,  -- offset along the basis surface's normal dS/du x dS/dv, mm
     CHECK ((basis_arc_id IS NULL) <> (basis_surface_id IS NULL))
 );
 
-CREATE TABLE loop (  -- The closed loops of coedges that bound a surface's domain.
-    surface_id BIGINT NOT NULL,  -- the surface
+CREATE TABLE loop (  -- surface: The closed loops of coedges that bound a surface's domain.
+    surface_id BIGINT NOT NULL,  -- REFERENCES surface (id): the surface
     loop_no INTEGER NOT NULL,  -- ordinal of the loop; the outer ones come first
     outer_loop BOOLEAN NOT NULL,  -- whether the loop is the outer boundary; several where loops go around a periodic surface
     PRIMARY KEY (surface_id, loop_no)
 );
 
-CREATE TABLE coedge (  -- The use of an arc by a loop; material lies to its left seen from outside.
+CREATE TABLE coedge (  -- surface: The use of an arc by a loop; material lies to its left seen from outside.
     surface_id BIGINT NOT NULL,  -- the surface
-    loop_no INTEGER NOT NULL,  -- the loop
+    loop_no INTEGER NOT NULL,  -- REFERENCES loop (surface_id, loop_no): the loop
     coedge_no INTEGER NOT NULL,  -- ordinal along the loop
-    arc_id BIGINT NOT NULL,  -- the arc
+    arc_id BIGINT NOT NULL,  -- REFERENCES arc (id): the arc
     reversed BOOLEAN NOT NULL,  -- whether the loop runs against the arc's parameter
     tolerance DOUBLE PRECISION,  -- how far the arc may lie off the surface and end off the start of the next, mm: 0.01, or what the CAD kernel states
         -- for the edge up to 0.1 mm or 1e-4 of the shape; where loading found more (load_finding) or fitted a mesh, what it measured; null where it
@@ -125,25 +125,3 @@ CREATE TABLE coedge (  -- The use of an arc by a loop; material lies to its left
     PRIMARY KEY (surface_id, loop_no, coedge_no),
     CHECK (tolerance > 0)
 );
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('arc', 'surface', 'primary'),
-    ('arc_spline', 'surface', 'primary'),
-    ('arc_offset', 'surface', 'primary'),
-    ('surface', 'surface', 'primary'),
-    ('surface_spline', 'surface', 'primary'),
-    ('surface_swept', 'surface', 'primary'),
-    ('loop', 'surface', 'primary'),
-    ('coedge', 'surface', 'primary');
-
-INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
-    ('arc_spline', 0, ARRAY['arc_id'], 'arc', ARRAY['id']),
-    ('arc_offset', 0, ARRAY['arc_id'], 'arc', ARRAY['id']),
-    ('arc_offset', 1, ARRAY['basis_arc_id'], 'arc', ARRAY['id']),
-    ('surface_spline', 0, ARRAY['surface_id'], 'surface', ARRAY['id']),
-    ('surface_swept', 0, ARRAY['surface_id'], 'surface', ARRAY['id']),
-    ('surface_swept', 1, ARRAY['basis_arc_id'], 'arc', ARRAY['id']),
-    ('surface_swept', 2, ARRAY['basis_surface_id'], 'surface', ARRAY['id']),
-    ('loop', 0, ARRAY['surface_id'], 'surface', ARRAY['id']),
-    ('coedge', 0, ARRAY['arc_id'], 'arc', ARRAY['id']),
-    ('coedge', 1, ARRAY['surface_id', 'loop_no'], 'loop', ARRAY['surface_id', 'loop_no']);

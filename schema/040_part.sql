@@ -1,7 +1,7 @@
 -- Level part: products, and the shapes (geometry) that they have; relations of the surfaces and arcs of a shape.
 
 CREATE SEQUENCE shape_id_seq;
-CREATE TABLE shape (  -- A piece of geometry in its own frame, addressed by content: two parts may share one.
+CREATE TABLE shape (  -- part: A piece of geometry in its own frame, addressed by content: two parts may share one.
     id BIGINT PRIMARY KEY,  -- identity of the shape
     content_key TEXT NOT NULL UNIQUE,  -- hash of its surfaces and arcs: equal shapes are one row
     kind TEXT NOT NULL,  -- solid, sheet, mesh
@@ -18,28 +18,28 @@ CREATE TABLE shape (  -- A piece of geometry in its own frame, addressed by cont
     CHECK (kind IN ('solid', 'sheet', 'mesh'))
 );
 
-CREATE TABLE shape_surface (  -- The surfaces of a shape.
-    shape_id BIGINT NOT NULL,  -- the shape
+CREATE TABLE shape_surface (  -- part: The surfaces of a shape.
+    shape_id BIGINT NOT NULL,  -- REFERENCES shape (id): the shape
     surface_no INTEGER NOT NULL,  -- ordinal of the surface in the shape, from 0
-    surface_id BIGINT NOT NULL,  -- the surface
+    surface_id BIGINT NOT NULL,  -- REFERENCES surface (id): the surface
     name TEXT,  -- name of the face in the source
     PRIMARY KEY (shape_id, surface_no)
 );
 
-CREATE TABLE shape_arc (  -- The arcs of a shape, with the surfaces they separate.
-    shape_id BIGINT NOT NULL,  -- the shape
+CREATE TABLE shape_arc (  -- part: The arcs of a shape, with the surfaces they separate.
+    shape_id BIGINT NOT NULL,  -- REFERENCES shape (id): the shape
     arc_no INTEGER NOT NULL,  -- ordinal of the arc in the shape, from 0
-    arc_id BIGINT NOT NULL,  -- the arc
-    surface_a INTEGER,  -- surface_no of the surface whose coedge runs along the arc
-    surface_b INTEGER,  -- surface_no of the surface whose coedge runs against it; equal to surface_a at a seam, null at a free edge
+    arc_id BIGINT NOT NULL,  -- REFERENCES arc (id): the arc
+    surface_a INTEGER,  -- REFERENCES shape_surface (shape_id, surface_no): surface_no of the surface whose coedge runs along the arc
+    surface_b INTEGER,  -- REFERENCES shape_surface (shape_id, surface_no): surface_no of the surface whose coedge runs against it; equal to surface_a at a seam, null at a free edge
     convexity TEXT NOT NULL,  -- convex, concave, smooth (|angle| < 1 degree), seam, free, or degenerate
     angle DOUBLE PRECISION,  -- dihedral angle at mid-arc: atan2((na x nb).t, na.nb), t along the coedge of surface_a; positive convex, rad
     PRIMARY KEY (shape_id, arc_no),
     CHECK (convexity IN ('convex', 'concave', 'smooth', 'seam', 'free', 'degenerate'))
 );
 
-CREATE TABLE shape_mesh (  -- Triangles of a shape for casting rays and drawing; vertices are apart for each surface.
-    shape_id BIGINT PRIMARY KEY,  -- the shape
+CREATE TABLE shape_mesh (  -- part, redundant: Triangles of a shape for casting rays and drawing; vertices are apart for each surface.
+    shape_id BIGINT PRIMARY KEY,  -- REFERENCES shape (id): the shape
     chord_mm DOUBLE PRECISION NOT NULL,  -- distance of triangles from the surface that was asked for, mm
     chord_rad DOUBLE PRECISION NOT NULL,  -- angle between neighbouring normals that was asked for, rad
     deviation_mm DOUBLE PRECISION,  -- greatest measured distance between triangles and the exact geometry, mm; null where it is not known
@@ -49,9 +49,9 @@ CREATE TABLE shape_mesh (  -- Triangles of a shape for casting rays and drawing;
     triangle_surfaces INTEGER[] NOT NULL  -- surface_no of each triangle
 );
 
-CREATE TABLE shape_arc_sample (  -- Points along the arcs of a shape with the normals on both sides, for prediction of views.
+CREATE TABLE shape_arc_sample (  -- part, redundant: Points along the arcs of a shape with the normals on both sides, for prediction of views.
     shape_id BIGINT NOT NULL,  -- the shape
-    arc_no INTEGER NOT NULL,  -- the arc
+    arc_no INTEGER NOT NULL,  -- REFERENCES shape_arc (shape_id, arc_no): the arc
     sample_count INTEGER NOT NULL,  -- number of points
     points DOUBLE PRECISION[] NOT NULL,  -- points, x y z after each other, mm; only the first and last where those between are evenly spaced on a
         -- straight line
@@ -63,7 +63,7 @@ CREATE TABLE shape_arc_sample (  -- Points along the arcs of a shape with the no
     CHECK (sample_count > 1)
 );
 
-CREATE VIEW surface_adjacency (  -- Which surfaces of a shape meet along which arc.
+CREATE VIEW surface_adjacency (  -- part: Which surfaces of a shape meet along which arc.
     shape_id,  -- the shape
     arc_no,  -- the common arc
     surface_a,  -- one surface
@@ -76,7 +76,7 @@ FROM shape_arc
 WHERE surface_a <> surface_b AND angle IS NOT NULL;
 
 CREATE SEQUENCE feature_class_id_seq;
-CREATE TABLE feature_class (  -- Congruent features: a kind with its dimensions and the form of its outline, in a frame of its own; mirror images are
+CREATE TABLE feature_class (  -- part: Congruent features: a kind with its dimensions and the form of its outline, in a frame of its own; mirror images are
     -- two.
     id BIGINT PRIMARY KEY,  -- identity of the class
     content_key TEXT NOT NULL UNIQUE,  -- hash of kind, dimensions and form
@@ -84,18 +84,18 @@ CREATE TABLE feature_class (  -- Congruent features: a kind with its dimensions 
         -- circular_pattern, linear_pattern, grid_pattern, body
 );
 
-CREATE TABLE feature_dimension (  -- Attribute-value table of feature classes: their dimensions.
-    feature_class_id BIGINT NOT NULL,  -- the class
+CREATE TABLE feature_dimension (  -- part: Attribute-value table of feature classes: their dimensions.
+    feature_class_id BIGINT NOT NULL,  -- REFERENCES feature_class (id): the class
     name TEXT NOT NULL,  -- diameter, depth, width, length, corner_radius, ...
     value DOUBLE PRECISION NOT NULL,  -- the dimension
     unit TEXT NOT NULL,  -- mm, rad, or 1 of a count
     PRIMARY KEY (feature_class_id, name)
 );
 
-CREATE TABLE feature (  -- A feature of a shape: a class placed by a transform.
-    shape_id BIGINT NOT NULL,  -- the shape
+CREATE TABLE feature (  -- part: A feature of a shape: a class placed by a transform.
+    shape_id BIGINT NOT NULL,  -- REFERENCES shape (id): the shape
     feature_no INTEGER NOT NULL,  -- ordinal of the feature in the shape, from 0
-    feature_class_id BIGINT NOT NULL,  -- its class
+    feature_class_id BIGINT NOT NULL,  -- REFERENCES feature_class (id): its class
     name TEXT NOT NULL,  -- name in the source, or kind and ordinal
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- shape_from_feature
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
@@ -110,15 +110,15 @@ CREATE TABLE feature (  -- A feature of a shape: a class placed by a transform.
     PRIMARY KEY (shape_id, feature_no)
 );
 
-CREATE TABLE feature_surface (  -- The surfaces that make a feature.
+CREATE TABLE feature_surface (  -- part: The surfaces that make a feature.
     shape_id BIGINT NOT NULL,  -- the shape
-    feature_no INTEGER NOT NULL,  -- the feature
-    surface_no INTEGER NOT NULL,  -- the surface
+    feature_no INTEGER NOT NULL,  -- REFERENCES feature (shape_id, feature_no): the feature
+    surface_no INTEGER NOT NULL,  -- REFERENCES shape_surface (shape_id, surface_no): the surface
     role TEXT NOT NULL,  -- wall, floor, blend, side, bore, hole, body, ...
     PRIMARY KEY (shape_id, feature_no, surface_no)
 );
 
-CREATE VIEW shape_box (  -- Boxes of the features, surfaces and arcs of a shape in its own frame.
+CREATE VIEW shape_box (  -- part: Boxes of the features, surfaces and arcs of a shape in its own frame.
     shape_id,  -- the shape
     level,  -- feature, surface or arc
     element_no,  -- feature_no, surface_no or arc_no
@@ -138,18 +138,18 @@ FROM shape_arc AS u
 JOIN arc AS a ON a.id = u.arc_id;
 
 CREATE SEQUENCE part_id_seq;
-CREATE TABLE part (  -- A product: number, name, and the shape it has; material, colour and the like are its attributes.
+CREATE TABLE part (  -- part: A product: number, name, and the shape it has; material, colour and the like are its attributes.
     id BIGINT PRIMARY KEY,  -- identity of the part
     content_key TEXT NOT NULL UNIQUE,  -- hash of number, name, attributes and shape: equal parts are one row
     number TEXT NOT NULL,  -- part number in the source
     name TEXT NOT NULL,  -- name in the source
-    shape_id BIGINT NOT NULL  -- its geometry
+    shape_id BIGINT NOT NULL  -- REFERENCES shape (id): its geometry
 );
 
-CREATE TABLE part_attribute (  -- Attribute-value table of parts; appended to, never changed: current_part_attribute has the newest value of each.
-    part_id BIGINT NOT NULL,  -- the part
+CREATE TABLE part_attribute (  -- part: Attribute-value table of parts; appended to, never changed: current_part_attribute has the newest value of each.
+    part_id BIGINT NOT NULL,  -- REFERENCES part (id): the part
     name TEXT NOT NULL,  -- name of the attribute
-    run_id BIGINT NOT NULL,  -- the run that stated it: the greatest has the newest value
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run that stated it: the greatest has the newest value
     value_number DOUBLE PRECISION,  -- value, where it is a number
     value_text TEXT,  -- value, where it is text
     value_boolean BOOLEAN,  -- value, where it is true or false
@@ -161,7 +161,7 @@ CREATE TABLE part_attribute (  -- Attribute-value table of parts; appended to, n
     CHECK (source IN ('file', 'derived', 'user'))
 );
 
-CREATE VIEW current_part_attribute (  -- The newest value of each attribute of parts.
+CREATE VIEW current_part_attribute (  -- part: The newest value of each attribute of parts.
     part_id,  -- the part
     name,  -- name of the attribute
     value_number,  -- value, where it is a number
@@ -175,12 +175,12 @@ SELECT DISTINCT ON (part_id, name) part_id, name, value_number, value_text, valu
 FROM part_attribute
 ORDER BY part_id, name, run_id DESC;
 
-CREATE TABLE surface_attribute (  -- Attribute-value table of the surfaces of a shape; appended to, never changed: current_surface_attribute has the
+CREATE TABLE surface_attribute (  -- surface: Attribute-value table of the surfaces of a shape; appended to, never changed: current_surface_attribute has the
     -- newest value of each.
     shape_id BIGINT NOT NULL,  -- the shape: what parts share it share the value
-    surface_no INTEGER NOT NULL,  -- the surface in it
+    surface_no INTEGER NOT NULL,  -- REFERENCES shape_surface (shape_id, surface_no): the surface in it
     name TEXT NOT NULL,  -- name of the attribute
-    run_id BIGINT NOT NULL,  -- the run that stated it: the greatest has the newest value
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run that stated it: the greatest has the newest value
     value_number DOUBLE PRECISION,  -- value, where it is a number
     value_text TEXT,  -- value, where it is text
     value_boolean BOOLEAN,  -- value, where it is true or false
@@ -192,7 +192,7 @@ CREATE TABLE surface_attribute (  -- Attribute-value table of the surfaces of a 
     CHECK (source IN ('file', 'derived', 'user'))
 );
 
-CREATE VIEW current_surface_attribute (  -- The newest value of each attribute of the surfaces of a shape.
+CREATE VIEW current_surface_attribute (  -- surface: The newest value of each attribute of the surfaces of a shape.
     shape_id,  -- the shape: what parts share it share the value
     surface_no,  -- the surface in it
     name,  -- name of the attribute
@@ -207,12 +207,12 @@ SELECT DISTINCT ON (shape_id, surface_no, name) shape_id, surface_no, name, valu
 FROM surface_attribute
 ORDER BY shape_id, surface_no, name, run_id DESC;
 
-CREATE TABLE arc_attribute (  -- Attribute-value table of the arcs of a shape; appended to, never changed: current_arc_attribute has the newest value
+CREATE TABLE arc_attribute (  -- surface: Attribute-value table of the arcs of a shape; appended to, never changed: current_arc_attribute has the newest value
     -- of each.
     shape_id BIGINT NOT NULL,  -- the shape: what parts share it share the value
-    arc_no INTEGER NOT NULL,  -- the arc in it
+    arc_no INTEGER NOT NULL,  -- REFERENCES shape_arc (shape_id, arc_no): the arc in it
     name TEXT NOT NULL,  -- name of the attribute
-    run_id BIGINT NOT NULL,  -- the run that stated it: the greatest has the newest value
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run that stated it: the greatest has the newest value
     value_number DOUBLE PRECISION,  -- value, where it is a number
     value_text TEXT,  -- value, where it is text
     value_boolean BOOLEAN,  -- value, where it is true or false
@@ -224,7 +224,7 @@ CREATE TABLE arc_attribute (  -- Attribute-value table of the arcs of a shape; a
     CHECK (source IN ('file', 'derived', 'user'))
 );
 
-CREATE VIEW current_arc_attribute (  -- The newest value of each attribute of the arcs of a shape.
+CREATE VIEW current_arc_attribute (  -- surface: The newest value of each attribute of the arcs of a shape.
     shape_id,  -- the shape: what parts share it share the value
     arc_no,  -- the arc in it
     name,  -- name of the attribute
@@ -239,7 +239,7 @@ SELECT DISTINCT ON (shape_id, arc_no, name) shape_id, arc_no, name, value_number
 FROM arc_attribute
 ORDER BY shape_id, arc_no, name, run_id DESC;
 
-CREATE VIEW part_mass (  -- Mass of one piece of each part that encloses a volume and whose density is known; placed_part has all that
+CREATE VIEW part_mass (  -- part: Mass of one piece of each part that encloses a volume and whose density is known; placed_part has all that
     -- an object holds.
     part_id,  -- the part
     number,  -- its number
@@ -257,8 +257,8 @@ JOIN current_part_attribute AS a ON a.part_id = p.id AND a.name = 'density'
 JOIN unit_of_measure AS u ON u.symbol = a.unit AND u.dimension = 'density'
 WHERE s.volume IS NOT NULL;
 
-CREATE TABLE part_pmi (  -- Product and manufacturing information of a part: dimensions, geometric tolerances, datums.
-    part_id BIGINT NOT NULL,  -- the part
+CREATE TABLE part_pmi (  -- part: Product and manufacturing information of a part: dimensions, geometric tolerances, datums.
+    part_id BIGINT NOT NULL,  -- REFERENCES part (id): the part
     pmi_no INTEGER NOT NULL,  -- ordinal: dimensions, tolerances, datums, each in the order of the file
     kind TEXT NOT NULL,  -- dimension, tolerance or datum
     type TEXT NOT NULL,  -- of a dimension diameter, radius, linear distance, angle ...; of a tolerance position, flatness, surface profile ...; of a
@@ -275,26 +275,26 @@ CREATE TABLE part_pmi (  -- Product and manufacturing information of a part: dim
     CHECK (kind IN ('dimension', 'tolerance', 'datum'))
 );
 
-CREATE TABLE part_pmi_datum (  -- Datums that a tolerance refers to; of a datum its own letter.
+CREATE TABLE part_pmi_datum (  -- part: Datums that a tolerance refers to; of a datum its own letter.
     part_id BIGINT NOT NULL,  -- the part
-    pmi_no INTEGER NOT NULL,  -- the tolerance or datum
+    pmi_no INTEGER NOT NULL,  -- REFERENCES part_pmi (part_id, pmi_no): the tolerance or datum
     precedence INTEGER NOT NULL,  -- 1 primary, 2 secondary, 3 tertiary
     letter TEXT NOT NULL,  -- letter, or letters joined by - where several act as one
     modifier TEXT,  -- such as maximum material requirement; null where there is none
     PRIMARY KEY (part_id, pmi_no, precedence)
 );
 
-CREATE TABLE part_pmi_surface (  -- Surfaces that a dimension, tolerance or datum is of.
+CREATE TABLE part_pmi_surface (  -- part: Surfaces that a dimension, tolerance or datum is of.
     part_id BIGINT NOT NULL,  -- the part
-    pmi_no INTEGER NOT NULL,  -- the dimension, tolerance or datum
+    pmi_no INTEGER NOT NULL,  -- REFERENCES part_pmi (part_id, pmi_no): the dimension, tolerance or datum
     shape_id BIGINT NOT NULL,  -- the part's shape
-    surface_no INTEGER NOT NULL,  -- the surface in it
+    surface_no INTEGER NOT NULL,  -- REFERENCES shape_surface (shape_id, surface_no): the surface in it
     role TEXT NOT NULL,  -- feature; of a distance or angle between two, origin or target
     PRIMARY KEY (part_id, pmi_no, surface_no),
     CHECK (role IN ('feature', 'origin', 'target'))
 );
 
-CREATE VIEW surface_pmi (  -- Dimensions, tolerances and datums by the surface that they are of.
+CREATE VIEW surface_pmi (  -- surface: Dimensions, tolerances and datums by the surface that they are of.
     part_id,  -- the part
     shape_id,  -- the part's shape
     surface_no,  -- the surface in it
@@ -320,54 +320,3 @@ LEFT JOIN (
     FROM part_pmi_datum
     GROUP BY part_id, pmi_no
 ) AS d ON d.part_id = f.part_id AND d.pmi_no = f.pmi_no;
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('shape', 'part', 'primary'),
-    ('shape_surface', 'part', 'primary'),
-    ('shape_arc', 'part', 'primary'),
-    ('shape_mesh', 'part', 'redundant'),
-    ('shape_arc_sample', 'part', 'redundant'),
-    ('surface_adjacency', 'part', 'view'),
-    ('feature_class', 'part', 'primary'),
-    ('feature_dimension', 'part', 'primary'),
-    ('feature', 'part', 'primary'),
-    ('feature_surface', 'part', 'primary'),
-    ('shape_box', 'part', 'view'),
-    ('part', 'part', 'primary'),
-    ('part_attribute', 'part', 'primary'),
-    ('current_part_attribute', 'part', 'view'),
-    ('surface_attribute', 'surface', 'primary'),
-    ('current_surface_attribute', 'surface', 'view'),
-    ('arc_attribute', 'surface', 'primary'),
-    ('current_arc_attribute', 'surface', 'view'),
-    ('part_mass', 'part', 'view'),
-    ('part_pmi', 'part', 'primary'),
-    ('part_pmi_datum', 'part', 'primary'),
-    ('part_pmi_surface', 'part', 'primary'),
-    ('surface_pmi', 'surface', 'view');
-
-INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
-    ('shape_surface', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
-    ('shape_surface', 1, ARRAY['surface_id'], 'surface', ARRAY['id']),
-    ('shape_arc', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
-    ('shape_arc', 1, ARRAY['arc_id'], 'arc', ARRAY['id']),
-    ('shape_arc', 2, ARRAY['shape_id', 'surface_a'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
-    ('shape_arc', 3, ARRAY['shape_id', 'surface_b'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
-    ('shape_mesh', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
-    ('shape_arc_sample', 0, ARRAY['shape_id', 'arc_no'], 'shape_arc', ARRAY['shape_id', 'arc_no']),
-    ('feature_dimension', 0, ARRAY['feature_class_id'], 'feature_class', ARRAY['id']),
-    ('feature', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
-    ('feature', 1, ARRAY['feature_class_id'], 'feature_class', ARRAY['id']),
-    ('feature_surface', 0, ARRAY['shape_id', 'feature_no'], 'feature', ARRAY['shape_id', 'feature_no']),
-    ('feature_surface', 1, ARRAY['shape_id', 'surface_no'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
-    ('part', 0, ARRAY['shape_id'], 'shape', ARRAY['id']),
-    ('part_attribute', 0, ARRAY['part_id'], 'part', ARRAY['id']),
-    ('part_attribute', 1, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('surface_attribute', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('surface_attribute', 1, ARRAY['shape_id', 'surface_no'], 'shape_surface', ARRAY['shape_id', 'surface_no']),
-    ('arc_attribute', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('arc_attribute', 1, ARRAY['shape_id', 'arc_no'], 'shape_arc', ARRAY['shape_id', 'arc_no']),
-    ('part_pmi', 0, ARRAY['part_id'], 'part', ARRAY['id']),
-    ('part_pmi_datum', 0, ARRAY['part_id', 'pmi_no'], 'part_pmi', ARRAY['part_id', 'pmi_no']),
-    ('part_pmi_surface', 0, ARRAY['part_id', 'pmi_no'], 'part_pmi', ARRAY['part_id', 'pmi_no']),
-    ('part_pmi_surface', 1, ARRAY['shape_id', 'surface_no'], 'shape_surface', ARRAY['shape_id', 'surface_no']);

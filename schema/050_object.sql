@@ -1,7 +1,7 @@
 -- Level object: assemblies, machines and robots made of parts and of other objects.
 
 CREATE SEQUENCE object_id_seq;
-CREATE TABLE object (  -- An assembly (or machine, robot, single part) by content: equal trees are one row.
+CREATE TABLE object (  -- object: An assembly (or machine, robot, single part) by content: equal trees are one row.
     id BIGINT PRIMARY KEY,  -- identity of the object
     content_key TEXT NOT NULL UNIQUE,  -- hash of name, kind, attributes and of all that it is made of, with transforms
     name TEXT NOT NULL,  -- name in the source
@@ -10,21 +10,21 @@ CREATE TABLE object (  -- An assembly (or machine, robot, single part) by conten
 );
 
 CREATE SEQUENCE object_variant_id_seq;
-CREATE TABLE object_variant (  -- The name, variant and revision under which a user loaded an object.
+CREATE TABLE object_variant (  -- object: The name, variant and revision under which a user loaded an object.
     id BIGINT PRIMARY KEY,  -- identity of the loaded variant
     name TEXT NOT NULL,  -- name that the user gave
     variant TEXT NOT NULL,  -- variant that the user gave; empty where none
     revision INTEGER NOT NULL,  -- 1 for the first load, one more each time the content differs
-    object_id BIGINT NOT NULL,  -- what it is
-    source_id BIGINT NOT NULL,  -- the file it was first loaded from
+    object_id BIGINT NOT NULL,  -- REFERENCES object (id): what it is
+    source_id BIGINT NOT NULL,  -- REFERENCES source (id): the file it was first loaded from
     UNIQUE (name, variant, revision)
 );
 
-CREATE TABLE object_attribute (  -- Attribute-value table of objects; appended to, never changed: current_object_attribute has the newest value of
+CREATE TABLE object_attribute (  -- object: Attribute-value table of objects; appended to, never changed: current_object_attribute has the newest value of
     -- each.
-    object_id BIGINT NOT NULL,  -- the object
+    object_id BIGINT NOT NULL,  -- REFERENCES object (id): the object
     name TEXT NOT NULL,  -- name of the attribute
-    run_id BIGINT NOT NULL,  -- the run that stated it: the greatest has the newest value
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run that stated it: the greatest has the newest value
     value_number DOUBLE PRECISION,  -- value, where it is a number
     value_text TEXT,  -- value, where it is text
     value_boolean BOOLEAN,  -- value, where it is true or false
@@ -36,7 +36,7 @@ CREATE TABLE object_attribute (  -- Attribute-value table of objects; appended t
     CHECK (source IN ('file', 'derived', 'user'))
 );
 
-CREATE VIEW current_object_attribute (  -- The newest value of each attribute of objects.
+CREATE VIEW current_object_attribute (  -- object: The newest value of each attribute of objects.
     object_id,  -- the object
     name,  -- name of the attribute
     value_number,  -- value, where it is a number
@@ -50,10 +50,10 @@ SELECT DISTINCT ON (object_id, name) object_id, name, value_number, value_text, 
 FROM object_attribute
 ORDER BY object_id, name, run_id DESC;
 
-CREATE TABLE object_object (  -- Objects placed directly in an object.
-    parent_id BIGINT NOT NULL,  -- the object that contains
+CREATE TABLE object_object (  -- object: Objects placed directly in an object.
+    parent_id BIGINT NOT NULL,  -- REFERENCES object (id): the object that contains
     child_no INTEGER NOT NULL,  -- ordinal in the parent, counted over objects and parts together
-    child_id BIGINT NOT NULL,  -- the object contained
+    child_id BIGINT NOT NULL,  -- REFERENCES object (id): the object contained
     name TEXT NOT NULL,  -- name of the instance
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- parent_from_child
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
@@ -66,11 +66,11 @@ CREATE TABLE object_object (  -- Objects placed directly in an object.
     CHECK (parent_id <> child_id)
 );
 
-CREATE TABLE object_part (  -- Parts placed directly in an object; those that are nested in objects placed in it are not among them: placed_part
+CREATE TABLE object_part (  -- object: Parts placed directly in an object; those that are nested in objects placed in it are not among them: placed_part
     -- has all.
-    object_id BIGINT NOT NULL,  -- the object that contains
+    object_id BIGINT NOT NULL,  -- REFERENCES object (id): the object that contains
     child_no INTEGER NOT NULL,  -- ordinal in the object, counted over objects and parts together
-    part_id BIGINT NOT NULL,  -- the part contained
+    part_id BIGINT NOT NULL,  -- REFERENCES part (id): the part contained
     name TEXT NOT NULL,  -- name of the instance
     colour TEXT,  -- colour of this instance where it differs from the part's, #rrggbb
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- object_from_part
@@ -83,8 +83,8 @@ CREATE TABLE object_part (  -- Parts placed directly in an object; those that ar
     PRIMARY KEY (object_id, child_no)
 );
 
-CREATE TABLE joint (  -- Joints of a robot or machine between the objects placed in it.
-    object_id BIGINT NOT NULL,  -- the robot or machine
+CREATE TABLE joint (  -- object: Joints of a robot or machine between the objects placed in it.
+    object_id BIGINT NOT NULL,  -- REFERENCES object (id): the robot or machine
     joint_no INTEGER NOT NULL,  -- ordinal of the joint
     name TEXT NOT NULL,  -- name in the source
     kind TEXT NOT NULL,  -- revolute, continuous, prismatic or fixed
@@ -108,10 +108,10 @@ CREATE TABLE joint (  -- Joints of a robot or machine between the objects placed
     CHECK (kind IN ('revolute', 'continuous', 'prismatic', 'fixed'))
 );
 
-CREATE TABLE load_report (  -- What a load found in its file and added to the store.
-    run_id BIGINT PRIMARY KEY,  -- the run of the load
-    source_id BIGINT,  -- the file; null where it was refused
-    object_variant_id BIGINT,  -- what it was loaded as; null where it was refused
+CREATE TABLE load_report (  -- object: What a load found in its file and added to the store.
+    run_id BIGINT PRIMARY KEY,  -- REFERENCES run (id): the run of the load
+    source_id BIGINT,  -- REFERENCES source (id): the file; null where it was refused
+    object_variant_id BIGINT,  -- REFERENCES object_variant (id): what it was loaded as; null where it was refused
     status TEXT NOT NULL,  -- added, unchanged (all of it was there), partial (faces were lost) or refused
     message TEXT,  -- why it is partial or was refused
     faces_in_file INTEGER,  -- faces that the text of the file lists
@@ -124,24 +124,24 @@ CREATE TABLE load_report (  -- What a load found in its file and added to the st
     CHECK (status IN ('added', 'unchanged', 'partial', 'refused'))
 );
 
-CREATE TABLE load_finding (  -- What a load noticed in its file that is not as it should be; it was loaded all the same unless load_report says that
+CREATE TABLE load_finding (  -- object: What a load noticed in its file that is not as it should be; it was loaded all the same unless load_report says that
     -- it was refused.
-    run_id BIGINT NOT NULL,  -- the run of the load; load_report says which file it read
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run of the load; load_report says which file it read
     finding_no INTEGER NOT NULL,  -- ordinal of the finding in the load, from 0
     kind TEXT NOT NULL,  -- open_loop, edge_off_face, open_solid, stated_volume, stated_area, damaged_text, unread_text, lost_faces, features_failed,
         -- ...
     message TEXT NOT NULL,  -- what was found, one sentence
-    part_id BIGINT,  -- the part, or the first of those that have the shape; null where it is of the whole file, or was refused
-    shape_id BIGINT,  -- the shape; null where it is of the whole file or the part, or was refused
-    surface_id BIGINT,  -- the surface; null where it is of none, or was refused
-    arc_id BIGINT,  -- the arc; null where it is of none, or was refused
+    part_id BIGINT,  -- REFERENCES part (id): the part, or the first of those that have the shape; null where it is of the whole file, or was refused
+    shape_id BIGINT,  -- REFERENCES shape (id): the shape; null where it is of the whole file or the part, or was refused
+    surface_id BIGINT,  -- REFERENCES surface (id): the surface; null where it is of none, or was refused
+    arc_id BIGINT,  -- REFERENCES arc (id): the arc; null where it is of none, or was refused
     value DOUBLE PRECISION,  -- what was measured; null where it is no measure
     bound DOUBLE PRECISION,  -- what the value was compared with; null where it is no measure
     unit TEXT,  -- unit of value and bound; null for counts and where they are null
     PRIMARY KEY (run_id, finding_no)
 );
 
-CREATE VIEW object_child (  -- Objects and parts placed directly in an object, with names that are unique among siblings.
+CREATE VIEW object_child (  -- object: Objects and parts placed directly in an object, with names that are unique among siblings.
     parent_id,  -- the object that contains
     child_no,  -- ordinal in the parent
     object_id,  -- the object contained; null for a part
@@ -174,7 +174,7 @@ FROM instance;
 
 -- Of a million rows, a key, a unique path and foreign keys would take more time than all else: queries of check/ look
 -- after them.
-CREATE TABLE object_node (  -- The expansion of each object that was loaded: itself and every object and part in it, with its composed transform, and
+CREATE TABLE object_node (  -- object, redundant: The expansion of each object that was loaded: itself and every object and part in it, with its composed transform, and
     -- of parts the box, packed into pages of an R-tree. A world places it as it stands.
     object_id BIGINT NOT NULL,  -- the object that is expanded
     node_no INTEGER NOT NULL,  -- ordinal of the node: 0 the object itself, then the objects in it, containers first, then the parts by page
@@ -199,8 +199,8 @@ CREATE TABLE object_node (  -- The expansion of each object that was loaded: its
     CHECK (x0 <= x1 AND y0 <= y1 AND z0 <= z1)
 );
 
-CREATE TABLE object_page (  -- Pages of the parts in an expanded object: the union of their boxes; a page holds parts of one body.
-    object_id BIGINT NOT NULL,  -- the object that is expanded
+CREATE TABLE object_page (  -- object, redundant: Pages of the parts in an expanded object: the union of their boxes; a page holds parts of one body.
+    object_id BIGINT NOT NULL,  -- REFERENCES object (id): the object that is expanded
     page INTEGER NOT NULL,  -- the page, in order of the packing
     body_no INTEGER NOT NULL,  -- the body whose parts it holds
     box_count INTEGER NOT NULL,  -- number of boxes in the page
@@ -210,9 +210,9 @@ CREATE TABLE object_page (  -- Pages of the parts in an expanded object: the uni
     PRIMARY KEY (object_id, page)
 );
 
-CREATE TABLE circle (  -- Circles along which sharp edges of an object's parts run, each once, but for parts that joints move: by them it is
+CREATE TABLE circle (  -- object, redundant: Circles along which sharp edges of an object's parts run, each once, but for parts that joints move: by them it is
     -- found in space.
-    object_id BIGINT NOT NULL,  -- the object
+    object_id BIGINT NOT NULL,  -- REFERENCES object (id): the object
     circle_no INTEGER NOT NULL,  -- ordinal of the circle in the object, from 0
     x DOUBLE PRECISION NOT NULL, y DOUBLE PRECISION NOT NULL, z DOUBLE PRECISION NOT NULL,  -- x, y and z of the centre in the object's frame, mm
     nx DOUBLE PRECISION NOT NULL, ny DOUBLE PRECISION NOT NULL, nz DOUBLE PRECISION NOT NULL,  -- x, y and z of the unit normal, which may point either way
@@ -220,9 +220,9 @@ CREATE TABLE circle (  -- Circles along which sharp edges of an object's parts r
     PRIMARY KEY (object_id, circle_no)
 );
 
-CREATE TABLE circle_relation (  -- How two circles of an object lie to each other, whichever way it is turned or mirrored: a row a class of
+CREATE TABLE circle_relation (  -- object, redundant: How two circles of an object lie to each other, whichever way it is turned or mirrored: a row a class of
     -- pairs that agree, with their means.
-    object_id BIGINT NOT NULL,  -- the object
+    object_id BIGINT NOT NULL,  -- REFERENCES object (id): the object
     class_no INTEGER NOT NULL,  -- ordinal of the class in the object, from 0
     pairs INTEGER NOT NULL,  -- how many pairs of circles agree
     radius_a REAL NOT NULL,  -- radius of the smaller circle, mm
@@ -235,41 +235,3 @@ CREATE TABLE circle_relation (  -- How two circles of an object lie to each othe
     -- some, evenly among all
     PRIMARY KEY (object_id, class_no)
 );
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('object', 'object', 'primary'),
-    ('object_variant', 'object', 'primary'),
-    ('object_attribute', 'object', 'primary'),
-    ('current_object_attribute', 'object', 'view'),
-    ('object_object', 'object', 'primary'),
-    ('object_part', 'object', 'primary'),
-    ('object_child', 'object', 'view'),
-    ('object_node', 'object', 'redundant'),
-    ('object_page', 'object', 'redundant'),
-    ('circle', 'object', 'redundant'),
-    ('circle_relation', 'object', 'redundant'),
-    ('joint', 'object', 'primary'),
-    ('load_report', 'object', 'primary'),
-    ('load_finding', 'object', 'primary');
-
-INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
-    ('object_variant', 0, ARRAY['object_id'], 'object', ARRAY['id']),
-    ('object_variant', 1, ARRAY['source_id'], 'source', ARRAY['id']),
-    ('object_attribute', 0, ARRAY['object_id'], 'object', ARRAY['id']),
-    ('object_attribute', 1, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('object_object', 0, ARRAY['parent_id'], 'object', ARRAY['id']),
-    ('object_object', 1, ARRAY['child_id'], 'object', ARRAY['id']),
-    ('object_part', 0, ARRAY['object_id'], 'object', ARRAY['id']),
-    ('object_part', 1, ARRAY['part_id'], 'part', ARRAY['id']),
-    ('object_page', 0, ARRAY['object_id'], 'object', ARRAY['id']),
-    ('circle', 0, ARRAY['object_id'], 'object', ARRAY['id']),
-    ('circle_relation', 0, ARRAY['object_id'], 'object', ARRAY['id']),
-    ('joint', 0, ARRAY['object_id'], 'object', ARRAY['id']),
-    ('load_report', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('load_report', 1, ARRAY['source_id'], 'source', ARRAY['id']),
-    ('load_report', 2, ARRAY['object_variant_id'], 'object_variant', ARRAY['id']),
-    ('load_finding', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('load_finding', 1, ARRAY['part_id'], 'part', ARRAY['id']),
-    ('load_finding', 2, ARRAY['shape_id'], 'shape', ARRAY['id']),
-    ('load_finding', 3, ARRAY['surface_id'], 'surface', ARRAY['id']),
-    ('load_finding', 4, ARRAY['arc_id'], 'arc', ARRAY['id']);

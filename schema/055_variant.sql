@@ -1,24 +1,24 @@
 -- Level object: what differs between two loaded variants.
 
 CREATE SEQUENCE variant_comparison_id_seq;
-CREATE TABLE variant_comparison (  -- Pairs of loaded variants that were compared; made once, since a revision never changes.
+CREATE TABLE variant_comparison (  -- object: Pairs of loaded variants that were compared; made once, since a revision never changes.
     id BIGINT PRIMARY KEY,  -- identity of the comparison
-    run_id BIGINT NOT NULL,  -- the run that made it
-    variant_a_id BIGINT NOT NULL,  -- the variant before
-    variant_b_id BIGINT NOT NULL,  -- the variant after
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run that made it
+    variant_a_id BIGINT NOT NULL,  -- REFERENCES object_variant (id): the variant before
+    variant_b_id BIGINT NOT NULL,  -- REFERENCES object_variant (id): the variant after
     reach DOUBLE PRECISION NOT NULL,  -- how far a thing may move and still count as the same, mm
     UNIQUE (variant_a_id, variant_b_id, reach)
 );
 
-CREATE TABLE variant_difference (  -- What became of each placed part, and of each feature and surface of the parts whose geometry changed.
-    comparison_id BIGINT NOT NULL,  -- the comparison
+CREATE TABLE variant_difference (  -- object, redundant: What became of each placed part, and of each feature and surface of the parts whose geometry changed.
+    comparison_id BIGINT NOT NULL,  -- REFERENCES variant_comparison (id): the comparison
     difference_no INTEGER NOT NULL,  -- ordinal: parts, then features, then surfaces
     level TEXT NOT NULL,  -- part, feature or surface
     status TEXT NOT NULL,  -- identical; retrimmed (same unbounded surfaces, other boundary); moved; changed (paired, other geometry); added; removed
     object_path_a TEXT,  -- path of the placed part before; of a feature or surface: of the first placed part that has it
     object_path_b TEXT,  -- path of the placed part after
-    shape_a BIGINT,  -- shape of the part before
-    shape_b BIGINT,  -- shape of the part after
+    shape_a BIGINT,  -- REFERENCES shape (id): shape of the part before
+    shape_b BIGINT,  -- REFERENCES shape (id): shape of the part after
     element_a INTEGER,  -- feature_no or surface_no in shape_a
     element_b INTEGER,  -- feature_no or surface_no in shape_b
     differs TEXT,  -- of parts: what else differs (path, number, name, material, colour, attributes, face labels); of changed
@@ -37,7 +37,7 @@ CREATE TABLE variant_difference (  -- What became of each placed part, and of ea
     CHECK ((status = 'removed') = (element_b IS NULL) OR level = 'part')
 );
 
-CREATE VIEW variant_change (  -- What became of parts, features and surfaces between two variants, with names, kinds and places.
+CREATE VIEW variant_change (  -- object: What became of parts, features and surfaces between two variants, with names, kinds and places.
     comparison_id,  -- the comparison
     object_a,  -- name of the object before
     variant_a,  -- its variant
@@ -83,16 +83,3 @@ LEFT JOIN shape_surface AS ha ON d.level = 'surface' AND ha.shape_id = d.shape_a
 LEFT JOIN surface AS sa ON sa.id = ha.surface_id
 LEFT JOIN shape_surface AS hb ON d.level = 'surface' AND hb.shape_id = d.shape_b AND hb.surface_no = d.element_b
 LEFT JOIN surface AS sb ON sb.id = hb.surface_id;
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('variant_comparison', 'object', 'primary'),
-    ('variant_difference', 'object', 'redundant'),
-    ('variant_change', 'object', 'view');
-
-INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
-    ('variant_comparison', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('variant_comparison', 1, ARRAY['variant_a_id'], 'object_variant', ARRAY['id']),
-    ('variant_comparison', 2, ARRAY['variant_b_id'], 'object_variant', ARRAY['id']),
-    ('variant_difference', 0, ARRAY['comparison_id'], 'variant_comparison', ARRAY['id']),
-    ('variant_difference', 1, ARRAY['shape_a'], 'shape', ARRAY['id']),
-    ('variant_difference', 2, ARRAY['shape_b'], 'shape', ARRAY['id']);

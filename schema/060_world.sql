@@ -3,7 +3,7 @@
 -- ends one row and adds one.
 
 CREATE SEQUENCE world_id_seq;
-CREATE TABLE world (  -- A cell and what stands in it; a change is a new revision.
+CREATE TABLE world (  -- world: A cell and what stands in it; a change is a new revision.
     id BIGINT PRIMARY KEY,  -- identity of this revision of the world
     name TEXT NOT NULL,  -- name of the world
     revision INTEGER NOT NULL,  -- 1 for the first, one more each time the content differs; 0 of an object alone, which no file places
@@ -11,7 +11,7 @@ CREATE TABLE world (  -- A cell and what stands in it; a change is a new revisio
     UNIQUE (name, revision)
 );
 
-CREATE VIEW current_world (  -- The newest revision of each world, but of objects alone: what a question is asked of unless it names a revision.
+CREATE VIEW current_world (  -- world: The newest revision of each world, but of objects alone: what a question is asked of unless it names a revision.
     name,  -- name of the world
     world_id,  -- identity of its newest revision
     revision,  -- its newest revision
@@ -22,10 +22,10 @@ FROM world
 WHERE revision > 0
 ORDER BY name, revision DESC;
 
-CREATE TABLE world_attribute (  -- Attribute-value table of worlds; appended to, never changed: current_world_attribute has the newest value of each.
-    world_id BIGINT NOT NULL,  -- the revision of a world; the next takes all values over
+CREATE TABLE world_attribute (  -- world: Attribute-value table of worlds; appended to, never changed: current_world_attribute has the newest value of each.
+    world_id BIGINT NOT NULL,  -- REFERENCES world (id): the revision of a world; the next takes all values over
     name TEXT NOT NULL,  -- name of the attribute
-    run_id BIGINT NOT NULL,  -- the run that stated it: the greatest has the newest value
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run that stated it: the greatest has the newest value
     value_number DOUBLE PRECISION,  -- value, where it is a number
     value_text TEXT,  -- value, where it is text
     value_boolean BOOLEAN,  -- value, where it is true or false
@@ -37,7 +37,7 @@ CREATE TABLE world_attribute (  -- Attribute-value table of worlds; appended to,
     CHECK (source IN ('file', 'derived', 'user'))
 );
 
-CREATE VIEW current_world_attribute (  -- The newest value of each attribute of worlds.
+CREATE VIEW current_world_attribute (  -- world: The newest value of each attribute of worlds.
     world_id,  -- the revision of a world; the next takes all values over
     name,  -- name of the attribute
     value_number,  -- value, where it is a number
@@ -52,22 +52,22 @@ FROM world_attribute
 ORDER BY world_id, name, run_id DESC;
 
 CREATE SEQUENCE placed_object_id_seq;
-CREATE TABLE placed_object (  -- What was ever placed in a world under a name: it keeps its number while it moves, goes and comes back. Another object
+CREATE TABLE placed_object (  -- world: What was ever placed in a world under a name: it keeps its number while it moves, goes and comes back. Another object
     -- under its name, or another content, is another.
     object_no INTEGER PRIMARY KEY,  -- number of the placed object, one count for all worlds
     world TEXT NOT NULL,  -- name of the world
     name TEXT NOT NULL,  -- name of the object in the world
-    object_id BIGINT NOT NULL  -- the object: what object_node expands
+    object_id BIGINT NOT NULL  -- REFERENCES object (id): the object: what object_node expands
 );
 
 -- No key: DuckDB rewrites the last rows of a table with one whenever some are added.
-CREATE TABLE placed_body (  -- Where the placed objects stand: a row for the object and one for each link of the robots in it, as the joint states
+CREATE TABLE placed_body (  -- world: Where the placed objects stand: a row for the object and one for each link of the robots in it, as the joint states
     -- place it, with the revisions of the world in which it stands there.
-    object_no INTEGER NOT NULL,  -- the placed object
+    object_no INTEGER NOT NULL,  -- REFERENCES placed_object (object_no): the placed object
     body_no INTEGER NOT NULL,  -- 0, or the node of object_node that is the link
     first_revision INTEGER NOT NULL,  -- first revision of the world in which this holds
     last_revision INTEGER,  -- last revision in which it holds; null: it holds in the newest
-    object_variant_id BIGINT NOT NULL,  -- what was placed: a loaded variant, in its revision
+    object_variant_id BIGINT NOT NULL,  -- REFERENCES object_variant (id): what was placed: a loaded variant, in its revision
     role TEXT NOT NULL,  -- inspected (the reference), fixture, robot or tool (these occlude but are no reference)
     tolerance_mm DOUBLE PRECISION NOT NULL,  -- standard deviation of where the object's edges are from where the model has them, across an edge, mm
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_body
@@ -85,7 +85,7 @@ CREATE TABLE placed_body (  -- Where the placed objects stand: a row for the obj
     CHECK (first_revision <= last_revision)
 );
 
-CREATE VIEW world_object (  -- Objects placed in each revision of a world.
+CREATE VIEW world_object (  -- world: Objects placed in each revision of a world.
     world_id,  -- the world
     object_no,  -- number of the placed object
     name,  -- name of the object in the world
@@ -106,8 +106,8 @@ JOIN placed_object AS p ON p.world = w.name
 JOIN placed_body AS b ON b.object_no = p.object_no AND b.body_no = 0
     AND w.revision BETWEEN b.first_revision AND coalesce(b.last_revision, w.revision);
 
-CREATE TABLE joint_state (  -- Where the joints of the robots in worlds stand, with the revisions in which they do.
-    object_no INTEGER NOT NULL,  -- the placed object
+CREATE TABLE joint_state (  -- world: Where the joints of the robots in worlds stand, with the revisions in which they do.
+    object_no INTEGER NOT NULL,  -- REFERENCES placed_object (object_no): the placed object
     robot TEXT NOT NULL,  -- path of the robot in that object; empty where it is the object itself
     joint TEXT NOT NULL,  -- name of the joint
     first_revision INTEGER NOT NULL,  -- first revision of the world in which this holds
@@ -118,7 +118,7 @@ CREATE TABLE joint_state (  -- Where the joints of the robots in worlds stand, w
 );
 
 CREATE SEQUENCE camera_id_seq;
-CREATE TABLE camera (  -- A calibrated camera, by content.
+CREATE TABLE camera (  -- world: A calibrated camera, by content.
     id BIGINT PRIMARY KEY,  -- identity of the camera
     content_key TEXT NOT NULL UNIQUE,  -- hash of all values
     width INTEGER NOT NULL,  -- width of its pictures, px
@@ -136,15 +136,15 @@ CREATE TABLE camera (  -- A calibrated camera, by content.
 );
 
 CREATE SEQUENCE rig_id_seq;
-CREATE TABLE rig (  -- Rigidly connected cameras, by content.
+CREATE TABLE rig (  -- world: Rigidly connected cameras, by content.
     id BIGINT PRIMARY KEY,  -- identity of the rig
     content_key TEXT NOT NULL UNIQUE  -- hash of all its cameras and transforms
 );
 
-CREATE TABLE rig_camera (  -- The cameras of a rig.
-    rig_id BIGINT NOT NULL,  -- the rig
+CREATE TABLE rig_camera (  -- world: The cameras of a rig.
+    rig_id BIGINT NOT NULL,  -- REFERENCES rig (id): the rig
     name TEXT NOT NULL,  -- name of the camera in the rig
-    camera_id BIGINT NOT NULL,  -- its calibration
+    camera_id BIGINT NOT NULL,  -- REFERENCES camera (id): its calibration
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- rig_from_camera
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
     m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
@@ -161,18 +161,18 @@ CREATE TABLE rig_camera (  -- The cameras of a rig.
     PRIMARY KEY (rig_id, name)
 );
 
-CREATE TABLE world_mount (  -- Rigs and objects fixed to an object of a world or to a link of it; the world_object of a mounted object stands where
+CREATE TABLE world_mount (  -- world: Rigs and objects fixed to an object of a world or to a link of it; the world_object of a mounted object stands where
     -- its mount and the joint states place it.
     world TEXT NOT NULL,  -- name of the world
     mount_no INTEGER NOT NULL,  -- ordinal in the world
     first_revision INTEGER NOT NULL,  -- first revision of the world in which this holds
     last_revision INTEGER,  -- last revision in which it holds; null: it holds in the newest
     name TEXT NOT NULL,  -- name of what is mounted
-    object_no INTEGER NOT NULL,  -- the object that carries it
+    object_no INTEGER NOT NULL,  -- REFERENCES placed_object (object_no): the object that carries it
     link TEXT,  -- the link of that object as the world file names it; null: its root
     object_path TEXT,  -- path of the link in that object, as in occurrence; null: its root
-    rig_id BIGINT,  -- the rig that is mounted, where it is one
-    mounted_no INTEGER,  -- the object that is mounted, where it is one
+    rig_id BIGINT,  -- REFERENCES rig (id): the rig that is mounted, where it is one
+    mounted_no INTEGER,  -- REFERENCES placed_object (object_no): the object that is mounted, where it is one
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- carrier_from_mounted
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
     m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
@@ -187,7 +187,7 @@ CREATE TABLE world_mount (  -- Rigs and objects fixed to an object of a world or
 );
 
 -- An occurrence is a node of a placed object: its identity is 2^28 times the one's number and the other's.
-CREATE VIEW placed_node (  -- What an occurrence is, wherever and in whichever revision of its world it stands: one row each; the identity audit rows
+CREATE VIEW placed_node (  -- world: What an occurrence is, wherever and in whichever revision of its world it stands: one row each; the identity audit rows
     -- point at.
     id,  -- identity of the occurrence
     world,  -- name of the world
@@ -205,7 +205,7 @@ SELECT CAST(p.object_no AS BIGINT) * 268435456 + n.node_no AS id, p.world, p.obj
 FROM placed_object AS p
 JOIN object_node AS n ON n.object_id = p.object_id;
 
-CREATE VIEW occurrence (  -- Every object and part as placed in a revision of a world, with its composed transform, and of parts the world box; it
+CREATE VIEW occurrence (  -- world: Every object and part as placed in a revision of a world, with its composed transform, and of parts the world box; it
     -- keeps its identity from revision to revision.
     id,  -- identity of the occurrence, one in all revisions of its world
     world_id,  -- the world
@@ -265,7 +265,7 @@ FROM (
 ) AS o
 LEFT JOIN shape AS s ON s.id = o.shape_id;
 
-CREATE VIEW placed_mount (  -- Where rigs and mounted objects are in their world, by the occurrence that carries them.
+CREATE VIEW placed_mount (  -- world: Where rigs and mounted objects are in their world, by the occurrence that carries them.
     world_id,  -- the world
     mount_no,  -- the mount in the world
     name,  -- name of what is mounted
@@ -295,33 +295,3 @@ JOIN world_mount AS m ON m.world = w.name
 JOIN placed_object AS p ON p.object_no = m.object_no
 JOIN occurrence AS c ON c.world_id = w.id AND c.object_no = m.object_no
     AND c.path = CASE WHEN m.object_path IS NULL THEN p.name ELSE p.name || '/' || m.object_path END;
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('world', 'world', 'primary'),
-    ('current_world', 'world', 'view'),
-    ('world_attribute', 'world', 'primary'),
-    ('current_world_attribute', 'world', 'view'),
-    ('placed_object', 'world', 'primary'),
-    ('placed_body', 'world', 'primary'),
-    ('world_object', 'world', 'view'),
-    ('joint_state', 'world', 'primary'),
-    ('camera', 'world', 'primary'),
-    ('rig', 'world', 'primary'),
-    ('rig_camera', 'world', 'primary'),
-    ('world_mount', 'world', 'primary'),
-    ('placed_node', 'world', 'view'),
-    ('occurrence', 'world', 'view'),
-    ('placed_mount', 'world', 'view');
-
-INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
-    ('world_attribute', 0, ARRAY['world_id'], 'world', ARRAY['id']),
-    ('world_attribute', 1, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('placed_object', 0, ARRAY['object_id'], 'object', ARRAY['id']),
-    ('placed_body', 0, ARRAY['object_no'], 'placed_object', ARRAY['object_no']),
-    ('placed_body', 1, ARRAY['object_variant_id'], 'object_variant', ARRAY['id']),
-    ('joint_state', 0, ARRAY['object_no'], 'placed_object', ARRAY['object_no']),
-    ('rig_camera', 0, ARRAY['rig_id'], 'rig', ARRAY['id']),
-    ('rig_camera', 1, ARRAY['camera_id'], 'camera', ARRAY['id']),
-    ('world_mount', 0, ARRAY['rig_id'], 'rig', ARRAY['id']),
-    ('world_mount', 1, ARRAY['object_no'], 'placed_object', ARRAY['object_no']),
-    ('world_mount', 2, ARRAY['mounted_no'], 'placed_object', ARRAY['object_no']);

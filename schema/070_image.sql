@@ -1,7 +1,7 @@
 -- Images and what extraction finds in them.  Image coordinates are pixels (x right, y down); (0, 0) is the centre of the top-left pixel.
 
 CREATE SEQUENCE image_id_seq;
-CREATE TABLE image (  -- A picture, by content.
+CREATE TABLE image (  -- image: A picture, by content.
     id BIGINT PRIMARY KEY,  -- identity of the image
     sha256 TEXT NOT NULL UNIQUE,  -- SHA-256 of the file's bytes, hexadecimal
     file_name TEXT NOT NULL,  -- name of the file as first given, without its folder
@@ -13,15 +13,15 @@ CREATE TABLE image (  -- A picture, by content.
 );
 
 -- Without keys: a checkpoint rewrites the last rows of tables with keys, whatever their size.
-CREATE TABLE image_blob (  -- The bytes of an image, kept so that a run can be looked at months later.
+CREATE TABLE image_blob (  -- image: The bytes of an image, kept so that a run can be looked at months later.
     image_id BIGINT NOT NULL,  -- the image
     bytes BYTEA NOT NULL  -- the file as it was read
 );
 
 CREATE SEQUENCE extraction_id_seq;
-CREATE TABLE extraction (  -- One extraction of arcs and regions from an image; all primitives refer to it.
+CREATE TABLE extraction (  -- image: One extraction of arcs and regions from an image; all primitives refer to it.
     id BIGINT PRIMARY KEY,  -- identity of the extraction
-    image_id BIGINT NOT NULL,  -- the image
+    image_id BIGINT NOT NULL,  -- REFERENCES image (id): the image
     content_key TEXT NOT NULL UNIQUE,  -- hash of image, bits, parameters and version: the same extraction is not made twice
     bits INTEGER NOT NULL,  -- bits of image.depth that values were taken to fill: white is where all of them are set
     bits_from TEXT NOT NULL,  -- what said how many bits: file, rig (bits of the camera) or values (the least of 8, 10, 12, 14 and 16 that holds the greatest)
@@ -34,7 +34,7 @@ CREATE TABLE extraction (  -- One extraction of arcs and regions from an image; 
 
 -- Without keys: some 25,000 rows a picture, whose keys would cost as much as all else of it.  Their numbers are
 -- decimals that end well below their sigma: these pack to a third of floating-point numbers.
-CREATE TABLE edge_element (  -- Edge elements: facet zero-crossings with sub-pixel position; all that were linked, and loose ones that are strong
+CREATE TABLE edge_element (  -- image: Edge elements: facet zero-crossings with sub-pixel position; all that were linked, and loose ones that are strong
     -- enough to be evidence of a pose.
     extraction_id BIGINT NOT NULL,  -- the extraction
     edge_element_no INTEGER NOT NULL,  -- ordinal in the extraction, from 0: the elements of an arc follow each other along it
@@ -47,7 +47,7 @@ CREATE TABLE edge_element (  -- Edge elements: facet zero-crossings with sub-pix
 );
 
 -- Without keys, as the edge elements.
-CREATE TABLE image_arc (  -- Arcs of an image: fitted to linked edge elements, from first to last end with the brighter grey on the left along most of
+CREATE TABLE image_arc (  -- image: Arcs of an image: fitted to linked edge elements, from first to last end with the brighter grey on the left along most of
     -- it.
     extraction_id BIGINT NOT NULL,  -- the extraction
     image_arc_no INTEGER NOT NULL,  -- ordinal in the extraction, from 0
@@ -79,7 +79,7 @@ CREATE TABLE image_arc (  -- Arcs of an image: fitted to linked edge elements, f
 );
 
 -- Without keys, as the edge elements.
-CREATE TABLE image_arc_point (  -- The course of a free arc, which no formula gives: its edge elements in order, each moved across the arc to where
+CREATE TABLE image_arc_point (  -- image: The course of a free arc, which no formula gives: its edge elements in order, each moved across the arc to where
     -- its neighbours along it agree; from junction to junction where its ends are closed.
     extraction_id BIGINT NOT NULL,  -- the extraction
     image_arc_no INTEGER NOT NULL,  -- the arc
@@ -89,7 +89,7 @@ CREATE TABLE image_arc_point (  -- The course of a free arc, which no formula gi
 );
 
 -- Without keys, as the edge elements.
-CREATE TABLE image_junction (  -- Places where arcs of an image meet; the arcs' ends are closed there.
+CREATE TABLE image_junction (  -- image: Places where arcs of an image meet; the arcs' ends are closed there.
     extraction_id BIGINT NOT NULL,  -- the extraction
     junction_no INTEGER NOT NULL,  -- ordinal in the extraction, from 0
     kind TEXT NOT NULL,  -- L (two ends), T (three ways, two of which run on into each other), Y (other three), X (four ways or more), smooth (two
@@ -103,7 +103,7 @@ CREATE TABLE image_junction (  -- Places where arcs of an image meet; the arcs' 
 );
 
 -- Without keys, as the edge elements.
-CREATE TABLE image_junction_arc (  -- The arcs that meet in a junction.
+CREATE TABLE image_junction_arc (  -- image: The arcs that meet in a junction.
     extraction_id BIGINT NOT NULL,  -- the extraction
     junction_no INTEGER NOT NULL,  -- the junction
     image_arc_no INTEGER NOT NULL,  -- the arc
@@ -112,7 +112,7 @@ CREATE TABLE image_junction_arc (  -- The arcs that meet in a junction.
 );
 
 -- Without keys, as the edge elements.
-CREATE TABLE image_region (  -- Regions of an image: connected sets of pixels that edges enclose.
+CREATE TABLE image_region (  -- image: Regions of an image: connected sets of pixels that edges enclose.
     extraction_id BIGINT NOT NULL,  -- the extraction
     region_no INTEGER NOT NULL,  -- ordinal in the extraction, from 0
     area DOUBLE PRECISION NOT NULL,  -- area, px
@@ -127,7 +127,7 @@ CREATE TABLE image_region (  -- Regions of an image: connected sets of pixels th
 );
 
 -- Without keys, as the edge elements.
-CREATE TABLE region_outline (  -- Outlines of the regions: corners of closed polygons.
+CREATE TABLE region_outline (  -- image: Outlines of the regions: corners of closed polygons.
     extraction_id BIGINT NOT NULL,  -- the extraction
     region_no INTEGER NOT NULL,  -- the region
     ring_no INTEGER NOT NULL,  -- 0 for the outer ring, then the holes
@@ -136,7 +136,7 @@ CREATE TABLE region_outline (  -- Outlines of the regions: corners of closed pol
 );
 
 -- Without keys, as the edge elements.
-CREATE TABLE region_arc (  -- The arcs that bound a region.
+CREATE TABLE region_arc (  -- image: The arcs that bound a region.
     extraction_id BIGINT NOT NULL,  -- the extraction
     region_no INTEGER NOT NULL,  -- the region
     image_arc_no INTEGER NOT NULL,  -- the arc
@@ -144,19 +144,3 @@ CREATE TABLE region_arc (  -- The arcs that bound a region.
     length REAL NOT NULL,  -- length of arc that borders the region, px
     CHECK (side IN ('left', 'right'))
 );
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('image', 'image', 'primary'),
-    ('image_blob', 'image', 'primary'),
-    ('extraction', 'image', 'primary'),
-    ('edge_element', 'image', 'primary'),
-    ('image_arc', 'image', 'primary'),
-    ('image_arc_point', 'image', 'primary'),
-    ('image_junction', 'image', 'primary'),
-    ('image_junction_arc', 'image', 'primary'),
-    ('image_region', 'image', 'primary'),
-    ('region_outline', 'image', 'primary'),
-    ('region_arc', 'image', 'primary');
-
-INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
-    ('extraction', 0, ARRAY['image_id'], 'image', ARRAY['id']);

@@ -1,19 +1,19 @@
 -- Relational matching: units with relations on both sides, what could match what, and what was decided.
 
 CREATE SEQUENCE unit_set_id_seq;
-CREATE TABLE unit_set (  -- A set of primitives that a matcher sees: of one image.
+CREATE TABLE unit_set (  -- matching: A set of primitives that a matcher sees: of one image.
     id BIGINT PRIMARY KEY,  -- identity of the set
     kind TEXT NOT NULL,  -- extraction: arcs, then regions of a picture; view: arcs, then surfaces that a camera should see at a pose
-    extraction_id BIGINT,  -- the extraction whose arcs and regions they are; null of a view
+    extraction_id BIGINT,  -- REFERENCES extraction (id): the extraction whose arcs and regions they are; null of a view
     run_id BIGINT,  -- the run that predicted the view; null of an extraction
-    view_no INTEGER,  -- the view of that run; null of an extraction
+    view_no INTEGER,  -- REFERENCES inspection_image (run_id, view_no): the view of that run; null of an extraction
     CHECK (kind IN ('extraction', 'view')),
     CHECK ((kind = 'extraction') = (extraction_id IS NOT NULL)),
     CHECK ((kind = 'view') = (run_id IS NOT NULL AND view_no IS NOT NULL))
 );
 
 -- Without keys, as the arcs and regions of images.
-CREATE TABLE unit (  -- A primitive as a matcher sees it.
+CREATE TABLE unit (  -- matching: A primitive as a matcher sees it.
     unit_set_id BIGINT NOT NULL,  -- the set
     unit_no INTEGER NOT NULL,  -- ordinal in the set, from 0
     kind TEXT NOT NULL,  -- arc, region, view_arc or view_surface
@@ -22,7 +22,7 @@ CREATE TABLE unit (  -- A primitive as a matcher sees it.
 );
 
 -- Without keys, as the units: some 6,000 rows a picture.
-CREATE TABLE unit_relation (  -- Relations of two units, each a distance and an angle, stored with their inverse but for surrounds.
+CREATE TABLE unit_relation (  -- matching: Relations of two units, each a distance and an angle, stored with their inverse but for surrounds.
     unit_set_id BIGINT NOT NULL,  -- the set
     kind TEXT NOT NULL,  -- near, parallel, perpendicular, junction (an end of one at the other), concentric, equal_radius, bounds, adjacent,
         -- surrounds (a is the outer one)
@@ -36,13 +36,13 @@ CREATE TABLE unit_relation (  -- Relations of two units, each a distance and an 
     angle_sigma REAL NOT NULL  -- standard deviation of the angle, rad; 0 where the kind has none
 );
 
-CREATE TABLE problem (  -- One matching problem of a run: units to be given labels, and how it ended.
-    run_id BIGINT NOT NULL,  -- the run
+CREATE TABLE problem (  -- matching: One matching problem of a run: units to be given labels, and how it ended.
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run
     problem_no INTEGER NOT NULL,  -- ordinal in the run, from 0
     kind TEXT NOT NULL,  -- stereo or localisation
     method TEXT NOT NULL,  -- method that solved it
-    units_id BIGINT NOT NULL,  -- units that get labels
-    labels_id BIGINT NOT NULL,  -- labels that they get
+    units_id BIGINT NOT NULL,  -- REFERENCES unit_set (id): units that get labels
+    labels_id BIGINT NOT NULL,  -- REFERENCES unit_set (id): labels that they get
     parameters JSON NOT NULL,  -- parameters of the method, defaults included
     injective BOOLEAN NOT NULL,  -- whether no label may be taken twice
     nat_cost DOUBLE PRECISION NOT NULL,  -- what a nat of a relation costs, in the integers of the costs
@@ -56,9 +56,9 @@ CREATE TABLE problem (  -- One matching problem of a run: units to be given labe
     CHECK (status IN ('optimal', 'bounded', 'stopped'))
 );
 
-CREATE TABLE candidate (  -- Pairs of unit and label that passed the gate, with the cost of each by itself.
+CREATE TABLE candidate (  -- matching: Pairs of unit and label that passed the gate, with the cost of each by itself.
     run_id BIGINT NOT NULL,  -- the run
-    problem_no INTEGER NOT NULL,  -- the problem
+    problem_no INTEGER NOT NULL,  -- REFERENCES problem (run_id, problem_no): the problem
     unit_no INTEGER NOT NULL,  -- the unit
     label_no INTEGER NOT NULL,  -- the label
     cost DOUBLE PRECISION NOT NULL,  -- unary cost of the pair
@@ -69,9 +69,9 @@ CREATE TABLE candidate (  -- Pairs of unit and label that passed the gate, with 
     PRIMARY KEY (run_id, problem_no, unit_no, label_no)
 );
 
-CREATE TABLE problem_tolerance (  -- How relations of labels differ from those of the units which they confirm, and what a relation tells.
+CREATE TABLE problem_tolerance (  -- matching: How relations of labels differ from those of the units which they confirm, and what a relation tells.
     run_id BIGINT NOT NULL,  -- the run
-    problem_no INTEGER NOT NULL,  -- the problem
+    problem_no INTEGER NOT NULL,  -- REFERENCES problem (run_id, problem_no): the problem
     kind TEXT NOT NULL,  -- kind of relation, as in unit_relation; kinds that are not listed count for nothing
     distance DOUBLE PRECISION NOT NULL,  -- standard deviation of the difference of the distances, besides their own and the share, px
     distance_share DOUBLE PRECISION NOT NULL,  -- the same as a share of the distance of the units, added to it
@@ -82,7 +82,7 @@ CREATE TABLE problem_tolerance (  -- How relations of labels differ from those o
 );
 
 -- Without keys, as the compatibilities: many rows, and queries/check finds what is there twice.
-CREATE TABLE problem_relation (  -- Neighbours of a unit in a problem, and what it costs when one confirms nothing of its label.
+CREATE TABLE problem_relation (  -- matching, redundant: Neighbours of a unit in a problem, and what it costs when one confirms nothing of its label.
     run_id BIGINT NOT NULL,  -- the run
     problem_no INTEGER NOT NULL,  -- the problem
     unit_no INTEGER NOT NULL,  -- the unit that pays
@@ -91,9 +91,9 @@ CREATE TABLE problem_relation (  -- Neighbours of a unit in a problem, and what 
     CHECK (unit_no <> neighbour_no AND weight >= 0)
 );
 
-CREATE TABLE compatibility (  -- Pairs of candidates that confirm each other, stored once.
+CREATE TABLE compatibility (  -- matching, redundant: Pairs of candidates that confirm each other, stored once.
     run_id BIGINT NOT NULL,  -- the run
-    problem_no INTEGER NOT NULL,  -- the problem
+    problem_no INTEGER NOT NULL,  -- REFERENCES problem (run_id, problem_no): the problem
     unit_a INTEGER NOT NULL,  -- the unit of lower number
     label_a INTEGER NOT NULL,  -- its label
     unit_b INTEGER NOT NULL,  -- the other unit
@@ -102,7 +102,7 @@ CREATE TABLE compatibility (  -- Pairs of candidates that confirm each other, st
     CHECK (unit_a < unit_b AND saves >= 0)
 );
 
-CREATE VIEW due_relation (  -- The relations that a problem has by its candidates, the relations of its units and its tolerances.
+CREATE VIEW due_relation (  -- matching: The relations that a problem has by its candidates, the relations of its units and its tolerances.
     run_id,  -- the run
     problem_no,  -- the problem
     unit_no,  -- the unit that pays
@@ -138,7 +138,7 @@ FROM related AS r
 JOIN whole AS a ON a.run_id = r.run_id AND a.problem_no = r.problem_no AND a.unit_a = r.unit_a
 LEFT JOIN whole AS b ON b.run_id = r.run_id AND b.problem_no = r.problem_no AND b.unit_a = r.unit_b;
 
-CREATE VIEW due_compatibility (  -- The pairs of candidates that confirm each other by the relations of units and labels, and what they save.
+CREATE VIEW due_compatibility (  -- matching: The pairs of candidates that confirm each other by the relations of units and labels, and what they save.
     run_id,  -- the run
     problem_no,  -- the problem
     unit_a,  -- the unit of lower number
@@ -212,9 +212,9 @@ saving AS (
 )
 SELECT run_id, problem_no, unit_a, label_a, unit_b, label_b, saves FROM saving WHERE saves > 0;
 
-CREATE TABLE assignment (  -- What the matcher decided for each unit.
+CREATE TABLE assignment (  -- matching: What the matcher decided for each unit.
     run_id BIGINT NOT NULL,  -- the run
-    problem_no INTEGER NOT NULL,  -- the problem
+    problem_no INTEGER NOT NULL,  -- REFERENCES problem (run_id, problem_no): the problem
     unit_no INTEGER NOT NULL,  -- the unit
     label_no INTEGER,  -- its label; null where it has none
     cost DOUBLE PRECISION NOT NULL,  -- what this decision costs
@@ -224,9 +224,9 @@ CREATE TABLE assignment (  -- What the matcher decided for each unit.
     CHECK ((label_no IS NOT NULL) = (reason = 'matched'))
 );
 
-CREATE TABLE search_node (  -- Sets of labellings that a search split a problem into, each with a lower bound of what they cost.
+CREATE TABLE search_node (  -- matching: Sets of labellings that a search split a problem into, each with a lower bound of what they cost.
     run_id BIGINT NOT NULL,  -- the run
-    problem_no INTEGER NOT NULL,  -- the problem
+    problem_no INTEGER NOT NULL,  -- REFERENCES problem (run_id, problem_no): the problem
     node_no INTEGER NOT NULL,  -- ordinal in the search, from 0, the root
     parent_no INTEGER,  -- node that it is part of
     depth INTEGER NOT NULL,  -- depth in the tree
@@ -243,10 +243,10 @@ CREATE TABLE search_node (  -- Sets of labellings that a search split a problem 
     CHECK (status IN ('branched', 'pruned', 'open'))
 );
 
-CREATE TABLE triangulated_unit (  -- Stereo matches in space: matched arcs as curves in the frame of the rig, with both ends.
+CREATE TABLE triangulated_unit (  -- matching: Stereo matches in space: matched arcs as curves in the frame of the rig, with both ends.
     run_id BIGINT NOT NULL,  -- the run
     problem_no INTEGER NOT NULL,  -- the problem
-    unit_no INTEGER NOT NULL,  -- the unit of the left image
+    unit_no INTEGER NOT NULL,  -- REFERENCES assignment (run_id, problem_no, unit_no): the unit of the left image
     curve TEXT NOT NULL,  -- line, circle, ellipse (centre + cos t major + sin t minor) or free
     start_x DOUBLE PRECISION NOT NULL, start_y DOUBLE PRECISION NOT NULL, start_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the first end of the part that both images show, in the walk of the left arc, mm, in the rig's frame
     end_x DOUBLE PRECISION NOT NULL, end_y DOUBLE PRECISION NOT NULL, end_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the last end of that part, mm, in the rig's frame
@@ -264,11 +264,11 @@ CREATE TABLE triangulated_unit (  -- Stereo matches in space: matched arcs as cu
     CHECK ((conic_covariance IS NOT NULL) = (centre_x IS NOT NULL))
 );
 
-CREATE TABLE space_relation (  -- How circles and straight edges that stereo puts in space lie to each other, two by two: what the join is given, with standard deviations.
+CREATE TABLE space_relation (  -- matching, redundant: How circles and straight edges that stereo puts in space lie to each other, two by two: what the join is given, with standard deviations.
     run_id BIGINT NOT NULL,  -- the run
     problem_no INTEGER NOT NULL,  -- the stereo problem
-    unit_a INTEGER NOT NULL,  -- the first unit
-    unit_b INTEGER NOT NULL,  -- the second unit
+    unit_a INTEGER NOT NULL,  -- REFERENCES triangulated_unit (run_id, problem_no, unit_no): the first unit
+    unit_b INTEGER NOT NULL,  -- REFERENCES triangulated_unit (run_id, problem_no, unit_no): the second unit
     kind TEXT NOT NULL,  -- circles or lines
     distance DOUBLE PRECISION NOT NULL,  -- from centre to centre; of lines from one to the other, its sign that of the turn; mm
     distance_sigma DOUBLE PRECISION NOT NULL,  -- standard deviation of the distance, mm
@@ -285,34 +285,3 @@ CREATE TABLE space_relation (  -- How circles and straight edges that stereo put
     CHECK (kind IN ('circles', 'lines')),
     CHECK (alike >= 0)
 );
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('unit_set', 'matching', 'primary'),
-    ('unit', 'matching', 'primary'),
-    ('unit_relation', 'matching', 'primary'),
-    ('problem', 'matching', 'primary'),
-    ('candidate', 'matching', 'primary'),
-    ('problem_tolerance', 'matching', 'primary'),
-    ('problem_relation', 'matching', 'redundant'),
-    ('compatibility', 'matching', 'redundant'),
-    ('due_relation', 'matching', 'view'),
-    ('due_compatibility', 'matching', 'view'),
-    ('assignment', 'matching', 'primary'),
-    ('search_node', 'matching', 'primary'),
-    ('triangulated_unit', 'matching', 'primary'),
-    ('space_relation', 'matching', 'redundant');
-
-INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
-    ('unit_set', 0, ARRAY['extraction_id'], 'extraction', ARRAY['id']),
-    ('unit_set', 1, ARRAY['run_id', 'view_no'], 'inspection_image', ARRAY['run_id', 'view_no']),
-    ('problem', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('problem', 1, ARRAY['units_id'], 'unit_set', ARRAY['id']),
-    ('problem', 2, ARRAY['labels_id'], 'unit_set', ARRAY['id']),
-    ('candidate', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
-    ('problem_tolerance', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
-    ('compatibility', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
-    ('assignment', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
-    ('search_node', 0, ARRAY['run_id', 'problem_no'], 'problem', ARRAY['run_id', 'problem_no']),
-    ('triangulated_unit', 0, ARRAY['run_id', 'problem_no', 'unit_no'], 'assignment', ARRAY['run_id', 'problem_no', 'unit_no']),
-    ('space_relation', 0, ARRAY['run_id', 'problem_no', 'unit_a'], 'triangulated_unit', ARRAY['run_id', 'problem_no', 'unit_no']),
-    ('space_relation', 1, ARRAY['run_id', 'problem_no', 'unit_b'], 'triangulated_unit', ARRAY['run_id', 'problem_no', 'unit_no']);

@@ -1,9 +1,9 @@
 -- Localisation: predicted views, hypotheses of the rig's pose, correspondences, measurements, and the verdict.
 
-CREATE TABLE inspection (  -- What an inspection run was given, images, rig and prior, and its verdict; pose has the pose.
-    run_id BIGINT PRIMARY KEY,  -- the run
-    world_id BIGINT NOT NULL,  -- the world, pinned to its revision
-    rig_id BIGINT NOT NULL,  -- the rig
+CREATE TABLE inspection (  -- localisation: What an inspection run was given, images, rig and prior, and its verdict; pose has the pose.
+    run_id BIGINT PRIMARY KEY,  -- REFERENCES run (id): the run
+    world_id BIGINT NOT NULL,  -- REFERENCES world (id): the world, pinned to its revision
+    rig_id BIGINT NOT NULL,  -- REFERENCES rig (id): the rig
     serial TEXT,  -- serial number of the physical part that was inspected; null where none was given
     m00 DOUBLE PRECISION, m01 DOUBLE PRECISION, m02 DOUBLE PRECISION, m03 DOUBLE PRECISION,  -- world_from_rig as the prior has it; null where there is none
     m10 DOUBLE PRECISION, m11 DOUBLE PRECISION, m12 DOUBLE PRECISION, m13 DOUBLE PRECISION,
@@ -26,34 +26,34 @@ CREATE TABLE inspection (  -- What an inspection run was given, images, rig and 
     CHECK (posterior BETWEEN 0 AND 1)
 );
 
-CREATE TABLE inspection_image (  -- The images of an inspection, one a camera, and the view of the model that is predicted for it at the pose found.
-    run_id BIGINT NOT NULL,  -- the run
+CREATE TABLE inspection_image (  -- localisation: The images of an inspection, one a camera, and the view of the model that is predicted for it at the pose found.
+    run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
     camera TEXT NOT NULL,  -- name of the camera in the rig
     camera_no INTEGER NOT NULL,  -- ordinal of the camera in the run, from 0, in the order of the rig's file
-    image_id BIGINT NOT NULL,  -- its image
-    extraction_id BIGINT NOT NULL,  -- the extraction used
+    image_id BIGINT NOT NULL,  -- REFERENCES image (id): its image
+    extraction_id BIGINT NOT NULL,  -- REFERENCES extraction (id): the extraction used
     view_no INTEGER,  -- ordinal of the view in the run, from 0; null where no pose was found, the run kept only its decisions, or answered without this
         -- camera
     edges DOUBLE PRECISION NOT NULL,  -- edge elements to a thousand pixels: next to none where the camera is covered
     blur_px DOUBLE PRECISION,  -- sigma of the spread of its strong edges, px; null where it has too few
     saturated DOUBLE PRECISION NOT NULL,  -- share of the pixels at the brightest value
-    stale_run_id BIGINT,  -- an earlier run that had this picture of this camera beside another picture of another; this run where two cameras were
+    stale_run_id BIGINT,  -- REFERENCES run (id): an earlier run that had this picture of this camera beside another picture of another; this run where two cameras were
         -- given one picture; null where neither is so
     PRIMARY KEY (run_id, camera),
     UNIQUE (run_id, view_no)
 );
 
-CREATE TABLE selected_part (  -- The placed parts that an inspection considered: those that any pose which the prior leaves open could show, by their
+CREATE TABLE selected_part (  -- localisation: The placed parts that an inspection considered: those that any pose which the prior leaves open could show, by their
     -- boxes, and no others.
-    run_id BIGINT NOT NULL,  -- the run
+    run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
     occurrence_id BIGINT NOT NULL,  -- the placed part
     shown BOOLEAN NOT NULL,  -- whether the view of one of the sampled poses holds it too; the others are superfluous as far as that tells
     PRIMARY KEY (run_id, occurrence_id)
 );
 
-CREATE TABLE view_arc (  -- A run of a model arc, or of a silhouette, that a view predicts to be visible.
+CREATE TABLE view_arc (  -- localisation: A run of a model arc, or of a silhouette, that a view predicts to be visible.
     run_id BIGINT NOT NULL,  -- the run
-    view_no INTEGER NOT NULL,  -- the view
+    view_no INTEGER NOT NULL,  -- REFERENCES inspection_image (run_id, view_no): the view
     view_arc_no INTEGER NOT NULL,  -- ordinal in the view, from 0
     occurrence_id BIGINT NOT NULL,  -- the placed part it belongs to
     kind TEXT NOT NULL,  -- sharp, smooth or silhouette
@@ -65,17 +65,17 @@ CREATE TABLE view_arc (  -- A run of a model arc, or of a silhouette, that a vie
     CHECK ((kind = 'silhouette') = (surface_no IS NOT NULL) AND (surface_no IS NULL) = (arc_no IS NOT NULL))
 );
 
-CREATE TABLE view_surface (  -- A surface that a view predicts to be visible.
+CREATE TABLE view_surface (  -- localisation: A surface that a view predicts to be visible.
     run_id BIGINT NOT NULL,  -- the run
-    view_no INTEGER NOT NULL,  -- the view
+    view_no INTEGER NOT NULL,  -- REFERENCES inspection_image (run_id, view_no): the view
     view_surface_no INTEGER NOT NULL,  -- ordinal in the view, from 0
     occurrence_id BIGINT NOT NULL,  -- the placed part it belongs to
     surface_no INTEGER NOT NULL,  -- the surface in the part's shape
     PRIMARY KEY (run_id, view_no, view_surface_no)
 );
 
-CREATE TABLE hypothesis (  -- A pose of the rig that was considered, refined roughly or in full.
-    run_id BIGINT NOT NULL,  -- the run
+CREATE TABLE hypothesis (  -- localisation: A pose of the rig that was considered, refined roughly or in full.
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run
     hypothesis_no INTEGER NOT NULL,  -- rank in the run, 0 the best
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_rig
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
@@ -99,10 +99,10 @@ CREATE TABLE hypothesis (  -- A pose of the rig that was considered, refined rou
 );
 
 -- Without keys, as what pictures give: some 4,000 rows a camera.
-CREATE TABLE view_point (  -- Where the picture should show the arcs of a view: points along them, the distortion of the camera included.
+CREATE TABLE view_point (  -- localisation: Where the picture should show the arcs of a view: points along them, the distortion of the camera included.
     run_id BIGINT NOT NULL,  -- the run
     view_no INTEGER NOT NULL,  -- the view
-    view_arc_no INTEGER NOT NULL,  -- the arc of the view
+    view_arc_no INTEGER NOT NULL,  -- REFERENCES view_arc (run_id, view_no, view_arc_no): the arc of the view
     point_no INTEGER NOT NULL,  -- ordinal in the view, from 0: the points of an arc follow each other along it
     x DECIMAL(9, 2) NOT NULL, y DECIMAL(9, 2) NOT NULL,  -- x and y, px
     direction_x DECIMAL(9, 3) NOT NULL, direction_y DECIMAL(9, 3) NOT NULL,  -- x and y of the unit direction of the arc there
@@ -110,11 +110,11 @@ CREATE TABLE view_point (  -- Where the picture should show the arcs of a view: 
 );
 
 -- Without keys, as the points.
-CREATE TABLE surface_match (  -- Pairs of visible surface and region of the picture that lie on each other, accepted and rejected, at the best
+CREATE TABLE surface_match (  -- localisation: Pairs of visible surface and region of the picture that lie on each other, accepted and rejected, at the best
     -- hypothesis.
     run_id BIGINT NOT NULL,  -- the run
     view_no INTEGER NOT NULL,  -- the view
-    view_surface_no INTEGER NOT NULL,  -- the surface in the view
+    view_surface_no INTEGER NOT NULL,  -- REFERENCES view_surface (run_id, view_no, view_surface_no): the surface in the view
     region_no INTEGER NOT NULL,  -- the region in the extraction of the view's camera
     accepted BOOLEAN NOT NULL,  -- whether the pair was taken
     reason TEXT NOT NULL,  -- assigned, or why not: overlap (too little of the region lies on the surface), unrelated (its relations are not those of
@@ -125,11 +125,11 @@ CREATE TABLE surface_match (  -- Pairs of visible surface and region of the pict
     CHECK (accepted = (reason = 'assigned'))
 );
 
-CREATE TABLE correspondence (  -- Pairs of visible model arc and image arc, accepted and rejected, at a hypothesis.
+CREATE TABLE correspondence (  -- localisation: Pairs of visible model arc and image arc, accepted and rejected, at a hypothesis.
     run_id BIGINT NOT NULL,  -- the run
-    hypothesis_no INTEGER NOT NULL,  -- the hypothesis
+    hypothesis_no INTEGER NOT NULL,  -- REFERENCES hypothesis (run_id, hypothesis_no): the hypothesis
     view_no INTEGER NOT NULL,  -- the view
-    view_arc_no INTEGER NOT NULL,  -- the model arc in the view
+    view_arc_no INTEGER NOT NULL,  -- REFERENCES view_arc (run_id, view_no, view_arc_no): the model arc in the view
     image_arc_no INTEGER NOT NULL,  -- the image arc in the extraction of the view's camera
     accepted BOOLEAN NOT NULL,  -- whether the pair was taken
     reason TEXT NOT NULL,  -- assigned, or why not: orientation, distance, overlap (these three before the search), unrelated (its relations are not
@@ -145,12 +145,12 @@ CREATE TABLE correspondence (  -- Pairs of visible model arc and image arc, acce
     CHECK (accepted = (reason = 'assigned'))
 );
 
-CREATE TABLE edge_measurement (  -- Edge points that the last refinement measured the pose with. A mean of them is one by weight, as camera_residual has
+CREATE TABLE edge_measurement (  -- localisation: Edge points that the last refinement measured the pose with. A mean of them is one by weight, as camera_residual has
     -- it: outliers are among them.
     run_id BIGINT NOT NULL,  -- the run
     view_no INTEGER NOT NULL,  -- the view
     measurement_no INTEGER NOT NULL,  -- ordinal in the view, from 0
-    view_arc_no INTEGER,  -- the model arc in the view; null where the view at the pose found shows none of it
+    view_arc_no INTEGER,  -- REFERENCES view_arc (run_id, view_no, view_arc_no): the model arc in the view; null where the view at the pose found shows none of it
     world_x DOUBLE PRECISION NOT NULL, world_y DOUBLE PRECISION NOT NULL, world_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the model point, mm, in the world's frame
     normal_u DOUBLE PRECISION NOT NULL, normal_v DOUBLE PRECISION NOT NULL,  -- x and y of the unit normal of the projected arc in the image
     u DOUBLE PRECISION NOT NULL, v DOUBLE PRECISION NOT NULL,  -- x and y of the edge point found, px of the camera freed of distortion
@@ -165,7 +165,7 @@ CREATE TABLE edge_measurement (  -- Edge points that the last refinement measure
     PRIMARY KEY (run_id, view_no, measurement_no)
 );
 
-CREATE VIEW pose (  -- The verdict of an inspection and the pose of the rig: the best hypothesis, or the prior where there is none.
+CREATE VIEW pose (  -- localisation: The verdict of an inspection and the pose of the rig: the best hypothesis, or the prior where there is none.
     run_id,  -- the run
     verdict,  -- accepted, ambiguous (several poses fit; this one best) or refused
     reason,  -- why, one sentence
@@ -190,9 +190,9 @@ SELECT i.run_id, i.verdict, i.reason, i.posterior,
 FROM inspection AS i
 LEFT JOIN hypothesis AS h ON h.run_id = i.run_id AND h.hypothesis_no = 0;
 
-CREATE TABLE base_correction (  -- Where the base of the arm that carries the rig stands by an accepted pose: of rigs that the world mounts.
-    run_id BIGINT PRIMARY KEY,  -- the run
-    object_no INTEGER NOT NULL,  -- the object that carries the rig, or has the robot nested in it that does
+CREATE TABLE base_correction (  -- localisation: Where the base of the arm that carries the rig stands by an accepted pose: of rigs that the world mounts.
+    run_id BIGINT PRIMARY KEY,  -- REFERENCES inspection (run_id): the run
+    object_no INTEGER NOT NULL,  -- REFERENCES placed_object (object_no): the object that carries the rig, or has the robot nested in it that does
     robot TEXT NOT NULL,  -- path of the robot in that object, as in occurrence; empty: the object itself
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_base, corrected
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
@@ -206,8 +206,8 @@ CREATE TABLE base_correction (  -- Where the base of the arm that carries the ri
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6)
 );
 
-CREATE TABLE joint_correction (  -- The joints with which the base was corrected: fixed, or corrected along with it.
-    run_id BIGINT NOT NULL,  -- the run
+CREATE TABLE joint_correction (  -- localisation: The joints with which the base was corrected: fixed, or corrected along with it.
+    run_id BIGINT NOT NULL,  -- REFERENCES base_correction (run_id): the run
     joint TEXT NOT NULL,  -- name of the joint; fixed joints are left out
     stated_value DOUBLE PRECISION NOT NULL,  -- its value as the world has it, or the call gave it, rad or mm
     prior_sigma DOUBLE PRECISION,  -- standard deviation of that, rad or mm; null where the joint is fixed, or follows another
@@ -218,8 +218,8 @@ CREATE TABLE joint_correction (  -- The joints with which the base was corrected
     CHECK ((prior_sigma IS NULL) = (sigma IS NULL))
 );
 
-CREATE TABLE part_in_view (  -- Placed parts and features that the cameras see at the pose found.
-    run_id BIGINT NOT NULL,  -- the run
+CREATE TABLE part_in_view (  -- localisation: Placed parts and features that the cameras see at the pose found.
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run
     in_view_no INTEGER NOT NULL,  -- ordinal in the run, from 0
     occurrence_id BIGINT NOT NULL,  -- the placed part
     feature_no INTEGER,  -- feature of its shape; null for the part as a whole
@@ -232,41 +232,3 @@ CREATE TABLE part_in_view (  -- Placed parts and features that the cameras see a
     CHECK ((level = 'feature') = (feature_no IS NOT NULL)),
     CHECK (visible_pixels >= 0 AND covered_pixels > 0)
 );
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('inspection', 'localisation', 'primary'),
-    ('inspection_image', 'localisation', 'primary'),
-    ('selected_part', 'localisation', 'primary'),
-    ('view_arc', 'localisation', 'primary'),
-    ('view_surface', 'localisation', 'primary'),
-    ('hypothesis', 'localisation', 'primary'),
-    ('view_point', 'localisation', 'primary'),
-    ('surface_match', 'localisation', 'primary'),
-    ('correspondence', 'localisation', 'primary'),
-    ('edge_measurement', 'localisation', 'primary'),
-    ('pose', 'localisation', 'view'),
-    ('base_correction', 'localisation', 'primary'),
-    ('joint_correction', 'localisation', 'primary'),
-    ('part_in_view', 'localisation', 'primary');
-
-INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
-    ('inspection', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('inspection', 1, ARRAY['world_id'], 'world', ARRAY['id']),
-    ('inspection', 2, ARRAY['rig_id'], 'rig', ARRAY['id']),
-    ('inspection_image', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
-    ('inspection_image', 1, ARRAY['image_id'], 'image', ARRAY['id']),
-    ('inspection_image', 2, ARRAY['extraction_id'], 'extraction', ARRAY['id']),
-    ('inspection_image', 3, ARRAY['stale_run_id'], 'run', ARRAY['id']),
-    ('selected_part', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
-    ('view_arc', 0, ARRAY['run_id', 'view_no'], 'inspection_image', ARRAY['run_id', 'view_no']),
-    ('view_surface', 0, ARRAY['run_id', 'view_no'], 'inspection_image', ARRAY['run_id', 'view_no']),
-    ('hypothesis', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('view_point', 0, ARRAY['run_id', 'view_no', 'view_arc_no'], 'view_arc', ARRAY['run_id', 'view_no', 'view_arc_no']),
-    ('surface_match', 0, ARRAY['run_id', 'view_no', 'view_surface_no'], 'view_surface', ARRAY['run_id', 'view_no', 'view_surface_no']),
-    ('correspondence', 0, ARRAY['run_id', 'hypothesis_no'], 'hypothesis', ARRAY['run_id', 'hypothesis_no']),
-    ('correspondence', 1, ARRAY['run_id', 'view_no', 'view_arc_no'], 'view_arc', ARRAY['run_id', 'view_no', 'view_arc_no']),
-    ('edge_measurement', 0, ARRAY['run_id', 'view_no', 'view_arc_no'], 'view_arc', ARRAY['run_id', 'view_no', 'view_arc_no']),
-    ('base_correction', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
-    ('base_correction', 1, ARRAY['object_no'], 'placed_object', ARRAY['object_no']),
-    ('joint_correction', 0, ARRAY['run_id'], 'base_correction', ARRAY['run_id']),
-    ('part_in_view', 0, ARRAY['run_id'], 'run', ARRAY['id']);

@@ -1,8 +1,8 @@
 -- Presence: what is there and what is not, by the evidence of the pictures at the pose found.
 
-CREATE TABLE presence (  -- The parts, features and surfaces that a view should show, each with a state and what it rests on; of inspected objects,
+CREATE TABLE presence (  -- localisation: The parts, features and surfaces that a view should show, each with a state and what it rests on; of inspected objects,
     -- where the pose is not refused.
-    run_id BIGINT NOT NULL,  -- the run
+    run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
     item_no INTEGER NOT NULL,  -- ordinal in the run, from 0: parts, then features, then surfaces
     level TEXT NOT NULL,  -- part, feature or surface
     occurrence_id BIGINT NOT NULL,  -- the placed part
@@ -33,9 +33,9 @@ CREATE TABLE presence (  -- The parts, features and surfaces that a view should 
     CHECK ((moved_mm IS NULL) = (moved_sigma_mm IS NULL) AND (moved_mm IS NULL) = (moved_log_odds IS NULL))
 );
 
-CREATE TABLE presence_camera (  -- What single cameras say of an item.
+CREATE TABLE presence_camera (  -- localisation: What single cameras say of an item.
     run_id BIGINT NOT NULL,  -- the run
-    item_no INTEGER NOT NULL,  -- the item
+    item_no INTEGER NOT NULL,  -- REFERENCES presence (run_id, item_no): the item
     camera TEXT NOT NULL,  -- name of the camera in the rig
     log_odds DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     expected_log_odds DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
@@ -53,11 +53,11 @@ CREATE TABLE presence_camera (  -- What single cameras say of an item.
     CHECK ((inside_grey IS NULL) = (stopped IS NULL) AND (inside_grey IS NULL) = (appearance_log_odds IS NULL))
 );
 
-CREATE TABLE measured_size (  -- Sizes of items that their edges give, and distances between them, whether they differ from the model or not.
+CREATE TABLE measured_size (  -- localisation: Sizes of items that their edges give, and distances between them, whether they differ from the model or not.
     run_id BIGINT NOT NULL,  -- the run
     measure_no INTEGER NOT NULL,  -- ordinal in the run, from 0
-    item_no INTEGER NOT NULL,  -- the item
-    other_item_no INTEGER,  -- of a distance the other feature; null of others
+    item_no INTEGER NOT NULL,  -- REFERENCES presence (run_id, item_no): the item
+    other_item_no INTEGER,  -- REFERENCES presence (run_id, item_no): of a distance the other feature; null of others
     what TEXT NOT NULL,  -- distance (between the axes of neighbouring holes and bosses in one plane), diameter, thickness, width (between walls of a pocket that face each other), shift (how far aside a bore or pin lies)
         -- offset (how far outward a surface lies), or of a part that lies elsewhere displacement, dx, dy, dz (along the world's axes) and turn (about
         -- the normal of its plane, counter-clockwise as the cameras see it)
@@ -74,11 +74,11 @@ CREATE TABLE measured_size (  -- Sizes of items that their edges give, and dista
     CHECK (what <> 'distance' OR (item_no < other_item_no AND nominal > 0))
 );
 
-CREATE TABLE unexplained (  -- What a picture shows where the model shows nothing: arcs that form something and belong to no predicted edge, and
+CREATE TABLE unexplained (  -- localisation: What a picture shows where the model shows nothing: arcs that form something and belong to no predicted edge, and
     -- regions that most of their border surrounds with such; texture is left out.
     run_id BIGINT NOT NULL,  -- the run
     unexplained_no INTEGER NOT NULL,  -- ordinal in the run, from 0, the most telling first
-    camera TEXT NOT NULL,  -- name of the camera in the rig
+    camera TEXT NOT NULL,  -- REFERENCES inspection_image (run_id, camera): name of the camera in the rig
     kind TEXT NOT NULL,  -- closed, curved or straight, of an arc, or region
     image_arc_no INTEGER,  -- the arc in the extraction of that camera's picture; null of a region
     region_no INTEGER,  -- the region in that extraction; null of an arc
@@ -93,12 +93,12 @@ CREATE TABLE unexplained (  -- What a picture shows where the model shows nothin
     CHECK (u0 <= u1 AND v0 <= v1 AND length > 0)
 );
 
-CREATE TABLE variant_evidence (  -- What the pictures say at the pose found of each loaded variant of an inspected object, where something is not as
+CREATE TABLE variant_evidence (  -- localisation: What the pictures say at the pose found of each loaded variant of an inspected object, where something is not as
     -- the model says or it was asked for.
-    run_id BIGINT NOT NULL,  -- the run
+    run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
     rank_no INTEGER NOT NULL,  -- ordinal in the run, from 0: by object, the likeliest variant first
     object_no INTEGER NOT NULL,  -- the object of the run's world in whose place the variant is weighed
-    object_variant_id BIGINT NOT NULL,  -- the variant
+    object_variant_id BIGINT NOT NULL,  -- REFERENCES object_variant (id): the variant
     placed BOOLEAN NOT NULL,  -- whether it is the one that the world has there
     log_odds DOUBLE PRECISION NOT NULL,  -- natural logarithm of the odds of its visible edges, of each there against not there, summed
     against INTEGER NOT NULL,  -- how many of its parts and features in view differ from it
@@ -110,10 +110,10 @@ CREATE TABLE variant_evidence (  -- What the pictures say at the pose found of e
     CHECK (against >= 0 AND against <= decided)
 );
 
-CREATE TABLE considered_object (  -- The loaded objects that the pictures were compared with where no world was given, a row for each variant.
-    run_id BIGINT NOT NULL,  -- the run
+CREATE TABLE considered_object (  -- localisation: The loaded objects that the pictures were compared with where no world was given, a row for each variant.
+    run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
     rank_no INTEGER NOT NULL,  -- ordinal in the run, from 0: what is shown first
-    object_variant_id BIGINT NOT NULL,  -- the variant
+    object_variant_id BIGINT NOT NULL,  -- REFERENCES object_variant (id): the variant
     score DOUBLE PRECISION,  -- what the best pose of its join explains, as search_pose has it; null where the join gave none
     state TEXT NOT NULL,  -- shown, alike (explains the same edges about as well), outdone (explains them less well), refused, or left (its join
         -- explains too little, compared with the best, to be localised)
@@ -132,22 +132,3 @@ CREATE TABLE considered_object (  -- The loaded objects that the pictures were c
     CHECK (verdict IN ('accepted', 'ambiguous', 'refused')),
     CHECK (posterior BETWEEN 0 AND 1)
 );
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('presence', 'localisation', 'primary'),
-    ('presence_camera', 'localisation', 'primary'),
-    ('measured_size', 'localisation', 'primary'),
-    ('unexplained', 'localisation', 'primary'),
-    ('variant_evidence', 'localisation', 'primary'),
-    ('considered_object', 'localisation', 'primary');
-
-INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
-    ('presence', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
-    ('presence_camera', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
-    ('measured_size', 0, ARRAY['run_id', 'item_no'], 'presence', ARRAY['run_id', 'item_no']),
-    ('measured_size', 1, ARRAY['run_id', 'other_item_no'], 'presence', ARRAY['run_id', 'item_no']),
-    ('unexplained', 0, ARRAY['run_id', 'camera'], 'inspection_image', ARRAY['run_id', 'camera']),
-    ('variant_evidence', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
-    ('variant_evidence', 1, ARRAY['object_variant_id'], 'object_variant', ARRAY['id']),
-    ('considered_object', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
-    ('considered_object', 1, ARRAY['object_variant_id'], 'object_variant', ARRAY['id']);

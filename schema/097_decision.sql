@@ -1,7 +1,7 @@
 -- What decisions were compared with: thresholds as they were, the statistics that a verdict weighed, and what a pose rests on.
 
-CREATE TABLE threshold (  -- The numbers that the decisions of a run were compared with, as they were at the time.
-    run_id BIGINT NOT NULL,  -- the run
+CREATE TABLE threshold (  -- run: The numbers that the decisions of a run were compared with, as they were at the time.
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run
     decision TEXT NOT NULL,  -- what was decided: verdict, correspondence, stereo, presence or picture
     name TEXT NOT NULL,  -- name of the parameter, after that of the stage where the decision has several, as states.least_log_odds; of several in one
         -- NAME[0], NAME[1], ...; needs_translation_mm and needs_rotation as the user needed them
@@ -9,8 +9,8 @@ CREATE TABLE threshold (  -- The numbers that the decisions of a run were compar
     PRIMARY KEY (run_id, decision, name)
 );
 
-CREATE TABLE verdict_statistic (  -- What the verdict of an inspection weighed, in full precision.
-    run_id BIGINT NOT NULL,  -- the run
+CREATE TABLE verdict_statistic (  -- localisation: What the verdict of an inspection weighed, in full precision.
+    run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
     name TEXT NOT NULL,  -- evidence (log odds of edges and outlines), chance_level and chance_scale (of poses elsewhere in the pictures one in
         -- exp((evidence - level) / scale) gathers as much), rarity (that exponent), share (evidence found over expected), agreement (share of edges
         -- found that lie on the arcs), apart (sigmas between the single cameras), prior_sigma (sigmas from the prior), prior_mm
@@ -23,9 +23,9 @@ CREATE TABLE verdict_statistic (  -- What the verdict of an inspection weighed, 
     PRIMARY KEY (run_id, name)
 );
 
-CREATE TABLE hypothesis_support (  -- What each camera's picture says for a hypothesis.
+CREATE TABLE hypothesis_support (  -- localisation: What each camera's picture says for a hypothesis.
     run_id BIGINT NOT NULL,  -- the run
-    hypothesis_no INTEGER NOT NULL,  -- the hypothesis
+    hypothesis_no INTEGER NOT NULL,  -- REFERENCES hypothesis (run_id, hypothesis_no): the hypothesis
     camera TEXT NOT NULL,  -- name of the camera in the rig
     evidence DOUBLE PRECISION NOT NULL,  -- log odds that the model is there, arcs that do not show allowed for
     found DOUBLE PRECISION NOT NULL,  -- sum of the log odds of all places looked at
@@ -34,8 +34,8 @@ CREATE TABLE hypothesis_support (  -- What each camera's picture says for a hypo
     PRIMARY KEY (run_id, hypothesis_no, camera)
 );
 
-CREATE TABLE camera_unknown (  -- What was solved of each camera along with the pose.
-    run_id BIGINT NOT NULL,  -- the run
+CREATE TABLE camera_unknown (  -- localisation: What was solved of each camera along with the pose.
+    run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
     camera TEXT NOT NULL,  -- name of the camera in the rig
     name TEXT NOT NULL,  -- response (px at a contrast of the whole range), centre_u, centre_v (px), focal (share), and place in the rig: x, y, z
         -- (mm), rx, ry, rz (rad)
@@ -45,10 +45,10 @@ CREATE TABLE camera_unknown (  -- What was solved of each camera along with the 
     PRIMARY KEY (run_id, camera, name)
 );
 
-CREATE TABLE solved_pose (  -- Poses of the rig that go with the best hypothesis: where its last step set out, what each camera's picture gives by
+CREATE TABLE solved_pose (  -- localisation: Poses of the rig that go with the best hypothesis: where its last step set out, what each camera's picture gives by
     -- itself, what explains the pictures by other placed parts being off their place, and those from which a symmetric model
     -- looks the same.
-    run_id BIGINT NOT NULL,  -- the run
+    run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
     solved_no INTEGER NOT NULL,  -- ordinal in the run, from 0
     kind TEXT NOT NULL,  -- start: the pose at which the pictures were looked at last; single_camera: that of one camera; explanation;
         -- equivalent: by a symmetry of the model
@@ -68,8 +68,8 @@ CREATE TABLE solved_pose (  -- Poses of the rig that go with the best hypothesis
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6)
 );
 
-CREATE TABLE search_stage (  -- The stages of the search for the pose.
-    run_id BIGINT NOT NULL,  -- the run
+CREATE TABLE search_stage (  -- localisation: The stages of the search for the pose.
+    run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
     stage_no INTEGER NOT NULL,  -- ordinal in the run, from 0
     name TEXT NOT NULL,  -- join (of circles), lines (a join of straight edges where circles explain too little), about (drawn about the best where few edges hold it), scan (of the prior's volume, on coarse evidence), climb (on finer), and shift 1 .. (of the best
         -- pose by what repeats in the model)
@@ -77,9 +77,9 @@ CREATE TABLE search_stage (  -- The stages of the search for the pose.
     PRIMARY KEY (run_id, stage_no)
 );
 
-CREATE TABLE search_pose (  -- The poses of the rig that left a stage of the search, and what became of each.
+CREATE TABLE search_pose (  -- localisation: The poses of the rig that left a stage of the search, and what became of each.
     run_id BIGINT NOT NULL,  -- the run
-    stage_no INTEGER NOT NULL,  -- the stage
+    stage_no INTEGER NOT NULL,  -- REFERENCES search_stage (run_id, stage_no): the stage
     pose_no INTEGER NOT NULL,  -- ordinal in the stage, from 0
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_rig
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
@@ -95,21 +95,3 @@ CREATE TABLE search_pose (  -- The poses of the rig that left a stage of the sea
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6)
 );
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('threshold', 'run', 'primary'),
-    ('verdict_statistic', 'localisation', 'primary'),
-    ('hypothesis_support', 'localisation', 'primary'),
-    ('camera_unknown', 'localisation', 'primary'),
-    ('solved_pose', 'localisation', 'primary'),
-    ('search_stage', 'localisation', 'primary'),
-    ('search_pose', 'localisation', 'primary');
-
-INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
-    ('threshold', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('verdict_statistic', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
-    ('hypothesis_support', 0, ARRAY['run_id', 'hypothesis_no'], 'hypothesis', ARRAY['run_id', 'hypothesis_no']),
-    ('camera_unknown', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
-    ('solved_pose', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
-    ('search_stage', 0, ARRAY['run_id'], 'inspection', ARRAY['run_id']),
-    ('search_pose', 0, ARRAY['run_id', 'stage_no'], 'search_stage', ARRAY['run_id', 'stage_no']);

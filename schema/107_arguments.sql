@@ -1,6 +1,6 @@
 -- What the functions that a person may call take: neither engine keeps a comment on an argument, nor DuckDB its type.
 
-CREATE VIEW sds_argument (  -- What each function that may be called in SQL takes, in its order.
+CREATE VIEW sds_argument (  -- catalogue: What each function that may be called in SQL takes, in its order.
     function_name,  -- the function, which gives rows: SELECT * FROM parts_in_sphere(0, 0, 0, 100)
     argument_no,  -- ordinal of the argument in it, from 1
     argument,  -- name of the argument
@@ -53,6 +53,3 @@ JOIN (VALUES
     ('view', 16, 'in_world', 'TEXT', 'name of the world; may be left out: all worlds')
 ) AS a (volume, argument_no, argument, type, comment) ON a.volume = coalesce(l.only_volume, a.volume)
     AND (a.volume <> 'point' OR l.start = 'nearest_');
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('sds_argument', 'catalogue', 'view');

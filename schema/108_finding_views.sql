@@ -1,9 +1,9 @@
 -- Findings: what is not as modelled, each physical thing once, and what persons decided of it; the state of a physical
 -- part by all inspections of it.
 
-CREATE TABLE finding_decision (  -- What a person decided of a finding; appended, never changed: the newest counts.
-    run_id BIGINT PRIMARY KEY,  -- the run of kind decide that recorded it
-    inspection_run_id BIGINT NOT NULL,  -- the inspection
+CREATE TABLE finding_decision (  -- run: What a person decided of a finding; appended, never changed: the newest counts.
+    run_id BIGINT PRIMARY KEY,  -- REFERENCES run (id): the run of kind decide that recorded it
+    inspection_run_id BIGINT NOT NULL,  -- REFERENCES run (id): the inspection
     item_no INTEGER NOT NULL,  -- the item in it that leads the finding
     decision TEXT NOT NULL,  -- accepted (the part may be used with it) or rejected
     decided_by TEXT NOT NULL,  -- who decided
@@ -11,7 +11,7 @@ CREATE TABLE finding_decision (  -- What a person decided of a finding; appended
     CHECK (decision IN ('accepted', 'rejected'))
 );
 
-CREATE VIEW current_decision (  -- What a person decided last of a finding.
+CREATE VIEW current_decision (  -- run: What a person decided last of a finding.
     run_id,  -- the run that recorded it
     inspection_run_id,  -- the inspection
     item_no,  -- the item in it that leads the finding
@@ -23,7 +23,7 @@ SELECT DISTINCT ON (inspection_run_id, item_no) run_id, inspection_run_id, item_
 FROM finding_decision
 ORDER BY inspection_run_id, item_no, run_id DESC;
 
-CREATE VIEW failing (  -- Parts and features that are changed or contradicted by themselves. A view, since a stage of a query that is asked for twice
+CREATE VIEW failing (  -- localisation: Parts and features that are changed or contradicted by themselves. A view, since a stage of a query that is asked for twice
     -- is made of all runs.
     run_id,  -- the run
     item_no,  -- the item
@@ -50,7 +50,7 @@ LEFT JOIN (
 -- A part that fails by its features alone is no finding of its own.
 WHERE p.level <> 'surface' AND p.state IN ('changed', 'contradicted') AND p.reason <> 'a feature of it is not as modelled';
 
-CREATE VIEW failing_item (  -- To which finding each part and feature belongs that is changed or contradicted: a feature to its part where that is too,
+CREATE VIEW failing_item (  -- localisation: To which finding each part and feature belongs that is changed or contradicted: a feature to its part where that is too,
     -- parts that are displaced as one to the largest, a wall of two features to the one whose size it changes, a bore
     -- that is gone to the boss that is gone with it.
     run_id,  -- the run
@@ -93,7 +93,7 @@ SELECT a.run_id, a.item_no, b.lead_no
 FROM lead AS a
 JOIN lead AS b ON b.run_id = a.run_id AND b.item_no = a.lead_no;
 
-CREATE VIEW finding (  -- What is not as modelled, each physical thing once, the worst first, with the size that says so and what a person decided.
+CREATE VIEW finding (  -- localisation: What is not as modelled, each physical thing once, the worst first, with the size that says so and what a person decided.
     run_id,  -- the run
     finding_no,  -- ordinal in the run, from 1, the worst first
     item_no,  -- the part or feature
@@ -149,7 +149,7 @@ LEFT JOIN threshold AS k ON k.run_id = p.run_id AND k.decision = 'presence' AND 
 LEFT JOIN current_decision AS d ON d.inspection_run_id = p.run_id AND d.item_no = p.item_no
 LEFT JOIN run AS r ON r.id = d.run_id;
 
-CREATE VIEW serial_evidence (  -- What all inspections of a physical part say of each part and feature that its model has. Of the accepted inspections that
+CREATE VIEW serial_evidence (  -- localisation: What all inspections of a physical part say of each part and feature that its model has. Of the accepted inspections that
     -- decided it the newest counts that was to see at least half as much of it as the one that was to see most: each state
     -- is one that an inspection decided, with its sizes, a later stop corrects an earlier one, and a glimpse does not.
     serial,  -- the physical part
@@ -234,7 +234,7 @@ JOIN side AS b ON b.serial = i.serial AND b.place = 2
 LEFT JOIN ranked AS r ON r.serial = i.serial AND r.level = i.level AND r.occurrence_id = i.occurrence_id
     AND r.feature_no IS NOT DISTINCT FROM i.feature_no AND r.place = 1;
 
-CREATE VIEW serial_finding (  -- The findings of all inspections of a physical part that still count, each physical thing once.
+CREATE VIEW serial_finding (  -- localisation: The findings of all inspections of a physical part that still count, each physical thing once.
     serial,  -- the physical part
     run_id,  -- the inspection that it is of: the newest that has it
     finding_no  -- the finding in it
@@ -245,16 +245,3 @@ JOIN failing_item AS g ON g.run_id = s.run_id AND g.item_no = s.item_no
 JOIN finding AS f ON f.run_id = g.run_id AND f.item_no = g.lead_no
 ORDER BY s.serial, f.path, f.run_id DESC;
 
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('finding_decision', 'run', 'primary'),
-    ('current_decision', 'run', 'view'),
-    ('failing', 'localisation', 'view'),
-    ('failing_item', 'localisation', 'view'),
-    ('finding', 'localisation', 'view'),
-    ('serial_evidence', 'localisation', 'view'),
-    ('serial_finding', 'localisation', 'view');
-
-
-INSERT INTO sds_reference (relation, reference_no, column_names, parent, parent_columns) VALUES
-    ('finding_decision', 0, ARRAY['run_id'], 'run', ARRAY['id']),
-    ('finding_decision', 1, ARRAY['inspection_run_id'], 'run', ARRAY['id']);

@@ -1,6 +1,6 @@
 -- Audit: what a run decided and why, as views that a person can query.
 
-CREATE VIEW found_variant (  -- Which variant of an inspected object the pictures show, where several were weighed.
+CREATE VIEW found_variant (  -- localisation: Which variant of an inspected object the pictures show, where several were weighed.
     run_id,  -- the run
     object_no,  -- the object of the run's world
     name,  -- name of the object
@@ -50,7 +50,7 @@ JOIN ranked AS p ON p.run_id = s.run_id AND p.rank_no = s.placed_no
 JOIN ranked AS b ON b.run_id = s.run_id AND b.rank_no = s.best_no
 JOIN ranked AS o ON o.run_id = s.run_id AND o.rank_no = s.best_no + 1;
 
-CREATE VIEW inspection_outcome (  -- Whether an inspection's pose may be used, and how the part is: what every title, list, file and exit status reads.
+CREATE VIEW inspection_outcome (  -- localisation: Whether an inspection's pose may be used, and how the part is: what every title, list, file and exit status reads.
     run_id,  -- the run
     verdict,  -- accepted, ambiguous or refused: of the pose
     pose_verdict,  -- usable, not unique or not found: the same, as a person asks
@@ -125,7 +125,7 @@ SELECT run_id, verdict, pose_verdict, part_verdict,
         '; ' || variant) AS outcome
 FROM said;
 
-CREATE VIEW serial_inspection (  -- The stops of a physical part: every inspection that was begun with its serial number, however it ended.
+CREATE VIEW serial_inspection (  -- run: The stops of a physical part: every inspection that was begun with its serial number, however it ended.
     serial,  -- the physical part
     run_id,  -- the run
     ended,  -- usable, not unique or not found, as of its pose; failed, killed or running where it came to none; or pruned
@@ -147,7 +147,7 @@ LEFT JOIN inspection AS i ON i.run_id = r.id
 LEFT JOIN pruned_run AS q ON q.run_id = r.id AND q.what = 'runs'
 WHERE r.kind = 'inspect' AND coalesce(i.serial, (r.parameters ->> 'serial')) IS NOT NULL;
 
-CREATE VIEW serial_outcome (  -- How a physical part is by all inspections of it: what its report and `relmodel runs` would say in one line.
+CREATE VIEW serial_outcome (  -- localisation: How a physical part is by all inspections of it: what its report and `relmodel runs` would say in one line.
     serial,  -- the physical part
     part_verdict,  -- as modelled, deviates, another variant (by the newest usable stop that weighed some) or not enough seen: less than
         -- half of all that its model has is checked
@@ -214,7 +214,7 @@ SELECT serial, part_verdict,
             ' not yet seen') END, '; ', usable_stops, ' of ', stops, ' stops usable', ': ' || ends, CASE WHEN variant IS NOT NULL THEN concat('; ', variant) END) AS outcome
 FROM said;
 
-CREATE VIEW run_summary (  -- Every run with how it ended, and the verdict and what is not as modelled where it was an inspection.
+CREATE VIEW run_summary (  -- run: Every run with how it ended, and the verdict and what is not as modelled where it was an inspection.
     run_id,  -- the run
     kind,  -- what was run
     began_at,  -- when the run began
@@ -248,7 +248,7 @@ LEFT JOIN inspection AS i ON i.run_id = r.id
 LEFT JOIN inspection_outcome AS o ON o.run_id = r.id
 LEFT JOIN pruned_run AS q ON q.run_id = r.id AND q.what = 'runs';
 
-CREATE VIEW pose_world (  -- Where the rig was in the world, and how sure that is along and about the world's axes; pose has the same in the rig's
+CREATE VIEW pose_world (  -- localisation: Where the rig was in the world, and how sure that is along and about the world's axes; pose has the same in the rig's
     -- frame.
     run_id,  -- the run
     verdict,  -- accepted, ambiguous or refused
@@ -290,7 +290,7 @@ SELECT
 FROM pose AS p
 JOIN turned AS t ON t.run_id = p.run_id;
 
-CREATE VIEW matched_arc (  -- Pairs of model arc and image arc that the best hypothesis of each run took, with residual (px).
+CREATE VIEW matched_arc (  -- localisation: Pairs of model arc and image arc that the best hypothesis of each run took, with residual (px).
     run_id,  -- the run
     camera,  -- name of the camera in the rig
     path,  -- path of the placed part
@@ -314,7 +314,7 @@ JOIN placed_object AS o ON o.object_no = a.occurrence_id >> 28  -- as placed_nod
 JOIN object_node AS n ON n.object_id = o.object_id AND n.node_no = a.occurrence_id & 268435455
 WHERE c.hypothesis_no = 0 AND c.accepted;
 
-CREATE VIEW camera_residual (  -- How far the edge points that measured a pose lie from the model at it, by camera: the mean of edge_measurement, in
+CREATE VIEW camera_residual (  -- localisation: How far the edge points that measured a pose lie from the model at it, by camera: the mean of edge_measurement, in
     -- which each point counts by its weight.
     run_id,  -- the run
     camera,  -- name of the camera in the rig
@@ -332,7 +332,7 @@ JOIN inspection_image AS v ON v.run_id = m.run_id AND v.view_no = m.view_no
 WHERE m.weight > 0
 GROUP BY m.run_id, v.camera;
 
-CREATE VIEW rejected_arc (  -- Image arcs that the best hypothesis of a run left without a model arc, with the nearest candidate and why it was not
+CREATE VIEW rejected_arc (  -- localisation: Image arcs that the best hypothesis of a run left without a model arc, with the nearest candidate and why it was not
     -- taken; no_candidate: no model arc was near.
     run_id,  -- the run
     camera,  -- name of the camera in the rig
@@ -361,7 +361,7 @@ JOIN image_arc AS a ON a.extraction_id = i.extraction_id
 LEFT JOIN best ON best.run_id = i.run_id AND best.camera = i.camera AND best.image_arc_no = a.image_arc_no AND best.place = 1
 WHERE coalesce(best.taken, 0) = 0;
 
-CREATE VIEW unmatched_in_stereo (  -- Arcs of both images of a pair that stereo left without a partner: they weigh less in localisation.
+CREATE VIEW unmatched_in_stereo (  -- matching: Arcs of both images of a pair that stereo left without a partner: they weigh less in localisation.
     run_id,  -- the run
     extraction_id,  -- extraction of the image
     image_arc_no,  -- the image arc in the extraction
@@ -391,7 +391,7 @@ WHERE p.kind = 'stereo' AND NOT EXISTS (
     WHERE a.run_id = p.run_id AND a.problem_no = p.problem_no AND a.label_no = u.unit_no
 );
 
-CREATE VIEW attribute_log (  -- Every value that an attribute ever had, of every level: what, when and by whom.
+CREATE VIEW attribute_log (  -- run: Every value that an attribute ever had, of every level: what, when and by whom.
     level,  -- world, object, part, surface or arc
     owner_id,  -- the world, object or part; of a surface or arc its shape
     surface_no,  -- the surface in the shape; null of other levels
@@ -425,16 +425,3 @@ SELECT a.level, a.owner_id, a.surface_no, a.arc_no, a.name,
     r.began_at AS stated_at, r.parameters ->> 'user' AS stated_by
 FROM stated AS a
 JOIN run AS r ON r.id = a.run_id;
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('found_variant', 'localisation', 'view'),
-    ('inspection_outcome', 'localisation', 'view'),
-    ('serial_inspection', 'run', 'view'),
-    ('serial_outcome', 'localisation', 'view'),
-    ('run_summary', 'run', 'view'),
-    ('pose_world', 'localisation', 'view'),
-    ('matched_arc', 'localisation', 'view'),
-    ('camera_residual', 'localisation', 'view'),
-    ('rejected_arc', 'localisation', 'view'),
-    ('unmatched_in_stereo', 'matching', 'view'),
-    ('attribute_log', 'run', 'view');

@@ -1,7 +1,7 @@
 -- Why: what was decided of each thing that a run looked at, as sentences that follow from its rows.  A view builds only
 -- on views of names before its own, for DuckDB's export writes them by name.
 
-CREATE VIEW why_arc (  -- What was decided of each image arc of an inspection and each model arc that came near it, at the best hypothesis: one row a
+CREATE VIEW why_arc (  -- localisation: What was decided of each image arc of an inspection and each model arc that came near it, at the best hypothesis: one row a
     -- pair, one for an arc that nothing came near.
     run_id,  -- the run
     camera,  -- name of the camera in the rig
@@ -74,7 +74,7 @@ JOIN image_arc AS a ON a.extraction_id = i.extraction_id
 LEFT JOIN criterion AS h ON h.run_id = i.run_id
 LEFT JOIN pair AS p ON p.run_id = i.run_id AND p.camera = i.camera AND p.image_arc_no = a.image_arc_no;
 
-CREATE VIEW why_image_arc (  -- The final decision of each image arc of an inspection, one row an arc: the model arc that it is, else the nearest and
+CREATE VIEW why_image_arc (  -- localisation: The final decision of each image arc of an inspection, one row an arc: the model arc that it is, else the nearest and
     -- why not.
     run_id,  -- the run
     camera,  -- name of the camera in the rig
@@ -93,7 +93,7 @@ FROM (
 ) AS w
 WHERE w.place = 1;
 
-CREATE VIEW why_view_arc (  -- The final decision of each model arc that a view predicts, one row an arc.
+CREATE VIEW why_view_arc (  -- localisation: The final decision of each model arc that a view predicts, one row an arc.
     run_id,  -- the run
     camera,  -- name of the camera in the rig
     view_arc_no,  -- the model arc in the view
@@ -133,7 +133,7 @@ LEFT JOIN (
     GROUP BY c.run_id, c.view_no, c.view_arc_no
 ) AS c ON c.run_id = a.run_id AND c.view_no = a.view_no AND c.view_arc_no = a.view_arc_no;
 
-CREATE VIEW why_verdict (  -- The rules of a verdict, each with what was found and what that was compared with; accepted is what passes all.
+CREATE VIEW why_verdict (  -- localisation: The rules of a verdict, each with what was found and what that was compared with; accepted is what passes all.
     run_id,  -- the run
     rule_no,  -- ordinal of the rule
     rule,  -- likely, prior, apart, translation, rotation, rivals, share or cameras
@@ -235,7 +235,7 @@ SELECT r.run_id, r.rule_no, r.rule, r.value, r.gate, r.holds, p.verdict, r.sente
 FROM rule AS r
 JOIN pose AS p ON p.run_id = r.run_id;
 
-CREATE VIEW why_verdict_cause (  -- Why an inspection's pose is most likely not accepted, and what to do next: one row an inspection whose pose is not.
+CREATE VIEW why_verdict_cause (  -- localisation: Why an inspection's pose is most likely not accepted, and what to do next: one row an inspection whose pose is not.
     run_id,  -- the run
     cause,  -- picture (unusable), camera (does not see the model), prior (looks past the object or is contradicted), nothing (no pose is
         -- found), little (of the object is in view), repeats, calibration, precision, object (another one, or another variant), or
@@ -355,7 +355,7 @@ SELECT j.run_id, j.cause,
     END AS advice
 FROM judged AS j;
 
-CREATE VIEW why_hypothesis (  -- Each pose that was refined, and why it is the best, a rival of it, or was dropped.
+CREATE VIEW why_hypothesis (  -- localisation: Each pose that was refined, and why it is the best, a rival of it, or was dropped.
     run_id,  -- the run
     hypothesis_no,  -- the hypothesis
     rule,  -- best, rival, symmetric, less_evidence or far_from_prior
@@ -415,7 +415,7 @@ SELECT run_id, hypothesis_no, rule, found, least, distance,
         END) AS sentence
 FROM judged;
 
-CREATE VIEW why_part (  -- Why a part or feature is said to be in view.
+CREATE VIEW why_part (  -- localisation: Why a part or feature is said to be in view.
     run_id,  -- the run
     in_view_no,  -- ordinal in part_in_view
     path,  -- path of the part or feature
@@ -440,12 +440,3 @@ LEFT JOIN (
     ) AS c ON c.run_id = v.run_id AND c.view_no = v.view_no AND c.view_arc_no = v.view_arc_no
     GROUP BY v.run_id, v.occurrence_id
 ) AS a ON a.run_id = p.run_id AND a.occurrence_id = p.occurrence_id AND p.level = 'part';
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('why_arc', 'localisation', 'view'),
-    ('why_image_arc', 'localisation', 'view'),
-    ('why_view_arc', 'localisation', 'view'),
-    ('why_verdict', 'localisation', 'view'),
-    ('why_verdict_cause', 'localisation', 'view'),
-    ('why_hypothesis', 'localisation', 'view'),
-    ('why_part', 'localisation', 'view');

@@ -2,7 +2,7 @@
 -- revision of a loaded variant; object_path within an object, path within a world; run_id; camera.  Before this file are
 -- run_summary, pose_world, matched_arc, rejected_arc and camera_residual, which go with them (docs/views.md).
 
-CREATE VIEW placed_part (  -- The parts of each loaded variant in its newest revision, those nested in objects placed in it among them: a row a
+CREATE VIEW placed_part (  -- object: The parts of each loaded variant in its newest revision, those nested in objects placed in it among them: a row a
     -- placed part. Masses add up, but for parts whose mass is null.
     object,  -- name of the object, as loaded
     variant,  -- its variant
@@ -29,7 +29,7 @@ WHERE NOT EXISTS (
     WHERE later.name = v.name AND later.variant = v.variant AND later.revision > v.revision
 );
 
-CREATE VIEW placed_part_feature (  -- The features of placed parts with their dimensions: a row a dimension, one of nulls for a feature without any.
+CREATE VIEW placed_part_feature (  -- object: The features of placed parts with their dimensions: a row a dimension, one of nulls for a feature without any.
     object,  -- name of the object, as loaded
     variant,  -- its variant
     revision,  -- its newest revision
@@ -51,7 +51,7 @@ JOIN feature AS f ON f.shape_id = p.shape_id
 JOIN feature_class AS k ON k.id = f.feature_class_id
 LEFT JOIN feature_dimension AS d ON d.feature_class_id = k.id;
 
-CREATE VIEW world_part (  -- The parts that stand in the newest revision of each world, at whatever depth.
+CREATE VIEW world_part (  -- world: The parts that stand in the newest revision of each world, at whatever depth.
     world,  -- name of the world
     world_revision,  -- its newest revision
     path,  -- names of the instances from the world down, joined by /
@@ -76,7 +76,7 @@ JOIN object_variant AS v ON v.id = s.object_variant_id
 JOIN part AS p ON p.id = o.part_id
 LEFT JOIN part_mass AS m ON m.part_id = p.id;
 
-CREATE VIEW loaded_file (  -- The files that were loaded or refused, each with what it became.
+CREATE VIEW loaded_file (  -- run: The files that were loaded or refused, each with what it became.
     run_id,  -- the run of the load
     began_at,  -- when it began
     file,  -- name of the file; null where it was refused
@@ -96,7 +96,7 @@ JOIN run AS r ON r.id = l.run_id
 LEFT JOIN object_variant AS v ON v.id = l.object_variant_id
 LEFT JOIN source AS s ON s.id = l.source_id;
 
-CREATE VIEW inspected_object (  -- Inspections with the objects that they looked at: a row for each, with how many of its parts and features in
+CREATE VIEW inspected_object (  -- localisation: Inspections with the objects that they looked at: a row for each, with how many of its parts and features in
     -- view are in which state, all null where nothing of it was looked at, as where the pose is refused.
     run_id,  -- the run
     began_at,  -- when it began
@@ -133,7 +133,7 @@ LEFT JOIN (
     GROUP BY run_id, occurrence_id >> 28
 ) AS c ON c.run_id = i.run_id AND c.object_no = o.object_no;
 
-CREATE VIEW found_state (  -- What inspections say of parts, features and faces in view, each with the threshold that decided it.
+CREATE VIEW found_state (  -- localisation: What inspections say of parts, features and faces in view, each with the threshold that decided it.
     run_id,  -- the run
     path,  -- path of the part, with the name of the feature or the number of the face
     level,  -- part, feature or surface
@@ -162,7 +162,7 @@ LEFT JOIN threshold AS t ON t.run_id = s.run_id AND t.decision = 'presence' AND 
     WHEN 'its edges lie too near to others or to the picture''s border' THEN 'states.least_px'
 END;
 
-CREATE VIEW found_size (  -- What inspections measured, compared with the model: sizes of parts and features, and distances between holes and bosses.
+CREATE VIEW found_size (  -- localisation: What inspections measured, compared with the model: sizes of parts and features, and distances between holes and bosses.
     run_id,  -- the run
     path,  -- path of the part, with the name of the feature or the number of the face
     other_path,  -- of a distance, path of the other feature; null of sizes
@@ -180,7 +180,7 @@ FROM measured_size AS m
 JOIN presence AS s ON s.run_id = m.run_id AND s.item_no = m.item_no
 LEFT JOIN presence AS o ON o.run_id = m.run_id AND o.item_no = m.other_item_no;
 
-CREATE VIEW camera_history (  -- What inspections solved of each camera along with the pose, by rig.
+CREATE VIEW camera_history (  -- localisation: What inspections solved of each camera along with the pose, by rig.
     rig_id,  -- the rig
     camera,  -- name of the camera in the rig
     name,  -- response, centre_u, centre_v, focal, x, y, ... as in camera_unknown
@@ -198,7 +198,7 @@ JOIN inspection AS i ON i.run_id = u.run_id
 JOIN run AS r ON r.id = u.run_id
 WHERE u.sigma > 0;
 
-CREATE VIEW edge_residual (  -- The edge points that measured a pose, each with its residual and its weight; camera_residual has their mean. Outliers are
+CREATE VIEW edge_residual (  -- localisation: The edge points that measured a pose, each with its residual and its weight; camera_residual has their mean. Outliers are
     -- among them: any mean is one by weight.
     run_id,  -- the run
     camera,  -- name of the camera in the rig
@@ -218,14 +218,3 @@ JOIN inspection_image AS v ON v.run_id = m.run_id AND v.view_no = m.view_no
 LEFT JOIN view_arc AS a ON a.run_id = m.run_id AND a.view_no = m.view_no AND a.view_arc_no = m.view_arc_no
 LEFT JOIN placed_object AS o ON o.object_no = a.occurrence_id >> 28  -- as placed_node, whose name comes after this view's
 LEFT JOIN object_node AS n ON n.object_id = o.object_id AND n.node_no = a.occurrence_id & 268435455;
-
-INSERT INTO sds_relation (relation, level, standing) VALUES
-    ('placed_part', 'object', 'view'),
-    ('placed_part_feature', 'object', 'view'),
-    ('world_part', 'world', 'view'),
-    ('loaded_file', 'run', 'view'),
-    ('inspected_object', 'localisation', 'view'),
-    ('found_state', 'localisation', 'view'),
-    ('found_size', 'localisation', 'view'),
-    ('camera_history', 'localisation', 'view'),
-    ('edge_residual', 'localisation', 'view');

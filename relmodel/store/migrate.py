@@ -57,6 +57,10 @@ def create_schema(connection: Connection, name: str = "") -> None:
     """
     for script in sql.schema_scripts(connection.dialect.name):
         connection.exec_driver_sql(script)
+        relations, references = sql.catalogue(script)
+        for query, rows in (("store/note_relation", relations), ("store/note_reference", references)):
+            if rows:
+                connection.execute(sql.query(query), rows)
     connection.exec_driver_sql(sql.comment_statements(connection.dialect.name))
     noted = {
         "store_id": str(uuid4()),

@@ -71,19 +71,56 @@ def table_script(table: str) -> str:
 
 _MADE = re.compile(r"^CREATE (TABLE|VIEW) (\w+) \((.*?)^\)(?:;| AS$)", re.MULTILINE | re.DOTALL)
 _COLUMN = re.compile(r"(?:^    |(?<=, ))([a-z]\w*)\b")
+_LEVEL = re.compile(r"  -- (\w+)(?:, (redundant))?: ")
+_REFERENCE = re.compile(r"REFERENCES (\w+) \((\w+(?:, \w+)*)\): ")
+
+
+def _lines(body: str) -> list[str]:
+    """Lines between the parentheses of a statement, each with all of its comment."""
+    return re.sub(r"\n +-- ", " ", body).split("\n")
+
+
+def catalogue(script: str) -> tuple[list[dict[str, str]], list[dict[str, object]]]:
+    """Rows of sds_relation and of sds_reference for what a script makes, from the comments on the lines.
+
+    The comment on a relation begins with its level, as `part: ` or `part, redundant: `.  That on a column that refers
+    begins with the key, as `REFERENCES loop (surface_id, loop_no): `; of several columns this one is the last, and the
+    others have the names of the key.
+
+    Raises ValueError where a comment says it in another way.
+    """
+    relations, references = [], list[dict[str, object]]()
+    for kind, relation, body in _MADE.findall(script):
+        head, *lines = _lines(body)
+        said = _LEVEL.match(head)
+        if said is None:
+            raise ValueError(f"the comment on {relation} in schema/ does not begin with its level")
+        standing = "view" if kind == "VIEW" else said[2] or "primary"
+        relations.append({"relation": relation, "level": said[1], "standing": standing})
+        referring = [line for line in lines if "REFERENCES" in line]
+        for number, line in enumerate(referring):
+            code, _, words = line.partition("  -- ")
+            names, key = _COLUMN.findall(code), _REFERENCE.match(words)
+            if key is None or len(names) != 1:
+                raise ValueError(f"schema/ says a reference of {relation} in a way that is not known: {line.strip()}")
+            parents = key[2].split(", ")
+            own = {"relation": relation, "reference_no": number, "parent": key[1], "parent_columns": parents}
+            references.append({**own, "column_names": [*parents[:-1], *names]})
+    return relations, references
 
 
 def comment_statements(dialect: str) -> str:
     """COMMENT statements for tables, views and columns, made from the comments on their lines in `schema/`.
 
-    A comment goes on in the lines of comment below it.  The first row of a transform says what the twelve columns are;
-    of columns on one line `x, y and z` stands for the axis of each.
+    A comment goes on in the lines of comment below it; level and reference at its beginning are left out.  The first
+    row of a transform says what the twelve columns are; of columns on one line `x, y and z` is the axis of each.
     """
     statements = []
     for kind, relation, body in _MADE.findall("\n".join(schema_scripts(dialect))):
-        head, *lines = re.sub(r"\n +-- ", " ", body).split("\n")
-        statements.append(_comment(kind, relation, head.partition("-- ")[2]))
-        for code, _, words in (line.partition("  -- ") for line in lines):
+        head, *lines = _lines(body)
+        statements.append(_comment(kind, relation, _LEVEL.sub("", head)))
+        for code, _, said in (line.partition("  -- ") for line in lines):
+            words = _REFERENCE.sub("", said)
             names = _COLUMN.findall(code) if words else []
             if names == ["m00", "m01", "m02", "m03"]:
                 statements += [
@@ -97,9 +134,9 @@ def comment_statements(dialect: str) -> str:
                     ]
                 ]
             else:
-                said = re.search(r"\bx(, y)? and [yz]\b", words) if len(names) > 1 else None
+                axes = re.search(r"\bx(, y)? and [yz]\b", words) if len(names) > 1 else None
                 for name, axis in zip(names, "xyz", strict=False):
-                    own = words if said is None else words[: said.start()] + axis + words[said.end() :]
+                    own = words if axes is None else words[: axes.start()] + axis + words[axes.end() :]
                     statements.append(_comment("COLUMN", f"{relation}.{name}", own))
     return "\n".join(statements)
 

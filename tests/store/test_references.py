@@ -10,7 +10,7 @@ import psycopg
 import pytest
 import sqlalchemy as sa
 
-from relmodel.store import Run, Store
+from relmodel.store import Run, Store, sql
 from relmodel.store.check import check
 
 
@@ -74,3 +74,34 @@ def test_every_identity_refers_to_something(fresh_store: str) -> None:
     identities = {(table, name) for table, name in names if name.endswith("_id") and keys[table]}
     assert len(identities) > 80
     assert {name for _, name in identities - refers} == {"occurrence_id"}
+
+
+def test_the_comments_say_level_standing_and_reference() -> None:
+    script = """CREATE TABLE coedge (  -- surface, redundant: A use of an arc: one by a loop
+    -- that it bounds.
+    surface_id BIGINT, arc_id BIGINT,
+    turn INTEGER,  -- REFERENCES loop (surface_id, loop_no): the loop
+    PRIMARY KEY (surface_id)
+);
+"""
+    relation = {"relation": "coedge", "level": "surface", "standing": "redundant"}
+    reference = {
+        **{"relation": "coedge", "reference_no": 0, "column_names": ["surface_id", "turn"]},
+        **{"parent": "loop", "parent_columns": ["surface_id", "loop_no"]},
+    }
+    assert sql.catalogue(script) == ([relation], [reference])
+
+
+@pytest.mark.parametrize(
+    ("head", "column"),
+    [
+        ("A use of an arc.", "id BIGINT  -- the arc"),
+        ("surface, view: A use of an arc.", "id BIGINT  -- the arc"),
+        ("surface: A use of an arc.", "id BIGINT  -- REFERENCES arc: the arc"),
+        ("surface: A use of an arc.", "id BIGINT  -- the arc, REFERENCES arc (id)"),
+        ("surface: A use of an arc.", "a BIGINT, b BIGINT  -- REFERENCES arc (id): the arcs"),
+    ],
+)
+def test_a_comment_that_says_it_in_another_way_is_refused(head: str, column: str) -> None:
+    with pytest.raises(ValueError, match="coedge"):
+        sql.catalogue(f"CREATE TABLE coedge (  -- {head}\n    {column}\n);\n")
