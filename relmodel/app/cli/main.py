@@ -1,8 +1,8 @@
 """`relmodel VERB ...`: finds the verb's module, runs it, and turns errors into one sentence and an exit status.
 
-Each verb is a module of `relmodel.app.cli.verbs`: its docstring says what it does (the first line stands in the list of
-verbs), `EXAMPLE` shows a call, `add_arguments(parser)` declares its options and `run(args)` does it and returns the
-exit status.  These modules import nothing heavy before `run`, so that help answers at once.
+Each verb is a function of a module of `relmodel.app.cli.verbs`, declared by `relmodel.app.cli.options.verb`: its
+docstring says what it does, its first sentence in the list of verbs.  Only the module of the verb that is asked is
+imported, and these import nothing heavy before the verb runs, so that help answers at once.
 """
 
 from __future__ import annotations
@@ -17,46 +17,46 @@ import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
-from types import FrameType, ModuleType
+from types import FrameType
 
 from relmodel import __version__
-from relmodel.app.cli import output
-from relmodel.app.cli.options import add_debug, add_quiet, add_store
+from relmodel.app.cli import options, output
+from relmodel.app.cli.options import EVERY_VERB, Verb
 from relmodel.app.cli.output import drop_output
 from relmodel.errors import InputError, RelmodelError, UsageError, missing_library
 from relmodel.names import visible
 
-# Verbs in the order in which help lists them; NAME is the module relmodel.app.cli.verbs.NAME.
-VERBS = (
-    "init",
-    "migrate",
-    "load",
-    "show",
-    "set",
-    "diff",
-    "export",
-    "world",
-    "rig",
-    "where",
-    "find",
-    "extract",
-    "stereo",
-    "inspect",
-    "plan",
-    "runs",
-    "report",
-    "accept",
-    "reject",
-    "serve",
-    "why",
-    "replay",
-    "compare",
-    "prune",
-    "schema",
-    "sql",
-    "check",
-    "demo",
-)
+# Verbs in the order in which help lists them, each with the module of relmodel.app.cli.verbs that declares it.
+VERBS = {
+    "init": "stores",
+    "migrate": "stores",
+    "load": "objects",
+    "show": "objects",
+    "set": "objects",
+    "diff": "objects",
+    "export": "objects",
+    "world": "cell",
+    "rig": "cell",
+    "where": "cell",
+    "find": "cell",
+    "extract": "pictures",
+    "stereo": "pictures",
+    "inspect": "inspect",
+    "plan": "cell",
+    "runs": "runs",
+    "report": "pages",
+    "accept": "runs",
+    "reject": "runs",
+    "serve": "pages",
+    "why": "runs",
+    "replay": "runs",
+    "compare": "runs",
+    "prune": "runs",
+    "schema": "stores",
+    "sql": "stores",
+    "check": "stores",
+    "demo": "demo",
+}
 
 UNFORESEEN = 4
 INTERRUPTED = 130  # what a shell reports for a process that SIGINT ended
@@ -154,23 +154,23 @@ def parser(verb: str = "") -> argparse.ArgumentParser:
     top.add_argument("--version", action="version", version=f"relmodel {__version__}")
     verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True)
     for name in [verb] if verb in VERBS else VERBS:
-        module = import_module(f"relmodel.app.cli.verbs.{name}")
-        words = _words(module)
+        it = declared(name)
+        sentence, *rest = it.words.split("\n\n")
+        sentence = sentence.replace("\n", " ")
         one = verbs.add_parser(
             name,
-            help=words[0].lower() + words[1:].partition("\n")[0].rstrip("."),
-            description=words,
-            epilog=f"example:\n  {module.EXAMPLE}",
+            help=sentence[0].lower() + sentence[1:].rstrip("."),
+            description="\n\n".join([sentence, *rest]),
+            epilog=f"example:\n  {it.example}",
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        add_store(one)
-        add_quiet(one)
-        add_debug(one)
-        module.add_arguments(one)
-        one.set_defaults(run=module.run)
+        for add_to in (*EVERY_VERB, *it.options):
+            add_to(one)
+        one.set_defaults(run=it.run)
     return top
 
 
-def _words(module: ModuleType) -> str:
-    assert module.__doc__, f"{module.__name__} has no docstring"
-    return module.__doc__.strip()
+def declared(name: str) -> Verb:
+    """The verb of a name."""
+    import_module(f"relmodel.app.cli.verbs.{VERBS[name]}")
+    return options.VERBS[name]

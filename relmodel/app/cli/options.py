@@ -1,12 +1,13 @@
-"""Options that several verbs share: store, run, pictures, joints of a robot, lists of pictures."""
+"""How verbs are declared, the options that several share, and what is read from these: joints, lists of pictures."""
 
 from __future__ import annotations
 
 import argparse
 import csv
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from inspect import cleandoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,23 +18,105 @@ if TYPE_CHECKING:
     from relmodel.arrays import Floats
 
 
-def add_store(parser: argparse.ArgumentParser) -> None:
-    """`--store`, which every verb has."""
-    parser.add_argument(
+Option = Callable[[argparse._ActionsContainer], object]
+
+
+@dataclass(frozen=True)
+class Verb:
+    """A verb: what it does in words, calls of it, its options, and the function that does it and returns the exit
+    status."""
+
+    words: str
+    example: str
+    options: Sequence[Option]
+    run: Callable[[argparse.Namespace], int]
+
+
+VERBS: dict[str, Verb] = {}
+"""the verbs of the modules imported so far"""
+
+
+def verb(example: str, *options: Option) -> Callable[[Callable[[argparse.Namespace], int]], object]:
+    """Declare the function below as the verb of its name: its docstring is the help."""
+
+    def declare(run: Callable[[argparse.Namespace], int]) -> object:
+        VERBS[run.__name__.rstrip("_")] = Verb(cleandoc(run.__doc__ or ""), example, options, run)
+        return run
+
+    return declare
+
+
+def option(*names: str, **how: Any) -> Option:
+    """An option or argument, declared as `argparse` adds it."""
+    return lambda parser: parser.add_argument(*names, **how)
+
+
+def one_of(*options: Option, required: bool = False) -> Option:
+    """Options of which a call has one at most."""
+
+    def add(parser: argparse._ActionsContainer) -> None:
+        group = parser.add_mutually_exclusive_group(required=required)
+        for add_to in options:
+            add_to(group)
+
+    return add
+
+
+EVERY_VERB = (
+    option(
         "--store",
         metavar="FILE-or-URL",
         help="the store: a DuckDB file, or a postgresql+psycopg:// URL (default: the environment's RELMODEL_STORE)",
-    )
+    ),
+    option("--quiet", action="store_true", help="print only data and errors: no messages, no progress"),
+    option("--debug", action="store_true", help="print the traceback of an internal error"),
+)
+FORMAT = option(
+    "--format", choices=("table", "json", "csv"), default="table", help="how data is printed (default: table)"
+)
+ALL = option(
+    "--all", action="store_true", help="print all rows and columns of the table, however long and wide they are"
+)
+WORLD = option("--world", metavar="NAME", help="the world, where the store has several")
+VARIANT = option("--variant", default="", help="its variant, where it has several")
+RUN = one_of(
+    option(
+        "number",
+        nargs="?",
+        default=argparse.SUPPRESS,  # or it would override --run
+        metavar="RUN",
+        help="the run: its number, or last, the newest inspection (default)",
+    ),
+    option("--run", dest="number", metavar="RUN", help="the same as RUN"),
+)
+NO_KEEP_IMAGES = option(
+    "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
+)
+SEARCH = option(
+    "--search",
+    default="dual_ascent",
+    metavar="SEARCH",
+    help="the search for the best match: dual_ascent, paper or star, "
+    "described in docs/matching.md (default: dual_ascent)",
+)
+CARRIER = option("--on", metavar="OBJECT", help="the object that carries the rig, where several do")
+JOINTS = option(
+    "--set",
+    action="append",
+    default=[],
+    metavar="JOINT=VALUE",
+    help="a joint's value other than the world's: mm, rad, or degrees where the name ends in _deg",
+)
 
 
-def add_debug(parser: argparse.ArgumentParser) -> None:
-    """`--debug`, which every verb has."""
-    parser.add_argument("--debug", action="store_true", help="print the traceback of an internal error")
+def joint_sigmas(words: str) -> Option:
+    """`--joint-sigma`: how exactly joints are known."""
+    return option("--joint-sigma", action="append", default=[], metavar="JOINT=SIGMA", help=words)
 
 
-def add_quiet(parser: argparse.ArgumentParser) -> None:
-    """`--quiet`, which every verb has."""
-    parser.add_argument("--quiet", action="store_true", help="print only data and errors: no messages, no progress")
+def pictures(words: str) -> Option:
+    """`CAMERA=PICTURE`, as often as there are pictures: `pictures_by_camera` reads them."""
+    return option("pictures", nargs="*", metavar="CAMERA=PICTURE", help=words)
 
 
 def store_target(args: argparse.Namespace) -> str:
@@ -42,24 +125,6 @@ def store_target(args: argparse.Namespace) -> str:
     if not target:
         raise UsageError("no store is named: give --store FILE-or-URL or set RELMODEL_STORE")
     return str(target)
-
-
-def add_run(parser: argparse.ArgumentParser) -> None:
-    """`RUN` or `--run RUN` of a verb that is about one run; None where neither is given."""
-    run = parser.add_mutually_exclusive_group()
-    run.add_argument(
-        "number",
-        nargs="?",
-        default=argparse.SUPPRESS,  # or it would override --run
-        metavar="RUN",
-        help="the run: its number, or last, the newest inspection (default)",
-    )
-    run.add_argument("--run", dest="number", metavar="RUN", help="the same as RUN")
-
-
-def add_pictures(parser: argparse.ArgumentParser, words: str) -> None:
-    """`CAMERA=PICTURE`, as often as there are pictures: `pictures_by_camera` reads them."""
-    parser.add_argument("pictures", nargs="*", metavar="CAMERA=PICTURE", help=words)
 
 
 def pictures_by_camera(words: Sequence[str]) -> dict[str, Path]:
@@ -74,51 +139,6 @@ def pictures_by_camera(words: Sequence[str]) -> dict[str, Path]:
             raise UsageError(f"two pictures are given {of}: give one of each camera, as CAMERA=PICTURE")
         found[name] = Path(path)
     return found
-
-
-def add_search(parser: argparse.ArgumentParser) -> None:
-    """`--search`, which every verb that matches has."""
-    parser.add_argument(
-        "--search",
-        default="dual_ascent",
-        metavar="SEARCH",
-        help="the search for the best match: dual_ascent, paper or star, "
-        "described in docs/matching.md (default: dual_ascent)",
-    )
-
-
-def add_format(parser: argparse.ArgumentParser) -> None:
-    """`--format`, which every verb that prints data has."""
-    parser.add_argument(
-        "--format", choices=("table", "json", "csv"), default="table", help="how data is printed (default: table)"
-    )
-
-
-def add_all(parser: argparse.ArgumentParser) -> None:
-    """`--all`, of verbs whose table may be long: `relmodel.app.cli.output.print_folded`."""
-    parser.add_argument(
-        "--all", action="store_true", help="print all rows and columns of the table, however long and wide they are"
-    )
-
-
-# Options for the joint values of a robot, and how exactly they are known.
-
-
-def add_joints(parser: argparse.ArgumentParser) -> None:
-    """`--on` and `--set`: which object carries the rig, and how its joints stand."""
-    parser.add_argument("--on", metavar="OBJECT", help="the object that carries the rig, where several do")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="JOINT=VALUE",
-        help="a joint's value other than the world's: mm, rad, or degrees where the name ends in _deg",
-    )
-
-
-def add_joint_sigmas(parser: argparse.ArgumentParser, text: str) -> None:
-    """`--joint-sigma`, with the help `text`."""
-    parser.add_argument("--joint-sigma", action="append", default=[], metavar="JOINT=SIGMA", help=text)
 
 
 def assigned(texts: list[str], option: str) -> dict[str, float]:

@@ -40,10 +40,9 @@ def test_verb_help_shows_an_example(verb: str, capsys: pytest.CaptureFixture[str
 
 @pytest.mark.parametrize("verb", VERBS)
 def test_verb_example_parses(verb: str) -> None:
-    import importlib
     import shlex
 
-    example = importlib.import_module(f"relmodel.app.cli.verbs.{verb}").EXAMPLE
+    example = frame.declared(verb).example
     for line in example.splitlines():
         assert frame.parser().parse_args(shlex.split(line)[1:]).verb == verb
 

@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from datetime import datetime
 from decimal import Decimal
 from pathlib import Path
@@ -20,7 +21,8 @@ import pyarrow.parquet
 import pytest
 import trimesh
 
-from relmodel.app.cli.main import main
+from relmodel.app.cli import options
+from relmodel.app.cli.main import declared, main
 from relmodel.app.export import write_tables
 from relmodel.app.report.page import script_json
 from relmodel.errors import missing_library
@@ -282,7 +284,7 @@ def test_a_missing_library_is_said_with_its_package(
     def fail(_: object) -> None:
         raise ImportError(f"{library}: cannot open shared object file: No such file or directory")
 
-    monkeypatch.setattr("relmodel.app.cli.verbs.schema.run", fail)
+    monkeypatch.setitem(options.VERBS, "schema", replace(declared("schema"), run=fail))
     assert main(["schema"]) == 3
     said = capsys.readouterr().err
     assert said.startswith(f"relmodel schema: the library {library} is not installed: apt install {package} (Debian")

@@ -13,14 +13,13 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib import import_module
 from pathlib import Path
 
 import duckdb
 import pytest
 import trimesh
 
-from relmodel.app.cli.main import main, parser
+from relmodel.app.cli.main import declared, main, parser
 from relmodel.app.cli.progress import Watch
 from relmodel.progress import Progress
 
@@ -147,7 +146,7 @@ def test_help_shows_examples_that_are_taken(verb: str, capsys: pytest.CaptureFix
     with pytest.raises(SystemExit):
         main([verb, "--help"])
     shown = capsys.readouterr().out
-    examples = import_module(f"relmodel.app.cli.verbs.{verb}").EXAMPLE.splitlines()
+    examples = declared(verb).example.splitlines()
     for line in examples:
         assert line.strip() in shown
         words = shlex.split(line)

@@ -178,7 +178,7 @@ def test_sql_takes_no_more_memory_than_it_may(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("relmodel.app.cli.verbs.sql._MEMORY", 2**27)
+    monkeypatch.setattr("relmodel.app.cli.verbs.stores._MEMORY", 2**27)
     store = make_reader(
         sa.make_url(postgresql_server).set(database=postgresql_template).render_as_string(hide_password=False)
     )

@@ -1,25 +1,27 @@
-"""Run the demonstration: load the bulkhead, place it, inspect a rendered stereo pair, compare the pose with the truth.
-
-Everything lands in the folder given with --folder: the store, a picture of the model drawn over the images, the report.
-"""
+"""The demonstration."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
+from relmodel.app.cli.options import option, verb
 from relmodel.app.cli.output import say
 from relmodel.printing import print_rows
 
-EXAMPLE = "relmodel demo --folder demo"
 
+@verb(
+    "relmodel demo --folder demo",
+    option("--folder", type=Path, default=Path("demo"), help="where the results go (default: demo)"),
+    option("--pair", default="00", help="which of the demonstration's stereo pairs (default: 00)"),
+)
+def demo(args: argparse.Namespace) -> int:
+    """Run the demonstration: load the bulkhead, place it, inspect a rendered stereo pair, compare the pose with the
+    truth.
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--folder", type=Path, default=Path("demo"), help="where the results go (default: demo)")
-    parser.add_argument("--pair", default="00", help="which of the demonstration's stereo pairs (default: 00)")
-
-
-def run(args: argparse.Namespace) -> int:
+    Everything lands in the folder given with --folder: the store, a picture of the model drawn over the images, the
+    report.
+    """
     import os
 
     from relmodel.app.report.page import write_page

@@ -1,21 +1,4 @@
-"""Inspect pictures of the cameras of a rig: say which parts are in view and where the cameras are.
-
-One to sixteen pictures that were taken together, each with the name of its camera in the rig.  Without --prior a rig
-that no arm carries is located by the circles that its pictures show, wherever they were taken.  With --against no world
-is needed: the pictures are compared with each of the loaded objects that it names.
-
-With --list the sets of pictures that a CSV file names, a line each, are inspected one after the other, which saves
-starting anew for each.  The first line names the columns: prior, rig, overlay, crops and serial, where needed, and the
-cameras of which there are pictures; paths are relative to the file.  Each line gives one of the answer, and one that
-fails does not stop the others.
-
-Where the world mounts the rig on an arm, an accepted pose also says how far the arm's base stands from where the world
-has it.  The joints are taken as they are said to stand, unless --joint-sigma lets them be corrected.
-
-The exit status is 0 where the pose is accepted, 5 where it is accepted and something is there that --fail-on names, and
-1 where it is ambiguous or refused.  For a list it is the worst of its lines: first 4 (an internal error), then 2 (wrong
-use), 3 (bad input), 1 and 5.
-"""
+"""Inspections of pictures."""
 
 from __future__ import annotations
 
@@ -27,18 +10,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from relmodel.app.cli.options import (
+    CARRIER,
     FILES,
+    FORMAT,
+    JOINTS,
+    NO_KEEP_IMAGES,
+    SEARCH,
+    WORLD,
     Listed,
-    add_format,
-    add_joint_sigmas,
-    add_joints,
-    add_pictures,
-    add_search,
     assigned,
     base_covariance,
+    joint_sigmas,
+    option,
+    pictures,
     pictures_by_camera,
     read_pairs,
     store_target,
+    verb,
     worst,
 )
 from relmodel.app.cli.output import clear_line, say
@@ -53,114 +41,119 @@ if TYPE_CHECKING:
 
 DIFFERS = 5
 LIST_COLUMNS = ("pair", "name", "verdict", "run", "outcome", "reason", "exit_status")
-EXAMPLE = "relmodel inspect --rig rig.yaml left=L.png right=R.png --prior prior.yaml --store cell.duckdb"
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--rig",
-        type=Path,
-        metavar="RIG",
-        help="cameras and where the rig has them (formats: see relmodel rig)",
-    )
-    add_pictures(parser, "the pictures, each with the name of its camera, which may be left out where the rig has one")
-    parser.add_argument(
+@verb(
+    "relmodel inspect --rig rig.yaml left=L.png right=R.png --prior prior.yaml --store cell.duckdb",
+    option("--rig", type=Path, metavar="RIG", help="cameras and where the rig has them (formats: see relmodel rig)"),
+    pictures("the pictures, each with the name of its camera, which may be left out where the rig has one"),
+    option(
         "--list",
         type=Path,
         metavar="LIST.csv",
         help="inspect what these lines name one after the other; --rig and --prior count where the list names none",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--prior",
         type=Path,
         metavar="PRIOR.yaml",
         help="where the rig is thought to be, and how surely (default: where the joints put a rig that the world "
         "mounts; else nothing is assumed)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--believe-pictures",
         action="store_true",
         help="accept a pose that the pictures show surely although it contradicts the prior (default: refuse it)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--ignore-blind-camera",
         action="store_true",
         help="answer by the other cameras where one does not see the model or its picture says nothing (default: "
         "refuse)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--needs",
         metavar="MM,DEG",
         help="how exactly the pose is needed, two standard deviations, as in 5mm,2deg (default: what the prior file "
         "says, else 3mm,0.5deg)",
-    )
-    parser.add_argument("--world", metavar="NAME", help="the world, where the store has several")
-    parser.add_argument(
+    ),
+    WORLD,
+    option(
         "--serial", metavar="SN", help="serial number of the part, by which its inspections add up (relmodel report)"
-    )
-    parser.add_argument("--operator", metavar="NAME", help="who inspects (default: the user of this machine)")
-    parser.add_argument(
+    ),
+    option("--operator", metavar="NAME", help="who inspects (default: the user of this machine)"),
+    option(
         "--against",
         nargs="?",
         const="",
         metavar="OBJECTS",
         help="say which of these loaded objects the pictures show, and where: names separated by commas (without any: "
         "all); no world is needed",
-    )
-    add_joints(parser)
-    add_joint_sigmas(
-        parser, "correct this joint too; --base-sigma-mm and --base-sigma-deg then say how well the base is known"
-    )
-    parser.add_argument(
+    ),
+    CARRIER,
+    JOINTS,
+    joint_sigmas("correct this joint too; --base-sigma-mm and --base-sigma-deg then say how well the base is known"),
+    option(
         "--base-sigma-mm",
         type=float,
         default=5.0,
         metavar="MM",
         help="how well the place of the base of the rig's arm is known, one sigma an axis: used without --prior and "
         "with --joint-sigma (default: 5)",
-    )
-    parser.add_argument(
-        "--base-sigma-deg", type=float, default=0.5, metavar="DEG", help="the same for its rotation (default: 0.5)"
-    )
-    parser.add_argument(
+    ),
+    option("--base-sigma-deg", type=float, default=0.5, metavar="DEG", help="the same for its rotation (default: 0.5)"),
+    option(
         "--stereo-method", default="pong", metavar="METHOD", help="how two pictures are matched: pong or relational"
-    )
-    add_search(parser)
-    parser.add_argument(
+    ),
+    SEARCH,
+    option(
         "--variants",
         action=argparse.BooleanOptionalAction,
         help="weigh every loaded variant of the inspected objects at the pose found, or none (default: where something "
         "is not as the model says, and they are few)",
-    )
-    parser.add_argument(
+    ),
+    option(
         "--fail-on",
         metavar="WORDS",
         help="end an accepted pose with exit status 5 where parts or features are changed, contradicted or unchecked "
         "(not confirmed or undecidable), or the pictures show another variant: a list such as changed,contradicted,"
         "variant,unchecked",
-    )
-    parser.add_argument(
-        "--overlay", type=Path, metavar="PICTURE", help="write the images with the model drawn over them"
-    )
-    parser.add_argument(
+    ),
+    option("--overlay", type=Path, metavar="PICTURE", help="write the images with the model drawn over them"),
+    option(
         "--crops",
         type=Path,
         metavar="FOLDER",
         help="write pictures of what is not as the model says, worst first, into this folder",
-    )
-    parser.add_argument(
-        "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
-    )
-    parser.add_argument(
+    ),
+    NO_KEEP_IMAGES,
+    option(
         "--audit",
         choices=("full", "minimal"),
         default="full",
         help="what is recorded: all that explains the decisions, or for sequences only the decisions (default: full)",
-    )
-    add_format(parser)
+    ),
+    FORMAT,
+)
+def inspect(args: argparse.Namespace) -> int:
+    """Inspect pictures of the cameras of a rig: say which parts are in view and where the cameras are.
 
+    One to sixteen pictures that were taken together, each with the name of its camera in the rig.  Without --prior a
+    rig that no arm carries is located by the circles that its pictures show, wherever they were taken.  With --against
+    no world is needed: the pictures are compared with each of the loaded objects that it names.
 
-def run(args: argparse.Namespace) -> int:
+    With --list the sets of pictures that a CSV file names, a line each, are inspected one after the other, which saves
+    starting anew for each.  The first line names the columns: prior, rig, overlay, crops and serial, where needed, and
+    the cameras of which there are pictures; paths are relative to the file.  Each line gives one of the answer, and one
+    that fails does not stop the others.
+
+    Where the world mounts the rig on an arm, an accepted pose also says how far the arm's base stands from where the
+    world has it.  The joints are taken as they are said to stand, unless --joint-sigma lets them be corrected.
+
+    The exit status is 0 where the pose is accepted, 5 where it is accepted and something is there that --fail-on names,
+    and 1 where it is ambiguous or refused.  For a list it is the worst of its lines: first 4 (an internal error), then
+    2 (wrong use), 3 (bad input), 1 and 5.
+    """
     from dataclasses import replace
 
     from relmodel.app.cli.progress import shown

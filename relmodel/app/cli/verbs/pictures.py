@@ -1,10 +1,4 @@
-"""Extract edges, arcs, regions, topography and relations from pictures, and draw what a stage found.
-
-Stages: edges (sub-pixel elements), linking (chains), filling (chains with gaps bridged, weak ones cleared), arcs (red
-lines, blue circular, green elliptic, yellow free, grey likely texture), junctions (arcs, their ends closed where they
-meet), regions, topography (eleven labels), relations.
-Several pictures are drawn side by side.  With --store the rows are kept there.
-"""
+"""What pictures alone show: edges, arcs, regions, and pairs of them."""
 
 from __future__ import annotations
 
@@ -14,7 +8,16 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from relmodel.app.cli.options import add_format
+from relmodel.app.cli.options import (
+    FORMAT,
+    NO_KEEP_IMAGES,
+    SEARCH,
+    option,
+    pictures,
+    pictures_by_camera,
+    store_target,
+    verb,
+)
 from relmodel.app.cli.output import say
 from relmodel.printing import print_rows
 
@@ -26,30 +29,28 @@ if TYPE_CHECKING:
     from vision.extraction.extract import Extraction
     from vision.extraction.extraction_parameters import ExtractionParameters
 
-EXAMPLE = "relmodel extract left.png right.png --stage arcs --picture arcs.png"
-
 PACKAGES = ("numba", "numpy", "opencv-python-headless", "scipy")
-
 _STAGES = ("edges", "linking", "filling", "arcs", "junctions", "regions", "topography", "relations")
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("images", nargs="+", type=Path, metavar="IMAGE", help="PNG, TIFF or JPEG, grey or colour")
-    parser.add_argument(
-        "--stage", choices=_STAGES, default="arcs", help="the stage that --picture shows (default: arcs)"
-    )
-    parser.add_argument("--picture", type=Path, metavar="PICTURE", help="draw what the stage found and write it here")
-    parser.add_argument("--mask", type=Path, metavar="IMAGE", help="look only where this picture is brighter than half")
-    parser.add_argument(
-        "--regions", choices=("leak-proof", "plain"), default="leak-proof", help="how regions are found"
-    )
-    parser.add_argument(
-        "--no-keep-images", action="store_true", help="do not keep the bytes of the images in the store"
-    )
-    add_format(parser)
+@verb(
+    "relmodel extract left.png right.png --stage arcs --picture arcs.png",
+    option("images", nargs="+", type=Path, metavar="IMAGE", help="PNG, TIFF or JPEG, grey or colour"),
+    option("--stage", choices=_STAGES, default="arcs", help="the stage that --picture shows (default: arcs)"),
+    option("--picture", type=Path, metavar="PICTURE", help="draw what the stage found and write it here"),
+    option("--mask", type=Path, metavar="IMAGE", help="look only where this picture is brighter than half"),
+    option("--regions", choices=("leak-proof", "plain"), default="leak-proof", help="how regions are found"),
+    NO_KEEP_IMAGES,
+    FORMAT,
+)
+def extract(args: argparse.Namespace) -> int:
+    """Extract edges, arcs, regions, topography and relations from pictures, and draw what a stage found.
 
-
-def run(args: argparse.Namespace) -> int:
+    Stages: edges (sub-pixel elements), linking (chains), filling (chains with gaps bridged, weak ones cleared), arcs
+    (red lines, blue circular, green elliptic, yellow free, grey likely texture), junctions (arcs, their ends closed
+    where they meet), regions, topography (eleven labels), relations.
+    Several pictures are drawn side by side.  With --store the rows are kept there.
+    """
     from relmodel.app.cli.progress import shown
     from relmodel.compiled import compile_ahead
     from relmodel.drawing.draw import check_writable, save_side_by_side
@@ -61,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
         check_writable(args.picture)
     mask = read_mask(args.mask) if args.mask else None
     parameters = ExtractionParameters(regions=RegionParameters(kind=args.regions))
-    with _run(args, parameters) as stored:
+    with _run_of(args, parameters) as stored:
         pictures = [read_picture(path) for path in args.images]
         for words in describe_reading(pictures):
             say(words)
@@ -87,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 @contextmanager
-def _run(args: argparse.Namespace, parameters: ExtractionParameters) -> Iterator[Run | None]:
+def _run_of(args: argparse.Namespace, parameters: ExtractionParameters) -> Iterator[Run | None]:
     """The run that the rows go to; None where no store is named."""
     if not args.store:
         yield None
@@ -115,3 +116,43 @@ def _keep(stored: Run, pictures: list[Picture], extractions: list[Extraction], *
             record_extraction(stored, connection, image, picture, extraction.parameters, make_rows(extraction))
 
     stored.transact(write)
+
+
+@verb(
+    "relmodel stereo --rig rig.yaml left=L.png right=R.png --method pong --store cell.duckdb",
+    option("--rig", type=Path, required=True, metavar="RIG.yaml", help="cameras and where the rig has them"),
+    pictures("the two pictures, each with the name of its camera in the rig"),
+    option("--method", default="pong", metavar="METHOD", help="pong or relational (default: pong)"),
+    SEARCH,
+    NO_KEEP_IMAGES,
+    FORMAT,
+)
+def stereo(args: argparse.Namespace) -> int:
+    """Match the pictures of two cameras of a rig: arcs and regions in pairs, and the arcs in space.
+
+    Of the answer what each camera shows stands under the camera's name.
+    No model is needed: the pair itself gives the range of depths.  The method pong uses votes of epipolar rows,
+    attributes of arcs and regions, then relations; relational uses only relations, within the epipolar geometry.
+    """
+    from relmodel.compiled import compile_ahead
+    from relmodel.store import Store
+    from vision.inspection.inspection_parameters import DEFAULTS, choose_methods
+    from vision.inspection.stereo_pair import KERNELS, match_pair
+
+    compile_ahead(KERNELS, say)
+    with Store.open(store_target(args)) as store:
+        answer = match_pair(
+            store,
+            rig=args.rig,
+            pictures=pictures_by_camera(args.pictures),
+            keep_images=not args.no_keep_images,
+            parameters=choose_methods(DEFAULTS, stereo=args.method, search=args.search),
+        )
+    for words in answer.notes:
+        say(words)
+    result = answer.matches.solved.result
+    say(f"run {answer.run}: {result.status}, cost {result.cost}, none below {result.bound}")
+    rows = answer.rows()
+    names = ("kind", *answer.cameras, "curve", "start", "end", "sigma_mm")
+    print_rows(names, ([row[name] for name in names] for row in rows), args.format)
+    return 0
