@@ -67,42 +67,17 @@ def explain(
 ) -> list[Sentence]:
     """What is said of an image arc (CAMERA:NUMBER), of a part or feature by its path, of the pose, else of the verdict.
 
-    Raises UsageError where it is not there."""
+    Raises UsageError where it is not there, and for other runs than inspections that came to a verdict."""
+    asked: dict[str, Any] = {"run": run, "camera": "", "arc": -1, "path": feature or ""}
     if arc is not None:
         camera, _, number = arc.rpartition(":")
         if not camera or not number.isdigit():
             raise UsageError(
                 f"the arc {arc} is not CAMERA:NUMBER: give the camera's name and the arc's number, as left:17"
             )
-        return explain_arc(store, run, camera, int(number))
-    if feature is not None:
-        return explain_feature(store, run, feature)
-    return (explain_pose if pose else explain_verdict)(store, run)
-
-
-def explain_verdict(store: Store, run: int) -> list[Sentence]:
-    """Why a run has its verdict: its rules, and the poses that were considered.  Raises UsageError for other runs than
-    inspections that came to a verdict."""
-    return _explain(store, run, "verdict")
-
-
-def explain_pose(store: Store, run: int) -> list[Sentence]:
-    """What the pose of a run rests on."""
-    return _explain(store, run, "pose")
-
-
-def explain_arc(store: Store, run: int, camera: str, arc: int) -> list[Sentence]:
-    """What became of an image arc.  Raises UsageError where the run has no such camera or arc."""
-    return _explain(store, run, "arc", camera=camera, arc=arc)
-
-
-def explain_feature(store: Store, run: int, path: str) -> list[Sentence]:
-    """What is said of a part or feature.  Raises UsageError where the run's world has none of that path in view."""
-    return _explain(store, run, "feature", path=path)
-
-
-def _explain(store: Store, run: int, subject: str, camera: str = "", arc: int = -1, path: str = "") -> list[Sentence]:
-    asked = {"run": run, "camera": camera, "arc": arc, "path": path}
+        subject, asked = "arc", asked | {"camera": camera, "arc": int(number), "path": ""}
+    else:
+        subject = "feature" if feature is not None else "pose" if pose else "verdict"
     with store.read() as connection:
         _check_run(store, connection, run)
         said = [
@@ -111,7 +86,7 @@ def _explain(store: Store, run: int, subject: str, camera: str = "", arc: int = 
             for row in connection.execute(sql.query(name), asked)
         ]
         if not said:
-            raise UsageError(_nothing(store, connection, run, camera, arc, path))
+            raise UsageError(_nothing(store, connection, **asked))
     return said
 
 
@@ -179,7 +154,7 @@ def compare_runs(store: Store, first: int, second: int) -> list[Difference]:
         for section in ("parameters", "versions"):
             of_both = [dict(_flat(json.loads(getattr(row, section)))) for row in recorded]
             given += _differing(section, *of_both)
-        poses = [store.rows(connection, "audit/pose", run=run) for run in (first, second)]
+        poses = [store.rows(connection, "report/pose_matrix", run_id=run) for run in (first, second)]
     part = [Difference("first step that differs", did[0].section, None, None)] if did else []
     return [*given, *part, *did, *(_poses(poses[0][0], poses[1][0]) if all(poses) else ())]
 
@@ -227,7 +202,7 @@ def _poses(first: Any, second: Any) -> list[Difference]:
     if np.array_equal(a, b) and list(first.covariance) == list(second.covariance):
         return []
     turn = rotation_vector(b[:3, :3] @ a[:3, :3].T)
-    world = _sigmas(first.world_covariance) ** 2 + _sigmas(second.world_covariance) ** 2
+    world = _sigmas(first.covariance_world) ** 2 + _sigmas(second.covariance_world) ** 2
     rig = _sigmas(first.covariance) ** 2 + _sigmas(second.covariance) ** 2
     out = [
         Difference("pose in the world", f"{axis}, mm", float(a[i, 3]), float(b[i, 3]), float(b[i, 3] - a[i, 3]), sigma)
@@ -237,7 +212,7 @@ def _poses(first: Any, second: Any) -> list[Difference]:
     shift = a[:3, :3].T @ (b[:3, 3] - a[:3, 3])
     out += _moved("pose in the rig", "shift along", shift, np.sqrt(rig[:3]), "mm")
     out += _moved("pose in the rig", "turn about", a[:3, :3].T @ turn, np.sqrt(rig[3:]), "rad")
-    for section, name in (("sigma in the world", "world_covariance"), ("sigma in the rig", "covariance")):
+    for section, name in (("sigma in the world", "covariance_world"), ("sigma in the rig", "covariance")):
         before, after = (_sigmas(getattr(row, name)).tolist() for row in (first, second))
         labels = [f"{'about ' if i > 2 else ''}{_AXES[i % 3]}, {unit}" for i, unit in enumerate(_UNITS)]
         out += [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import uuid
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from itertools import count
 from pathlib import Path
@@ -60,7 +60,8 @@ def export_run(
     written."""
     form = _form(out, (".glb", ".json", ".qif"))
     if form == ".json":
-        write_json(results, out)
+        check_writable(out, "file")
+        out.write_text(json.dumps(results_json(results), indent=1) + "\n", encoding="utf-8")
     elif form == ".qif":
         write_qif(results, out)
     elif form == ".glb":
@@ -92,8 +93,6 @@ def export_glb(store: Store, connection: Connection, tree: Tree, path: Path, pro
     Parts that share a shape in unlike colours have a geometry each, since GLB colours geometry.  Raises UsageError for
     a tree without parts, InputError where the file cannot be written.
     """
-    import trimesh
-
     check_writable(path, "file")
     if not (tree.shape_id >= 0).any():
         raise UsageError(f"{tree.name} has no geometry to write as GLB")
@@ -104,9 +103,7 @@ def export_glb(store: Store, connection: Connection, tree: Tree, path: Path, pro
     names: dict[Painted, str] = {}
     for p in parts:
         names.setdefault(painted[int(p.id)], f"{p.number} {p.shape_id} {p.colour or ''}".rstrip())
-    scene = trimesh.Scene(base_frame="world")
-    for key, mesh in painted_meshes(store, connection, names, path.name, progress).items():
-        scene.geometry[names[key]] = mesh
+    scene = painted_scene(store, connection, names, path.name, progress)
     row_of = {p: i for i, p in enumerate(tree.path)}
     for i, name in enumerate(tree.path):
         parent = name.rpartition("/")[0]
@@ -122,16 +119,17 @@ def export_glb(store: Store, connection: Connection, tree: Tree, path: Path, pro
     path.write_bytes(scene.export(file_type="glb"))
 
 
-def painted_meshes(
-    store: Store, connection: Connection, wanted: Iterable[Painted], what: str, progress: Progress = silent
-) -> dict[Painted, Any]:
-    """A mesh (trimesh, m) of each shape in each colour that it is wanted in; none of a shape without triangles."""
+def painted_scene(
+    store: Store, connection: Connection, names: Mapping[Painted, str], what: str, progress: Progress = silent
+) -> Any:
+    """A scene (trimesh, m) with a geometry of each shape in each colour that is named; none of a shape without
+    triangles."""
     import trimesh
 
+    scene = trimesh.Scene(base_frame="world")
     colours: dict[int, list[str | None]] = {}
-    for shape, colour in wanted:
+    for shape, colour in names:
         colours.setdefault(shape, []).append(colour)
-    found = {}
     for done, row in enumerate(store.rows(connection, "scene/meshes", shape_ids=sorted(colours))):
         progress(f"{what}: shapes", done, len(colours))
         mesh = trimesh.Trimesh(
@@ -147,9 +145,9 @@ def painted_meshes(
                     roughnessFactor=0.6,
                 )
             )
-            found[int(row.shape_id), colour] = one
+            scene.geometry[names[int(row.shape_id), colour]] = one
     progress(f"{what}: writing", len(colours), len(colours))
-    return found
+    return scene
 
 
 def in_metres(pose: Floats) -> Floats:
@@ -207,28 +205,18 @@ def results_json(tables: dict[str, pa.Table]) -> dict[str, Any]:
     return plain
 
 
-def write_json(tables: dict[str, pa.Table], path: Path) -> None:
-    """Write `results_json` to a file."""
-    check_writable(path, "file")
-    path.write_text(json.dumps(results_json(tables), indent=1) + "\n", encoding="utf-8")
-
-
 def write_scene(
     store: Store, connection: Connection, tables: dict[str, pa.Table], path: Path, progress: Progress = silent
 ) -> None:
     """Write a GLB of the world of an inspection, m: a node a placed part, a node `rig` at the pose found and `prior` at
     the prior, where there is one, each with the cameras below it as glTF's own, which have neither distortion nor
     principal point; `extras` have these and the verdict."""
-    import trimesh
-
     check_writable(path, "file")
     answer = results_json(tables)
     parts = store.arrow(connection, "scene/inspected", run_id=answer["run"]).to_pylist()
     painted: list[Painted] = [(int(part["shape_id"]), part["colour"]) for part in parts]
     names = {key: f"{key[0]} {key[1] or ''}".rstrip() for key in painted}
-    scene = trimesh.Scene(base_frame="world")
-    for key, mesh in painted_meshes(store, connection, names, path.name, progress).items():
-        scene.geometry[names[key]] = mesh
+    scene = painted_scene(store, connection, names, path.name, progress)
     poses = matrices({name: np.array([part[name] for part in parts], float) for name in MATRIX_COLUMNS})
     for part, key, pose in zip(parts, painted, poses, strict=True):
         geometry = names[key] if names[key] in scene.geometry else None
@@ -273,17 +261,17 @@ def _calibration(camera: dict[str, Any]) -> dict[str, Any]:
 def _plain_row(table: str, row: dict[str, Any]) -> dict[str, Any]:
     """A row with its transform as 4x4 and covariance as 6x6, and times as text, without what the top says already."""
     above = () if table == "inspection" else _CARRIED
-    out = {name: _plain(value) for name, value in row.items() if name not in (*MATRIX_COLUMNS, *above)}
+    out = {
+        name: value.isoformat() if isinstance(value, datetime) else value
+        for name, value in row.items()
+        if name not in (*MATRIX_COLUMNS, *above)
+    }
     if table in _TRANSFORMS:
         stated = {name: np.array([row[name]]) for name in MATRIX_COLUMNS if row[name] is not None}
         out[_TRANSFORMS[table]] = matrices(stated)[0].tolist() if stated else None
     if row.get("covariance") is not None:
         out["covariance"] = np.reshape(row["covariance"], (6, 6)).tolist()
     return out
-
-
-def _plain(value: Any) -> Any:
-    return value.isoformat() if isinstance(value, datetime) else value
 
 
 # What an inspection found as a results document of QIF 3 (ISO 23952): characteristics with nominal, limit and result.
@@ -431,8 +419,6 @@ FORMS = ("parquet", "csv")
 
 def read_tables(store: Store, connection: Connection, tree: Tree) -> dict[str, pa.Table]:
     """Placed parts, parts, features, surfaces and arcs of an object, by name of the table; rows say of which store."""
-    import pyarrow as pa
-
     placed = np.flatnonzero(tree.part_id >= 0)
     part_ids = [int(i) for i in np.unique(tree.part_id[placed])]
     shape_ids = [int(i) for i in np.unique(tree.shape_id[placed])]
@@ -458,8 +444,6 @@ def of_store(
     store: Store, connection: Connection, tables: Mapping[str, pa.Table], **others: object
 ) -> dict[str, pa.Table]:
     """Tables whose every row carries store_id and cell, and the values of the `others`, where it does not already."""
-    import pyarrow as pa
-
     carried = {**store.rows(connection, "store/identity")[0]._mapping, **others}
     out = {}
     for name, table in tables.items():
@@ -502,7 +486,6 @@ def write_tables(tables: Mapping[str, pa.Table], folder: Path, form: str, progre
 
 def _stores_in(file: Path, form: str) -> set[str | None]:
     """The stores whose rows a file holds; None is one where it holds others."""
-    import pyarrow as pa
     from pyarrow import dataset
 
     try:
@@ -516,7 +499,6 @@ def _stores_in(file: Path, form: str) -> set[str | None]:
 def _as_text(table: pa.Table) -> pa.Table:
     """A table that CSV can hold: lists as JSON, and an apostrophe before text that a spreadsheet would take for a
     formula."""
-    import pyarrow as pa
     from pyarrow import compute
 
     for number, field in enumerate(table.schema):

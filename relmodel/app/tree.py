@@ -75,7 +75,10 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
     for r in store.rows(connection, "object/findings", **named):
         findings.setdefault(_WHOLE if r.part_id is None else int(r.part_id), []).append(f"{r.kind} {r.how_many}")
     below = _below(tree.depth)
-    masses = _masses(tree, parts)
+    # NaN where it is not known, 0 of objects
+    masses = np.array(
+        [0.0 if p < 0 else np.nan if parts[p].mass is None else parts[p].mass for p in tree.part_id.tolist()]
+    )
     placed = np.concatenate([[0], np.cumsum(tree.part_id >= 0)])
     rows: list[dict[str, Any]] = [
         {
@@ -133,15 +136,6 @@ def alike(tree: Tree) -> tuple[Ints, Ints]:
         count[at[first]] = how_many
     rows = np.flatnonzero(shown)
     return rows, count[rows]
-
-
-def _masses(tree: Tree, parts: dict[int, Any]) -> Floats:
-    """Mass of each part in the tree, kg; NaN where it is not known, 0 of objects."""
-    out = np.zeros(len(tree.part_id))
-    for i in np.flatnonzero(tree.part_id >= 0).tolist():
-        part = parts[int(tree.part_id[i])]
-        out[i] = np.nan if part.mass is None else part.mass
-    return out
 
 
 def _mass(masses: Floats) -> float | None:

@@ -131,16 +131,13 @@ def diff_page(
         for r in changes
         if r.level != "surface"
     ]
-    counts = store.rows(connection, "report/change_counts", comparison_id=comparison)
+    counts = read_table(connection, "How much differs", "report/change_counts", comparison_id=comparison)
     facts = [
         (f"{r.level}s {r.status}", str(r.how_many), "")
-        for r in counts
+        for r in counts.rows
         if r.level != "surface" and r.status in _COLOURED
     ]
-    tables = [
-        read_table(connection, "How much differs", "report/change_counts", comparison_id=comparison),
-        read_table(connection, "What differs", "compare/changes", comparison_id=comparison),
-    ]
+    changed = read_table(connection, "What differs", "compare/changes", comparison_id=comparison)
     title = " → ".join(" ".join(filter(None, named)) for named in (before, after))
     return render_linked(
         store,
@@ -152,7 +149,7 @@ def diff_page(
         facts=facts,
         items_title="What differs",
         legend=[(status, status) for status in _COLOURED],
-        sections=[("Differences", tables)],
+        sections=[("Differences", [counts, changed])],
     )
 
 
@@ -257,8 +254,8 @@ def serial_page(store: Store, connection: Connection, serial: str, around: Mappi
         raise UsageError(f"no inspection was of the part {serial}: relmodel inspect --serial names it")
     tables = serial_tables(connection, serial)
     stops = [(int(row[0]), str(row[2])) for row in tables["serial_stops"].rows]
-    rows = store.rows(connection, "report/serial_states", serial=serial)
-    cards = _cards(store, connection, serial)
+    rows = tables["serial_states"].rows
+    cards = _cards(store, connection, tables["serial_findings"].rows)
     drawn, part_of = _scene(store, connection, serial, rows, stops, sorted({card.run for card in cards}))
     entries = _entries_of_part(rows, cards, part_of)
     rest, passed = group_rest(rows)
@@ -290,10 +287,10 @@ def serial_page(store: Store, connection: Connection, serial: str, around: Mappi
     )
 
 
-def _cards(store: Store, connection: Connection, serial: str) -> list[Card]:
+def _cards(store: Store, connection: Connection, rows: Sequence[Any]) -> list[Card]:
     """Findings of all stops, numbered on this page."""
     by_run: dict[int, dict[int, int]] = defaultdict(dict)
-    for no, row in enumerate(store.rows(connection, "report/serial_findings", serial=serial), 1):
+    for no, row in enumerate(rows, 1):
         by_run[int(row.run_id)][row.finding_no] = no
     cards: list[Card] = []
     for run, numbers in by_run.items():

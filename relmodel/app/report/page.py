@@ -44,7 +44,7 @@ class PageTable:
 
     title: str
     columns: Sequence[str]
-    rows: Sequence[Sequence[Any]]
+    rows: Sequence[Any]
     query: str = ""
     parameters: Mapping[str, Any] = field(default_factory=dict)
     caption: str = ""
@@ -55,7 +55,12 @@ class PageTable:
     marks: Sequence[str] | None = None
 
     @property
-    def shown(self) -> Sequence[Sequence[Any]]:
+    def records(self) -> list[dict[str, Any]]:
+        """The rows by column."""
+        return [dict(zip(self.columns, row, strict=True)) for row in self.rows]
+
+    @property
+    def shown(self) -> Sequence[Any]:
         return self.rows[:ROWS_SHOWN] if self.query else self.rows
 
     @property

@@ -63,8 +63,8 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     Raises UsageError where there is no such run.
     """
     row = find_run(store, connection, run)
-    pose = next(iter(store.rows(connection, "report/pose", run_id=run)), None)
-    prior = next(iter(store.rows(connection, "report/prior", run_id=run)), None)
+    tables = run_tables(store, connection, run)
+    pose, prior = (next(iter(tables[name].rows), None) for name in ("pose", "prior"))
     seen = read_seen(store, connection, run)
     pictures = read_pictures(store, connection, run, seen)
     scene, part_of = run_scene(store, connection, run)
@@ -80,7 +80,7 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         variants = store.rows(connection, "why/verdict/15_variants", run=run)
         reason = "; ".join([reason, *(r.sentence for r in (*shown, *variants))])
     drawn = Markup("").join(p.drawing for p in pictures)
-    rest, passed = group_rest(store.rows(connection, "report/states", run_id=run))
+    rest, passed = group_rest(tables["states"].rows)
     return render_linked(
         store,
         items,
@@ -93,7 +93,7 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         word=word,
         mood=mood,
         reason=reason,
-        facts=_facts(store, connection, run, row, pose, prior, items),
+        facts=_facts(tables, row, pose, prior, items),
         sheet=read_sheet(store, connection, run),
         cards=read_cards(store, connection, run, seen),
         chosen={e.key: n for n, e in enumerate(items)},
@@ -106,7 +106,7 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         states=[s for s in STATES if f" state-{s}" in drawn],
         items_title="In view",
         legend=LEGEND,
-        sections=_sections(store, connection, run, pictures),
+        sections=_sections(store, connection, run, pictures, tables),
     )
 
 
@@ -131,12 +131,12 @@ _KINDS = {
 
 
 def _facts(
-    store: Store, connection: Connection, run: int, row: Any, pose: Any, prior: Any, items: list[Entry]
+    tables: Mapping[str, PageTable], row: Any, pose: Any, prior: Any, items: list[Entry]
 ) -> list[tuple[str, str, str]]:
     """Name, value and note of what the head of the page says."""
-    facts = checked(store, connection, run, items)
+    facts = checked(tables["checked"].rows, items)
     if pose is not None and prior is not None:
-        for r in store.rows(connection, "report/rules", run_id=run):
+        for r in tables["rules"].rows:
             if r.rule in _PRECISION:
                 words, unit = _PRECISION[r.rule]
                 facts.append((words, f"{r.value:.2g}{unit}", f"{r.gate:g}{unit} needed"))
@@ -224,9 +224,8 @@ def run_tables(store: Store, connection: Connection, run: int) -> dict[str, Page
 
 
 def _sections(
-    store: Store, connection: Connection, run: int, pictures: list[RunPicture]
+    store: Store, connection: Connection, run: int, pictures: list[RunPicture], tables: dict[str, PageTable]
 ) -> list[tuple[str, list[Any]]]:
-    tables = run_tables(store, connection, run)
     number = {p.camera: i for i, p in enumerate(pictures)}
     for name in ("unexplained", "matched", "rejected"):
         tables[name] = replace(tables[name], marks=_marks(tables[name], number))
@@ -475,13 +474,10 @@ def read_entries(
     ]
 
 
-def checked(store: Store, connection: Connection, run: int, entries: Sequence[Entry]) -> list[tuple[str, str, str]]:
+def checked(rows: Sequence[Any], entries: Sequence[Entry]) -> list[tuple[str, str, str]]:
     """Name, value and note: how much is in view, and how much of it was checked."""
-    checked_rows = store.rows(connection, "report/checked", run_id=run)
-    if checked_rows:
-        return [
-            (f"{r.level}s checked", f"{r.checked} of {r.in_view}", f"{r.confirmed} as modelled") for r in checked_rows
-        ]
+    if rows:
+        return [(f"{r.level}s checked", f"{r.checked} of {r.in_view}", f"{r.confirmed} as modelled") for r in rows]
     features = sum(e.surfaces is not None for e in entries)
     return [("in view", f"{len(entries) - features} parts", f"and {features} features")] if entries else []
 
@@ -502,18 +498,18 @@ def run_scene(store: Store, connection: Connection, run: int) -> tuple[dict[str,
     colours = ["seen" if it else "plain" for it in rows["in_view"]]
     shape_id = np.asarray(rows["shape_id"], np.int64)
     shapes, parts, kept = place_parts(store, connection, shape_id, rows["path"], matrices(rows), colours)
-    lines, views = _cameras(store, connection, run, priors[0])
+    poses = store.rows(connection, "report/pose_matrix", run_id=run)
+    lines, views = _cameras(store, connection, run, priors[0], poses)
     part_of = {int(rows["id"][row]): i for i, row in enumerate(kept)}
-    seen_from = next(
-        (p for p in (priors[0], *store.rows(connection, "report/pose_matrix", run_id=run)) if p.m00 is not None), None
-    )
+    seen_from = next((p for p in (priors[0], *poses) if p.m00 is not None), None)
     back = np.array([0.0, 0.0, 1.0]) if seen_from is None else -pose_matrix(seen_from)[:3, 2]
     return scene(shapes, parts, lines, views, back=back), part_of
 
 
-def _cameras(store: Store, connection: Connection, run: int, prior: Any) -> tuple[list[Lines], list[dict[str, Any]]]:
+def _cameras(
+    store: Store, connection: Connection, run: int, prior: Any, poses: Sequence[Any]
+) -> tuple[list[Lines], list[dict[str, Any]]]:
     """Pyramids of the cameras at the prior and at the pose found, ellipsoids about the rig; what cameras see."""
-    poses = store.rows(connection, "report/pose_matrix", run_id=run)
     cameras = store.rows(connection, "report/rig_cameras", run_id=run)
     mean = store.rows(connection, "report/look", run_id=run)[0]
     lines: list[Lines] = []
@@ -527,7 +523,7 @@ def _cameras(store: Store, connection: Connection, run: int, prior: Any) -> tupl
         at: list[float] = []
         for camera in cameras:
             world_from_camera = world_from_rig @ pose_matrix(camera)
-            matrix = camera_matrix(camera)
+            matrix = np.array([[camera.fx, camera.skew, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1.0]])
             at += camera_lines(world_from_camera, matrix, camera.width, camera.height, _DEPTH * depth)
             if colour == "pose" or not poses:
                 views.append(view(camera, world_from_camera, depth, camera.camera))
@@ -564,8 +560,3 @@ def finding_views(store: Store, connection: Connection, run: int) -> list[dict[s
 def view_name(run: int, camera: str) -> str:
     """The name of a view among those of several runs."""
     return f"run {run} {camera}"
-
-
-def camera_matrix(camera: Any) -> Floats:
-    """(3, 3), px."""
-    return np.array([[camera.fx, camera.skew, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1.0]])

@@ -130,9 +130,7 @@ def _listing(store: Store, connection: Connection, name: str, asked: Mapping[str
     if name == "/over-time":
         _takes(asked)
         table = _table(connection, "Over time", "serve/over_time")
-        return Listing(
-            "Over time", table, links=[_history_of(dict(zip(table.columns, r, strict=True))) for r in table.rows]
-        )
+        return Listing("Over time", table, links=[_history_of(row) for row in table.records])
     if name == "/size":
         return _size(connection, asked)
     if name == "/camera":
@@ -184,13 +182,14 @@ def _runs(store: Store, connection: Connection, asked: Mapping[str, str], whole:
     # Without a filter the newest are enough; what a filter finds may lie anywhere.
     low = 0 if whole or any(given.values()) else max(high - ROWS_SHOWN, 0)
     table = _table(connection, "Runs", "run/runs", most=None if whole else ROWS_SHOWN + 1, **given, low=low, high=high)
-    kept = table.rows if whole else table.rows[:ROWS_SHOWN]
-    older = ""
-    if len(kept) < len(table.rows) or low > 0:
-        last = kept[-1][0] if len(kept) < len(table.rows) else low
+    found, older = len(table.rows), ""
+    table = table if whole else replace(table, rows=table.rows[:ROWS_SHOWN])
+    runs = [int(r[0]) for r in table.rows]
+    if len(runs) < found or low > 0:
+        last = runs[-1] if len(runs) < found else low
         older = f"/?{urlencode({**{n: v for n, v in given.items() if v}, 'before': last})}"
     if not whole:
-        short = [_in_short(dict(zip(table.columns, r, strict=True))) for r in kept]
+        short = map(_in_short, table.records)
         table = replace(table, columns=_RUN_COLUMNS, rows=[[row[c] for c in _RUN_COLUMNS] for row in short])
     choices = {
         "kind": ("load", "world", "index", "diff", "extract", "inspect", "set", "decide"),
@@ -199,7 +198,6 @@ def _runs(store: Store, connection: Connection, asked: Mapping[str, str], whole:
         "part": ("as modelled", "deviates", "another variant", "not enough seen"),
     }
     fields = [Field(n, asked.get(n, ""), ("", *choices[n]) if n in choices else ()) for n in given]
-    runs = [int(r[0]) for r in kept]
     return Listing(
         "Runs",
         table,
@@ -267,7 +265,7 @@ def _size(connection: Connection, asked: Mapping[str, str]) -> Listing:
     _takes(asked, "path", "what")
     path, what = asked.get("path", ""), asked.get("what", "diameter")
     table = _table(connection, f"{what} of {path}", "serve/size_over_time", path=path, what=what)
-    rows = [dict(zip(table.columns, r, strict=True)) for r in table.rows]
+    rows = table.records
     fields = [Field("path", path), Field("what", what, ("diameter", "thickness", "width", "shift"))]
     plots = (
         [history([Point(f"/run/{r['run']}", *_point(r), r["changed"]) for r in rows], rows[0]["unit"])] if rows else []
@@ -281,7 +279,7 @@ def _camera(connection: Connection, asked: Mapping[str, str]) -> Listing:
     table = _table(
         connection, f"Residual of camera {name} of rig {rig}", "serve/camera_over_time", rig=rig, camera=name
     )
-    rows = [dict(zip(table.columns, r, strict=True)) for r in table.rows]
+    rows = table.records
     plots = [history([Point(f"/run/{r['run']}", *_point(r)) for r in rows], "px")] if rows else []
     fields = [Field("rig", str(rig)), Field("name", name)]
     return Listing(table.title, table, fields, [f"/run/{r[0]}" for r in table.rows], plots=plots)
@@ -292,7 +290,7 @@ def _rig(connection: Connection, asked: Mapping[str, str]) -> Listing:
     _takes(asked, "rig")
     rig = int(finite("rig", asked.get("rig", "")))
     table = _table(connection, f"Rig {rig} over time", "serve/rig_over_time", rig=rig)
-    rows = [dict(zip(table.columns, r, strict=True)) for r in table.rows]
+    rows = table.records
     plots = []
     for quantity, group in groupby(rows, key=itemgetter("quantity")):
         own = list(group)

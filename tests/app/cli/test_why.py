@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 
-from relmodel.app.audit import Difference, compare_runs, explain_arc, explain_feature, explain_pose, explain_verdict
+from relmodel.app.audit import Difference, compare_runs, explain
 from relmodel.app.cli.main import main
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import rotation_matrix
@@ -50,7 +50,7 @@ def test_each_arc_has_one_decision_and_a_sentence(of_engine: Inspection) -> None
         assert len(model) == counts[0][0]
         assert sum(r.image_arcs for r in model) == len(taken)
         camera, arc = next((r.camera, r.image_arc_no) for r in decided if r.matched)
-        said = explain_arc(store, run, camera, arc)
+        said = explain(store, run, arc=f"{camera}:{arc}")
         assert said[0].sentence.startswith(f"image arc {arc} of the {camera} picture is ")
         assert said[1].topic == "correspondence"
         assert said[1].sentence.startswith("it is the ")
@@ -61,7 +61,7 @@ def test_each_arc_has_one_decision_and_a_sentence(of_engine: Inspection) -> None
 def test_verdict_pose_and_parts_are_explained(of_engine: Inspection) -> None:
     answer = of_engine.answer
     with Store.open(of_engine.store, read_only=True) as store:
-        verdict = explain_verdict(store, answer["run"])
+        verdict = explain(store, answer["run"])
         assert [one.sentence for one in verdict[:2]] == [
             f"run {answer['run']}: {answer['outcome']['words']}",
             f"the pose is {answer['verdict']}: {answer['reason']}",
@@ -71,12 +71,12 @@ def test_verdict_pose_and_parts_are_explained(of_engine: Inspection) -> None:
         assert all(rule.startswith("passed") for rule in rules)
         assert f"known to {2 * answer['sigma']['translation_mm']:.3f} mm (two sigma" in rules[3]
         assert len([one for one in verdict if one.topic == "hypotheses"]) == len(answer["hypotheses"])
-        pose = " ".join(one.sentence for one in explain_pose(store, answer["run"]))
+        pose = " ".join(one.sentence for one in explain(store, answer["run"], pose=True))
         for value in np.array(answer["world_from_rig"])[:3, 3]:
             assert f"{value:.3f}" in pose
         assert "measured on" in pose
         for part in answer["parts_in_view"]:
-            (first, *_) = explain_feature(store, answer["run"], part["path"])
+            (first, *_) = explain(store, answer["run"], feature=part["path"])
             assert f"{part['path']} ({part['level']}) is in view" in first.sentence
             shown = float(re.search(r"([\d.]+) percent of what", first.sentence)[1])  # type: ignore[index]
             assert shown == pytest.approx(100 * part["visible_share"], abs=0.06)
@@ -88,7 +88,7 @@ def test_a_state_is_told_as_the_answer_has_it(of_engine: Inspection) -> None:
     assert items
     with Store.open(of_engine.store, read_only=True) as store:
         for item in items:
-            said = explain_feature(store, answer["run"], item["path"])
+            said = explain(store, answer["run"], feature=item["path"])
             (state, *of_cameras) = (one.sentence for one in said if one.topic == "presence")
             assert f"it is {item['state'].replace('_', ' ')} ({item['qif']}): {item['reason']}" in state
             assert len(of_cameras) == len(item["cameras"])
