@@ -160,11 +160,11 @@ class OpenStore(Store):
 
     def results(self, run: int | None = None) -> dict[str, Table]:
         """The tables of what an inspection found, by name; without `run` of the newest."""
-        from relmodel.app.audit import newest_inspection
+        from relmodel.app.audit import run_named
         from relmodel.app.export import read_results
 
         with self.read() as connection:
-            tables = read_results(self, connection, newest_inspection(self, connection) if run is None else run)
+            tables = read_results(self, connection, run_named(self, connection, run))
         return {name: Table(found) for name, found in tables.items()}
 
     def report(self, out: str | Path, **of: Unpack[Subject]) -> Path:
@@ -191,28 +191,27 @@ class OpenStore(Store):
 
         Any other name is a folder for tables, `parquet` or `csv`.  Returns the files.
         """
-        from relmodel.app.audit import newest_inspection
+        from relmodel.app.audit import run_named
         from relmodel.app.export import export_object, export_run, read_results
 
         with self.read() as connection:
             if object is not None:
                 return export_object(self, connection, object, variant, Path(out), tables)
-            results = read_results(self, connection, newest_inspection(self, connection) if run is None else run)
+            results = read_results(self, connection, run_named(self, connection, run))
             return export_run(self, connection, results, Path(out), tables)
 
     def accept(self, finding: int, *, by: str, note: str, run: int | None = None) -> str:
         """Record that the part may be used with a finding of an inspection (without `run` of the newest).  Returns a
         sentence that says what was decided."""
-        return self._decide("accepted", finding, by, note, run)
+        from relmodel.app.decide import decide
+
+        return decide(self, run, finding, "accepted", by, note)
 
     def reject(self, finding: int, *, by: str, note: str, run: int | None = None) -> str:
         """Record that the part must not be used with a finding, as `accept`."""
-        return self._decide("rejected", finding, by, note, run)
-
-    def _decide(self, decision: str, finding: int, by: str, note: str, run: int | None) -> str:
         from relmodel.app.decide import decide
 
-        return decide(self, None if run is None else str(run), finding, decision, by, note)
+        return decide(self, run, finding, "rejected", by, note)
 
     def why(
         self, run: int | None = None, *, pose: bool = False, arc: str | None = None, feature: str | None = None
@@ -221,13 +220,9 @@ class OpenStore(Store):
 
         The sentences are about its verdict, its pose, an image arc (CAMERA:NUMBER), or a part or feature by its path.
         """
-        from relmodel.app.audit import Sentence, explain, newest_inspection
+        from relmodel.app.audit import Sentence, explain
 
-        if run is None:
-            with self.read() as connection:
-                run = newest_inspection(self, connection)
-        said = explain(self, run, pose=pose, arc=arc, feature=feature)
-        return table_of(Sentence._fields, said)
+        return table_of(Sentence._fields, explain(self, run, pose=pose, arc=arc, feature=feature))
 
     def diff(self, before: str, after: str, *, object: str | None = None, reach: float = REACH) -> Table:
         """What differs between two variants of `object`, or between two OBJECT:VARIANT: one row a difference.

@@ -21,20 +21,17 @@ from relmodel.names import nearest_name
 from relmodel.store import Run, Store, sql
 
 
-def run_named(store: Store, connection: Connection, name: str | None) -> int:
+def run_named(store: Store, connection: Connection, name: int | str | None) -> int:
     """The run of that number; of `last`, or where no name is given, the newest inspection.
 
     Raises UsageError for another name, and where there is no inspection.
     """
-    if name is None or name == "last":
-        return newest_inspection(store, connection)
-    if not name.isdecimal():
-        raise UsageError(f"{name} names no run: give its number, or last")
-    return int(name)
-
-
-def newest_inspection(store: Store, connection: Connection) -> int:
-    """The newest inspection of the store.  Raises UsageError where there is none."""
+    if isinstance(name, int):
+        return name
+    if name is not None and name != "last":
+        if not name.isdecimal():
+            raise UsageError(f"{name} names no run: give its number, or last")
+        return int(name)
     found = store.rows(connection, "audit/newest_inspection")
     if not found:
         raise UsageError(f"the store {store.name} holds no inspection: name a run, as relmodel runs numbers them")
@@ -63,27 +60,29 @@ class Sentence(NamedTuple):
 
 
 def explain(
-    store: Store, run: int, *, pose: bool = False, arc: str | None = None, feature: str | None = None
+    store: Store, name: int | str | None, *, pose: bool = False, arc: str | None = None, feature: str | None = None
 ) -> list[Sentence]:
-    """What is said of an image arc (CAMERA:NUMBER), of a part or feature by its path, of the pose, else of the verdict.
+    """What a run, as `run_named` finds it, says of an image arc (CAMERA:NUMBER), of a part or feature by its path, of
+    the pose, else of the verdict.
 
     Raises UsageError where it is not there, and for other runs than inspections that came to a verdict."""
-    asked: dict[str, Any] = {"run": run, "camera": "", "arc": -1, "path": feature or ""}
+    asked: dict[str, Any] = {"camera": "", "arc": -1, "path": feature or ""}
     if arc is not None:
         camera, _, number = arc.rpartition(":")
         if not camera or not number.isdigit():
             raise UsageError(
                 f"the arc {arc} is not CAMERA:NUMBER: give the camera's name and the arc's number, as left:17"
             )
-        subject, asked = "arc", asked | {"camera": camera, "arc": int(number), "path": ""}
+        subject, asked = "arc", {"camera": camera, "arc": int(number), "path": ""}
     else:
         subject = "feature" if feature is not None else "pose" if pose else "verdict"
     with store.read() as connection:
-        _check_run(store, connection, run)
+        asked["run"] = run_named(store, connection, name)
+        _check_run(store, connection, asked["run"])
         said = [
-            Sentence(name.rpartition("/")[2].partition("_")[2], str(row.sentence))
-            for name in sql.query_names(f"why/{subject}")
-            for row in connection.execute(sql.query(name), asked)
+            Sentence(query.rpartition("/")[2].partition("_")[2], str(row.sentence))
+            for query in sql.query_names(f"why/{subject}")
+            for row in connection.execute(sql.query(query), asked)
         ]
         if not said:
             raise UsageError(_nothing(store, connection, **asked))

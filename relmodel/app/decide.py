@@ -12,7 +12,7 @@ from relmodel.store import Run, Store
 _LONGEST_REASON = 2000  # characters
 
 
-def decide(store: Store, number: str | None, finding: int, decision: str, by: str, note: str) -> str:
+def decide(store: Store, number: int | str | None, finding: int, decision: str, by: str, note: str) -> str:
     """Record that a finding of a run (None: the newest inspection) is accepted or rejected; what was decided, in words.
 
     Raises UsageError where there is no such finding, and where name or note are empty.

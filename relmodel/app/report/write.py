@@ -62,7 +62,7 @@ def write_report(store: Store, out: Path, of: Subject, progress: Progress = sile
             return f"part {serial}"
         from relmodel.app.audit import run_named
 
-        number = run_named(store, connection, None if run is None else str(run))
+        number = run_named(store, connection, run)
         write_page(out, lambda: run_page(store, connection, number))
         return f"run {number}"
 

@@ -12,7 +12,7 @@ import pytest
 import sqlalchemy as sa
 
 import relmodel
-from relmodel.app.audit import Pruning, newest_inspection, prune
+from relmodel.app.audit import Pruning, prune, run_named
 from relmodel.app.cli.main import main
 from relmodel.app.decide import decide
 from relmodel.arrays import Ragged
@@ -260,7 +260,7 @@ def headline(store: Store, serial: str = "SN1") -> list[Any]:
 
 def newest(target: str) -> int:
     with Store.open(target, read_only=True) as store, store.read() as connection:
-        return newest_inspection(store, connection)
+        return run_named(store, connection, None)
 
 
 def test_stops_that_failed_or_were_pruned_are_counted_with_the_reason(

@@ -281,7 +281,7 @@ def test_a_statement_gives_json_whatever_its_numbers(fresh_store: str, capsys: p
 def test_a_missing_library_is_said_with_its_package(
     library: str, package: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def fail(_: object) -> None:
+    def fail(_: object) -> int:
         raise ImportError(f"{library}: cannot open shared object file: No such file or directory")
 
     monkeypatch.setitem(options.VERBS, "schema", replace(declared("schema"), run=fail))

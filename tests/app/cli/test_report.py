@@ -18,7 +18,7 @@ import pytest
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
-from relmodel.app.audit import newest_inspection
+from relmodel.app.audit import run_named
 from relmodel.app.cli.main import main
 from relmodel.app.report.pictures import pose_matrix, pose_spread
 from relmodel.errors import UsageError
@@ -312,7 +312,7 @@ def test_what_is_not_there_is_said(duckdb_file: Path, tmp_path: Path, capsys: py
     assert "holds no inspection" in capsys.readouterr().err
     assert not (tmp_path / "x.html").exists()
     with Store.open(duckdb_file) as store, store.read() as connection, pytest.raises(UsageError):
-        newest_inspection(store, connection)
+        run_named(store, connection, None)
     assert main(["report", "7", "-o", str(tmp_path / "no/x.html"), "--store", str(duckdb_file)]) == 3
 
 

@@ -296,19 +296,15 @@ def print_answer(answer: Inspection, form: str) -> None:
     if answer.presence is not None:
         names += ["state", "reason"]
         states = {item["path"]: item for item in describe(answer.presence)["items"]}
-        rows = [[*row, *words_of(states.get(row[0]))] for row in rows]
+        said = [states.get(row[0], {}) for row in rows]  # nothing of parts that are no reference
+        rows = [[*row, item.get("state"), item.get("reason")] for row, item in zip(rows, said, strict=True)]
     print_rows(names, rows, form, width=WIDTH)
     sys.stdout.flush()  # where both go to one file, what follows stands last
     for words in answer.notes:
         say(words)
-    say(
-        f"{len(answer.selection.shown)} parts of the world were looked for"
-        + (
-            f"; {answer.selection.superfluous} of them are shown by no pose sampled about the prior"
-            if answer.selection.superfluous
-            else ""
-        )
-    )
+    unseen = answer.selection.superfluous
+    beyond = f"; {unseen} of them are shown by no pose sampled about the prior" if unseen else ""
+    say(f"{len(answer.selection.shown)} parts of the world were looked for{beyond}")
     if answer.world_from_rig is not None:
         if not answer.outcome.is_usable:
             say(f"the best hypothesis, not accepted (probability {answer.posterior:.1%}):")
@@ -326,11 +322,6 @@ def print_answer(answer: Inspection, form: str) -> None:
     for words in answer.outcome.refusal:
         say(words)
     say(f"run {answer.run}: {answer.outcome.words}")
-
-
-def words_of(item: dict[str, Any] | None) -> tuple[str | None, str | None]:
-    """State and reason of an item in view; None for parts that are no reference."""
-    return (None, None) if item is None else (item["state"], item["reason"])
 
 
 def _correction_words(it: Correction) -> list[str]:

@@ -81,13 +81,11 @@ def why(args: argparse.Namespace) -> int:
     Of its verdict (default), its pose, an image arc (CAMERA:NUMBER), or a part or feature (its path, as parts in view
     are listed).  The views why_arc, why_verdict, why_hypothesis and why_part have the same for SQL.
     """
-    from relmodel.app.audit import Sentence, explain, run_named
+    from relmodel.app.audit import Sentence, explain
     from relmodel.store import Store
 
     with Store.open(store_target(args), read_only=True) as store:
-        with store.read() as connection:
-            number = run_named(store, connection, args.number)
-        said = explain(store, number, pose=args.pose, arc=args.arc, feature=args.feature)
+        said = explain(store, args.number, pose=args.pose, arc=args.arc, feature=args.feature)
     if args.format == "table":
         for one in said:
             print(visible(one.sentence))
