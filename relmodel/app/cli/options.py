@@ -16,6 +16,7 @@ from relmodel.names import read_text
 
 if TYPE_CHECKING:
     from relmodel.arrays import Floats
+    from relmodel.store import Store
 
 
 Option = Callable[[argparse._ActionsContainer], object]
@@ -125,6 +126,13 @@ def store_target(args: argparse.Namespace) -> str:
     if not target:
         raise UsageError("no store is named: give --store FILE-or-URL or set RELMODEL_STORE")
     return str(target)
+
+
+def open_store(args: argparse.Namespace, *, read_only: bool = False) -> Store:
+    """The store that the call names."""
+    from relmodel.store import Store
+
+    return Store.open(store_target(args), read_only=read_only)
 
 
 def pictures_by_camera(words: Sequence[str]) -> dict[str, Path]:

@@ -18,8 +18,8 @@ from relmodel.app.cli.options import (
     base_covariance,
     joint_sigmas,
     one_of,
+    open_store,
     option,
-    store_target,
     verb,
 )
 from relmodel.app.cli.output import print_folded, say
@@ -42,10 +42,9 @@ if TYPE_CHECKING:
 def world(args: argparse.Namespace) -> int:
     """Place objects in a world, as a world file says."""
     from relmodel.app.cli.progress import shown
-    from relmodel.store import Store
     from vision.cameras.record import place_world_with_rigs
 
-    with Store.open(store_target(args)) as store, shown(store) as progress:
+    with open_store(args) as store, shown(store) as progress:
         report = place_world_with_rigs(store, args.file, progress)
     say(
         f"{report.world}, revision {report.revision}: {report.status} (run {report.run_id}); "
@@ -129,14 +128,13 @@ def where(args: argparse.Namespace) -> int:
     """
     import yaml
 
-    from relmodel.store import Store
     from relmodel.world.kinematics import mounted_rig
 
     if args.joint_sigma and not args.found:
         raise UsageError("--joint-sigma says how joints are corrected: give it with --found")
     if not (args.sigma_mm > 0 and args.sigma_deg > 0):
         raise UsageError("--sigma-mm and --sigma-deg must be above zero: a pose is never certain")
-    with Store.open(store_target(args), read_only=True) as store:
+    with open_store(args, read_only=True) as store:
         rig = mounted_rig(store, args.rig, world=args.world, on=args.on).moved(assigned(args.set, "--set"))
     if args.found:
         answer = _correction(rig, args)
@@ -197,10 +195,9 @@ def plan(args: argparse.Namespace) -> int:
     """
     from relmodel.app.cli.progress import shown
     from relmodel.app.propose import propose_views
-    from relmodel.store import Store
     from vision.planning import Wanted
 
-    with Store.open(store_target(args), read_only=True) as store, shown(store) as progress:
+    with open_store(args, read_only=True) as store, shown(store) as progress:
         wanted = Wanted(
             serial=args.serial,
             object=args.object,
@@ -316,7 +313,6 @@ def find(args: argparse.Namespace) -> int:
     Without --level: parts and their features.  Where nothing is found the nearest part is named.
     """
     from relmodel.find.find import BOX_COLUMNS, find_rows
-    from relmodel.store import Store
 
     _check_options(args)
     if args.near_to or args.near_to_part:
@@ -325,7 +321,7 @@ def find(args: argparse.Namespace) -> int:
     volumes = _views(args, rig, prior) if rig else [_volume(args)]
     asked = {"level": args.level, "world": args.world, "precision": args.precision}
     asked |= {"wholly": args.wholly}
-    with Store.open(store_target(args), read_only=True) as store:
+    with open_store(args, read_only=True) as store:
         if not (rig and prior):
             found = {row for volume in volumes for row in find_rows(store, volume, **asked)}
         else:
@@ -425,14 +421,13 @@ def _by_probability(
 
 def _nearest(args: argparse.Namespace) -> int:
     from relmodel.find.find import nearest_parts
-    from relmodel.store import Store
 
     if len(args.near_to or ()) % 3:
         raise UsageError(f"--near-to has {len(args.near_to)} numbers: give x y z of a point, or of each of a way")
     tool = _rows(args.tool, "tool", "points", "x, y, z") if args.tool else [[0.0, 0.0, 0.0]]
     count = 5 if args.count is None else args.count
     given = {"level": args.level or "part", "radius": args.radius, "tool": tool, "world": args.world}
-    with Store.open(store_target(args), read_only=True) as store:
+    with open_store(args, read_only=True) as store:
         found = nearest_parts(store, args.near_to or args.near_to_part, count, **given)
     rows = [
         (str(path), str(name), float(away))

@@ -21,11 +21,11 @@ from relmodel.app.cli.options import (
     assigned,
     base_covariance,
     joint_sigmas,
+    open_store,
     option,
     pictures,
     pictures_by_camera,
     read_pairs,
-    store_target,
     verb,
     worst,
 )
@@ -158,7 +158,6 @@ def inspect(args: argparse.Namespace) -> int:
 
     from relmodel.app.cli.progress import shown
     from relmodel.compiled import compile_ahead
-    from relmodel.store import Store
     from relmodel.world.kinematics import Carrier
     from vision.cameras.files import parse_needs
     from vision.inspection import KERNELS, Task, inspect
@@ -182,7 +181,7 @@ def inspect(args: argparse.Namespace) -> int:
         ignore_blind_camera=args.ignore_blind_camera,
     )
     compile_ahead(KERNELS, say)
-    with Store.open(store_target(args)) as store, shown(store) as progress:
+    with open_store(args) as store, shown(store) as progress:
         scenes = Scenes(store)
 
         def inspect_one(one: Listed) -> Inspection:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from relmodel.app.cli.options import ALL, FORMAT, VARIANT, option, store_target, verb
+from relmodel.app.cli.options import ALL, FORMAT, VARIANT, open_store, option, verb
 from relmodel.app.cli.output import complain, print_folded, say
 from relmodel.errors import UsageError
 from relmodel.printing import print_rows, rounded
@@ -54,7 +54,6 @@ def load(args: argparse.Namespace) -> int:
     from relmodel.errors import InputError
     from relmodel.loading.load import Request, load_all
     from relmodel.readers.formats import stem_of
-    from relmodel.store import Store
 
     if not args.time_limit > 0:
         raise UsageError(f"--time-limit is {args.time_limit:g}: give seconds, above 0")
@@ -75,7 +74,7 @@ def load(args: argparse.Namespace) -> int:
             f"two files would be {' '.join(min(twice)).strip()}: load them one by one, with names of their own"
         )
     refused = None
-    with Store.open(store_target(args)) as store, shown(store) as progress:
+    with open_store(args) as store, shown(store) as progress:
         compile_behind(say)
         for request, outcome in load_all(store, requests, progress):
             if isinstance(outcome, InputError):
@@ -141,9 +140,8 @@ def show(args: argparse.Namespace) -> int:
     from relmodel.app.tree import alike, read_tree, tree_rows
     from relmodel.drawing.draw import hexadecimal
     from relmodel.drawing.solid import write_picture
-    from relmodel.store import Store
 
-    with Store.open(store_target(args), read_only=True) as store, store.read() as connection:
+    with open_store(args, read_only=True) as store, store.read() as connection:
         tree = read_tree(store, connection, args.object, args.variant)
         rows = tree_rows(store, connection, tree)
         if args.picture is not None:
@@ -208,10 +206,9 @@ def set_(args: argparse.Namespace) -> int:
     the volume of its part, that no material has.
     """
     from relmodel.app.attributes import Whose, set_attribute
-    from relmodel.store import Store
 
     value = args.value if args.text else _value(args.value)
-    with Store.open(store_target(args)) as store:
+    with open_store(args) as store:
         whose = Whose(variant=args.variant, surface=args.surface, arc=args.arc, world=args.world)
         done = set_attribute(store, args.path, args.name, value, args.unit, whose, text=args.text)
     said = f"{done.value:.10g}" if isinstance(done.value, float) else str(done.value).lower()
@@ -254,11 +251,11 @@ def diff(args: argparse.Namespace) -> int:
     """
     from relmodel.app.cli.progress import shown
     from relmodel.app.report.write import variant_named
-    from relmodel.store import Store, sql
+    from relmodel.store import sql
     from relmodel.variants.compare import compare
 
     before, after = (variant_named(text, args.object) for text in (args.before, args.after))
-    with Store.open(store_target(args)) as store:
+    with open_store(args) as store:
         with shown(store) as progress:
             comparison = compare(store, before, after, reach=args.reach, progress=progress)
         with store.read() as connection:
@@ -319,7 +316,6 @@ def export(args: argparse.Namespace) -> int:
     from relmodel.app.audit import run_named
     from relmodel.app.cli.progress import shown
     from relmodel.app.export import export_object, export_run, read_results
-    from relmodel.store import Store
 
     given = sum(one is not None for one in (args.object, args.number, args.parquet))
     if given != 1 or (args.parquet is None) != (args.out is not None):
@@ -327,7 +323,7 @@ def export(args: argparse.Namespace) -> int:
     if args.world is not None and args.parquet is None:
         raise UsageError("--world says whose placed parts --parquet writes: give it with --parquet only")
     with (
-        Store.open(store_target(args), read_only=True) as store,
+        open_store(args, read_only=True) as store,
         store.read() as connection,
         shown() as progress,
     ):

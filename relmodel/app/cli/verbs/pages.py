@@ -6,7 +6,7 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from relmodel.app.cli.options import RUN, option, store_target, verb
+from relmodel.app.cli.options import RUN, open_store, option, store_target, verb
 from relmodel.app.cli.output import say
 
 
@@ -36,9 +36,8 @@ def report(args: argparse.Namespace) -> int:
     """
     from relmodel.app.cli.progress import shown
     from relmodel.app.report.write import Subject, write_report
-    from relmodel.store import Store
 
-    with Store.open(store_target(args), read_only=not args.diff) as store, shown(store) as progress:
+    with open_store(args, read_only=not args.diff) as store, shown(store) as progress:
         subject = Subject(run=args.number, serial=args.serial, object=args.object, variant=args.variant, diff=args.diff)
         of = write_report(store, args.out, subject, progress)
     say(f"{args.out} is written: {of}")

@@ -12,10 +12,10 @@ from relmodel.app.cli.options import (
     FORMAT,
     NO_KEEP_IMAGES,
     SEARCH,
+    open_store,
     option,
     pictures,
     pictures_by_camera,
-    store_target,
     verb,
 )
 from relmodel.app.cli.output import say
@@ -135,12 +135,11 @@ def stereo(args: argparse.Namespace) -> int:
     attributes of arcs and regions, then relations; relational uses only relations, within the epipolar geometry.
     """
     from relmodel.compiled import compile_ahead
-    from relmodel.store import Store
     from vision.inspection.inspection_parameters import DEFAULTS, choose_methods
     from vision.inspection.stereo_pair import KERNELS, match_pair
 
     compile_ahead(KERNELS, say)
-    with Store.open(store_target(args)) as store:
+    with open_store(args) as store:
         answer = match_pair(
             store,
             rig=args.rig,

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from relmodel.app.cli.options import ALL, FORMAT, RUN, one_of, option, store_target, verb
+from relmodel.app.cli.options import ALL, FORMAT, RUN, one_of, open_store, option, verb
 from relmodel.app.cli.output import print_folded, say
 from relmodel.names import visible
 from relmodel.printing import WIDTH, print_rows, rounded
@@ -33,9 +33,9 @@ ANY_RUN = 2**62  # above any run's number
 )
 def runs(args: argparse.Namespace) -> int:
     """List the runs of the store: what was run, how it ended, how long it took."""
-    from relmodel.store import Store, sql
+    from relmodel.store import sql
 
-    with Store.open(store_target(args), read_only=True) as store, store.read() as connection:
+    with open_store(args, read_only=True) as store, store.read() as connection:
         asked = {name: getattr(args, name) for name in ("kind", "state", "verdict", "part", "text")}
         asked |= {"low": 0, "high": ANY_RUN}
         found = connection.execute(sql.query("run/runs"), asked)
@@ -82,9 +82,8 @@ def why(args: argparse.Namespace) -> int:
     are listed).  The views why_arc, why_verdict, why_hypothesis and why_part have the same for SQL.
     """
     from relmodel.app.audit import Sentence, explain
-    from relmodel.store import Store
 
-    with Store.open(store_target(args), read_only=True) as store:
+    with open_store(args, read_only=True) as store:
         said = explain(store, args.number, pose=args.pose, arc=args.arc, feature=args.feature)
     if args.format == "table":
         for one in said:
@@ -105,12 +104,11 @@ def replay(args: argparse.Namespace) -> int:
     from relmodel.app.audit import run_named
     from relmodel.app.cli.progress import shown
     from relmodel.compiled import compile_ahead
-    from relmodel.store import Store
     from vision.inspection import KERNELS
     from vision.inspection.replay import RelationComparison, replay
 
     compile_ahead(KERNELS, say)
-    with Store.open(store_target(args), read_only=True) as store, shown(store):
+    with open_store(args, read_only=True) as store, shown(store):
         with store.read() as connection:
             number = run_named(store, connection, args.number)
         found = replay(store, number)
@@ -142,9 +140,8 @@ def compare(args: argparse.Namespace) -> int:
     the beginning of long values; --all, --md and --json print everything.
     """
     from relmodel.app.audit import Difference, compare_runs, run_named
-    from relmodel.store import Store
 
-    with Store.open(store_target(args), read_only=True) as store:
+    with open_store(args, read_only=True) as store:
         with store.read() as connection:
             first, second = (run_named(store, connection, name) for name in (args.first, args.second))
         found = compare_runs(store, first, second)
@@ -192,9 +189,8 @@ def prune(args: argparse.Namespace) -> int:
     inputs, steps and messages.  A DuckDB file keeps the room for later rows; docs/store.md says how to copy it without.
     """
     from relmodel.app.audit import Pruning, plan_pruning, prune, run_named
-    from relmodel.store import Store
 
-    with Store.open(store_target(args)) as store:
+    with open_store(args) as store:
         with store.read() as connection:
             one = None if args.number is None else run_named(store, connection, args.number)
         asked = Pruning(args.what, one, args.state, args.verdict, args.older_than)
@@ -238,8 +234,7 @@ def reject(args: argparse.Namespace) -> int:
 
 def _decide(decision: str, args: argparse.Namespace) -> int:
     from relmodel.app.decide import decide
-    from relmodel.store import Store
 
-    with Store.open(store_target(args)) as store:
+    with open_store(args) as store:
         say(decide(store, args.number, args.finding, decision, args.by, args.note))
     return 0

@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
-from relmodel.app.cli.options import FORMAT, option, store_target, verb
+from relmodel.app.cli.options import FORMAT, open_store, option, store_target, verb
 from relmodel.app.cli.output import say
 from relmodel.errors import UsageError
 from relmodel.names import read_text
@@ -58,10 +58,9 @@ def check(args: argparse.Namespace) -> int:
     instead that the rows that a report carries the hash of are those of the store, and that the page is the one they
     give.
     """
-    from relmodel.store import Store
     from relmodel.store.check import check
 
-    with Store.open(store_target(args), read_only=True) as store:
+    with open_store(args, read_only=True) as store:
         if args.report is not None:
             from relmodel.app.report.write import confirm
 
@@ -133,11 +132,10 @@ def sql(args: argparse.Namespace) -> int:
     the role may call.  docs/sql.md says what is promised, and how to make a role that only reads.
     """
     from relmodel.app.cli.output import bounded_memory, end_process
-    from relmodel.store import Store
     from relmodel.store.ask import ask, stopped
 
     query = _query(args)
-    with Store.open(store_target(args), read_only=True) as store, ExitStack() as bounds:
+    with open_store(args, read_only=True) as store, ExitStack() as bounds:
         if store.dialect == "postgresql":  # DuckDB works in this process, and bounds its memory itself
             bounds.enter_context(bounded_memory(_MEMORY))
         said = stopped(args.timeout)
