@@ -33,27 +33,29 @@ _ENDS = {
 
 @dataclass(frozen=True)
 class Layer:
-    """A layer of drawings over the pictures: the class of its elements, and a label."""
+    """A layer of drawings over the pictures: the class of its elements, a label, and what a drawing that has it
+    contains."""
 
     name: str
     words: str
+    mark: str
     on: bool = False
 
 
 _LAYERS = (
-    Layer("states", "states", True),
-    Layer("unexplained-arcs", "not in the model"),
-    Layer("met-arcs", "model edges found", True),
-    Layer("unmet-arcs", "model edges not found", True),
-    Layer("smooth-arcs", "blends not found"),
-    Layer("taken", "image arcs matched"),
-    Layer("rejected-arcs", "image arcs rejected"),
-    Layer("lines", "lines"),
-    Layer("circular", "circular arcs"),
-    Layer("elliptic", "elliptic arcs"),
-    Layer("free", "free arcs"),
-    Layer("regions", "regions"),
-    Layer("ellipses", "error ellipses"),
+    Layer("states", "states", " state-", True),
+    Layer("unexplained-arcs", "not in the model", ' unexplained"'),
+    Layer("met-arcs", "model edges found", ' met"', True),
+    Layer("unmet-arcs", "model edges not found", ' unmet"'),
+    Layer("smooth-arcs", "blends not found", "model smooth unmet"),
+    Layer("taken", "image arcs matched", ' matched"'),
+    Layer("rejected-arcs", "image arcs rejected", ' rejected"'),
+    Layer("lines", "lines", "arc line"),
+    Layer("circular", "circular arcs", "arc circular"),
+    Layer("elliptic", "elliptic arcs", "arc elliptic"),
+    Layer("free", "free arcs", "arc free"),
+    Layer("regions", "regions", "region "),
+    Layer("ellipses", "error ellipses", '"ellipse"'),
 )
 
 
@@ -162,49 +164,44 @@ def _probability(p: float) -> str:
 
 def _layers(drawn: str) -> list[Layer]:
     """The layers that have something; of pictures that were not matched, the arcs by kind are shown at first."""
-    classes = {
-        "states": " state-",
-        "unexplained-arcs": ' unexplained"',
-        "met-arcs": ' met"',
-        "unmet-arcs": ' unmet"',
-        "smooth-arcs": "model smooth unmet",
-        "taken": ' matched"',
-        "rejected-arcs": ' rejected"',
-        "lines": "arc line",
-        "regions": "region ",
-        "ellipses": '"ellipse"',
-    }
-    there = [layer for layer in _LAYERS if classes.get(layer.name, f"arc {layer.name}") in drawn]
+    there = [layer for layer in _LAYERS if layer.mark in drawn]
     if "states" in [layer.name for layer in there]:  # these colour the same edges
         return [replace(layer, on=layer.name == "states") for layer in there]
     kinds = ("lines", "circular", "elliptic", "free")
     return there if 'class="model' in drawn else [replace(layer, on=layer.name in kinds) for layer in there]
 
 
-# The tables of the page by the named query that gives each, queries/report/NAME.sql.
-_TITLES = {
-    "run_findings": "Findings",
-    "checked": "How much was checked",
-    "sizes": "Sizes measured",
-    "distances": "Distances measured",
-    "states": "Parts and features",
-    "unexplained": "Not in the model",
-    "rules": "Why this verdict",
-    "pose": "Pose and verdict",
-    "prior": "Prior",
-    "corrections": "Base correction",
-    "joints": "Joints",
-    "hypotheses": "Poses considered",
-    "residuals": "Residuals of edge points",
-    "rejected_reasons": "Why image arcs were rejected",
-    "matched": "Matched arcs",
-    "rejected": "Rejected arcs",
-    "load": "Load",
-    "findings": "Findings of the load",
-    "steps": "Steps",
-    "inputs": "Files read",
-    "written": "Rows written",
-    "run": "Parameters, versions and machine",
+# The sections of the page, and their tables by the named query that gives each, queries/report/NAME.sql.
+_SECTIONS = {
+    "What is there": {
+        "run_findings": "Findings",
+        "checked": "How much was checked",
+        "sizes": "Sizes measured",
+        "distances": "Distances measured",
+        "states": "Parts and features",
+        "unexplained": "Not in the model",
+    },
+    "Pose": {
+        "rules": "Why this verdict",
+        "pose": "Pose and verdict",
+        "prior": "Prior",
+        "corrections": "Base correction",
+        "joints": "Joints",
+    },
+    "Hypotheses": {"hypotheses": "Poses considered"},
+    "Evidence": {
+        "residuals": "Residuals of edge points",
+        "rejected_reasons": "Why image arcs were rejected",
+        "matched": "Matched arcs",
+        "rejected": "Rejected arcs",
+    },
+    "What was loaded": {"load": "Load", "findings": "Findings of the load"},
+    "Time": {"steps": "Steps"},
+    "What the run was given and wrote": {
+        "inputs": "Files read",
+        "written": "Rows written",
+        "run": "Parameters, versions and machine",
+    },
 }
 _UPRIGHT = ("pose", "prior", "corrections", "load", "run")
 _FOLDED = ("states", "distances", "unexplained", "matched", "rejected", "written", "run")
@@ -219,7 +216,8 @@ def run_tables(store: Store, connection: Connection, run: int) -> dict[str, Page
             upright=name in _UPRIGHT,
             folded=name in _FOLDED,
         )
-        for name, title in _TITLES.items()
+        for titles in _SECTIONS.values()
+        for name, title in titles.items()
     }
 
 
@@ -230,27 +228,21 @@ def _sections(
     for name in ("unexplained", "matched", "rejected"):
         tables[name] = replace(tables[name], marks=_marks(tables[name], number))
     tables["steps"] = times(tables["steps"])
-
-    def those(*names: str) -> list[PageTable]:
-        return [tables[name] for name in names if tables[name].rows]
-
+    plots = {  # by the table that they stand before
+        "corrections": pose_plots(store, connection, run),
+        "residuals": evidence_plots(store, connection, run),
+    }
     return [
-        ("What is there", those("run_findings", "checked", "sizes", "distances", "states", "unexplained")),
         (
-            "Pose",
-            [*those("rules", "pose", "prior"), *pose_plots(store, connection, run), *those("corrections", "joints")],
-        ),
-        ("Hypotheses", those("hypotheses")),
-        (
-            "Evidence",
+            title,
             [
-                *evidence_plots(store, connection, run),
-                *those("residuals", "rejected_reasons", "matched", "rejected"),
+                it
+                for name in names
+                for it in (*plots.get(name, ()), tables[name])
+                if not isinstance(it, PageTable) or it.rows
             ],
-        ),
-        ("What was loaded", those("load", "findings")),
-        ("Time", those("steps")),
-        ("What the run was given and wrote", those("inputs", "written", "run")),
+        )
+        for title, names in _SECTIONS.items()
     ]
 
 
