@@ -70,7 +70,7 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     seen = read_seen(store, connection, run)
     pictures = read_pictures(store, connection, run, seen)
     scene, part_of = run_scene(store, connection, run)
-    items = read_entries(store, connection, run, pictures, part_of)
+    items = read_entries(store, connection, run, pictures, part_of, tables["run_findings"].rows)
     word, mood = _ENDS.get(row.state, (row.state, "warn"))
     reason = (pose.reason if pose is not None else row.message) or _NO_MORE.get(row.state, "")
     if pruned := store.rows(connection, "audit/pruned", run=run):
@@ -232,18 +232,8 @@ def _sections(
         "corrections": pose_plots(store, connection, run),
         "residuals": evidence_plots(store, connection, run),
     }
-    return [
-        (
-            title,
-            [
-                it
-                for name in names
-                for it in (*plots.get(name, ()), tables[name])
-                if not isinstance(it, PageTable) or it.rows
-            ],
-        )
-        for title, names in _SECTIONS.items()
-    ]
+    shown = {name: [*plots.get(name, ()), *([table] if table.rows else ())] for name, table in tables.items()}
+    return [(title, [it for name in names for it in shown[name]]) for title, names in _SECTIONS.items()]
 
 
 def _marks(table: PageTable, number: dict[str, int]) -> list[str]:
@@ -426,7 +416,12 @@ def render_linked(
 
 
 def read_entries(
-    store: Store, connection: Connection, run: int, pictures: Sequence[RunPicture], part_of: dict[int, int]
+    store: Store,
+    connection: Connection,
+    run: int,
+    pictures: Sequence[RunPicture],
+    part_of: dict[int, int],
+    findings: Sequence[Any],
 ) -> list[Entry]:
     """What is not as modelled, the worst first; then the parts in view, each followed by its features in view."""
     number = {p.camera: i for i, p in enumerate(pictures)}
@@ -437,7 +432,7 @@ def read_entries(
     surfaces: dict[int, list[int]] = defaultdict(list)
     for r in store.rows(connection, "report/item_surfaces", run_id=run):
         surfaces[int(r.in_view_no)].append(int(r.surface_no))
-    sizes = {r.item_no: size_words(r) for r in store.rows(connection, "report/run_findings", run_id=run)}
+    sizes = {r.item_no: size_words(r) for r in findings}
 
     def entry(row: Any, level: str, name: str, size: str | None = None) -> Entry:
         occurrence, no = int(row.occurrence_id), int(row.in_view_no)
