@@ -79,7 +79,7 @@ class Candidate(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ComparedObject:
     """A loaded variant of an object compared with the pictures.
 
     score: what the best pose of its join explains, None where there is none.  state: `shown`; `alike`, which explains
@@ -111,7 +111,7 @@ class Recognition(NamedTuple):
     """Where what is shown is, or what comes nearest; all that was considered, and how its variants rank."""
 
     location: Location
-    considered: list[Comparison]
+    considered: list[ComparedObject]
     variants: list[VariantEvidence]
 
 
@@ -175,7 +175,7 @@ def recognise(locator: Locator, among: Sequence[Candidate]) -> Recognition:
     starts = _join(locator, among)
     chosen = [_choose_variant(locator, start, starts) for start in _find_worthy(starts, locator)]
     shown = max(chosen, key=lambda it: _rank(it.located.found))
-    considered = {start.candidate: Comparison(start.candidate, start.score) for start in starts}
+    considered = {start.candidate: ComparedObject(start.candidate, start.score) for start in starts}
     for it in chosen:
         for one, state in _judge_variants(it, _judge(locator, it.located, shown.located), among).items():
             considered[one] = replace(considered[one], state=state)
@@ -197,7 +197,7 @@ def doubt(verdict: Verdict, alike: Sequence[str]) -> Verdict:
     return replace(verdict, verdict="ambiguous", reason="; ".join(missing), missing=missing)
 
 
-def record_comparisons(run: Run, connection: Connection, considered: Sequence[Comparison]) -> None:
+def record_comparisons(run: Run, connection: Connection, considered: Sequence[ComparedObject]) -> None:
     """Append the objects that the pictures were compared with, in their order; nothing where a world was given."""
     if not considered:
         return
@@ -284,7 +284,7 @@ def _judge_variants(it: _Chosen, state: str, among: Sequence[Candidate]) -> dict
     return states
 
 
-def _add_pose(it: Comparison, found: Localisation) -> Comparison:
+def _add_pose(it: ComparedObject, found: Localisation) -> ComparedObject:
     verdict, best = found.verdict, found.best
     pose = None if best is None else best.world_from_rig
     return replace(it, verdict=verdict.verdict, posterior=verdict.posterior, object_from_rig=pose)

@@ -34,7 +34,7 @@ from vision.cameras.record import find_rig
 from vision.extraction import extract as extraction
 from vision.inspection.against import (
     Candidate,
-    Comparison,
+    ComparedObject,
     Recognition,
     is_to_be_weighed,
     place_candidates,
@@ -180,7 +180,7 @@ class Inspection:
     parts_in_view: list[dict[str, Any]]
     presence: Presence | None
     variants: list[VariantEvidence]
-    considered: list[Comparison]
+    considered: list[ComparedObject]
     selection: Selection
     hypotheses: list[tuple[Floats, float]]
     equivalent: list[Floats]

@@ -16,7 +16,7 @@ from relmodel.world.kinematics import Correction
 from vision.cameras.cameras import Needs, Prior, Rig, Selection, perturb
 from vision.cameras.record import record_rig
 from vision.constellations.find_poses import record_relations
-from vision.inspection.against import Comparison, record_comparisons
+from vision.inspection.against import ComparedObject, record_comparisons
 from vision.inspection.inspection_parameters import InspectionParameters
 from vision.inspection.locate import Location
 from vision.inspection.pictures import Quality, SeenPicture
@@ -58,7 +58,7 @@ class Result:
     parts: PartsInView | None
     presence: Presence | None
     variants: list[VariantEvidence]
-    considered: list[Comparison]
+    considered: list[ComparedObject]
 
     @property
     def found(self) -> Localisation:
