@@ -246,9 +246,9 @@ CREATE TABLE search_node (  -- matching: Sets of labellings that a search split 
 CREATE TABLE triangulated_unit (  -- matching: Stereo matches in space: matched arcs as curves in the frame of the rig, with both ends.
     run_id BIGINT NOT NULL,  -- the run
     problem_no INTEGER NOT NULL,  -- the problem
-    unit_no INTEGER NOT NULL,  -- REFERENCES assignment (run_id, problem_no, unit_no): the unit of the left image
+    unit_no INTEGER NOT NULL,  -- REFERENCES assignment (run_id, problem_no, unit_no): the unit of the first image
     curve TEXT NOT NULL,  -- line, circle, ellipse (centre + cos t major + sin t minor) or free
-    start_x DOUBLE PRECISION NOT NULL, start_y DOUBLE PRECISION NOT NULL, start_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the first end of the part that both images show, in the walk of the left arc, mm, in the rig's frame
+    start_x DOUBLE PRECISION NOT NULL, start_y DOUBLE PRECISION NOT NULL, start_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the first end of the part that both images show, along the arc of the first image, mm, in the rig's frame
     end_x DOUBLE PRECISION NOT NULL, end_y DOUBLE PRECISION NOT NULL, end_z DOUBLE PRECISION NOT NULL,  -- x, y and z of the last end of that part, mm, in the rig's frame
     edge_probability DOUBLE PRECISION NOT NULL,  -- how probably it is an edge of an object, and not what lies on it: texture, reflections, shadows
     covariance DOUBLE PRECISION[] NOT NULL,  -- covariance of start and end, 6x6 row by row, mm^2, in the rig's frame

@@ -30,13 +30,10 @@ _ROUND_OFF_MM = 1e-5
 # Where along an arc its distance from its surfaces is measured.
 _SHARES = np.linspace(0.0, 1.0, 5)
 # Columns that the store has of every arc and surface.
-_ALWAYS = {"arcs": ("t0", "t1", "length", *BOX), "surfaces": ("area", *BOX)}
-
-
-_ALWAYS["arcs"] += tuple(f"{end}_{c}" for end in ("start", "end") for c in "xyz")
-
-
-_ALWAYS["surfaces"] += tuple(f"centroid_{c}" for c in "xyz")
+_ALWAYS = {
+    "arcs": ("t0", "t1", "length", *BOX, *(f"{end}_{c}" for end in ("start", "end") for c in "xyz")),
+    "surfaces": ("area", *BOX, *(f"centroid_{c}" for c in "xyz")),
+}
 
 
 def is_finite(model: Model) -> bool:
