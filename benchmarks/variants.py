@@ -100,7 +100,9 @@ def rank(trial: Trial, names: dict[str, str], models: Models, kept: Path) -> dic
             LOCALISATION,
             PRESENCE,
         )
-        rows.append({"variant": variant, "log_odds": round(told.log_odds, 2), "against": told.against, "of": told.of})
+        rows.append(
+            {"variant": variant, "log_odds": round(told.log_odds, 2), "against": told.against, "of": told.decided}
+        )
     seconds = time.process_time() - began
     for row in rows:
         shown, other = models.scene(names[trial.name]), models.scene(names[row["variant"]])

@@ -211,6 +211,11 @@ def _stacked(parts: Sequence[Any], counts: Sequence[int]) -> Any:
     return out
 
 
+def fields_of(it: object, names: str) -> dict[str, Any]:
+    """Columns of a table from the fields that have their names."""
+    return {name: getattr(it, name) for name in names.split()}
+
+
 def by_column(names: str, rows: Sequence[Sequence[Any]]) -> dict[str, list[Any]]:
     """Columns of a table from its rows, whose values are in the order of the names."""
     return {name: [row[i] for row in rows] for i, name in enumerate(names.split())}

@@ -171,6 +171,8 @@ def _key_of(table: Table) -> tuple[str, sa.Column[Any]] | None:
 # Runs: every execution that writes leaves a row that says what it was given, what happened and how it ended.
 
 T = TypeVar("T")
+Writer = Callable[..., int]
+"""appends columns of rows to a table: `write("presence", path=paths)`"""
 _LOG = logging.getLogger("relmodel")
 
 
@@ -488,6 +490,10 @@ class Run:
     def append(self, connection: Connection, table: str, columns: Columns) -> int:
         """Append rows by columns, as `Database.append`."""
         return self.store.append(connection, table, columns)
+
+    def writer(self, connection: Connection) -> Writer:
+        """What appends rows of this run within the transaction of `connection`."""
+        return lambda table, /, **columns: self.append(connection, table, {"run_id": self.id, **columns})
 
     def insert(self, connection: Connection, table: str, name: str, /, **parameters: Any) -> int:
         """Insert rows from others by a named query, as `Database.insert`."""

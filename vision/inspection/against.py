@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from sqlalchemy import Connection
 
 from relmodel.arrays import Floats
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
+from relmodel.store.runs import Writer
 from relmodel.world.placement import place_in_own_worlds
 from vision.constellations.find_poses import PoseCandidates
 from vision.inspection.inspection_parameters import InspectionParameters
@@ -197,24 +197,18 @@ def doubt(verdict: Verdict, alike: Sequence[str]) -> Verdict:
     return replace(verdict, verdict="ambiguous", reason="; ".join(missing), missing=missing)
 
 
-def record_comparisons(run: Run, connection: Connection, considered: Sequence[ComparedObject]) -> None:
-    """Append the objects that the pictures were compared with, in their order; nothing where a world was given."""
-    if not considered:
-        return
+def record_comparisons(write: Writer, considered: Sequence[ComparedObject]) -> None:
+    """Append the objects that the pictures were compared with, in their order; none where a world was given."""
     poses = [np.full((4, 4), np.nan) if it.object_from_rig is None else it.object_from_rig for it in considered]
-    run.append(
-        connection,
+    write(
         "considered_object",
-        {
-            "run_id": run.id,
-            "rank_no": np.arange(len(considered)),
-            "object_variant_id": [it.candidate.object_variant_id for it in considered],
-            "score": [it.score for it in considered],
-            "state": [it.state for it in considered],
-            "verdict": [it.verdict for it in considered],
-            "posterior": [it.posterior for it in considered],
-            **{name: np.ma.masked_invalid(values) for name, values in matrix_columns(poses).items()},
-        },
+        rank_no=np.arange(len(considered)),
+        object_variant_id=[it.candidate.object_variant_id for it in considered],
+        score=[it.score for it in considered],
+        state=[it.state for it in considered],
+        verdict=[it.verdict for it in considered],
+        posterior=[it.posterior for it in considered],
+        **{name: np.ma.masked_invalid(values) for name, values in matrix_columns(poses).items()},
     )
 
 

@@ -514,7 +514,7 @@ class _Record:
         """Append it and end the run."""
         it, p = self.result, self.parameters
         record_inspection(run, connection, it, p.matching.pose, full=self.full)
-        record_decisions(run, connection, self.cameras, it.location.prior, it.needs, it.found, p)
+        record_decisions(run.writer(connection), self.cameras, it.location.prior, it.needs, it.found, p)
         record_digests(run, connection)
         run.finish(it.found.verdict.reason, connection, last="record")
 

@@ -9,9 +9,10 @@ from dataclasses import asdict, dataclass, fields, is_dataclass
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.arrays import Floats, Ragged
+from relmodel.arrays import Columns, Floats, Ragged, by_column, fields_of
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run
+from relmodel.store.runs import Writer
 from relmodel.world.kinematics import Correction
 from vision.cameras.cameras import Needs, Prior, Rig, Selection, perturb
 from vision.cameras.record import record_rig
@@ -77,179 +78,128 @@ def record_inspection(run: Run, connection: Connection, it: Result, p: PoseProbl
     """Append the rows of an inspection within the transaction of `connection`: all, or unless `full` what was decided
     without the views, correspondences, measurements and stereo matches that it rests on.  p: by which the views were
     matched."""
-    _record_verdict(run, connection, it)
+    write = run.writer(connection)
+    _record_verdict(write, it, record_rig(run, connection, it.rig))
     views = it.found.views if full else {}
     view_no = {name: number for number, name in enumerate(views)}
     for number, (name, picture) in enumerate(it.pictures.items()):
-        run.append(
-            connection,
+        write(
             "inspection_image",
-            {
-                "run_id": [run.id],
-                "camera": name,
-                "camera_no": number,
-                "image_id": picture.image_id,
-                "extraction_id": picture.recorded.extraction_id,
-                "view_no": view_no.get(name),
-                "edges": it.quality[name].edges,
-                "blur_px": np.ma.masked_invalid([it.quality[name].blur_px]),
-                "saturated": it.quality[name].saturated,
-                "stale_run_id": it.quality[name].stale_run,
-            },
+            camera=name,
+            camera_no=number,
+            image_id=picture.image_id,
+            extraction_id=picture.recorded.extraction_id,
+            view_no=view_no.get(name),
+            edges=it.quality[name].edges,
+            blur_px=np.ma.masked_invalid([it.quality[name].blur_px]),
+            saturated=it.quality[name].saturated,
+            stale_run_id=it.quality[name].stale_run,
         )
     if full and it.stereo is not None:
         units, labels = (it.pictures[name].recorded.unit_set_id for name in it.stereo.rectification.cameras)
         record_stereo(run, connection, STEREO, units, labels, it.stereo)
         record_relations(run, connection, STEREO, it.location.relations)
-    _record_hypotheses(run, connection, it.found.hypotheses)
+    if it.found.hypotheses:
+        _record_hypotheses(write, it.found.hypotheses)
     for number, (name, view) in enumerate(views.items()):
-        _record_view(run, connection, number, view, it.stored)
+        _record_view(write, number, view, it.stored)
         record_match(run, connection, number, it.pictures[name].recorded.unit_set_id, it.matched[name], it.stored, p)
     if it.correction is not None:
-        _record_correction(run, connection, it.correction)
+        _record_correction(write, it.correction)
     if it.parts is not None:
-        run.append(
-            connection,
+        write(
             "part_in_view",
-            {
-                "run_id": run.id,
-                "in_view_no": np.arange(len(it.parts.path)),
-                "occurrence_id": it.parts.occurrence_id,
-                "feature_no": np.ma.masked_equal(it.parts.feature_no, PART),
-                "level": it.parts.level,
-                "path": it.parts.path,
-                "visible_pixels": it.parts.visible,
-                "covered_pixels": it.parts.covered,
-            },
+            in_view_no=np.arange(len(it.parts.path)),
+            feature_no=np.ma.masked_equal(it.parts.feature_no, PART),
+            visible_pixels=it.parts.visible,
+            covered_pixels=it.parts.covered,
+            **fields_of(it.parts, "occurrence_id level path"),
         )
     if it.presence is not None:
-        record_presence(run, connection, it.stored, it.presence)
-    record_variants(run, connection, it.variants)
-    record_comparisons(run, connection, it.considered)
+        record_presence(write, it.stored, it.presence)
+    record_variants(write, it.variants)
+    record_comparisons(write, it.considered)
 
 
-def _record_verdict(run: Run, connection: Connection, it: Result) -> None:
+def _record_verdict(write: Writer, it: Result, rig_id: int) -> None:
     verdict, best = it.found.verdict, it.found.best
-    run.append(
-        connection,
+    write(
         "inspection",
-        {
-            "run_id": [run.id],
-            "world_id": it.stored.world_id,
-            "serial": [it.serial],
-            "rig_id": record_rig(run, connection, it.rig),
-            **({} if it.prior.is_open else matrix_columns(it.prior.world_from_rig)),
-            "prior_covariance": Ragged.pack([None if it.prior.is_open else it.prior.covariance]),
-            "needs_translation_mm": it.needs.translation_mm,
-            "needs_rotation": it.needs.rotation,
-            "verdict": verdict.verdict,
-            "reason": verdict.reason,
-            "posterior": verdict.posterior,
-            "covariance": Ragged.pack([best.covariance if best else None]),
-            "singular_values": Ragged.pack([_singular_values(best) if best else None]),
-        },
+        world_id=it.stored.world_id,
+        serial=it.serial,
+        rig_id=rig_id,
+        **({} if it.prior.is_open else matrix_columns(it.prior.world_from_rig)),
+        prior_covariance=Ragged.pack([None if it.prior.is_open else it.prior.covariance]),
+        needs_translation_mm=it.needs.translation_mm,
+        needs_rotation=it.needs.rotation,
+        covariance=Ragged.pack([best.covariance if best else None]),
+        singular_values=Ragged.pack([_singular_values(best) if best else None]),
+        **fields_of(verdict, "verdict reason posterior"),
     )
-    run.append(
-        connection,
-        "selected_part",
-        {"run_id": run.id, "occurrence_id": it.selection.occurrence_id, "shown": it.selection.shown},
-    )
+    write("selected_part", **fields_of(it.selection, "occurrence_id shown"))
 
 
-def _record_hypotheses(run: Run, connection: Connection, hypotheses: list[Refined]) -> None:
-    if not hypotheses:
-        return
-    run.append(
-        connection,
+def _record_hypotheses(write: Writer, hypotheses: list[Refined]) -> None:
+    write(
         "hypothesis",
-        {
-            "run_id": run.id,
-            "hypothesis_no": np.arange(len(hypotheses)),
-            **matrix_columns([h.world_from_rig for h in hypotheses]),
-            "cost": np.array([h.cost for h in hypotheses]),
-            "evidence_ratio": np.array(
-                [h.support.found.sum() / max(h.support.expected.sum(), 1e-9) for h in hypotheses]
-            ),
-            "outline_length": np.array([h.outlines.total_px if h.outlines else 0.0 for h in hypotheses]),
-            "outline_contrast": np.array([h.outlines.mean if h.outlines else 0.0 for h in hypotheses]),
-            "outline_evidence": np.array([h.outlines.evidence if h.outlines else 0.0 for h in hypotheses]),
-            "distance": np.ma.masked_invalid([h.prior_sigma for h in hypotheses]),
-            "is_symmetric": np.array([h.is_symmetric for h in hypotheses]),
-            "relational_distance": np.ma.masked_invalid([h.relational_distance for h in hypotheses]),
-        },
+        hypothesis_no=np.arange(len(hypotheses)),
+        **matrix_columns([h.world_from_rig for h in hypotheses]),
+        cost=[h.cost for h in hypotheses],
+        evidence_ratio=[h.support.found.sum() / max(h.support.expected.sum(), 1e-9) for h in hypotheses],
+        outline_length=[h.outlines.total_px if h.outlines else 0.0 for h in hypotheses],
+        outline_contrast=[h.outlines.mean if h.outlines else 0.0 for h in hypotheses],
+        outline_evidence=[h.outlines.evidence if h.outlines else 0.0 for h in hypotheses],
+        distance=np.ma.masked_invalid([h.prior_sigma for h in hypotheses]),
+        is_symmetric=[h.is_symmetric for h in hypotheses],
+        relational_distance=np.ma.masked_invalid([h.relational_distance for h in hypotheses]),
     )
 
 
-def _record_view(run: Run, connection: Connection, number: int, view: View, stored: StoredScene) -> None:
+def _record_view(write: Writer, number: int, view: View, stored: StoredScene) -> None:
     arcs, measured = view.arcs, view.measurements
-    key = {"run_id": run.id, "view_no": number}
     outline = arcs.kind == SILHOUETTE
-    run.append(
-        connection,
+    write(
         "view_arc",
-        {
-            **key,
-            "view_arc_no": np.arange(len(arcs.kind)),
-            "occurrence_id": stored.occurrence_id[arcs.occurrence],
-            "kind": [KINDS[k] for k in arcs.kind],
-            # A silhouette is no arc of the model: it is of a surface.
-            "arc_no": np.ma.masked_array(stored.arc_no[np.where(outline, 0, arcs.element)], outline),
-            "surface_no": np.ma.masked_array(stored.surface_no[np.where(outline, arcs.element, 0)], ~outline),
-            "length": arcs.length,
-        },
+        view_no=number,
+        view_arc_no=np.arange(len(arcs.kind)),
+        occurrence_id=stored.occurrence_id[arcs.occurrence],
+        kind=[KINDS[k] for k in arcs.kind],
+        # A silhouette is no arc of the model: it is of a surface.
+        arc_no=np.ma.masked_array(stored.arc_no[np.where(outline, 0, arcs.element)], outline),
+        surface_no=np.ma.masked_array(stored.surface_no[np.where(outline, arcs.element, 0)], ~outline),
+        length=arcs.length,
     )
-    run.append(
-        connection,
+    places = {"world_x world_y world_z": measured.world, "normal_u normal_v": measured.normal, "u v": measured.position}
+    write(
         "edge_measurement",
-        {
-            **key,
-            "measurement_no": np.arange(len(measured.view_arc)),
-            "view_arc_no": np.ma.masked_equal(measured.view_arc, NO_RUN),
-            "world_x": measured.world[:, 0],
-            "world_y": measured.world[:, 1],
-            "world_z": measured.world[:, 2],
-            "normal_u": measured.normal[:, 0],
-            "normal_v": measured.normal[:, 1],
-            "u": measured.position[:, 0],
-            "v": measured.position[:, 1],
-            "sigma": measured.sigma,
-            "weight": measured.weight,
-            "residual": measured.residual,
-            "response": measured.response,
-            "arc_shift": measured.arc_shift,
-            "scene_arc": measured.arc,
-        },
+        view_no=number,
+        measurement_no=np.arange(len(measured.view_arc)),
+        view_arc_no=np.ma.masked_equal(measured.view_arc, NO_RUN),
+        **{name: place[:, k] for names, place in places.items() for k, name in enumerate(names.split())},
+        scene_arc=measured.arc,
+        **fields_of(measured, "sigma weight residual response arc_shift"),
     )
 
 
-def _record_correction(run: Run, connection: Connection, it: Correction) -> None:
-    run.append(
-        connection,
+def _record_correction(write: Writer, it: Correction) -> None:
+    write(
         "base_correction",
-        {
-            "run_id": [run.id],
-            "object_no": it.mounted.object_no,
-            "robot": it.mounted.robot,
-            **matrix_columns(it.world_from_object),
-            **{f"shift_{axis}": float(value) for axis, value in zip("xyz", it.shift, strict=True)},
-            **{f"turn_{axis}": float(value) for axis, value in zip("xyz", it.turn, strict=True)},
-            "covariance": Ragged.pack([it.covariance]),
-        },
+        object_no=it.mounted.object_no,
+        robot=it.mounted.robot,
+        **matrix_columns(it.world_from_object),
+        **{f"shift_{axis}": float(value) for axis, value in zip("xyz", it.shift, strict=True)},
+        **{f"turn_{axis}": float(value) for axis, value in zip("xyz", it.turn, strict=True)},
+        covariance=Ragged.pack([it.covariance]),
     )
     names = list(it.joints)
-    if names:
-        run.append(
-            connection,
-            "joint_correction",
-            {
-                "run_id": run.id,
-                "joint": names,
-                "stated_value": [it.mounted.joints[name] for name in names],
-                "prior_sigma": [it.prior_sigmas.get(name) for name in names],
-                "value": [it.joints[name] for name in names],
-                "sigma": [it.joint_sigmas.get(name) for name in names],
-            },
-        )
+    write(
+        "joint_correction",
+        joint=names,
+        stated_value=[it.mounted.joints[name] for name in names],
+        prior_sigma=[it.prior_sigmas.get(name) for name in names],
+        value=[it.joints[name] for name in names],
+        sigma=[it.joint_sigmas.get(name) for name in names],
+    )
 
 
 def _singular_values(refined: Refined) -> Floats:
@@ -276,85 +226,55 @@ def record_match(
 ) -> None:
     """Append the units of a view with their relations, the pairs that were considered, and the problem with the
     tree of its search.  units_id: the set of the picture's units."""
-    key, units = {"run_id": run.id, "view_no": view_no}, matched.units
-    run.append(connection, "view_point", {**key, **units.points})
-    surface = units.surface
-    run.append(
-        connection,
+    write, units, surface = run.writer(connection), matched.units, matched.units.surface
+    write("view_point", view_no=view_no, **units.points)
+    write(
         "view_surface",
-        {
-            **key,
-            "view_surface_no": np.arange(len(surface)),
-            "occurrence_id": stored.occurrence_id[stored.scene.surface_occurrence[surface]],
-            "surface_no": stored.surface_no[surface],
-        },
+        view_no=view_no,
+        view_surface_no=np.arange(len(surface)),
+        occurrence_id=stored.occurrence_id[stored.scene.surface_occurrence[surface]],
+        surface_no=stored.surface_no[surface],
     )
     labels_id = int(run.new_ids(connection, "unit_set", 1)[0])
-    run.append(connection, "unit_set", {"id": [labels_id], "kind": "view", **key})
-    of_arcs, of_surfaces = np.arange(units.arcs), np.arange(len(surface))
-    run.append(
-        connection,
-        "unit",
-        {
-            "unit_set_id": labels_id,
-            "unit_no": np.arange(units.arcs + len(surface)),
-            "kind": ["view_arc"] * units.arcs + ["view_surface"] * len(surface),
-            "ref_no": np.concatenate([of_arcs, of_surfaces]),
-        },
-    )
+    write("unit_set", id=[labels_id], kind="view", view_no=view_no)
+    numbers = {"view_arc": np.arange(units.arcs), "view_surface": np.arange(len(surface))}
+    columns: Columns = {
+        "unit_set_id": labels_id,
+        "unit_no": np.arange(units.arcs + len(surface)),
+        "kind": [kind for kind, those in numbers.items() for _ in those],
+        "ref_no": np.concatenate(list(numbers.values())),
+    }
+    run.append(connection, "unit", columns)
     run.append(connection, "unit_relation", {"unit_set_id": labels_id, **units.relations})
-    _record_pairs(run, connection, view_no, matched)
-    solved, problem_key = matched.match.solved, {"run_id": run.id, "problem_no": FIRST_OF_VIEWS + view_no}
-    for table, columns in solved_rows(solved).items():
-        if table == "problem":
-            columns = {
-                **columns,
-                "kind": "localisation",
-                "method": "relations",
-                "units_id": units_id,
-                "labels_id": labels_id,
-                "parameters": json.dumps(asdict(p), sort_keys=True),
-            }
-        run.append(connection, table, {**problem_key, **columns})
-
-
-def _record_pairs(run: Run, connection: Connection, view_no: int, matched: MatchedView) -> None:
     arcs, surfaces = matched.match.arcs, matched.match.surfaces
-    run.append(
-        connection,
+    write(
         "correspondence",
-        {
-            "run_id": run.id,
-            "hypothesis_no": BEST,
-            "view_no": view_no,
-            "view_arc_no": arcs.view_arc,
-            "image_arc_no": arcs.image_arc,
-            "accepted": arcs.accepted,
-            "reason": [REASONS[r] for r in arcs.reason],
-            "residual": arcs.residual,
-            "gate": arcs.gate,
-            "angle": arcs.angle,
-            "angle_gate": arcs.angle_gate,
-            "overlap": arcs.overlap,
-            "first_point": arcs.first_point,
-            "last_point": arcs.last_point,
-        },
+        hypothesis_no=BEST,
+        view_no=view_no,
+        view_arc_no=arcs.view_arc,
+        image_arc_no=arcs.image_arc,
+        reason=[REASONS[r] for r in arcs.reason],
+        **fields_of(arcs, "accepted residual gate angle angle_gate overlap first_point last_point"),
     )
-    run.append(
-        connection,
+    write(
         "surface_match",
-        {
-            "run_id": run.id,
-            "view_no": view_no,
-            "view_surface_no": surfaces.view_surface,
-            "region_no": surfaces.region,
-            "accepted": surfaces.accepted,
-            "reason": [REASONS[r] for r in surfaces.reason],
-            "pixels": surfaces.pixels,
-            "region_share": surfaces.region_share,
-            "surface_share": surfaces.surface_share,
-        },
+        view_no=view_no,
+        view_surface_no=surfaces.view_surface,
+        region_no=surfaces.region,
+        reason=[REASONS[r] for r in surfaces.reason],
+        **fields_of(surfaces, "accepted pixels region_share surface_share"),
     )
+    tables = solved_rows(matched.match.solved)
+    tables["problem"] = {
+        **tables["problem"],
+        "kind": "localisation",
+        "method": "relations",
+        "units_id": units_id,
+        "labels_id": labels_id,
+        "parameters": json.dumps(asdict(p), sort_keys=True),
+    }
+    for table, found in tables.items():
+        write(table, problem_no=FIRST_OF_VIEWS + view_no, **found)
 
 
 # The thresholds of an inspection's decisions and what its verdict weighed, as rows of `threshold`, `verdict_statistic`,
@@ -365,7 +285,7 @@ UNKNOWNS = ("response", "centre_u", "centre_v", "focal", "x", "y", "z", "rx", "r
 
 
 def record_decisions(
-    run: Run, connection: Connection, rig: Rig, prior: Prior, needs: Needs, found: Localisation, p: InspectionParameters
+    write: Writer, rig: Rig, prior: Prior, needs: Needs, found: Localisation, p: InspectionParameters
 ) -> None:
     """Append the thresholds of an inspection's decisions and what its verdict weighed."""
     compared = {
@@ -377,105 +297,63 @@ def record_decisions(
     }
     rows = [(decision, name, value) for decision, of in compared.items() for name, value in _numbers(of)]
     rows += [("verdict", f"needs_{name}", value) for name, value in _numbers(needs)]
-    run.append(
-        connection,
-        "threshold",
-        {
-            "run_id": run.id,
-            "decision": [decision for decision, _, _ in rows],
-            "name": [name for _, name, _ in rows],
-            "value": np.array([value for _, _, value in rows]),
-        },
-    )
+    write("threshold", **by_column("decision name value", rows))
     if found.best is None:
         return
-    _record_search(run, connection, prior, found.stages)
-    weighed = found.verdict.weighed
-    run.append(
-        connection,
-        "verdict_statistic",
-        {"run_id": run.id, "name": list(weighed), "value": np.array(list(weighed.values()))},
-    )
-    cameras = list(rig.cameras)
-    run.append(
-        connection,
+    _record_search(write, prior, found.stages)
+    write("verdict_statistic", **by_column("name value", list(found.verdict.weighed.items())))
+    cameras, supports = list(rig.cameras), [h.support for h in found.hypotheses]
+    columns = {"evidence": "by_camera", "found": "found", "expected": "expected", "length_px": "length_px"}
+    write(
         "hypothesis_support",
-        {
-            "run_id": run.id,
-            "hypothesis_no": np.repeat(np.arange(len(found.hypotheses)), len(cameras)),
-            "camera": cameras * len(found.hypotheses),
-            "evidence": np.concatenate([h.support.by_camera for h in found.hypotheses]),
-            **{
-                name: np.concatenate([getattr(h.support, name) for h in found.hypotheses])
-                for name in ("found", "expected", "length_px")
-            },
-        },
+        hypothesis_no=np.repeat(np.arange(len(supports)), len(cameras)),
+        camera=cameras * len(supports),
+        **{name: np.concatenate([getattr(it, field) for it in supports]) for name, field in columns.items()},
     )
-    last = found.best.last_step
-    assert last is not None
     unknowns = describe_unknowns(rig, p.localisation.refinement)
-    run.append(
-        connection,
+    write(
         "camera_unknown",
-        {
-            "run_id": run.id,
-            "camera": np.repeat(cameras, len(UNKNOWNS)).tolist(),
-            "name": list(UNKNOWNS) * len(cameras),
-            "value": found.best.own.ravel(),
-            "expected": unknowns.mean.ravel(),
-            "sigma": unknowns.sigma.ravel(),
-        },
+        camera=np.repeat(cameras, len(UNKNOWNS)).tolist(),
+        name=list(UNKNOWNS) * len(cameras),
+        value=found.best.own.ravel(),
+        expected=unknowns.mean.ravel(),
+        sigma=unknowns.sigma.ravel(),
     )
-    _record_solved(run, connection, found, last, dict(zip(cameras, found.single_cameras, strict=False)))
+    _record_solved(write, found, dict(zip(cameras, found.single_cameras, strict=False)))
 
 
-def _record_search(run: Run, connection: Connection, prior: Prior, stages: list[Stage]) -> None:
+def _record_search(write: Writer, prior: Prior, stages: list[Stage]) -> None:
     """Append what left each stage of the search, and what became of it."""
-    run.append(
-        connection,
-        "search_stage",
-        {
-            "run_id": run.id,
-            "stage_no": np.arange(len(stages)),
-            "name": [stage.name for stage in stages],
-            "looked_at": [stage.looked_at for stage in stages],
-        },
-    )
+    number = np.arange(len(stages))
+    write("search_stage", stage_no=number, name=[it.name for it in stages], looked_at=[it.looked_at for it in stages])
     counts = [len(stage.rule) for stage in stages]
-    run.append(
-        connection,
+    write(
         "search_pose",
-        {
-            "run_id": run.id,
-            "stage_no": np.repeat(np.arange(len(stages)), counts),
-            "pose_no": np.concatenate([np.arange(count) for count in counts]),
-            **matrix_columns(list(perturb(prior.world_from_rig, np.concatenate([stage.delta for stage in stages])))),
-            "score": np.ma.masked_invalid(np.concatenate([stage.score for stage in stages])),
-            "rule": [rule for stage in stages for rule in stage.rule],
-        },
+        stage_no=np.repeat(number, counts),
+        pose_no=np.concatenate([np.arange(count) for count in counts]),
+        **matrix_columns(list(perturb(prior.world_from_rig, np.concatenate([stage.delta for stage in stages])))),
+        score=np.ma.masked_invalid(np.concatenate([stage.score for stage in stages])),
+        rule=[rule for stage in stages for rule in stage.rule],
     )
 
 
-def _record_solved(
-    run: Run, connection: Connection, found: Localisation, last: LastStep, by_camera: dict[str, Refined]
-) -> None:
-    covariance = found.hypotheses[0].covariance
+def _record_solved(write: Writer, found: Localisation, by_camera: dict[str, Refined]) -> None:
+    """Append the pose before the last step, those of single cameras, and those that explain or see the same."""
+    assert found.best is not None
+    last, covariance = found.best.last_step, found.hypotheses[0].covariance
+    assert last is not None
     equivalent = [Explanation(pose, covariance, 0.0) for pose in found.equivalent]
     others = [*last.explanations, *equivalent]
     kinds = ["explanation"] * len(last.explanations) + ["equivalent"] * len(equivalent)
     poses: list[LastStep | Refined | Explanation] = [last, *by_camera.values(), *others]
-    run.append(
-        connection,
+    write(
         "solved_pose",
-        {
-            "run_id": run.id,
-            "solved_no": np.arange(len(poses)),
-            "kind": ["start"] + ["single_camera"] * len(by_camera) + kinds,
-            "camera": [None, *by_camera, *[None] * len(others)],
-            **matrix_columns([h.world_from_rig for h in poses]),
-            "covariance": Ragged.pack([h.covariance for h in poses]),
-            "log_odds": [None, *(h.evidence for h in by_camera.values()), *(h.log_odds for h in others)],
-        },
+        solved_no=np.arange(len(poses)),
+        kind=["start"] + ["single_camera"] * len(by_camera) + kinds,
+        camera=[None, *by_camera, *[None] * len(others)],
+        **matrix_columns([h.world_from_rig for h in poses]),
+        covariance=Ragged.pack([h.covariance for h in poses]),
+        log_odds=[None, *(h.evidence for h in by_camera.values()), *(h.log_odds for h in others)],
     )
 
 

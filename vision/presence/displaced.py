@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from relmodel.arrays import Bools, Floats, Ints, Rows, rank_in_groups, sum_by_gr
 from relmodel.geometry.transforms import rotation_matrix
 from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
-from vision.presence.items import Items
+from vision.presence.items import NONE, Items
 from vision.presence.presence_parameters import PartParameters, PresenceParameters, StateParameters
 from vision.presence.samples import EdgeRuns, Nearby, Samples, Support, find_nearby
 from vision.presence.surfaces import BodyElements, Displacement, Surfaces, fit
@@ -98,9 +97,6 @@ class PieceEdges(Rows):
         return replace(some, length=some.length * step[group[rows]])
 
 
-T = TypeVar("T", Aspects, PieceEdges)
-
-
 def list_pieces(
     scene: Scene,
     piece_of: Ints,
@@ -157,13 +153,7 @@ def add_turned(
                 )
             )  # fmt: skip
         more.append(replace(aspects.take(turns + number), angle=angle, centre=np.tile(centre, (len(angle), 1))))
-    return _join(pieces), _join(more)
-
-
-def _join(tables: Sequence[T]) -> T:
-    """The rows of all."""
-    kind = type(tables[0])
-    return kind(*(np.concatenate([getattr(t, name) for t in tables]) for name in kind.__dataclass_fields__))
+    return PieceEdges.stack(pieces), Aspects.stack(more)
 
 
 # Sizes of features by their surfaces' displacements: diameters, thicknesses, and where single surfaces lie.
@@ -172,14 +162,16 @@ DISPLACED = ("displacement", "dx", "dy", "dz", "turn")  # of parts that lie else
 
 
 @dataclass(frozen=True)
-class Measures:
-    """Measured sizes of items, as columns: item; what: diameter, thickness, width (between walls of a pocket), offset
-    (how far outward a surface lies), shift (how far aside the middle of a bore lies), of parts that lie elsewhere
-    displacement, dx, dy, dz (mm along the world's axes) and turn (degrees); nominal, value, sigma: in `unit_of(what)`;
-    changed: whether it surely differs.
+class Measures(Rows):
+    """Measured sizes of items, as columns: item; other: the item to which a distance is measured, else NONE; what:
+    diameter, thickness, width (between walls of a pocket), offset (how far outward a surface lies), shift (how far
+    aside the middle of a bore lies), distance (from it to a neighbour), of parts that lie elsewhere displacement, dx,
+    dy, dz (mm along the world's axes) and turn (degrees); nominal, value, sigma: in `unit_of(what)`; changed: whether
+    it surely differs.
     """
 
     item: Ints
+    other: Ints
     what: list[str]
     nominal: Floats
     value: Floats
@@ -190,15 +182,6 @@ class Measures:
 def unit_of(what: str) -> str:
     """The unit of a measured size."""
     return "deg" if what == "turn" else "mm"
-
-
-def join(a: Measures, b: Measures) -> Measures:
-    """The rows of both."""
-    return Measures(
-        np.concatenate([a.item, b.item]),
-        [*a.what, *b.what],
-        *(np.concatenate([getattr(a, name), getattr(b, name)]) for name in ("nominal", "value", "sigma", "changed")),
-    )
 
 
 def find_moved(items: Items, surfaces: Surfaces, distinct_px: Floats, least_share: float) -> Bools:
@@ -233,37 +216,37 @@ def measure_items(items: Items, radius: Floats, surfaces: Surfaces, moved: Bools
     width = opposed.sizes(surfaces.mm)
     width_sigma = np.hypot(surfaces.sigma[opposed.one], surfaces.sigma[opposed.other])
     wall_moved = has_moved[opposed.item] & (surfaces.moved[opposed.one] | surfaces.moved[opposed.other])
-    pieces = [
-        _columns("diameter", round_, items.member, diameter, diameter + grows * mm, 2 * sigma, always),
-        _columns("shift", round_, items.member, zero, aside, shift_sigma, always),
-        _columns("offset", single, items.member, zero, mm, sigma, moved),
-        _columns(
+    rows = [
+        _select("diameter", round_, items.member, diameter, diameter + grows * mm, 2 * sigma, always),
+        _select("shift", round_, items.member, zero, aside, shift_sigma, always),
+        _select("offset", single, items.member, zero, mm, sigma, moved),
+        _select(
             "thickness", np.isfinite(thickness), others, items.thickness, thickness, thickness_sigma,
             (kind == "rib") | has_moved,
         ),
-        _columns(
+        _select(
             "width", np.isfinite(width) & (opposed.sign < 0), opposed.item, opposed.mm, width, width_sigma, wall_moved
         ),
     ]  # fmt: skip
-    what = np.array([name for piece in pieces for name in piece[0]], "U9")
-    item, nominal, value, sigma, judged = (np.concatenate([piece[k] for piece in pieces]) for k in range(1, 6))
-    off = np.abs(value - nominal)
+    every = Measures.stack(rows)
+    what, off = np.array(every.what, "U9"), np.abs(every.value - every.nominal)
     least = np.where(what == "thickness", p.changed_wall_mm, p.changed_mm)
-    changed = judged & ((what == "offset") | (off > p.changed_sigma * sigma) & (off > least))
+    changed = every.changed & ((what == "offset") | (off > p.changed_sigma * every.sigma) & (off > least))
     # A size that no part can have is dropped.
     most = np.full(len(items), np.inf)
     np.minimum.at(most, opposed.item, opposed.most)
-    kept = np.isin(what, ("offset", "shift")) | (value > 0) & (value <= most[item])
-    return Measures(item[kept], what[kept].tolist(), nominal[kept], value[kept], sigma[kept], changed[kept])
+    kept = np.isin(what, ("offset", "shift")) | (every.value > 0) & (every.value <= most[every.item])
+    return replace(every, changed=changed).take(kept)
 
 
-_Columns = tuple[list[str], Ints, Floats, Floats, Floats, Bools]
-
-
-def _columns(
+def _select(
     what: str, rows: Bools, item: Ints, nominal: Floats, value: Floats, sigma: Floats, judged: Bools
-) -> _Columns:
-    return [what] * int(rows.sum()), item[rows], nominal[rows], value[rows], sigma[rows], judged[rows]
+) -> Measures:
+    """Some rows of sizes of one kind; `changed` is whether they may count as such."""
+    count = int(rows.sum())
+    return Measures(
+        item[rows], np.full(count, NONE), [what] * count, nominal[rows], value[rows], sigma[rows], judged[rows]
+    )
 
 
 def _thicknesses(items: Items, surfaces: Surfaces, measured: Bools) -> tuple[Floats, Floats]:
@@ -494,6 +477,7 @@ def report_displacements(items: Items, displacements: Displacements, p: StatePar
     changed[1:4] &= np.abs(value[1:4]) > np.maximum(p.changed_mm, p.changed_sigma * sigma[1:4])
     return Measures(
         item=np.tile(rows, len(DISPLACED)),
+        other=np.full(value.size, NONE),
         what=np.repeat(DISPLACED, len(rows)).tolist(),
         nominal=np.zeros(value.size),
         value=value.ravel(),

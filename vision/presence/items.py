@@ -11,7 +11,7 @@ from itertools import pairwise
 import cv2
 import numpy as np
 
-from relmodel.arrays import Bools, Bytes, Floats, Ints, sum_by_group
+from relmodel.arrays import Bools, Bytes, Floats, Ints, Rows, sum_by_group
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import LINE
 from vision.extraction.rows import Primitives
@@ -406,7 +406,7 @@ CLOSED, CURVED, STRAIGHT, REGION = range(4)
 
 
 @dataclass(frozen=True)
-class Unexplained:
+class Unexplained(Rows):
     """Arcs and regions of the pictures, the most telling first, as columns: camera: number in the rig; kind: index of
     KINDS; arc, region: in its picture, NONE of the other; box (n, 4): least x, y, greatest x, y, px of the picture;
     length px, of a region of the border that is unexplained; contrast grey, mean along it; beyond: whether most of it

@@ -4,23 +4,22 @@ store.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from sqlalchemy import Connection
 
 from relmodel.arrays import ColumnValues, Ints
-from relmodel.store import Run
+from relmodel.store.runs import Writer
 from vision.localisation.localisation_parameters import LocalisationParameters
 from vision.localisation.localise import Localisation
 from vision.localisation.views import Observation, view_model
 from vision.localisation.visibility import find_parts_in_view
 from vision.presence.displaced import unit_of
 from vision.presence.items import KINDS, NONE, REGION, Appearance
-from vision.presence.items import NONE as NOTHING
 from vision.presence.presence_parameters import PresenceParameters
 from vision.presence.states import (
     CHANGED,
@@ -78,15 +77,16 @@ def summarise(presence: Presence) -> list[str]:
 
 
 def _count_unexplained(presence: Presence) -> list[str]:
-    regions = int(np.sum(presence.unexplained.kind == REGION))
-    count = {"region": regions, "edge": len(presence.unexplained.kind) - regions}
+    regions = int(np.sum(presence.signs.unexplained.kind == REGION))
+    count = {"region": regions, "edge": len(presence.signs.unexplained.kind) - regions}
     counted = [f"{n} {what}{'s' * (n > 1)}" for what, n in count.items() if n]
     return [f"{' and '.join(counted)} in the pictures that the model does not account for"] if counted else []
 
 
 def _describe_failure(presence: Presence, row: int) -> str:
     state, path = STATES[presence.state[row]].replace("_", " "), presence.items.path[row]
-    sizes, mine = presence.measures, np.flatnonzero(presence.measures.item == row)
+    sizes, what = presence.measures, np.array(presence.measures.what)
+    mine = np.flatnonzero((sizes.item == row) & (what != "distance"))
     counted = {sizes.what[k]: (sizes.value[k], sizes.sigma[k]) for k in mine.tolist()}
     surely = {sizes.what[k] for k in mine[sizes.changed[mine]].tolist()}
     if "displacement" in counted:
@@ -95,7 +95,7 @@ def _describe_failure(presence: Presence, row: int) -> str:
         turned = f"turned by {turn:.1f} degrees, sigma {turn_sigma:.1g}; " if "turn" in surely else ""
         where = f"its middle lies {far:.1f} mm from its place, sigma {sigma:.1g}: {along} along x, y, z"
         return f"{path}: {state}, {turned}{where}"
-    for k in mine[sizes.changed[mine] & (np.array(sizes.what)[mine] != "offset")].tolist():
+    for k in mine[sizes.changed[mine] & (what[mine] != "offset")].tolist():
         words = f"{sizes.value[k]:.2f} mm, not {sizes.nominal[k]:.6g}, sigma {sizes.sigma[k]:.2g}"
         return f"{path}: {state}, {sizes.what[k]} {words}"
     if np.isfinite(presence.moved_mm[row]) and presence.state[row] == CHANGED:
@@ -104,36 +104,66 @@ def _describe_failure(presence: Presence, row: int) -> str:
     return f"{path}: {state}, {REASONS[presence.reason[row]]}"
 
 
-def _rounded(columns: Mapping[str, Any], at: int | tuple[int, int], **digits: int) -> dict[str, float]:
-    """The numbers at a place of columns, each rounded to as many digits."""
-    return {name: round(float(columns[name][at]), count) for name, count in digits.items()}
+def tabulate(it: Presence) -> dict[str, dict[str, Any]]:
+    """The rows of an assessment: of each of its tables the columns but the run and the placed part."""
+    items, evidence, sizes, more = it.items, vars(it.evidence), it.measures, it.signs.unexplained
+    count, cameras = it.evidence.log_odds.shape
+    return {
+        "presence": {
+            "item_no": np.arange(count),
+            "level": items.level,
+            "feature_no": np.ma.masked_equal(items.feature_no, NONE),
+            "surface_no": np.ma.masked_equal(items.surface_no, NONE),
+            "path": items.path,
+            "state": [STATES[s] for s in it.state],
+            "qif": [QIF[s] for s in it.state],
+            "reason": [REASONS[r] for r in it.reason],
+            **{name: values.sum(axis=1) for name, values in evidence.items()},
+            "visible_pixels": items.visible_px,
+            "moved_mm": it.moved_mm,
+            "moved_sigma_mm": it.moved_sigma_mm,
+            "moved_log_odds": it.moved_log_odds,
+        },
+        "presence_camera": {
+            "item_no": np.repeat(np.arange(count), cameras),
+            "camera": it.cameras * count,
+            **{name: values.ravel() for name, values in evidence.items()},
+            **_appearance(it.signs.appearance, count, cameras),
+        },
+        "measured_size": {
+            "measure_no": np.arange(len(sizes)),
+            "item_no": sizes.item,
+            "other_item_no": np.ma.masked_equal(sizes.other, NONE),
+            "what": sizes.what,
+            "nominal": sizes.nominal,
+            "value": sizes.value,
+            "sigma": sizes.sigma,
+            "unit": [unit_of(what) for what in sizes.what],
+            "changed": sizes.changed,
+        },
+        "unexplained": {
+            "unexplained_no": np.arange(len(more)),
+            "camera": [it.cameras[c] for c in more.camera],
+            "kind": [KINDS[k] for k in more.kind],
+            "image_arc_no": np.ma.masked_equal(more.arc, NONE),
+            "region_no": np.ma.masked_equal(more.region, NONE),
+            **{name: more.box[:, k] for k, name in enumerate(("u0", "v0", "u1", "v1"))},
+            "length": more.length,
+            "contrast": more.contrast,
+            "beyond": more.beyond,
+        },
+    }
 
 
 def describe(presence: Presence) -> dict[str, Any]:
-    """Everything in plain lists and numbers; items parts first, then features and surfaces."""
-    items, evidence, sizes, more = presence.items, presence.evidence, presence.measures, presence.unexplained
-    total = {name: getattr(evidence, name).sum(axis=1) for name in evidence.__dataclass_fields__}
-    measured: list[list[dict[str, Any]]] = [[] for _ in range(len(items))]
-    for k, row in enumerate(sizes.item.tolist()):
-        measured[row].append(
-            {
-                "what": sizes.what[k],
-                **_rounded(vars(sizes), k, nominal=4, value=4, sigma=4),
-                "unit": unit_of(sizes.what[k]),
-                "changed": bool(sizes.changed[k]),
-            }
-        )
-    looks: list[list[dict[str, Any]]] = [[] for _ in range(len(items))]
-    for k, row in enumerate(presence.appearance.item.tolist()):
-        looks[row].append(
-            {
-                "camera": presence.cameras[presence.appearance.camera[k]],
-                **_rounded(vars(presence.appearance), k, grey=1, around=1, like=1, log_odds=2),
-                "stopped": bool(presence.appearance.stopped[k]),
-            }
-        )
-    apart = presence.distances
-    level = np.array(items.level)
+    """Everything in plain lists and numbers, from its rows; items parts first, then features and surfaces."""
+    rows = {name: _list_rows(columns) for name, columns in tabulate(presence).items()}
+    items, level = rows["presence"], np.array(presence.items.level)
+    seen, sizes = defaultdict(list), defaultdict(list)
+    for row in rows["presence_camera"]:
+        seen[row["item_no"]].append(row)
+    for row in rows["measured_size"]:
+        sizes[row["item_no"]].append(row)
     count = {
         name: np.bincount(presence.state[level == name], minlength=len(STATES))
         for name in ("part", "feature", "surface")
@@ -147,56 +177,76 @@ def describe(presence: Presence) -> dict[str, Any]:
             }
             for name, n in count.items()
         },
-        "look_at": [items.path[row] for row in rank_failures(presence).tolist()],
+        "look_at": [presence.items.path[row] for row in rank_failures(presence).tolist()],
         "items": [
             {
-                "path": items.path[row],
-                "level": items.level[row],
-                "state": STATES[presence.state[row]],
-                "qif": QIF[presence.state[row]],
-                "reason": REASONS[presence.reason[row]],
-                "log_odds": round(float(total["log_odds"][row]), 3),
-                "expected_log_odds": round(float(total["expected"][row]), 3),
-                "visible_pixels": round(float(items.visible_px[row]), 1),
-                **_rounded(total, row, edge_px=1, distinct_px=1, supported_px=1, region_px=1),
+                **{name: row[name] for name in ("path", "level", "state", "qif", "reason")},
+                **_rounded(row, "log_odds expected_log_odds", 3),
+                **_rounded(row, "visible_pixels edge_px distinct_px supported_px region_px", 1),
                 "cameras": {
-                    name: _rounded(vars(evidence), (row, c), log_odds=3, supported_px=1, distinct_px=1, region_px=1)
-                    for c, name in enumerate(presence.cameras)
+                    one["camera"]: _rounded(one, "log_odds", 3) | _rounded(one, "supported_px distinct_px region_px", 1)
+                    for one in seen[row["item_no"]]
                 },
                 "moved": None
-                if np.isnan(presence.moved_mm[row])
+                if np.isnan(row["moved_mm"])
                 else {
-                    "mm": round(float(presence.moved_mm[row]), 4),
-                    "sigma_mm": round(float(presence.moved_sigma_mm[row]), 4),
-                    "log_odds": round(float(presence.moved_log_odds[row]), 3),
+                    "mm": round(row["moved_mm"], 4),
+                    "sigma_mm": round(row["moved_sigma_mm"], 4),
+                    "log_odds": round(row["moved_log_odds"], 3),
                 },
-                "measured": measured[row],
-                "appearance": looks[row],
+                "measured": [
+                    {"what": one["what"], **_rounded(one, _SIZE, 4), "unit": one["unit"], "changed": one["changed"]}
+                    for one in sizes[row["item_no"]]
+                    if one["what"] != "distance"
+                ],
+                "appearance": [
+                    {
+                        "camera": one["camera"],
+                        "grey": round(one["inside_grey"], 1),
+                        "around": round(one["around_grey"], 1),
+                        "like": round(one["like_grey"], 1),
+                        "log_odds": round(one["appearance_log_odds"], 2),
+                        "stopped": one["stopped"],
+                    }
+                    for one in seen[row["item_no"]]
+                    if one["stopped"] is not None
+                ],
             }
-            for row in range(len(items))
+            for row in items
         ],
         "distances": [
             {
-                "from": items.path[apart.item_a[k]],
-                "to": items.path[apart.item_b[k]],
-                **_rounded(vars(apart), k, nominal=4, value=4, sigma=4),
-                "changed": bool(apart.changed[k]),
+                "from": items[row["item_no"]]["path"],
+                "to": items[row["other_item_no"]]["path"],
+                **_rounded(row, _SIZE, 4),
+                "changed": row["changed"],
             }
-            for k in range(len(apart.item_a))
+            for row in rows["measured_size"]
+            if row["what"] == "distance"
         ],
         "unexplained": [
             {
-                "camera": presence.cameras[more.camera[k]],
-                "kind": KINDS[more.kind[k]],
-                "image_arc_no": None if more.kind[k] == REGION else int(more.arc[k]),
-                "region_no": int(more.region[k]) if more.kind[k] == REGION else None,
-                "box": [round(float(v), 1) for v in more.box[k]],
-                **_rounded(vars(more), k, length=1, contrast=1),
-                "beyond": bool(more.beyond[k]),
+                **{name: row[name] for name in ("camera", "kind", "image_arc_no", "region_no")},
+                "box": [round(row[name], 1) for name in ("u0", "v0", "u1", "v1")],
+                **_rounded(row, "length contrast", 1),
+                "beyond": row["beyond"],
             }
-            for k in range(len(more.arc))
+            for row in rows["unexplained"]
         ],
     }
+
+
+_SIZE = "nominal value sigma"
+
+
+def _list_rows(columns: Mapping[str, Any]) -> list[dict[str, Any]]:
+    plain = (np.ma.asarray(column).tolist() for column in columns.values())
+    return [dict(zip(columns, row, strict=True)) for row in zip(*plain, strict=True)]
+
+
+def _rounded(row: Mapping[str, Any], names: str, digits: int) -> dict[str, float]:
+    """Some numbers of a row."""
+    return {name: round(row[name], digits) for name in names.split()}
 
 
 # Which loaded variant of an object the pictures show: the evidence for each at one pose, ranked.
@@ -207,8 +257,8 @@ class VariantEvidence:
     """What the pictures say of a variant in the place of the one that the world has there.
 
     object_no: of the world's object; placed: whether it is the world's; log_odds: the sum over its visible edges,
-    each there against not there; against: how many of its features and parts in view differ from it; of: how many are
-    decided at all.  distinguished_by: paths, worst first, of those that differ from it, and that the
+    each there against not there; against: how many of its features and parts in view differ from it; decided: how many
+    are decided at all.  distinguished_by: paths, worst first, of those that differ from it, and that the
     likeliest variant has right or does not have.
     """
 
@@ -219,7 +269,7 @@ class VariantEvidence:
     placed: bool
     log_odds: float
     against: int
-    of: int
+    decided: int
     distinguished_by: list[str]
 
     def to_json(self) -> dict[str, Any]:
@@ -229,7 +279,7 @@ class VariantEvidence:
             "placed": self.placed,
             "log_odds": round(self.log_odds, 3),
             "against": self.against,
-            "of": self.of,
+            "of": self.decided,
             "distinguished_by": self.distinguished_by,
         }
 
@@ -257,7 +307,7 @@ def weigh_variant(variant: Mapping[str, Any], presence: Presence) -> VariantEvid
     failures = [presence.items.path[row] for row in rank_failures(presence).tolist()]
     return VariantEvidence(
         int(variant["object_no"]), str(variant["name"]), str(variant["variant"]), int(variant["object_variant_id"]),
-        bool(variant["placed"]), float(np.sum(presence.runs.log_odds)), against, decided, failures,
+        bool(variant["placed"]), float(np.sum(presence.signs.runs.log_odds)), against, decided, failures,
     )  # fmt: skip
 
 
@@ -273,88 +323,15 @@ def rank(variants: list[VariantEvidence]) -> list[VariantEvidence]:
 
 # What is there and what is not, as rows of the store.
 
+_WEIGHED = ("object_no", "object_variant_id", "placed", "log_odds", "against", "decided")
 MOST_DISTINGUISHING = 5  # parts and features named, of those that distinguish two variants
 
 
-def record_presence(run: Run, connection: Connection, stored: StoredScene, it: Presence) -> None:
-    """Append all rows of an assessment within the transaction of `connection`."""
-    items, evidence = it.items, it.evidence
-    count, cameras = evidence.log_odds.shape
-    run.append(
-        connection,
-        "presence",
-        {
-            "run_id": run.id,
-            "item_no": np.arange(count),
-            "level": items.level,
-            "occurrence_id": stored.occurrence_id[items.occurrence],
-            "feature_no": np.ma.masked_equal(items.feature_no, NONE),
-            "surface_no": np.ma.masked_equal(items.surface_no, NONE),
-            "path": items.path,
-            "state": [STATES[s] for s in it.state],
-            "qif": [QIF[s] for s in it.state],
-            "reason": [REASONS[r] for r in it.reason],
-            "log_odds": evidence.log_odds.sum(axis=1),
-            "expected_log_odds": evidence.expected.sum(axis=1),
-            "visible_pixels": items.visible_px,
-            "edge_px": evidence.edge_px.sum(axis=1),
-            "distinct_px": evidence.distinct_px.sum(axis=1),
-            "supported_px": evidence.supported_px.sum(axis=1),
-            "region_px": evidence.region_px.sum(axis=1),
-            "moved_mm": it.moved_mm,
-            "moved_sigma_mm": it.moved_sigma_mm,
-            "moved_log_odds": it.moved_log_odds,
-        },
-    )
-    run.append(
-        connection,
-        "presence_camera",
-        {
-            "run_id": run.id,
-            "item_no": np.repeat(np.arange(count), cameras),
-            "camera": it.cameras * count,
-            "log_odds": evidence.log_odds.ravel(),
-            "expected_log_odds": evidence.expected.ravel(),
-            "edge_px": evidence.edge_px.ravel(),
-            "distinct_px": evidence.distinct_px.ravel(),
-            "supported_px": evidence.supported_px.ravel(),
-            "region_px": evidence.region_px.ravel(),
-            **_appearance(it.appearance, count, cameras),
-        },
-    )
-    sizes, apart = it.measures, it.distances
-    what = [*sizes.what, *["distance"] * len(apart.item_a)]
-    run.append(
-        connection,
-        "measured_size",
-        {
-            "run_id": run.id,
-            "measure_no": np.arange(len(what)),
-            "item_no": np.concatenate([sizes.item, apart.item_a]),
-            "other_item_no": np.ma.masked_equal(np.concatenate([np.full(len(sizes.item), NONE), apart.item_b]), NONE),
-            "what": what,
-            **{n: np.concatenate([getattr(sizes, n), getattr(apart, n)]) for n in ("nominal", "value", "sigma")},
-            "unit": [unit_of(w) for w in what],
-            "changed": np.concatenate([sizes.changed, apart.changed]),
-        },
-    )
-    more = it.unexplained
-    run.append(
-        connection,
-        "unexplained",
-        {
-            "run_id": run.id,
-            "unexplained_no": np.arange(len(more.arc)),
-            "camera": [it.cameras[c] for c in more.camera],
-            "kind": [KINDS[k] for k in more.kind],
-            "image_arc_no": np.ma.masked_equal(more.arc, NOTHING),
-            "region_no": np.ma.masked_equal(more.region, NOTHING),
-            **{name: more.box[:, k] for k, name in enumerate(("u0", "v0", "u1", "v1"))},
-            "length": more.length,
-            "contrast": more.contrast,
-            "beyond": more.beyond,
-        },
-    )
+def record_presence(write: Writer, stored: StoredScene, it: Presence) -> None:
+    """Append all rows of an assessment; write: as `Run.writer`."""
+    for table, columns in tabulate(it).items():
+        own = {"occurrence_id": stored.occurrence_id[it.items.occurrence]} if table == "presence" else {}
+        write(table, **own, **columns)
 
 
 def _appearance(seen: Appearance, count: int, cameras: int) -> dict[str, ColumnValues]:
@@ -377,21 +354,11 @@ def _appearance(seen: Appearance, count: int, cameras: int) -> dict[str, ColumnV
     }
 
 
-def record_variants(run: Run, connection: Connection, ranked: list[VariantEvidence]) -> None:
-    """Append the evidence for variants, in their order; nothing where none was asked for."""
-    if ranked:
-        run.append(
-            connection,
-            "variant_evidence",
-            {
-                "run_id": run.id,
-                "rank_no": np.arange(len(ranked)),
-                "object_no": [v.object_no for v in ranked],
-                "object_variant_id": [v.object_variant_id for v in ranked],
-                "placed": [v.placed for v in ranked],
-                "log_odds": [v.log_odds for v in ranked],
-                "against": [v.against for v in ranked],
-                "decided": [v.of for v in ranked],
-                "distinguished_by": [", ".join(v.distinguished_by[:MOST_DISTINGUISHING]) or None for v in ranked],
-            },
-        )
+def record_variants(write: Writer, ranked: list[VariantEvidence]) -> None:
+    """Append the evidence for variants, in their order; write: as `Run.writer`."""
+    write(
+        "variant_evidence",
+        rank_no=np.arange(len(ranked)),
+        **{name: [getattr(v, name) for v in ranked] for name in _WEIGHED},
+        distinguished_by=[", ".join(v.distinguished_by[:MOST_DISTINGUISHING]) or None for v in ranked],
+    )

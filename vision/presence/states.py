@@ -18,7 +18,6 @@ from vision.presence.displaced import (
     Displacements,
     Measures,
     find_moved,
-    join,
     measure_displacements,
     measure_items,
     report_displacements,
@@ -61,22 +60,9 @@ from vision.scene import Scene, StoredScene
 # to two bores, so that their distance is known better than the place of either.
 
 
-@dataclass(frozen=True)
-class Distances:
-    """Distances between neighbours, as columns: item_a, item_b: features; nominal, value, sigma: mm; changed: whether
-    it surely differs from the model's."""
-
-    item_a: Ints
-    item_b: Ints
-    nominal: Floats
-    value: Floats
-    sigma: Floats
-    changed: Bools
-
-
 def measure_distances(
     items: Items, scene: Scene, radius: Floats, surfaces: Surfaces, p: DistanceParameters
-) -> Distances:
+) -> Measures:
     """Of each measured hole, boss or pin the distances to the nearest of the same part with a parallel axis whose
     middle is about as high.  radius (s,): of the scene's cylinders, nan for others."""
     item, surface = _choose_bores(items, radius, surfaces)
@@ -103,7 +89,7 @@ def measure_distances(
     sigma = np.hypot(surfaces.shift_sigma[surface[a]], surfaces.shift_sigma[surface[b]])
     off = np.abs(value - nominal[a, b])
     changed = (off > p.changed_sigma * sigma) & (off > p.changed_mm)
-    return Distances(item[a], item[b], nominal[a, b], value, sigma, changed)
+    return Measures(item[a], item[b], ["distance"] * len(a), nominal[a, b], value, sigma, changed)
 
 
 def _choose_bores(items: Items, radius: Floats, surfaces: Surfaces) -> tuple[Ints, Ints]:
@@ -164,14 +150,14 @@ REASONS = (
 @dataclass(frozen=True)
 class Evidence:
     """Evidence for items, by camera (n, c): px of edges in view, of them px that can be distinguished from others, of
-    those px supported; log_odds: of there against not there; expected: what they would be in the mean, were it there;
-    region_px: what regions of the picture cover of its surfaces, px."""
+    those px supported; log_odds: of there against not there; expected_log_odds: what they would be in the mean, were it
+    there; region_px: what regions of the picture cover of its surfaces, px."""
 
     edge_px: Floats
     distinct_px: Floats
     supported_px: Floats
     log_odds: Floats
-    expected: Floats
+    expected_log_odds: Floats
     region_px: Floats
 
 
@@ -181,11 +167,11 @@ class Presence:
 
     state, reason: index of STATES and of REASONS.  moved_mm, moved_sigma_mm: how far the surface of it that has moved
     most surely lies from its place, nan where none has; moved_log_odds: of that.  cameras: names, as the evidence
-    counts them.  runs: the predicted edges that all rests on.
+    counts them.
     """
 
     items: Items
-    runs: EdgeRuns
+    signs: Signs
     cameras: list[str]
     evidence: Evidence
     state: NDArray[np.int8]
@@ -194,9 +180,6 @@ class Presence:
     moved_sigma_mm: Floats
     moved_log_odds: Floats
     measures: Measures
-    distances: Distances
-    appearance: Appearance
-    unexplained: Unexplained
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -209,7 +192,7 @@ class Signs:
     regions: RegionSupport
     appearance: Appearance
     displacements: Displacements
-    distances: Distances
+    distances: Measures
     unexplained: Unexplained
 
 
@@ -221,9 +204,8 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     np.add.at(evidence.log_odds, (appearance.item, appearance.camera), appearance.log_odds)
     displaced = report_displacements(items, signs.displacements, p)
     moved = find_moved(items, surfaces, evidence.distinct_px.sum(axis=1), p.least_moved_share)
-    measures = join(measure_items(items, radius, surfaces, moved, p), displaced)
-    most_moved = _most_moved(items, surfaces, moved)
-    total, expected = evidence.log_odds.sum(axis=1), evidence.expected.sum(axis=1)
+    measures = Measures.stack([measure_items(items, radius, surfaces, moved, p), displaced])
+    total, expected = evidence.log_odds.sum(axis=1), evidence.expected_log_odds.sum(axis=1)
     edge, distinct = evidence.edge_px.sum(axis=1), evidence.distinct_px.sum(axis=1)
     share = evidence.supported_px.sum(axis=1) / np.maximum(distinct, 1e-9)
     changed, resized = np.zeros((2, len(items)), bool)
@@ -258,22 +240,9 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     settle(with_failing & ~np.isin(state, (CHANGED, CONTRADICTED)), CHANGED, OF_FEATURE)
     # No size of an undecidable item counts as changed.
     measures = replace(measures, changed=measures.changed & (state[measures.item] != UNDECIDABLE))
-    moved_mm, moved_sigma_mm, moved_log_odds = most_moved
-    return Presence(
-        items=items,
-        runs=runs,
-        cameras=cameras,
-        evidence=evidence,
-        state=state,
-        reason=reason,
-        moved_mm=moved_mm,
-        moved_sigma_mm=moved_sigma_mm,
-        moved_log_odds=moved_log_odds,
-        measures=measures,
-        distances=signs.distances,
-        appearance=appearance,
-        unexplained=signs.unexplained,
-    )
+    measures = Measures.stack([measures, signs.distances])
+    most_moved = _find_most_moved(items, surfaces, moved)
+    return Presence(items, signs, cameras, evidence, state, reason, *most_moved, measures)
 
 
 def gather_evidence(items: Items, runs: EdgeRuns, cameras: int) -> Evidence:
@@ -346,7 +315,7 @@ def pair_with_runs(items: Items, sides: Ints) -> tuple[Ints, Ints, Bools]:
     return item, run, lent
 
 
-def _most_moved(items: Items, surfaces: Surfaces, moved: Bools) -> tuple[Floats, Floats, Floats]:
+def _find_most_moved(items: Items, surfaces: Surfaces, moved: Bools) -> tuple[Floats, Floats, Floats]:
     """Of each item that of its faces which has moved most surely: mm, sigma and log odds (n,), nan where none has."""
     rows = np.flatnonzero(moved)
     order = rows[np.lexsort((surfaces.log_odds[items.surface[rows]], items.member[rows]))]

@@ -10,9 +10,10 @@ import pytest
 
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
+from vision.presence.displaced import Measures
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DistanceParameters
-from vision.presence.states import Distances, measure_distances
+from vision.presence.states import measure_distances
 from vision.presence.surfaces import Surfaces
 from vision.scene import Scene
 
@@ -21,7 +22,7 @@ RADIUS = 12.0
 TILT = rotation_matrix(np.array([[0.4, -0.3, 1.1]]))[0]
 
 
-def measured(shift: Floats, sigma: Floats) -> Distances:
+def measured(shift: Floats, sigma: Floats) -> Measures:
     """Bores of which two thirds are there, 10 deep, each aside by a shift (n, 3) of the part's frame."""
     angle = np.linspace(0, 4 * np.pi / 3, 24)
     around = np.stack([np.cos(angle), np.sin(angle), np.zeros(24)], axis=1)
@@ -46,8 +47,8 @@ def measured(shift: Floats, sigma: Floats) -> Distances:
     return measure_distances(*parts, DistanceParameters())
 
 
-def between(found: Distances, a: int, b: int) -> int:
-    (row,) = np.flatnonzero((found.item_a == a + 1) & (found.item_b == b + 1))
+def between(found: Measures, a: int, b: int) -> int:
+    (row,) = np.flatnonzero((found.item == a + 1) & (found.other == b + 1))
     return int(row)
 
 
@@ -71,4 +72,4 @@ def test_what_shifts_all_alike_is_the_pose_and_changes_nothing() -> None:
 
 def test_other_levels_and_what_was_not_measured_are_left_out() -> None:
     found = measured(np.zeros((5, 3)), np.array([0.1, np.nan, 0.1, 0.1, 0.1]))
-    assert set(found.item_a.tolist()) | set(found.item_b.tolist()) == {1, 3, 4}
+    assert set(found.item.tolist()) | set(found.other.tolist()) == {1, 3, 4}
