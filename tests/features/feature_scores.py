@@ -46,7 +46,7 @@ def score(generate: Callable[[int], Part | Work], seeds: Iterable[int]) -> Score
     out = Scores()
     for seed in seeds:
         part = generate(seed)
-        left = [f for f in recognise(step_shape.extract(part.body, {}, {}, {})) if f.kind not in WITHOUT_TRUTH]
+        left = [f for f in recognise(step_shape.extract(part.body)) if f.kind not in WITHOUT_TRUTH]
         perhaps: list[Made] = []
         if isinstance(part, Work):
             perhaps = part.perhaps

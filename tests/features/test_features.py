@@ -93,7 +93,7 @@ def turned(shape: Any) -> Any:
 
 def features_of(shape: Any) -> list[Feature]:
     """Features but for what is under the floors and what is left."""
-    return [f for f in recognise(step_shape.extract(shape, {}, {}, {})) if f.kind not in ("web", "body")]
+    return [f for f in recognise(step_shape.extract(shape)) if f.kind not in ("web", "body")]
 
 
 def measures(feature: Feature) -> dict[str, float]:
@@ -245,7 +245,7 @@ def test_mirror_images_and_near_twins_are_of_other_classes() -> None:
 def test_a_surface_that_the_kernel_could_not_mesh_is_left_out() -> None:
     tool = rounded(rounded(box(10, 10, 8, (40.0, 40.0, 30.0)), 6.0, upright=True), 2.0, upright=False)
     part = cut(plate(), tool, cylinder(75, 20, 10, 3, 20), cone(75, 20, 8, 0, 3, 2), cylinder(75, 20, 15, 6, 20))
-    shape = step_shape.extract(part, {}, {}, {})
+    shape = step_shape.extract(part)
     mesh = shape.mesh
     triangles, owners = mesh.triangles, mesh.triangle_surfaces
     assert {f.kind for f in recognise(shape)} == {"pocket", "blind_hole", "web", "body"}

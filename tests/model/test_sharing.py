@@ -161,7 +161,7 @@ def test_a_part_of_many_symmetries_is_found_and_the_faces_are_told(tmp_path: Pat
     for i, m in enumerate(turn):
         ring = cut(ring, moved(cylinder(30, 0, 5 if i else 4.5, 3, 20), m))
     pose = random_motions(1, 3)[0]
-    first, other = (step_shape.extract(s, {}, {}, {}) for s in (ring, moved(ring, pose)))
+    first, other = (step_shape.extract(s) for s in (ring, moved(ring, pose)))
     found = content_keys.congruent(first, other)
     assert found is not None
     assert found.motion == pytest.approx(pose, abs=1e-8)
@@ -170,6 +170,6 @@ def test_a_part_of_many_symmetries_is_found_and_the_faces_are_told(tmp_path: Pat
 
 
 def test_named_and_coloured_faces_keep_shapes_apart() -> None:
-    plain, named = (step_shape.extract(handed(), names, {}, {}) for names in ({}, {1: "datum A"}))
+    plain, named = (step_shape.extract(handed(), {"name": names}) for names in ({}, {1: "datum A"}))
     assert content_keys.congruent(plain, plain) is not None
     assert content_keys.congruent(plain, named) is None

@@ -25,4 +25,4 @@ def meshed_by_kernel(
 def extracted(part: Any) -> Shape:
     """A shape of the kernel's with its triangles."""
     with meshed_by_kernel():
-        return step_shape.extract(part, {}, {}, {})
+        return step_shape.extract(part)

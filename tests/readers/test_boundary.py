@@ -133,7 +133,7 @@ def assert_boundary(shape: Any) -> None:
     from relmodel.readers.step import shape as step_shape
     from relmodel.readers.step.faces import edge_map, face_map
 
-    got = step_shape.extract(shape, {}, {}, {})
+    got = step_shape.extract(shape)
     faces = face_map(shape)
     edges = edge_map(faces)
     assert (faces.Extent(), edges.Extent()) == (len(got.surfaces["kind"]), len(got.arcs["kind"]))
@@ -165,7 +165,7 @@ def test_every_kind_of_curve() -> None:
     for face in faces:
         assert_boundary(face)
     assert_boundary(compound(*(moved(face, 0.9, 10.0 * i, 0.0, 3.0) for i, face in enumerate(faces))))
-    got = step_shape.extract(offset, {}, {}, {})
+    got = step_shape.extract(offset)
     assert got.pcurves["kind"] == ["spline", "spline"]  # an offset pcurve becomes one near to it
     assert _surface_gaps(got).max() < 1e-3
 
@@ -194,7 +194,7 @@ def test_pcurves_of_every_kind_are_read() -> None:
     for curve in (circle, oval, spline):
         wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve, cylinder).Edge()).Wire()
         faces.append(BRepBuilderAPI_MakeFace(cylinder, wire).Face())
-    shape = step_shape.extract(compound(*faces), {}, {}, {})
+    shape = step_shape.extract(compound(*faces))
     p = shape.pcurves
     circle, oval_, free = (p["kind"].index(kind) for kind in ("circle", "ellipse", "spline"))
     assert (p["radius"][circle], p["direct"][circle]) == (0.5, True)

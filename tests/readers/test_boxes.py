@@ -28,7 +28,7 @@ def test_boxes_of_spheres_and_tori_whole_and_cut() -> None:
         ):
             cutter = BRepPrimAPI_MakeBox(axes.Location(), 60.0, 60.0, 60.0).Shape()
             for shape in (maker.Shape(), BRepAlgoAPI_Cut(maker.Shape(), cutter).Shape()):
-                got = step_shape.extract(shape, {}, {}, {})
+                got = step_shape.extract(shape)
                 vertices = got.mesh.vertices[got.mesh.triangles].reshape(-1, 3)
                 owner = np.repeat(got.mesh.triangle_surfaces, 3)
                 for i in np.flatnonzero(np.isin(got.surfaces["kind"], ("sphere", "torus"))).tolist():
@@ -79,7 +79,7 @@ def test_boxes_of_free_faces_that_bulge_within_their_trims() -> None:
         middle, radius = np.array([(u0 + u1) / 2, (v0 + v1) / 2]), 0.35 * min(u1 - u0, v1 - v0)
         circle = Geom2d_Circle(gp_Ax2d(gp_Pnt2d(*middle.tolist()), gp_Dir2d(1, 0)), radius)
         wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(circle, surface).Edge()).Wire()
-        got = step_shape.extract(BRepBuilderAPI_MakeFace(surface, wire).Face(), {}, {}, {})
+        got = step_shape.extract(BRepBuilderAPI_MakeFace(surface, wire).Face())
         distance, angle = np.meshgrid(np.linspace(0, radius, 60), np.linspace(0, 2 * np.pi, 150))
         places = middle + np.stack([distance * np.cos(angle), distance * np.sin(angle)], axis=-1).reshape(-1, 2)
         grid = np.array([surface.Value(u, v).Coord() for u, v in places.tolist()])

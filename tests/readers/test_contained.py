@@ -92,7 +92,7 @@ def test_an_edge_that_has_neither_curve_nor_vertex_is_left_out() -> None:
         builder.Add(wire, keys.FindKey(i))
     builder.Add(wire, edge)
     damaged = replaced(box, BRepTools.OuterWire_s(face), wire)
-    shape = extract(damaged, {}, {}, {})
+    shape = extract(damaged)
     assert (len(shape.surfaces["kind"]), len(shape.arcs["kind"])) == (6, 12)
 
 

@@ -38,8 +38,8 @@ def test_rows_of_a_file_give_the_points_of_the_kernel(
     kept: list[tuple[Any, Shape]] = []
     extract = step_shape.extract
 
-    def keep(body: Any, *labels: dict[int, str]) -> Shape:
-        made = extract(body, *labels)
+    def keep(body: Any, labels: dict[str, dict[int, str]]) -> Shape:
+        made = extract(body, labels)
         kept.append((body, made))
         return made
 
@@ -241,7 +241,7 @@ def test_kinds_that_no_file_has() -> None:
     from relmodel.readers.step import shape as step_shape
 
     sheet = compound(faces_of_rare_kinds())
-    shape = step_shape.extract(sheet, {}, {}, {})
+    shape = step_shape.extract(sheet)
     kinds = shape.surfaces["kind"]
     assert {"spline", "extrusion", "revolution", "offset"} <= set(kinds)
     assert kinds.count("offset") == 4
@@ -268,12 +268,12 @@ def test_conics_on_cones_and_degenerate_edges() -> None:
         place -= 60 * np.array(frame.YDirection().Coord())
         frame.SetLocation(gp_Pnt(*place.tolist()))
         part = BRepAlgoAPI_Cut(cone, BRepPrimAPI_MakeBox(frame, 120.0, 120.0, 60.0).Shape()).Shape()
-        shape = step_shape.extract(part, {}, {}, {})
+        shape = step_shape.extract(part)
         assert_equal(part, shape)
         kinds |= set(shape.arcs["kind"])
     assert {"hyperbola", "ellipse", "degenerate"} <= kinds
     assert kinds & {"parabola", "spline"}
     ball = BRepPrimAPI_MakeSphere(gp_Pnt(1, 2, 3), 7.0).Shape()
-    shape = step_shape.extract(ball, {}, {}, {})
+    shape = step_shape.extract(ball)
     assert shape.arcs["kind"].count("degenerate") == 2
     assert_equal(ball, shape)

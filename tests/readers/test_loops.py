@@ -42,7 +42,7 @@ def test_the_outer_loop_is_the_one_around_the_others(seed: int) -> None:
     from shapely import Polygon
 
     part = parts_generator.generate(seed).body
-    shape = step_shape.extract(part, {}, {}, {})
+    shape = step_shape.extract(part)
     faces = face_map(part)
     several = 0
     for i in np.flatnonzero(np.bincount(shape.loops["surface_no"]) > 1).tolist():
@@ -121,7 +121,7 @@ def test_loops_around_a_face_without_a_seam_are_all_outer(kind: str) -> None:
         "sphere": lambda: Geom_SphericalSurface(gp_Ax3(), 9.0),
         "torus": lambda: Geom_ToroidalSurface(gp_Ax3(), 9.0, 2.0),
     }[kind]()
-    shape = step_shape.extract(band(surface), {}, {}, {})
+    shape = step_shape.extract(band(surface))
     count = np.bincount(shape.coedges["loop_no"])  # the hole has four edges
     assert sorted(zip(count.tolist(), shape.loops["outer_loop"].tolist(), strict=True)) == [
         (1, True),

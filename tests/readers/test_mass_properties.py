@@ -43,7 +43,7 @@ WAYS = pytest.mark.parametrize("way", [as_built, as_splines, far_off])
 
 
 def extracted(shape: Any) -> Shape:
-    return step_shape.extract(shape, {}, {}, {})
+    return step_shape.extract(shape)
 
 
 def areas(shape: Shape, kind: str) -> list[float]:

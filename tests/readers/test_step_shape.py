@@ -15,7 +15,7 @@ pytest.importorskip("OCP")
 def extracted(shape: Any) -> Shape:
     from relmodel.readers.step import shape as step_shape
 
-    return step_shape.extract(shape, {}, {}, {})
+    return step_shape.extract(shape)
 
 
 def mesh_volume(shape: Shape) -> float:

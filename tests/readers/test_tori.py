@@ -20,7 +20,7 @@ NEAR_MM = 1e-3  # what recognition allows
 def extracted(shape: Any) -> Shape:
     from relmodel.readers.step import shape as step_shape
 
-    return step_shape.extract(shape, {}, {}, {})
+    return step_shape.extract(shape)
 
 
 def revolved(curve: Any, first: float, last: float) -> Any:

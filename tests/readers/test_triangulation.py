@@ -23,7 +23,7 @@ from tests.parts.turned_parts import workshop
 
 
 def composed(seed: int) -> Shape:
-    return step_shape.extract(workshop(seed).body, {}, {}, {})
+    return step_shape.extract(workshop(seed).body)
 
 
 def is_closed(mesh: Mesh) -> bool:
@@ -119,7 +119,7 @@ def test_triangles_of_trimmed_round_faces_meet_and_keep_to_the_solid(name: str) 
 
     solid = cut_solids()[name]
     keys = face_map(solid)
-    shape = step_shape.extract(solid, {}, {}, {})
+    shape = step_shape.extract(solid)
     mesh = shape.mesh
     assert is_closed(mesh)
     assert facing(mesh).min() > -0.1  # beside a pole some stand upright
@@ -162,7 +162,7 @@ def test_a_mesh_that_is_open_or_far_off_is_a_finding_and_costs_nothing(monkeypat
     made = triangulation._triangulations
     with monkeypatch.context() as patch:
         patch.setattr(triangulation, "_triangulations", missing_one)
-        shape = step_shape.extract(pin, {}, {}, {})
+        shape = step_shape.extract(pin)
     steps = 2 * np.pi / np.diff(np.unique(np.round(np.arctan2(*shape.mesh.vertices.T[:2]), 9))).max()
     kinds = {one.kind: one for one in shape.findings}
     assert set(kinds) == {"unmeshed_face", "open_mesh"}
@@ -171,7 +171,7 @@ def test_a_mesh_that_is_open_or_far_off_is_a_finding_and_costs_nothing(monkeypat
     assert shape.volume == pytest.approx(np.pi * 400 * 30)
     with monkeypatch.context() as patch:
         patch.setattr(triangulation, "_P", replace(triangulation._P, most_chords=0.01))
-        far = step_shape.extract(pin, {}, {}, {})
+        far = step_shape.extract(pin)
     (found,) = far.findings
     assert found.kind == "mesh_deviation"
     assert found.value == far.mesh.deviation_mm

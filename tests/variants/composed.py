@@ -51,7 +51,7 @@ def carried(body: Any, move: Pose) -> Any:
 
 def store_items(store: Store, variant: str, items: Sequence[Item], name: str = "thing") -> LoadReport:
     """Store an object of these items."""
-    shapes = tuple(step_shape.extract(item.body, {}, {}, {}) for item in items)
+    shapes = tuple(step_shape.extract(item.body) for item in items)
     parts = tuple(Part(item.number, item.number, i, item.material) for i, item in enumerate(items))
     placed = tuple(Instance(item.name, "part", i, item.pose) for i, item in enumerate(items))
     model = Model("STEP", "AP242", "mm", 1.0, shapes, parts, (Assembly(name, placed),), 0, None, 0, "test")

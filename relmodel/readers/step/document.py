@@ -5,7 +5,7 @@ Imports the CAD kernel; `read.py` reports where it is missing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cache
 from io import BytesIO
@@ -41,11 +41,7 @@ from relmodel.readers.step.step_parameters import Findings
 LOADER_VERSION = f"step-7 ocp-{OCP.__version__}"
 # Length units in full, as the kernel names them.
 _FULL_NAME = {"um": "micrometre", "mm": "millimetre", "cm": "centimetre", "dm": "decimetre", "m": "metre"}
-
-
 _FULL_NAME |= {"in": "inch", "ft": "foot"}
-
-
 _MADE_UP = "=>["  # the kernel names a component after the label that it refers to: =>[0:1:1:3]
 
 
@@ -87,17 +83,19 @@ def read_document(content: bytes, instances: Instances) -> Model:
         faces_loaded=walk.faces.Extent(),
         loader_version=LOADER_VERSION,
     )
-    faces = cache(lambda: FacesOfText(model.parts, instances, reader, walk.places))
-    additions: tuple[tuple[str, Callable[[Model], Model]], ...] = (
-        ("the identifiers of products", lambda m: _with_numbers(m, instances)),
-        ("the names of faces", lambda m: with_face_names(m, instances, faces(), found)),
-        ("dimensions, tolerances and datums", lambda m: with_pmi(m, instances, faces(), found)),
-        ("properties", lambda m: with_properties(m, instances, faces(), found)),
-        ("finishes", lambda m: with_finish(m, instances, faces(), found)),
-    )
-    for what, add in additions:  # an addition that cannot be read never costs the geometry
+    # An addition that cannot be read never costs the geometry.
+    with found.contained("the identifiers of products"):
+        numbers = part21.product_numbers(instances)
+        model = replace(model, parts=tuple(replace(p, number=numbers.get(p.name, p.number)) for p in model.parts))
+    faces = cache(lambda: FacesOfText(instances, reader, walk.places))
+    for what, add in (
+        ("the names of faces", with_face_names),
+        ("dimensions, tolerances and datums", with_pmi),
+        ("properties", with_properties),
+        ("finishes", with_finish),
+    ):
         with found.contained(what):
-            model = add(model)
+            model = add(model, instances, faces(), found)
     return replace(_without_unplaced(model), findings=tuple(found))
 
 
@@ -119,12 +117,6 @@ def _without_unplaced(model: Model) -> Model:
         parts=tuple(replace(model.parts[i], shape=shape[model.parts[i].shape]) for i in parts),
         assemblies=tuple(assemblies),
     )
-
-
-def _with_numbers(model: Model, instances: Instances) -> Model:
-    """The model whose parts have the identifiers of their products for numbers, where a name identifies the product."""
-    numbers = part21.product_numbers(instances)
-    return replace(model, parts=tuple(replace(p, number=numbers.get(p.name, p.number)) for p in model.parts))
 
 
 def _unit(reader: Any, instances: Instances) -> tuple[str, float]:
@@ -297,9 +289,9 @@ class _Walk:
         if key not in self._shape_of:
             labels = self._face_labels(label, faces)
             if step_tessellated.is_tessellated(faces):
-                made, face_of = step_tessellated.extract(_scaled(shape, scale), *labels)
+                made, face_of = step_tessellated.extract(_scaled(shape, scale), labels)
             else:
-                made, face_of = step_shape.extract(_scaled(shape, scale), *labels), list(range(len(faces)))
+                made, face_of = step_shape.extract(_scaled(shape, scale), labels), list(range(len(faces)))
             self.shapes.append(made)
             self._shape_of[key] = len(self.shapes) - 1, face_of
         shape_no, face_of = self._shape_of[key]
@@ -313,29 +305,25 @@ class _Walk:
         """Part and surface_no of a face of the kernel, of each product that has it."""
         return self._places.get(self.faces.FindIndex(face.Located(TopLoc_Location())), [])
 
-    def _face_labels(self, label: Any, faces: Any) -> tuple[dict[int, str], dict[int, str], dict[int, str]]:
-        """Names, colours and layers of faces, by ordinal; what a body or shell bears, its faces inherit."""
-        names: dict[int, str] = {}
-        colours: dict[int, str] = {}
-        layers: dict[int, str] = {}
+    def _face_labels(self, label: Any, faces: Any) -> dict[str, dict[int, str]]:
+        """Names, colours and layers of faces, by ordinal; faces inherit what a body bears, but not its name."""
+        found: dict[str, dict[int, str]] = {"name": {}, "colour": {}, "layer": {}}
         labelled = Sequence_TDF_Label()
         XCAFDoc_ShapeTool.GetSubShapes_s(label, labelled)
         subs = [(XCAFDoc_ShapeTool.GetShape_s(one), one) for one in labelled]
         whole = self.labels.layer(label)
         if whole:
-            layers = dict.fromkeys(range(1, faces.Extent() + 1), whole)
+            found["layer"] = dict.fromkeys(range(1, faces.Extent() + 1), whole)
         # From the whole to its pieces, so that a face's own label is written last.
         for shape, one in sorted(subs, key=lambda pair: int(pair[0].ShapeType().value)):
             if shape.ShapeType().value > Type.TopAbs_FACE.value:
                 continue
             ordinals = [o for face in maps.face_map(shape) if (o := faces.FindIndex(face))]
-            if shape.ShapeType() == Type.TopAbs_FACE and (name := self.labels.name(one)):
-                names.update(dict.fromkeys(ordinals, name))
-            if colour := self.labels.colour(one):
-                colours.update(dict.fromkeys(ordinals, colour))
-            if layer := self.labels.layer(one):
-                layers.update(dict.fromkeys(ordinals, layer))
-        return names, colours, layers
+            for column, given in found.items():
+                bears = column != "name" or shape.ShapeType() == Type.TopAbs_FACE
+                if bears and (word := getattr(self.labels, column)(one)):
+                    given.update(dict.fromkeys(ordinals, word))
+        return found
 
 
 def _components(label: Any, labels: Labels) -> Iterator[tuple[Any, Any, Any, bool]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,16 +13,7 @@ from OCP.BRepGProp import BRepGProp_Domain, BRepGProp_Face, BRepGProp_Sinert, BR
 from OCP.BRepTools import BRepTools, BRepTools_ReShape, BRepTools_WireExplorer
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
 from OCP.Geom import Geom_BSplineSurface
-from OCP.Geom2d import (
-    Geom2d_BezierCurve,
-    Geom2d_BSplineCurve,
-    Geom2d_Circle,
-    Geom2d_Ellipse,
-    Geom2d_Hyperbola,
-    Geom2d_Line,
-    Geom2d_Parabola,
-    Geom2d_TrimmedCurve,
-)
+from OCP.Geom2d import Geom2d_TrimmedCurve
 from OCP.Geom2dConvert import Geom2dConvert
 from OCP.gp import gp_Pnt
 from OCP.ShapeCustom import ShapeCustom
@@ -33,6 +25,7 @@ from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Iterator
 from relmodel.arrays import Floats
 from relmodel.model.model import Mesh, Table
 from relmodel.readers.splines import Spline, spline_columns, spline_of
+from relmodel.readers.step.geometry import SIZES, number_columns, sizes_of, untrimmed
 from relmodel.readers.step.step_parameters import DEFAULTS, Findings
 
 _P = DEFAULTS
@@ -69,14 +62,13 @@ def without_lost_faces(shape: Any) -> Any:
 
 def _is_evaluated(face: Any) -> bool:
     """Whether the kernel evaluates a face in the middle of its domain; true of a face that has only triangles."""
-    try:
+    with suppress(Exception):  # the kernel's exceptions share no base class
         surface = BRep_Tool.Surface_s(face)
         if surface is not None:
             u0, u1, v0, v1 = BRepTools.UVBounds_s(face)
             surface.Value((u0 + u1) / 2, (v0 + v1) / 2)
-    except Exception:  # the kernel's exceptions share no base class
-        return False
-    return True
+        return True
+    return False
 
 
 def solids(shape: Any) -> list[Any]:
@@ -170,17 +162,13 @@ def loops_of(face: Any, edges: Any, findings: Findings, surface_no: int) -> list
     loops = []
     for wire in wires:
         loop = _stored(wire, edges)
-        if not _is_chain(loop):
+        heads, tails = ([end(one.edge, True) for one in loop] for end in (TopExp.LastVertex_s, TopExp.FirstVertex_s))
+        # Whether each coedge ends where the next begins.
+        if len(loop) > 1 and not all(map(lambda a, b: a.IsSame(b), heads, tails[1:] + tails[:1])):
             with findings.contained("the order of the edges of a face", "unread_boundary", surface_no):
                 loop = _explored(wire, face, edges, loop)
         loops.append(loop)
     return loops
-
-
-def pcurve_of(coedge: Coedge, face: Any) -> tuple[Any, float, float] | None:
-    """The curve of a coedge in the parameters of its face, taken as forward, with its range; None: it has none."""
-    curve = BRep_Tool.CurveOnSurface_s(coedge.edge, face, 0.0, 0.0)
-    return None if curve is None else (curve, *BRep_Tool.Range_s(coedge.edge, face))
 
 
 def _children(shape: Any) -> list[Any]:
@@ -215,70 +203,46 @@ def _coedge(edge: Any, edges: Any) -> Coedge | None:
     return None if arc_no < 0 else Coedge(TopoDS.Edge(edge), arc_no, is_reversed(edge))
 
 
-def _is_chain(coedges: list[Coedge]) -> bool:
-    """Whether each coedge ends where the next begins."""
-    if len(coedges) < 2:
-        return True
-    heads = [TopExp.LastVertex_s(one.edge, True) for one in coedges]
-    tails = [TopExp.FirstVertex_s(one.edge, True) for one in coedges]
-    return all(head.IsSame(tail) for head, tail in zip(heads, tails[1:] + tails[:1], strict=True))
-
-
 # Pcurves of the CAD kernel as rows; runs in the child process of the reader.
 
-_NAN = float("nan")
+_KEY = ("surface_no", "loop_no", "coedge_no")
+_PCURVE = (*_KEY, "origin_u", "origin_v", "axis_u", "axis_v", "radius", "radius2", "t0", "t1", "direct")
+_NO_FRAME: tuple[float, ...] = (float("nan"),) * 4
 
 
 class PcurveRows:
     """Collects the columns of `Shape.pcurves`."""
 
     def __init__(self) -> None:
-        # key; kind; origin, axis, radius, radius2, t0, t1; direct; spline
-        self._rows: list[tuple[tuple[int, int, int], str, tuple[float, ...], bool, Spline | None]] = []
+        self._kinds: list[str] = []
+        self._numbers: list[tuple[float, ...]] = []
+        self._splines: list[Spline | None] = []
 
     def add(self, key: tuple[int, int, int], curve: Any, t0: float, t1: float) -> None:
         """Append a pcurve of the kernel; key: surface_no, loop_no, coedge_no."""
-        while isinstance(curve, Geom2d_TrimmedCurve):
-            curve = curve.BasisCurve()
-        if isinstance(curve, Geom2d_Line):
-            numbers = (*curve.Location().Coord(), *curve.Direction().Coord(), _NAN, _NAN, t0, t1)
-            self._rows.append((key, "line", numbers, True, None))
-            return
-        for kind, form, radii in _CONICS:
-            if isinstance(curve, form):
-                position = curve.Position()
-                x, y = position.XDirection().Coord(), position.YDirection().Coord()
-                sizes = (*(getattr(curve, radius)() for radius in radii), _NAN)[:2]
-                numbers = (*position.Location().Coord(), *x, *sizes, t0, t1)
-                self._rows.append((key, kind, numbers, x[0] * y[1] - x[1] * y[0] > 0, None))
-                return
-        if isinstance(curve, Geom2d_BezierCurve):
-            curve = Geom2dConvert.CurveToBSplineCurve_s(curve)
-        elif not isinstance(curve, Geom2d_BSplineCurve):  # an offset: as near as a spline comes
-            curve = Geom2dConvert.CurveToBSplineCurve_s(Geom2d_TrimmedCurve(curve, t0, t1))
-        self._rows.append((key, "spline", (*[_NAN] * 6, t0, t1), True, spline_of(curve)))
+        curve, name, kind = untrimmed(curve)
+        kind = kind if kind in SIZES else "spline"
+        frame, direct, spline = _NO_FRAME, True, None
+        if kind == "line":
+            frame = (*curve.Location().Coord(), *curve.Direction().Coord())
+        elif kind != "spline":
+            position = curve.Position()
+            x, y = position.XDirection().Coord(), position.YDirection().Coord()
+            frame, direct = (*position.Location().Coord(), *x), x[0] * y[1] - x[1] * y[0] > 0
+        elif name == "BSplineCurve":
+            spline = spline_of(curve)
+        else:  # of an offset: as near as a spline comes
+            whole = curve if name == "BezierCurve" else Geom2d_TrimmedCurve(curve, t0, t1)
+            spline = spline_of(Geom2dConvert.CurveToBSplineCurve_s(whole))
+        sizes = _NO_FRAME[:2] if spline else sizes_of(curve, kind)[:2]
+        self._kinds.append(kind)
+        self._numbers.append((*key, *frame, *sizes, t0, t1, direct))
+        self._splines.append(spline)
 
     def columns(self) -> Table:
-        keys = np.array([key for key, *_ in self._rows], np.int64).reshape(-1, 3)
-        numbers = np.array([row[2] for row in self._rows], float).reshape(-1, 8)
-        names = ("origin_u", "origin_v", "axis_u", "axis_v", "radius", "radius2", "t0", "t1")
-        splines = spline_columns([spline for *_, spline in self._rows])
+        splines = spline_columns(self._splines)
         del splines["rational"]
-        return {
-            **{name: keys[:, i].copy() for i, name in enumerate(("surface_no", "loop_no", "coedge_no"))},
-            "kind": [kind for _, kind, *_ in self._rows],
-            "direct": np.array([direct for *_, direct, _ in self._rows], bool),
-            **{name: np.ascontiguousarray(numbers[:, i]) for i, name in enumerate(names)},
-            **splines,
-        }
-
-
-_CONICS = (
-    ("circle", Geom2d_Circle, ("Radius",)),
-    ("ellipse", Geom2d_Ellipse, ("MajorRadius", "MinorRadius")),
-    ("parabola", Geom2d_Parabola, ("Focal",)),
-    ("hyperbola", Geom2d_Hyperbola, ("MajorRadius", "MinorRadius")),
-)
+        return {"kind": self._kinds, **number_columns(_PCURVE, self._numbers), **splines}
 
 
 # Areas, centroids and boxes of faces and volumes of solids by the CAD kernel; runs in the child process of the reader.
@@ -297,7 +261,7 @@ def integrals(faces: list[Any], kinds: list[str], normals: Floats, about: Floats
     """
     out = np.full((len(faces), 5), np.nan)
     for row, face, kind, normal in zip(out, faces, kinds, normals, strict=True):
-        try:
+        with suppress(Exception):  # those of the kernel have no base class of their own
             swept = kind in _SWEPT
             given = TopoDS.Face(ShapeCustom.ConvertToBSpline_s(face, True, True, True, False)) if swept else face
             accuracy = _accuracy(given, swept)
@@ -312,8 +276,6 @@ def integrals(faces: list[Any], kinds: list[str], normals: Floats, about: Floats
                 solid.Perform(BRepGProp_Face(given), BRepGProp_Domain(given), accuracy)
                 flux = 3 * solid.Mass()
             row[:] = area, *(area * centroid), flux
-        except Exception:  # those of the kernel have no base class of their own
-            continue
     return out
 
 
@@ -350,10 +312,8 @@ def widen_boxes(boxes: Floats, faces: list[Any], kinds: list[str], mesh: Mesh) -
 def _optimal_box(face: Any) -> Floats:
     """Greatest coordinates of a face along -x, -y, -z, x, y, z by the kernel; NaN where it gives up."""
     box = Bnd_Box()
-    try:
+    with suppress(Exception):  # those of the kernel have no base class of their own
         BRepBndLib.AddOptimal_s(face, box, False, False)
         if not box.IsVoid():
             return np.concatenate([np.negative(box.CornerMin().Coord()), box.CornerMax().Coord()])
-    except Exception:  # those of the kernel have no base class of their own
-        pass
     return np.full(6, np.nan)

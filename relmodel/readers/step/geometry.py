@@ -5,41 +5,22 @@ reader.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from OCP.Geom import (
-    Geom_BezierCurve,
-    Geom_BezierSurface,
-    Geom_Circle,
-    Geom_ConicalSurface,
-    Geom_CylindricalSurface,
-    Geom_Ellipse,
-    Geom_Hyperbola,
-    Geom_Line,
-    Geom_OffsetCurve,
-    Geom_OffsetSurface,
-    Geom_Parabola,
-    Geom_Plane,
-    Geom_RectangularTrimmedSurface,
-    Geom_SphericalSurface,
-    Geom_SurfaceOfLinearExtrusion,
-    Geom_SurfaceOfRevolution,
-    Geom_ToroidalSurface,
-    Geom_TrimmedCurve,
-)
 from OCP.GeomConvert import GeomConvert
 from OCP.gp import gp_Ax2, gp_Circ, gp_Cone, gp_Cylinder, gp_Elips, gp_Lin, gp_Pln, gp_Sphere
 from OCP.ShapeAnalysis import ShapeAnalysis_CanonicalRecognition
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.geometry.curves import Curves, vector_columns, vectors
-from relmodel.geometry.surfaces import ANALYTIC_KINDS, Surfaces
+from relmodel.geometry.curves import Curves, vectors
+from relmodel.geometry.surfaces import Surfaces
 from relmodel.geometry.transforms import unit
 from relmodel.model.model import Table
-from relmodel.readers.splines import Spline, spline_columns, spline_of, surface_spline_columns
+from relmodel.readers.splines import spline_columns, spline_of, surface_spline_columns
 from relmodel.readers.step.step_parameters import DEFAULTS
 
 _P = DEFAULTS
@@ -131,75 +112,58 @@ def _meridian(points: Floats, foot: Floats, axis: Floats) -> tuple[Floats, Float
 #
 # The kernel's recognition throws on some curves and surfaces: these are not recognised, which is no error.
 
-FRAME = tuple(f"{name}_{axis}" for name in ("origin", "axis_x", "axis_z") for axis in "xyz")
-NAN = float("nan")
-NO_FRAME: tuple[float, ...] = (NAN,) * 9
+_FRAME = tuple(f"{name}_{axis}" for name in ("origin", "axis_x", "axis_z") for axis in "xyz")
+_NAN = float("nan")
+_NO_FRAME: tuple[float, ...] = (_NAN,) * 9
 _HUGE = 1e100
-# Names of what gives the radius, radius2 and semi-angle of analytic surfaces.
+# What gives the radius, radius2 and semi-angle of an analytic curve or surface.
 SIZES = {
-    "plane": ("", "", ""),
-    "cylinder": ("Radius", "", ""),
+    "line": (),
+    "circle": ("Radius",),
+    "ellipse": ("MajorRadius", "MinorRadius"),
+    "parabola": ("Focal",),
+    "hyperbola": ("MajorRadius", "MinorRadius"),
+    "plane": (),
+    "cylinder": ("Radius",),
     "cone": ("RefRadius", "", "SemiAngle"),
-    "sphere": ("Radius", "", ""),
-    "torus": ("MajorRadius", "MinorRadius", ""),
+    "sphere": ("Radius",),
+    "torus": ("MajorRadius", "MinorRadius"),
+}
+# The kernel sets one radius of an ellipse after the other: neither must be less than what is there.
+_FORMS: dict[str, Callable[[], Any]] = {
+    "line": gp_Lin,
+    "circle": lambda: gp_Circ(gp_Ax2(), 1.0),
+    "ellipse": lambda: gp_Elips(gp_Ax2(), _HUGE, 0.0),
+    "plane": gp_Pln,
+    "cylinder": gp_Cylinder,
+    "sphere": gp_Sphere,
+    "cone": gp_Cone,
 }
 
 
-def sizes_of(form: Any, names: tuple[str, ...]) -> tuple[float, ...]:
-    """Sizes of a form of the kernel by the names of its methods; NaN where there is none."""
-    return tuple(getattr(form, name)() if name else NAN for name in names)
+def sizes_of(form: Any, kind: str) -> tuple[float, ...]:
+    """Radius, radius2 and semi-angle of a form of the kernel; NaN where its kind has none."""
+    return tuple(getattr(form, name)() if name else _NAN for name in (*SIZES[kind], "", "", "")[:3])
 
 
-def frame_of(position: Any) -> tuple[float, ...]:
-    """Origin, X and Z axis of a coordinate system of the kernel."""
-    return (*position.Location().Coord(), *position.XDirection().Coord(), *position.Direction().Coord())
+def _frame_of(position: Any) -> tuple[float, ...]:
+    """Origin, X and Z axis of a coordinate system of the kernel; of an axis alone, as lines have, it is X."""
+    origin, z = position.Location().Coord(), position.Direction().Coord()
+    if not hasattr(position, "XDirection"):
+        return (*origin, *z, _NAN, _NAN, _NAN)
+    return (*origin, *position.XDirection().Coord(), *z)
 
 
-def recognised_curve(edge: Any) -> tuple[str | None, tuple[float, ...], float, float]:
-    """Kind, frame and radii of the line or conic that the free-form curve of an edge is, if it is one."""
-    # The kernel sets one radius of an ellipse after the other: neither must be less than what is there.
-    line, circle, ellipse = gp_Lin(), gp_Circ(gp_Ax2(), 1.0), gp_Elips(gp_Ax2(), _HUGE, 0.0)
-    look = _recogniser(edge)
-    if look is None:
-        return None, NO_FRAME, NAN, NAN
-    if _is(look.IsLine, line):
-        return "line", (*line.Location().Coord(), *line.Direction().Coord(), NAN, NAN, NAN), NAN, NAN
-    if _is(look.IsCircle, circle):
-        return "circle", frame_of(circle.Position()), circle.Radius(), NAN
-    if _is(look.IsEllipse, ellipse):
-        return "ellipse", frame_of(ellipse.Position()), ellipse.MajorRadius(), ellipse.MinorRadius()
-    return None, NO_FRAME, NAN, NAN
-
-
-def recognised_surface(face: Any) -> tuple[str | None, tuple[float, ...], tuple[float, ...]]:
-    """Kind, frame and sizes of the analytic surface that a free-form face lies on, if there is one."""
-    look = _recogniser(face)
-    for kind, form in (("plane", gp_Pln()), ("cylinder", gp_Cylinder()), ("sphere", gp_Sphere()), ("cone", gp_Cone())):
-        if look is not None and _is(getattr(look, f"Is{kind.title()}"), form):
-            return kind, frame_of(form.Position()), sizes_of(form, SIZES[kind])
-    return None, NO_FRAME, (NAN, NAN, NAN)
-
-
-def _recogniser(shape: Any) -> Any:
-    try:
-        return ShapeAnalysis_CanonicalRecognition(shape)
-    except Exception:  # the kernel's exceptions share no base class
-        return None
-
-
-def _is(test: Callable[[float, Any], bool], form: Any) -> bool:
-    try:
-        return bool(test(_P.recognition_mm, form))
-    except Exception:
-        return False
-
-
-def on_axis(kind: str | None, found: tuple[float, ...], frame: tuple[float, ...]) -> tuple[float, ...]:
-    """The frame of a recognised surface with its origin on the axis that it is revolved about, as `frame` has it."""
-    if kind is None:
-        return frame
-    foot, axis = np.array(frame[:3]), np.array(frame[6:])
-    return *(foot + axis * (axis @ (found[:3] - foot))).tolist(), *found[3:]
+def _recognised(shape: Any, *kinds: str) -> tuple[str | None, tuple[float, ...], tuple[float, ...]]:
+    """Kind, frame and sizes of the first of these forms that a free-form edge or face has, if any."""
+    with suppress(Exception):  # the kernel's exceptions share no base class
+        look = ShapeAnalysis_CanonicalRecognition(shape)
+        for kind in kinds:
+            form = _FORMS[kind]()
+            with suppress(Exception):
+                if getattr(look, f"Is{kind.title()}")(_P.recognition_mm, form):
+                    return kind, _frame_of(form.Position()), sizes_of(form, kind)
+    return None, _NO_FRAME, _NO_FRAME[:3]
 
 
 def recognise_tori(columns: Table, surfaces: Surfaces) -> None:
@@ -225,19 +189,37 @@ def recognise_tori(columns: Table, surfaces: Surfaces) -> None:
 
 # Curves and surfaces of the CAD kernel as rows; runs in the child process of the reader.
 
-_CONICS = (
-    ("circle", Geom_Circle, ("Radius",)),
-    ("ellipse", Geom_Ellipse, ("MajorRadius", "MinorRadius")),
-    ("parabola", Geom_Parabola, ("Focal",)),
-    ("hyperbola", Geom_Hyperbola, ("MajorRadius", "MinorRadius")),
-)
-_ANALYTIC = {
-    "plane": Geom_Plane,
-    "cylinder": Geom_CylindricalSurface,
-    "cone": Geom_ConicalSurface,
-    "sphere": Geom_SphericalSurface,
-    "torus": Geom_ToroidalSurface,
+_AXIS = ("axis_x", "axis_y", "axis_z")
+# Kinds by the kernel's names of classes; all others are splines.
+_KINDS = {
+    "Line": "line",
+    "Plane": "plane",
+    "CylindricalSurface": "cylinder",
+    "ConicalSurface": "cone",
+    "SphericalSurface": "sphere",
+    "ToroidalSurface": "torus",
+    "SurfaceOfLinearExtrusion": "extrusion",
+    "SurfaceOfRevolution": "revolution",
+    "OffsetCurve": "offset",
+    "OffsetSurface": "offset",
+    **{kind.title(): kind for kind in ("circle", "ellipse", "parabola", "hyperbola")},
 }
+
+
+def untrimmed(thing: Any) -> tuple[Any, str, str]:
+    """What a curve or surface of the kernel is a piece of, the name of its class, without its package, and its kind."""
+    while (name := type(thing).__name__.partition("_")[2]) in ("TrimmedCurve", "RectangularTrimmedSurface"):
+        thing = thing.BasisCurve() if name == "TrimmedCurve" else thing.BasisSurface()
+    return thing, name, _KINDS.get(name, "spline")
+
+
+def number_columns(names: tuple[str, ...], rows: list[tuple[float, ...]]) -> Table:
+    """Columns by name of rows of numbers; numbers of rows as integers, what is yes or no as such."""
+    types = {"direct": np.bool_, "reversed": np.bool_, "basis_arc": np.int64, "basis_surface": np.int64}
+    return {
+        name: column.astype(np.int64 if name.endswith("_no") else types.get(name, np.float64))
+        for name, column in zip(names, np.array(rows, float).reshape(-1, len(names)).T, strict=True)
+    }
 
 
 def matrix(trsf: Any) -> Floats:
@@ -247,68 +229,66 @@ def matrix(trsf: Any) -> Floats:
     return out
 
 
-class CurveRows:
-    """Collects columns of `arc`, `arc_spline` and `arc_offset`; what offset ones are made from goes to `basis`.
+class _Rows:
+    """Collects the columns that curves and surfaces have in common; its properties are to be asked for at the end."""
 
-    Its properties are to be asked for when all is added.
-    """
+    names: tuple[str, ...]  # of the numbers
 
-    def __init__(self, basis: CurveRows | None = None) -> None:
-        self.basis = self if basis is None else basis
-        self._offsets: list[tuple[float, ...]] = []
+    def __init__(self) -> None:
         self._kinds: list[str] = []
         self._recognised: list[str] = []
-        self._numbers: list[tuple[float, ...]] = []  # frame, radius, radius2, t0, t1
-        self._splines: list[tuple[int, Spline]] = []
+        self._numbers: list[tuple[float, ...]] = []
+        self._splines: list[tuple[int, Any]] = []
+        self._made_from: list[tuple[float, ...]] = []
 
     def __len__(self) -> int:
         return len(self._kinds)
 
-    def add_degenerate(self, point: tuple[float, float, float], t0: float, t1: float) -> int:
-        return self._append("degenerate", "degenerate", (*point, *NO_FRAME[3:]), NAN, NAN, t0, t1)
-
-    def add(self, curve: Any, t0: float, t1: float, shape: Any = None) -> int:
-        """Append a curve over an interval and return its row; `shape` is the edge to recognise a spline on."""
-        while isinstance(curve, Geom_TrimmedCurve):
-            curve = curve.BasisCurve()
-        if isinstance(curve, Geom_Line):
-            axis = curve.Position()
-            frame = (*axis.Location().Coord(), *axis.Direction().Coord(), NAN, NAN, NAN)
-            return self._append("line", "line", frame, NAN, NAN, t0, t1)
-        for kind, form, radii in _CONICS:
-            if isinstance(curve, form):
-                sizes = (*(getattr(curve, radius)() for radius in radii), NAN)[:2]
-                return self._append(kind, kind, frame_of(curve.Position()), *sizes, t0, t1)
-        kind, frame, radius, radius2 = "spline", NO_FRAME, NAN, NAN
-        if isinstance(curve, Geom_OffsetCurve):
-            kind = "offset"
-            basis = self.basis.add(curve.BasisCurve(), t0, t1)
-            self._offsets.append((len(self._kinds), basis, *curve.Direction().Coord(), curve.Offset()))
-        if isinstance(curve, Geom_BezierCurve):
-            curve = GeomConvert.CurveToBSplineCurve_s(curve)
-        recognised: str | None = None
-        if shape is not None:
-            recognised, frame, radius, radius2 = recognised_curve(shape)
-        if kind == "spline":
-            self._splines.append((len(self._kinds), spline_of(curve)))
-        return self._append(kind, recognised or kind, frame, radius, radius2, t0, t1)
-
-    def _append(self, kind: str, recognised: str, frame: tuple[float, ...], *numbers: float) -> int:
+    def _append(self, kind: str, recognised: str, *numbers: float) -> int:
         self._kinds.append(kind)
         self._recognised.append(recognised)
-        self._numbers.append((*frame, *numbers))
-        return len(self._kinds) - 1
+        self._numbers.append(numbers)
+        return len(self) - 1
 
     def columns(self) -> Table:
-        numbers = np.array(self._numbers, float).reshape(-1, 13)
-        names = (*FRAME, "radius", "radius2", "t0", "t1")
         return {
             "kind": list(self._kinds),
             "recognised_kind": list(self._recognised),
-            **{name: np.ascontiguousarray(numbers[:, i]) for i, name in enumerate(names)},
-            "provenance": ["exact"] * len(self._kinds),
-            "residual": np.full(len(self._kinds), np.nan),
+            **number_columns(self.names, self._numbers),
+            "provenance": ["exact"] * len(self),
+            "residual": np.full(len(self), np.nan),
         }
+
+
+class CurveRows(_Rows):
+    """Collects columns of `arc`, `arc_spline` and `arc_offset`; what offset ones are made from goes to `basis`."""
+
+    names = (*_FRAME, "radius", "radius2", "t0", "t1")
+
+    def __init__(self, basis: CurveRows | None = None) -> None:
+        super().__init__()
+        self.basis = self if basis is None else basis
+
+    def add_degenerate(self, point: tuple[float, float, float], t0: float, t1: float) -> int:
+        return self._append("degenerate", "degenerate", *point, *_NO_FRAME[3:], _NAN, _NAN, t0, t1)
+
+    def add(self, curve: Any, t0: float, t1: float, shape: Any = None) -> int:
+        """Append a curve over an interval and return its row; `shape` is the edge to recognise a spline on."""
+        curve, name, kind = untrimmed(curve)
+        recognised: str | None = None
+        frame, sizes = _NO_FRAME, _NO_FRAME[:3]
+        if kind == "offset":
+            basis = self.basis.add(curve.BasisCurve(), t0, t1)
+            self._made_from.append((len(self), basis, *curve.Direction().Coord(), curve.Offset()))
+        if kind in SIZES:
+            frame, sizes = _frame_of(curve.Position()), sizes_of(curve, kind)
+        elif shape is not None:
+            recognised, frame, sizes = _recognised(shape, "line", "circle", "ellipse")
+        if kind == "spline":
+            if name == "BezierCurve":
+                curve = GeomConvert.CurveToBSplineCurve_s(curve)
+            self._splines.append((len(self), spline_of(curve)))
+        return self._append(kind, recognised or kind, *frame, *sizes[:2], t0, t1)
 
     @cached_property
     def splines(self) -> Table:
@@ -317,13 +297,7 @@ class CurveRows:
 
     @cached_property
     def offsets(self) -> Table:
-        rows = np.array(self._offsets, float).reshape(-1, 6)
-        return {
-            "arc_no": rows[:, 0].astype(np.int64),
-            "basis_arc": rows[:, 1].astype(np.int64),
-            **vector_columns("axis", rows[:, 2:5]),
-            "distance": rows[:, 5].copy(),
-        }
+        return number_columns(("arc_no", "basis_arc", *_AXIS, "distance"), self._made_from)
 
     @cached_property
     def curves(self) -> Curves:
@@ -332,84 +306,50 @@ class CurveRows:
         return Curves(self.columns(), self.splines, offsets=self.offsets, basis=basis)
 
 
-class SurfaceRows:
+class SurfaceRows(_Rows):
     """Collects columns of `surface`, `surface_spline` and `surface_swept`.
 
-    What swept ones are made from goes to `basis_curves` and `basis`.  Its properties are to be asked for when all is
-    added.
+    What swept ones are made from goes to `basis_curves` and `basis`.
     """
 
+    names = (*_FRAME, "radius", "radius2", "semi_angle", "u0", "u1", "v0", "v1", "direct", "reversed")
+
     def __init__(self, basis_curves: CurveRows, basis: SurfaceRows | None = None) -> None:
+        super().__init__()
         self.basis_curves = basis_curves
         self.basis = self if basis is None else basis
-        self._kinds: list[str] = []
-        self._recognised: list[str] = []
-        self._numbers: list[tuple[float, ...]] = []  # frame, radius, radius2, semi_angle, u0, u1, v0, v1
-        self._direct: list[bool] = []
-        self._reversed: list[bool] = []
-        self._splines: list[tuple[int, Any]] = []
-        self._swept: list[tuple[float, ...]] = []
-
-    def __len__(self) -> int:
-        return len(self._kinds)
 
     def add(self, surface: Any, domain: tuple[float, ...], reversed_: bool = False, shape: Any = None) -> int:
         """Append a surface over a domain u0 u1 v0 v1, return its row; `shape` is the face to recognise a spline on."""
-        while isinstance(surface, Geom_RectangularTrimmedSurface):
-            surface = surface.BasisSurface()
-        recognised, direct, frame = None, True, NO_FRAME
-        sizes: tuple[float, ...] = (NAN, NAN, NAN)
+        surface, name, kind = untrimmed(surface)
+        recognised, direct, frame, sizes = None, True, _NO_FRAME, _NO_FRAME[:3]
         swept: tuple[float, ...] | None = None
-        kind = next((kind for kind, form in _ANALYTIC.items() if isinstance(surface, form)), "spline")
-        if kind != "spline":
-            sizes = sizes_of(surface, SIZES[kind])
-            position = surface.Position()
-            frame, direct = frame_of(position), position.Direct()
-        elif isinstance(surface, Geom_SurfaceOfLinearExtrusion):
-            kind = "extrusion"
+        if kind in SIZES:
+            frame, sizes, direct = _frame_of(surface.Position()), sizes_of(surface, kind), surface.Position().Direct()
+        elif kind == "extrusion":
             basis = self.basis_curves.add(surface.BasisCurve(), domain[0], domain[1])
-            swept = (basis, -1, *surface.Direction().Coord(), NAN)
-        elif isinstance(surface, Geom_SurfaceOfRevolution):
-            kind = "revolution"
+            swept = (basis, -1, *surface.Direction().Coord(), _NAN)
+        elif kind == "revolution":
             basis = self.basis_curves.add(surface.BasisCurve(), domain[2], domain[3])
             axis = surface.Axis()
-            frame = (*axis.Location().Coord(), *NO_FRAME[3:6], *axis.Direction().Coord())
-            swept = (basis, -1, *axis.Direction().Coord(), NAN)
-        elif isinstance(surface, Geom_OffsetSurface):
-            kind = "offset"
-            swept = (-1, self.basis.add(surface.BasisSurface(), domain), NAN, NAN, NAN, surface.Offset())
+            frame = (*axis.Location().Coord(), *_NO_FRAME[3:6], *axis.Direction().Coord())
+            swept = (basis, -1, *axis.Direction().Coord(), _NAN)
+        elif kind == "offset":
+            swept = (-1, self.basis.add(surface.BasisSurface(), domain), _NAN, _NAN, _NAN, surface.Offset())
         else:
-            if isinstance(surface, Geom_BezierSurface):
+            if name == "BezierSurface":
                 surface = GeomConvert.SurfaceToBSplineSurface_s(surface)
-            self._splines.append((len(self._kinds), surface))
-        if kind not in ANALYTIC_KINDS and shape is not None:
-            recognised, found, sizes_found = recognised_surface(shape)
-            if kind == "revolution":
-                found = on_axis(recognised, found, frame)
+            self._splines.append((len(self), surface))
+        if kind not in SIZES and shape is not None:
+            recognised, found, sizes_found = _recognised(shape, "plane", "cylinder", "sphere", "cone")
             if recognised is not None:
+                if kind == "revolution":  # what is revolved stays on its own axis
+                    foot, along = np.array(frame[:3]), np.array(frame[6:])
+                    found = *(foot + along * (along @ (found[:3] - foot))).tolist(), *found[3:]
                 frame, sizes = found, sizes_found
-        row = len(self._kinds)  # after those of the basis, which may be in the same table
-        if swept is not None:
-            self._swept.append((row, *swept))
-        self._kinds.append(kind)
-        self._recognised.append(recognised or kind)
-        self._numbers.append((*frame, *sizes, *domain))
-        self._direct.append(direct)
-        self._reversed.append(reversed_)
-        return row
-
-    def columns(self) -> Table:
-        numbers = np.array(self._numbers, float).reshape(-1, 16)
-        names = (*FRAME, "radius", "radius2", "semi_angle", "u0", "u1", "v0", "v1")
-        return {
-            "kind": list(self._kinds),
-            "recognised_kind": list(self._recognised),
-            **{name: np.ascontiguousarray(numbers[:, i]) for i, name in enumerate(names)},
-            "direct": np.array(self._direct, bool),
-            "reversed": np.array(self._reversed, bool),
-            "provenance": ["exact"] * len(self._kinds),
-            "residual": np.full(len(self._kinds), np.nan),
-        }
+        if swept is not None:  # after those of the basis, which may be in the same table
+            self._made_from.append((len(self), *swept))
+        return self._append(kind, recognised or kind, *frame, *sizes, *domain, direct, reversed_)
 
     @cached_property
     def splines(self) -> Table:
@@ -417,14 +357,7 @@ class SurfaceRows:
 
     @cached_property
     def swept(self) -> Table:
-        rows = np.array(self._swept, float).reshape(-1, 7)
-        return {
-            "surface_no": rows[:, 0].astype(np.int64),
-            "basis_arc": rows[:, 1].astype(np.int64),
-            "basis_surface": rows[:, 2].astype(np.int64),
-            **vector_columns("axis", rows[:, 3:6]),
-            "distance": rows[:, 6].copy(),
-        }
+        return number_columns(("surface_no", "basis_arc", "basis_surface", *_AXIS, "distance"), self._made_from)
 
     @cached_property
     def surfaces(self) -> Surfaces:

@@ -7,7 +7,7 @@ from __future__ import annotations
 import re
 import sys
 from array import array
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -136,7 +136,7 @@ _REFERENCE = re.compile(rb"#(\d+)")
 _COMMENT = re.compile(rb"('[^']*+')|/\*.*?\*/", re.DOTALL)
 _TOKEN = re.compile(
     rb"\s*(?:'((?:[^']|'')*)'|#(\d+)|([-+]?\d+\.\d*(?:[eE][-+]?\d+)?)|([-+]?\d+)"
-    rb"|(\.[A-Za-z0-9_]+\.)|([A-Za-z_][A-Za-z0-9_]*)|\"[0-9A-Fa-f]*\"|([(),$*]))"
+    rb"|(\.[A-Za-z0-9_]+\.)|(?P<name>[A-Za-z_][A-Za-z0-9_]*)|\"[0-9A-Fa-f]*\"|(?P<mark>[(),$*]))"
 )
 
 
@@ -220,9 +220,14 @@ class Instances:
         at = self.ordinal(number)
         return [] if at is None else [int(n) for n in _REFERENCE.findall(self.text, self._starts[at], self._ends[at])]
 
-    def parameters(self, number: int, name: str) -> list[Any]:
-        """Parameters of one of an instance's entities; empty where it has none of that name."""
-        return self[number].get(name, [])
+    def parameters(self, number: Any, name: str) -> list[Any]:
+        """Parameters of one of an instance's entities; empty where it has none of that name, or is no reference."""
+        return self[number].get(name, []) if isinstance(number, int) else []
+
+    def pairs(self, *names: str, first: int = 0) -> list[tuple[int, Reference, Reference]]:
+        """Number of each instance of some entities and two parameters, from the `first` on, if both are references."""
+        found = ((n, *self.parameters(n, name)[first : first + 2]) for name in names for n in self.of(name))
+        return [one for one in found if len(one) == 3 and all(isinstance(end, Reference) for end in one[1:])]
 
 
 def references(value: Any) -> Iterator[Reference]:
@@ -236,10 +241,8 @@ def references(value: Any) -> Iterator[Reference]:
         yield from references(value.value)
 
 
-def two(parameters: list[Any]) -> tuple[Reference | None, Reference | None]:
-    """The first two parameters, None where they are no references."""
-    a, b = (p if isinstance(p, Reference) else None for p in (*parameters, None, None)[:2])
-    return a, b
+# How the groups of a token are read: text, reference, real, whole number and enumeration.
+_SCALARS: dict[int, Callable[[bytes], Any]] = {1: decoded, 2: Reference, 3: float, 4: int, 5: bytes.decode}
 
 
 def _record(raw: bytes) -> Record:
@@ -259,7 +262,7 @@ def _values(raw: bytes) -> list[Any]:
     place = 0
     while found := _TOKEN.match(raw, place):
         place = found.end()
-        text, number, real, whole, enumeration, name, mark = found.groups()
+        name, mark = found["name"], found["mark"]
         if mark == b"(":
             names.append(pending)
             pending = None
@@ -272,22 +275,9 @@ def _values(raw: bytes) -> list[Any]:
         elif name is not None:
             pending = name.decode().upper()
         elif mark != b",":
-            stack[-1].append(_scalar(text, number, real, whole, enumeration))
+            read = _SCALARS.get(found.lastindex or 0)
+            stack[-1].append(read(found[found.lastindex or 0]) if read else None)
     return stack[0]
-
-
-def _scalar(
-    text: bytes | None, number: bytes | None, real: bytes | None, whole: bytes | None, enumeration: bytes | None
-) -> Any:
-    if text is not None:
-        return decoded(text)
-    if number is not None:
-        return Reference(number)
-    if real is not None:
-        return float(real)
-    if whole is not None:
-        return int(whole)
-    return enumeration.decode() if enumeration is not None else None
 
 
 # What the text of a STEP file (ISO 10303-21) says of itself, without a CAD kernel.
@@ -383,10 +373,6 @@ def _not_finite(text: bytes) -> bytes | None:
 
 def damage(instances: Instances) -> tuple[Finding, ...]:
     """Signs that the text has lost or altered instances; none in an intact file."""
-    return tuple(Finding("damaged_text", f"the file {clause}") for clause in _damage(instances))
-
-
-def _damage(instances: Instances) -> list[str]:
     clauses = []
     text, numbers = instances.text, instances.numbers
     defined = np.unique(numbers)
@@ -404,7 +390,7 @@ def _damage(instances: Instances) -> list[str]:
     placed = len(instances.of("CONTEXT_DEPENDENT_SHAPE_REPRESENTATION"))
     if 0 < placed < usages:
         clauses.append(f"does not place {usages - placed} of {usages} components")
-    return clauses
+    return tuple(Finding("damaged_text", f"the file {clause}") for clause in clauses)
 
 
 def _absent(
@@ -450,6 +436,11 @@ class Measure:
     value: float
     unit: Unit | None
 
+    @property
+    def symbol(self) -> str | None:
+        """Of its unit."""
+        return None if self.unit is None else self.unit.symbol
+
     def within(self, dimension: dict[str, float], factor: float) -> float | None:
         """The value in a unit of `factor` kg, m, rad ...; None where it is not of that dimension."""
         if self.unit is None or self.unit.dimension != dimension:
@@ -471,6 +462,11 @@ def measure(instances: Instances, number: int) -> Measure | None:
                 of_type = one.name if isinstance(one, Typed) else ""
                 found = Measure("", of_type, value, unit(instances, following) if pointed else None)
     return None if found is None else replace(found, name=name)
+
+
+def measures(instances: Instances, numbers: Iterable[int]) -> list[Measure]:
+    """Those instances that are measures."""
+    return [one for number in numbers if (one := measure(instances, number)) is not None]
 
 
 def unit(instances: Instances, number: int) -> Unit | None:
@@ -498,25 +494,19 @@ def validation_units(instances: Instances) -> dict[tuple[str, str], float]:
     none, of length in the context of its representation (ISO 10303-41, -43).
     """
     out: dict[tuple[str, str], float] = {}
-    for number in instances.of("PROPERTY_DEFINITION_REPRESENTATION"):
-        _, shown = two(instances.parameters(number, "PROPERTY_DEFINITION_REPRESENTATION"))
-        for parameters in instances[shown].values() if shown is not None else ():
-            if len(parameters) < 3:
-                continue
-            for item in references(parameters[1]):
-                one = measure(instances, item)
-                if one is None or one.type not in ("VOLUME_MEASURE", "AREA_MEASURE"):
-                    continue
-                what = one.type.removesuffix("_MEASURE").lower()
-                power = 3 if what == "volume" else 2
-                if one.unit is not None and one.unit.dimension == {"length": float(power)}:
+    powers = {"VOLUME_MEASURE": 3, "AREA_MEASURE": 2}
+    for _, _, shown in instances.pairs("PROPERTY_DEFINITION_REPRESENTATION"):
+        for parameters in (given for given in instances[shown].values() if len(given) > 2):
+            for one in measures(instances, references(parameters[1])):
+                power = powers.get(one.type, 0)
+                length = length_unit(instances, parameters[2])
+                if power and one.unit is not None and one.unit.dimension == {"length": float(power)}:
                     factor = one.unit.factor
-                else:
-                    length = length_unit(instances, parameters[2])
-                    if length is None:
-                        continue
+                elif power and length is not None:
                     factor = length.factor**power
-                out[what, number_key(one.value)] = factor * 1e3**power
+                else:
+                    continue
+                out[one.type.removesuffix("_MEASURE").lower(), number_key(one.value)] = factor * 1e3**power
     return out
 
 

@@ -5,11 +5,11 @@ with raw units.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from relmodel.model.model import Attribute, Model, Part, Pmi
+from relmodel.model.model import Attribute, Model, Pmi
 from relmodel.readers.step.part21 import (
     EXACT_FACES,
     TRIANGULATED_FACES,
@@ -19,8 +19,8 @@ from relmodel.readers.step.part21 import (
     Reference,
     Typed,
     measure,
+    measures,
     references,
-    two,
 )
 from relmodel.readers.step.step_parameters import Findings
 
@@ -66,34 +66,22 @@ class Stated:
     product: int | None
 
 
-def read_pmi(instances: Instances, findings: Findings) -> list[Stated]:
-    """All dimensions, then tolerances, then datums of a file, in the order of their numbers."""
-    return _Reader(instances).all(findings)
-
-
-def face_finder(instances: Instances) -> Callable[[Any], list[int]]:
-    """Gives the numbers of the faces that a shape aspect, or what it is made of, is represented by."""
-    return _Reader(instances).faces
-
-
 class _Reader:
+    """Reads dimensions, tolerances and datums, and which faces they are of."""
+
     def __init__(self, instances: Instances) -> None:
         self.of = instances
         self._parts: dict[int, list[int]] = {}
         self._used: dict[int, list[int]] = {}
         self._datum_of: dict[int, int] = {}
         datums = set(instances.of("DATUM"))
-        for name in _MADE_OF:
-            for number in instances.of(name):
-                whole, part = two(instances.parameters(number, name)[2:])
-                if part in datums and whole is not None:
-                    self._datum_of[whole] = part
-                elif whole is not None and part is not None:
-                    self._parts.setdefault(whole, []).append(part)
-        for number in instances.of("FEATURE_FOR_DATUM_TARGET_RELATIONSHIP"):
-            feature, target = two(instances.parameters(number, "FEATURE_FOR_DATUM_TARGET_RELATIONSHIP")[2:])
-            if feature is not None and target is not None:
-                self._parts.setdefault(target, []).append(feature)
+        for _, whole, part in instances.pairs(*_MADE_OF, first=2):
+            if part in datums:
+                self._datum_of[whole] = part
+            else:
+                self._parts.setdefault(whole, []).append(part)
+        for _, feature, target in instances.pairs("FEATURE_FOR_DATUM_TARGET_RELATIONSHIP", first=2):
+            self._parts.setdefault(target, []).append(feature)
         for name in _USAGES:
             for number in instances.of(name):
                 parameters = instances.parameters(number, name)
@@ -101,7 +89,13 @@ class _Reader:
                     self._used.setdefault(parameters[2], []).extend(references(parameters[4]))
 
     def all(self, findings: Findings) -> list[Stated]:
-        values, bounds, zones = self._values(), self._bounds(), self._zones()
+        """All dimensions, then tolerances, then datums of a file, in the order of their numbers."""
+        zones = self._zones()
+        values: dict[int, list[int]] = {}  # items that represent each dimension
+        for _, dimension, held in self.of.pairs("DIMENSIONAL_CHARACTERISTIC_REPRESENTATION"):
+            for parameters in self.of[held].values():
+                values.setdefault(dimension, []).extend(references(parameters[1:2]))
+        bounds: dict[int, int] = {dimension: bound for _, bound, dimension in self.of.pairs("PLUS_MINUS_TOLERANCE")}
         shown = [n for n in self.of.of(*_DATUM_FEATURES) if n in self._datum_of]
         bare = sorted(set(self.of.of("DATUM")) - {self._datum_of[n] for n in shown})
         return [
@@ -114,32 +108,13 @@ class _Reader:
             *findings.each("a datum", [*shown, *bare], self._datum),
         ]
 
-    def _values(self) -> dict[int, list[int]]:
-        """Items that represent each dimension."""
-        values: dict[int, list[int]] = {}
-        for number in self.of.of("DIMENSIONAL_CHARACTERISTIC_REPRESENTATION"):
-            dimension, shown = two(self.of.parameters(number, "DIMENSIONAL_CHARACTERISTIC_REPRESENTATION"))
-            if dimension is not None and shown is not None:
-                for parameters in self.of[shown].values():
-                    values.setdefault(dimension, []).extend(references(parameters[1:2]))
-        return values
-
-    def _bounds(self) -> dict[int, int]:
-        """The plus-minus tolerance of each dimension that has one."""
-        bounds: dict[int, int] = {}
-        for number in self.of.of("PLUS_MINUS_TOLERANCE"):
-            bound, dimension = two(self.of.parameters(number, "PLUS_MINUS_TOLERANCE"))
-            if bound is not None and dimension is not None:
-                bounds[dimension] = bound
-        return bounds
-
     def _zones(self) -> dict[int, str]:
         """Form of the zone of each tolerance that has one."""
         return {
             tolerance: str(form[0] or "")
             for number in self.of.of("TOLERANCE_ZONE")
             if len(zone := self.of.parameters(number, "TOLERANCE_ZONE")) > 5
-            and (form := self.of.parameters(zone[5], "TOLERANCE_ZONE_FORM") if _pointed(zone[5]) else None)
+            and (form := self.of.parameters(zone[5], "TOLERANCE_ZONE_FORM"))
             for tolerance in references(zone[4])
         }
 
@@ -157,10 +132,9 @@ class _Reader:
             named = parameters[0] if parameters else None
         angular = any(n.startswith("ANGULAR") for n in record)
         kind = str(named or ("angle" if angular else "linear distance")).lower()
-        measures = [m for m in (measure(self.of, v) for v in values) if m is not None]
         value = lower = upper = None
         unit = stated = None
-        for one in measures:
+        for one in measures(self.of, values):
             converted, unit, stated = _converted(one)
             if "upper" in one.name.lower():
                 upper = converted
@@ -168,13 +142,12 @@ class _Reader:
                 lower = converted
             else:
                 value = converted
-        said = [note for v in values if (note := self._note(v))]
+        notes = (self.of.parameters(v, "DESCRIPTIVE_REPRESENTATION_ITEM") for v in values)
+        said = [str(note[1]) for note in notes if len(note) > 1 and note[1]]
         if bound is not None:
             record = self.of[bound]
             if "TOLERANCE_VALUE" in record and value is not None:
-                ends = [
-                    m for m in (measure(self.of, n) for n in references(record["TOLERANCE_VALUE"])) if m is not None
-                ]
+                ends = measures(self.of, references(record["TOLERANCE_VALUE"]))
                 if len(ends) == 2:
                     lower, upper = (value + _converted(end)[0] for end in ends)
             elif "LIMITS_AND_FITS" in record:
@@ -183,15 +156,11 @@ class _Reader:
         pmi = Pmi("dimension", kind, "", value, lower, upper, unit, stated, ", ".join(said) or None)
         return Stated(pmi, _once(faces), product_of(self.of, aspects[0][0] if aspects else None))
 
-    def _note(self, number: int) -> str:
-        parameters = self.of.parameters(number, "DESCRIPTIVE_REPRESENTATION_ITEM")
-        return str(parameters[1] or "") if len(parameters) > 1 else ""
-
     def _tolerance(self, number: int, zone: str | None) -> Stated:
         record = self.of[number]
         kind = next(n for n in _TOLERANCES if n in record)
         plain = record.get("GEOMETRIC_TOLERANCE") or record[kind]
-        width = measure(self.of, plain[2]) if len(plain) > 3 and _pointed(plain[2]) else None
+        width = measure(self.of, plain[2]) if len(plain) > 3 and isinstance(plain[2], Reference) else None
         value, unit, stated = (None, None, None) if width is None else _converted(width)
         referred = [*record.get("GEOMETRIC_TOLERANCE_WITH_DATUM_REFERENCE", []), *plain[4:]]
         modified = record.get("GEOMETRIC_TOLERANCE_WITH_MODIFIERS", [[]])
@@ -222,7 +191,7 @@ class _Reader:
                         yield precedence, "-".join(letters), _modifiers(base[5:6])
             for name in ("DATUM_REFERENCE", "REFERENCED_MODIFIED_DATUM"):
                 old = record.get(name, [])
-                if len(old) > 1 and isinstance(old[0], int) and _pointed(old[1]):
+                if len(old) > 1 and isinstance(old[0], int) and isinstance(old[1], Reference):
                     yield old[0], self._letter(old[1]), _modifiers(old[2:3])
 
     def _letter(self, number: int) -> str:
@@ -253,7 +222,7 @@ class _Reader:
         waiting, seen = [aspect], set()
         while waiting:
             one = waiting.pop(0)
-            if not _pointed(one) or one in seen:
+            if not isinstance(one, Reference) or one in seen:
                 continue
             seen.add(one)
             waiting += self._parts.get(one, [])
@@ -273,7 +242,7 @@ class _Reader:
 def product_of(instances: Instances, thing: Any) -> int | None:
     """The PRODUCT_DEFINITION that a shape aspect, dimension or shape definition is of."""
     for _ in range(8):
-        if not _pointed(thing):
+        if not isinstance(thing, Reference):
             return None
         record = instances[thing]
         if "PRODUCT_DEFINITION" in record:
@@ -282,22 +251,17 @@ def product_of(instances: Instances, thing: Any) -> int | None:
             thing = (*record["PRODUCT_DEFINITION_SHAPE"], None, None, None)[2]
             continue
         parameters = record.get("SHAPE_ASPECT") or next(iter(record.values()), [])
-        thing = next((p for p in parameters if _pointed(p)), None)
+        thing = next((p for p in parameters if isinstance(p, Reference)), None)
     return None
-
-
-def _pointed(value: Any) -> bool:
-    return isinstance(value, Reference)
 
 
 def _converted(one: Measure) -> tuple[float, str | None, str | None]:
     """The value in mm or rad, that unit, and the one of the file; of any other kind as it stands."""
-    stated = one.unit.symbol if one.unit is not None else None
     for unit, dimension, factor in (("mm", "length", 1e-3), ("rad", "angle", 1.0)):
         value = one.within({dimension: 1.0}, factor)
         if value is not None:
-            return value, unit, stated
-    return one.value, stated, stated
+            return value, unit, one.symbol
+    return one.value, one.symbol, one.symbol
 
 
 def _modifiers(parameters: list[Any]) -> str | None:
@@ -331,9 +295,9 @@ def with_face_names(model: Model, instances: Instances, faces: FacesOfText, find
 
 def with_finish(model: Model, instances: Instances, faces: FacesOfText, findings: Findings) -> Model:
     """The model whose surfaces have the finish that the text states of aspects of a product's shape."""
-    faces_of, defined = face_finder(instances), _user_defined(instances)
-    represented = instances.of(_REPRESENTED)
-    stated = findings.each("a finish", represented, lambda n: _finish(instances, n, defined, faces_of))
+    faces_of, defined = _Reader(instances).faces, _user_defined(instances)
+    represented = instances.pairs(_REPRESENTED)
+    stated = findings.each("a finish", represented, lambda r: _finish(instances, r, defined, faces_of))
     return _with_labels(model, "finish", [one for one in stated if one is not None], faces, findings)
 
 
@@ -360,7 +324,7 @@ def _with_labels(
 def with_pmi(model: Model, instances: Instances, faces: FacesOfText, findings: Findings) -> Model:
     """The model whose parts have the dimensions, tolerances and datums of the text, with their surfaces."""
     found: dict[int, list[Pmi]] = {}
-    for stated in read_pmi(instances, findings):
+    for stated in _Reader(instances).all(findings):
         surfaces: dict[int, list[tuple[int, str]]] = {}
         with findings.contained(f"which faces {stated.pmi.type or 'a datum'} {stated.pmi.name!r} is of"):
             for face, role in stated.faces:
@@ -378,8 +342,8 @@ def with_properties(model: Model, instances: Instances, faces: FacesOfText, find
     of_part: dict[int, list[Attribute]] = {}
     of_assembly: dict[str, list[Attribute]] = {}
     defined, names = _user_defined(instances), _product_names(instances)
-    represented = instances.of(_REPRESENTED)
-    for product, attributes in findings.each("a property", represented, lambda n: _property(instances, n, defined)):
+    represented = instances.pairs(_REPRESENTED)
+    for product, attributes in findings.each("a property", represented, lambda r: _property(instances, r, defined)):
         if product is None or not attributes:
             continue
         parts: list[int] = []
@@ -397,17 +361,16 @@ def with_properties(model: Model, instances: Instances, faces: FacesOfText, find
 class FacesOfText:
     """Faces of the text among the parts: the kernel numbers what it reads in the order of the file."""
 
-    def __init__(self, parts: Sequence[Part], instances: Instances, reader: Any, places: Places) -> None:
-        self._parts, self._instances = parts, instances
+    def __init__(self, instances: Instances, reader: Any, places: Places) -> None:
+        self._instances = instances
         self._reader = reader.Reader()
         self._places = places
         self._same = self._reader.Model().NbEntities() == len(instances)
         self._representations: dict[int, list[int]] = {}
         self._related: dict[int, list[int]] = {}
-        for number in instances.of("SHAPE_DEFINITION_REPRESENTATION"):
-            shape, shown = two(instances.parameters(number, "SHAPE_DEFINITION_REPRESENTATION"))
+        for _, shape, shown in instances.pairs("SHAPE_DEFINITION_REPRESENTATION"):
             product = product_of(instances, shape)
-            if product is not None and shown is not None:
+            if product is not None:
                 self._representations.setdefault(product, []).append(shown)
         for number in instances.of("SHAPE_REPRESENTATION_RELATIONSHIP"):
             record = instances[number]
@@ -458,40 +421,40 @@ def _face_names(instances: Instances) -> list[tuple[int, str]]:
     return [(face, name) for face, name in named if name and often[name] <= max(1, len(named) // 2)]
 
 
-def _represented(instances: Instances, number: int) -> tuple[Reference | None, list[Any], list[int], Record]:
-    """Of a PROPERTY_DEFINITION_REPRESENTATION: the definition, its parameters, the items and the representation."""
-    stated, shown = two(instances.parameters(number, _REPRESENTED))
-    definition = instances.parameters(stated, "PROPERTY_DEFINITION") if stated is not None else []
-    record = instances[shown] if shown is not None else {}
+Represented = tuple[int, Reference, Reference]  # a PROPERTY_DEFINITION_REPRESENTATION, its definition, and by what
+
+
+def _represented(instances: Instances, one: Represented) -> tuple[list[Any], list[int], Record]:
+    """Name, description and owner of a property, the items of its representation, and this."""
+    definition, record = instances.parameters(one[1], "PROPERTY_DEFINITION"), instances[one[2]]
     items = [int(item) for parameters in record.values() for item in references(parameters[1:2])]
-    return stated, [*definition, None, None, None][:3], items, record
+    return [*definition, None, None, None][:3], items, record
 
 
-def _property(instances: Instances, number: int, defined: dict[int, str]) -> tuple[int | None, list[Attribute]]:
+def _property(instances: Instances, one: Represented, defined: dict[int, str]) -> tuple[int | None, list[Attribute]]:
     """A property and the product that it is of: of a material, as stated, with the unit of the file, and densities in
     kg/m3 too; finish; what users defined (general properties, such as a revision).  None where it belongs to something
     else."""
-    stated, (name, _, thing), items, record = _represented(instances, number)
+    (name, _, thing), items, record = _represented(instances, one)
     attributes: list[Attribute] = []
     if str(name).lower() == _MATERIAL_PROPERTY:
-        measures = [one for item in items if (one := measure(instances, item)) is not None]
-        attributes = [attribute for one in measures for attribute in _stated(one)]
+        attributes = [attribute for found in measures(instances, items) for attribute in _stated(found)]
     elif not _of_whole_product(instances, thing):
         return None, []
     elif _TEXTURE in record:
         attributes = [("finish", text, None)] if (text := _texture(instances, items)) else []
-    elif stated in defined:
+    elif one[1] in defined:
         values = [value for item in items if (value := _value(instances, item)) is not None]
-        attributes = [(defined[stated], *value) for value in values[:1]]
+        attributes = [(defined[one[1]], *value) for value in values[:1]]
     return product_of(instances, thing), attributes
 
 
 def _finish(
-    instances: Instances, number: int, defined: dict[int, str], faces_of: Callable[[Any], list[int]]
+    instances: Instances, one: Represented, defined: dict[int, str], faces_of: Callable[[Any], list[int]]
 ) -> tuple[list[int], str] | None:
     """Faces and their finish: a surface texture (ISO 10303-1110), or what users call finish; None for anything else."""
-    stated, (_, _, thing), items, record = _represented(instances, number)
-    if _TEXTURE in record or (stated is not None and defined.get(stated, "").lower() in _FINISH):
+    (_, _, thing), items, record = _represented(instances, one)
+    if _TEXTURE in record or defined.get(one[1], "").lower() in _FINISH:
         faces, text = faces_of(thing), _texture(instances, items)
         return (faces, text) if faces and text else None
     return None
@@ -507,10 +470,10 @@ def _product_names(instances: Instances) -> dict[int, str]:
     """Name of the product of each PRODUCT_DEFINITION, where only one product has that name."""
     out: dict[int, str] = {}
     for number in instances.of("PRODUCT_DEFINITION"):
-        formation = next(iter(references(instances.parameters(number, "PRODUCT_DEFINITION")[2:3])), None)
-        record = instances[formation] if formation is not None else {}
-        product = next((one for parameters in record.values() for one in references(parameters[2:3])), None)
-        named = instances.parameters(product, "PRODUCT") if product is not None else []
+        formations = references(instances.parameters(number, "PRODUCT_DEFINITION")[2:3])
+        records = [record for formation in formations for record in instances[formation].values()]
+        product = next((one for record in records for one in references(record[2:3])), None)
+        named = instances.parameters(product, "PRODUCT")
         if len(named) > 1 and isinstance(named[1], str):
             out[number] = named[1].strip()
     often = Counter(out.values())
@@ -520,11 +483,9 @@ def _product_names(instances: Instances) -> dict[int, str]:
 def _user_defined(instances: Instances) -> dict[int, str]:
     """Names of the property definitions that general properties stand behind."""
     out: dict[int, str] = {}
-    for number in instances.of("GENERAL_PROPERTY_ASSOCIATION"):
-        general, stated = two(instances.parameters(number, "GENERAL_PROPERTY_ASSOCIATION")[2:])
-        named = instances.parameters(general, "GENERAL_PROPERTY") if general is not None else []
-        name = str(named[1] or "").strip() if len(named) > 1 else ""
-        if stated is not None and name:
+    for _, general, stated in instances.pairs("GENERAL_PROPERTY_ASSOCIATION", first=2):
+        named = instances.parameters(general, "GENERAL_PROPERTY")
+        if len(named) > 1 and (name := str(named[1] or "").strip()):
             out[stated] = name
     return out
 
@@ -542,14 +503,14 @@ def _value(instances: Instances, item: int) -> tuple[str | float, str | None] | 
     if len(described) > 1:
         return (text, None) if (text := str(described[1] or "").strip()) else None
     one = measure(instances, item)
-    return None if one is None else (one.value, one.unit.symbol if one.unit is not None else None)
+    return None if one is None else (one.value, one.symbol)
 
 
 def _stated(one: Measure) -> list[Attribute]:
     name = one.name.removesuffix(" measure") or "material property"
     density = one.within(_DENSITY, 1.0)
-    if one.unit is not None and one.unit.symbol in _MISWRITTEN:
-        density = one.value * _MISWRITTEN[one.unit.symbol]
+    if one.symbol in _MISWRITTEN:
+        density = one.value * _MISWRITTEN[one.symbol]
     # Twelve digits: conversion of units leaves round-off (2809.9999999999995).
     out: list[Attribute] = [] if density is None else [(name, float(f"{density:.12g}"), "kg/m3")]
-    return [*out, (f"{name} as stated", one.value, one.unit.symbol if one.unit is not None else None)]
+    return [*out, (f"{name} as stated", one.value, one.symbol)]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cache
+from contextlib import suppress
 from typing import Any, TypeVar
 
 import numpy as np
+from OCP import XCAFDoc
 from OCP.BRep import BRep_Tool
 from OCP.BRepLib import BRepLib
 from OCP.BRepTools import BRepTools
@@ -14,15 +15,6 @@ from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
 from OCP.TDataStd import TDataStd_Name, TDataStd_TreeNode
 from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopoDS import TopoDS
-from OCP.XCAFDoc import (
-    XCAFDoc,
-    XCAFDoc_Area,
-    XCAFDoc_Centroid,
-    XCAFDoc_ColorTool,
-    XCAFDoc_ColorType,
-    XCAFDoc_Material,
-    XCAFDoc_Volume,
-)
 
 from relmodel.arrays import Floats
 from relmodel.geometry.congruence import group_bounds
@@ -31,22 +23,9 @@ from relmodel.geometry.surfaces import plane_normals
 from relmodel.model import measures
 from relmodel.model.measures import TrimmedFaces
 from relmodel.model.model import Attribute, Finding, Mesh, Shape, Table
-from relmodel.readers.step import faces as face_measures
+from relmodel.readers.step import faces as kernel
 from relmodel.readers.step import triangulation
-from relmodel.readers.step.faces import (
-    Coedge,
-    PcurveRows,
-    edge_map,
-    edge_tolerances,
-    face_map,
-    forward,
-    is_reversed,
-    loops_of,
-    pcurve_of,
-    sub_shapes,
-    vertex_of,
-)
-from relmodel.readers.step.geometry import CurveRows, SurfaceRows, recognise_tori
+from relmodel.readers.step.geometry import CurveRows, SurfaceRows, number_columns, recognise_tori
 from relmodel.readers.step.part21 import number_key
 from relmodel.readers.step.step_parameters import DEFAULTS, Findings
 
@@ -94,12 +73,12 @@ class Labels:
     def _attributes(self, label: Any) -> tuple[Attribute, ...]:
         # The kernel converts volumes and areas where their unit is one it knows, and else hands the file's number on.
         out: list[Attribute] = []
-        for kind, what, power in ((XCAFDoc_Volume, "volume", 3), (XCAFDoc_Area, "area", 2)):
+        for kind, what, power in ((XCAFDoc.XCAFDoc_Volume, "volume", 3), (XCAFDoc.XCAFDoc_Area, "area", 2)):
             if (stated := _attribute(label, kind)) is not None:
                 value = float(stated.Get())
                 factor = self._units.get((what, number_key(value)), 1.0)
                 out.append((f"validation {what}", value * factor, f"mm{power}"))
-        if (centroid := _attribute(label, XCAFDoc_Centroid)) is not None:
+        if (centroid := _attribute(label, XCAFDoc.XCAFDoc_Centroid)) is not None:
             out += [(f"validation centroid {c}", x, "mm") for c, x in zip("xyz", centroid.Get().Coord(), strict=True)]
         return tuple(out)
 
@@ -129,19 +108,19 @@ def _name(label: Any) -> str | None:
 
 
 def _colour(label: Any) -> str | None:
-    for kind in (XCAFDoc_ColorType.XCAFDoc_ColorSurf, XCAFDoc_ColorType.XCAFDoc_ColorGen):
+    for kind in (XCAFDoc.XCAFDoc_ColorType.XCAFDoc_ColorSurf, XCAFDoc.XCAFDoc_ColorType.XCAFDoc_ColorGen):
         colour = Quantity_Color()
-        if XCAFDoc_ColorTool.GetColor_s(label, kind, colour):
+        if XCAFDoc.XCAFDoc_ColorTool.GetColor_s(label, kind, colour):
             parts = colour.Values(Quantity_TypeOfColor.Quantity_TOC_sRGB)
             return "#" + "".join(f"{round(255 * min(max(p, 0.0), 1.0)):02x}" for p in parts)
     return None
 
 
 def _material(label: Any) -> str | None:
-    node = _attribute(label, TDataStd_TreeNode, XCAFDoc.MaterialRefGUID_s())
+    node = _attribute(label, TDataStd_TreeNode, XCAFDoc.XCAFDoc.MaterialRefGUID_s())
     if node is None or not node.HasFather():
         return None
-    material = _attribute(node.Father().Label(), XCAFDoc_Material)
+    material = _attribute(node.Father().Label(), XCAFDoc.XCAFDoc_Material)
     name = None if material is None else material.GetName()
     return None if name is None else str(name.ToCString())
 
@@ -152,24 +131,25 @@ def _material(label: Any) -> str | None:
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 _P = DEFAULTS
-WordsByElement = dict[int, str]
+Labelled = Mapping[str, Mapping[int, str]]
+_NO_LABELS: Labelled = {}
 
 
-def extract(shape: Any, names: WordsByElement, colours: WordsByElement, layers: WordsByElement) -> Shape:
-    """Columns of a shape of the kernel that has faces.  names, colours, layers: by the ordinals of `face_map`."""
+def extract(shape: Any, labels: Labelled = _NO_LABELS) -> Shape:
+    """Columns of a shape of the kernel that has faces.  labels: name, colour, layer by ordinals of `face_map`."""
     findings = Findings()
     with findings.contained("the curves of edges", "unreadable_edge"):
         BRepLib.BuildCurves3d_s(shape)
-    solid = len(sub_shapes(shape, Type.TopAbs_SOLID)) > 0  # a map is true where it is empty
-    face_keys = face_map(shape)
+    solid = len(kernel.sub_shapes(shape, Type.TopAbs_SOLID)) > 0  # a map is true where it is empty
+    face_keys = kernel.face_map(shape)
     faces = [TopoDS.Face(face) for face in face_keys]
-    edge_keys = edge_map(face_keys)
+    edge_keys = kernel.edge_map(face_keys)
 
     basis_curves = CurveRows()
     basis_surfaces = SurfaceRows(basis_curves)
     surface_rows = SurfaceRows(basis_curves, basis_surfaces)
     for face in faces:
-        surface_rows.add(BRep_Tool.Surface_s(face), BRepTools.UVBounds_s(face), is_reversed(face), shape=face)
+        surface_rows.add(BRep_Tool.Surface_s(face), BRepTools.UVBounds_s(face), kernel.is_reversed(face), shape=face)
     curve_rows = CurveRows(basis_curves)
     findings += [
         Finding("unreadable_edge", "the CAD kernel gives no curve of an edge", arc_no=i)
@@ -178,7 +158,7 @@ def extract(shape: Any, names: WordsByElement, colours: WordsByElement, layers: 
     ]
     surface_columns, arc_columns = surface_rows.columns(), curve_rows.columns()
     kinds = surface_columns["kind"]
-    arc_columns["tolerance"] = edge_tolerances(edge_keys)
+    arc_columns["tolerance"] = kernel.edge_tolerances(edge_keys)
     loops, coedges, pcurves, edges = _loops(faces, edge_keys, kinds, findings)
 
     curves, surfaces = curve_rows.curves, surface_rows.surfaces
@@ -192,16 +172,16 @@ def extract(shape: Any, names: WordsByElement, colours: WordsByElement, layers: 
     size = float(np.linalg.norm(boxes[:, 3:].max(axis=0) - boxes[:, :3].min(axis=0)))
     mesh, found = triangulation.mesh(shape, faces, edges, surfaces, curves, size, closed=solid)
     findings += found
-    face_measures.widen_boxes(boxes, faces, kinds, mesh)
+    kernel.widen_boxes(boxes, faces, kinds, mesh)
     middle = (boxes[:, 3:].max(axis=0) + boxes[:, :3].min(axis=0)) / 2
-    integrals = face_measures.integrals(faces, kinds, plane_normals(surfaces), middle)
+    integrals = kernel.integrals(faces, kinds, plane_normals(surfaces), middle)
     findings += _fill_in(integrals, mesh, middle)
     area = integrals[:, :1]
     centroids = integrals[:, 1:4] / np.where(area > 0, area, 1.0)
     surface_columns |= {"area": area[:, 0].copy(), **vector_columns("centroid", centroids)}
     surface_columns |= box_columns(boxes)
-    for column, labels in (("name", names), ("colour", colours), ("layer", layers)):
-        surface_columns[column] = [labels.get(i + 1) for i in range(len(faces))]
+    for column in ("name", "colour", "layer"):
+        surface_columns[column] = [labels.get(column, {}).get(i + 1) for i in range(len(faces))]
     normals = measures.ArcNormals(trimmed)
     arc_columns |= measures.adjacency(normals)
     return Shape(
@@ -216,7 +196,7 @@ def extract(shape: Any, names: WordsByElement, colours: WordsByElement, layers: 
         loops=loops,
         coedges=coedges,
         pcurves=pcurves,
-        **(_basis(basis_curves, basis_surfaces) if len(basis_curves) or len(basis_surfaces) else _no_basis()),
+        **(_basis(basis_curves, basis_surfaces) if len(basis_curves) or len(basis_surfaces) else {}),
         mesh=mesh,
         samples=measures.samples(normals, arc_columns["length"]),
         findings=tuple(findings),
@@ -235,24 +215,15 @@ def _basis(curves: CurveRows, surfaces: SurfaceRows) -> dict[str, Table]:
     }
 
 
-@cache
-def _no_basis() -> dict[str, Table]:
-    curves = CurveRows()
-    return _basis(curves, SurfaceRows(curves))
-
-
 def _add_edge(rows: CurveRows, edge: Any) -> bool:
     """Append an edge; False where the kernel gives no curve: a vertex then stands for the edge."""
     t0, t1 = BRep_Tool.Range_s(edge)
     degenerate = BRep_Tool.Degenerated_s(edge)
     if not degenerate:
-        try:
+        with suppress(Exception):  # the kernel's exceptions share no base class
             rows.add(BRep_Tool.Curve_s(edge, 0.0, 0.0), t0, t1, shape=edge)
-        except Exception:  # the kernel's exceptions share no base class
-            pass
-        else:
             return True
-    rows.add_degenerate(BRep_Tool.Pnt_s(vertex_of(edge)).Coord(), t0, t1)
+    rows.add_degenerate(BRep_Tool.Pnt_s(kernel.vertex_of(edge)).Coord(), t0, t1)
     return bool(degenerate)
 
 
@@ -260,34 +231,25 @@ def _loops(
     faces: list[Any], edge_keys: Any, kinds: list[str], findings: Findings
 ) -> tuple[Table, Table, Table, dict[int, tuple[Any, int]]]:
     """Loops, coedges as the faces are oriented, pcurves of those that are not planes, and an edge of each arc."""
-    bounds: list[tuple[int, int]] = []
-    rows: list[tuple[int, int, int, int, bool]] = []
-    pcurves = PcurveRows()
+    bounds: list[tuple[float, ...]] = []
+    rows: list[tuple[float, ...]] = []
+    pcurves = kernel.PcurveRows()
     edges: dict[int, tuple[Any, int]] = {}
     for surface_no, (face, kind) in enumerate(zip(faces, kinds, strict=True)):
-        backwards, ahead = is_reversed(face), forward(face)
-        for loop_no, loop in enumerate(loops_of(ahead, edge_keys, findings, surface_no)):
+        backwards, ahead = kernel.is_reversed(face), kernel.forward(face)
+        for loop_no, loop in enumerate(kernel.loops_of(ahead, edge_keys, findings, surface_no)):
             bounds.append((surface_no, loop_no))
             for coedge_no, one in enumerate(reversed(loop) if backwards else loop):
                 rows.append((surface_no, loop_no, coedge_no, one.arc_no, one.reversed != backwards))
                 edges.setdefault(one.arc_no, (one.edge, surface_no))
                 if kind != "plane":
-                    _add_pcurve(pcurves, (surface_no, loop_no, coedge_no), one, ahead)
-    surfaces, numbers = np.array(bounds, np.int64).reshape(-1, 2).T
-    columns = np.array(rows, np.int64).reshape(-1, 5).T
-    coedges: Table = dict(zip(COEDGE_COLUMNS, (column.copy() for column in columns), strict=True))
-    coedges["reversed"] = coedges["reversed"].astype(bool)
-    loops: Table = {"surface_no": surfaces.copy(), "loop_no": numbers.copy(), "outer_loop": numbers == 0}
-    return loops, coedges, pcurves.columns(), edges
-
-
-def _add_pcurve(rows: PcurveRows, key: tuple[int, int, int], coedge: Coedge, face: Any) -> None:
-    try:
-        found = pcurve_of(coedge, face)
-        if found is not None:
-            rows.add(key, *found)
-    except Exception:  # of the kernel: a coedge without a pcurve
-        pass
+                    with suppress(Exception):  # of the kernel: a coedge without a pcurve
+                        curve = BRep_Tool.CurveOnSurface_s(one.edge, ahead, 0.0, 0.0)
+                        if curve is not None:
+                            pcurves.add((surface_no, loop_no, coedge_no), curve, *BRep_Tool.Range_s(one.edge, ahead))
+    loops = number_columns(COEDGE_COLUMNS[:2], bounds)
+    loops["outer_loop"] = loops["loop_no"] == 0
+    return loops, number_columns(COEDGE_COLUMNS, rows), pcurves.columns(), edges
 
 
 def _mark_loops_around(loops: Table, coedges: Table, faces: TrimmedFaces) -> None:

@@ -226,12 +226,10 @@ def is_tessellated(faces: Any) -> bool:
     return any(BRep_Tool.Surface_s(TopoDS.Face(face)) is None for face in faces)
 
 
-def extract(
-    shape: Any, names: dict[int, str], colours: dict[int, str], layers: dict[int, str]
-) -> tuple[Shape, list[int]]:
+def extract(shape: Any, labels: dict[str, dict[int, str]]) -> tuple[Shape, list[int]]:
     """Shape with a surface for each face that has an area, fitted to its triangles; and which face (from 0) each is.
 
-    names, colours, layers: of faces, by their ordinal in the map of faces (from 1).
+    labels: name, colour and layer of faces, by their ordinal in the map of faces (from 1).
     """
     vertices, triangles, owner = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)]
     normals = [np.empty((0, 3))]
@@ -262,6 +260,5 @@ def extract(
     if out is None:
         raise NoAreaError
     face_of = [int(face) for face in np.unique(faces)]
-    given_to = (("name", names), ("colour", colours), ("layer", layers))
-    labels = {column: [of_face.get(face + 1) for face in face_of] for column, of_face in given_to}
-    return replace(out, surfaces=out.surfaces | labels), face_of
+    columns = {column: [of_face.get(face + 1) for face in face_of] for column, of_face in labels.items()}
+    return replace(out, surfaces=out.surfaces | columns), face_of
