@@ -38,7 +38,6 @@ from vision.extraction.extract import extract
 from vision.extraction.rows import Primitives, make_primitives
 from vision.inspection.demonstration import Truth, measure_pose_error
 from vision.inspection.locate import match_views
-from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
 from vision.localisation.localise import Localisation, localise
 from vision.localisation.views import ModelView, Observation, view_model
 from vision.localisation.visibility import find_parts_in_view
@@ -254,7 +253,7 @@ def measure(case: Case, stored: StoredScene, kept: Path) -> dict[str, Any]:
     assert found.best is not None
     pose = found.best.world_from_rig
     view = view_at_best(stored, found)
-    parts = find_parts_in_view(stored, found.rig, view.maps, pose, LOCALISATION)
+    parts = find_parts_in_view(stored, found.rig, view.maps, pose)
     began = time.process_time()
     presence = assess(stored, Observation(trial.rig, pictures, trial.pictures), found, view, parts, matched)
     seconds = time.process_time() - began
@@ -282,7 +281,7 @@ def view_at_best(stored: StoredScene, found: Localisation) -> ModelView:
     """What the cameras should see at the best pose."""
     assert found.best is not None
     arcs = {name: view.arcs for name, view in found.views.items()}
-    return view_model(stored.scene, found.rig, found.best.world_from_rig, LOCALISATION, arcs)
+    return view_model(stored.scene, found.rig, found.best.world_from_rig, arcs)
 
 
 def locate(trial: Trial, stored: StoredScene, kept: Path) -> tuple[dict[str, Primitives], Localisation, Matched]:

@@ -25,7 +25,6 @@ from benchmarks.presence import FOUND_MM, SAMPLED_PX, Case, locate, meet
 from benchmarks.trials import Models, Trial, rendered
 from examples.render.trials import draw_again, read_list
 from vision.inspection.demonstration import measure_pose_error
-from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
 from vision.localisation.views import Observation
 from vision.presence.presence_parameters import DEFAULTS as PRESENCE
 from vision.presence.report import assess_variant
@@ -93,12 +92,7 @@ def rank(trial: Trial, names: dict[str, str], models: Models, kept: Path) -> dic
     for number, (variant, model) in enumerate(names.items()):
         asked = {"object_no": 0, "name": "object", "variant": variant, "object_variant_id": number, "placed": False}
         told = assess_variant(
-            asked,
-            models.stored(model),
-            Observation(trial.rig, pictures, trial.pictures),
-            found,
-            LOCALISATION,
-            PRESENCE,
+            asked, models.stored(model), Observation(trial.rig, pictures, trial.pictures), found, PRESENCE
         )
         rows.append(
             {"variant": variant, "log_odds": round(told.log_odds, 2), "against": told.against, "of": told.decided}

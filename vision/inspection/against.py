@@ -17,7 +17,7 @@ from relmodel.world.placement import place_in_own_worlds
 from vision.constellations.find_poses import PoseCandidates
 from vision.inspection.inspection_parameters import InspectionParameters
 from vision.inspection.locate import Location, Locator, Target, select_parts
-from vision.localisation.localise import Localisation
+from vision.localisation.localise import LEAST_SHARE, Localisation
 from vision.localisation.verdict import HypothesisTable, Verdict, find_standing
 from vision.localisation.views import Observation
 from vision.presence.report import VariantEvidence, assess_variant, rank, rank_failures, weigh_variant
@@ -58,7 +58,7 @@ def weigh_variants(
         with store.read() as connection:
             scene = read_variant_scene(store, connection, world_id, target.selection.occurrence_id.tolist(), row)
         store.release()
-        out.append(assess_variant(row, scene, seen, found, p.localisation, p.presence))
+        out.append(assess_variant(row, scene, seen, found, p.presence))
     return rank(out)
 
 
@@ -228,7 +228,7 @@ def _find_worthy(starts: Sequence[_Start], locator: Locator) -> list[_Start]:
     for start in starts:
         of_object.setdefault(start.candidate.name, start)
     best = list(of_object.values())
-    least = locator.p.localisation.search.least_share * (best[0].score or 0.0)
+    least = LEAST_SHARE * (best[0].score or 0.0)
     worthy = [start for start in best if start.score is not None and start.score >= least]
     return worthy[: locator.p.most_objects] or best[:1]
 

@@ -465,11 +465,11 @@ def carry_out(
     parts, presence, stored = None, None, location.target.stored
     if best is not None:
         arcs = {name: one.arcs for name, one in found.views.items()}
-        view = view_model(stored.scene, found.rig, best.world_from_rig, p.localisation, arcs)
+        view = view_model(stored.scene, found.rig, best.world_from_rig, arcs)
         matched = match_views(found.rig, best, view, seen, p.matching)
     run.step("match")
     if best is not None and verdict.verdict != "refused":
-        parts = find_parts_in_view(stored, found.rig, view.maps, best.world_from_rig, p.localisation)
+        parts = find_parts_in_view(stored, found.rig, view.maps, best.world_from_rig)
     run.step("view")
     if parts is not None:
         presence = assess(stored, seen, found, view, parts, matched, p.presence)

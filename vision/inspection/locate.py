@@ -191,7 +191,7 @@ def relate_views(scene: Scene, seen: Observation, poses: Sequence[Refined], p: I
     costs = []
     for pose in poses:
         rig = correct_rig(seen.rig, pose.own)
-        view = view_model(scene, rig, pose.world_from_rig, p.localisation)
+        view = view_model(scene, rig, pose.world_from_rig)
         matched = match_views(rig, pose, view, seen, p.matching)
         costs.append(sum(one.match.solved.result.cost for one in matched.values()))
     return costs

@@ -310,7 +310,7 @@ def record_decisions(
         camera=cameras * len(supports),
         **{name: np.concatenate([getattr(it, field) for it in supports]) for name, field in columns.items()},
     )
-    unknowns = describe_unknowns(rig, p.localisation.refinement)
+    unknowns = describe_unknowns(rig)
     write(
         "camera_unknown",
         camera=np.repeat(cameras, len(UNKNOWNS)).tolist(),

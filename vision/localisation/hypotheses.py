@@ -16,8 +16,7 @@ from relmodel.arrays import Bools, Floats, Floats32, Ints
 from relmodel.geometry.transforms import rotation_matrix, skew
 from vision.cameras.cameras import Camera, Prior, Rig, perturb, perturbation
 from vision.extraction.rows import Primitives
-from vision.localisation.localisation_parameters import DEFAULTS, EvidenceParameters, LocalisationParameters
-from vision.localisation.visibility import VisibleArcs, are_in_picture, find_visible_arcs
+from vision.localisation.visibility import SAMPLE_SPACING_PX, VisibleArcs, are_in_picture, find_visible_arcs
 from vision.scene import Scene
 
 # For each of a few orientations (modulo pi) the picture is a grid of cells with the strongest edge element within
@@ -29,6 +28,16 @@ from vision.scene import Scene
 # the cells *around* have the class at that orientation. So a lone contour weighs much, a stroke among the thousands of
 # parallel strokes of brushed metal next to nothing, and a predicted edge where there is none counts against the pose:
 # log(1 - d). The a-contrario idea is Desolneux, Moisan and Morel's; here the background is local.
+
+
+ORIENTATIONS = 16  # classes of orientation modulo pi
+STRENGTHS = (0.03, 0.12, 0.3)  # classes of contrast, as shares of the picture's range of grey
+DETECTION = (0.75, 0.5, 0.2)  # shares of the visible sharp edges of machined parts that show at least that contrast
+SURROUNDINGS_PX = 96.0  # half side of the window in which chance is counted
+BACKGROUND_CELLS = 40.0  # weight of the whole picture's share in it
+BLOCK_PX = 16.0  # side of the blocks in which it is counted
+BORDER_PX = 6.0  # along the picture's border in which no edge can be found
+MIN_GREY_RANGE = 16.0  # least range that contrasts are related to
 
 
 @dataclass(frozen=True)
@@ -48,7 +57,7 @@ class EdgePoints:
     grey_range: float
 
 
-def collect_edge_points(picture: Primitives, camera: Camera, p: EvidenceParameters = DEFAULTS.evidence) -> EdgePoints:
+def collect_edge_points(picture: Primitives, camera: Camera) -> EdgePoints:
     """The edge elements of a picture without the camera's distortion."""
     elements = picture.elements
     position = np.stack([elements.x, elements.y], axis=1)
@@ -60,13 +69,13 @@ def collect_edge_points(picture: Primitives, camera: Camera, p: EvidenceParamete
         normal = np.einsum("nij,ni->nj", jacobian, normal)
         growth = np.linalg.norm(normal, axis=1)
         normal, sigma = normal / growth[:, None], sigma / growth
-    contrast, grey_range = np.asarray(elements.contrast), max(picture.grey_range, p.min_grey_range)
-    return EdgePoints(position, normal, contrast, sigma, *bound_elements(camera, p), grey_range)
+    contrast, grey_range = np.asarray(elements.contrast), max(picture.grey_range, MIN_GREY_RANGE)
+    return EdgePoints(position, normal, contrast, sigma, *bound_elements(camera), grey_range)
 
 
-def bound_elements(camera: Camera, p: EvidenceParameters = DEFAULTS.evidence) -> tuple[Floats, Floats]:
+def bound_elements(camera: Camera) -> tuple[Floats, Floats]:
     """The box (2,), (2,) of pixels of the camera without distortion in which its picture can have edge elements."""
-    low, high = np.array([p.border_px, p.border_px]), np.array([camera.width, camera.height]) - 1.0 - p.border_px
+    low, high = np.array([BORDER_PX, BORDER_PX]), np.array([camera.width, camera.height]) - 1.0 - BORDER_PX
     if camera.is_pinhole:
         return low, high
     x, y = (np.linspace(low[i], high[i], 65) for i in (0, 1))
@@ -90,7 +99,6 @@ class Evidence:
     pad: int
     chance: Floats32
     block: int
-    parameters: EvidenceParameters
 
     def beyond_chance(self) -> Evidence:
         """The evidence less what is found in the mean anywhere: a pose that shows less of the model, for which no place
@@ -103,13 +111,13 @@ class Evidence:
         """Mean (n,) of the evidence that a right prediction gathers at these pixels (n, 2)."""
         index = np.floor(((pixel - self.origin) / self.cell - self.pad + 0.5) / self.block).astype(np.int64)
         index = np.clip(index, 0, np.array(self.chance.shape[:1:-1]) - 1)
-        b, detection = bin_orientations(direction, self.parameters.orientations), self.parameters.detection
+        b = bin_orientations(direction)
         q = self.chance[:, b, index[:, 1], index[:, 0]].astype(float)
-        likely = np.diff(np.append(detection, 0.0)) * -1
-        share = likely[:, None] + (1 - detection[0]) * q
+        likely = np.diff(np.append(DETECTION, 0.0)) * -1
+        share = likely[:, None] + (1 - DETECTION[0]) * q
         ratio = np.log(share / q)
-        nothing = (1 - detection[0]) * np.clip(1 - q.sum(axis=0), 0, 1)
-        miss = np.log(1 - detection[0])
+        nothing = (1 - DETECTION[0]) * np.clip(1 - q.sum(axis=0), 0, 1)
+        miss = np.log(1 - DETECTION[0])
         return np.asarray((share * ratio).sum(axis=0) + nothing * miss)
 
 
@@ -124,27 +132,25 @@ class Fields(list[Evidence]):
         super().__init__(replace(e, field=own.reshape(e.field.shape)) for e, own in zip(each, fields, strict=True))
 
 
-def bin_orientations(direction: Floats, count: int) -> Ints:
-    """The orientation (n,), one of `count`, of image directions (n, 2), modulo pi."""
+def bin_orientations(direction: Floats) -> Ints:
+    """The class of orientation (n,) of image directions (n, 2)."""
     angle = np.arctan2(direction[:, 1], direction[:, 0])
-    return np.rint(angle * (count / np.pi)).astype(np.int64) % count
+    return np.rint(angle * (ORIENTATIONS / np.pi)).astype(np.int64) % ORIENTATIONS
 
 
-def build_evidence(
-    edges: EdgePoints, cell: float, reach: float, pad: int, p: EvidenceParameters = DEFAULTS.evidence
-) -> Evidence:
+def build_evidence(edges: EdgePoints, cell: float, reach: float, pad: int) -> Evidence:
     """The evidence of a picture for predictions that may be `reach` px off."""
     import cv2
 
-    block = max(round(p.block_px / cell), 1)
+    block = max(round(BLOCK_PX / cell), 1)
     # Whole blocks: the last ones may reach beyond the picture, where there is nothing to see.
     columns, rows = (np.ceil((np.ceil((edges.high - edges.low) / cell) + 1) / block) * block).astype(int).tolist()
     index = np.rint((edges.position - edges.low) / cell).astype(np.int64)
     inside = ((index >= 0) & (index < [columns, rows])).all(axis=1)
-    strength = np.searchsorted(p.strengths, np.abs(edges.contrast) / edges.grey_range, side="right").astype(np.uint8)
-    orientation = bin_orientations(np.stack([-edges.normal[:, 1], edges.normal[:, 0]], axis=1), p.orientations)
+    strength = np.searchsorted(STRENGTHS, np.abs(edges.contrast) / edges.grey_range, side="right").astype(np.uint8)
+    orientation = bin_orientations(np.stack([-edges.normal[:, 1], edges.normal[:, 0]], axis=1))
     use = inside & (strength > 0)
-    strongest = np.zeros((p.orientations, rows, columns), np.uint8)
+    strongest = np.zeros((ORIENTATIONS, rows, columns), np.uint8)
     np.maximum.at(strongest, (orientation[use], index[use, 1], index[use, 0]), strength[use])
     # An element speaks for the orientations beside its own too: noise and the pose's error turn edges.
     strongest = np.maximum(strongest, np.maximum(np.roll(strongest, 1, axis=0), np.roll(strongest, -1, axis=0)))
@@ -155,29 +161,29 @@ def build_evidence(
     cells = float(covered.sum())
 
     blocks = (rows // block, columns // block)
-    window = 2 * max(round(p.surroundings_px / p.block_px), 1) + 1
+    window = 2 * max(round(SURROUNDINGS_PX / BLOCK_PX), 1) + 1
     share = covered.reshape(blocks[0], block, blocks[1], block).mean(axis=(1, 3), dtype=np.float32)
     seen = _gather(np.asarray(share), window)
-    chance = np.empty((len(p.strengths), p.orientations, *blocks), np.float32)
+    chance = np.empty((len(STRENGTHS), ORIENTATIONS, *blocks), np.float32)
     # The evidence of a cell depends on the class of its strength, its orientation and its block alone.
-    evidence = np.full((p.orientations, *blocks, 1 + len(p.strengths)), np.log(1 - p.detection[0]), np.float32)
-    likely = np.diff(np.append(p.detection, 0.0)) * -1
-    weight = p.background_cells / (block * block)
+    evidence = np.full((ORIENTATIONS, *blocks, 1 + len(STRENGTHS)), np.log(1 - DETECTION[0]), np.float32)
+    likely = np.diff(np.append(DETECTION, 0.0)) * -1
+    weight = BACKGROUND_CELLS / (block * block)
     row, column = np.arange(rows) // block, np.arange(columns) // block
-    number = (row[:, None] * blocks[1] + column) * (1 + len(p.strengths))
-    out = np.zeros((p.orientations, rows + 2 * pad, columns + 2 * pad), np.float32)
-    for b in range(p.orientations):
+    number = (row[:, None] * blocks[1] + column) * (1 + len(STRENGTHS))
+    out = np.zeros((ORIENTATIONS, rows + 2 * pad, columns + 2 * pad), np.float32)
+    for b in range(ORIENTATIONS):
         class_of_block = number + near[b]
         counts = np.bincount(class_of_block.ravel(), minlength=evidence[b].size).reshape(evidence[b].shape)
-        for k in range(len(p.strengths)):
+        for k in range(len(STRENGTHS)):
             around = _gather(counts[..., k + 1].astype(np.float32) / np.float32(block**2), window)
             common = float(counts[..., k + 1].sum()) / max(cells, 1.0)
             chance[k, b] = (around + weight * common + 0.5 / block**2) / (seen + weight + 1 / block**2)
             q = chance[k, b]
-            evidence[b, ..., k + 1] = np.log((likely[k] + (1 - p.detection[0]) * q) / q)
+            evidence[b, ..., k + 1] = np.log((likely[k] + (1 - DETECTION[0]) * q) / q)
         out[b, pad : pad + rows, pad : pad + columns] = evidence[b].ravel()[class_of_block]
     out[:, pad : pad + rows, pad : pad + columns] *= covered
-    return Evidence(out, cell, edges.low - cell * pad, pad, chance, block, p)
+    return Evidence(out, cell, edges.low - cell * pad, pad, chance, block)
 
 
 def _covered(edges: EdgePoints, cell: float, rows: int, columns: int) -> Bools:
@@ -197,6 +203,21 @@ def _gather(share: Floats32, window: int) -> Floats32:
 #
 # The prior is sampled by a scrambled Sobol sequence of fixed seed; at each sample a whole window of image shifts (small
 # turns of the rig) is scored at once, so that the sequence has to cover only what turns cannot do.
+
+
+CORRELATION_PX = 40.0  # along an arc that count as one observation: closer samples see the same picture
+SELECT_SIGMA = 6.0  # sigmas of image shift beyond the pictures within which arcs are kept
+SCAN_SIGMA = 2.5  # sigmas of image shift beyond the pictures within which they are predicted for the scan
+SCAN_SAMPLES = 800  # samples that face a camera
+SCAN_CELL_PX, SCAN_REACH_PX = 4.0, 6.0  # cells of the coarse evidence, and how far off a prediction may be there
+SCAN_WINDOW, SCAN_STEP = 10, 2  # cells: greatest common shift of a picture either way, and from one to the next
+SCAN_POSES, MAX_SCAN_POSES = 1024, 16384  # for a prior that leaves SCAN_SPREAD_PX, as its square for others; at most
+SCAN_SPREAD_PX = 15.0  # rms beside common shifts
+SCAN_DISTINCT_PX, SCAN_KEPT = 6.0, 100  # rms over the samples by which poses differ that climb, and how many do
+CLIMB_CELL_PX, CLIMB_REACH_PX = 2.0, 3.0  # the same of the fine evidence
+CLIMB_FIRST_PX, CLIMB_LAST_PX = 4.0, 1.0  # first and last step of the climb
+CLIMB_DISTINCT_PX, CLIMB_KEPT = 3.0, 24  # rms by which the candidates differ, and how many there are at most
+CLIMB_SAMPLES = 1200  # of a climb from a single pose
 
 
 @dataclass(frozen=True)
@@ -235,19 +256,12 @@ class Prediction:
         return replace(self, **{name: getattr(self, name)[rows] for name in of_samples})
 
 
-def predict(
-    scene: Scene,
-    rig: Rig,
-    world_from_rig: Floats,
-    count: int,
-    margin_px: float = 0.0,
-    p: LocalisationParameters = DEFAULTS,
-) -> Prediction:
+def predict(scene: Scene, rig: Rig, world_from_rig: Floats, count: int, margin_px: float = 0.0) -> Prediction:
     """Visible samples of sharp arcs and outlines, evenly along the arcs' images, of `count` that face each camera;
-    weight = length / `p.search.correlation_px`."""
+    weight = length / CORRELATION_PX."""
     seen: list[VisibleArcs] = []
     for name, camera in rig.cameras.items():
-        arcs = find_visible_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name], margin_px, count, p)
+        arcs = find_visible_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name], margin_px, count)
         seen.append(arcs.take(~arcs.smooth))
     rig_from_world = np.linalg.inv(world_from_rig)
     rotation, translation = rig_from_world[:3, :3], rig_from_world[:3, 3]
@@ -255,7 +269,7 @@ def predict(
     return Prediction(
         point=np.concatenate([s.point for s in seen]) @ rotation.T + translation,
         tangent=np.concatenate([s.tangent for s in seen]) @ rotation.T,
-        weight=np.concatenate([s.length_px for s in seen]) / p.search.correlation_px,
+        weight=np.concatenate([s.length_px for s in seen]) / CORRELATION_PX,
         tolerance_px=np.concatenate([s.scale * scene.tolerance_of_arc[s.arc] for s in seen]),
         view=np.repeat(np.arange(len(seen)), [len(s.arc) for s in seen]),
         arc=np.concatenate([s.arc for s in seen]),
@@ -298,13 +312,9 @@ def _perturbed(prediction: Prediction, delta: Floats | None) -> Floats:
 
 def project_directions(prediction: Prediction, delta: Floats | None = None) -> Floats:
     """Unit image directions (n, 2) of the samples' tangents under a perturbation (6,)."""
-    delta = np.zeros(6) if delta is None else delta
-    turn = rotation_matrix(delta[3:])
-    r = prediction.rotation[prediction.view]
-    p = np.einsum("nij,nj->ni", r, (prediction.point - delta[:3]) @ turn) + prediction.offset[prediction.view]
-    t = np.einsum("nij,nj->ni", r, prediction.tangent @ turn)
-    flow = t[:, :2] - p[:, :2] / p[:, 2:] * t[:, 2:]
-    flow = np.einsum("nij,nj->ni", prediction.matrix[prediction.view][:, :, :2], flow) * np.sign(p[:, 2:])
+    turn = rotation_matrix(np.zeros(3) if delta is None else delta[3:])
+    along = np.einsum("nij,nj->ni", prediction.rotation[prediction.view], prediction.tangent @ turn)
+    flow = np.einsum("nij,nj->ni", flow_in_camera(prediction, delta)[1], along)
     return np.asarray(flow / np.maximum(np.linalg.norm(flow, axis=1), 1e-12)[:, None])
 
 
@@ -336,18 +346,16 @@ class Candidates:
         return replace(self, delta=self.delta[rows], score=self.score[rows])
 
 
-def select_under_prior(scene: Scene, rig: Rig, prior: Prior, p: LocalisationParameters = DEFAULTS) -> Scene:
+def select_under_prior(scene: Scene, rig: Rig, prior: Prior) -> Scene:
     """The scene with only what may come into a picture under the prior, far rivals included: `select_samples`."""
     width = max(max(c.width, c.height) for c in rig.cameras.values())
-    margin_px = min(p.search.select_sigma * predict_shift_sigma(scene, rig, prior), 2.0 * width)
-    return select_samples(scene, rig, prior.world_from_rig[None], margin_px, p)
+    margin_px = min(SELECT_SIGMA * predict_shift_sigma(scene, rig, prior), 2.0 * width)
+    return select_samples(scene, rig, prior.world_from_rig[None], margin_px)
 
 
-def select_samples(
-    scene: Scene, rig: Rig, poses: Floats, margin_px: float, p: LocalisationParameters = DEFAULTS
-) -> Scene:
+def select_samples(scene: Scene, rig: Rig, poses: Floats, margin_px: float) -> Scene:
     """The scene with only those samples of arcs and silhouettes that come into a picture, or within `margin_px` of one,
-    from one of the poses (k, 4, 4) of the rig, thinned to about `p.search.sample_spacing_px`."""
+    from one of the poses (k, 4, 4) of the rig, thinned to about SAMPLE_SPACING_PX."""
     scale = np.zeros(len(scene.sample_length))
     keep = np.zeros(len(scene.curved_triangles), bool)
     middle = scene.vertices[scene.triangles[scene.curved_triangles]].mean(axis=1)
@@ -361,7 +369,7 @@ def select_samples(
         scale[rows] = np.maximum(scale[rows], camera.matrix[0, 0] / depth)
         keep |= are_in_picture(middle, camera, pose, margin_px)
     # Walk along each arc and keep a sample whenever the next multiple of the spacing is passed.
-    along = np.cumsum(scene.sample_length * scale) / p.search.sample_spacing_px
+    along = np.cumsum(scene.sample_length * scale) / SAMPLE_SPACING_PX
     first = np.diff(scene.sample_arc, prepend=-1) != 0
     passed = np.diff(np.floor(along), prepend=-1) > 0
     rows = np.flatnonzero((first | passed) & (scale > 0))
@@ -371,34 +379,24 @@ def select_samples(
 
 
 def search_poses(
-    scene: Scene,
-    rig: Rig,
-    edges: dict[str, EdgePoints],
-    fine: Fields,
-    prior: Prior,
-    p: LocalisationParameters = DEFAULTS,
+    scene: Scene, rig: Rig, edges: dict[str, EdgePoints], fine: Fields, prior: Prior, seed: int
 ) -> Candidates:
     """The best distinct poses within the prior's volume; scene as `select_samples`, fine as `build_fine_evidence` gives
-    them."""
+    them; seed of the sequence of poses."""
     width = max(max(c.width, c.height) for c in rig.cameras.values())
-    margin_px = min(p.search.scan_sigma * predict_shift_sigma(scene, rig, prior), 0.5 * width)
-    prediction = predict(scene, rig, prior.world_from_rig, p.search.scan_samples, margin_px, p)
+    margin_px = min(SCAN_SIGMA * predict_shift_sigma(scene, rig, prior), 0.5 * width)
+    prediction = predict(scene, rig, prior.world_from_rig, SCAN_SAMPLES, margin_px)
     if not len(prediction.point):
         return Candidates(np.zeros((0, 6)), np.zeros(0))
-    coarse = Fields(
-        build_evidence(edges[name], p.search.scan_cell_px, p.search.scan_reach_px, p.search.scan_window, p.evidence)
-        for name in rig.cameras
-    )
+    coarse = Fields(build_evidence(edges[name], SCAN_CELL_PX, SCAN_REACH_PX, SCAN_WINDOW) for name in rig.cameras)
     # Far from the right pose most places speak against the model: it must not pay to look past it.
     coarse, fine = (Fields(e.beyond_chance() for e in fields) for fields in (coarse, fine))
-    scanned, scores = _scan(prediction, coarse, prior, p)
-    first = keep_distinct(prediction, scanned, scores, p.search.scan_distinct_px, p.search.scan_kept)
-    delta, score = climb(
-        prediction, fine, scanned[first], prior.information, p.search.climb_first_px, p.search.climb_last_px
-    )
-    kept = keep_distinct(prediction, delta, score, p.search.climb_distinct_px, p.search.climb_kept)
+    scanned, scores = _scan(prediction, coarse, prior, seed)
+    first = keep_distinct(prediction, scanned, scores, SCAN_DISTINCT_PX, SCAN_KEPT)
+    delta, score = climb(prediction, fine, scanned[first], prior.information, CLIMB_FIRST_PX, CLIMB_LAST_PX)
+    kept = keep_distinct(prediction, delta, score, CLIMB_DISTINCT_PX, CLIMB_KEPT)
     # Poses are taken best first: once there are enough, those that score less were not looked at.
-    least = score[kept].min() if len(kept) == p.search.climb_kept else -np.inf
+    least = score[kept].min() if len(kept) == CLIMB_KEPT else -np.inf
     rule = ["beyond" if value < least else "like_a_better_one" for value in score]
     for number in kept:
         rule[number] = "goes_on"
@@ -406,12 +404,9 @@ def search_poses(
     return Candidates(delta[kept], score[kept], [scan, Stage("climb", delta[kept], score[kept], [], len(score))])
 
 
-def build_fine_evidence(rig: Rig, edges: dict[str, EdgePoints], p: LocalisationParameters = DEFAULTS) -> Fields:
+def build_fine_evidence(rig: Rig, edges: dict[str, EdgePoints]) -> Fields:
     """The evidence that poses climb on and are assessed by."""
-    return Fields(
-        build_evidence(edges[name], p.search.climb_cell_px, p.search.climb_reach_px, 1, p.evidence)
-        for name in rig.cameras
-    )
+    return Fields(build_evidence(edges[name], CLIMB_CELL_PX, CLIMB_REACH_PX, 1) for name in rig.cameras)
 
 
 def predict_shift_sigma(scene: Scene, rig: Rig, prior: Prior) -> float:
@@ -425,7 +420,7 @@ def predict_shift_sigma(scene: Scene, rig: Rig, prior: Prior) -> float:
 
 
 def _tables(p: Prediction, fields: Fields) -> tuple[Floats, Ints, Floats, Ints, Floats32]:
-    """Samples, their views, the cameras, and the layout of the evidence and itself, as `search_kernels` take them."""
+    """Samples, their views, the cameras, and the layout of the evidence and itself, as kernels take them."""
     cameras = len(fields)
     start = np.cumsum([0] + [e.field.size for e in fields[:-1]])
     of_cameras = (p.rotation.reshape(cameras, 9), p.offset, p.matrix.reshape(cameras, 6), [e.origin for e in fields])
@@ -446,7 +441,7 @@ def _in_threads(count: int, work: Callable[[slice], None]) -> None:
         list(pool.map(work, [slice(at, at + length) for at in range(0, count, length)]))
 
 
-def _scan(prediction: Prediction, fields: Fields, prior: Prior, p: LocalisationParameters) -> tuple[Floats, Floats]:
+def _scan(prediction: Prediction, fields: Fields, prior: Prior, seed: int) -> tuple[Floats, Floats]:
     from scipy.stats import norm, qmc
 
     from vision.localisation import kernels
@@ -457,27 +452,18 @@ def _scan(prediction: Prediction, fields: Fields, prior: Prior, p: LocalisationP
     # What the prior leaves besides shifts of whole pictures has to be covered by the sequence.
     inner = np.concatenate([j - j.mean(axis=0) for j in views if len(j)])
     spread = float(np.sqrt(np.mean(((inner @ factor) ** 2).sum(axis=(1, 2)))))
-    count = 2 ** int(
-        np.ceil(
-            np.log2(
-                np.clip(
-                    p.search.scan_poses * (spread / p.search.scan_spread_px) ** 2,
-                    p.search.scan_poses,
-                    p.search.max_scan_poses,
-                )
-            )
-        )
-    )
-    sequence = qmc.Sobol(6, scramble=True, seed=p.search.seed).random(count)
+    wanted = np.clip(SCAN_POSES * (spread / SCAN_SPREAD_PX) ** 2, SCAN_POSES, MAX_SCAN_POSES)
+    count = 2 ** int(np.ceil(np.log2(wanted)))
+    sequence = qmc.Sobol(6, scramble=True, seed=seed).random(count)
     delta = norm.ppf(np.clip(sequence, 1e-4, 1 - 1e-4)) @ factor.T
     delta[0] = 0
     # A turn of the rig moves each picture nearly as a whole: by A (2, 3) px per radian at the samples' middle.
     turn = np.array([np.median(j[:, :, 3:], axis=0) if len(j) else np.zeros((2, 3)) for j in views])
-    steps = np.arange(-p.search.scan_window, p.search.scan_window + 1, p.search.scan_step)
+    steps = np.arange(-SCAN_WINDOW, SCAN_WINDOW + 1, SCAN_STEP)
     grid = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    turns = grid * p.search.scan_cell_px @ np.linalg.pinv(turn[0]).T
-    shifts = np.rint(np.einsum("cij,sj->csi", turn, turns) / p.search.scan_cell_px).astype(np.int64)
-    shifts = np.clip(shifts, -p.search.scan_window, p.search.scan_window)
+    turns = grid * SCAN_CELL_PX @ np.linalg.pinv(turn[0]).T
+    shifts = np.rint(np.einsum("cij,sj->csi", turn, turns) / SCAN_CELL_PX).astype(np.int64)
+    shifts = np.clip(shifts, -SCAN_WINDOW, SCAN_WINDOW)
     # Half the squared distance from the prior of each pose with each turn added.
     away = delta @ prior.information
     stretch = 0.5 * np.einsum("si,ij,sj->s", turns, prior.information[3:, 3:], turns)
@@ -489,7 +475,7 @@ def _scan(prediction: Prediction, fields: Fields, prior: Prior, p: LocalisationP
 
     def scan(rows: slice) -> None:
         kernels.scan(
-            *tables, p.search.scan_cell_px, fields[0].parameters.orientations, p.search.scan_window, poses[rows], jump,
+            *tables, SCAN_CELL_PX, ORIENTATIONS, SCAN_WINDOW, poses[rows], jump,
             penalty[rows], np.empty(len(turns)), score[rows], best[rows],
         )  # fmt: skip
 
@@ -498,18 +484,14 @@ def _scan(prediction: Prediction, fields: Fields, prior: Prior, p: LocalisationP
     return delta, score
 
 
-def climb_each(
-    scene: Scene, rig: Rig, fine: Fields, prior: Prior, starts: Candidates, p: LocalisationParameters = DEFAULTS
-) -> Candidates:
+def climb_each(scene: Scene, rig: Rig, fine: Fields, prior: Prior, starts: Candidates) -> Candidates:
     """Candidates (perturbations of the prior, whatever their scores mean), each led uphill on the fine evidence from a
     prediction of its own."""
     delta, score = starts.delta.copy(), np.full(len(starts.delta), -np.inf)
     for row, pose in enumerate(perturb(prior.world_from_rig, starts.delta)):
-        prediction = predict(scene, rig, pose, p.rivals.samples, p=p)
+        prediction = predict(scene, rig, pose, CLIMB_SAMPLES)
         if len(prediction.point):
-            step, reached = climb(
-                prediction, fine, np.zeros((1, 6)), prior.information, p.search.climb_first_px, p.search.climb_last_px
-            )
+            step, reached = climb(prediction, fine, np.zeros((1, 6)), prior.information, CLIMB_FIRST_PX, CLIMB_LAST_PX)
             delta[row], score[row] = perturbation(prior.world_from_rig, perturb(pose, step[0])), reached[0]
     order = np.argsort(-score, kind="stable")
     order = order[np.isfinite(score[order])]
@@ -531,7 +513,7 @@ def climb(
 
     def climb_some(rows: slice) -> None:
         kernels.climb(
-            *tables, fields[0].cell, fields[0].parameters.orientations, information, basis, first, last, np.empty(18),
+            *tables, fields[0].cell, ORIENTATIONS, information, basis, first, last, np.empty(18),
             delta[rows], score[rows],
         )  # fmt: skip
 
@@ -549,7 +531,7 @@ def gather_evidence(prediction: Prediction, fields: Fields, delta: Floats) -> Fl
     tables, group = _tables(prediction, fields), prediction.image_of_arc
 
     def gather(rows: slice) -> None:
-        kernels.gather(*tables, fields[0].cell, fields[0].parameters.orientations, poses[rows], group, out[rows])
+        kernels.gather(*tables, fields[0].cell, ORIENTATIONS, poses[rows], group, out[rows])
 
     _in_threads(len(delta), gather)
     return out
@@ -558,7 +540,7 @@ def gather_evidence(prediction: Prediction, fields: Fields, delta: Floats) -> Fl
 def look_up_evidence(prediction: Prediction, fields: list[Evidence], pixel: Floats, direction: Floats) -> Floats:
     """The evidence (n,) of a prediction's samples at their pixels (n, 2) and image directions (n, 2), unweighted."""
     out = np.zeros(len(pixel))
-    b = bin_orientations(direction, fields[0].parameters.orientations)
+    b = bin_orientations(direction)
     for number, e in enumerate(fields):
         at = np.rint((pixel - e.origin) / e.cell).astype(np.int64)
         inside = (at >= 0) & (at < np.array(e.field.shape[:0:-1]))

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import radians
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from relmodel.progress import Clock
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, perturbation, perturbations
 from vision.extraction.rows import Primitives
 from vision.localisation.hypotheses import (
+    CLIMB_SAMPLES,
     Candidates,
     Fields,
     Stage,
@@ -30,14 +32,9 @@ from vision.localisation.hypotheses import (
     select_samples,
     select_under_prior,
 )
-from vision.localisation.localisation_parameters import (
-    DEFAULTS,
-    LocalisationParameters,
-    RivalParameters,
-    SymmetryParameters,
-)
+from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.measurements import EdgeIndex, correct_rig
-from vision.localisation.refine import Fit, Refined
+from vision.localisation.refine import MAX_PRIOR_SHARE, Fit, Refined
 from vision.localisation.support import GreyGrid, lay_grey_grids, measure_outlines
 from vision.localisation.verdict import HypothesisTable, Verdict, decide, find_standing, gather_elsewhere
 from vision.localisation.views import EdgeMeasurements, Observation, ViewArcs, collect_edge_measurements, find_view_arcs
@@ -74,23 +71,35 @@ def align_with_lines(point: Floats, tangent: Floats, across: Floats, weight: Flo
 # apart that they lead to.
 
 
-def find_symmetries(scene: Scene, best: Floats, others: list[Floats], p: SymmetryParameters) -> list[Floats | None]:
+SHARP_RAD = radians(5.0)  # between the faces of an edge, at least, that counts
+FEW_SAMPLES = 600  # of edges on which a motion is fitted
+# Between a moved sample and an edge in each step of the fit, beyond the stretch that a sample stands for.
+REACHES_MM = (8.0, 3.0, 1.0, 0.5)
+LEAST_ON_EDGES = 0.7  # share of these samples that lie on edges in each step; else there is no symmetry
+TOLERANCE_MM = 0.25  # by which any sample may be off its edge at last: less than pictures tell
+ALIKE_MM = 20.0  # that edges at right angles are apart beside their distance, where the nearest is looked for
+PARALLEL = 0.97  # cosine of the directions of a moved edge and the one it lies on, at least
+MOST_MOTIONS = 60  # of a group
+SAME_MOTION = 0.05  # by which numbers of two matrices (mm for shifts) differ if they are one motion
+
+
+def find_symmetries(scene: Scene, best: Floats, others: list[Floats]) -> list[Floats | None]:
     """For each pose of the rig beside the best, all (4, 4), the motion (4, 4) of the world that carries the model onto
     itself and the best pose there; None where there is none but the identity."""
     if not others:
         return []
-    arcs = _Arcs(scene, p)
+    arcs = _Arcs(scene)
     return [arcs.fit(other @ np.linalg.inv(best)) for other in others]
 
 
-def complete_group(motions: list[Floats], p: SymmetryParameters) -> list[Floats]:
+def complete_group(motions: list[Floats]) -> list[Floats]:
     """All motions (4, 4) that follow from some by doing one after the other, the identity first; no more than
     `p.most`."""
     group = [np.eye(4)]
     for member in group:  # grows as it is walked
         for motion in motions:
             new = motion @ member
-            if len(group) < p.most and all(np.abs(new - known).max() > p.same for known in group):
+            if len(group) < MOST_MOTIONS and all(np.abs(new - known).max() > SAME_MOTION for known in group):
                 group.append(new)
     return group
 
@@ -98,32 +107,32 @@ def complete_group(motions: list[Floats], p: SymmetryParameters) -> list[Floats]
 class _Arcs:
     """Samples of the model's sharp arcs, to see whether a motion carries them onto themselves."""
 
-    def __init__(self, scene: Scene, p: SymmetryParameters) -> None:
+    def __init__(self, scene: Scene) -> None:
         from scipy.spatial import cKDTree
 
         rows = scene.reference_samples
-        rows = rows[scene.sample_cosine[rows] < np.cos(p.sharp_rad)]
-        self.p, self.point, self.tangent = p, scene.sample_point[rows], scene.sample_tangent[rows]
+        rows = rows[scene.sample_cosine[rows] < np.cos(SHARP_RAD)]
+        self.point, self.tangent = scene.sample_point[rows], scene.sample_tangent[rows]
         self.length = scene.sample_length[rows]
-        self.some = np.unique(np.linspace(0, max(len(rows) - 1, 0), p.few).astype(np.int64))
+        self.some = np.unique(np.linspace(0, max(len(rows) - 1, 0), FEW_SAMPLES).astype(np.int64))
         self._tree: Any = cKDTree(self._key(self.point, self.tangent))
 
     def fit(self, motion: Floats) -> Floats | None:
         """The symmetry (4, 4) near a motion; None where there is none."""
         if not len(self.point):
             return None
-        for reach in self.p.reaches_mm:
+        for reach in REACHES_MM:
             found, point, tangent, across = self._meet(motion, self.some, reach)
-            if found.mean() < self.p.least_share:
+            if found.mean() < LEAST_ON_EDGES:
                 return None
             middle, weight = point.mean(axis=0)[None], found[None].astype(float)
             motion = align_with_lines(point[None], tangent[None], across[None], weight, middle)[0] @ motion
         every = np.arange(len(self.point))
-        found, _, _, across = self._meet(motion, every, self.p.reaches_mm[-1])
-        is_same = found.all() and float(np.linalg.norm(across, axis=1).max()) <= self.p.tolerance_mm
+        found, _, _, across = self._meet(motion, every, REACHES_MM[-1])
+        is_same = found.all() and float(np.linalg.norm(across, axis=1).max()) <= TOLERANCE_MM
         # A pose beside the best leads back to it: the identity says nothing of the model.
         moved = self.point @ motion[:3, :3].T + motion[:3, 3] - self.point
-        is_identity = float(np.linalg.norm(moved, axis=1).max()) <= 2 * self.p.tolerance_mm
+        is_identity = float(np.linalg.norm(moved, axis=1).max()) <= 2 * TOLERANCE_MM
         return motion if is_same and not is_identity else None
 
     def _meet(self, motion: Floats, rows: Ints, reach: float) -> tuple[Bools, Floats, Floats, Floats]:
@@ -136,19 +145,25 @@ class _Arcs:
         off = point - self.point[nearest]
         distance = np.linalg.norm(off, axis=1)
         across = off - np.einsum("ni,ni->n", off, tangent)[:, None] * tangent
-        parallel = np.abs(np.einsum("ni,ni->n", turned, tangent)) > self.p.parallel
+        parallel = np.abs(np.einsum("ni,ni->n", turned, tangent)) > PARALLEL
         return (distance <= self.length[nearest] + reach) & parallel, point, tangent, across
 
     def _key(self, point: Floats, tangent: Floats) -> Floats:
         """Where (n, 9) samples lie and how they run, whichever way: where edges meet, the nearest has to run alike."""
         i, j = np.triu_indices(3)
-        return np.hstack([point, self.p.alike_mm * tangent[:, i] * tangent[:, j]])
+        return np.hstack([point, ALIKE_MM * tangent[:, i] * tangent[:, j]])
 
 
 # Poses that could be right beside the best because structure repeats.
 #
 # On identical pockets a pose shifted by one pitch looks the same. The shifts are read off the model: displacements that
 # carry visible arcs onto congruent arcs, gathered by how much visible length they carry along.
+
+
+CONGRUENT = 0.02  # share to which length and second moments of the tangents of congruent arcs agree
+BOX_MM = 2.0  # boxes in which displacements of congruent arcs are gathered
+MIN_VISIBLE_SHARE = 0.25  # of the visible length that a displacement must carry onto congruent arcs
+DISPLACEMENTS = 12  # at most
 
 
 @dataclass(frozen=True)
@@ -178,9 +193,7 @@ def _describe(scene: Scene) -> ArcShapes:
     return ArcShapes(arc.astype(np.int64), length, mean[:, :3], mean[:, 3:])
 
 
-def find_displacements(
-    shapes: ArcShapes, visible_arc: Ints, visible_length: Floats, reach_mm: float, p: RivalParameters = DEFAULTS.rivals
-) -> Floats:
+def find_displacements(shapes: ArcShapes, visible_arc: Ints, visible_length: Floats, reach_mm: float) -> Floats:
     """Displacements (k, 3) of the world, mm, that carry much of what is visible onto congruent arcs, best first.
 
     visible_arc (n,), visible_length (n,): samples' arcs and what each stands for.
@@ -192,22 +205,22 @@ def find_displacements(
     if not len(rows):
         return np.zeros((0, 3))
     # Shape space scaled so that congruent arcs lie within 1 of each other.
-    space = np.concatenate([np.log(np.maximum(shapes.length, 1e-9))[:, None], shapes.moment], axis=1) / p.congruent
+    space = np.concatenate([np.log(np.maximum(shapes.length, 1e-9))[:, None], shapes.moment], axis=1) / CONGRUENT
     near: Any = cKDTree(space).query_ball_point(space[rows], 1.0, p=np.inf)
     count = np.array([len(n) for n in near])
     source = np.repeat(rows, count)
     target = np.concatenate([np.array(sorted(n), np.int64) for n in near])
     shift = shapes.middle[target] - shapes.middle[source]
-    use = (source != target) & (np.linalg.norm(shift, axis=1) < reach_mm) & (np.linalg.norm(shift, axis=1) > p.box_mm)
+    use = (source != target) & (np.linalg.norm(shift, axis=1) < reach_mm) & (np.linalg.norm(shift, axis=1) > BOX_MM)
     source, shift = source[use], shift[use]
     # Boxes are laid twice, half a box apart; an arc counts once in each.
     best: list[tuple[float, Floats]] = []
     for phase in (0.0, 0.5):
-        box = np.floor(shift / p.box_mm + phase).astype(np.int64)
+        box = np.floor(shift / BOX_MM + phase).astype(np.int64)
         pairs, first = np.unique(np.column_stack([box, source]), axis=0, return_index=True)
         boxes, row = np.unique(pairs[:, :3], axis=0, return_inverse=True)
         votes = np.bincount(row.ravel(), seen[pairs[:, 3]], minlength=len(boxes))
-        for k in np.flatnonzero(votes >= p.min_visible_share * seen.sum()):
+        for k in np.flatnonzero(votes >= MIN_VISIBLE_SHARE * seen.sum()):
             mine = shift[first[row.ravel() == k]]
             best.append((float(votes[k]), np.median(mine, axis=0)))
     best.sort(key=lambda v: (-v[0], *v[1]))
@@ -215,11 +228,11 @@ def find_displacements(
     kept: list[Floats] = []
     while len(left):
         kept.append(left[0])
-        left = left[np.linalg.norm(left - left[0], axis=1) > 2 * p.box_mm]
+        left = left[np.linalg.norm(left - left[0], axis=1) > 2 * BOX_MM]
     return np.array(kept).reshape(-1, 3)
 
 
-def shift_poses(prior: Prior, world_from_rig: Floats, shifts: Floats, most_sigma: float, p: RivalParameters) -> Floats:
+def shift_poses(prior: Prior, world_from_rig: Floats, shifts: Floats, most_sigma: float) -> Floats:
     """Poses (k, 4, 4) displaced by `shifts` (n, 3) of the world, those the prior finds likeliest first; those beyond
     `most_sigma` are left out."""
     poses = np.repeat(world_from_rig[None], len(shifts), axis=0)
@@ -227,10 +240,26 @@ def shift_poses(prior: Prior, world_from_rig: Floats, shifts: Floats, most_sigma
     delta = perturbations(prior.world_from_rig, poses)
     distance = np.einsum("ki,ij,kj->k", delta, prior.information, delta)
     order = np.argsort(distance, kind="stable")
-    return np.asarray(poses[order[distance[order] <= most_sigma**2][: p.displacements]])
+    return np.asarray(poses[order[distance[order] <= most_sigma**2][:DISPLACEMENTS]])
 
 
 # The pose of a rig from its pictures, the model and a prior: search, refine, rivals, verdict.
+
+SELECT_PX = 60.0  # beyond the pictures within which arcs are kept about poses that need no search
+LEAST_SHARE = 0.5  # of the best start's score from which others climb too, where the join gives starts
+SAME_PX = 1.5  # rms over what is seen, within which two poses are one
+# Other candidates are followed up from this share of the best one's score; beyond so many only from the second share,
+# where the pictures may not tell them from the best.
+MIN_CANDIDATE_SHARE, CANDIDATES, MIN_EQUAL_SHARE = 0.3, 6, 0.94
+MIN_EVIDENCE_SHARE = 0.7  # of the best evidence to which a pose must climb to be refined
+RIVAL_FIRST_PX, RIVAL_LAST_PX = 2.0, 0.5  # first and last step of that climb
+RIVAL_PRIOR_WEIGHT = 0.01  # of the prior in it
+SHIFT_ROUNDS = 3  # of shifting the best pose, which may change
+MAX_REFINED = 60  # hypotheses; the likeliest by the prior are followed first
+# Log likelihood ratio of an edge of the object, against anything else, that a partner in stereo gives an arc, and that
+# of none: measured on 14 rendered pairs, where .57 of the arcs along visible edges have a partner and .19 of others.
+PARTNER_ODDS, NO_PARTNER_ODDS = 1.1, -0.63
+
 
 Relate = Callable[[Sequence[Refined]], list[int]]
 """What the best labelling of the pictures by the views from each of some poses costs."""
@@ -286,30 +315,30 @@ def localise(
     relational matching.
     """
     clock, rig, pictures = Clock(), seen.rig, seen.pictures
-    points = {name: collect_edge_points(pictures[name], camera, p.evidence) for name, camera in rig.cameras.items()}
-    odds = {name: _partner_odds(pictures[name], has, p) for name, has in seen.partnered.items()}
+    points = {name: collect_edge_points(pictures[name], camera) for name, camera in rig.cameras.items()}
+    odds = {name: _partner_odds(pictures[name], has) for name, has in seen.partnered.items()}
     indexes = {name: EdgeIndex(own, odds.get(name, 0.0)) for name, own in points.items()}
-    starts = _keep_worthy(starts or Candidates(np.zeros((0, 6)), np.zeros(0)), prior, p)
+    starts = _keep_worthy(starts or Candidates(np.zeros((0, 6)), np.zeros(0)), prior)
     is_scanned = not len(starts.score) and not prior.is_open
     if prior.is_open:
-        near = select_samples(scene, rig, perturb(prior.world_from_rig, starts.delta), p.search.select_px, p)
+        near = select_samples(scene, rig, perturb(prior.world_from_rig, starts.delta), SELECT_PX)
     else:
-        near = select_under_prior(scene, rig, prior, p)
+        near = select_under_prior(scene, rig, prior)
     clock.lap("select")
-    fine = build_fine_evidence(rig, points, p)
+    fine = build_fine_evidence(rig, points)
     if is_scanned:
-        found = search_poses(near, rig, points, fine, prior, p)
+        found = search_poses(near, rig, points, fine, prior, p.search_seed)
         found = replace(found, stages=[*starts.stages, *found.stages])
     else:
-        found = climb_each(near, rig, fine, prior, starts, p)
+        found = climb_each(near, rig, fine, prior, starts)
     clock.lap("search")
     if prior.is_open:
         # No prior holds a pose that the edges speak against: it would drift off to where nothing is seen.
         found = found.take(found.score > 0)
-    solver = _Solver(scene, near, rig, indexes, fine, lay_grey_grids(rig, seen.greys, p.outlines), prior, p)
+    solver = _Solver(scene, near, rig, indexes, fine, lay_grey_grids(rig, seen.greys), prior, p)
     hypotheses, stages = solver.hypotheses(found) if len(found.score) else ([], [])
     if prior.is_open:
-        hypotheses = [h for h in hypotheses if _is_determined(h, prior, p)]
+        hypotheses = [h for h in hypotheses if _is_determined(h, prior)]
     clock.lap("refine")
     if not hypotheses:
         nothing = _say_why_nothing(rig, prior, len(starts.score) > 0)
@@ -322,14 +351,14 @@ def localise(
         hypotheses, standing, motions = _order(hypotheses, scene, p)
         clock.lap("relate")
     best = hypotheses[0]
-    equivalent = [m @ best.world_from_rig for m in complete_group([m for m in motions if m is not None], p.symmetry)]
+    equivalent = [m @ best.world_from_rig for m in complete_group([m for m in motions if m is not None])]
     names = rig.cameras if len(rig.cameras) > 1 else ()
     single = {name: solver.solve_single_camera(name, best.world_from_rig) for name in names}
     solved = correct_rig(rig, best.own)
     elsewhere = gather_elsewhere(near, solved, best.prediction, fine, solver.greys, best.world_from_rig, p)
     verdict = decide(hypotheses, standing, single, elsewhere, needs, p.verdict)
     clock.lap("verdict")
-    views = {name: _view(scene, solved, name, best, indexes[name], p) for name in rig.cameras}
+    views = {name: _view(scene, solved, name, best, indexes[name]) for name in rig.cameras}
     clock.lap("view")
     rivals = [hypotheses[h] for h in standing[1:]]
     apart = list(single.values())
@@ -346,7 +375,7 @@ def _order(
     standing = find_standing(HypothesisTable.of(hypotheses), p.verdict)
     rest = np.setdiff1d(np.arange(len(hypotheses)), standing)
     best, *others = [hypotheses[h] for h in (*standing, *rest)]
-    motions = find_symmetries(scene, best.world_from_rig, [h.world_from_rig for h in others], p.symmetry)
+    motions = find_symmetries(scene, best.world_from_rig, [h.world_from_rig for h in others])
     others = [replace(h, is_symmetric=m is not None) for h, m in zip(others, motions, strict=True)]
     ordered = [replace(best, is_symmetric=False), *others]
     return ordered, find_standing(HypothesisTable.of(ordered), p.verdict), motions
@@ -365,33 +394,33 @@ def _say_why_nothing(rig: Rig, prior: Prior, is_joined: bool) -> str:
     return f"too few {looked_at} of the {pictures} lie to each other as those of the model: give {cure}"
 
 
-def _is_determined(h: Refined, prior: Prior, p: LocalisationParameters) -> bool:
+def _is_determined(h: Refined, prior: Prior) -> bool:
     """Whether the pictures say more of a pose than a prior does."""
     left = np.linalg.eigvals(h.covariance @ prior.information).real
-    return bool((left > 0).all() and left.max() < p.refinement.max_prior_share)
+    return bool((left > 0).all() and left.max() < MAX_PRIOR_SHARE)
 
 
-def _keep_worthy(starts: Candidates, prior: Prior, p: LocalisationParameters) -> Candidates:
+def _keep_worthy(starts: Candidates, prior: Prior) -> Candidates:
     """Starts that explain enough beside the best, and under a prior enough for its volume not to be scanned; their
     stage says what became of each."""
-    worthy = starts.score >= p.search.least_share * starts.score.max(initial=0.0)
+    worthy = starts.score >= LEAST_SHARE * starts.score.max(initial=0.0)
     if not prior.is_open:
         worthy &= starts.score >= starts.enough
     rule = np.where(worthy, "goes_on", "little_evidence").tolist()
     return replace(starts, stages=[replace(stage, rule=rule) for stage in starts.stages]).take(worthy)
 
 
-def _partner_odds(picture: Primitives, partnered: Bools, p: LocalisationParameters) -> Floats:
+def _partner_odds(picture: Primitives, partnered: Bools) -> Floats:
     """Of each edge element (n,), the log odds that its arc's partner in stereo, or the lack of one, gives."""
     odds = np.zeros(len(picture.elements.arc))
     of_arcs = picture.elements.arc >= 0
     has = partnered[picture.elements.arc[of_arcs]]
-    odds[of_arcs] = np.where(has, p.refinement.partner_odds, p.refinement.no_partner_odds)
+    odds[of_arcs] = np.where(has, PARTNER_ODDS, NO_PARTNER_ODDS)
     return odds
 
 
-def _view(scene: Scene, rig: Rig, name: str, refined: Refined, index: EdgeIndex, p: LocalisationParameters) -> View:
-    seen = find_view_arcs(scene, rig.cameras[name], refined.world_from_rig @ rig.rig_from_camera[name], p)
+def _view(scene: Scene, rig: Rig, name: str, refined: Refined, index: EdgeIndex) -> View:
+    seen = find_view_arcs(scene, rig.cameras[name], refined.world_from_rig @ rig.rig_from_camera[name])
     return View(seen, collect_edge_measurements(refined, list(rig.cameras).index(name), seen, index))
 
 
@@ -418,16 +447,15 @@ class _Solver:
     @cached_property
     def fit(self) -> Fit:
         """Least squares of all cameras."""
-        return Fit.of(self.near, self.rig, self.indexes, self.fine, self.prior, self.p)
+        return Fit(self.near, self.rig, self.indexes, self.fine, self.prior, self.p.refinement_seed)
 
     def hypotheses(self, found: Candidates) -> tuple[list[Refined], list[Stage]]:
         """Distinct refined poses, the one of least cost first: from the search's candidates, and from what repeats in
         the model about the best of them; and the stages that led to them."""
-        r = self.p.rivals
         start = perturb(self.prior.world_from_rig, found.delta)
         done: list[Refined] = []
         self._add(self._refine(start[0]), done)
-        least = np.where(np.arange(1, len(start)) <= r.candidates, r.min_candidate_share, r.min_equal_share)
+        least = np.where(np.arange(1, len(start)) <= CANDIDATES, MIN_CANDIDATE_SHARE, MIN_EQUAL_SHARE)
         worthy = found.score[1:] > least * found.score[0]
         followed = iter(self._follow(start[1:][worthy], done))
         rule = ["refined", *(next(followed).rule if w else "little_evidence" for w in worthy)]
@@ -439,7 +467,7 @@ class _Solver:
         asked: list[Refined] = []
         # The best may change as rivals come in: what repeats about the new best is asked too.  Where no prior bounds
         # that, the starts hold it already.
-        for _ in range(0 if self.prior.is_open else r.rounds):
+        for _ in range(0 if self.prior.is_open else SHIFT_ROUNDS):
             if done[0] in asked:
                 break
             asked.append(done[0])
@@ -481,7 +509,7 @@ class _Solver:
 
     def solve_single_camera(self, name: str, pose: Floats) -> Refined:
         own = [self.fine[list(self.rig.cameras).index(name)]]
-        fit = Fit.of(self.near, self.rig.only(name), self.indexes, own, self.prior, self.p)
+        fit = Fit(self.near, self.rig.only(name), self.indexes, own, self.prior, self.p.refinement_seed)
         return fit.refine_roughly(pose)
 
     def _refine(self, pose: Floats, *, roughly: bool = False) -> Refined:
@@ -491,15 +519,15 @@ class _Solver:
     def _outline(self, h: Refined) -> Refined:
         """A pose with the greys beside the outlines seen from it."""
         rig = correct_rig(self.rig, h.own)
-        return replace(h, outlines=measure_outlines(self.near, rig, self.greys, h.world_from_rig, self.p.outlines))
+        return replace(h, outlines=measure_outlines(self.near, rig, self.greys, h.world_from_rig))
 
     def _shifted(self, h: Refined, shapes: ArcShapes) -> list[Floats]:
         seen = h.prediction
         sharp = seen.arc < len(self.scene.arc_occurrence)
         depth = float(np.median(np.linalg.norm(seen.point, axis=1))) if len(seen.point) else 0.0
         reach = self.p.verdict.max_sigma * (self.prior.sigma_translation_mm + self.prior.sigma_rotation * depth)
-        shifts = find_displacements(shapes, seen.arc[sharp], seen.weight[sharp], reach, self.p.rivals)
-        return list(shift_poses(self.prior, h.world_from_rig, shifts, self.p.verdict.max_sigma + 1, self.p.rivals))
+        shifts = find_displacements(shapes, seen.arc[sharp], seen.weight[sharp], reach)
+        return list(shift_poses(self.prior, h.world_from_rig, shifts, self.p.verdict.max_sigma + 1))
 
     def _follow(self, poses: Iterable[Floats], done: list[Refined]) -> list[_Followed]:
         """Refines poses that are not among those done and climb to evidence near the best's; appends to `done`, and
@@ -507,21 +535,25 @@ class _Solver:
         return [self._follow_one(pose, done) for pose in poses]
 
     def _follow_one(self, pose: Floats, done: list[Refined]) -> _Followed:
-        r = self.p.rivals
-        if len(done) >= r.max_refined:
+        if len(done) >= MAX_REFINED:
             return _Followed("beyond")
         if any(self._same(h, pose) for h in done):
             return _Followed("like_a_refined_one")
-        prediction = predict(self.near, self.rig, pose, r.samples, p=self.p)
+        prediction = predict(self.near, self.rig, pose, CLIMB_SAMPLES)
         if not len(prediction.point):
             return _Followed("nothing_in_view")
         delta, scores = climb(
-            prediction, self.fine, np.zeros((1, 6)), r.prior_weight * self.prior.information, r.first_px, r.last_px
+            prediction,
+            self.fine,
+            np.zeros((1, 6)),
+            RIVAL_PRIOR_WEIGHT * self.prior.information,
+            RIVAL_FIRST_PX,
+            RIVAL_LAST_PX,
         )
         score = float(scores[0])
         top = max(float(h.support.found.sum()) for h in done)
         polished = perturb(pose, delta[0])
-        if score < r.min_evidence_share * top:
+        if score < MIN_EVIDENCE_SHARE * top:
             return _Followed("little_evidence", score)
         if any(self._same(h, polished) for h in done):
             return _Followed("like_a_refined_one", score)
@@ -536,4 +568,4 @@ class _Solver:
         there = perturbation(h.world_from_rig, pose)
         _, jacobian = project_with_jacobians(h.prediction)
         moved = jacobian[:: max(len(jacobian) // 100, 1)] @ there
-        return len(moved) > 0 and float(np.sqrt(2 * np.mean(moved**2))) < self.p.rivals.same_px
+        return len(moved) > 0 and float(np.sqrt(2 * np.mean(moved**2))) < SAME_PX

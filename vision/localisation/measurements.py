@@ -18,7 +18,6 @@ from vision.localisation.hypotheses import (
     project_directions,
     project_with_jacobians,
 )
-from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters, RefinementParameters
 
 # A camera has ten unknowns: how far its response moves edges toward their dark side (px at a contrast of the whole
 # range of grey), the principal point (px, 2), the focal length (as a share of it), and a right perturbation of its
@@ -26,6 +25,24 @@ from vision.localisation.localisation_parameters import DEFAULTS, LocalisationPa
 
 
 COUNT = 10
+
+
+MIN_COSINE = 0.94  # of the greatest angle between a predicted arc and an edge element
+MAX_ALONG_PX = 0.75  # along the arc between a sample and the edge element on its normal
+MOST_TOLERANCE = 2.5  # sigmas of an arc's tolerance within which it is looked for
+SYSTEMATIC_PX = 0.08  # what an edge's own sigma leaves out: tessellation, rounded and burred edges
+TEXTURE_PX = 0.5  # by which texture displaces an edge of its own contrast; less in proportion to the contrast
+RESPONSE_PX = 0.25  # at a contrast of the whole range of grey: how far a response moves edges toward their dark side
+RESPONSE_SIGMA_PX = 0.25  # standard deviation of that, an unknown of each camera
+CALIBRATION_PX = 0.02  # standard deviation of each camera's principal point, two unknowns
+# Standard deviation by which all principal points are off alike, of a rig that does not say how well it is known: half
+# a pixel where two programs count pixel centres differently.
+CONVENTION_PX = 0.3
+# Usual standard deviation by which an arc's image is shifted as a whole, where all of its edges are found; the more in
+# proportion, the fewer are, but for fewer than LEAST_FOUND.
+ARC_SHIFT_PX = 0.06
+LEAST_FOUND = 0.05
+OFFSET_PX = 0.4  # standard deviation of edges about the arcs they belong to, beyond their own
 
 
 @dataclass(frozen=True)
@@ -47,20 +64,20 @@ class CameraUnknowns:
         return np.where(self.sigma > 0, self.sigma, 1.0).ravel() ** -2.0
 
 
-def describe_unknowns(rig: Rig, p: RefinementParameters) -> CameraUnknowns:
+def describe_unknowns(rig: Rig) -> CameraUnknowns:
     """The unknowns of a rig's cameras, in its order."""
     mean, sigma = np.zeros((2, len(rig.cameras), COUNT))
     considered = np.zeros((len(rig.cameras), COUNT, 2))
-    mean[:, 0] = p.response_px
+    mean[:, 0] = RESPONSE_PX
     for number, name in enumerate(rig.cameras):
         stated = rig.sigma.get(name, CalibrationSigma())
-        sigma[number, 0] = p.response_sigma_px
-        sigma[number, 1:3] = max(stated.centre_px, p.calibration_px)
+        sigma[number, 0] = RESPONSE_SIGMA_PX
+        sigma[number, 1:3] = max(stated.centre_px, CALIBRATION_PX)
         sigma[number, 3] = stated.focal
         sigma[number, 4:7] = stated.translation_mm
         sigma[number, 7:] = stated.rotation
         if name not in rig.sigma:
-            considered[number, [1, 2], [0, 1]] = p.convention_px
+            considered[number, [1, 2], [0, 1]] = CONVENTION_PX
     return CameraUnknowns(mean, sigma, considered.reshape(-1, 2))
 
 
@@ -128,16 +145,14 @@ class EdgeIndex:
         # Of edges side by side the likelier one counts, by contrast and by stereo.
         self.strength = self.strength * np.exp(odds)
 
-    def measure(
-        self, pixel: Floats, direction: Floats, reach: float, scale: float, p: RefinementParameters
-    ) -> tuple[Floats, Ints]:
+    def measure(self, pixel: Floats, direction: Floats, reach: float, scale: float) -> tuple[Floats, Ints]:
         """Offsets (n,) px along the normals (-dy, dx) to the elements found (n,), -1 where there is none."""
-        return self.seek(pixel, direction, (reach, scale, p.min_cosine, p.max_along_px), self.strength)
+        return self.seek(pixel, direction, (reach, scale, MIN_COSINE, MAX_ALONG_PX), self.strength)
 
     def seek(
         self, pixel: Floats, direction: Floats, limits: tuple[float, float, float, float], strength: Floats
     ) -> tuple[Floats, Ints]:
-        """As `measure`, with the `limits` of `measure_kernels.nearest_edges`, and how much each element (e,) counts,
+        """As `measure`, with the `limits` of `kernels.nearest_edges`, and how much each element (e,) counts,
         none where that is 0."""
         from vision.localisation import kernels
 
@@ -174,128 +189,56 @@ class Measurements:
     jacobian: Floats
 
 
-@dataclass(frozen=True)
-class Sightings:
-    """The edge elements seen beside the samples of a prediction, as columns (n, ...); zero where there is none.
-
-    pixel (n, 2) of the samples, jacobian (n, 2, 6) of it by the pose, direction (n, 2) of their arcs there; found (n,):
-    the element of its picture, -1 for none; position (n, 2) px of it; sigma (n,) px along the normal (-dy, dx), one
-    where there is none; response (n,): derivative of the place along it by the camera's response.
-    """
-
-    pixel: Floats
-    jacobian: Floats
-    direction: Floats
-    found: Ints
-    position: Floats
-    sigma: Floats
-    response: Floats
-
-
 def measure(
     prediction: Prediction,
     indexes: list[EdgeIndex],
     delta: Floats,
     unknowns: CameraUnknowns,
     own: Floats,
-    reach: float,
-    scale: float,
+    limits: tuple[float, float],
     votes: Bools,
-    p: LocalisationParameters = DEFAULTS,
 ) -> Measurements:
     """Edge measurements of a prediction whose pose is perturbed by `delta` (6,), given the cameras' `own` unknowns (c,
-    10), and which samples vote (n,)."""
-    seen = _find_sightings(prediction, indexes, delta, own, reach, scale, p.refinement)
-    m = compare_with_edges(prediction, seen, delta, unknowns, own, scale, votes, p)
-    # A displaced arc displaces all its samples, those of a circle each way: n of them know no more than its tolerance.
-    total = _sum_by_arc(prediction, m.weight)
-    sigma = np.sqrt(m.sigma**2 + prediction.tolerance_px**2 * total)
-    # By light or a clipped edge; or another edge is taken for it, the likelier the fewer of its edges are found.
-    found = total / np.maximum(_sum_by_arc(prediction, np.ones(len(total))), 1)
-    return replace(m, sigma=sigma, arc_shift=p.refinement.arc_shift_px / np.maximum(found, p.refinement.least_found))
-
-
-def _find_sightings(
-    prediction: Prediction,
-    indexes: list[EdgeIndex],
-    delta: Floats,
-    own: Floats,
-    reach: float,
-    scale: float,
-    p: RefinementParameters,
-) -> Sightings:
+    10), and which samples vote (n,); limits: reach along the normals and scale of the robust loss, px."""
     pixel, jacobian = project_with_jacobians(prediction, delta)
     direction = project_directions(prediction, delta)
+    normal = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
     # Edges are looked for where the cameras' unknowns, as far as they are solved, put the arc.
     there = pixel + shift_pixels(prediction, delta, pixel, own)
-    off = float(prediction.tolerance_px.max(initial=0.0))
-    reach, scale = reach + 2 * off, float(np.hypot(scale, off))
-    found, position = np.full(len(pixel), -1), np.zeros((len(pixel), 2))
-    sigma, response = np.ones(len(pixel)), np.zeros(len(pixel))
+    (reach, scale), wide = limits, float(prediction.tolerance_px.max(initial=0.0))
+    found, offset, edge_sigma = np.full(len(pixel), -1), np.zeros(len(pixel)), np.ones(len(pixel))
+    by_camera = np.zeros((len(pixel), *own.shape))
     for number, index in enumerate(indexes):
         rows = np.flatnonzero(prediction.view == number)
         at, along = np.ascontiguousarray(there[rows]), np.ascontiguousarray(direction[rows])
-        found[rows] = index.measure(at, along, reach, scale, p)[1]
+        found[rows] = index.measure(at, along, reach + 2 * wide, float(np.hypot(scale, wide)))[1]
         hit = rows[found[rows] >= 0]
         edge, edges = found[hit], index.edges
         contrast = np.abs(edges.contrast[edge])
-        position[hit] = edges.position[edge]
-        sigma[hit] = np.sqrt(
-            edges.sigma[edge] ** 2 + p.systematic_px**2 + (p.texture_px * index.texture / contrast) ** 2
+        edge_sigma[hit] = np.sqrt(
+            edges.sigma[edge] ** 2 + SYSTEMATIC_PX**2 + (TEXTURE_PX * index.texture / contrast) ** 2
         )
-        polarity = np.sign(_along_normals(direction[hit], edges.normal[edge]))
-        response[hit] = -polarity * contrast / edges.grey_range
-    return Sightings(pixel, jacobian, direction, found, position, sigma, response)
-
-
-def compare_with_edges(
-    prediction: Prediction,
-    seen: Sightings,
-    delta: Floats,
-    unknowns: CameraUnknowns,
-    own: Floats,
-    scale: float,
-    votes: Bools,
-    p: LocalisationParameters = DEFAULTS,
-) -> Measurements:
-    """Measurements from edge elements seen beside a prediction, each with the sigma it was seen with; the rest as in
-    `measure`."""
-    normal = np.stack([-seen.direction[:, 1], seen.direction[:, 0]], axis=1)
-    by_camera = np.zeros((len(normal), *own.shape))
-    offset = np.zeros(len(normal))
-    for number in range(len(own)):
-        hit = np.flatnonzero((prediction.view == number) & (seen.found >= 0))
+        response = -np.sign(np.einsum("ni,ni->n", normal[hit], edges.normal[edge])) * contrast / edges.grey_range
         by_camera[hit, number] = differentiate(
-            prediction, delta, hit, seen.pixel[hit], normal[hit], seen.response[hit], unknowns.sigma[number]
+            prediction, delta, hit, pixel[hit], normal[hit], response, unknowns.sigma[number]
         )
-        offset[hit] = _along_normals(seen.direction[hit], seen.position[hit] - seen.pixel[hit])
-        offset[hit] -= by_camera[hit, number] @ own[number]
-    use = (seen.found >= 0) & votes
-    shift = _find_shifts(prediction, offset, use, scale, p)
+        away = edges.position[edge] - pixel[hit]
+        offset[hit] = np.einsum("ni,ni->n", normal[hit], away) - by_camera[hit, number] @ own[number]
+    use = (found >= 0) & votes
+    shift = _find_shifts(prediction, offset, use, scale)
     weight, slope = weigh(offset, shift, use, scale)
-    own_derivative = by_camera.reshape(len(normal), own.size)
-    derivative = np.concatenate([np.einsum("ni,nij->nj", normal, seen.jacobian), own_derivative], axis=1)
-    return Measurements(
-        seen.pixel,
-        seen.direction,
-        shift,
-        offset,
-        seen.found,
-        seen.sigma,
-        seen.sigma,
-        weight,
-        slope,
-        np.zeros(len(weight)),
-        derivative,
-    )
+    # A displaced arc displaces all its samples, those of a circle each way: n of them know no more than its tolerance.
+    total = _sum_by_arc(prediction, weight)
+    sigma = np.sqrt(edge_sigma**2 + prediction.tolerance_px**2 * total)
+    # By light or a clipped edge; or another edge is taken for it, the likelier the fewer of its edges are found.
+    share = total / np.maximum(_sum_by_arc(prediction, np.ones(len(total))), 1)
+    arc_shift = ARC_SHIFT_PX / np.maximum(share, LEAST_FOUND)
+    by_pose = np.einsum("ni,nij->nj", normal, jacobian)
+    derivative = np.concatenate([by_pose, by_camera.reshape(len(pixel), own.size)], axis=1)
+    return Measurements(pixel, direction, shift, offset, found, edge_sigma, sigma, weight, slope, arc_shift, derivative)
 
 
-def _along_normals(direction: Floats, vectors: Floats) -> Floats:
-    """Components (n,) of vectors (n, 2) along the normals of image directions (n, 2)."""
-    return np.asarray(direction[:, 0] * vectors[:, 1] - direction[:, 1] * vectors[:, 0])
-
-
-def _find_shifts(prediction: Prediction, offset: Floats, use: Bools, scale: float, p: LocalisationParameters) -> Floats:
+def _find_shifts(prediction: Prediction, offset: Floats, use: Bools, scale: float) -> Floats:
     """How far (n,) px off its prediction each sample's arc lies, of what its tolerance leaves open: where most of the
     arc's edges agree, at the cost of the distance; zero where the model is exact."""
     tolerance = prediction.tolerance_px
@@ -306,12 +249,12 @@ def _find_shifts(prediction: Prediction, offset: Floats, use: Bools, scale: floa
     group = np.unique(prediction.image_of_arc[rows], return_inverse=True)[1].ravel()
     most = np.zeros(int(group.max()) + 1)
     np.maximum.at(most, group, tolerance[rows])
-    widest = p.refinement.most_tolerance
+    widest = MOST_TOLERANCE
     steps = np.linspace(-widest, widest, 2 * int(np.ceil(2 * widest * most.max() / scale)) + 1)
     tried = steps[:, None] * most
     near = 1 / (1 + ((offset[rows] - tried[:, group]) / scale) ** 2)
     agreed = sum_by_group(group, (near * prediction.weight[rows]).T, len(most)).T
-    gained = 0.5 * (scale / p.support.offset_px) ** 2 * agreed - 0.5 * steps[:, None] ** 2
+    gained = 0.5 * (scale / OFFSET_PX) ** 2 * agreed - 0.5 * steps[:, None] ** 2
     shift[rows] = tried[np.argmax(gained, axis=0), np.arange(len(most))][group]
     return shift
 

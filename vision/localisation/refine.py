@@ -4,7 +4,7 @@ and its covariance.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,8 +12,9 @@ from relmodel.arrays import Bools, Floats, Ints, sum_by_group
 from relmodel.geometry.transforms import rotation_matrix
 from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.localisation.hypotheses import Evidence, Prediction, flow_in_camera, predict
-from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters, RefinementParameters
+from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.measurements import (
+    ARC_SHIFT_PX,
     CameraUnknowns,
     EdgeIndex,
     Measurements,
@@ -22,8 +23,33 @@ from vision.localisation.measurements import (
     measure,
     share_left,
 )
-from vision.localisation.support import Outlines, Support, measure_support
+from vision.localisation.support import ROUNDS, Outlines, Support, measure_support
 from vision.scene import Scene
+
+NEAR_ROUNDS = ROUNDS[-2:]  # also tried without the others: wide ones may be led off a right start by prints beside
+LEAST_GAIN = 3.0  # log odds by which the start, or the pose of the near rounds, must do better to be kept
+STEPS = 6  # Gauss-Newton steps at most in a round
+MIN_STEP_SIGMA = 0.05  # a shorter step ends a round
+# Beyond so many sigmas the last step, on what was measured at the pose, is not taken: others are of some hundredths to
+# tenths, in small pictures up to one.
+MAX_LAST_STEP_SIGMA = 2.0
+SAMPLES = 3000  # that face a camera
+DRAWS, DRAWN_ARCS = 300, 5  # of the consensus (Fischler and Bolles, 1981), and arcs in one
+CONSENSUS_PX = 1.5  # within which a measurement agrees with a draw
+# Sigmas of the pose without a part by which that part may shift it; one in its place that determines the pose as well
+# as all others together shifts it by less in 98 of 100 cases.  And sigmas of the pose with the part: in six dimensions
+# 17 in 100 of two equal halves lie further apart.
+MAX_SHIFT_SIGMA, MAX_JOINT_SHIFT_SIGMA = 2.0, 3.0
+# Share of the edges found up to which a part that knows more than the others is suspected: without one that holds more,
+# too little evidence is left against it.
+MAX_LEFT_OUT = 0.8
+MAX_PRIOR_SHARE = 0.8  # of the prior's variance, where most is left, from which a pose counts as undetermined
+TEMPER = 0.2  # by which differences of evidence are multiplied, for neighbouring edges err together
+SUSPECT_SIGMA = 0.5  # to first order from which a part is left out on trial: robust weights hide most of a shift
+USUAL_ARCS = 4.0  # arcs as which the usual ARC_SHIFT_PX counts
+# Share of what is known of the best pose in some direction that an arc holds, from which it is left out on trial, and
+# how many are at most.
+LEADING_SHARE, LEADING_ARCS = 0.5, 8
 
 
 def compute_covariance(
@@ -33,7 +59,6 @@ def compute_covariance(
     stretch: Ints,
     hessian: Floats,
     unknowns: CameraUnknowns,
-    p: LocalisationParameters,
 ) -> Floats:
     """Covariance (6, 6) of a pose from its measurements, as they are and as `hold_shifts` gives them: that of an
     M-estimator (Huber, 1981) whose measurements err in several ways.
@@ -57,17 +82,17 @@ def compute_covariance(
     if not len(rows):
         return np.asarray(inverse[:6, :6])
     mean = np.bincount(group, weight * m.offset) / np.where(known > 0, known, 1.0)
-    apart = (held.jacobian * (weight * (m.offset - mean[group]))[:, None]).T
-    scatter = np.stack([np.bincount(stretch, row) for row in apart], axis=1)
+    off = weight * (m.offset - mean[group])
+    scatter = sum_by_group(stretch, held.jacobian, int(stretch.max()) + 1, off)
     left = share_left(m, prediction)
     shift = sum_by_group(group, m.jacobian, len(known), weight * left)[rows]
     total = sum_by_group(group, m.jacobian, len(known), weight)[rows]
     followed = np.clip(np.einsum("au,uv,av->a", shift, inverse, total) / known[rows], 0, 0.9)
-    noise = np.bincount(group, (weight * (m.offset - mean[group])) ** 2)[rows] / known[rows] ** 2
+    noise = np.bincount(group, off**2)[rows] / known[rows] ** 2
     length = np.bincount(group, m.weight)[rows]
     # A few arcs say little of the scatter: a usual value counts as some arcs more.
-    usual = p.refinement.usual_arcs * float(length.mean())
-    scattered = float((length * (mean[rows] ** 2 - noise)).sum()) + usual * p.refinement.arc_shift_px**2
+    usual = USUAL_ARCS * float(length.mean())
+    scattered = float((length * (mean[rows] ** 2 - noise)).sum()) + usual * ARC_SHIFT_PX**2
     variance = scattered / (usual + float((length * (1 - followed) ** 2).sum()))
     expected = np.bincount(group, m.weight * prediction.tolerance_px**2)[rows]
     variance = max(variance - float(expected.sum() / length.sum()), 0.0)
@@ -75,28 +100,16 @@ def compute_covariance(
     meat += _scatter_by_tolerance(held, prediction, weight)
     considered = unknowns.precision[:, None] * unknowns.considered
     meat[6:, 6:] += considered @ considered.T
-    covariance = (inverse @ meat @ inverse)[:6, :6] + _scatter_without_arcs(held, group, weight, hessian)
+    covariance = (inverse @ meat @ inverse)[:6, :6] + _scatter_without_arcs(held, group, hessian)
     return np.asarray((covariance + covariance.T) / 2)
 
 
-def _scatter_without_arcs(m: Measurements, group: Ints, weight: Floats, hessian: Floats) -> Floats:
+def _scatter_without_arcs(m: Measurements, group: Ints, hessian: Floats) -> Floats:
     """Sum (6, 6) of the outer products of how far the pose moves, to first order, without the image of each arc."""
-    # What no measurement moves has no part in it.
-    free = np.flatnonzero(np.abs(m.jacobian).sum(axis=0) > 0)
-    jacobian, order = m.jacobian[:, free], np.argsort(group, kind="stable")
-    first = np.searchsorted(group[order], np.arange(int(group.max()) + 1))
-    i, j = np.triu_indices(len(free))
-    scaled = jacobian * weight[:, None]
-    of_arcs = np.zeros((len(first), len(free), len(free)))
-    of_arcs[:, i, j] = of_arcs[:, j, i] = np.add.reduceat((scaled[:, i] * jacobian[:, j])[order], first)
-    gradient = np.add.reduceat((scaled * m.offset[:, None])[order], first)
+    gradients, hessians = _by_group(m, group)
     # An arc that alone determines the pose in some direction leaves next to nothing without it.
-    left = hessian[np.ix_(free, free)] - 0.999 * of_arcs
-    moved = np.linalg.solve(left, gradient[..., None])[:, : int((free < 6).sum()), 0]
-    out = np.zeros((6, 6))
-    pose = free[free < 6]
-    out[np.ix_(pose, pose)] = moved.T @ moved
-    return out
+    moved = np.linalg.solve(hessian - 0.999 * hessians, gradients[..., None])[:, :6, 0]
+    return np.asarray(moved.T @ moved)
 
 
 def _scatter_by_tolerance(m: Measurements, prediction: Prediction, weight: Floats) -> Floats:
@@ -108,8 +121,7 @@ def _scatter_by_tolerance(m: Measurements, prediction: Prediction, weight: Float
     by_point *= (prediction.tolerance_px / np.maximum(np.linalg.norm(by_point, axis=1), 1e-12))[:, None]
     arc = np.unique(prediction.arc, return_inverse=True)[1].ravel()
     moved = m.jacobian[:, :, None] * (weight[:, None] * by_point)[:, None, :]
-    by_arc = np.stack([np.bincount(arc, column) for column in moved.reshape(len(arc), -1).T], axis=1)
-    by_unknown = by_arc.reshape(len(by_arc), -1, 3)
+    by_unknown = sum_by_group(arc, moved, int(arc.max()) + 1)
     return np.asarray(np.einsum("aux,avx->uv", by_unknown, by_unknown))
 
 
@@ -198,38 +210,6 @@ class Refined:
         return far - self.evidence - (self.outlines.evidence if self.outlines else 0.0)
 
 
-def _take_step(refined: Refined, fit: Fit, explanations: list[Explanation]) -> Refined:
-    """A pose after its last step, with the covariance that the explanations of the pictures leave."""
-    m = hold_shifts(refined.measurements, refined.prediction)
-    pose, own = take_last_step(m, refined.world_from_rig, refined.own, fit.prior, fit.unknowns, fit.p.refinement)
-    return replace(
-        refined,
-        world_from_rig=pose,
-        own=own,
-        covariance=join_explanations(refined.world_from_rig, refined.covariance, explanations),
-        prior_sigma=fit.prior.distance(pose),
-        last_step=LastStep(refined.world_from_rig, refined.own, refined.covariance, explanations),
-    )
-
-
-def take_last_step(
-    m: Measurements,
-    world_from_rig: Floats,
-    own: Floats,
-    prior: Prior,
-    unknowns: CameraUnknowns,
-    p: RefinementParameters,
-) -> tuple[Floats, Floats]:
-    """The pose (4, 4) and own unknowns (c, 10) after one step of least squares on measurements taken at a pose and
-    unknowns, as `hold_shifts` gives them; the pictures are not measured again.  A step beyond `max_last_step_sigma` is
-    not taken: the pose then stands for what it gathers, not for where its edges lie."""
-    hessian, gradient = normal_equations(m, world_from_rig, own, prior, unknowns)
-    step = np.asarray(np.linalg.solve(hessian, gradient), float)
-    if step @ hessian @ step > p.max_last_step_sigma**2:
-        return world_from_rig, own
-    return perturb(world_from_rig, step[:6]), own + step[6:].reshape(own.shape)
-
-
 def _distance(a: Refined, b: Refined) -> float:
     """How far pose a lies from b, in sigmas of b."""
     apart = perturbation(b.world_from_rig, a.world_from_rig)
@@ -248,51 +228,25 @@ def join_explanations(world_from_rig: Floats, covariance: Floats, others: list[E
     return np.asarray(total / weights)
 
 
-def normal_equations(
-    m: Measurements, world_from_rig: Floats, own: Floats, prior: Prior, unknowns: CameraUnknowns
-) -> tuple[Floats, Floats]:
-    """Hessian and gradient of least squares by (t, r, each camera's own unknowns), the priors of all included; the
-    measurements as `hold_shifts` gives them."""
-    scaled = m.jacobian * (m.weight / m.sigma**2)[:, None]
-    hessian, gradient = scaled.T @ m.jacobian, scaled.T @ m.offset
-    away = np.zeros(6) if prior.is_open else perturbation(prior.world_from_rig, world_from_rig)
-    turn = np.eye(6)
-    turn[:3, :3] = rotation_matrix(away[3:])
-    information = turn.T @ prior.information
-    hessian[:6, :6] += information @ turn
-    gradient[:6] -= information @ away
-    precision = unknowns.precision
-    hessian[6:, 6:] += np.diag(precision)
-    gradient[6:] -= precision * (own - unknowns.mean).ravel()
-    return hessian, gradient
-
-
-@dataclass(frozen=True)
 class Fit:
-    """Least squares of one rig's pose on its pictures' edges."""
+    """Least squares of one rig's pose on its pictures' edges.
 
-    scene: Scene
-    rig: Rig
-    cameras: list[EdgeIndex]
-    fields: list[Evidence]
-    prior: Prior
-    unknowns: CameraUnknowns
-    p: LocalisationParameters
-    predicted: dict[tuple[bytes, int], Prediction] = field(default_factory=dict)
+    indexes: these, by camera; fields: their evidence, in the order of the rig's cameras; seed: of the consensus."""
 
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         scene: Scene,
         rig: Rig,
         indexes: dict[str, EdgeIndex],
         fields: list[Evidence],
         prior: Prior,
-        p: LocalisationParameters = DEFAULTS,
-    ) -> Fit:
-        """The problem of the pictures' edges, by camera; fields: their evidence, in the order of the rig's cameras."""
-        cameras = [indexes[name] for name in rig.cameras]
-        return cls(scene, rig, cameras, fields, prior, describe_unknowns(rig, p.refinement), p)
+        seed: int = DEFAULTS.refinement_seed,
+    ) -> None:
+        self.scene, self.rig, self.fields, self.prior, self.seed = scene, rig, fields, prior, seed
+        self.cameras = [indexes[name] for name in rig.cameras]
+        self.unknowns = describe_unknowns(rig)
+        self._none = np.zeros(len(scene.inspected), bool)
+        self._predicted: dict[bytes, Prediction] = {}
 
     def refine(self, world_from_rig: Floats) -> Refined:
         """The pose near `world_from_rig` that fits the pictures' edges and the prior best, and its covariance.
@@ -303,39 +257,34 @@ class Fit:
         may be off.  All such explanations are `others` of the pose, and its covariance joins them in proportion to
         their evidence.  The start stays where it has clearly more evidence.
         """
-        none = np.zeros(len(self.scene.inspected), bool)
-        refined = self.solve(world_from_rig, none)
+        refined = self.solve(world_from_rig, self._none)
         rejected: list[Refined] = []
         while others := [h for c in self.find_outliers(refined) if (h := self.leave_out(refined, c)) is not None]:
             usable = [h for h in others if self.is_determined(h) or not self.is_determined(refined)]
-            far = [_distance(refined, h) > self.p.refinement.max_shift_sigma for h in usable]
+            far = [_distance(refined, h) > MAX_SHIFT_SIGMA for h in usable]
             best = next((h for h, f in zip(usable, far, strict=True) if f and h.cost <= refined.cost), refined)
             rejected += [h for h in usable if h is not best]
             if best is refined:
                 break
             rejected.append(refined)
             refined = best
-        start = self.measure(world_from_rig, self.unknowns.mean, none)
-        near = self.solve(world_from_rig, none, self.p.refinement.rounds[-self.p.refinement.near_rounds :])
+        start = self.measure(world_from_rig, self.unknowns.mean, self._none)
+        near = self.solve(world_from_rig, self._none, NEAR_ROUNDS)
         # A view of nothing costs nothing, and no prior holds the pose where there is none.
         other = min([near, start], key=lambda h: (h.sees_nothing, h.cost))
-        if refined.sees_nothing or (
-            not other.sees_nothing and other.cost < refined.cost - self.p.refinement.least_gain
-        ):
+        if refined.sees_nothing or (not other.sees_nothing and other.cost < refined.cost - LEAST_GAIN):
             refined = other
         explanations = [
-            Explanation(h.world_from_rig, h.covariance, -self.p.refinement.temper * max(h.cost - refined.cost, 0.0))
-            for h in rejected
+            Explanation(h.world_from_rig, h.covariance, -TEMPER * max(h.cost - refined.cost, 0.0)) for h in rejected
         ]
-        rest = tuple(_take_step(h, self, []) for h in rejected)
-        return replace(_take_step(refined, self, explanations), others=rest)
+        rest = tuple(self._take_step(h, []) for h in rejected)
+        return replace(self._take_step(refined, explanations), others=rest)
 
     def refine_roughly(self, world_from_rig: Floats) -> Refined:
         """As `refine`, from a pose that is nearly right, by the last rounds alone and with no part left out: enough to
         compare it with others."""
-        none = np.zeros(len(self.scene.inspected), bool)
-        refined = self.solve(world_from_rig, none, self.p.refinement.rounds[-self.p.refinement.near_rounds :])
-        return replace(_take_step(refined, self, []), is_rough=True)
+        refined = self.solve(world_from_rig, self._none, NEAR_ROUNDS)
+        return replace(self._take_step(refined, []), is_rough=True)
 
     def refine_without_arcs(self, refined: Refined) -> list[Refined]:
         """Poses to which least squares leads where one arc of a refined pose lies on another edge altogether, as of a
@@ -350,12 +299,12 @@ class Fit:
         )
         return [self.refine_roughly(pose) for pose in without]
 
-    def predict(self, world_from_rig: Floats, samples: int) -> Prediction:
+    def predict(self, world_from_rig: Floats) -> Prediction:
         """What the cameras see from a pose; solutions begin where others began or ended."""
-        key = (world_from_rig.tobytes(), samples)
-        if key not in self.predicted:
-            self.predicted[key] = predict(self.scene, self.rig, world_from_rig, samples, p=self.p)
-        return self.predicted[key]
+        key = world_from_rig.tobytes()
+        if key not in self._predicted:
+            self._predicted[key] = predict(self.scene, self.rig, world_from_rig, SAMPLES)
+        return self._predicted[key]
 
     def solve(
         self,
@@ -366,104 +315,132 @@ class Fit:
     ) -> Refined:
         """The best pose from all occurrences that are not excluded, by all rounds or by those given; without an arc of
         the scene, where one is named."""
-        p, pose, own = self.p, world_from_rig, self.unknowns.mean
-        for reach, scale in rounds or p.refinement.rounds:
-            prediction = self.predict(pose, p.refinement.samples)
+        pose, own = world_from_rig, self.unknowns.mean
+        for reach, scale in rounds or ROUNDS:
+            prediction = self.predict(pose)
             votes = ~excluded[self.scene.occurrence_of_arc[prediction.arc]] & (prediction.arc != arc)
             delta = np.zeros(6)
-            if (reach, scale) != p.refinement.rounds[0]:
-                m = measure(prediction, self.cameras, delta, self.unknowns, own, reach, scale, votes, p)
-                delta = _find_consensus(m, prediction, self.prior, pose, p)
-            for _ in range(p.refinement.steps):
-                m = measure(prediction, self.cameras, delta, self.unknowns, own, reach, scale, votes, p)
+            if (reach, scale) != ROUNDS[0]:
+                m = measure(prediction, self.cameras, delta, self.unknowns, own, (reach, scale), votes)
+                delta = _find_consensus(m, prediction, self.prior, pose, self.seed)
+            for _ in range(STEPS):
+                m = measure(prediction, self.cameras, delta, self.unknowns, own, (reach, scale), votes)
                 here = perturb(pose, delta)
                 hessian, gradient = self._normal_equations(hold_shifts(m, prediction), here, own)
                 step = np.asarray(np.linalg.solve(hessian, gradient), float)
                 delta = perturbation(pose, perturb(here, step[:6]))
                 own = own + step[6:].reshape(own.shape)
-                if step @ hessian @ step < p.refinement.min_step_sigma**2:
+                if step @ hessian @ step < MIN_STEP_SIGMA**2:
                     break
             pose = perturb(pose, delta)
         return self.measure(pose, own, excluded)
 
     def measure(self, pose: Floats, own: Floats, excluded: Bools) -> Refined:
         """What the pictures say of a pose as it stands."""
-        p = self.p
-        prediction = self.predict(pose, p.refinement.samples)
+        prediction = self.predict(pose)
         occurrence = self.scene.occurrence_of_arc[prediction.arc]
         votes = ~excluded[occurrence]
-        last = p.refinement.rounds[-1]
-        m = measure(prediction, self.cameras, np.zeros(6), self.unknowns, own, *last, votes, p)
+        m = measure(prediction, self.cameras, np.zeros(6), self.unknowns, own, ROUNDS[-1], votes)
         held = hold_shifts(m, prediction)
         hessian, _ = self._normal_equations(held, pose, own)
         return Refined(
             pose,
-            compute_covariance(m, held, prediction, group_by_stretch(prediction), hessian, self.unknowns, p),
+            compute_covariance(m, held, prediction, group_by_stretch(prediction), hessian, self.unknowns),
             own,
             prediction,
             m,
             excluded,
-            measure_support(prediction, m, own, self.fields, self.cameras, np.where(votes, -1, occurrence), p),
+            measure_support(prediction, m, own, self.fields, self.cameras, np.where(votes, -1, occurrence)),
             self.prior.distance(pose),
         )
 
     def is_determined(self, refined: Refined) -> bool:
         """Whether the pictures, taken as right, determine the pose better than the prior in every direction.  The
         scatter of their edges about the model says how exactly the pose is known, not whether it is determined."""
-        held = hold_shifts(refined.measurements, refined.prediction)
-        hessian, _ = self._normal_equations(held, refined.world_from_rig, refined.own)
+        _, hessian, _ = self._measured(refined)
         left = np.linalg.eigvals(np.linalg.inv(hessian)[:6, :6] @ self.prior.information).real
-        return float(left.max()) < self.p.refinement.max_prior_share
+        return float(left.max()) < MAX_PRIOR_SHARE
 
     def leave_out(self, refined: Refined, occurrence: int) -> Refined | None:
         """The pose without an occurrence; None where that moves it no further than its errors explain."""
         excluded = refined.excluded.copy()
         excluded[occurrence] = True
         without = self.solve(refined.world_from_rig, excluded)
-        p = self.p.refinement
-        far = _distance(refined, without) > p.max_shift_sigma or _distance(without, refined) > p.max_joint_shift_sigma
+        far = _distance(refined, without) > MAX_SHIFT_SIGMA or _distance(without, refined) > MAX_JOINT_SHIFT_SIGMA
         return without if far else None
 
     def find_outliers(self, refined: Refined) -> list[int]:
         """The occurrence whose removal, to first order, moves the pose furthest: one of those that determine it less
         than the others together, and one of those that determine it more, unless most of what was found belongs to
         it."""
-        p, m = self.p, hold_shifts(refined.measurements, refined.prediction)
+        m, hessian, _ = self._measured(refined)
         occurrence, group = np.unique(self.scene.occurrence_of_arc[refined.prediction.arc], return_inverse=True)
         if len(occurrence) < 2:
             return []
         group = group.ravel()
-        hessian, _ = self._normal_equations(m, refined.world_from_rig, refined.own)
         gradients, hessians = _by_group(m, group)
         priors = hessian - hessians.sum(axis=0)
         lesser = np.linalg.slogdet(hessians + priors)[1] < np.linalg.slogdet(hessian - hessians)[1]
         found = np.bincount(group, refined.prediction.weight * (m.weight > 0))
-        greater = ~lesser & (found < p.refinement.max_left_out * found.sum())
+        greater = ~lesser & (found < MAX_LEFT_OUT * found.sum())
         shifts = np.linalg.solve(hessian - hessians, gradients[..., None])[:, :6, 0]
         sigmas = np.einsum("bi,ij,bj->b", shifts, np.linalg.inv(refined.covariance), shifts)
         worst = [int(np.argmax(sigmas * some)) for some in (lesser, greater) if some.any()]
-        return [int(occurrence[w]) for w in worst if sigmas[w] > p.refinement.suspect_sigma**2]
+        return [int(occurrence[w]) for w in worst if sigmas[w] > SUSPECT_SIGMA**2]
 
     def find_leading_arcs(self, refined: Refined) -> list[int]:
         """The arcs that hold most of what is known of the pose in some direction, those that hold most first."""
-        m = hold_shifts(refined.measurements, refined.prediction)
+        m, hessian, _ = self._measured(refined)
         arc, group = np.unique(refined.prediction.arc, return_inverse=True)
-        hessian, _ = self._normal_equations(m, refined.world_from_rig, refined.own)
         _, hessians = _by_group(m, group.ravel())
         # A weight just short of all of it: what an arc alone determines would be known in no way without it.
         without = np.linalg.inv(hessian - 0.999 * hessians)[:, :6, :6]
         known = np.linalg.inv(np.linalg.inv(hessian)[:6, :6])
         share = 1 - 1 / np.linalg.eigvals(known @ without).real.max(axis=1, initial=1.0)
-        order = np.argsort(-share, kind="stable")[: self.p.rivals.leading_arcs]
-        return [int(arc[a]) for a in order if share[a] > self.p.rivals.leading_share]
+        order = np.argsort(-share, kind="stable")[:LEADING_ARCS]
+        return [int(arc[a]) for a in order if share[a] > LEADING_SHARE]
+
+    def _take_step(self, refined: Refined, explanations: list[Explanation]) -> Refined:
+        """A pose after one more step on what was measured there, with the covariance that the explanations of the
+        pictures leave.  Beyond MAX_LAST_STEP_SIGMA it is not taken: the pose then stands for what it gathers, not for
+        where its edges lie."""
+        _, hessian, gradient = self._measured(refined)
+        step = np.asarray(np.linalg.solve(hessian, gradient), float)
+        pose, own = refined.world_from_rig, refined.own
+        if step @ hessian @ step <= MAX_LAST_STEP_SIGMA**2:
+            pose, own = perturb(pose, step[:6]), own + step[6:].reshape(own.shape)
+        return replace(
+            refined,
+            world_from_rig=pose,
+            own=own,
+            covariance=join_explanations(refined.world_from_rig, refined.covariance, explanations),
+            prior_sigma=self.prior.distance(pose),
+            last_step=LastStep(refined.world_from_rig, refined.own, refined.covariance, explanations),
+        )
+
+    def _measured(self, refined: Refined) -> tuple[Measurements, Floats, Floats]:
+        """What was measured at a pose, as `hold_shifts` gives it, and its normal equations there."""
+        m = hold_shifts(refined.measurements, refined.prediction)
+        return m, *self._normal_equations(m, refined.world_from_rig, refined.own)
 
     def _normal_equations(self, m: Measurements, world_from_rig: Floats, own: Floats) -> tuple[Floats, Floats]:
-        return normal_equations(m, world_from_rig, own, self.prior, self.unknowns)
+        """Hessian and gradient of least squares by (t, r, each camera's own unknowns), the priors of all included; the
+        measurements as `hold_shifts` gives them."""
+        scaled = m.jacobian * (m.weight / m.sigma**2)[:, None]
+        hessian, gradient = scaled.T @ m.jacobian, scaled.T @ m.offset
+        away = np.zeros(6) if self.prior.is_open else perturbation(self.prior.world_from_rig, world_from_rig)
+        turn = np.eye(6)
+        turn[:3, :3] = rotation_matrix(away[3:])
+        information = turn.T @ self.prior.information
+        hessian[:6, :6] += information @ turn
+        gradient[:6] -= information @ away
+        precision = self.unknowns.precision
+        hessian[6:, 6:] += np.diag(precision)
+        gradient[6:] -= precision * (own - self.unknowns.mean).ravel()
+        return hessian, gradient
 
 
-def _find_consensus(
-    m: Measurements, prediction: Prediction, prior: Prior, world_from_rig: Floats, p: LocalisationParameters
-) -> Floats:
+def _find_consensus(m: Measurements, prediction: Prediction, prior: Prior, world_from_rig: Floats, seed: int) -> Floats:
     """The step (6,) on which most of the measured length agrees, of steps that few arcs make and of none.
 
     Where a structure of the model stands elsewhere in the world, least squares lies between it and the rest however
@@ -478,9 +455,9 @@ def _find_consensus(
     hessians = sum_by_group(group, jacobian[:, :, None] * jacobian[:, None, :], count)
     gradients, length = sum_by_group(group, jacobian * offset[:, None], count), np.bincount(group, w)
     usable = np.flatnonzero(length > 0)
-    rng = np.random.default_rng(p.refinement.seed)
-    size = min(p.refinement.drawn_arcs, len(usable))
-    keys = rng.exponential(size=(p.refinement.draws, len(usable))) / length[usable]
+    rng = np.random.default_rng(seed)
+    size = min(DRAWN_ARCS, len(usable))
+    keys = rng.exponential(size=(DRAWS, len(usable))) / length[usable]
     # The smallest of exponentials with these rates: a draw without replacement in proportion to length.
     drawn = usable[np.argsort(keys, axis=1)[:, :size]]
     information = prior.information
@@ -489,18 +466,20 @@ def _find_consensus(
         hessians[drawn].sum(axis=1) + information, (gradients[drawn].sum(axis=1) - information @ away)[..., None]
     )[..., 0]
     steps = np.concatenate([np.zeros((1, 6)), steps])
-    left = (offset[:, None] - jacobian @ steps.T) / p.refinement.consensus_px
+    left = (offset[:, None] - jacobian @ steps.T) / CONSENSUS_PX
     return np.asarray(steps[int(np.argmax(w @ np.maximum(1 - left**2, 0)))])
 
 
 def _by_group(m: Measurements, group: Ints) -> tuple[Floats, Floats]:
-    """Gradients (g, u) and Hessians (g, u, u) that groups of samples add to the normal equations."""
+    """Gradients (g, u) and Hessians (g, u, u) that groups of samples, each with some, add to the normal equations."""
     size = m.jacobian.shape[1]
     if not len(group):
         return np.zeros((0, size)), np.zeros((0, size, size))
-    weight = m.weight / m.sigma**2
+    scaled = m.jacobian * (m.weight / m.sigma**2)[:, None]
     order = np.argsort(group, kind="stable")
     first = np.searchsorted(group[order], np.arange(int(group.max()) + 1))
-    products = m.jacobian[:, :, None] * m.jacobian[:, None, :] * weight[:, None, None]
-    gradients = np.add.reduceat((m.jacobian * (weight * m.offset)[:, None])[order], first)
-    return gradients, np.add.reduceat(products[order], first)
+    free = np.flatnonzero(m.jacobian.any(axis=0))  # what no measurement moves has no part in it
+    i, j = free[np.stack(np.triu_indices(len(free)))]
+    hessians = np.zeros((len(first), size, size))
+    hessians[:, i, j] = hessians[:, j, i] = np.add.reduceat((scaled[:, i] * m.jacobian[:, j])[order], first)
+    return np.add.reduceat((scaled * m.offset[:, None])[order], first), hessians

@@ -12,14 +12,14 @@ import numpy as np
 from relmodel.arrays import Bools, Bytes, Floats, Floats32, Ints
 from vision.cameras.cameras import Rig
 from vision.localisation.hypotheses import (
+    CORRELATION_PX,
     Evidence,
     Prediction,
     look_up_evidence,
     project_directions,
     project_with_jacobians,
 )
-from vision.localisation.localisation_parameters import LocalisationParameters, OutlineParameters, SupportParameters
-from vision.localisation.measurements import EdgeIndex, Measurements, shift_pixels
+from vision.localisation.measurements import OFFSET_PX, EdgeIndex, Measurements, shift_pixels
 from vision.localisation.visibility import lay_rays
 from vision.scene import Scene
 
@@ -35,6 +35,15 @@ from vision.scene import Scene
 #
 # A placed part that is not where the model says is looked for near its place: its image may be shifted, camera by
 # camera, which costs the log of how many places that tries.
+
+
+# Reach along the normal and scale of the robust loss (Geman and McClure), px, of each round of a refinement.
+ROUNDS = ((9.0, 4.0), (6.0, 2.0), (4.0, 1.0), (3.0, 0.7))
+STRAY_SHARE = 0.3  # of the edges found beside an arc that shows that are not its own
+SHOWN_SHARES = (0.2, 0.35, 0.5, 0.65, 0.8, 0.95)  # of the arcs that show, as likely one as another beforehand
+DISPLACED_PX = 12.0  # by which the image of a part may be shifted that is not where the model says
+DISPLACED_TURN = 0.02  # rad, and share: standard deviation by which such an image is turned and scaled
+DISPLACED_COST = 5.0  # evidence that such a shift costs in each camera: the log of how many places are distinguished
 
 
 @dataclass(frozen=True)
@@ -57,13 +66,7 @@ class Support:
 
 
 def measure_support(
-    prediction: Prediction,
-    m: Measurements,
-    own: Floats,
-    fields: list[Evidence],
-    indexes: list[EdgeIndex],
-    moved: Ints,
-    p: LocalisationParameters,
+    prediction: Prediction, m: Measurements, own: Floats, fields: list[Evidence], indexes: list[EdgeIndex], moved: Ints
 ) -> Support:
     """What a prediction gathers at its own pose, where `m` was measured with the cameras' `own` unknowns (c, 10).
 
@@ -83,18 +86,18 @@ def measure_support(
     def total(values: Floats) -> Floats:
         return np.bincount(prediction.view, values, minlength=len(fields)).astype(float)
 
-    odds = score_offsets(m.offset - m.shift, m.edge_sigma, m.found, p)
+    odds = score_offsets(m.offset - m.shift, m.edge_sigma, m.found)
     odds -= _share_cost_of_shifts(prediction, m.shift)
-    by_camera = sum_over_arcs(prediction, w * (found + odds), len(fields), p.support)
+    by_camera = sum_over_arcs(prediction, w * (found + odds), len(fields))
     for occurrence in np.unique(moved[moved >= 0]):
         for number, index in enumerate(indexes):
             rows = np.flatnonzero((moved == occurrence) & (prediction.view == number))
             if len(rows):
                 there = prediction.take(rows)
-                here = sum_over_arcs(there, w[rows] * (found + odds)[rows], len(fields), p.support)
-                displaced = _score_displaced(there, pixel[rows], direction[rows], fields, index, p)
-                by_camera[number] += max(float((displaced - here).sum()) - p.support.displaced_cost, 0.0)
-    return Support(by_camera, total(w * found), total(w * mean), total(w) * p.search.correlation_px)
+                here = sum_over_arcs(there, w[rows] * (found + odds)[rows], len(fields))
+                displaced = _score_displaced(there, pixel[rows], direction[rows], fields, index)
+                by_camera[number] += max(float((displaced - here).sum()) - DISPLACED_COST, 0.0)
+    return Support(by_camera, total(w * found), total(w * mean), total(w) * CORRELATION_PX)
 
 
 def _share_cost_of_shifts(prediction: Prediction, shift: Floats) -> Floats:
@@ -107,23 +110,18 @@ def _share_cost_of_shifts(prediction: Prediction, shift: Floats) -> Floats:
 
 
 def _score_displaced(
-    prediction: Prediction,
-    pixel: Floats,
-    direction: Floats,
-    fields: list[Evidence],
-    index: EdgeIndex,
-    p: LocalisationParameters,
+    prediction: Prediction, pixel: Floats, direction: Floats, fields: list[Evidence], index: EdgeIndex
 ) -> Floats:
     """The log odds (c,) of samples of one camera whose image may be shifted by up to `p.support.displaced_px`, and
     then turned and scaled a little."""
-    steps = np.arange(-p.support.displaced_px, p.support.displaced_px + 1e-9, 2.0)
+    steps = np.arange(-DISPLACED_PX, DISPLACED_PX + 1e-9, 2.0)
     shifts = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
     gathered = [prediction.weight @ look_up_evidence(prediction, fields, pixel + s, direction) for s in shifts]
     pixel = pixel + shifts[int(np.argmax(gathered))]
     # A displaced part is also turned, nearer or farther: a similarity of its image, about its middle.
-    usual = np.array([p.support.displaced_px, p.support.displaced_px, p.support.turned, p.support.turned])
-    for reach, scale in np.repeat(p.refinement.rounds, 2, axis=0).tolist():
-        offset, found = index.measure(np.ascontiguousarray(pixel), direction, reach, scale, p.refinement)
+    usual = np.array([DISPLACED_PX, DISPLACED_PX, DISPLACED_TURN, DISPLACED_TURN])
+    for reach, scale in np.repeat(ROUNDS, 2, axis=0).tolist():
+        offset, found = index.measure(np.ascontiguousarray(pixel), direction, reach, scale)
         near = np.where(found >= 0, prediction.weight / (1 + (offset / scale) ** 2) ** 2, 0.0)
         arm = pixel - np.average(pixel, axis=0, weights=prediction.weight)
         moves = np.stack([*np.broadcast_to(np.eye(2)[:, None], (2, *arm.shape)), arm, arm @ [[0, 1], [-1, 0]]])
@@ -131,33 +129,33 @@ def _score_displaced(
         normal = (across * near[:, None]).T @ across + np.diag(usual**-2.0)
         step = np.linalg.solve(normal, across.T @ (near * offset))
         pixel = pixel + np.einsum("k,kni->ni", step, moves)
-    offset, found = index.measure(np.ascontiguousarray(pixel), direction, reach, scale, p.refinement)
+    offset, found = index.measure(np.ascontiguousarray(pixel), direction, reach, scale)
     places = look_up_evidence(prediction, fields, pixel, direction)
-    places += score_offsets(offset, np.zeros(len(offset)), found, p)
-    return sum_over_arcs(prediction, prediction.weight * places, len(fields), p.support)
+    places += score_offsets(offset, np.zeros(len(offset)), found)
+    return sum_over_arcs(prediction, prediction.weight * places, len(fields))
 
 
-def score_offsets(offset: Floats, sigma: Floats, found: Ints, p: LocalisationParameters) -> Floats:
+def score_offsets(offset: Floats, sigma: Floats, found: Ints) -> Floats:
     """Log odds (n,) of how far off (px) edges of that standard deviation were found, against anywhere within reach;
     zero where none was (-1)."""
-    own, stray = np.hypot(p.support.offset_px, sigma), p.support.stray_share
+    own, stray = np.hypot(OFFSET_PX, sigma), STRAY_SHARE
     near = np.exp(-0.5 * (offset / own) ** 2) / (own * np.sqrt(2 * np.pi))
-    odds = np.log(stray + (1 - stray) * near * 2 * p.refinement.rounds[-1][0])
+    odds = np.log(stray + (1 - stray) * near * 2 * ROUNDS[-1][0])
     return np.asarray(np.where(found >= 0, odds, 0.0))
 
 
-def sum_over_arcs(prediction: Prediction, places: Floats, cameras: int, p: SupportParameters) -> Floats:
+def sum_over_arcs(prediction: Prediction, places: Floats, cameras: int) -> Floats:
     """The log odds (c,) by camera of the sums of the places (n,) over arcs that may not show."""
     group = prediction.image_of_arc
     count = int(group.max(initial=-1)) + 1
     arc = np.bincount(group, places, minlength=count).astype(float)
-    return mix_over_arcs(arc, prediction.view_of_image, cameras, p)
+    return mix_over_arcs(arc, prediction.view_of_image, cameras)
 
 
-def mix_over_arcs(arc: Floats, view: Ints, cameras: int, p: SupportParameters) -> Floats:
+def mix_over_arcs(arc: Floats, view: Ints, cameras: int) -> Floats:
     """The log odds (..., c) by camera that arcs with sums (..., a), each in the picture of the camera view (a,), give
     where any may not show."""
-    shown = np.array(p.shown_shares).reshape(-1, *np.ones(arc.ndim, int))
+    shown = np.array(SHOWN_SHARES).reshape(-1, *np.ones(arc.ndim, int))
     one = np.logaddexp(np.log(shown) + arc, np.log1p(-shown))
     by_camera = one @ (view[:, None] == np.arange(cameras)).astype(float)
     return np.asarray(np.logaddexp.reduce(by_camera, axis=0) - np.log(len(shown)))
@@ -170,6 +168,18 @@ def mix_over_arcs(arc: Floats, view: Ints, cameras: int, p: SupportParameters) -
 # reverse. What lies about a place on either side is a Gaussian of grey within a window (Lankton and Tannenbaum,
 # "Localizing region-based active contours", 2008). An outline laid along a stripe has background beyond the rest of the
 # object, one beside the object has background on both sides: both find neither.
+
+
+# Chosen on printed boxes and small objects rendered, of which right poses reach 1.2 to 3, and poses 4 mm and a degree
+# off seldom 1.
+STEP_PX = 3  # side of the squares that are looked at
+NEAR_PX = 3.0  # from the outline: nearer pixels mix both sides
+FAR_PX = 6.0  # from the outline: pixels up to there are classified inside or outside, by those beyond
+WINDOW_PX = 24.0  # half side of the window whose pixels are inside or outside for sure
+MIN_CELLS = 8.0  # squares of each that must be there
+NOISE_GREY = 4.0  # least standard deviation of either: noise, and what the model leaves out of it
+MOST_ODDS = 3.0  # log likelihood ratio at most that a pixel counts
+OBSERVED_PX = 120.0  # of outline are one observation: a side that has the grey of what lies behind errs as a whole
 
 
 @dataclass(frozen=True)
@@ -203,35 +213,33 @@ class GreyGrid:
     seen: Bools
 
 
-def lay_grey_grids(rig: Rig, greys: Mapping[str, Bytes | Floats], p: OutlineParameters) -> list[GreyGrid]:
+def lay_grey_grids(rig: Rig, greys: Mapping[str, Bytes | Floats]) -> list[GreyGrid]:
     """The grids of the rig's cameras, in its order, from their pictures (rows, columns)."""
     import cv2
 
     grids = []
     for name, camera in rig.cameras.items():
-        rays = lay_rays(camera, p.step_px)
+        rays = lay_rays(camera, STEP_PX)
         pixel, _ = camera.project(rays.directions.reshape(-1, 3))
         at = pixel.reshape(*rays.weight.shape, 2).astype(np.float32)
-        smooth = cv2.blur(np.asarray(greys[name], np.float32), (p.step_px, p.step_px))
+        smooth = cv2.blur(np.asarray(greys[name], np.float32), (STEP_PX, STEP_PX))
         grey = cv2.remap(smooth, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         grids.append(GreyGrid(rays.directions, np.asarray(grey), rays.weight > 0))
     return grids
 
 
-def measure_outlines(
-    scene: Scene, rig: Rig, grids: list[GreyGrid], world_from_rig: Floats, p: OutlineParameters
-) -> Outlines:
+def measure_outlines(scene: Scene, rig: Rig, grids: list[GreyGrid], world_from_rig: Floats) -> Outlines:
     """The outlines at a pose, in the pictures of the rig's cameras."""
     found = [
-        _compare(_find_model(scene, grid, world_from_rig @ rig.rig_from_camera[name]), grid.seen, grid, p)
+        _compare(_find_model(scene, grid, world_from_rig @ rig.rig_from_camera[name]), grid.seen, grid)
         for name, grid in zip(rig.cameras, grids, strict=True)
     ]
     length, contrast = (np.array(column) for column in zip(*found, strict=True))
-    return Outlines(length, contrast, float(length @ contrast / p.observed_px))
+    return Outlines(length, contrast, float(length @ contrast / OBSERVED_PX))
 
 
 def measure_shifted_outlines(
-    scene: Scene, rig: Rig, grids: Sequence[GreyGrid], world_from_rig: Floats, shifts: Floats, p: OutlineParameters
+    scene: Scene, rig: Rig, grids: Sequence[GreyGrid], world_from_rig: Floats, shifts: Floats
 ) -> Floats:
     """The log odds (n,) that the outlines seen from a pose are outlines where they are laid elsewhere in the pictures,
     shifted by so many px (n, c, 2) in each camera's."""
@@ -241,7 +249,7 @@ def measure_shifted_outlines(
     for camera, (name, grid) in enumerate(zip(rig.cameras, grids, strict=True)):
         model = _find_model(scene, grid, world_from_rig @ rig.rig_from_camera[name])
         rows, columns = model.shape
-        for number, (x, y) in enumerate(np.rint(shifts[:, camera] / p.step_px)):
+        for number, (x, y) in enumerate(np.rint(shifts[:, camera] / STEP_PX)):
             there, known = (
                 cv2.warpAffine(
                     mask.astype(np.uint8), np.array([[1, 0, x], [0, 1, y]]), (columns, rows), flags=cv2.INTER_NEAREST
@@ -249,9 +257,9 @@ def measure_shifted_outlines(
                 for mask in (model, grid.seen)
             )
             # What lies beyond the picture is not known: its border is no outline.
-            clear = p.step_px * cv2.distanceTransform(known, cv2.DIST_L2, 5) > p.far_px + p.step_px
-            length, contrast = _compare(there > 0, grid.seen & clear, grid, p)
-            total[number] += length * contrast / p.observed_px
+            clear = STEP_PX * cv2.distanceTransform(known, cv2.DIST_L2, 5) > FAR_PX + STEP_PX
+            length, contrast = _compare(there > 0, grid.seen & clear, grid)
+            total[number] += length * contrast / OBSERVED_PX
     return total
 
 
@@ -263,19 +271,19 @@ def _find_model(scene: Scene, grid: GreyGrid, world_from_camera: Floats) -> Bool
     return model
 
 
-def _compare(model: Bools, known: Bools, grid: GreyGrid, p: OutlineParameters) -> tuple[float, float]:
+def _compare(model: Bools, known: Bools, grid: GreyGrid) -> tuple[float, float]:
     """Length (px) and contrast of the outlines of the model in one picture, where they are known."""
-    away = _distance_from_outline(model, p.step_px)
-    near = known & (np.abs(away) > p.near_px) & (np.abs(away) <= p.far_px)
+    away = _distance_from_outline(model, STEP_PX)
+    near = known & (np.abs(away) > NEAR_PX) & (np.abs(away) <= FAR_PX)
     if not near.any():
         return 0.0, 0.0
-    inside, counted = _log_likelihood(grid.grey, known & (away > p.far_px), p)
-    outside, also = _log_likelihood(grid.grey, known & (away < -p.far_px), p)
-    near &= (counted >= p.min_cells) & (also >= p.min_cells)
+    inside, counted = _log_likelihood(grid.grey, known & (away > FAR_PX))
+    outside, also = _log_likelihood(grid.grey, known & (away < -FAR_PX))
+    near &= (counted >= MIN_CELLS) & (also >= MIN_CELLS)
     if not near.any():
         return 0.0, 0.0
-    odds = np.clip(inside - outside, -p.most, p.most) * np.sign(away)
-    length = float(near.sum()) * p.step_px**2 / (2 * (p.far_px - p.near_px))
+    odds = np.clip(inside - outside, -MOST_ODDS, MOST_ODDS) * np.sign(away)
+    length = float(near.sum()) * STEP_PX**2 / (2 * (FAR_PX - NEAR_PX))
     return length, float(odds[near].mean(dtype=float))
 
 
@@ -290,11 +298,11 @@ def _distance_from_outline(model: Bools, step: int) -> Floats32:
     return np.asarray(step * np.where(model, inside - 0.5, 0.5 - outside), np.float32)
 
 
-def _log_likelihood(grey: Floats32, some: Bools, p: OutlineParameters) -> tuple[Floats32, Floats32]:
+def _log_likelihood(grey: Floats32, some: Bools) -> tuple[Floats32, Floats32]:
     """Log likelihood of each cell by the Gaussian of some cells within the window about it, and how many those are."""
     import cv2
 
-    side = 2 * round(p.window_px / p.step_px) + 1
+    side = 2 * round(WINDOW_PX / STEP_PX) + 1
 
     def gather(values: Floats32) -> Floats32:
         return np.asarray(
@@ -305,5 +313,5 @@ def _log_likelihood(grey: Floats32, some: Bools, p: OutlineParameters) -> tuple[
     level = grey - 128.0  # sums of squares of small numbers lose less
     count = gather(weight)
     mean = gather(weight * level) / np.maximum(count, 1)
-    variance = np.maximum(gather(weight * level**2) / np.maximum(count, 1) - mean**2, 0) + p.noise_grey**2
+    variance = np.maximum(gather(weight * level**2) / np.maximum(count, 1) - mean**2, 0) + NOISE_GREY**2
     return np.asarray(-0.5 * ((level - mean) ** 2 / variance + np.log(variance))), count

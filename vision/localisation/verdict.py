@@ -73,9 +73,9 @@ def gather_elsewhere(
         return Elsewhere(nothing, [nothing] * len(fields))
     delta = draw_elsewhere(prediction, p.elsewhere)
     arcs = gather_evidence(prediction, fields, delta)
-    edges = mix_over_arcs(arcs, prediction.view_of_image, len(fields), p.support)
+    edges = mix_over_arcs(arcs, prediction.view_of_image, len(fields))
     shifts = draw_shifts(len(fields), p.elsewhere)
-    outlines = measure_shifted_outlines(scene, rig, greys, world_from_rig, shifts, p.outlines)
+    outlines = measure_shifted_outlines(scene, rig, greys, world_from_rig, shifts)
     # Edges and outlines have little to do with each other.
     together = Chance.of(edges.sum(axis=1), p.elsewhere, float(outlines.mean()), float(outlines.std()))
     return Elsewhere(together, [Chance.of(own, p.elsewhere) for own in edges.T])

@@ -12,12 +12,12 @@ from relmodel.arrays import Bools, Bytes, Floats, Ints
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.rows import Primitives
 from vision.localisation.hypotheses import Prediction, project_with_jacobians
-from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.measurements import COUNT, EdgeIndex
 from vision.localisation.refine import Refined
 from vision.localisation.visibility import SurfaceMap, VisibleArcs, find_visible_arcs, map_views
 from vision.scene import Scene
 
+BRIDGED_SAMPLES = 3  # shorter hidden stretches do not break a visible run of an arc, since rays graze
 SHARP, SMOOTH, SILHOUETTE = range(3)
 NO_RUN = -1
 KINDS = ("sharp", "smooth", "silhouette")
@@ -39,14 +39,12 @@ class ViewArcs:
     run: Ints
 
 
-def find_view_arcs(
-    scene: Scene, camera: Camera, world_from_camera: Floats, p: LocalisationParameters = DEFAULTS
-) -> ViewArcs:
+def find_view_arcs(scene: Scene, camera: Camera, world_from_camera: Floats) -> ViewArcs:
     """The runs of arcs that a camera sees; silhouettes of a surface are parted where they do not touch."""
-    seen = find_visible_arcs(scene, camera, world_from_camera, p=p)
+    seen = find_visible_arcs(scene, camera, world_from_camera)
     arcs = len(scene.arc_occurrence)
     silhouette = seen.arc >= arcs
-    gap = np.diff(seen.sample, prepend=-p.visibility.bridged_samples - 2) > p.visibility.bridged_samples + 1
+    gap = np.diff(seen.sample, prepend=-BRIDGED_SAMPLES - 2) > BRIDGED_SAMPLES + 1
     first = (np.diff(seen.arc, prepend=-1) != 0) | (gap & ~silhouette)
     run = np.cumsum(first) - 1
     strand = _strands(seen, np.flatnonzero(silhouette))
@@ -190,17 +188,11 @@ class ModelView:
     maps: Mapping[str, SurfaceMap]
 
 
-def view_model(
-    scene: Scene,
-    rig: Rig,
-    world_from_rig: Floats,
-    p: LocalisationParameters,
-    arcs: Mapping[str, ViewArcs] | None = None,
-) -> ModelView:
+def view_model(scene: Scene, rig: Rig, world_from_rig: Floats, arcs: Mapping[str, ViewArcs] | None = None) -> ModelView:
     """What a rig's cameras should see of a scene at a pose; arcs: those in view, where they are known."""
     if arcs is None:
         arcs = {
-            name: find_view_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name], p)
+            name: find_view_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name])
             for name, camera in rig.cameras.items()
         }
-    return ModelView(arcs, map_views(scene, rig, world_from_rig, p))
+    return ModelView(arcs, map_views(scene, rig, world_from_rig))

@@ -4,14 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import radians
 from typing import Any
 
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, Rows
 from vision.cameras.cameras import Camera, Rig
-from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.scene import Scene, StoredScene
+
+# Pixels are those of the camera without distortion.  Values without a named source, here and in the other modules of
+# localisation, were chosen on rendered bulkheads with exact truth.
+RAY_OFFSET_MM = 0.1  # off the surface where a ray starts: with a tessellation of 0.05 mm as exact hidden lines
+SMOOTH_ANGLE = radians(20)  # faces that meet at less are smoothly joined: a blend, which shows as shading, no edge
+SAMPLE_SPACING_PX = 4.0  # px between the samples that are kept for the search
+COVERAGE_STEP_PX = (
+    3  # side of the square that a ray stands for; shares of parts that cover 400 px are good to about 5 %
+)
+COVERAGE_NEAR_MM = 1.0  # before the camera: triangles that reach nearer are tested against every ray
 
 
 @dataclass(frozen=True)
@@ -38,12 +48,7 @@ class VisibleArcs(Rows):
 
 
 def find_visible_arcs(
-    scene: Scene,
-    camera: Camera,
-    world_from_camera: Floats,
-    margin_px: float = 0.0,
-    count: int | None = None,
-    p: LocalisationParameters = DEFAULTS,
+    scene: Scene, camera: Camera, world_from_camera: Floats, margin_px: float = 0.0, count: int | None = None
 ) -> VisibleArcs:
     """The visible samples of the reference's arcs and silhouettes whose pixels lie within `margin_px` of the picture.
 
@@ -59,10 +64,10 @@ def find_visible_arcs(
     to_eye = eye - scene.sample_point[reference]
     faces = [np.einsum("ij,ij->i", n[reference], to_eye) > 0 for n in (scene.sample_normal_a, scene.sample_normal_b)]
     # Where one of two smoothly joined faces turns away, their arc is an outline: a facet mesh has no other.
-    smooth = (scene.sample_cosine[reference] > np.cos(p.visibility.smooth_angle)) & (faces[0] == faces[1])
+    smooth = (scene.sample_cosine[reference] > np.cos(SMOOTH_ANGLE)) & (faces[0] == faces[1])
     front = faces[0] | faces[1]
     reference, smooth = reference[front], smooth[front]
-    spacing = p.search.sample_spacing_px / float(camera.matrix[0, 0])
+    spacing = SAMPLE_SPACING_PX / float(camera.matrix[0, 0])
     outline = find_silhouettes(scene, eye).split(eye, spacing)
     inside = np.flatnonzero(are_in_picture(outline.point, camera, world_from_camera, margin_px))
 
@@ -93,11 +98,11 @@ def find_visible_arcs(
         normal_a=np.concatenate([scene.sample_normal_a[reference], outline.normal[inside]]),
         normal_b=np.concatenate([scene.sample_normal_b[reference], outline.normal[inside]]),
     )
-    seen = _free(scene, arcs.point, _unit(arcs.normal_a + arcs.normal_b), eye, p.visibility.ray_offset_mm)
+    seen = _free(scene, arcs.point, _unit(arcs.normal_a + arcs.normal_b), eye, RAY_OFFSET_MM)
     to_eye = _unit(eye - arcs.point)
     for n in (arcs.normal_a, arcs.normal_b):
         left = np.flatnonzero(~seen & (np.einsum("ij,ij->i", n, to_eye) > 0))
-        seen[left] = _free(scene, arcs.point[left], n[left] + 0.5 * to_eye[left], eye, p.visibility.ray_offset_mm)
+        seen[left] = _free(scene, arcs.point[left], n[left] + 0.5 * to_eye[left], eye, RAY_OFFSET_MM)
     return arcs.take(seen)
 
 
@@ -214,13 +219,7 @@ class Coverage:
 
 
 def measure_coverage(
-    scene: Scene,
-    seen: SurfaceMap,
-    world_from_camera: Floats,
-    group: Ints,
-    surface: Ints,
-    group_count: int,
-    p: LocalisationParameters = DEFAULTS,
+    scene: Scene, seen: SurfaceMap, world_from_camera: Floats, group: Ints, surface: Ints, group_count: int
 ) -> Coverage:
     """Coverage of groups of surfaces in what a camera sees at a pose; `group[i]` contains `surface[i]`, a surface may
     be in several groups."""
@@ -231,7 +230,7 @@ def measure_coverage(
     corners = scene.vertices @ camera_from_world[:3, :3].T + camera_from_world[:3, 3]
     order = np.argsort(group, kind="stable")
     triangle_order = np.argsort(scene.triangle_surface, kind="stable")
-    boxes, sides = _triangles(rays, corners, scene.triangles[triangle_order], p)
+    boxes, sides = _triangles(rays, corners, scene.triangles[triangle_order])
     covered = np.zeros(group_count)
     kernels.covered(
         rays.directions,
@@ -267,14 +266,14 @@ class RayGrid:
         return np.asarray((points / points[:, 2:] @ self.matrix.T)[:, :2])
 
 
-def _triangles(rays: RayGrid, corners: Floats, triangles: Ints, p: LocalisationParameters) -> tuple[Ints, Floats]:
+def _triangles(rays: RayGrid, corners: Floats, triangles: Ints) -> tuple[Ints, Floats]:
     """Boxes (t, 4) of the cells that triangles may cover, none for one turned away or behind, and their sides (t, 9).
 
     A ray d meets the triangle (a, b, c), counter-clockwise from outside, where d . (a x b), d . (b x c) and d . (c x a)
     are negative; that needs no clipping at the camera's plane.
     """
     last = np.array(rays.weight.shape[::-1]) - 1.0
-    front = corners[:, 2] > p.visibility.coverage_near_mm
+    front = corners[:, 2] > COVERAGE_NEAR_MM
     cells = np.zeros((len(corners), 2))
     cells[front] = rays.cells(corners[front])
     of_corners = cells[triangles]
@@ -345,11 +344,9 @@ class SurfaceMap:
         return np.where(inside, self.surface[np.where(inside, y, 0), np.where(inside, x, 0)], -1)
 
 
-def map_surfaces(
-    scene: Scene, camera: Camera, world_from_camera: Floats, p: LocalisationParameters = DEFAULTS
-) -> SurfaceMap:
+def map_surfaces(scene: Scene, camera: Camera, world_from_camera: Floats) -> SurfaceMap:
     """The surfaces that a camera sees at a pose."""
-    rays = lay_rays(camera, p.visibility.coverage_step_px)
+    rays = lay_rays(camera, COVERAGE_STEP_PX)
     used = rays.weight > 0
     hit = scene.rays.nearest(world_from_camera[:3, 3], rays.directions[used] @ world_from_camera[:3, :3].T)
     surface = np.full(rays.weight.shape, -1, np.int64)
@@ -357,12 +354,10 @@ def map_surfaces(
     return SurfaceMap(camera, rays, surface)
 
 
-def map_views(
-    scene: Scene, rig: Rig, world_from_rig: Floats, p: LocalisationParameters = DEFAULTS
-) -> dict[str, SurfaceMap]:
+def map_views(scene: Scene, rig: Rig, world_from_rig: Floats) -> dict[str, SurfaceMap]:
     """The surfaces that each camera of a rig sees at a pose."""
     return {
-        name: map_surfaces(scene, camera, world_from_rig @ rig.rig_from_camera[name], p)
+        name: map_surfaces(scene, camera, world_from_rig @ rig.rig_from_camera[name])
         for name, camera in rig.cameras.items()
     }
 
@@ -399,11 +394,7 @@ class PartsInView:
 
 
 def find_parts_in_view(
-    stored: StoredScene,
-    rig: Rig,
-    maps: Mapping[str, SurfaceMap],
-    world_from_rig: Floats,
-    p: LocalisationParameters = DEFAULTS,
+    stored: StoredScene, rig: Rig, maps: Mapping[str, SurfaceMap], world_from_rig: Floats
 ) -> PartsInView:
     """What the cameras of a rig see at a pose (maps, by camera), parts first, each kind in the order of occurrences."""
     scene = stored.scene
@@ -429,7 +420,7 @@ def find_parts_in_view(
     visible, covered = np.zeros(len(paths)), np.zeros(len(paths))
     for name in rig.cameras:
         found = measure_coverage(
-            scene, maps[name], world_from_rig @ rig.rig_from_camera[name], groups, surfaces, len(paths), p
+            scene, maps[name], world_from_rig @ rig.rig_from_camera[name], groups, surfaces, len(paths)
         )
         visible += found.visible
         covered += found.covered

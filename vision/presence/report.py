@@ -14,7 +14,6 @@ import numpy.typing as npt
 
 from relmodel.arrays import ColumnValues, Ints
 from relmodel.store.runs import Writer
-from vision.localisation.localisation_parameters import LocalisationParameters
 from vision.localisation.localise import Localisation
 from vision.localisation.views import Observation, view_model
 from vision.localisation.visibility import find_parts_in_view
@@ -285,19 +284,14 @@ class VariantEvidence:
 
 
 def assess_variant(
-    variant: Mapping[str, Any],
-    stored: StoredScene,
-    seen: Observation,
-    found: Localisation,
-    localisation: LocalisationParameters,
-    p: PresenceParameters,
+    variant: Mapping[str, Any], stored: StoredScene, seen: Observation, found: Localisation, p: PresenceParameters
 ) -> VariantEvidence:
     """The evidence for a variant, a row of `variants_in_world`, at the best pose; stored: the world with it in its
     place."""
     assert found.best is not None
     pose = found.best.world_from_rig
-    view = view_model(stored.scene, found.rig, pose, localisation)
-    parts = find_parts_in_view(stored, found.rig, view.maps, pose, localisation)
+    view = view_model(stored.scene, found.rig, pose)
+    parts = find_parts_in_view(stored, found.rig, view.maps, pose)
     return weigh_variant(variant, assess(stored, seen, found, view, parts, {}, p))
 
 

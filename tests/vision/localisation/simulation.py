@@ -109,7 +109,7 @@ def simulate(
     indexes = {name: EdgeIndex(points) for name, points in edges.items()}
     prior = off(truth, 20.0, np.radians(2), seed)
     start = perturb(truth, rng.normal(0, 1, 6) * np.repeat([0.8, 0.0015], 3))
-    found = Fit.of(scene, believed, indexes, build_fine_evidence(believed, edges), prior).refine(start)
+    found = Fit(scene, believed, indexes, build_fine_evidence(believed, edges), prior).refine(start)
     d = perturbation(found.world_from_rig, truth)
     centre = d[:3] @ np.linalg.solve(found.covariance[:3, :3], d[:3])
     middle = np.append(found.middle, 1.0)

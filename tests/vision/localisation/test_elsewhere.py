@@ -76,7 +76,7 @@ def test_each_arc_gathers_what_its_samples_find() -> None:
         pixel, _ = project_with_jacobians(prediction, d)
         found = prediction.weight * look_up_evidence(prediction, fields, pixel, project_directions(prediction, d))
         np.testing.assert_allclose(row, np.bincount(group, found, len(row)), atol=1e-5)
-    log_odds = mix_over_arcs(gathered, prediction.view_of_image, 2, DEFAULTS.support).sum(axis=1)
+    log_odds = mix_over_arcs(gathered, prediction.view_of_image, 2).sum(axis=1)
     assert log_odds[0] > 10 * log_odds[1:].max()
 
 
@@ -100,6 +100,6 @@ def test_in_a_picture_full_of_edges_the_right_pose_is_less_rare() -> None:
             sigma=np.tile(plain.sigma, copies + 1)[inside],
         )
         arcs = gather_evidence(prediction, build_fine_evidence(rig, {"left": edges}), delta)
-        right, *others = mix_over_arcs(arcs, prediction.view_of_image, 1, DEFAULTS.support)[:, 0]
+        right, *others = mix_over_arcs(arcs, prediction.view_of_image, 1)[:, 0]
         rarity.append(Chance.of(np.array(others), P).rarity(right))
     assert rarity[0] > 2 * rarity[1] > 0

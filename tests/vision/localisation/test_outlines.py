@@ -10,8 +10,7 @@ import pytest
 from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, box_scene, stereo_rig
 from vision.cameras.cameras import Camera, Rig, perturb
-from vision.localisation.localisation_parameters import DEFAULTS
-from vision.localisation.support import Outlines, lay_grey_grids, measure_outlines
+from vision.localisation.support import OBSERVED_PX, Outlines, lay_grey_grids, measure_outlines
 from vision.scene import Scene
 
 SIZE = np.array([120.0, 80, 50])
@@ -41,15 +40,13 @@ def printed_box() -> tuple[Scene, Rig, Floats, dict[str, Floats]]:
 
 def outlines(pose: Floats, pictures: dict[str, Floats] | None = None) -> Outlines:
     scene, rig, _, shown = printed_box()
-    return measure_outlines(
-        scene, rig, lay_grey_grids(rig, pictures or shown, DEFAULTS.outlines), pose, DEFAULTS.outlines
-    )
+    return measure_outlines(scene, rig, lay_grey_grids(rig, pictures or shown), pose)
 
 
 def test_right_pose_has_contrast_all_along() -> None:
     found = outlines(printed_box()[2])
     assert found.mean > 2
-    assert found.evidence == pytest.approx(found.mean * found.length_px[0] / DEFAULTS.outlines.observed_px)
+    assert found.evidence == pytest.approx(found.mean * found.length_px[0] / OBSERVED_PX)
 
 
 @pytest.mark.parametrize("stripe", [STRIPE_MM, 3 * STRIPE_MM])
@@ -79,10 +76,10 @@ def test_length_is_that_of_the_outline() -> None:
     plate = box_scene([(np.array([-100.0, -60, -10]), np.array([200.0, 120, 10]))])
     pose = np.diag([1.0, -1, -1, 1])
     pose[2, 3] = 700.0
-    grids = lay_grey_grids(rig, {"left": np.zeros((480, 640))}, DEFAULTS.outlines)
-    found = measure_outlines(plate, rig, grids, pose, DEFAULTS.outlines)
+    grids = lay_grey_grids(rig, {"left": np.zeros((480, 640))})
+    found = measure_outlines(plate, rig, grids, pose)
     assert found.length_px[0] == pytest.approx(2 * (200 + 120), rel=0.15)
     wall = box_scene([(np.array([-900.0, -900, -10]), np.array([1800.0, 1800, 10]))])
-    inside = measure_outlines(wall, rig, grids, pose, DEFAULTS.outlines)
+    inside = measure_outlines(wall, rig, grids, pose)
     assert inside.length_px[0] == 0
     assert inside.evidence == 0

@@ -22,7 +22,8 @@ from vision.localisation.hypotheses import (
     project_with_jacobians,
 )
 from vision.localisation.localisation_parameters import DEFAULTS
-from vision.localisation.measurements import EdgeIndex, describe_unknowns
+from vision.localisation.localise import NO_PARTNER_ODDS, PARTNER_ODDS
+from vision.localisation.measurements import EdgeIndex
 from vision.localisation.refine import Fit, Refined
 from vision.localisation.verdict import Chance, Elsewhere, compute_precision, decide
 from vision.localisation.visibility import find_visible_arcs
@@ -65,7 +66,7 @@ def exact_edges(
 
 def fit(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], prior: Prior, start: Floats) -> Refined:
     indexes = {n: EdgeIndex(edges[n]) for n in rig.cameras}
-    return Fit.of(scene, rig, indexes, build_fine_evidence(rig, edges), prior).refine(start)
+    return Fit(scene, rig, indexes, build_fine_evidence(rig, edges), prior).refine(start)
 
 
 def test_covariance_holds_the_truth() -> None:
@@ -148,7 +149,7 @@ def test_a_fit_that_an_arc_leads_astray_finds_back_without_it(printed: tuple[int
     edges = {"left": replace(whole, position=position)}
     indexes, fields = {"left": EdgeIndex(edges["left"])}, build_fine_evidence(rig, edges)
     prior = off(truth, 6.0, np.radians(1.5), 1)
-    problem = Fit.of(scene, rig, indexes, fields, prior)
+    problem = Fit(scene, rig, indexes, fields, prior)
     astray = problem.refine(prior.world_from_rig)
     assert np.linalg.norm(perturbation(astray.world_from_rig, truth)[:3]) > 2.0
     best = min(problem.refine_without_arcs(astray), key=lambda h: h.cost)
@@ -310,10 +311,9 @@ def test_refinement_never_worsens(seed: int) -> None:
     fields = build_fine_evidence(rig, edges)
     start = perturb(truth, rng.normal(0, 1, 6) * np.repeat([0.5, 0.001], 3))
     found = fit(scene, rig, edges, prior, start)
-    here = Fit(
-        scene, rig, [EdgeIndex(edges["left"])], fields, prior, describe_unknowns(rig, DEFAULTS.refinement), DEFAULTS
-    ).measure(start, np.array(found.own), np.zeros(len(scene.inspected), bool))
-    assert found.cost <= here.cost + 1e-9
+    here = Fit(scene, rig, {"left": EdgeIndex(edges["left"])}, fields, prior)
+    measured = here.measure(start, np.array(found.own), np.zeros(len(scene.inspected), bool))
+    assert found.cost <= measured.cost + 1e-9
     assert np.isfinite(found.covariance).all()
     assert compute_precision(found.covariance, found.middle)[0] < prior.sigma_translation_mm
 
@@ -338,17 +338,16 @@ def test_the_direction_that_parallel_edges_leave_open_is_named() -> None:
 
 def test_of_edges_side_by_side_the_one_with_a_partner_in_stereo_counts() -> None:
     """Two like edges, 1 px to both sides of where one is looked for."""
-    p = DEFAULTS.refinement
     position, normal = np.array([[51.0, 40.0], [49.0, 40.0]]), np.array([[1.0, 0.0], [1.0, 0.0]])
     edges = EdgePoints(
         position, normal, np.full(2, 30.0), np.full(2, 0.1), np.zeros(2), np.full(2, 100.0), grey_range=200.0
     )
     sought = np.array([[50.0, 40.0]]), np.array([[0.0, 1.0]])
     for partnered in (0, 1):
-        odds = np.full(2, p.no_partner_odds)
-        odds[partnered] = p.partner_odds
-        offset, found = EdgeIndex(edges, odds).measure(*sought, 4.0, 2.0, p)
+        odds = np.full(2, NO_PARTNER_ODDS)
+        odds[partnered] = PARTNER_ODDS
+        offset, found = EdgeIndex(edges, odds).measure(*sought, 4.0, 2.0)
         assert (found.tolist(), np.abs(offset).tolist()) == ([partnered], [1.0])
         # an edge much stronger counts without a partner
         stronger = replace(edges, contrast=np.where(np.arange(2) == partnered, 30.0, 240.0))
-        assert EdgeIndex(stronger, odds).measure(*sought, 4.0, 2.0, p)[1].tolist() == [1 - partnered]
+        assert EdgeIndex(stronger, odds).measure(*sought, 4.0, 2.0)[1].tolist() == [1 - partnered]

@@ -9,11 +9,8 @@ from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
 from tests.vision.localisation.scenes import box_scene
 from vision.cameras.cameras import perturb
-from vision.localisation.localisation_parameters import SymmetryParameters
 from vision.localisation.localise import complete_group, find_symmetries
 from vision.scene import Scene
-
-P = SymmetryParameters()
 
 
 def cuboids(*boxes: tuple[list[float], list[float]]) -> Scene:
@@ -45,27 +42,27 @@ def test_the_symmetries_of_a_cuboid_are_found(size: list[float], expected: int) 
         off = np.eye(4)
         off[:3, :3], off[:3, 3] = rotation_matrix(rng.normal(0, 0.005, 3)), rng.normal(0, 0.5, 3)
         poses.append(off @ turn @ best)
-    found = [motion for motion in find_symmetries(scene, best, poses, P) if motion is not None]
+    found = [motion for motion in find_symmetries(scene, best, poses) if motion is not None]
     assert len(found) == expected - 1, "the identity is none"
     exact = np.array(turns())
     assert all(np.abs(exact - motion).max(axis=(1, 2)).min() < 1e-2 for motion in found)
-    assert len(complete_group(found, P)) == expected
+    assert len(complete_group(found)) == expected
 
 
 def test_a_small_part_on_one_side_breaks_a_symmetry() -> None:
     body, half = ([0.0, 0.0, 0.0], [60.0, 45.0, 35.0]), np.diag([1.0, -1.0, -1.0, 1.0])
-    assert find_symmetries(cuboids(body), np.eye(4), [half], P)[0] is not None
-    assert find_symmetries(cuboids(body, ([20, 0, 20.0], [8, 5, 5])), np.eye(4), [half], P) == [None]
+    assert find_symmetries(cuboids(body), np.eye(4), [half])[0] is not None
+    assert find_symmetries(cuboids(body, ([20, 0, 20.0], [8, 5, 5])), np.eye(4), [half]) == [None]
 
 
 def test_a_shift_by_a_pitch_is_none_of_a_comb_that_ends() -> None:
     teeth = [([12.0 * n, 0.0, 0.0], [4.0, 30.0, 10.0]) for n in range(12)]
     shift = np.eye(4)
     shift[0, 3] = 12.0
-    assert find_symmetries(cuboids(*teeth), np.eye(4), [shift], P) == [None]
+    assert find_symmetries(cuboids(*teeth), np.eye(4), [shift]) == [None]
 
 
 def test_a_pose_beside_the_best_is_no_symmetry() -> None:
     body = ([0.0, 0, 0], [60.0, 30, 20])
     beside = perturb(np.eye(4), np.array([0.8, -0.5, 0.3, 0.01, 0.015, -0.01]))
-    assert find_symmetries(cuboids(body), np.eye(4), [beside], P) == [None]
+    assert find_symmetries(cuboids(body), np.eye(4), [beside]) == [None]

@@ -11,7 +11,6 @@ from vision.cameras.cameras import Camera, Rig
 from vision.extraction.extract import extract
 from vision.extraction.rows import make_primitives
 from vision.localisation.hypotheses import collect_edge_points
-from vision.localisation.localisation_parameters import DEFAULTS as LOCALISATION
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import find_view_arcs
 from vision.presence.items import CLOSED, REGION, Unexplained, find_unexplained
@@ -39,7 +38,7 @@ def unexplained(picture: Floats) -> Unexplained:
     scene = box_scene([(np.array([-200.0, -140, -50]), np.array([400.0, 280, 50]))])
     rig = Rig({"left": CAMERA}, {"left": np.eye(4)})
     seen = make_primitives(extract(picture))
-    index = EdgeIndex(collect_edge_points(seen, CAMERA, LOCALISATION.evidence))
+    index = EdgeIndex(collect_edge_points(seen, CAMERA))
     views = {"left": find_view_arcs(scene, CAMERA, POSE)}
     return find_unexplained(scene, rig, {"left": seen}, [index], POSE, views, UnexplainedParameters())
 
