@@ -49,9 +49,8 @@ def compute_false_alarm_terms(
     table = -np.log(0.5 * share)  # half of all steps have the sign
     which = which.astype(np.intp)
     x, y, nx, ny = (column.take(which) for column in (edges.x, edges.y, edges.nx, edges.ny))
-    sampled = np.empty((len(which), 2))
-    region_kernels.grey_across(grey, x, y, nx, ny, np.array([p.step_px, -p.step_px]), sampled)
-    level = grade[(sampled[:, 0] - sampled[:, 1]).clip(0.0, 255.0).astype(np.intp)]
+    ahead, behind = (interpolate_grey(grey, np.stack([x + d * nx, y + d * ny], -1)) for d in (p.step_px, -p.step_px))
+    level = grade[(ahead - behind).clip(0.0, 255.0).astype(np.intp)]
     towards = (np.arctan2(ny, nx) * (p.orientations / np.pi) + p.orientations + 0.5).astype(np.intp) % p.orientations
     row, column = np.divmod(edges.pixel[which], grey.shape[1])
     out = np.zeros(len(edges))
@@ -207,37 +206,40 @@ def fill_gaps(edges: EdgeElements, chains: Chains, grey: Floats, p: LinkingParam
 def find_pairs_within(place: Floats, reach: float, looked: Bools | None = None) -> Indices:
     """(m, 2): pairs i < j of the places (n, 2) that are no farther than `reach` px apart, in any order; at least one of
     them of the mask `looked`."""
-    from vision.extraction import edge_kernels
+    from scipy.spatial import KDTree
 
-    x, y = np.ascontiguousarray(place.T)
-    if len(x) and np.ptp(y) > np.ptp(x):
-        x, y = y, x
-    looked = np.ones(len(x), np.bool_) if looked is None else looked
-    order, none = np.argsort(x, kind="stable"), np.empty((0, 2), np.int64)
-    out = np.empty((edge_kernels.pairs_within(x, y, looked, order, reach, none), 2), np.int64)
-    edge_kernels.pairs_within(x, y, looked, order, reach, out)
-    return out
+    pairs = KDTree(place).query_pairs(reach, output_type="ndarray")
+    return pairs if looked is None else pairs[looked[pairs].any(axis=1)]
 
 
 def label_components(pairs: Indices, count: int) -> Indices:
     """(count,): which of `count` belong together by `pairs` (n, 2), numbered in the order of their first."""
-    from vision.extraction import edge_kernels
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
 
-    out = np.empty(count, np.int64)
-    edge_kernels.components(np.ascontiguousarray(pairs), np.arange(count), out)
-    return out
+    graph = coo_array((np.ones(len(pairs), np.bool_), pairs.T), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], np.intp)
 
 
 def _follow_links(successor: Ints32) -> tuple[Ints32, Ints32, Bools]:
-    """Chains of a one-to-one successor map: elements in order, offsets (chains + 1), and whether each is a loop."""
-    from vision.extraction import edge_kernels
+    """Chains of a one-to-one successor map: elements in order, offsets (chains + 1), and whether each is a loop.
 
-    n = len(successor)
-    order, offsets, closed = np.empty(n, np.int32), np.empty(n + 1, np.int32), np.empty(n, np.bool_)
-    starts = np.ones(n, np.bool_)
-    starts[successor[successor >= 0]] = False
-    chains = edge_kernels.follow(successor, starts, np.zeros(n, np.bool_), order, offsets, closed)
-    return order, offsets[: chains + 1], closed[:chains]
+    Open chains first, in the order of their first elements, then loops, each from its least element on."""
+    one = np.flatnonzero(successor >= 0)
+    chain = label_components(np.column_stack([one, successor[one]]), len(successor))
+    before = np.full(len(successor), -1)
+    before[successor[one]] = one
+    starts, head = np.flatnonzero(before < 0), np.unique(chain, return_index=True)[1]
+    closed = np.ones(len(head), np.bool_)
+    head[chain[starts]], closed[chain[starts]] = starts, False
+    rank = np.ones(len(successor), np.intp)
+    before[head], rank[head] = head, 0
+    while (before != head[chain]).any():  # each sees twice as far back as in the round before
+        rank, before = rank + rank[before], before[before]
+    order = np.lexsort((rank, head[chain], closed[chain]))
+    in_order = np.lexsort((head, closed))
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(chain, minlength=len(head))[in_order])])
+    return order.astype(np.int32), offsets.astype(np.int32), closed[in_order]
 
 
 def _concatenate(chains: Chains, sequence: Indices, offsets: Ints32, looped: Bools) -> Chains:
@@ -272,14 +274,10 @@ def interpolate_grey(grey: Floats, place: Floats) -> Floats:
     rows, columns = grey.shape
     x, y = place[..., 0].clip(0.0, columns - 1.0), place[..., 1].clip(0.0, rows - 1.0)
     c, r = x.astype(np.intp), y.astype(np.intp)
-    left, above = 1.0 - (x - c), 1.0 - (y - r)
     after, below = np.minimum(c + 1, columns - 1), np.minimum(r + 1, rows - 1)
-    return np.asarray(
-        grey[r, c] * above * left
-        + grey[r, after] * above * (1.0 - left)
-        + grey[below, c] * (1.0 - above) * left
-        + grey[below, after] * (1.0 - above) * (1.0 - left)
-    )
+    upper = grey[r, c] + (x - c) * (grey[r, after] - grey[r, c])
+    lower = grey[below, c] + (x - c) * (grey[below, after] - grey[below, c])
+    return np.asarray(upper + (y - r) * (lower - upper))
 
 
 def _bridge_contrast(grey: Floats, start: Floats, chord: Floats, length: Floats, p: LinkingParameters) -> Floats:

@@ -72,8 +72,8 @@ def _median(histogram: Ints) -> float:
 Result = TypeVar("Result")
 _BAND = 1 << 15  # pixels whose moments are computed at once: they stay in the processor's cache
 _THREADS = 2
-# The pairs (i, j) of the a_ij, in the order of the rows of `FacetKernels.moments`.
-MOMENTS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3))
+MOMENTS = tuple((i, j) for i in range(4) for j in range(4 - i))  # the pairs (i, j) of the a_ij, in order
+_, _, _A02, _, _A10, _A11, _A12, _A20, _A21, _A30 = range(len(MOMENTS))
 
 
 @dataclass(frozen=True)
@@ -118,36 +118,26 @@ def in_bands(
 ) -> list[Result]:
     """What `work(first pixel, moments, noise)` makes of successive bands of rows of `grey`, in their order.
 
-    `moments` (10, pixels), in the order 00 01 02 03 10 11 12 20 21 30, belong to the pixels from the first on, the
-    noise (pixels,) to their grey on the curve `noise` (256,); the picture is mirrored at its border.  Single precision
-    rounds 1e-7 of the grey range, far below any noise.  The bands are shared out between two threads; what
-    `work` keeps of `moments` it must copy.
+    `moments` (10, pixels), in the order of `MOMENTS`, belong to the pixels from the first on, the noise (pixels,) to
+    their grey on the curve `noise` (256,); the picture is mirrored at its border.  Single precision rounds 1e-7 of the
+    grey range, far below any noise.  The bands are shared out between two threads.
     """
-    from vision.extraction import edge_kernels
+    import cv2
 
-    rows, columns = grey.shape
-    taps = edge_kernels.half_kernels(kernels.one_d)
-    picture = edge_kernels.mirrored(grey, taps)
-    curve = noise.astype(np.float32)
+    (rows, columns), reach = grey.shape, kernels.radius
+    picture = cv2.copyMakeBorder(grey.astype(np.float32), reach, reach, reach, reach, cv2.BORDER_REFLECT)
+    one_d, curve = kernels.one_d.astype(np.float32), noise.astype(np.float32)
     height = max(_BAND // columns, 1)
 
-    def share(firsts: range) -> list[Result]:
-        found = []
-        down = np.empty((4, picture.shape[1]), np.float32)
-        moments = np.empty((len(MOMENTS), height, columns), np.float32)
-        for first in firsts:
-            if rows - first < height:
-                moments = np.empty((len(MOMENTS), rows - first, columns), np.float32)
-            edge_kernels.moments(picture.reshape(-1), picture.shape[1], first, taps, down, moments)
-            flat = moments.reshape(len(MOMENTS), -1)
-            found.append(work(first * columns, flat, curve.take(flat[0].astype(np.intp), mode="clip")))
-        return found
+    def of_band(first: int) -> Result:
+        band = picture[first : first + height + 2 * reach]
+        down = [cv2.filter2D(band, cv2.CV_32F, kernel[:, None])[reach:-reach] for kernel in one_d]
+        each = [cv2.filter2D(down[i], cv2.CV_32F, one_d[j][None])[:, reach:-reach] for i, j in MOMENTS]
+        moments: Floats32 = np.stack(each).reshape(len(MOMENTS), -1).astype(np.float32, copy=False)
+        return work(first * columns, moments, curve.take(moments[0].astype(np.intp), mode="clip"))
 
-    firsts = range(0, rows, height)
-    part = -(-len(firsts) // _THREADS)
     with ThreadPoolExecutor(_THREADS) as pool:
-        shares = list(pool.map(share, [firsts[at : at + part] for at in range(0, len(firsts), part)]))
-    return [found for each in shares for found in each]
+        return list(pool.map(of_band, range(0, rows, height)))
 
 
 # Step 1: edge elements, the zero-crossings of the second derivative along the gradient, each with its own sigma.
@@ -224,23 +214,17 @@ def detect_edges(
     kappa, operator_variance = _calibration(sigma, p.calibration_blur)
     curve = estimate_noise(grey) if noise is None else np.asarray(noise, dtype=np.float64)
     covariance = kernels.moment_covariance
-    variances = np.array(
-        [
-            covariance[3, 3],
-            covariance[4, 4] + 2 * covariance[3, 5],
-            covariance[6, 6],
-            covariance[7, 7] + 2 * covariance[6, 8],
-        ],
-        dtype=np.float32,
-    )
+    alone, with_other = np.array([_A20, _A11, _A30, _A21]), np.array([[_A20, _A02], [_A30, _A12]])
+    variances = np.diag(covariance)[alone]
+    variances[1::2] += 2 * covariance[tuple(with_other.T)]
     no_shade = (p.min_contrast / (sqrt(2.0 * pi) * p.max_spread * sigma)) ** 2
     # F on (2, infinity), as the noise comes from the whole picture
-    no_chance = 2.0 * covariance[1, 1] * -log(p.significance)
+    no_chance = 2.0 * covariance[_A10, _A10] * -log(p.significance)
 
     def of_band(first: int, moments: Floats32, noise: Floats32) -> tuple[Floats32, Ints32]:
         found, seen = np.empty((6, moments.shape[1]), np.float32), np.empty(moments.shape[1], np.bool_)
         edge_kernels.steps(
-            moments, noise, variances, kappa, operator_variance, no_shade, no_chance,
+            moments, noise, variances.astype(np.float32), kappa, operator_variance, no_shade, no_chance,
             p.max_offset, p.min_contrast, p.max_sigma, found, seen,
         )  # fmt: skip
         within = seen.reshape(-1, columns)
@@ -277,10 +261,12 @@ def _thin(values: Floats32, pixels: Ints32, columns: int, min_cosine: float) -> 
     """
     offset, nx, ny = np.abs(values[0]), values[1], values[2]
     upright = np.abs(nx) < np.abs(ny)
+    holder = np.full(pixels.max(initial=0) + columns + 1, -1, np.int32)
+    holder[pixels] = np.arange(len(pixels))
     keep = np.ones(len(pixels), np.bool_)
     for step, down in ((1, False), (columns, True)):
-        other = np.searchsorted(pixels, pixels + step)
-        one = np.flatnonzero(np.append(pixels, -1)[other] == pixels + step)
+        other = holder[pixels + step]
+        one = np.flatnonzero(other >= 0)
         other = other[one]
         alike = nx[one] * nx[other] + ny[one] * ny[other] >= np.float64(min_cosine)
         one, other = one[alike], other[alike]

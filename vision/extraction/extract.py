@@ -46,7 +46,7 @@ from vision.extraction.topography import (
 from vision.relations.relations import KINDS as _RELATIONS
 from vision.relations.relations import Relations
 
-VERSION = "16"  # raised whenever equal pictures and parameters give other primitives than before
+VERSION = "17"  # raised whenever equal pictures and parameters give other primitives than before
 # The kernels of an extraction.
 KERNELS = (
     "vision.relations.gap_kernels",

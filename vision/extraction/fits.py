@@ -402,16 +402,14 @@ def refine_polylines(
     ends, where it is sigma (1 + window^2 / scale^2)^(-1/4).  Where the elements of an arc scatter otherwise about its
     polyline than their own standard deviations say, as they do where noise is no longer small against the step, it
     follows the scatter, the more the longer the arc is."""
-    from vision.extraction import edge_kernels
-
     x, y, sigma = members.gather(edges.x, edges.y, edges.sigma)
     if len(members) == 0:
         return RefinedPolylines(x, y, sigma)
     steps = np.hypot(np.diff(x, prepend=x[0]), np.diff(y, prepend=y[0]))
     steps[members.offsets[:-1]] = 0.0
     known, itself = np.isfinite(deviations.distance), np.isfinite(deviations.sigma)
-    distance, concentration, variance = edge_kernels.average_along(
-        np.cumsum(steps), np.where(known, deviations.distance, 0.0), 1.0 / sigma**2, members.offsets, p.window * scale
+    distance, concentration, variance = _average_along(
+        np.cumsum(steps), np.where(known, deviations.distance, 0.0), 1.0 / sigma**2, members, p.window * scale
     )
     spacing = np.add.reduceat(steps, members.offsets[:-1]) / np.maximum(members.counts - 1, 1)
     shared = 2.0 * np.sqrt(np.pi) * scale / np.maximum(np.repeat(spacing, members.counts), 0.5)
@@ -430,3 +428,26 @@ def refine_polylines(
         y=y + move * np.where(known, deviations.ny, 0.0),
         sigma=np.where(itself, deviations.sigma, np.where(known, shrunk, sigma)),
     )
+
+
+def _average_along(
+    place: Floats, values: Floats, weight: Floats, members: Chains, window: float
+) -> tuple[Floats, Floats, Floats]:
+    """Weighted means (m,) of `values` about each member of its arc, under a Gaussian of standard deviation `window`
+    over `place`, ascending along each arc; the sum of squares of the shares; and the mean of 1 / `weight` under those
+    squares."""
+    arc = members.chain_of_member
+    moment, total, squares, spread = weight * values, weight.copy(), weight**2, weight.copy()
+    for lag in range(1, len(place)):
+        apart = place[lag:] - place[:-lag]
+        near = np.where((arc[lag:] == arc[:-lag]) & (apart <= 3.0 * window), np.exp(-0.5 * (apart / window) ** 2), 0.0)
+        if not near.any():
+            break
+        here, there = slice(0, -lag), slice(lag, None)
+        for one, other in ((here, there), (there, here)):
+            share = weight[other] * near
+            moment[one] += share * values[other]
+            total[one] += share
+            squares[one] += share**2
+            spread[one] += share * near
+    return moment / total, squares / total**2, spread / squares

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Floats32, Indices, Ints, Ints32
+from relmodel.arrays import Bools, Floats, Floats32, Indices, Ints, Ints32, sum_by_group
 from vision.extraction.arcs import LINE, Arcs
 from vision.extraction.chains import Chains, label_components
 from vision.extraction.edges import EdgeElements
@@ -109,6 +109,7 @@ def _meetings(mask: Bools, place: Floats, outward: Floats, reach: npt.NDArray[np
 # they are or no edge ends there.
 
 _SUMS, _LEAST, _GREATEST = slice(0, 11), slice(11, 13), slice(13, 16)  # columns of `region_kernels.sums`
+SIDES, ON_EDGE, SUM_X, SUM_Y, STRIPS, LOOSE, ASLANT = range(7)  # columns of `sum_borders`
 _RING = [
     *((-2, i) for i in range(-2, 2)), *((i, 2) for i in range(-2, 2)),
     *((2, -i) for i in range(-2, 2)), *((-i, -2) for i in range(-2, 2)),
@@ -246,7 +247,7 @@ def _merge(
     totals = _totals(grey, labels, depth, p)
     a, b, sums = sum_borders(labels, mask, _near_loose_ends(mask, p))
     final = np.arange(len(totals), dtype=np.int32)
-    borders = _Borders(a, b, sums.astype(np.float64))
+    borders = _Borders(a, b, sums)
     for _ in range(p.rounds):
         component = _components(borders, totals, p)
         if component is None:
@@ -256,27 +257,49 @@ def _merge(
     return final[labels], totals
 
 
-def sum_borders(labels: Ints32, edge: Bools, loose: Bools) -> tuple[Ints, Ints, Ints]:
-    """Neighbours a < b, ascending, that share sides of pixels, and the sums (n, 7) of `border_kernels.borders`."""
-    from vision.extraction import region_kernels
+def sum_borders(labels: Ints32, edge: Bools, loose: Bools) -> tuple[Ints, Ints, Floats]:
+    """Neighbours a < b, ascending, that share sides of pixels, and sums (n, 7) over their common border.
 
-    below = np.vstack([labels[1:], labels[-1:]])
-    meet = (labels != below) | (labels != _right_of(labels)) | (labels != _right_of(below))
-    meetings, count, room = np.flatnonzero(meet), -1, 4 * int(labels.max(initial=0)) + 64
-    while count < 0:  # more than neighbours are where all regions are connected
-        room *= 2
-        key, sums = np.empty(room, np.int64), np.zeros((room, 7), np.int64)
-        slots = np.full(1 << (2 * room).bit_length(), -1, np.int32)
-        count = region_kernels.borders(meetings, labels, edge, loose, slots, key, sums, np.empty(4, np.int64))
-    order = np.argsort(key[:count])
-    order = order[sums[order, region_kernels.SIDES] > 0]
-    a, b = np.divmod(key[order], 1 << 32)
-    return a, b, sums[order]
+    These are: the sides of pixels between the two; those of a pixel of `edge`; x and y of their left or upper pixels;
+    into how many strips the others fall, as many as there are less the corners that two of them share; the sides of a
+    pixel of `loose`; and the pairs of pixels that meet aslant, by a corner.
+    """
+    rows, columns = labels.shape
+    beside, below = labels[:, 1:] != labels[:, :-1], labels[1:] != labels[:-1]
+    meet = np.pad(beside, ((0, 0), (0, 1))) | np.pad(below, ((0, 1), (0, 0)))
+    meet[:-1, :-1] |= beside[1:] | below[:, 1:]
+    r, c = np.divmod(np.flatnonzero(meet), columns)
+    down, right = np.minimum(r + 1, rows - 1), np.minimum(c + 1, columns - 1)
+    here, after, under, across = (r, c), (r, right), (down, c), (down, right)
+    inner = (r < rows - 1) & (c < columns - 1)
 
+    def pair(one: tuple[Ints, Ints], other: tuple[Ints, Ints]) -> Ints:
+        """The lesser label times 2^32 plus the greater; -1 where they are alike or one is below 0."""
+        a, b = labels[one].astype(np.int64), labels[other].astype(np.int64)
+        return np.where((a != b) & (a >= 0) & (b >= 0), (np.minimum(a, b) << 32) + np.maximum(a, b), -1)
 
-def _right_of(labels: Ints32) -> Ints32:
-    """Each pixel's neighbour to the right; at the border the pixel itself."""
-    return np.hstack([labels[:, 1:], labels[:, -1:]])
+    sides = np.concatenate([pair(here, after), pair(here, under)])
+    on_edge, near_loose = (
+        np.concatenate([mask[here] | mask[after], mask[here] | mask[under]]) for mask in (edge, loose)
+    )
+    aslant = np.concatenate([pair(here, across)[inner], pair(after, under)[inner]])
+    free = [
+        *np.where(on_edge, -1, sides).reshape(2, -1),
+        *(np.where(edge[one] | edge[across], -1, pair(one, across)) for one in (after, under)),
+    ]
+    corner = np.sort(np.stack(free, axis=1)[inner], axis=1)
+    shared = (corner[:, 1:] == corner[:, :-1]) & (corner[:, 1:] >= 0)
+    shared[:, 1:] &= ~shared[:, :-1]
+    shares = corner[:, 1:][shared]
+    one, none = np.ones(len(sides)), np.zeros(len(sides))
+    of_sides = np.stack([one, on_edge, np.tile(c, 2), np.tile(r, 2), ~on_edge, near_loose, none], axis=1)
+    meets, aslant = sides >= 0, aslant[aslant >= 0]
+    of_others = np.repeat(np.eye(7)[[ASLANT, STRIPS]] * [[1], [-1]], [len(aslant), len(shares)], axis=0)
+    key, which = np.unique(np.concatenate([sides[meets], aslant, shares]), return_inverse=True)
+    sums = sum_by_group(which, np.concatenate([of_sides[meets], of_others]), len(key))
+    beside = sums[:, SIDES] > 0
+    a, b = np.divmod(key[beside], 1 << 32)
+    return a, b, sums[beside]
 
 
 def _near_loose_ends(mask: Bools, p: RegionParameters) -> Bools:
@@ -297,7 +320,7 @@ def _near_loose_ends(mask: Bools, p: RegionParameters) -> Bools:
 
 @dataclass(frozen=True)
 class _Borders:
-    """Neighbours a < b, and of their common border the sums (n, 7) of `border_kernels.borders`."""
+    """Neighbours a < b, and of their common border the sums (n, 7) of `sum_borders`."""
 
     a: Ints
     b: Ints
@@ -325,9 +348,9 @@ def _components(borders: _Borders, regions: Floats, p: RegionParameters) -> Ints
     a, b, count = borders.a, borders.b, len(regions)
     if len(a) == 0:
         return None
-    length, edge_length = borders.totals[:, 0], borders.totals[:, 1]
+    length, edge_length = borders.totals[:, SIDES], borders.totals[:, ON_EDGE]
     centroid, mean, slope, _ = _planes(regions)
-    middle = borders.totals[:, 2:4] / length[:, None]
+    middle = borders.totals[:, [SUM_X, SUM_Y]] / length[:, None]
     step = np.abs(
         mean[a] + np.sum(slope[a] * (middle - centroid[a]), axis=1)
         - mean[b] - np.sum(slope[b] * (middle - centroid[b]), axis=1)
@@ -337,8 +360,8 @@ def _components(borders: _Borders, regions: Floats, p: RegionParameters) -> Ints
     inradius = regions[:, 15]
     large = inradius >= p.large
     # what lies free between edges that run on is no gap in them
-    wide = (open_length >= p.min_neck * np.minimum(inradius[a], inradius[b])) | (borders.totals[:, 5] == 0)
-    hardly_edge = edge_length <= np.maximum(p.max_edge_share * length, p.border_ends * borders.totals[:, 4])
+    wide = (open_length >= p.min_neck * np.minimum(inradius[a], inradius[b])) | (borders.totals[:, LOOSE] == 0)
+    hardly_edge = edge_length <= np.maximum(p.max_edge_share * length, p.border_ends * borders.totals[:, STRIPS])
     joined = large[a] & large[b] & hardly_edge & wide & (step <= 0.5 * p.max_step)
     # Fragments: each with the one neighbour that it opens to most, so that none joins two large regions; slivers even
     # across edges.

@@ -14,7 +14,7 @@ from vision.extraction.arcs import CIRCULAR, LINE, Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.extraction_parameters import ExtractionParameters, UnitParameters
 from vision.extraction.junctions import Junctions, snap_polylines
-from vision.extraction.regions import Regions, sum_borders
+from vision.extraction.regions import ASLANT, SIDES, Regions, sum_borders
 from vision.extraction.topography import ArcQuality
 from vision.relations.relations import (
     ADJACENT,
@@ -190,9 +190,7 @@ def _border_lengths(labels: Ints32, count: int) -> tuple[Ints, Floats]:
     By Cauchy and Crofton: how often the lines of four directions cross it, each weighed by how far its parallels lie
     apart.
     """
-    from vision.extraction import region_kernels
-
     nowhere = np.zeros(labels.shape, np.bool_)
     lesser, greater, sums = sum_borders(labels, nowhere, nowhere)
-    crossed = sums[:, region_kernels.SIDES] + sums[:, region_kernels.ASLANT] / np.sqrt(2.0)
+    crossed = sums[:, SIDES] + sums[:, ASLANT] / np.sqrt(2.0)
     return lesser * count + greater, np.pi / 8.0 * crossed

@@ -8,8 +8,8 @@ import numpy as np
 
 from relmodel.arrays import Bools, Bytes, Floats, Floats32, Ints32, Rows
 from vision.extraction.arcs import Arcs, concatenate
-from vision.extraction.chains import Chains, link
-from vision.extraction.edges import EdgeElements, gaussian_kernels, in_bands
+from vision.extraction.chains import Chains, interpolate_grey, link
+from vision.extraction.edges import MOMENTS, EdgeElements, gaussian_kernels, in_bands
 from vision.extraction.extraction_parameters import ExtractionParameters, QualityParameters, TopographyParameters
 from vision.extraction.segmentation import fit_arcs
 
@@ -62,8 +62,8 @@ def label_topography(
     from vision.extraction import region_kernels
 
     kernels = gaussian_kernels(p.scale)
-    variance = np.diag(kernels.moment_covariance)
-    slope_sigma, bend_sigma = float(np.sqrt(variance[1])), float(2.0 * np.sqrt(variance[3]))
+    sigma = np.sqrt(np.diag(kernels.moment_covariance))
+    slope_sigma, bend_sigma = float(sigma[MOMENTS.index((1, 0))]), float(2.0 * sigma[MOMENTS.index((2, 0))])
     labels = np.empty(grey.shape, np.uint8)
     flat = labels.reshape(-1)
 
@@ -169,16 +169,14 @@ class ArcQuality(Rows):
 
 def assess_arcs(grey: Floats, edges: EdgeElements, arcs: Arcs, p: QualityParameters = _QUALITY) -> ArcQuality:
     """Quality of the arcs found in `grey` (rows, columns; 0..255) among all its edge elements, linked or not."""
-    from vision.extraction import region_kernels
-
     if len(arcs) == 0:
         return ArcQuality(np.zeros(0), np.zeros(0))
-    chains, distances = arcs.chains, np.array([p.near, -p.near, p.far, -p.far, p.highlight_distance])
+    chains = arcs.chains
     x, y, nx, ny = chains.gather(edges.x, edges.y, edges.nx, edges.ny)
-    sampled = np.empty((len(x), len(distances)))
-    region_kernels.grey_across(grey, x, y, nx, ny, distances, sampled)
+    distances = np.array([p.near, -p.near, p.far, -p.far, p.highlight_distance])[:, None]
+    sampled = interpolate_grey(grey, np.stack([x + distances * nx, y + distances * ny], axis=-1))
     per_arc = np.add.reduceat(
-        np.column_stack([sampled[:, 0] - sampled[:, 1], sampled[:, 2] - sampled[:, 3], sampled[:, 4] >= p.saturation]),
+        np.column_stack([sampled[0] - sampled[1], sampled[2] - sampled[3], sampled[4] >= p.saturation]),
         arcs.offsets[:-1],
     )
     near, far, saturated = (per_arc / chains.counts[:, None]).T

@@ -30,7 +30,7 @@ def square(half: float) -> Floats:
 @pytest.fixture(scope="module")
 def ring() -> Extraction:
     """Grey 60 outside, 180 between squares of half sides 70 and 30, 100 inside."""
-    image = 60 + 120 * square(70.2) - 80 * square(30.1) + np.random.default_rng(9).normal(0, 2, (200, 200))
+    image = 60 + 120 * square(70.2) - 80 * square(30.1) + np.random.default_rng(10).normal(0, 2, (200, 200))
     return extract(np.clip(np.round(image), 0, 255).astype(np.uint8))
 
 
