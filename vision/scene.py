@@ -133,26 +133,22 @@ class Rays:
 
     def blocked(self, origins: Floats, target: Floats) -> Bools:
         """Which of the segments from `origins` (n, 3) to `target` (3,) hit something."""
-        start = np.ascontiguousarray(origins - self._centre, dtype=np.float32)
-        way = np.ascontiguousarray(target - self._centre - start, dtype=np.float32)
-        hit = self._scene.run(start, way, np.ones(len(start), np.float32), query="OCCLUDED")
-        return np.asarray(hit) >= 0
+        start = (origins - self._centre).astype(np.float32)
+        way = (target - self._centre - start).astype(np.float32)
+        return np.asarray(self._scene.run(start, way, np.ones(len(start), np.float32), query="OCCLUDED")) >= 0
 
     def meet(self, origin: Floats, directions: Floats) -> Bools:
         """Which rays (n,) from one point hit something."""
-        start = np.broadcast_to((origin - self._centre).astype(np.float32), directions.shape)
-        hit = self._scene.run(
-            np.ascontiguousarray(start), np.ascontiguousarray(directions, dtype=np.float32), query="OCCLUDED"
-        )
-        return np.asarray(hit) >= 0
+        return self._from_one_point(origin, directions, "OCCLUDED") >= 0
 
     def nearest(self, origin: Floats, directions: Floats) -> Ints:
         """The triangle that each ray from one point hits first (n,), -1 for none."""
-        start = np.broadcast_to((origin - self._centre).astype(np.float32), directions.shape)
-        hit = self._scene.run(
-            np.ascontiguousarray(start), np.ascontiguousarray(directions, dtype=np.float32), query="INTERSECT"
-        )
-        return np.asarray(hit, np.int64)
+        return self._from_one_point(origin, directions, "INTERSECT")
+
+    def _from_one_point(self, origin: Floats, directions: Floats, query: str) -> Ints:
+        start = np.tile((origin - self._centre).astype(np.float32), (len(directions), 1))
+        way = np.ascontiguousarray(directions, dtype=np.float32)
+        return np.asarray(self._scene.run(start, way, query=query), np.int64)
 
 
 # The scene of a world as the store has it, and what each of its columns is called there.
@@ -321,6 +317,7 @@ def _placed_arcs(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], o
     rotation, translation = world_from_part[:3, :3], world_from_part[:3, 3]
     count = rows["sample_count"]
     sample_arc = np.repeat(np.arange(len(count)), count)
+    sides = [[-1 if n is None or n != n else n for n in rows[side].tolist()] for side in ("surface_a", "surface_b")]
     return {
         "points": rows["points"] @ rotation.T + translation,
         "tangents": rows["tangents"] @ rotation.T,
@@ -329,14 +326,9 @@ def _placed_arcs(rows: dict[str, NDArray[Any]], world_from_part: NDArray[Any], o
         "sample_arc": sample_arc,
         "length": _lengths(rows["points"], sample_arc),
         "arc_no": rows["arc_no"].astype(np.int64),
-        "arc_surfaces": np.stack([_or_none(rows[side]) for side in ("surface_a", "surface_b")], axis=1),
+        "arc_surfaces": np.array(sides, np.int64).T,
         "arc_occurrence": np.full(len(count), occurrence),
     }
-
-
-def _or_none(numbers: NDArray[Any]) -> Ints:
-    """Whole numbers, -1 for NULL."""
-    return np.array([-1 if n is None or n != n else int(n) for n in numbers.tolist()], np.int64)
 
 
 def _number_surfaces(mesh: dict[str, NDArray[Any]], arc: dict[str, NDArray[Any]]) -> Ints:

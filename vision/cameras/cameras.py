@@ -328,11 +328,9 @@ class SelectionParameters:
 
     near_mm: float = 1.0  # mm: depth from which things are looked for; nothing sharper than this stands before a lens
     far_mm: float = 20_000.0  # mm: depth at which a cell ends
-    confidence: float = 1 - 1e-8
-    """the widened view contains what any pose within this ellipsoid of the prior would show: seven sigma"""
+    confidence: float = 1 - 1e-8  # the widened view contains what any pose in this ellipsoid would show: seven sigma
     sampled_poses: int = 200  # poses sampled to say how much more than any of them the widened view contains
-    drawn_poses: int = 1000
-    """poses drawn from the prior to say how probable it is that a camera sees something: to .016 at worst, one sigma"""
+    drawn_poses: int = 1000  # poses drawn to say how probable it is that a camera sees something: to .016 at worst
     seed: int = 0  # of these
 
 

@@ -68,8 +68,14 @@ def read_rig(
     elif unit_mm is not None:
         raise UsageError(f"{path} is a file of the format {form}, which has its own unit of length: leave the unit out")
     for name, camera in rig.cameras.items():
-        if taken is not None:
-            _check_centre(camera, path, name)
+        # A size that the file does not say must not make the principal point lie far from the picture's middle.
+        off = np.abs((camera.matrix[:2, 2] + 0.5) / [camera.width, camera.height] - 0.5).max()
+        if taken is not None and off > MOST_OFF_CENTRE:
+            raise InputError(
+                f"{path} does not say its picture's size, and in {camera.width}x{camera.height} px the principal point "
+                f"of camera {name} lies {off:.0%} from the middle: give the pictures that it was calibrated with, or "
+                "the size as image_width and image_height"
+            )
         _check_view(camera, path, f"cameras.{name}")
     return rig
 
@@ -155,12 +161,6 @@ def read_prior(path: Path | str) -> Prior:
     return Prior.isotropic(pose, *_sigma(data, path)) if given is None else Prior(pose, _covariance(data, path))
 
 
-def read_needs(path: Path | str) -> Needs | None:
-    """How exactly the pose is needed, where a prior file says so (`needs`)."""
-    path = Path(path)
-    return _needs(read_yaml(path, "prior"), path)
-
-
 def read_found(path: Path | str) -> tuple[Floats, Floats]:
     """`world_from_rig` (4, 4) and its covariance (6, 6) from the JSON answer of an inspection, or a prior file."""
     prior = read_prior(path)
@@ -202,8 +202,10 @@ def _refuse_wide(value: float, key: str, name: str, path: Path) -> None:
         raise InputError(f"{path}: {name} is {value:g}, too wide to be searched: give at most {MOST_SIGMA[key]:g}")
 
 
-def _needs(data: dict[str, Any], path: Path) -> Needs | None:
-    given = data.get("needs")
+def read_needs(path: Path | str) -> Needs | None:
+    """How exactly the pose is needed, where a prior file says so (`needs`)."""
+    path = Path(path)
+    given = read_yaml(path, "prior").get("needs")
     if given is None:
         return None
     if isinstance(given, str):
@@ -232,17 +234,6 @@ def _checked_needs(mm: float, degrees: float, name: str) -> Needs:
 
 def _world_from_rig(data: dict[str, Any], path: Path) -> Floats:
     return rigid(numbers(data, "world_from_rig", path, "", (4, 4)), path, "world_from_rig")
-
-
-def _check_centre(camera: Camera, path: Path, name: str) -> None:
-    """Refuse a size that a file does not say where it makes the principal point lie far from the picture's middle."""
-    off = np.abs((camera.matrix[:2, 2] + 0.5) / [camera.width, camera.height] - 0.5).max()
-    if off > MOST_OFF_CENTRE:
-        raise InputError(
-            f"{path} does not say its picture's size, and in {camera.width}x{camera.height} px the principal point of "
-            f"camera {name} lies {off:.0%} from the middle: give the pictures that it was calibrated with, or the size "
-            "as image_width and image_height"
-        )
 
 
 def _check_view(camera: Camera, path: Path, name: str) -> None:

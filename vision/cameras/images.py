@@ -196,6 +196,7 @@ def read_picture(path: str | Path | PictureBytes, camera: Camera | None = None) 
     """
     import io
 
+    import cv2
     from PIL import Image, UnidentifiedImageError
 
     from relmodel.drawing.draw import read_orientation, turn
@@ -216,7 +217,12 @@ def read_picture(path: str | Path | PictureBytes, camera: Camera | None = None) 
             stated, orientation = stated_bits(image, data), read_orientation(image)
             if _is_deep_colour(image, data):
                 image.load()  # says what is damaged; the other reader does not
-                pixels = _deep_colour(data)
+                decoded: npt.NDArray[np.generic] | None = cv2.imdecode(
+                    np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED
+                )
+                if decoded is None:
+                    raise ValueError("colours of 16 bits that cannot be decoded")
+                pixels = np.asarray(decoded)[..., 2::-1]  # of blue, green, red
             else:
                 pixels = np.asarray(image.convert("RGB") if image.mode in _CONVERTED else image)
             if image.format != "TIFF":  # both readers turn those themselves
@@ -241,8 +247,11 @@ def read_picture(path: str | Path | PictureBytes, camera: Camera | None = None) 
     if pixels.dtype.itemsize > 1:
         said = None if camera is None else camera.bits
         depth, (bits, bits_from) = 16, find_bits(pixels, stated, said, path)
+    values = pixels.astype(np.float64) * (255 if pixels.dtype == np.bool_ else 1)
+    if values.ndim == 3:  # luminance by the weights of ITU-R BT.601
+        values = values[..., :3] @ np.array([0.299, 0.587, 0.114]) if values.shape[2] >= 3 else values[..., 0]
     sha256 = hashlib.sha256(data).hexdigest()
-    return Picture(path.name, sha256, data, depth, _luminance(pixels), bits, bits_from, orientation)
+    return Picture(path.name, sha256, data, depth, values, bits, bits_from, orientation)
 
 
 def read_mask(path: str | Path) -> Bools:
@@ -265,23 +274,6 @@ def _is_deep_colour(image: Image.Image, data: bytes) -> bool:
         return header is not None and int(header.group(1)) > 255
     bits = getattr(image, "tag_v2", {}).get(BITS_PER_SAMPLE, (8,))
     return max(bits) == 16 or (image.format == "PNG" and data[_PNG_DEPTH] == 16)
-
-
-def _deep_colour(data: bytes) -> npt.NDArray[np.generic]:
-    import cv2
-
-    pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
-    if pixels is None:
-        raise ValueError("colours of 16 bits that cannot be decoded")
-    return np.asarray(pixels)[..., 2::-1]  # decoded as blue, green, red
-
-
-def _luminance(pixels: npt.NDArray[np.generic]) -> Floats:
-    """ITU-R BT.601 weights."""
-    values = pixels.astype(np.float64)
-    if values.ndim == 3:
-        values = values[..., :3] @ np.array([0.299, 0.587, 0.114]) if values.shape[2] >= 3 else values[..., 0]
-    return values * 255 if pixels.dtype == np.bool_ else values
 
 
 # The pictures that a rig took, as a call gives them by the names of its cameras: files, or arrays.

@@ -74,7 +74,7 @@ def record_rig(run: Run, connection: Connection, rig: Rig) -> int:
                     "name": name,
                     "camera_id": camera_id,
                     **matrix_columns(rig.rig_from_camera[name]),
-                    **_sigma_columns(rig.sigma.get(name)),
+                    **dict(zip(_SIGMA, astuple(rig.sigma[name]) if name in rig.sigma else (None,) * 4, strict=True)),
                 },
             )
 
@@ -95,11 +95,6 @@ def read_recorded_rig(columns: Mapping[str, Any]) -> Rig:
         dict(zip(names, matrices(columns), strict=True)),
         {name: CalibrationSigma(*of) for name, of in zip(names, sigma.tolist(), strict=True) if not np.isnan(of).any()},
     )
-
-
-def _sigma_columns(sigma: CalibrationSigma | None) -> Columns:
-    """How well a camera of a rig is known, null where the rig does not say."""
-    return dict(zip(_SIGMA, astuple(sigma) if sigma is not None else [None] * len(_SIGMA), strict=True))
 
 
 def _record_camera(run: Run, connection: Connection, camera: Camera) -> int:
@@ -158,17 +153,19 @@ def _key(content: object) -> str:
 
 
 def place_world_with_rigs(store: Store, path: str | Path, progress: Progress = silent) -> WorldReport:
-    """`place_world` with the rigs of the file, in any format of `read_rig` that is one file."""
+    """`place_world` with the rigs of the file, in any format of `read_rig` that is one file: its digest says whether
+    the world changed."""
+
+    def read(path: Path) -> Rig:
+        if len(rig_inputs(path)) > 1:
+            raise InputError(
+                f"the rig {path} is of several files: make it one with relmodel rig convert, and name that"
+            )
+        return read_rig(path)
+
     return place_world(
         store,
         path,
         progress=progress,
-        write_rig=lambda run, connection, _, file: record_rig(run, connection, _read_one_file(file)),
+        write_rig=lambda run, connection, _, file: record_rig(run, connection, read(file)),
     )
-
-
-def _read_one_file(path: Path) -> Rig:
-    """The rig of one file: its digest says whether the world changed."""
-    if len(rig_inputs(path)) > 1:
-        raise InputError(f"the rig {path} is of several files: make it one with relmodel rig convert, and name that")
-    return read_rig(path)

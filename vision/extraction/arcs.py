@@ -321,10 +321,11 @@ def _deviations(
         elif kind == LINE:
             line = curves.fit[:, :4].take(at, axis=0)
             found = measure_from_lines(px, py, line)
-            jacobian = fits.of_lines((px - line[:, 0]) * line[:, 2] + (py - line[:, 1]) * line[:, 3])
+            along = (px - line[:, 0]) * line[:, 2] + (py - line[:, 1]) * line[:, 3]
+            jacobian = -np.column_stack([np.ones_like(along), along])  # by offset and angle
         elif kind == CIRCULAR:
             found = measure_from_circles(px, py, curves.fit[:, :3].take(at, axis=0), curves.drawn[at])
-            jacobian = fits.of_circles(found)
+            jacobian = -np.column_stack([found.nx, found.ny, np.ones_like(px)])  # by centre and radius
         else:
             which = np.searchsorted(own, at)
             found = _seen_of_ellipses(px, py, curves.ellipses, which, half_spread[own], scale)

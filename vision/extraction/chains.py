@@ -189,7 +189,11 @@ def fill_gaps(edges: EdgeElements, chains: Chains, grey: Floats, p: LinkingParam
     likely &= ~((tail == head) & (chains.counts[opened][tail] < p.min_loop_elements))
     tail, head, distance, chord = tail[likely], head[likely], distance[likely], chord[likely]
     cost = distance * (1.0 + p.bend_price * (a1 + a2)[likely])
-    height = _bridge_contrast(grey, ends[tail], chord, distance, p)
+    # along each bridge, the grey to its left less that to its right
+    along = distance[:, None] * np.linspace(0.1, 0.9, p.support_samples)
+    points = ends[tail][:, None] + chord[:, None] * along[:, :, None]
+    left = p.support_distance * np.column_stack([chord[:, 1], -chord[:, 0]])[:, None]
+    height = (interpolate_grey(grey, points + left) - interpolate_grey(grey, points - left)).mean(axis=1)
     lesser = np.minimum(edges.contrast[last][tail], edges.contrast[first][head])
     supported = (distance <= p.near_reach) | (height >= p.min_support * lesser)
     tail, head, cost = tail[supported], head[supported], cost[supported]
@@ -278,12 +282,3 @@ def interpolate_grey(grey: Floats, place: Floats) -> Floats:
     upper = grey[r, c] + (x - c) * (grey[r, after] - grey[r, c])
     lower = grey[below, c] + (x - c) * (grey[below, after] - grey[below, c])
     return np.asarray(upper + (y - r) * (lower - upper))
-
-
-def _bridge_contrast(grey: Floats, start: Floats, chord: Floats, length: Floats, p: LinkingParameters) -> Floats:
-    """Mean over some points of each bridge of the grey to its left less that to its right."""
-    share = np.linspace(0.1, 0.9, p.support_samples)
-    points = start[:, None, :] + chord[:, None, :] * (share * length[:, None])[:, :, None]
-    left = np.column_stack([chord[:, 1], -chord[:, 0]])[:, None, :]
-    grey_at = [interpolate_grey(grey, points + side * left) for side in (p.support_distance, -p.support_distance)]
-    return np.asarray((grey_at[0] - grey_at[1]).mean(axis=1))

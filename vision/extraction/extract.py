@@ -124,13 +124,22 @@ def extract(
         edges = edges.take(mask.reshape(-1)[edges.pixel])
     lap("edges")
     shape, scale = (grey.shape[0], grey.shape[1]), p.edges.scale
+
+    def topography() -> tuple[Bytes, Ridges, Arcs, ArcQuality]:
+        """Labels without inflections, ridges, the arcs along these and their quality."""
+        labels, ridges = label_topography(grey, noise, p.topography)
+        if mask is not None:
+            ridges = ridges.take(mask.reshape(-1)[ridges.elements.pixel])
+        ridge_arcs = fit_ridge_arcs(ridges, shape, p)
+        return labels, ridges, ridge_arcs, assess_ridge_arcs(grey, ridges.elements, ridge_arcs, p.quality)
+
     # A second thread does what the path from edges over arcs to regions does not need, or only later.
     with ThreadPoolExecutor(1) as executor:
         # Weak chains are dropped only when the arcs are known: a bridge or a join can make them significant.
         chains = link(edges, shape, p.linking, min_contrast=p.linking.min_contrast)
         chains = chains.take(chains.counts >= p.linking.min_elements)
         scoring = executor.submit(compute_false_alarm_terms, grey, edges, chains.elements, p.significance)
-        labelling = executor.submit(_topography, grey, noise, mask, p)
+        labelling = executor.submit(topography)
         chains = fill_gaps(edges, chains, grey, p.linking)
         lap("linking")
         members, kinds, bright_right = segment_chains(edges, chains, scale=scale, p=p.segmentation, fitting=p.fitting)
@@ -178,17 +187,6 @@ def extract(
         found,
         timings,
     )
-
-
-def _topography(
-    grey: Floats, noise: Floats, mask: Bools | None, p: ExtractionParameters
-) -> tuple[Bytes, Ridges, Arcs, ArcQuality]:
-    """Labels without inflections, ridges, the arcs along these and their quality."""
-    labels, ridges = label_topography(grey, noise, p.topography)
-    if mask is not None:
-        ridges = ridges.take(mask.reshape(-1)[ridges.elements.pixel])
-    ridge_arcs = fit_ridge_arcs(ridges, (grey.shape[0], grey.shape[1]), p)
-    return labels, ridges, ridge_arcs, assess_ridge_arcs(grey, ridges.elements, ridge_arcs, p.quality)
 
 
 # Pictures of an extraction, one a stage, for people to look at.

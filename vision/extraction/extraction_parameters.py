@@ -19,8 +19,7 @@ class NoiseParameters:
 
     bands: int = 16  # bands of grey, each with an estimate of its own
     min_samples: int = 300  # pixels that a band needs for that
-    floor: float = 1.0 / sqrt(12.0)
-    """grey: least standard deviation reported, what rounding to whole grey levels leaves"""
+    floor: float = 1.0 / sqrt(12.0)  # grey: least standard deviation, what rounding to whole grey levels leaves
 
 
 @dataclass(frozen=True)
@@ -31,15 +30,12 @@ class EdgeParameters:
     min_contrast: float = 4.0  # grey: least height of a step
     significance: float = 1e-3  # level of the F-test of the gradient against the noise
     max_sigma: float = 0.5  # px: greatest predicted standard deviation of the position along the normal
-    max_offset: float = 0.75
-    """px along the gradient from the pixel's centre: more than half a pixel, so that noise opens no gaps"""
+    max_offset: float = 0.75  # px along the gradient from the pixel's centre: over half a pixel, so noise opens no gaps
     border: float = 2.5  # scales: further inside, the mirrored picture displaces no edge by more than 0.01 px
     max_spread: float = 4.0  # scales: what slopes less than the least step spread over so many is shading
     calibration_blur: float = 0.75  # px: blur of the step for which the bias of the offset is calibrated
-    min_thin_cosine: float = 0.7
-    """cosine of the greatest angle between neighbours that see the same crossing, of which one is kept"""
-    kept_share: float = 0.03
-    """of the picture's range of grey: weaker elements that nothing links are evidence of nothing and are not kept"""
+    min_thin_cosine: float = 0.7  # cosine of the greatest angle of neighbours that see one crossing; one is kept
+    kept_share: float = 0.03  # of the picture's range of grey: weaker elements that nothing links are not kept
 
     def __post_init__(self) -> None:
         if not 0.0 < self.significance <= 1.0:
@@ -72,16 +68,14 @@ class LinkingParameters:
 class SignificanceParameters:
     """Number of false alarms (Desolneux, Moisan and Morel, IJCV 40, 2000), for textured metal."""
 
-    min_significance: float = -1.5
-    """minus the decimal logarithm of the number of false alarms a megapixel: arcs below it are dropped"""
+    min_significance: float = -1.5  # minus log10 of the number of false alarms a megapixel: lesser arcs are dropped
     step_px: float = 4.0  # px from an edge at which its step is measured: a streak of texture has fallen back there
     cell: int = 48  # px: side of the cells in which steps are counted
     cells_around: int = 5  # cells across the surroundings of a cell
     stride: int = 6  # px between the pixels whose steps are counted
     orientations: int = 8  # classes of orientation modulo pi
     grades_per_octave: float = 3.5  # classes of the height of a step an octave
-    elements_per_observation: float = 20.0
-    """elements that count as one observation after the first: the length of a streak"""
+    elements_per_observation: float = 20.0  # elements that count as one after the first: the length of a streak
     mean_step: float = 16.0  # grey: mean of the exponential distribution of steps of metal, the least that is assumed
     tests: float = 1000.0  # chains tested a megapixel of brushed metal
 
@@ -95,8 +89,7 @@ class SegmentationParameters:
     circle_price: float = 11.0  # nats: of a circular arc
     curve_price: float = 20.0  # nats: of a free curve without its knots
     ellipse_price: float = 15.0  # nats: of an elliptic arc
-    knot_spacings: tuple[float, ...] = (8.0, 16.0, 24.0)
-    """elements between the knots of a free curve: the cheapest is taken"""
+    knot_spacings: tuple[float, ...] = (8.0, 16.0, 24.0)  # elements between knots of a free curve: cheapest taken
     knot_price: float = 3.0  # nats: of a knot, as much as the third parameter of a circular arc
     gap_price: float = 0.1  # nats a px of gap between two arcs that are joined
     min_elements: int = 5  # elements: shorter pieces are dropped
@@ -108,8 +101,7 @@ class SegmentationParameters:
     break_spacing: int = 24  # elements at most between two candidate breaks
     max_breaks: int = 64  # candidate breaks that a piece spans at most
     light_sigma: float = 0.25  # px: how far shading displaces parts of an edge from their common line
-    min_reversed: float = 3.0
-    """independent elements: a shorter line is not joined to one whose bright side is the other"""
+    min_reversed: float = 3.0  # independent elements: shorter lines join none whose bright side is the other
     min_ellipse_turn: float = 1.2  # rad: what turns less, by the circle through it, determines no ellipse
     min_slender_turn: float = 2.2  # rad: likewise by its tangents, where it includes the end of a slender ellipse
     min_aspect: float = 0.05  # minor over major axis: a narrower ellipse is two edges side by side
@@ -119,8 +111,7 @@ class SegmentationParameters:
     loop_span: int = 5  # elements to both sides over which a loop's straightest place is sought, to begin it there
     join_rounds: int = 4  # rounds of joining
     join_reach: float = 40.0  # px: longest gap between two arcs that are joined
-    min_join_cosine: float = 0.5
-    """cosine of the greatest turn from the end of one to the start of the other: 60 degrees"""
+    min_join_cosine: float = 0.5  # cosine of the greatest turn from the end of one to the start of the other
     join_overlap: float = 3.0  # px that two arcs may overlap
     join_ahead: float = 0.7  # share of a gap that must lie straight ahead
     max_ellipse_gap: float = 0.5  # share of the elements of both: longest gap in an ellipse
@@ -132,8 +123,7 @@ class FittingParameters:
     """How arcs are fitted to their elements, and refined polylines measured along them."""
 
     model_sigma: float = 0.12  # px: how far a real edge strays from its curve beyond the noise
-    unevenness: float = 3.0
-    """grey: how uneven the surfaces on both sides of an edge are; it shifts an edge by that over its slope"""
+    unevenness: float = 3.0  # grey: how uneven surfaces beside an edge are; shifts it by that over its slope
     min_sagitta: float = 0.1  # px that a circular arc, trimmed at its corners, must still bow out by
     min_closed_turn: float = 0.7  # share of an ellipse that a closed arc runs round
     max_closed_gap: float = 0.15  # share of its length: greatest distance of the ends of a closed arc
@@ -153,8 +143,7 @@ class JunctionParameters:
     max_overrun_share: float = 0.4  # share of its arc that it may have run beyond it
     end_sigma: float = 3.0  # px along an arc: where linking stopped says little of where the edge ends
     same: float = 1.5  # px: junctions nearer than this are one
-    max_off: float = 0.6
-    """px: an arc that passes by farther than this, and than `max_off_sigmas`, has no part in a junction"""
+    max_off: float = 0.6  # px: an arc that passes by farther, and farther than `max_off_sigmas`, has no part in it
     max_off_sigmas: float = 3.0  # standard deviations: likewise
     min_crossing_angle: float = radians(20.0)  # rad: an end that meets another arc at less runs along it
     min_straight_angle: float = radians(160.0)  # rad: two ways at more than this run on into each other
@@ -174,12 +163,10 @@ class RegionParameters:
     kind: str = "leak-proof"  # leak-proof, or plain: maximal connected sets of pixels that are no edge
     min_area: int = 40  # px: smaller regions merge, or belong to none
     balls: tuple[float, ...] = (12.0, 5.0, 2.0, 0.9)  # px: radii of the trapped balls (Zhang et al., 2009)
-    max_step: float = 12.0
-    """grey: greatest step between the grey planes of two regions that merge; half of it for large ones"""
+    max_step: float = 12.0  # grey: greatest step between the planes of regions that merge; half of it for large ones
     large: float = 6.0  # px: inradius from which a region stands by itself
     rounds: int = 3  # rounds of merging
-    min_neck: float = 1.5
-    """inradii: length of an open border across which large regions merge; a straight strip is two wide"""
+    min_neck: float = 1.5  # inradii: open border across which large regions merge; a straight strip is two wide
     border_ends: float = 4.0  # px of edge that a border across a strip meets at its two ends
     max_edge_share: float = 0.1  # share of a border between large regions that may be edge
     min_open_share: float = 0.3  # share of a border that must be open for a fragment to merge across it
@@ -204,8 +191,7 @@ class TopographyParameters:
     min_slope: float = 0.5  # grey/px from which a facet slopes
     min_bend: float = 1.0  # grey/px^2 from which it is curved
     noise_sigmas: float = 3.0  # standard deviations of the noise: least slope and curvature likewise
-    half_plane: float = 0.35
-    """rad: normals across ridges are given within a right angle of this direction; few ridges run across it"""
+    half_plane: float = 0.35  # rad: normals of ridges lie within a right angle of this; few ridges run across it
     min_height: float = 6.0  # grey: lower ridges give no arc
     min_elements: int = 20  # elements: shorter ridges give no arc
 
@@ -240,13 +226,11 @@ class UnitParameters:
     region_distance: float = 2.5  # px from an edge element at which the adjacent region is read
     min_border_share: float = 0.15  # share of an arc's elements that must see a region for the arc to bound it
     min_border_elements: int = 10  # or so many of them
-    border_sigma: float = sqrt(2.0)
-    """px: standard deviation of the length along which an arc bounds a region, from its two ends"""
+    border_sigma: float = sqrt(2.0)  # px: of the length along which an arc bounds a region, from its two ends
     slant_sigma: float = 0.03  # share of the length of a border by which counting in four directions misjudges it
     end_sigma: float = 2.0  # px: of an end of an arc, where linking stopped
     outline_sigma: float = 1.0  # px: of the outline of a region, pixels shared out along an edge
-    polyline_step: int = 4
-    """points of an arc's refined polyline of which one is kept for distances: 4 px apart, off by .2 px at radius 10"""
+    polyline_step: int = 4  # points of an arc's polyline of which one is kept: 4 px apart, off by .2 px at radius 10
     texture_doubt: float = 0.95
     """how doubtful all texture makes an arc (see `arc_quality`): of arcs along edges of seven rendered bulkheads one in
     ten has a texture above .5, of other arcs three in four"""

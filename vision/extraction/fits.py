@@ -26,16 +26,6 @@ PARAMETERS = {
 }
 
 
-def of_lines(along: Floats) -> Floats:
-    """Jacobian (m, 2) of distances by the offset and angle of a line; `along` (m,) the place from its centroid."""
-    return np.column_stack([-np.ones_like(along), -along])
-
-
-def of_circles(deviations: Deviations) -> Floats:
-    """Jacobian (m, 3) of distances by the centre and radius of a circle."""
-    return -np.column_stack([deviations.nx, deviations.ny, np.ones_like(deviations.nx)])
-
-
 def of_ellipses(x: Floats, y: Floats, deviations: Deviations, ellipses: Ellipses, which: Indices) -> Floats:
     """Jacobian (m, 5) of distances of points (m,) by centre, semi-axes and angle of the ellipses `which` (m,) names."""
     angle = ellipses.angle[which]
@@ -45,14 +35,8 @@ def of_ellipses(x: Floats, y: Floats, deviations: Deviations, ellipses: Ellipses
     u, v = cosine * dx + sine * dy, cosine * dy - sine * dx
     nu = cosine * deviations.nx + sine * deviations.ny
     nv = cosine * deviations.ny - sine * deviations.nx
-    columns = [
-        deviations.nx,
-        deviations.ny,
-        nu * u / ellipses.major[which],
-        nv * v / ellipses.minor[which],
-        u * nv - v * nu,
-    ]
-    return -np.column_stack(columns)
+    by_axes = nu * u / ellipses.major[which], nv * v / ellipses.minor[which]
+    return -np.column_stack([deviations.nx, deviations.ny, *by_axes, u * nv - v * nu])
 
 
 def of_parameters(
@@ -93,16 +77,10 @@ def of_parameters(
 
 _DEFAULTS = FittingParameters()
 # Which of the fifteen products of two terms of a conic is that of terms i and j.
-_PRODUCT = np.array(
-    [
-        [0, 1, 2, 5, 6, 9],
-        [1, 2, 3, 6, 7, 10],
-        [2, 3, 4, 7, 8, 11],
-        [5, 6, 7, 9, 10, 12],
-        [6, 7, 8, 10, 11, 13],
-        [9, 10, 11, 12, 13, 14],
-    ]
-)
+_PRODUCT = np.array([
+    [0, 1, 2, 5, 6, 9], [1, 2, 3, 6, 7, 10], [2, 3, 4, 7, 8, 11],
+    [5, 6, 7, 9, 10, 12], [6, 7, 8, 10, 11, 13], [9, 10, 11, 12, 13, 14],
+])  # fmt: skip
 _QUADRATIC, _LINEAR = slice(0, 3), slice(3, 6)
 
 

@@ -117,7 +117,14 @@ def _merge_meetings(
         np.concatenate([ends.at[used], np.full(len(met), INTERIOR)]),
         OsculatingCircles.stack([ends.curve.take(used), find_curves_at(arcs, polylines, met, p)]),
     ).select(np.arange(len(used) + len(met)))
-    meetings = _once_each(_one_a_place(meetings, p), p)
+    pairs = find_pairs_within(meetings.places(p)[0], p.same)
+    meetings = replace(meetings, group=label_components(pairs, meetings.count)[meetings.group])
+    meetings = meetings.select(np.arange(len(meetings)))
+    # an arc takes part once: with its nearer end, else with its polyline
+    along, _ = meetings.curve.locate(*meetings.places(p)[0][meetings.group].T)
+    order = np.lexsort((np.abs(along), meetings.at == INTERIOR, meetings.arc, meetings.group))
+    again = (np.diff(meetings.group[order]) == 0) & (np.diff(meetings.arc[order]) == 0)
+    meetings = meetings.select(np.delete(order, 1 + np.flatnonzero(again)))
     unmet = np.bincount(meetings.group, minlength=meetings.count) < 2
     meetings = meetings.select(~unmet[meetings.group])
     for _ in range(p.rounds):
@@ -147,22 +154,6 @@ def _merge_meetings(
         away_x=away[:, 0],
         away_y=away[:, 1],
     )
-
-
-def _one_a_place(meetings: Meetings, p: JunctionParameters) -> Meetings:
-    if meetings.count < 2:
-        return meetings
-    pairs = find_pairs_within(meetings.places(p)[0], p.same)
-    group = label_components(pairs, meetings.count)[meetings.group]
-    return replace(meetings, group=group).select(np.arange(len(group)))
-
-
-def _once_each(meetings: Meetings, p: JunctionParameters) -> Meetings:
-    """An arc takes part once: with its nearer end, else with its polyline."""
-    along, _ = meetings.curve.locate(*meetings.places(p)[0][meetings.group].T)
-    order = np.lexsort((np.abs(along), meetings.at == INTERIOR, meetings.arc, meetings.group))
-    again = (np.diff(meetings.group[order]) == 0) & (np.diff(meetings.arc[order]) == 0)
-    return meetings.select(np.delete(order, 1 + np.flatnonzero(again)))
 
 
 def _kinds(meetings: Meetings, away: Floats, p: JunctionParameters) -> npt.NDArray[np.int8]:

@@ -22,6 +22,7 @@ from vision.extraction.extract import VERSION, Extraction
 from vision.extraction.extraction_parameters import ExtractionParameters
 from vision.extraction.junction_candidates import AT
 from vision.extraction.junctions import snap_polylines
+from vision.extraction.topography import ArcQuality
 from vision.relations.relations import KINDS as RELATIONS
 
 if TYPE_CHECKING:
@@ -156,7 +157,7 @@ class Primitives:
             arcs=read_rows(
                 ArcColumns,
                 take(arc, edges_only),
-                kind=_codes(arc["kind"][edges_only], KINDS),
+                kind=np.array([KINDS.index(kind) for kind in arc["kind"][edges_only]], np.int64),
                 offsets=np.searchsorted(owner[: int((owner >= 0).sum())], np.arange(len(edges_only) + 1)),
             ),
             regions=_regions(tables),
@@ -222,7 +223,8 @@ def _on_curve(arcs: ArcColumns, arc: Ints, place: Floats) -> Floats:
 
 def _regions(tables: Mapping[str, Mapping[str, Any]]) -> RegionColumns:
     region, ring, border = tables["image_region"], tables["region_outline"], tables["region_arc"]
-    (of, arc, _), order = _in_order(border["region_no"], border["image_arc_no"], np.asarray(border["side"]) == "right")
+    of, arc = (np.asarray(border[name], np.int64) for name in ("region_no", "image_arc_no"))
+    order = np.lexsort([np.asarray(border["side"]) == "right", arc, of])
     of_point = np.stack([np.asarray(ring["region_no"], np.int64), np.asarray(ring["ring_no"], np.int64)], axis=1)
     first = np.flatnonzero((np.diff(of_point, axis=0, prepend=-1) != 0).any(axis=1))
     return read_rows(
@@ -231,25 +233,10 @@ def _regions(tables: Mapping[str, Mapping[str, Any]]) -> RegionColumns:
         ring_region=of_point[first, 0],
         ring_offsets=np.append(first, len(of_point)),
         outline=np.column_stack([np.asarray(ring["x"], np.int64), np.asarray(ring["y"], np.int64)]),
-        border_region=of,
-        border_arc=arc,
+        border_region=of[order],
+        border_arc=arc[order],
         border_length=border["length"][order],
     )
-
-
-def _codes(words: Any, names: tuple[str, ...]) -> Ints:
-    words = np.asarray(words)
-    out = np.zeros(len(words), np.int64)
-    for code, name in enumerate(names):
-        out[words == name] = code
-    return out
-
-
-def _in_order(*columns: Any) -> tuple[list[Ints], Ints]:
-    """Columns of integers in the order of their rows, the first column first, and that order."""
-    table = [np.asarray(column, np.int64) for column in columns]
-    order = np.lexsort(table[::-1])
-    return [column[order] for column in table], order
 
 
 # An extraction as rows of schema/070 and schema/080, in the digits that the store keeps.
@@ -286,16 +273,12 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
     loose = np.arange(len(kept)) >= len(arcs.elements)
     arc_no = np.ma.masked_array(np.zeros(len(kept), np.int32), loose)
     arc_no[: len(arcs.elements)] = arcs.chains.chain_of_member
-    region_no = np.arange(len(regions), dtype=np.int32)
     ring_no = np.arange(len(regions.ring_region)) - np.searchsorted(regions.ring_region, regions.ring_region)
     ring, point_no = _members(regions.ring_offsets)
     borders, junctions = extraction.region_arcs, extraction.junctions
     with_ridges = concatenate([arcs, extraction.ridge_arcs])
     return {
-        "extraction": {
-            "grey_dark": np.array([extraction.grey_dark]),
-            "grey_bright": np.array([extraction.grey_bright]),
-        },
+        "extraction": {name: np.array([getattr(extraction, name)]) for name in ("grey_dark", "grey_bright")},
         "edge_element": {
             "edge_element_no": np.arange(len(kept), dtype=np.int32),
             "x": edges.x[kept],
@@ -324,7 +307,7 @@ def _primitives(extraction: Extraction) -> dict[str, Columns]:
             "meets_with": np.array(AT, dtype=object)[junctions.at],
         },
         "image_region": {
-            "region_no": region_no,
+            "region_no": np.arange(len(regions), dtype=np.int32),
             **stored_fields("image_region", regions),
         },
         "region_outline": {
@@ -348,13 +331,15 @@ def _arcs(extraction: Extraction, arcs: Arcs) -> Columns:
     ridges = extraction.ridge_arcs
     hollow = extraction.ridges.ravine[ridges.elements[ridges.offsets[:-1]]]
     kinds = np.concatenate([np.zeros(len(extraction.arcs), np.intp), np.where(hollow, 2, 1)])
+    quality = ArcQuality.stack([extraction.quality, extraction.ridge_quality])
+    least = extraction.parameters.quality.min_recorded
     return {
         "image_arc_no": np.arange(len(arcs), dtype=np.int32),
         **stored_fields("image_arc", arcs),
         "kind": np.array(arc_columns.KINDS, dtype=object)[arcs.kind],
         "topography": np.array(["edge", "ridge", "ravine"], dtype=object)[kinds],
         "sigma": np.maximum(arcs.sigma, _LEAST_SIGMA),
-        **_quality(extraction),
+        **{name: np.where(value >= least, value, 0.0) for name, value in quality.columns().items()},
         "element_count": arcs.chains.counts,
     }
 
@@ -371,13 +356,6 @@ def _points(extraction: Extraction, arcs: Arcs) -> Columns:
         "y": polyline.y[free],
         "sigma": np.maximum(polyline.sigma[free], _LEAST_SIGMA),
     }
-
-
-def _quality(extraction: Extraction) -> Columns:
-    both = extraction.quality, extraction.ridge_quality
-    quality = {name: np.concatenate([getattr(part, name) for part in both]) for name in ("texture", "highlight")}
-    least = extraction.parameters.quality.min_recorded
-    return {name: np.where(value >= least, value, 0.0) for name, value in quality.items()}
 
 
 def _units(extraction: Extraction) -> dict[str, Columns]:

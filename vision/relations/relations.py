@@ -31,16 +31,12 @@ class RelationParameters:
     neighbours: int = 16  # arcs, at most, that an arc of full salience chooses to be `near` to
     least_neighbours: int = 1  # the same of an arc of no salience
     full_salience: float = 15.0  # px: from there on an arc chooses as many as it may
-    region_neighbours: int = 1
-    """arcs, and regions, that a region chooses to be `near` to: those that touch are related by their borders"""
+    region_neighbours: int = 1  # arcs, and regions, that a region is `near` to: borders relate those that touch
     region_salience: float = 0.6  # salience of a region over the root of its area
     touch: float = 15.0  # px added to gaps when neighbours are ranked, so that curves that touch do not all come first
-    min_salience: float = 1.0
-    """px: what is less salient is parallel to nothing and meets nothing: streaks are parallel to streaks by the
-    hundred"""
+    min_salience: float = 1.0  # px: what is less is parallel to nothing and meets nothing: streaks are by the hundred
     min_line: float = 15.0  # px: shorter lines have no direction to speak of
-    max_bow: float = 0.04
-    """share of its chord by which a line may leave it: what is a line in one picture is a flat arc in another"""
+    max_bow: float = 0.04  # share of its chord by which a line may leave it: elsewhere it is seen as a flat arc
     max_angle: float = radians(15.0)  # rad by which lines may miss being parallel
     junction_reach: float = 10.0  # px: what comes nearer with an end meets
     max_centre_sigma: float = 2.0  # px: a centre less certain says nothing of concentricity
@@ -245,7 +241,8 @@ def find_middles(curves: Curves, areas: Areas) -> Middles:
     segments, offsets = _segments_of_curves(curves)
     length = np.maximum(np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1]), 1e-9)
     place = 0.5 * (segments[:, :2] + segments[:, 2:]) * length[:, None]
-    sums = _sums(np.column_stack([place, length]), offsets)
+    weighed = np.column_stack([place, length])
+    sums = np.add.reduceat(weighed, offsets[:-1]) if len(curves) else weighed
     middle = sums[:, :2] / sums[:, 2:]
     spread = np.hypot(curves.sigma, curves.end_sigma / np.sqrt(2.0))
     return Middles(
@@ -253,11 +250,6 @@ def find_middles(curves: Curves, areas: Areas) -> Middles:
         np.concatenate([middle[:, 1], areas.centroid_y]),
         np.concatenate([spread, areas.sigma]),
     )
-
-
-def _sums(values: Floats, offsets: Ints) -> Floats:
-    """Sums of the rows of each slice, none of which is empty."""
-    return np.add.reduceat(values, offsets[:-1]) if len(offsets) > 1 else np.zeros((0, values.shape[1]))
 
 
 def _segments_of_curves(curves: Curves) -> tuple[Floats, Ints]:
