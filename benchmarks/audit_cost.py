@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from sqlalchemy import Connection
 from tabulate import tabulate
 
 from relmodel.arrays import Ragged
@@ -27,7 +28,7 @@ from relmodel.compiled import compile_ahead
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.loading.load import load
 from relmodel.resources import resource_dir
-from relmodel.store import Run, Store, sql
+from relmodel.store import Store, sql
 from relmodel.world.placement import place_world
 from vision.inspection import KERNELS, Task, inspect
 
@@ -39,23 +40,22 @@ FILTERS: tuple[dict[str, str], ...] = ({}, {"kind": "inspect"}, {"state": "faile
 def recording_time() -> Iterator[list[float]]:
     """Processor times (s) of what runs do in their transactions while the block lasts."""
     taken: list[float] = []
-    begun, again = Run._begun, Run._again
+    write = Store.write
 
-    def timed(work: Any) -> Any:
-        def measured(*args: Any, **named: Any) -> Any:
-            began = time.process_time()
-            try:
-                return work(*args, **named)
-            finally:
-                taken.append(time.process_time() - began)
+    @contextmanager
+    def timed(store: Store) -> Iterator[Connection]:
+        began = time.process_time()
+        try:
+            with write(store) as connection:
+                yield connection
+        finally:
+            taken.append(time.process_time() - began)
 
-        return measured
-
-    Run._begun, Run._again = timed(begun), timed(again)  # type: ignore[method-assign]
+    Store.write = timed  # type: ignore[method-assign,assignment]
     try:
         yield taken
     finally:
-        Run._begun, Run._again = begun, again  # type: ignore[method-assign]
+        Store.write = write  # type: ignore[method-assign]
 
 
 def inspect_pair(store: Store, stem: str, audit: str) -> tuple[float, float]:

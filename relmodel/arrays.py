@@ -216,6 +216,16 @@ def fields_of(it: object, names: str) -> dict[str, Any]:
     return {name: getattr(it, name) for name in names.split()}
 
 
+def column_array(values: Sequence[Any]) -> npt.NDArray[Any]:
+    """Values of a column as an array: nulls are NaN among numbers and None among others, lists are arrays."""
+    kinds = {type(value) for value in values}
+    if kinds and kinds <= {int, float, bool, type(None)} and kinds != {type(None)}:
+        return np.array([np.nan if value is None else value for value in values])
+    out = np.empty(len(values), object)
+    out[:] = [np.asarray(value) if isinstance(value, list) else value for value in values]
+    return out
+
+
 def by_column(names: str, rows: Sequence[Sequence[Any]]) -> dict[str, list[Any]]:
     """Columns of a table from its rows, whose values are in the order of the names."""
     return {name: [row[i] for row in rows] for i, name in enumerate(names.split())}

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import numpy.typing as npt
 
+from relmodel.arrays import column_array
 from relmodel.errors import UsageError
 from relmodel.names import visible
 
@@ -67,13 +67,7 @@ class Table:
         """A column as an array, as in `numpy`."""
         if name not in self.names:
             raise UsageError(f"the table has no column {name}: it has {', '.join(self.names)}")
-        values = self.arrow.column(name).to_pylist()
-        kinds = {type(value) for value in values}
-        if kinds and kinds <= {int, float, bool, type(None)} and kinds != {type(None)}:
-            return np.array([np.nan if value is None else value for value in values])
-        out = np.empty(len(values), object)
-        out[:] = [np.array(value) if isinstance(value, list) else value for value in values]
-        return out
+        return column_array(self.arrow.column(name).to_pylist())
 
     def __len__(self) -> int:
         return int(self.arrow.num_rows)

@@ -18,6 +18,7 @@ from sqlalchemy.exc import DBAPIError
 from relmodel.errors import InputError, StoreError, UsageError
 from relmodel.store import sql
 from relmodel.store.store import Store
+from relmodel.table import table_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -67,10 +68,7 @@ def ask_arrow(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_
     with _asking(store, statement, time_limit_s, confined=False) as (cursor, names, rows):
         if store.dialect == "duckdb":
             return cursor.to_arrow_table()
-        import pyarrow as pa
-
-        all_rows = list(rows)
-        return pa.table({name: pa.array([row[i] for row in all_rows]) for i, name in enumerate(names)})
+        return table_of(names, rows).arrow
 
 
 @contextmanager

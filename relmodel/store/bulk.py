@@ -2,57 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import sqlalchemy as sa
-from sqlalchemy import Connection, Table, TextClause
+from sqlalchemy import Connection
 from sqlalchemy.types import TypeEngine
 
-from relmodel.arrays import Columns, ColumnValues, Ints, Ragged, is_scalar, row_count
+from relmodel.arrays import Columns, ColumnValues, Ragged, column_array, is_scalar, row_count
 
 _COUNTS = "relmodel_counts"
 
 
-def append(connection: Connection, table: Table, columns: Columns) -> int:
-    """Append rows by columns and return how many; columns left out are null."""
-    unknown = set(columns) - set(table.columns.keys())
-    if unknown:
-        raise ValueError(f"table {table.name} has no column {sorted(unknown)}")
-    count = row_count(columns)
-    if count == 0:
-        return 0
-    if connection.dialect.name == "duckdb":
-        _append_arrow(connection, table, columns, count)
-    else:
-        _copy(connection.connection.driver_connection, table.name, columns, count)
-    _count(connection, table, count)
-    return count
-
-
-def insert(connection: Connection, table: Table, query: TextClause, parameters: Mapping[str, Any]) -> int:
-    """Run a query that inserts rows into `table` from others, and return how many."""
-    count = connection.execute(query, parameters).rowcount
-    _count(connection, table, count)
-    return count
-
-
-def delete(connection: Connection, table: Table, column: str, keys: str) -> int:
-    """Delete the rows of `table` whose `column` is among those of the relation `keys`, and return how many."""
-    asked = sa.table(keys, sa.column(column))
-    own = table.c[column if column in table.c else "id"]
-    count = connection.execute(sa.delete(table).where(own.in_(sa.select(asked.c[column])))).rowcount
-    _count(connection, table, -count)
-    return count
-
-
-def _count(connection: Connection, table: Table, count: int) -> None:
+def count_rows(connection: Connection, table: str, count: int) -> None:
+    """Count rows that were appended to a table on `connection`, or deleted where `count` is below 0."""
     counts = connection.info.get(_COUNTS)
     if counts is not None and count:
-        counts[table.name] = counts.get(table.name, 0) + count
+        counts[table] = counts.get(table, 0) + count
 
 
 @contextmanager
@@ -71,18 +40,20 @@ def counted(connection: Connection) -> set[str]:
     return {name for name, count in connection.info[_COUNTS].items() if count}
 
 
-def _append_arrow(connection: Connection, table: Table, columns: Columns, count: int) -> None:
+def fill(connection: Connection, table: str, columns: Columns, types: Mapping[str, TypeEngine[Any]]) -> None:
+    """Append rows by columns to a table whose columns have these types, in their order; those left out are null."""
+    count = row_count(columns)
+    driver: Any = connection.connection.driver_connection
+    if connection.dialect.name != "duckdb":
+        _copy(driver, table, columns, count)
+        return
     import pyarrow as pa
 
     incoming = pa.table(
-        {
-            name: _arrow(columns[name], count, column.type) if name in columns else pa.nulls(count)
-            for name, column in table.columns.items()
-        }
+        {n: _arrow(columns[n], count, kind) if n in columns else pa.nulls(count) for n, kind in types.items()}
     )
-    driver: Any = connection.connection.driver_connection
     # By position, from a reader: registered as a table and selected from by name they take twice as long to begin with.
-    driver.from_arrow(incoming.to_reader()).insert_into(table.name)
+    driver.from_arrow(incoming.to_reader()).insert_into(table)
 
 
 def _arrow(values: ColumnValues, count: int, kind: TypeEngine[Any]) -> Any:
@@ -148,18 +119,8 @@ def relation(connection: Connection, name: str, columns: Columns) -> Iterator[No
     """
     spelled = ", ".join(f'"{column}" {_spelled(values)}' for column, values in columns.items())
     connection.exec_driver_sql(f'CREATE TEMPORARY TABLE "{name}" ({spelled})')
-    count = row_count(columns)
-    driver: Any = connection.connection.driver_connection
-    if not count:
-        pass
-    elif connection.dialect.name == "duckdb":
-        import pyarrow as pa
-
-        unknown = sa.types.NullType()
-        incoming = pa.table({column: _arrow(values, count, unknown) for column, values in columns.items()})
-        driver.from_arrow(incoming.to_reader()).insert_into(name)
-    else:
-        _copy(driver, name, columns, count)
+    if row_count(columns):
+        fill(connection, name, columns, dict.fromkeys(columns, sa.types.NullType()))
     yield  # where an error leaves the block the transaction is rolled back, and the table with it
     connection.exec_driver_sql(f'DROP TABLE "{name}"')
 
@@ -169,13 +130,6 @@ def _spelled(values: ColumnValues) -> str:
     if isinstance(values, list) and not values:
         return "TEXT"
     return {"i": "BIGINT", "f": "DOUBLE PRECISION"}.get(np.asarray(values).dtype.kind, "TEXT")
-
-
-def array_text(dialect: str, numbers: npt.NDArray[Any]) -> str:
-    """Numbers (n,) as the text of an array, to be cast in a query: DuckDB's client takes 0.2 ms to bind each number of
-    a list where pandas is not installed."""
-    opening, closing = "[]" if dialect == "duckdb" else "{}"
-    return opening + ",".join(map(repr, numbers.tolist())) + closing
 
 
 def fetch_columns(
@@ -192,35 +146,6 @@ def fetch_columns(
     names = list(result.keys())
     rows = result.all()
     return {name: _array([row[i] for row in rows], types[i]) for i, name in enumerate(names)}
-
-
-def select(
-    connection: Connection, table: Table, names: Sequence[str], order: Sequence[str], key: Mapping[str, Any]
-) -> dict[str, npt.NDArray[Any]]:
-    """Rows of a table by its key; see `Store.select`."""
-    wanted = [table.c[name] for name in names] or [
-        column for column in table.columns if isinstance(key.get(column.name, []), list)
-    ]
-    # As double precision, whatever the digits of the store: PostgreSQL's client would make objects of decimals.
-    spelled = [sa.cast(c, sa.Double).label(c.name) if isinstance(c.type, sa.Numeric | sa.REAL) else c for c in wanted]
-    asked = [
-        table.c[name] == (sa.func.any(sa.bindparam(name)) if isinstance(value, list) else sa.bindparam(name))
-        for name, value in key.items()
-    ]
-    return fetch_columns(connection, sa.select(*spelled).where(*asked).order_by(*(table.c[n] for n in order)), key)
-
-
-def fetch_arrow(connection: Connection, query: TextClause, parameters: Mapping[str, Any]) -> Any:
-    """Run a query and return its result as an Arrow table; see `Store.arrow`."""
-    result = connection.execute(query, parameters)
-    if connection.dialect.name == "duckdb":
-        cursor: Any = result.cursor
-        return cursor.to_arrow_table()
-    import pyarrow as pa
-
-    names = list(result.keys())
-    rows = result.all()
-    return pa.table({name: pa.array([row[i] for row in rows]) for i, name in enumerate(names)})
 
 
 def _unmask(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
@@ -246,19 +171,4 @@ def _array(values: list[Any], empty: np.dtype[Any]) -> npt.NDArray[Any]:
     kinds = {type(v) for v in values}
     if empty.kind != "O" and kinds <= {type(None)}:
         return np.full(len(values), np.nan) if kinds else np.empty(0, empty)
-    if kinds and kinds <= {int, float, bool, type(None)} and kinds != {type(None)}:
-        return np.array([np.nan if v is None else v for v in values] if type(None) in kinds else values)
-    out = np.empty(len(values), dtype=object)
-    out[:] = [np.asarray(v) if isinstance(v, list) else v for v in values]
-    return out
-
-
-_NEXT_IDS = sa.text("SELECT nextval(:sequence) AS id FROM generate_series(1, :count) ORDER BY id")
-
-
-def new_ids(connection: Connection, table: str, count: int) -> Ints:
-    """`count` values of the sequence of `table`, increasing."""
-    if count == 0:
-        return np.empty(0, np.int64)
-    ids = fetch_columns(connection, _NEXT_IDS, {"sequence": f"{table}_id_seq", "count": count})["id"]
-    return np.asarray(ids, np.int64)
+    return column_array(values)

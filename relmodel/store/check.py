@@ -25,7 +25,6 @@ from relmodel.store.store import Store
 # layout is that of its single_file_block_manager.cpp and metadata_manager.cpp, all little-endian: three headers of 4096
 # bytes, of which the later two describe the database and the newer of these counts, then blocks of one size.
 
-
 _HEADER = 4096
 _FIRST = 3 * _HEADER  # where the blocks begin
 _PARTS = 64  # of a block of metadata; each begins with where the next of its chain is
@@ -67,10 +66,6 @@ def _free_blocks(source: BinaryIO, pointer: int, size: int) -> set[int]:
         listed += content[begin + 8 : begin + part]
     count = int.from_bytes(listed[:8], "little")
     return set(struct.unpack_from(f"<{count}Q", listed, 8)) if count else set()
-
-
-# Integrity of a store: every block and every table read whole, queries for offending rows, and the references, the
-# ledger, the digests of inspections and the journal compared with the tables.
 
 
 class CheckResult(NamedTuple):

@@ -24,7 +24,6 @@ from relmodel.store import sql
 # DuckDB lets several processes read a file, or a single one write it. A reader joins other readers. A writer waits for
 # them briefly, then writes to a copy of the file (`replacing`), so that no reader blocks it. All wait for a writer.
 
-
 READERS_S = 3.0  # how long a writer waits for readers
 
 
@@ -146,9 +145,6 @@ class Access:
             finally:
                 self.engine.dispose()
                 self.engine = own
-
-
-# From a store's name (a DuckDB file or a PostgreSQL URL) to an SQLAlchemy engine.
 
 
 def store_url(target: str | Path) -> URL:

@@ -25,7 +25,7 @@ import sqlalchemy as sa
 from sqlalchemy import Connection, Table
 
 import relmodel
-from relmodel.arrays import Columns, Ints
+from relmodel.arrays import Columns, Ints, by_column
 from relmodel.blas import one_blas_thread
 from relmodel.errors import InputError, InUseError, StoreError, UsageError
 from relmodel.names import check_readable
@@ -34,6 +34,10 @@ from relmodel.store import bulk, side_files, sql
 from relmodel.store.database import Database
 from relmodel.store.side_files import LivenessLock, keep, kept_file, kept_files, read_kept
 
+T = TypeVar("T")
+Writer = Callable[..., int]
+"""appends columns of rows to a table: `write("presence", path=paths)`"""
+_LOG = logging.getLogger("relmodel")
 # What a run still writes when its digests are made; and bytes, which another run may add to a picture or a prune take.
 _OPEN = frozenset({"run_event", "ledger", "pruned_run", "row_digest", "image_blob"})
 _BEGUN = frozenset({"run", "run_input"})
@@ -44,11 +48,8 @@ def record_digests(run: Run, connection: Connection) -> None:
     ledger = run.store.table("ledger")
     before = connection.scalars(sa.select(ledger.c.relation).where(ledger.c.run_id == run.id))
     digests = digest_rows(run.store, connection, run.id, bulk.counted(connection).union(before))
-    run.append(
-        connection,
-        "row_digest",
-        {"run_id": run.id, "relation": list(digests), "digest": list(digests.values())},
-    )
+    columns = {"relation": list(digests), "digest": list(digests.values())}
+    run.append(connection, "row_digest", {"run_id": run.id, **columns})
 
 
 def digest_rows(store: Database, connection: Connection, run: int, written: Set[str] | None = None) -> dict[str, str]:
@@ -59,8 +60,10 @@ def digest_rows(store: Database, connection: Connection, run: int, written: Set[
         for name, it in _keys(store).items()
     }
     digests = {}
-    for relation in _digested(store, connection):
-        table = store.table(relation)
+    for row in store.rows(connection, "store/relations"):
+        if row.standing == "view" or row.relation in _OPEN:
+            continue
+        relation, table = row.relation, store.table(row.relation)
         if (found := _key_of(table)) is not None:
             name, column = found
             if name == "run_id" and written is not None and relation not in written | _BEGUN:
@@ -107,14 +110,6 @@ def find_altered_rows(store: Database, connection: Connection) -> list[dict[str,
         {"run_id": run, "relation": relation}
         for (run, relation), digest in sorted(recorded.items())
         if found.get((run, relation), digest if run in gone else None) != digest
-    ]
-
-
-def _digested(store: Database, connection: Connection) -> list[str]:
-    return [
-        row.relation
-        for row in store.rows(connection, "store/relations")
-        if row.standing != "view" and row.relation not in _OPEN
     ]
 
 
@@ -166,14 +161,6 @@ def _key_of(table: Table) -> tuple[str, sa.Column[Any]] | None:
         if name in table.c:
             return name, table.c[name]
     return None
-
-
-# Runs: every execution that writes leaves a row that says what it was given, what happened and how it ended.
-
-T = TypeVar("T")
-Writer = Callable[..., int]
-"""appends columns of rows to a table: `write("presence", path=paths)`"""
-_LOG = logging.getLogger("relmodel")
 
 
 def package_versions(*names: str) -> dict[str, str]:
@@ -325,7 +312,31 @@ class Run:
     ) -> Iterator[Run]:
         """Begin a run of `kind`; `inputs` maps a role to (file name, SHA-256) of what it reads."""
         record_kept(store)
-        run = store.patiently(lambda: cls._begun(store, kind, parameters, inputs or {}, packages))
+
+        def begun() -> Run:
+            with ExitStack() as failed, store.write() as connection:
+                run = cls(store, int(store.new_ids(connection, "run", 1)[0]), kind)
+                failed.callback(run._liveness.release)
+                run._liveness.hold()
+                row = {
+                    "id": [run.id],
+                    "kind": kind,
+                    "parameters": json.dumps(_plain(parameters), sort_keys=True),
+                    "versions": json.dumps(package_versions(*packages), sort_keys=True),
+                    "code_commit": code_commit(),
+                    "code_sha256": code_sha256(),
+                    "schema_revision": sql.revisions()[-1],
+                    "host": platform.node(),
+                    "process": os.getpid(),
+                    "began_at": [datetime.now(UTC)],
+                }
+                store.append(connection, "run", row)
+                run.inputs(connection, dict(sorted((inputs or {}).items())))
+                run._append_events(connection, ["begun"])
+                failed.pop_all()
+            return run
+
+        run = store.patiently(begun)
         try:
             try:
                 side_files.record(store, "run_event", run.id, 0)
@@ -343,55 +354,13 @@ class Run:
         finally:
             run._liveness.release()
 
-    @classmethod
-    def _begun(
-        cls,
-        store: Database,
-        kind: str,
-        parameters: Mapping[str, Any],
-        inputs: Mapping[str, tuple[str, str]],
-        packages: tuple[str, ...],
-    ) -> Run:
-        with ExitStack() as failed, store.write() as connection:
-            run = cls(store, int(store.new_ids(connection, "run", 1)[0]), kind)
-            failed.callback(run._liveness.release)
-            run._liveness.hold()
-            store.append(
-                connection,
-                "run",
-                {
-                    "id": [run.id],
-                    "kind": [kind],
-                    "parameters": [json.dumps(_plain(parameters), sort_keys=True)],
-                    "versions": [json.dumps(package_versions(*packages), sort_keys=True)],
-                    "code_commit": [code_commit()],
-                    "code_sha256": [code_sha256()],
-                    "schema_revision": [sql.revisions()[-1]],
-                    "host": [platform.node()],
-                    "process": [os.getpid()],
-                    "began_at": [datetime.now(UTC)],
-                },
-            )
-            run.inputs(connection, dict(sorted(inputs.items())))
-            run._append_events(connection, ["begun"])
-            failed.pop_all()
-        return run
-
     def inputs(self, connection: Connection, inputs: Mapping[str, tuple[str, str]]) -> None:
         """Append inputs that become known during the run: role -> (file name, SHA-256)."""
         first = self._count.inputs
         self._count = self._count._replace(inputs=first + len(inputs))
-        self.store.append(
-            connection,
-            "run_input",
-            {
-                "run_id": [self.id] * len(inputs),
-                "input_no": list(range(first, first + len(inputs))),
-                "role": list(inputs),
-                "name": [Path(name).name for name, _ in inputs.values()],
-                "sha256": [digest for _, digest in inputs.values()],
-            },
-        )
+        rows = [(no, role, Path(name).name, digest) for no, (role, (name, digest)) in enumerate(inputs.items(), first)]
+        columns = by_column("input_no role name sha256", rows)
+        self.store.append(connection, "run_input", {"run_id": self.id, **columns})
 
     @contextmanager
     def write(self) -> Iterator[Connection]:
@@ -406,19 +375,9 @@ class Run:
             with bulk.counting(connection) as written:
                 yield connection
                 self._write_steps(connection)
-            written = {name: count for name, count in written.items() if count}
-            if written:
-                names = sorted(written)
-                self.store.append(
-                    connection,
-                    "ledger",
-                    {
-                        "run_id": self.id,
-                        "write_no": self._writes,
-                        "relation": names,
-                        "row_count": [written[n] for n in names],
-                    },
-                )
+            written = {name: count for name, count in sorted(written.items()) if count}
+            columns: dict[str, Any] = {"relation": list(written), "row_count": list(written.values())}
+            self.store.append(connection, "ledger", {"run_id": self.id, "write_no": self._writes, **columns})
         if written:
             side_files.record(self.store, "ledger", self.id, self._writes)
             self._writes += 1
@@ -556,11 +515,7 @@ class Run:
 
     def _append_events(self, connection: Connection, kinds: list[str], **columns: list[Any]) -> None:
         first, count = self._count.events, len(kinds)
-        common: dict[str, Any] = {"name": [""] * count, "happened_at": [datetime.now(UTC)] * count}
-        numbered: dict[str, Any] = {
-            "run_id": [self.id] * count,
-            "event_no": list(range(first, first + count)),
-            "kind": kinds,
-        }
-        self.store.append(connection, "run_event", numbered | common | columns)
+        common: dict[str, Any] = {"run_id": self.id, "name": "", "happened_at": [datetime.now(UTC)] * count}
+        own = {"event_no": list(range(first, first + count)), "kind": kinds, **columns}
+        self.store.append(connection, "run_event", common | own)
         self._count = self._count._replace(events=first + count)

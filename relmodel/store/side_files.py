@@ -16,6 +16,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from relmodel.arrays import by_column
 from relmodel.errors import StoreError, TransientError
 from relmodel.resources import code_sha256
 
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 # shows the loss. So after each commit of a run a line is appended to the file STORE.journal and synced to disk, and
 # `relmodel check` compares the lines with the rows. A crash between the commit and its line loses the line only.
 # PostgreSQL keeps checksums of its own log and needs no journal.
-
 
 _LINE = re.compile(r"^(run_event|ledger) (\d+) (\d+)$", re.MULTILINE)
 
@@ -191,7 +191,15 @@ class LivenessLock:
         """Acquire the lock; acquire it again after a restart of the server.  Raises StoreError where the lock file
         cannot be written."""
         if self._store.dialect == "duckdb":
-            self._lock()
+            if self._file is not None and self._descriptor is None:
+                try:
+                    self._descriptor = os.open(self._file, os.O_WRONLY | os.O_CREAT, 0o666)
+                except OSError as error:
+                    raise StoreError(
+                        f"the file {self._file} cannot be written ({error.strerror}): check the permissions of its "
+                        "folder"
+                    ) from error
+                fcntl.flock(self._descriptor, fcntl.LOCK_EX)
         elif not self._query("run/lives.postgresql"):
             self.release()
             self._session = self._store.connect()
@@ -207,17 +215,6 @@ class LivenessLock:
             self._query("run/release.postgresql", run=self._run_id)
             self._session.close()
             self._session = None
-
-    def _lock(self) -> None:
-        if self._file is None or self._descriptor is not None:
-            return
-        try:
-            self._descriptor = os.open(self._file, os.O_WRONLY | os.O_CREAT, 0o666)
-        except OSError as error:
-            raise StoreError(
-                f"the file {self._file} cannot be written ({error.strerror}): check the permissions of its folder"
-            ) from error
-        fcntl.flock(self._descriptor, fcntl.LOCK_EX)
 
     def _query(self, name: str, **parameters: int) -> bool:
         """Run a query in the session, whose advisory locks outlive transactions; False where the session is lost."""
@@ -284,21 +281,11 @@ def mark_dead_runs(store: Database) -> None:
         # A run may have ended while the locks were tried: this statement sees that.
         with store.relation(connection, "asked_run", {"run_id": found}):
             dead = store.rows(connection, "run/still_unfinished")
-        store.append(
-            connection,
-            "run_event",
-            {
-                "run_id": [row.run_id for row in dead],
-                "event_no": [row.event_no for row in dead],
-                "kind": "found_dead",
-                "name": "",
-                "state": "killed",
-                "message": "its process ended before the run did",
-                "happened_at": [datetime.now(UTC)] * len(dead),
-            },
-        )
-    for run in found:
-        file = _lock_file(store, run)
+        columns = by_column("run_id event_no", [(row.run_id, row.event_no) for row in dead])
+        columns["happened_at"] = [datetime.now(UTC)] * len(dead)
+        said = {"kind": "found_dead", "name": "", "state": "killed", "message": "its process ended before the run did"}
+        store.append(connection, "run_event", {**columns, **said})
+    for file in (_lock_file(store, run) for run in found):
         if file is not None:
             with suppress(OSError):
                 file.unlink()
