@@ -58,7 +58,7 @@ from benchmarks.peers.boxes import (
     postgresql,
 )
 from benchmarks.peers.worlds import SPREADS, about, clustered, views
-from relmodel.find.boxes import pack, page_boxes
+from relmodel.find.boxes import bounds_of_runs, pack
 from relmodel.find.find import in_volumes
 from relmodel.find.indexes import PackedRTree, WorldIndex
 from relmodel.find.volumes import Box, Frustum
@@ -84,7 +84,8 @@ class StoreTables(Peer):
         order = np.argsort(page, kind="stable")  # as the store keeps parts: in the order of the pages
         self.number, boxes, page = order, boxes[order], page[order]
         ids = np.arange(1, len(boxes) + 1)
-        size, (counts, bounds) = boxes[:, 3:] - boxes[:, :3], page_boxes(boxes, page)
+        size, counts = boxes[:, 3:] - boxes[:, :3], np.bincount(page)
+        bounds = bounds_of_runs(boxes, np.cumsum(counts) - counts)
         pose = np.tile(np.eye(4), (len(boxes), 1, 1))
         pose[:, :3, 3] = boxes[:, :3]
         keys = [f"s{i}" for i in ids.tolist()]

@@ -22,10 +22,8 @@ def among(boxes: Floats, volumes: VolumeTable, pairs: tuple[Ints, Ints]) -> tupl
     return pairs[0][met], pairs[1][met]
 
 
-# Sort-Tile-Recursive packing of boxes into pages: the leaf level of the R-tree that the store's tables hold.
-#
-# Leutenegger, Lopez and Edgington, "STR: a simple and efficient algorithm for R-tree packing", ICDE 1997, in three
-# dimensions.
+# The pages are the leaf level of the R-tree that the store's tables hold: Leutenegger, Lopez and Edgington, "STR: a
+# simple and efficient algorithm for R-tree packing", ICDE 1997, in three dimensions.
 
 PAGE_SIZE = 64
 _SAMPLE = 8192  # points from which the extent is taken at least, where there are so many
@@ -55,8 +53,8 @@ def page_order(boxes: npt.ArrayLike, page_size: int = PAGE_SIZE) -> Ints:
     axes = np.argsort(extent, kind="stable")
     thin, middle, long = extent[axes]
     page_count = -(-n // page_size)
-    slab_pages = -(-page_count // _cuts((page_count * thin / middle * thin / long) ** (1 / 3)))
-    column_pages = -(-slab_pages // _cuts((slab_pages * middle / long) ** (1 / 2)))
+    slab_pages = -(-page_count // max(1, round((page_count * thin / middle * thin / long) ** (1 / 3))))
+    column_pages = -(-slab_pages // max(1, round((slab_pages * middle / long) ** (1 / 2))))
     slab, column = slab_pages * page_size, column_pages * page_size
 
     keys = [_whole(centre[:, axis]) for axis in axes]
@@ -93,18 +91,6 @@ def _sorted(values: Ints, order: Ints, starts: Ints, n: int) -> Ints:
     return keys
 
 
-def page_boxes(boxes: npt.ArrayLike, page: Ints) -> tuple[Ints, Floats]:
-    """How many boxes each page 0 .. max(page) holds (m,), and the boxes that bound them (m, 6).
-
-    `page` (n,) are the pages of `boxes` (n, 6) from `pack`: none is empty.
-    """
-    boxes = np.asarray(boxes, float).reshape(-1, 6)
-    counts = np.bincount(page)
-    if (page[1:] < page[:-1]).any():
-        boxes = boxes[np.argsort(page, kind="stable")]
-    return counts, bounds_of_runs(boxes, np.cumsum(counts) - counts)
-
-
 def bounds_of_runs(boxes: Floats, starts: Ints) -> Floats:
     """The boxes (m, 6) that bound runs of boxes (n, 6), each from its start to that of the next, none empty."""
     if len(starts) == 0:
@@ -122,8 +108,3 @@ def _extent(points: Floats) -> Floats:
     ends = np.partition(points, (beyond, len(points) - 1 - beyond), axis=0)
     extent = ends[len(points) - 1 - beyond] - ends[beyond]
     return np.asarray(np.maximum(extent, 1e-9 * extent.max()) if extent.any() else np.ones(3))
-
-
-def _cuts(pieces: float) -> int:
-    """How many pieces to cut into where so many, not whole, would be best."""
-    return max(1, round(pieces))

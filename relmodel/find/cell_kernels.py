@@ -8,7 +8,7 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from relmodel.compiled import helper, kernel
-from relmodel.find.rtree_kernels import grown
+from relmodel.find.rtree_kernels import FIRST_ROOM, listed, meets
 
 
 @helper
@@ -40,8 +40,7 @@ def grid_entries_in_boxes(
     first_only: bool,
 ) -> tuple[Ints, Ints]:
     """Pairs (number of the box asked, entry) where entries meet boxes (k, 6), at most one if `first_only`."""
-    out_asked = np.empty(64, np.int64)
-    out_entry = np.empty(64, np.int64)
+    out_asked, out_entry = np.empty(FIRST_ROOM, np.int64), np.empty(FIRST_ROOM, np.int64)
     count = 0
     cell = np.empty((3, 2))
     for number in range(len(asked)):
@@ -67,19 +66,8 @@ def grid_entries_in_boxes(
                     if last - row > 8:
                         row += np.searchsorted(depth_cell[row:last], cell[2, 0])
                     while row < last and depth_cell[row] <= cell[2, 1]:
-                        b = boxes[row]
-                        if (
-                            b[0] <= a[3]
-                            and b[3] >= a[0]
-                            and b[1] <= a[4]
-                            and b[4] >= a[1]
-                            and b[2] <= a[5]
-                            and b[5] >= a[2]
-                        ):
-                            if count == len(out_asked):
-                                out_asked, out_entry = grown(out_asked), grown(out_entry)
-                            out_asked[count] = number
-                            out_entry[count] = row
+                        if meets(boxes[row], a):
+                            out_asked, out_entry = listed(out_asked, out_entry, count, number, row)
                             count += 1
                             if first_only:
                                 return out_asked[:count], out_entry[:count]
@@ -87,9 +75,6 @@ def grid_entries_in_boxes(
                     place += 1
                 x, y = x + 1, cell[1, 0]
     return out_asked[:count], out_entry[:count]
-
-
-# Compiled descent of the oct-tree. Importing this module loads numba: import it where a query is asked.
 
 
 @kernel("UniTuple(i8[::1], 2)(f8[:, ::1], f8[:, ::1], i8[::1], i8[::1], i8[::1], i8[::1], f8[:, ::1], i8, b1)")
@@ -104,9 +89,13 @@ def octree_entries_in_boxes(
     stack_room: int,
     first_only: bool,
 ) -> tuple[Ints, Ints]:
-    """Pairs (number of the box asked, box) where boxes meet boxes (k, 6), each once, at most one if `first_only`."""
-    out_asked = np.empty(64, np.int64)
-    out_box = np.empty(64, np.int64)
+    """Pairs (number of the box asked, box) where boxes meet boxes (k, 6), each once, at most one if `first_only`.
+
+    cells: (m, 6) boxes of the cells, root first, depth by depth; of cell i the children are `first_child[i]` to
+    `first_child[i] + child_count[i]`, the boxes, where it is a leaf, `entry[first_entry[i]]` to
+    `entry[first_entry[i + 1]]`.
+    """
+    out_asked, out_box = np.empty(FIRST_ROOM, np.int64), np.empty(FIRST_ROOM, np.int64)
     count = 0
     stack = np.empty(stack_room, np.int64)
     for number in range(len(asked)):
@@ -117,28 +106,22 @@ def octree_entries_in_boxes(
             depth -= 1
             node = stack[depth]
             c = cells[node]
-            if c[0] > a[3] or c[3] < a[0] or c[1] > a[4] or c[4] < a[1] or c[2] > a[5] or c[5] < a[2]:
+            if not meets(c, a):
                 continue
             for child in range(first_child[node], first_child[node] + child_count[node]):
                 stack[depth] = child
                 depth += 1
             for place in range(first_entry[node], first_entry[node + 1]):
                 b = boxes[entry[place]]
-                mine = True
+                mine = meets(b, a)
                 for i in range(3):
-                    if b[i] > a[i + 3] or b[i + 3] < a[i]:
-                        mine = False
-                        break
                     least = max(b[i], a[i])
                     # A cell holds its lower faces; its upper ones belong to its neighbour, if it has one.
                     if least < c[i] or (least >= c[i + 3] and c[i + 3] < cells[0, i + 3]):
                         mine = False
                         break
                 if mine:
-                    if count == len(out_asked):
-                        out_asked, out_box = grown(out_asked), grown(out_box)
-                    out_asked[count] = number
-                    out_box[count] = entry[place]
+                    out_asked, out_box = listed(out_asked, out_box, count, number, entry[place])
                     count += 1
                     if first_only:
                         return out_asked[:count], out_box[:count]

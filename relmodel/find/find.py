@@ -4,8 +4,7 @@ their triangles and arcs.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -15,53 +14,31 @@ from sqlalchemy import Connection
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.errors import UsageError
 from relmodel.find.volumes import Box, Volume, VolumeTable, volumes_met
-from relmodel.geometry.transforms import hull_triangles, matrices
+from relmodel.geometry.curves import BOX, boxes_of
+from relmodel.geometry.transforms import apply, hull_triangles, matrices
 from relmodel.store import Store
 
 # At precision `box` an element is in a volume if
 #
 # - its part's world box, and its own, meet the volume's bounds; touching counts.  The world box of a part is that
-#   around
-#   its hull as placed (`relmodel.geometry.transforms.boxes_placed`), that of an element the box around its box in the
-#   shape's
-#   frame, carried into the world;
+#   around its hull as placed (`relmodel.geometry.transforms.boxes_placed`), that of an element the box around its box
+#   in the shape's frame, carried into the world;
 # - and its box in the shape's frame, as it lies in the world, meets the volume's ball, if any, and is not wholly
-#   outside
-#   any one of its half-spaces.
+#   outside any one of its half-spaces.
 #
 # That holds every element whose geometry reaches into the volume, and some that only come near. At precision `exact`
-# the geometry is tested against the volume: see `relmodel.find.find`.
-
+# the geometry is tested against the volume: see below.
 
 Level = Literal["part", "feature", "surface", "arc"]
 LEVELS: tuple[Level, ...] = ("part", "feature", "surface", "arc")
 Precision = Literal["box", "exact"]
 PRECISIONS: tuple[Precision, ...] = ("box", "exact")
 _FARTHEST_MM = 1e7  # beyond which no part is looked for
-BOX_COLUMNS = ("x0", "y0", "z0", "x1", "y1", "z1")
 
 
-@dataclass(frozen=True)
-class FoundRow:
-    """One answer: path of the placed part, level, name of the part or element, its world box in mm."""
-
-    path: str
-    level: str
-    name: str
-    box: tuple[float, ...]
-
-
-def in_volume(
-    store: Store,
-    volume: Volume,
-    *,
-    level: str = "part",
-    world: str | None = None,
-    precision: str = "box",
-    wholly: bool = False,
-) -> dict[str, npt.NDArray[Any]]:
-    """What lies in a volume, by columns, sorted by occurrence_id, element_no: `in_volumes` of one."""
-    return in_volumes(store, [volume], level=level, world=world, precision=precision, wholly=wholly)
+def in_volume(store: Store, volume: Volume, **how: Any) -> dict[str, npt.NDArray[Any]]:
+    """What lies in a volume, by columns, sorted by occurrence_id, element_no: `in_volumes` of one, asked as there."""
+    return in_volumes(store, [volume], **how)
 
 
 def in_volumes(
@@ -90,11 +67,10 @@ def in_volumes(
     with store.read() as connection:
         _, name = world_named(store, connection, world)
         bounds = np.array([volume.bounds for volume in volumes], float).reshape(-1, 6)
-        asked = {column: store.array(bounds[:, i]) for i, column in enumerate(BOX_COLUMNS)}
+        asked = {column: store.array(bounds[:, i]) for i, column in enumerate(BOX)}
         asked["volume_no"] = store.array(np.arange(len(bounds)))
         found = store.columns(connection, "find/in_boxes", world=name, level=level, **asked)
-        boxes = np.stack([found[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(float)
-        found = _chosen(found, volumes_met(volumes, found["volume_no"], matrices(found), boxes))
+        found = _chosen(found, volumes_met(volumes, found["volume_no"], matrices(found), boxes_of(found, "shape_")))
         if precision == "exact":
             found = _chosen(found, exactly_met(store, connection, volumes, level, found, wholly=wholly))
         elif wholly:
@@ -109,8 +85,7 @@ def _chosen(found: dict[str, npt.NDArray[Any]], met: Bools) -> dict[str, npt.NDA
 def _boxes_within(volumes: Sequence[Volume], found: dict[str, npt.NDArray[Any]]) -> Bools:
     """Of which rows (n,) the world box lies in the volume's bounds, and the box in the shape's frame in the volume."""
     within = np.ones(len(found["volume_no"]), bool)
-    world = np.stack([found[name] for name in BOX_COLUMNS], axis=1).astype(float)
-    own = np.stack([found[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(float)
+    world, own = boxes_of(found), boxes_of(found, "shape_")
     corners = np.stack([own[:, [i, j, k]] for i in (0, 3) for j in (1, 4) for k in (2, 5)], axis=1)
     poses = matrices(found)
     corners = np.einsum("nij,ncj->nci", poses[:, :3, :3], corners) + poses[:, None, :3, 3]
@@ -147,6 +122,8 @@ def nearest_parts(
     where the path or the tool is none, no such part is placed, the count is below 1 or the radius below 0, and as
     `in_volumes`.
     """
+    from relmodel.find.exact_kernels import distances
+
     if not 0 <= radius < np.inf or count < 1:
         raise UsageError("nearest needs a count from 1 and a radius from 0 mm")
     with store.read() as connection:
@@ -157,7 +134,8 @@ def nearest_parts(
             if not len(part["occurrence_id"]):
                 raise UsageError(f"there is no part {path!r} in the world {name}: relmodel find lists the parts' paths")
             itself = int(part["occurrence_id"][0])
-            body, solid = placed_triangles(store, connection, part)
+            mesh = _Geometry.of_all(store, connection, "part", part | {"element_no": np.array([-1])})
+            body, solid = apply(matrices(part)[0], mesh.triangles), bool(mesh.solid[0])
         else:
             body, solid = _swept(path, tool), True
     bounds = np.concatenate([body.min(axis=(0, 1)), body.max(axis=(0, 1))])
@@ -167,7 +145,9 @@ def nearest_parts(
         found = in_volume(store, Box(*grown), level=level, world=world)
         found = _chosen(found, found["occurrence_id"] != itself)
         with store.read() as connection:
-            away = exact_distances(store, connection, level, body, solid, found) - radius
+            geometry = _Geometry.of_all(store, connection, level, found)
+        given = geometry.number(found), geometry.triangles, geometry.first_triangle, geometry.solid
+        away = distances(np.ascontiguousarray(body), solid, matrices(found), *given) - radius
         found["distance_mm"] = np.maximum(away, 0.0)
         order = np.lexsort((found["element_no"], found["occurrence_id"], found["distance_mm"]))
         order = order[found["distance_mm"][order] <= reach][:count]
@@ -186,22 +166,15 @@ def _swept(path: npt.ArrayLike, tool: npt.ArrayLike) -> Floats:
     return np.concatenate([hull_triangles(np.concatenate([corners + a, corners + b])) for a, b in pieces])
 
 
-def find_rows(
-    store: Store,
-    volume: Volume,
-    *,
-    level: str | None = None,
-    world: str | None = None,
-    precision: str = "box",
-    wholly: bool = False,
-) -> list[FoundRow]:
-    """What lies in a volume, ready to print, sorted by path and name; without a level, parts and their features."""
+def find_rows(store: Store, volume: Volume, *, level: str | None = None, **how: Any) -> list[tuple[Any, ...]]:
+    """What lies in a volume, sorted by path and name: path of the placed part, level, name of the part or element, and
+    its world box x0 .. z1, mm; without a level, parts and their features.  how: as for `in_volumes`."""
     rows = []
     for asked in (level,) if level else ("part", "feature"):
-        found = in_volume(store, volume, level=asked, world=world, precision=precision, wholly=wholly)
-        boxes = np.stack([found[name] for name in BOX_COLUMNS], axis=1).astype(float).tolist()
+        found = in_volume(store, volume, level=asked, **how)
+        boxes = boxes_of(found).tolist()
         order = np.lexsort((found["element_no"], found["path"].astype(str)))
-        rows += [FoundRow(str(found["path"][i]), asked, str(found["name"][i]), tuple(boxes[i])) for i in order]
+        rows += [(str(found["path"][i]), asked, str(found["name"][i]), *boxes[i]) for i in order]
     return rows
 
 
@@ -241,7 +214,7 @@ def exactly_met(
         return met
     shapes = np.unique(found["shape_id"].astype(np.int64)).tolist()
     geometry = _Geometry.load(store, connection, level, shapes)
-    element = geometry.number(found["shape_id"].astype(np.int64), found["element_no"].astype(np.int64))
+    element = geometry.number(found)
     known = np.flatnonzero(element >= 0)
     if not len(known):
         return met
@@ -266,92 +239,55 @@ def exactly_met(
     return met
 
 
-def exact_distances(
-    store: Store,
-    connection: Connection,
-    level: str,
-    body: Floats,
-    body_solid: bool,
-    found: Mapping[str, npt.NDArray[Any]],
-) -> Floats:
-    """Distances (n,), mm, of what a level has, rows of `in_volumes`, from a body, triangles (m, 3, 3): of their
-    triangles, or of those of their boxes where they have none."""
-    from relmodel.find.exact_kernels import distances
-
-    geometry = _Geometry.of_all(store, connection, level, found)
-    element = geometry.number(found["shape_id"].astype(np.int64), found["element_no"].astype(np.int64))
-    given = geometry.triangles, geometry.first_triangle, geometry.solid
-    return distances(np.ascontiguousarray(body), body_solid, matrices(found), element, *given)
-
-
-def placed_triangles(store: Store, connection: Connection, part: Mapping[str, npt.NDArray[Any]]) -> tuple[Floats, bool]:
-    """Triangles (m, 3, 3) of a part, the only row, in the world, or those of its box; and whether it is solid."""
-    one = {**part, "element_no": np.array([-1])}
-    geometry, pose = _Geometry.of_all(store, connection, "part", one), matrices(part)[0]
-    return geometry.triangles @ pose[:3, :3].T + pose[:3, 3], bool(geometry.solid[0])
-
-
 class _Geometry:
     """Triangles of the elements of a level of some shapes; an arc's chords are triangles without area.
 
     deviation: (n,) how far the exact geometry of an element may be from its triangles, mm.
     """
 
-    def __init__(
-        self, keys: list[tuple[int, int]], triangles: list[Floats], solid: list[bool], deviation: list[float]
-    ) -> None:
-        counts = [len(t) for t in triangles]
-        keep = [i for i, count in enumerate(counts) if count]
-        order = sorted(keep, key=lambda i: keys[i])
-        self._keys = np.array([keys[i] for i in order], np.int64).reshape(-1, 2)
-        self.triangles = np.concatenate([np.empty((0, 3, 3)), *(triangles[i] for i in order)])
-        self.first_triangle = np.cumsum([0, *(counts[i] for i in order)])
-        self.solid = np.array([solid[i] for i in order], bool)
-        self.deviation = np.array([deviation[i] for i in order], float)
+    def __init__(self, elements: Iterable[tuple[tuple[int, int], Floats, bool, float]]) -> None:
+        """elements: shape_id and element_no, triangles (m, 3, 3), whether it is solid, and its deviation."""
+        kept = sorted((one for one in elements if len(one[1])), key=lambda one: one[0])
+        self._keys = np.array([key for key, *_ in kept], np.int64).reshape(-1, 2)
+        self.triangles = np.concatenate([np.empty((0, 3, 3)), *(triangles for _, triangles, *_ in kept)])
+        self.first_triangle = np.cumsum([0, *(len(triangles) for _, triangles, *_ in kept)])
+        self.solid = np.array([solid for *_, solid, _ in kept], bool)
+        self.deviation = np.array([deviation for *_, deviation in kept], float)
 
     @classmethod
     def load(cls, store: Store, connection: Connection, level: str, shapes: list[int]) -> _Geometry:
         if level == "arc":
             rows = store.select(connection, "shape_arc_sample", order="shape_id arc_no", shape_id=shapes)
-            keys = list(zip(rows["shape_id"].tolist(), rows["arc_no"].tolist(), strict=True))
-            deviation = [_sagitta(p, t) for p, t in zip(rows["points"], rows["tangents"], strict=True)]
-            return cls(keys, [_chords(points) for points in rows["points"]], [False] * len(keys), deviation)
+            each = (rows[name] for name in ("shape_id", "arc_no", "points", "tangents"))
+            arcs = zip(*each, strict=True)
+            return cls(((int(shape), int(arc)), _chords(p), False, _sagitta(p, t)) for shape, arc, p, t in arcs)
         meshes = store.columns(connection, "scene/meshes", shape_ids=shapes)
+        meshed = [int(shape) for shape in meshes["shape_id"]]
         of_shape = {
-            int(shape): np.asarray(vertices, float).reshape(-1, 3)[np.asarray(triangles, np.int64).reshape(-1, 3)]
-            for shape, vertices, triangles in zip(
-                meshes["shape_id"].tolist(), meshes["vertices"], meshes["triangles"], strict=True
-            )
+            shape: np.asarray(vertices, float).reshape(-1, 3)[np.asarray(triangles, np.int64).reshape(-1, 3)]
+            for shape, vertices, triangles in zip(meshed, meshes["vertices"], meshes["triangles"], strict=True)
         }
-        measured: Floats = np.ma.filled(np.ma.masked_invalid(np.ma.asarray(meshes["deviation_mm"], float)), 0.0)
-        deviation_of = dict(zip(meshes["shape_id"].tolist(), measured.tolist(), strict=True))
+        measured = np.nan_to_num(np.asarray(meshes["deviation_mm"], float))
+        deviation = dict(zip(meshed, measured.tolist(), strict=True))
         if level == "part":
             solids = set(store.select(connection, "shape", "id", id=shapes, kind="solid")["id"].tolist())
-            return cls(
-                [(s, -1) for s in of_shape],
-                list(of_shape.values()),
-                [s in solids for s in of_shape],
-                [deviation_of[s] for s in of_shape],
-            )
+            return cls(((s, -1), triangles, s in solids, deviation[s]) for s, triangles in of_shape.items())
         surfaces: dict[tuple[int, int], Floats] = {}
-        for shape, numbers in zip(meshes["shape_id"].tolist(), meshes["triangle_surfaces"], strict=True):
+        for shape, numbers in zip(meshed, meshes["triangle_surfaces"], strict=True):
             order = np.argsort(np.asarray(numbers), kind="stable")
             ordered = np.asarray(numbers)[order]
             first = np.flatnonzero(np.diff(ordered, prepend=-1))
-            pieces = np.split(of_shape[int(shape)][order], first[1:])
-            surfaces |= {(int(shape), int(n)): t for n, t in zip(ordered[first], pieces, strict=True)}
+            pieces = np.split(of_shape[shape][order], first[1:])
+            surfaces |= {(shape, int(n)): t for n, t in zip(ordered[first], pieces, strict=True)}
         if level == "surface":
-            deviation = [deviation_of[shape] for shape, _ in surfaces]
-            return cls(list(surfaces), list(surfaces.values()), [False] * len(surfaces), deviation)
+            return cls((key, triangles, False, deviation[key[0]]) for key, triangles in surfaces.items())
         rows = store.columns(connection, "scene/features", shape_ids=shapes)
         features: dict[tuple[int, int], list[Floats]] = {}
         for shape, feature, surface in zip(
             *(rows[c].tolist() for c in ("shape_id", "feature_no", "surface_no")), strict=True
         ):
             features.setdefault((shape, feature), []).append(surfaces.get((shape, surface), np.empty((0, 3, 3))))
-        deviation = [deviation_of.get(shape, 0.0) for shape, _ in features]
-        triangles = [np.concatenate(pieces) for pieces in features.values()]
-        return cls(list(features), triangles, [False] * len(features), deviation)
+        return cls((key, np.concatenate(f), False, deviation.get(key[0], 0.0)) for key, f in features.items())
 
     @classmethod
     def of_all(
@@ -361,16 +297,18 @@ class _Geometry:
         key = np.stack([found["shape_id"], found["element_no"]]).astype(np.int64)
         (shape_id, element_no), first = np.unique(key, axis=1, return_index=True)
         meshes = cls.load(store, connection, level, np.unique(shape_id).tolist())
-        places = meshes.number(shape_id, element_no).tolist()
-        boxes = np.stack([found[f"shape_{axis}{end}"][first] for end in (0, 1) for axis in "xyz"], axis=1).astype(float)
+        places = meshes.number({"shape_id": shape_id, "element_no": element_no}).tolist()
+        boxes = boxes_of(found, "shape_")[first]
         meshed = np.split(meshes.triangles, meshes.first_triangle[1:-1])
-        triangles = [_box_triangles(box) if at < 0 else meshed[at] for at, box in zip(places, boxes, strict=True)]
-        solid = [at < 0 or bool(meshes.solid[at]) for at in places]
-        keys = list(zip(shape_id.tolist(), element_no.tolist(), strict=True))
-        return cls(keys, triangles, solid, [0.0] * len(places))
+        keys = zip(shape_id.tolist(), element_no.tolist(), strict=True)
+        return cls(
+            (key, _box_triangles(box) if at < 0 else meshed[at], at < 0 or bool(meshes.solid[at]), 0.0)
+            for key, at, box in zip(keys, places, boxes, strict=True)
+        )
 
-    def number(self, shape_id: Ints, element_no: Ints) -> Ints:
-        """Places of elements in this table (n,), -1 where it has none."""
+    def number(self, elements: Mapping[str, npt.NDArray[Any]]) -> Ints:
+        """Places in this table of elements (n,) with shape_id and element_no, -1 where it has none."""
+        shape_id, element_no = (elements[name].astype(np.int64) for name in ("shape_id", "element_no"))
         if not len(self._keys):
             return np.full(len(shape_id), -1, np.int64)
         span = int(max(self._keys[:, 1].max(), element_no.max())) + 2

@@ -5,9 +5,9 @@ All give the same answers; they differ in building, size and time.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,8 +16,9 @@ from sqlalchemy import Connection
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.errors import UsageError
 from relmodel.find.boxes import PAGE_SIZE, among, as_boxes, bounds_of_runs, page_order
-from relmodel.find.find import BOX_COLUMNS, LEVELS, Level, world_named
+from relmodel.find.find import LEVELS, Level, world_named
 from relmodel.find.volumes import Box, Volume, VolumeTable, volumes_met
+from relmodel.geometry.curves import boxes_of
 from relmodel.geometry.transforms import Hulls, boxes_placed, matrices
 from relmodel.store import Store
 
@@ -26,7 +27,46 @@ _FEW = 64  # boxes asked of which the order makes no difference
 _ONE = np.zeros(1, np.int64)
 
 
-class PackedRTree:
+class BoxIndex:
+    """An index of boxes (n, 6: x0 y0 z0 x1 y1 z1) that says which of them meet others; touching counts."""
+
+    _boxes: Floats  # in the order of the index
+    _number: Ints  # of each of them, as they were given
+
+    def _pairs(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints]:
+        """Pairs of (number of the box asked, row of `_boxes`) that meet, at most one if `first_only`."""
+        raise NotImplementedError
+
+    def __len__(self) -> int:
+        return len(self._number)
+
+    @property
+    def nbytes(self) -> int:
+        """Size of its arrays, bytes."""
+        kept = [array for value in vars(self).values() for array in (value if isinstance(value, tuple) else (value,))]
+        return sum(array.nbytes for array in kept if isinstance(array, np.ndarray))
+
+    def in_box(self, box: Floats) -> Ints:
+        """Numbers of the boxes that meet a box (6,)."""
+        return self.in_boxes(box[None])[1]
+
+    def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
+        """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked."""
+        question, row = self._pairs(as_boxes(asked), first_only=False)
+        return question, self._number[row]
+
+    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
+        """Pairs of (number of the volume, number of a box) where the box meets the ball and is not wholly outside any
+        half-space of the volume, by volume."""
+        question, row = among(self._boxes, volumes, self._pairs(volumes.bounds, first_only=False))
+        return question, self._number[row]
+
+    def any_in_box(self, box: npt.ArrayLike) -> bool:
+        """Whether any box meets a box (6,)."""
+        return len(self._pairs(as_boxes(box), first_only=True)[0]) > 0
+
+
+class PackedRTree(BoxIndex):
     """An R-tree of boxes (n, 6: x0 y0 z0 x1 y1 z1), packed by Sort-Tile-Recursive on every level.
 
     Leutenegger, Lopez and Edgington, "STR: a simple and efficient algorithm for R-tree packing", ICDE 1997.  The
@@ -63,41 +103,27 @@ class PackedRTree:
         return self._count
 
     def in_box(self, box: Floats) -> Ints:
-        """Numbers of the boxes that meet a box (6,)."""
         return self._kernels.entries_in_box(self._nodes, self._leaves, box[None])
 
-    def in_boxes(self, boxes: Floats) -> tuple[Ints, Ints]:
-        """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked."""
-        order = np.arange(len(boxes))  # in which they are looked at: near ones mostly follow each other
-        if len(boxes) > _FEW:
-            self._kernels.near_keys(boxes, self._around, order)
+    def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
+        order = np.arange(len(asked))  # in which they are looked at: near ones mostly follow each other
+        if len(asked) > _FEW:
+            self._kernels.near_keys(asked, self._around, order)
             order.sort()
             order &= 0xFFFFFFFF
-        return self._kernels.entries_in_boxes(self._nodes, self._leaves, order, boxes)
+        return self._kernels.entries_in_boxes(self._nodes, self._leaves, order, asked)
 
     def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
-        """Pairs of (number of the volume, number of a box) where the box meets the ball and is not wholly outside any
-        half-space of the volume, by volume."""
-        from relmodel.find import rtree_kernels
-
-        return rtree_kernels.entries_in_volumes(
+        return self._kernels.entries_in_volumes(
             self._nodes, self._leaves, volumes.bounds, volumes.half_spaces, volumes.start, volumes.balls
         )
 
     def any_in_box(self, box: npt.ArrayLike) -> bool:
-        """Whether any box meets a box (6,)."""
-        return bool(self.any_in_boxes(np.asarray(box, np.float64).reshape(1, 6))[0])
+        return bool(self.any_in_boxes(as_boxes(box))[0])
 
     def any_in_boxes(self, boxes: Floats) -> Bools:
         """Whether any box meets each of some boxes (k, 6): (k,)."""
-        from relmodel.find import rtree_kernels
-
-        return rtree_kernels.any_in_boxes(self._nodes, self._leaves, boxes)
-
-    @property
-    def nbytes(self) -> int:
-        """Size of its arrays, bytes."""
-        return self._nodes.nbytes
+        return self._kernels.any_in_boxes(self._nodes, self._leaves, boxes)
 
 
 # Equal cells, the cell's size from a cost model, with coarser levels for boxes that are larger than a cell.
@@ -108,80 +134,48 @@ CELL_COST = 4.0
 _LARGEST_CELLS = 2**20  # along an axis
 
 
-class Grid:
+class Grid(BoxIndex):
     """Boxes in cells of a hierarchical grid, sorted by cell; only cells that hold boxes take room.
 
     A box lies in one cell, that of its least corner, on the level whose cell is just as large as its longest side: a
     volume looks at the cells that its bounds reach, and at those before them by the longest side of the level.  So
-    large boxes do not flood the small cells.  The size of the smallest cells, `cell_mm`, is that of least expected
-    cost, the number of cells looked up and of boxes tested by volumes that hold EXPECTED_HITS boxes: large cells test
-    boxes in vain, small cells are many.  `costs` has what was weighed: (cell size, expected cost) rows.
+    large boxes do not flood the small cells.  The size of the smallest cells is that of least expected cost, the number
+    of cells looked up and of boxes tested by volumes that hold EXPECTED_HITS boxes: large cells test boxes in vain,
+    small cells are many.
     """
+
+    _cells: tuple[Floats, Floats, Floats, Ints, Ints, Ints, Ints]
 
     def __init__(self, boxes: npt.ArrayLike) -> None:
         given = as_boxes(boxes)
-        self.cell_mm, self.costs = _cell_size(given)
+        smallest = _cell_size(given)
         longest = (given[:, 3:] - given[:, :3]).max(axis=1, initial=0)
-        level = np.maximum(0, np.ceil(np.log2(np.maximum(longest / self.cell_mm, 1)))).astype(np.int64)
-        self._origin = given[:, :3].min(axis=0) if len(given) else np.zeros(3)
-        sizes = self.cell_mm * 2.0 ** np.arange(int(level.max(initial=0)) + 1)
-        cell = np.floor((given[:, :3] - self._origin) / sizes[level][:, None]).astype(np.int64)
+        level = np.maximum(0, np.ceil(np.log2(np.maximum(longest / smallest, 1)))).astype(np.int64)
+        origin = given[:, :3].min(axis=0) if len(given) else np.zeros(3)
+        sizes: Floats = np.asarray(smallest * 2.0 ** np.arange(int(level.max(initial=0)) + 1), np.float64)
+        cell = np.floor((given[:, :3] - origin) / sizes[level][:, None]).astype(np.int64)
         order = np.lexsort((cell[:, 2], cell[:, 1], cell[:, 0], level))
         self._number, self._boxes = order.astype(np.int64), given[order]
-        self._given = given
         level, cell = level[order], cell[order]
-        self._depth_cell = np.ascontiguousarray(cell[:, 2])
         # Columns: runs of boxes of one level, x and y.
         first = np.flatnonzero((np.diff(np.column_stack([level, cell[:, :2]]), axis=0, prepend=-1) != 0).any(axis=1))
-        self._column = np.ascontiguousarray(cell[first, :2])
-        self._column_start = np.append(first, len(given)).astype(np.int64)
-        self._level_column = np.searchsorted(level[first], np.arange(len(sizes) + 1)).astype(np.int64)
-        self._sizes = sizes.astype(np.float64)
-        self._longest = np.zeros((len(sizes), 3))
-        np.maximum.at(self._longest, level, (self._boxes[:, 3:] - self._boxes[:, :3]))
+        columns = np.ascontiguousarray(cell[first, :2]), np.append(first, len(given)).astype(np.int64)
+        level_column = np.searchsorted(level[first], np.arange(len(sizes) + 1)).astype(np.int64)
+        longest = np.zeros((len(sizes), 3))
+        np.maximum.at(longest, level, (self._boxes[:, 3:] - self._boxes[:, :3]))
+        depths: Ints = np.ascontiguousarray(cell[:, 2])
+        self._cells = origin, sizes, longest, level_column, *columns, depths
 
-    def __len__(self) -> int:
-        return len(self._number)
-
-    @property
-    def nbytes(self) -> int:
-        kept = (self._boxes, self._number, self._depth_cell, self._column, self._column_start)
-        return sum(array.nbytes for array in kept)
-
-    def in_box(self, box: Floats) -> Ints:
-        return self.in_boxes(box[None])[1]
-
-    def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
-        return self._ask(asked, first_only=False)
-
-    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
-        return among(self._given, volumes, self.in_boxes(volumes.bounds))
-
-    def any_in_box(self, box: Floats) -> bool:
-        return len(self._ask(np.asarray(box, float).reshape(1, 6), first_only=True)[0]) > 0
-
-    def _ask(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints]:
+    def _pairs(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints]:
         from relmodel.find.cell_kernels import grid_entries_in_boxes
 
-        numbers, entries = grid_entries_in_boxes(
-            self._boxes,
-            self._origin,
-            self._sizes,
-            self._longest,
-            self._level_column,
-            self._column,
-            self._column_start,
-            self._depth_cell,
-            as_boxes(asked),
-            first_only,
-        )
-        return numbers, self._number[entries]
+        return grid_entries_in_boxes(self._boxes, *self._cells, asked, first_only)
 
 
-def _cell_size(boxes: Floats) -> tuple[float, Floats]:
-    """Cell size of least expected cost, and the rows (m, 2: cell size, cost) that were weighed."""
+def _cell_size(boxes: Floats) -> float:
+    """Cell size of least expected cost."""
     if len(boxes) == 0:
-        return 1.0, np.empty((0, 2))
+        return 1.0
     low, extent = boxes[:, :3], boxes[:, 3:] - boxes[:, :3]
     span = float(max((low.max(axis=0) - low.min(axis=0)).max(), extent.max(), 1e-9))
     # Boxes crowd: the density about a box taken by chance is the mean over boxes, not over the room.
@@ -190,7 +184,7 @@ def _cell_size(boxes: Floats) -> tuple[float, Floats]:
     density = float((crowd.astype(float) ** 2).sum() / len(boxes)) / (span / 16) ** 3
     longest = extent.max(axis=1)
     smallest = max(span / _LARGEST_CELLS, float(np.median(longest)) / 4, 1e-9)
-    rows = []
+    costs = []
     for size in smallest * 2.0 ** np.arange(max(1, int(np.log2(span / smallest)) + 1)):
         level = np.maximum(0, np.ceil(np.log2(np.maximum(longest / size, 1)))).astype(np.int64)
         share = np.bincount(level) / len(boxes)
@@ -201,9 +195,8 @@ def _cell_size(boxes: Floats) -> tuple[float, Floats]:
             reach = side + 2 * cells  # the volume, the boxes that begin before it, and the rest of the last cell
             looked_up = np.minimum((reach / cells) ** 2, share * len(boxes))
             cost += float((CELL_COST * looked_up + share * density * np.minimum(reach, span) ** 3)[share > 0].sum())
-        rows.append((size, cost))
-    costs = np.array(rows)
-    return float(costs[np.argmin(costs[:, 1]), 0]), costs
+        costs.append((cost, float(size)))
+    return min(costs)[1]
 
 
 # An oct-tree of boxes: a cell is empty, or holds few boxes, or is subdivided.
@@ -213,20 +206,17 @@ DEPTH = 16
 _REPEATED = 3.0  # a cell is left whole where its children would hold this many times its boxes
 
 
-class Octree:
+class Octree(BoxIndex):
     """Cells halved along each axis until they hold at most FILL boxes, or halving no longer parts the boxes.
 
     A box is listed in every leaf that it touches; a query reports it in one of them only, that which holds the least
-    point that box and query share.  Empty cells are not kept.
-
-    cells: (m, 6) boxes of the cells, root first, depth by depth; of cell i the children
-    are `first_child[i]` to `first_child[i] + child_count[i]`, the boxes, where it is a leaf, `entry[first_entry[i]]`
-    to `entry[first_entry[i + 1]]`.
+    point that box and query share.  Empty cells are not kept.  How cells refer to each other: see the kernel.
     """
 
     def __init__(self, boxes: npt.ArrayLike) -> None:
         self._boxes = as_boxes(boxes)
         n = len(self._boxes)
+        self._number = np.arange(n)
         root = np.zeros((1, 6))
         if n:
             root[0] = [*self._boxes[:, :3].min(axis=0), *self._boxes[:, 3:].max(axis=0)]
@@ -266,54 +256,22 @@ class Octree:
             high = np.where(side, here[owner, 3:], middle[owner])
             cells.append(np.concatenate([low, high], axis=1))
             made += len(kept)
-        self.cells = np.concatenate(cells)
-        self.first_child = np.concatenate(first_child).astype(np.int64)
-        self.child_count = np.concatenate(child_count).astype(np.int64)
         leaf, entry = (np.concatenate(columns) for columns in zip(*lists, strict=True))
-        self.entry = entry[np.argsort(leaf, kind="stable")].astype(np.int64)
-        self.first_entry = np.cumsum([0, *np.bincount(leaf, minlength=made)]).astype(np.int64)
+        entry = entry[np.argsort(leaf, kind="stable")].astype(np.int64)
+        first_entry = np.cumsum([0, *np.bincount(leaf, minlength=made)]).astype(np.int64)
+        below_cells = np.concatenate(first_child).astype(np.int64), np.concatenate(child_count).astype(np.int64)
+        self._cells: tuple[Floats, Ints, Ints, Ints, Ints] = (np.concatenate(cells), *below_cells, first_entry, entry)
 
-    def __len__(self) -> int:
-        return len(self._boxes)
-
-    @property
-    def nbytes(self) -> int:
-        arrays = (self._boxes, self.cells, self.first_child, self.child_count, self.entry, self.first_entry)
-        return sum(array.nbytes for array in arrays)
-
-    def in_box(self, box: Floats) -> Ints:
-        return self.in_boxes(box[None])[1]
-
-    def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
-        return self._ask(asked, first_only=False)
-
-    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
-        return among(self._boxes, volumes, self.in_boxes(volumes.bounds))
-
-    def any_in_box(self, box: Floats) -> bool:
-        return len(self._ask(np.asarray(box, float).reshape(1, 6), first_only=True)[0]) > 0
-
-    def _ask(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints]:
+    def _pairs(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints]:
         from relmodel.find.cell_kernels import octree_entries_in_boxes
 
-        numbers, found = octree_entries_in_boxes(
-            self._boxes,
-            self.cells,
-            self.first_child,
-            self.child_count,
-            self.first_entry,
-            self.entry,
-            as_boxes(asked),
-            8 * (DEPTH + 2),
-            first_only,
-        )
-        return numbers, found
+        return octree_entries_in_boxes(self._boxes, *self._cells, asked, 8 * (DEPTH + 2), first_only)
 
 
 # Nested segment and range trees: "does any box meet this volume?" in O(log^3 n) steps, whatever the boxes.
 
 
-class RangeTree:
+class RangeTree(BoxIndex):
     """Trees over x, whose nodes hold trees over y, whose nodes hold lists in order of the least z.
 
     An interval meets [q0, q1] if it holds q0 or if it begins in (q0, q1].  The first are on one path of a segment tree
@@ -331,86 +289,39 @@ class RangeTree:
         given = as_boxes(boxes)
         self._number = np.argsort(given[:, 2], kind="stable").astype(np.int64)
         self._boxes = np.ascontiguousarray(given[self._number])  # in order of z, and so is every list below
-        self._given = given
         everything = np.array([0, len(given)], np.int64), np.arange(len(given), dtype=np.int32)
         self._x: tuple[Any, ...] = trees_over(self._boxes[:, 0].copy(), self._boxes[:, 3].copy(), *everything)
         self._y: tuple[Any, ...] = trees_over(self._boxes[:, 1].copy(), self._boxes[:, 4].copy(), *self._x[-2:])
         self._greatest = greatest_so_far(self._boxes[:, 5].copy(), *self._y[-2:])
 
-    def __len__(self) -> int:
-        return len(self._number)
-
-    @property
-    def nbytes(self) -> int:
-        return sum(array.nbytes for array in (self._boxes, self._number, *self._x, *self._y, self._greatest))
-
-    def in_box(self, box: Floats) -> Ints:
-        return self.in_boxes(box[None])[1]
-
-    def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
-        numbers, found, _ = self._ask(asked, first_only=False)
-        return numbers, self._number[found]
-
-    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
-        return among(self._given, volumes, self.in_boxes(volumes.bounds))
-
-    def any_in_box(self, box: Floats) -> bool:
-        return self.existence(box)[0]
+    def _pairs(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints]:
+        return self._ask(asked, first_only)[:2]
 
     def existence(self, box: Floats) -> tuple[bool, int]:
         """Whether any box meets a box (6,), and the steps taken: nodes visited, probes of searches, boxes tested."""
-        numbers, _, steps = self._ask(np.asarray(box, float).reshape(1, 6), first_only=True)
-        return len(numbers) > 0, int(steps)
+        numbers, _, steps = self._ask(as_boxes(box), first_only=True)
+        return len(numbers) > 0, steps
 
-    def _ask(self, asked: Floats, *, first_only: bool) -> tuple[Ints, Ints, int]:
+    def _ask(self, asked: Floats, first_only: bool) -> tuple[Ints, Ints, int]:
         from relmodel.find.rangetree_kernels import entries_in_boxes
 
-        found: tuple[Ints, Ints, int] = entries_in_boxes(
-            self._boxes, self._x, self._y, self._greatest, as_boxes(asked), first_only
-        )
-        return found
+        return entries_in_boxes(self._boxes, self._x, self._y, self._greatest, asked, first_only)
 
 
-# The kinds of index over boxes, by name. All give the same answers; they differ in building, size and time.
-
-
-class BoxIndex(Protocol):
-    """An index of boxes (n, 6: x0 y0 z0 x1 y1 z1) that says which of them meet others; touching counts."""
-
-    def __len__(self) -> int: ...
-
-    @property
-    def nbytes(self) -> int:
-        """Size of its arrays, bytes."""
-
-    def in_box(self, box: Floats) -> Ints:
-        """Numbers of the boxes that meet a box (6,)."""
-
-    def in_boxes(self, asked: Floats) -> tuple[Ints, Ints]:
-        """Pairs of (number of the box asked, number of a box that meets it) for boxes (k, 6), by box asked."""
-
-    def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
-        """Pairs of (number of the volume, number of a box) where the box meets the ball and is not wholly outside any
-        half-space of the volume, by volume."""
-
-    def any_in_box(self, box: Floats) -> bool:
-        """Whether any box meets a box (6,)."""
-
-
-KINDS = ("rtree", "grid", "octree", "rangetree")
+_KINDS: dict[str, Callable[[npt.ArrayLike], BoxIndex]] = {
+    "rtree": PackedRTree,
+    "grid": Grid,
+    "octree": Octree,
+    "rangetree": RangeTree,
+}
+KINDS = tuple(_KINDS)
 
 
 def build(kind: str, boxes: npt.ArrayLike) -> BoxIndex:
     """An index of a kind over boxes (n, 6).  Raises UsageError where the kind is unknown."""
-    if kind == "rtree":
-        return PackedRTree(boxes)
-    if kind == "grid":
-        return Grid(boxes)
-    if kind == "octree":
-        return Octree(boxes)
-    if kind == "rangetree":
-        return RangeTree(boxes)
-    raise UsageError(f"there is no index of the kind {kind!r}: use one of {', '.join(KINDS)}")
+    if kind not in _KINDS:
+        raise UsageError(f"there is no index of the kind {kind!r}: use one of {', '.join(KINDS)}")
+    return _KINDS[kind](boxes)
 
 
 # A world in memory, for planners that ask what lies in a volume hundreds of times a minute.
@@ -425,8 +336,7 @@ def placed_parts(store: Store, connection: Connection, world_id: int) -> tuple[d
 
 def world_boxes(parts: dict[str, npt.NDArray[Any]], hulls: Hulls) -> Floats:
     """World boxes (n, 6) of placed parts (n,), mm."""
-    boxes = np.stack([parts[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(np.float64)
-    return boxes_placed(matrices(parts), boxes, parts["shape_id"].astype(np.int64), hulls)
+    return boxes_placed(matrices(parts), boxes_of(parts, "shape_"), parts["shape_id"].astype(np.int64), hulls)
 
 
 class WorldIndex:
@@ -448,7 +358,7 @@ class WorldIndex:
         self._no_element = np.full(len(self._occurrence_id), -1, np.int64)
         self._no_element.flags.writeable = False
         self._world_from_part = matrices(parts)
-        self._shape_box = np.stack([parts[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(np.float64)
+        self._shape_box = boxes_of(parts, "shape_")
         self._tree = build(kind, world_boxes(parts, hulls))
         shapes, self._part_shape = np.unique(parts["shape_id"].astype(np.int64), return_inverse=True)
         self._elements = {str(level): _ShapePages(shapes, columns) for level, columns in elements.items()}
@@ -519,7 +429,7 @@ class _ShapePages:
     """Boxes of the elements of a level, by shape and packed into pages; `columns` come sorted by shape."""
 
     def __init__(self, shapes: Ints, columns: dict[str, npt.NDArray[Any]]) -> None:
-        boxes = np.stack([columns[name] for name in BOX_COLUMNS], axis=1).astype(np.float64)
+        boxes = boxes_of(columns)
         shape = np.searchsorted(shapes, columns["shape_id"].astype(np.int64))
         ends = np.append(np.flatnonzero(np.diff(shape, prepend=-1)), len(shape))
         none = np.empty(0, np.int64)

@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from relmodel.errors import UsageError
-from relmodel.find.find import BOX_COLUMNS, LEVELS, world_named
+from relmodel.find.find import LEVELS, world_named
 from relmodel.find.volumes import Volume
+from relmodel.geometry.curves import BOX
 from relmodel.geometry.transforms import MATRIX_COLUMNS
 from relmodel.store import Store
 
@@ -32,7 +33,7 @@ PAGES_PER_RANGE = 1024
 _ROW_GROUP = 4096
 
 TABLES = ("world", "placed_body", "object_page", "object_node", "element", "hull")
-_BOX = dict.fromkeys(BOX_COLUMNS, "double")
+_BOX = dict.fromkeys(BOX, "double")
 _POSE = dict.fromkeys(MATRIX_COLUMNS, "double")
 _WORLD = {"world_id": "int64", "name": "string", "revision": "int32", "newest": "bool"}
 _BODY = {"world": "string", "object_no": "int32", "body_no": "int32", "name": "string", "object_id": "int64"}
@@ -66,6 +67,8 @@ def export_parts(
     of this one are replaced when everything is written.  One page range is in memory at a time.  Raises UsageError
     where the world is unknown, nothing is placed, or the folder holds something else.
     """
+    from pyarrow import parquet
+
     folder = Path(folder)
     if not _takes_exports(folder):
         raise UsageError(
@@ -86,7 +89,9 @@ def export_parts(
 
         def write(file: str, types: Mapping[str, str], columns: Mapping[str, Any]) -> None:
             cells = [identity.cell] * len(next(iter(columns.values())))
-            _write(new / file, {"cell": "string", **types}, {"cell": cells, **columns})
+            table = _table({"cell": "string", **types}, {"cell": cells, **columns})
+            (new / file).parent.mkdir(parents=True, exist_ok=True)
+            parquet.write_table(table, new / file, row_group_size=_ROW_GROUP)
 
         write("world/world.parquet", _WORLD, store.columns(connection, "parquet/worlds", worlds=worlds))
         write("placed_body/placed_body.parquet", _BODY, bodies)
@@ -131,7 +136,7 @@ def volume_tables(volumes: Sequence[Volume], level: str = "part") -> tuple[pa.Ta
         raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
     bounds = np.array([volume.bounds for volume in volumes]).reshape(-1, 6)
     ball = np.array([np.full(4, np.nan) if v.ball is None else v.ball for v in volumes]).reshape(-1, 4)
-    columns = dict(zip(BOX_COLUMNS + _BALL, np.concatenate([bounds, ball], axis=1).T, strict=True))
+    columns = dict(zip(BOX + _BALL, np.concatenate([bounds, ball], axis=1).T, strict=True))
     planes = np.concatenate([np.empty((0, 4)), *(volume.planes for volume in volumes)])
     number = np.repeat(np.arange(len(volumes)), [len(volume.planes) for volume in volumes])
     return (
@@ -146,10 +151,3 @@ def _table(types: Mapping[str, str], columns: Mapping[str, Any]) -> pa.Table:
 
     schema = pa.schema([(name, pa.type_for_alias(kind)) for name, kind in types.items()])
     return pa.table([pa.array(columns[name], schema.field(name).type, from_pandas=True) for name in types], schema)
-
-
-def _write(file: Path, types: Mapping[str, str], columns: Mapping[str, Any]) -> None:
-    from pyarrow import parquet
-
-    file.parent.mkdir(parents=True, exist_ok=True)
-    parquet.write_table(_table(types, columns), file, row_group_size=_ROW_GROUP)

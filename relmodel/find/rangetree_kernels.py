@@ -19,7 +19,7 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints, Ints32
 from relmodel.compiled import helper, kernel
-from relmodel.find.rtree_kernels import grown
+from relmodel.find.rtree_kernels import FIRST_ROOM, listed, meets
 
 # The arrays of trees, in the order above; and in numba's words.
 Trees: TypeAlias = tuple[Ints, Ints, Floats, Floats, Ints, Ints32, Ints, Ints32]
@@ -43,6 +43,34 @@ def _slot(lows: Floats, highs: Floats, value: float) -> int:
     return int(np.searchsorted(lows, value, side="right")) + int(np.searchsorted(highs, value, side="left"))
 
 
+@helper
+def _cover(left: int, right: int, shift: int, out: Ints, count: int) -> int:
+    """Append to `out`, of `count` nodes, those that cover a tree's leaves left to before right, by `shift` higher; how
+    many it has then."""
+    while left < right:
+        if left % 2:
+            out[count] = shift + left
+            count += 1
+            left += 1
+        if right % 2:
+            right -= 1
+            out[count] = shift + right
+            count += 1
+        left //= 2
+        right //= 2
+    return count
+
+
+@helper
+def _path(node: int, shift: int, out: Ints, count: int) -> int:
+    """As `_cover`: the nodes from one to its tree's root."""
+    while node >= 1:
+        out[count] = shift + node
+        count += 1
+        node //= 2
+    return count
+
+
 @kernel(f"{_TREES}(f8[::1], f8[::1], i8[::1], i4[::1])")
 def trees_over(low_of: Floats, high_of: Floats, group_first: Ints, group_member: Ints32) -> Trees:
     """Trees over an axis for groups of boxes, whose intervals are `low_of` and `high_of`."""
@@ -57,6 +85,7 @@ def trees_over(low_of: Floats, high_of: Floats, group_first: Ints, group_member:
     low, high = np.empty(key[groups]), np.empty(key[groups])
     node_first = np.zeros(base[groups] + 1, np.int64)
     node_member = np.empty(0, np.int32)
+    nodes = np.empty(256, np.int64)
     # Twice over: first the nodes' members are counted, then they are filled in, in the order of the boxes.
     for fill in range(2):
         if fill:
@@ -86,30 +115,14 @@ def trees_over(low_of: Floats, high_of: Floats, group_first: Ints, group_member:
             s = _power(2 * m + 1)
             for i in range(m):
                 box = members[i]
-                node = place[i] + w
-                while node >= 1:
-                    at = base[g] + node
-                    if fill:
-                        node_member[cursor[at]] = box
-                    cursor[at] += 1
-                    node //= 2
                 left = s + _slot(lows, highs, low_of[box])
                 right = s + _slot(lows, highs, high_of[box]) + 1
-                while left < right:
-                    if left % 2:
-                        at = base[g] + 2 * w + left
-                        if fill:
-                            node_member[cursor[at]] = box
-                        cursor[at] += 1
-                        left += 1
-                    if right % 2:
-                        right -= 1
-                        at = base[g] + 2 * w + right
-                        if fill:
-                            node_member[cursor[at]] = box
-                        cursor[at] += 1
-                    left //= 2
-                    right //= 2
+                count = _path(place[i] + w, base[g], nodes, 0)
+                count = _cover(left, right, base[g] + 2 * w, nodes, count)
+                for k in range(count):
+                    if fill:
+                        node_member[cursor[nodes[k]]] = box
+                    cursor[nodes[k]] += 1
     return key, base, low, high, group_first, group_member, node_first, node_member
 
 
@@ -142,27 +155,11 @@ def _nodes(trees: Trees, group: int, least: float, greatest: float, out: Ints) -
     lows, highs = low[key[group] : key[group + 1]], high[key[group] : key[group + 1]]
     m = len(lows)
     w, s = _power(m), _power(2 * m + 1)
-    steps = 4 * _probes(m)
-    count = 0
-    left = w + np.searchsorted(lows, least, side="right")
-    right = w + np.searchsorted(lows, greatest, side="right")
-    while left < right:
-        if left % 2:
-            out[count] = base[group] + left
-            count += 1
-            left += 1
-        if right % 2:
-            right -= 1
-            out[count] = base[group] + right
-            count += 1
-        left //= 2
-        right //= 2
-    node = s + _slot(lows, highs, least)
-    while node >= 1:
-        out[count] = base[group] + 2 * w + node
-        count += 1
-        node //= 2
-    return count, steps + count
+    left = w + int(np.searchsorted(lows, least, side="right"))
+    right = w + int(np.searchsorted(lows, greatest, side="right"))
+    count = _cover(left, right, base[group], out, 0)
+    count = _path(s + _slot(lows, highs, least), base[group] + 2 * w, out, count)
+    return count, 4 * _probes(m) + count
 
 
 @kernel(f"Tuple((i8[::1], i8[::1], i8))(f8[:, ::1], {_TREES}, {_TREES}, f8[::1], f8[:, ::1], b1)")
@@ -171,8 +168,7 @@ def entries_in_boxes(
 ) -> tuple[Ints, Ints, int]:
     """Pairs (number of the box asked, box) where boxes meet boxes (k, 6), one at most if `first_only`; and steps."""
     z_first, z_member = y_trees[6], y_trees[7]
-    out_asked = np.empty(64, np.int64)
-    out_box = np.empty(64, np.int64)
+    out_asked, out_box = np.empty(FIRST_ROOM, np.int64), np.empty(FIRST_ROOM, np.int64)
     count = 0
     steps = 0
     x_nodes, y_nodes = np.empty(256, np.int64), np.empty(256, np.int64)
@@ -192,14 +188,10 @@ def entries_in_boxes(
             if small:
                 for at in range(first[group], first[group + 1]):
                     box = member[at]
-                    b = boxes[box]
                     steps += 1
-                    if b[0] > a[3] or b[3] < a[0] or b[1] > a[4] or b[4] < a[1] or b[2] > a[5] or b[5] < a[2]:
+                    if not meets(boxes[box], a):
                         continue
-                    if count == len(out_asked):
-                        out_asked, out_box = grown(out_asked), grown(out_box)
-                    out_asked[count] = number
-                    out_box[count] = box
+                    out_asked, out_box = listed(out_asked, out_box, count, number, box)
                     count += 1
                     if first_only:
                         return out_asked[:count], out_box[:count], steps
@@ -223,10 +215,7 @@ def entries_in_boxes(
                 while at >= start and greatest[at] >= a[2]:
                     box = z_member[at]
                     if first_only or boxes[box, 5] >= a[2]:
-                        if count == len(out_asked):
-                            out_asked, out_box = grown(out_asked), grown(out_box)
-                        out_asked[count] = number
-                        out_box[count] = box
+                        out_asked, out_box = listed(out_asked, out_box, count, number, box)
                         count += 1
                         if first_only:
                             return out_asked[:count], out_box[:count], steps

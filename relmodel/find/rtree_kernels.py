@@ -28,6 +28,21 @@ def grown(values: Ints) -> Ints:
 
 
 @helper
+def listed(asked: Ints, entry: Ints, count: int, question: int, found: int) -> tuple[Ints, Ints]:
+    """Two arrays of `count` pairs (number of the question, what was found), larger where need be, with one more."""
+    if count == len(asked):
+        asked, entry = grown(asked), grown(entry)
+    asked[count], entry[count] = question, found
+    return asked, entry
+
+
+@helper
+def meets(a: Floats, b: Floats) -> bool:
+    """Whether two boxes (6,) meet."""
+    return bool(a[0] <= b[3] and a[3] >= b[0] and a[1] <= b[4] and a[4] >= b[1] and a[2] <= b[5] and a[5] >= b[2])
+
+
+@helper
 def mark(nodes: Floats, i: int, asked: Floats, q: int, hit: Bools) -> None:
     """Mark the places of node i whose bounds meet box q."""
     x0, y0, z0, x1, y1, z1 = asked[q, 0], asked[q, 1], asked[q, 2], asked[q, 3], asked[q, 4], asked[q, 5]
@@ -185,10 +200,6 @@ def near_keys(boxes: Floats, span: Floats, keys: Ints) -> None:
         keys[i] = place << 32 | i
 
 
-# Compiled descents for volumes bounded by planes and a ball: in the packed R-tree (`rtree_kernels`), and among the
-# boxes of placed shapes.
-
-
 @helper
 def _outside(box: Floats, planes: Floats, first: int, end: int) -> bool:
     """Whether a box (6,) is wholly outside one of the half-spaces (k, 5: normal, shift, offset) `first` to `end`."""
@@ -231,11 +242,9 @@ def entries_in_volumes(
     balls: Floats,
 ) -> tuple[Ints, Ints]:
     """Pairs (number of the volume, number of the entry) of a table of volumes: entries not wholly outside any
-    half-space, nor the ball: two arrays, by volume.  For the tree see `rtree_kernels`."""
+    half-space, nor the ball: two arrays, by volume."""
     planes = _unshifted(half_spaces)
-    room = FIRST_ROOM
-    out_volume = np.empty(room, np.int64)
-    out_entry = np.empty(room, np.int64)
+    out_volume, out_entry = np.empty(FIRST_ROOM, np.int64), np.empty(FIRST_ROOM, np.int64)
     count = 0
     stack = np.empty(STACK, np.int64)
     hit = np.empty(FANOUT, np.bool_)
@@ -260,11 +269,7 @@ def entries_in_volumes(
                     stack[depth] = int(nodes[node, 6, k])
                     depth += 1
                     continue
-                if count == room:
-                    out_volume, out_entry = grown(out_volume), grown(out_entry)
-                    room *= 2
-                out_volume[count] = volume
-                out_entry[count] = int(nodes[node, 6, k])
+                out_volume, out_entry = listed(out_volume, out_entry, count, volume, int(nodes[node, 6, k]))
                 count += 1
     return out_volume[:count], out_entry[:count]
 
@@ -291,9 +296,7 @@ def elements_in_volumes(
     The volume is carried into the frame of the part's shape by `transforms` (n, 4, 4) and tested against the pages
     `shape_pages[s]` to `shape_pages[s + 1]` of shape `part_shape[part]`, then against the boxes of the page.
     """
-    room = FIRST_ROOM
-    out_pair = np.empty(room, np.int64)
-    out_row = np.empty(room, np.int64)
+    out_pair, out_row = np.empty(FIRST_ROOM, np.int64), np.empty(FIRST_ROOM, np.int64)
     count = 0
     planes = _unshifted(half_spaces)
     centre = np.empty(3)
@@ -318,11 +321,7 @@ def elements_in_volumes(
                     continue
                 if _beyond(boxes[row], centre[0], centre[1], centre[2], radius):
                     continue
-                if count == room:
-                    out_pair, out_row = grown(out_pair), grown(out_row)
-                    room *= 2
-                out_pair[count] = pair
-                out_row[count] = row
+                out_pair, out_row = listed(out_pair, out_row, count, pair, row)
                 count += 1
     return out_pair[:count], out_row[:count]
 

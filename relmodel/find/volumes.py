@@ -35,7 +35,7 @@ class Volume:
 
     @property
     def planes(self) -> Floats:
-        raise NotImplementedError
+        return np.empty((0, 4))
 
     @property
     def inner_point(self) -> Floats:
@@ -48,7 +48,8 @@ class Volume:
         The latter cut nothing off the volume but exclude more boxes, such as one near an edge of a frustum that no face
         separates from it.
         """
-        return np.concatenate([self.planes, _box_half_spaces(self.bounds)])
+        faces = np.concatenate([-np.eye(3), np.eye(3)]), np.concatenate([-self.bounds[:3], self.bounds[3:]])
+        return np.concatenate([self.planes, np.column_stack(faces)])
 
 
 @dataclass(frozen=True)
@@ -79,10 +80,6 @@ class Box(Volume):
     def bounds(self) -> Floats:
         """x0 y0 z0 x1 y1 z1."""
         return np.array([self.x0, self.y0, self.z0, self.x1, self.y1, self.z1], np.float64)
-
-    @property
-    def planes(self) -> Floats:
-        return np.empty((0, 4))
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,10 +143,6 @@ class Sphere(Volume):
     @cached_property
     def bounds(self) -> Floats:
         return np.concatenate([self.ball[:3] - self.radius, self.ball[:3] + self.radius])
-
-    @property
-    def planes(self) -> Floats:
-        return np.empty((0, 4))
 
 
 @dataclass(frozen=True, eq=False)
@@ -338,10 +331,6 @@ def _is_rigid(pose: Floats) -> bool:
         return False
     rotation = pose[:3, :3]
     return bool(np.abs(rotation.T @ rotation - np.eye(3)).max() < 1e-6 and np.linalg.det(rotation) > 0)
-
-
-def _box_half_spaces(bounds: Floats) -> Floats:
-    return np.column_stack([np.concatenate([-np.eye(3), np.eye(3)]), np.concatenate([-bounds[:3], bounds[3:]])])
 
 
 # A camera's view widened by what is not known of its pose.

@@ -40,9 +40,9 @@ def box_columns(boxes: Floats) -> dict[str, Floats]:
     return {name: np.ascontiguousarray(boxes[:, i]) for i, name in enumerate(BOX)}
 
 
-def boxes_of(columns: Mapping[str, Any]) -> Floats:
-    """Columns x0 .. z1 as boxes (n, 6); the inverse of `box_columns`."""
-    return np.stack([np.asarray(columns[name], float) for name in BOX], axis=1) if columns else np.empty((0, 6))
+def boxes_of(columns: Mapping[str, Any], before: str = "") -> Floats:
+    """Columns x0 .. z1, with what stands before each name, as boxes (n, 6); the inverse of `box_columns`."""
+    return np.stack([np.asarray(columns[before + c], float) for c in BOX], axis=1) if columns else np.empty((0, 6))
 
 
 @cache

@@ -43,11 +43,19 @@ class LinkFrame:
 class Robots:
     """The robots in a loaded object, by their path in it: the object itself (empty path), and those nested in it."""
 
-    def __init__(self, store: Store, connection: Connection, object_id: int) -> None:
+    def __init__(self, store: Database, connection: Connection, object_id: int) -> None:
         self._ways = store.rows(connection, "object/robots", object_id=object_id)
-        self.object_id = {row.path: int(row.object_id) for row in self._ways if row.moves}
-        trees = {i: _joint_tree(store, connection, i) for i in set(self.object_id.values())}
-        self.trees = {path: trees[i] for path, i in self.object_id.items()}
+        robots = {row.path: int(row.object_id) for row in self._ways if row.moves}
+        links = {i: store.rows(connection, "object/links", object_id=i) for i in {object_id, *robots.values()}}
+        self._links = {path: links[i] for path, i in {"": object_id, **robots}.items()}
+        joints = {i: store.rows(connection, "object/joints", object_id=i) for i in {*robots.values()}}
+        trees = {i: JointTree([link.name for link in links[i]], [*map(_joint, rows)]) for i, rows in joints.items()}
+        self.trees = {path: trees[i] for path, i in robots.items()}
+
+    @property
+    def link_names(self) -> list[str]:
+        """Names of the links of the object itself."""
+        return [link.name for link in self._links[""]]
 
     def values(self, given: Mapping[str, float], what: str) -> dict[str, dict[str, float]]:
         """Values of all joints, rad or mm, by robot; a joint of a nested robot is given as ROBOT/JOINT, with its path.
@@ -71,30 +79,21 @@ class Robots:
         """Path of the robot that a joint or a link is named of: the longest that the name begins with."""
         return max((path for path in self.trees if path and name.startswith(f"{path}/")), key=len, default="")
 
-    def link(self, store: Store, connection: Connection, object_id: int, name: str) -> tuple[str, str, int]:
-        """Path of the robot, name in it, and how many such there are, of a link of the object named directly, or as
-        ROBOT/LINK."""
+    def links_named(self, name: str) -> tuple[str, list[Any]]:
+        """Path of the robot and its links, rows of `object/links`, that are named directly, or as ROBOT/LINK."""
         path = self._robot_of(name)
         plain = name[len(path) + 1 :] if path else name
-        links = store.rows(connection, "object/links", object_id=self.object_id[path] if path else object_id)
-        return path, plain, [link.name for link in links].count(plain)
+        return path, [link for link in self._links[path] if link.name == plain]
 
-    def frame(
-        self,
-        store: Store,
-        connection: Connection,
-        object_id: int,
-        link: str | None,
-        values: Mapping[str, Mapping[str, float]],
-    ) -> LinkFrame:
-        """Where a link of the object, named as for `link`, is at values of joints; of no link the object itself."""
-        if link is None:
+    def frame(self, name: str | None, values: Mapping[str, Mapping[str, float]]) -> LinkFrame:
+        """Where a link, named as for `links_named`, is at values of joints; of no link the object itself."""
+        if name is None:
             return LinkFrame("", None, np.eye(4), np.eye(4))
-        path, name, _ = self.link(store, connection, object_id, link)
+        path, (link, *_) = self.links_named(name)
         if path in self.trees:
-            return LinkFrame(path, name, self.frames(values)[path], self.trees[path].poses(values[path])[name])
-        links = store.rows(connection, "object/links", object_id=object_id)
-        return LinkFrame(path, name, np.eye(4), next(_matrix(found) for found in links if found.name == name))
+            poses = self.trees[path].poses(values[path])
+            return LinkFrame(path, link.name, self.frames(values)[path], poses[link.name])
+        return LinkFrame(path, link.name, np.eye(4), _matrix(link))
 
     def frames(self, values: Mapping[str, Mapping[str, float]]) -> dict[str, Floats]:
         """`object_from_robot` (4, 4) of every robot, at the values of the joints of those that carry it."""
@@ -108,38 +107,30 @@ class Robots:
                 frames[row.path] = frames[row.above] @ step
         return {path: frames[path] for path in self.trees}
 
-    def links(
-        self, store: Database, connection: Connection, values: Mapping[str, Mapping[str, float]]
-    ) -> dict[str, Floats]:
+    def links(self, values: Mapping[str, Mapping[str, float]]) -> dict[str, Floats]:
         """`object_from_link` (4, 4) of every link of the robots, by its path in the object, a / before each name."""
         links: dict[str, Floats] = {}
         for path, frame in self.frames(values).items():
             poses = self.trees[path].poses(values[path])
-            for link in store.rows(connection, "object/links", object_id=self.object_id[path]):
+            for link in self._links[path]:
                 links[f"/{path}/{link.segment}" if path else f"/{link.segment}"] = frame @ poses[link.name]
         return links
 
 
-def _joint_tree(store: Store, connection: Connection, object_id: int) -> JointTree:
-    rows = store.rows(connection, "object/joints", object_id=object_id)
-    links = [row.name for row in store.rows(connection, "object/links", object_id=object_id)]
-    joints = [
-        Joint(
-            name=row.name,
-            kind=row.kind,
-            parent=row.parent_link,
-            child=row.child_link,
-            axis=np.array([row.axis_x, row.axis_y, row.axis_z]),
-            lower=row.lower_limit,
-            upper=row.upper_limit,
-            parent_from_joint=_matrix(row),
-            mimic=None
-            if row.mimic_joint is None
-            else Mimic(row.mimic_joint, float(row.mimic_factor), float(row.mimic_offset)),
-        )
-        for row in rows
-    ]
-    return JointTree(links, joints)
+def _joint(row: Any) -> Joint:
+    return Joint(
+        name=row.name,
+        kind=row.kind,
+        parent=row.parent_link,
+        child=row.child_link,
+        axis=np.array([row.axis_x, row.axis_y, row.axis_z]),
+        lower=row.lower_limit,
+        upper=row.upper_limit,
+        parent_from_joint=_matrix(row),
+        mimic=None
+        if row.mimic_joint is None
+        else Mimic(row.mimic_joint, float(row.mimic_factor), float(row.mimic_offset)),
+    )
 
 
 @dataclass(frozen=True)
@@ -253,7 +244,7 @@ def _followed_up(store: Store, connection: Connection, world_id: int, mounts: Se
         values: dict[str, dict[str, float]] = {path: {} for path in robots.trees}
         for state in store.rows(connection, "world/joint_states", world_id=world_id, object_no=row.object_no):
             values[state.robot][state.joint] = float(state.value)
-        link = robots.frame(store, connection, row.object_id, row.link, values)
+        link = robots.frame(row.link, values)
         if link.robot in robots.trees or row.object_no not in carried:
             break
         row = carried[row.object_no]
@@ -415,7 +406,10 @@ def _chain(mounted: MountedRig, values: dict[str, float], names: list[str]) -> t
         object_from_link = mounted.tree.poses(values)[mounted.link]
         screws = mounted.tree.screws(mounted.link, values, names)
     object_from_rig = np.asarray(object_from_link @ mounted.link_from_rig)
-    return object_from_rig, _adjoint(inverse(object_from_rig)) @ np.hstack([np.eye(6), screws])
+    rig_from_object = inverse(object_from_rig)
+    turn, shift = rig_from_object[:3, :3], rig_from_object[:3, 3]
+    adjoint = np.block([[turn, skew(shift) @ turn], [np.zeros((3, 3)), turn]])  # takes twists (v, w) to the rig's frame
+    return object_from_rig, adjoint @ np.hstack([np.eye(6), screws])
 
 
 def _followed(mounted: MountedRig, values: dict[str, float]) -> dict[str, float]:
@@ -435,15 +429,6 @@ def _information(covariance: Floats, what: str) -> Floats:
         raise InputError(f"the covariance of {what} is not positive: give one that has an inverse")
     inner = np.linalg.inv(covariance / np.outer(scale, scale))
     return np.asarray(inner / np.outer(scale, scale))
-
-
-def _adjoint(a_from_b: Floats) -> Floats:
-    """(6, 6) that takes twists (v, w) in frame b to frame a."""
-    rotation, (x, y, z) = a_from_b[:3, :3], a_from_b[:3, 3]
-    out = np.zeros((6, 6))
-    out[:3, :3] = out[3:, 3:] = rotation
-    out[:3, 3:] = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ rotation
-    return out
 
 
 def _perturbed(transform: Floats, delta: Floats) -> Floats:

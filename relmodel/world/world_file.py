@@ -24,7 +24,6 @@ mounts:
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -77,7 +76,6 @@ class WorldFile:
     """What a world file says; all names in it are known to each other, all transforms are rigid."""
 
     path: Path
-    sha256: str
     world: str
     objects: tuple[PlacedObject, ...]
     rigs: Mapping[str, Path]
@@ -92,7 +90,7 @@ class WorldFile:
 def read_world_file(path: str | Path) -> WorldFile:
     """Read and check a world file.  Raises InputError that says what is wrong, where, and the cure."""
     path = Path(path)
-    data, sha256 = _read_yaml(path)
+    data = _read_yaml(path)
     _known_keys(data, ("world", "objects", "rigs", "mounts"), path, "the file")
     world = _text(data, "world", path, "the file")
     if len(world.encode(errors="replace")) > MOST_NAME_BYTES:
@@ -118,7 +116,7 @@ def read_world_file(path: str | Path) -> WorldFile:
     )
     _unique([m.name for m in mounts if m.kind == "object"], path, "mounts", "mount an object once")
     _refuse_circles(mounts, path)
-    return WorldFile(path, sha256, world, objects, rigs, mounts)
+    return WorldFile(path, world, objects, rigs, mounts)
 
 
 def _json(text: str) -> dict[str, Any] | None:
@@ -136,7 +134,7 @@ def _json(text: str) -> dict[str, Any] | None:
     return data if isinstance(data, dict) else None
 
 
-def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
+def _read_yaml(path: Path) -> dict[str, Any]:
     import yaml
 
     class Loader(yaml.SafeLoader):
@@ -155,9 +153,8 @@ def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
                     raise InputError(f"the world file {path} has the key {key!r} twice, at line {line}: remove one")
             return super().construct_mapping(node, deep)
 
-    raw = read_bytes(path, "world file")
     try:
-        text = raw.decode("utf-8-sig")
+        text = read_bytes(path, "world file").decode("utf-8-sig")
         data = _json(text) or yaml.load(text, Loader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
@@ -165,7 +162,7 @@ def _read_yaml(path: Path) -> tuple[dict[str, Any], str]:
         raise InputError(f"the world file {path} is not valid YAML{at}: correct it there") from error
     if not isinstance(data, dict):
         raise InputError(f"the world file {path} is not a mapping: it needs the keys world and objects")
-    return data, hashlib.sha256(raw).hexdigest()
+    return data
 
 
 def _placed_object(entry: Any, path: Path, where: str, mounted: set[str]) -> PlacedObject:

@@ -271,10 +271,10 @@ def test_rows_to_print(filled: tuple[Store, Oracle]) -> None:
     store, oracle = filled
     box = Box(-250, -250, -250, 250, 250, 250)
     rows = find_rows(store, box)
-    assert {r.path for r in rows if r.level == "part"} == {p for p, _ in oracle.in_box(box, "part")}
-    assert sum(r.level == "feature" for r in rows) == len(oracle.in_box(box, "feature"))
-    assert rows == sorted(rows, key=lambda r: (r.level == "feature", r.path))
-    assert find_rows(store, box, level="arc")[0].name.startswith("arc ")
+    assert {path for path, level, *_ in rows if level == "part"} == {p for p, _ in oracle.in_box(box, "part")}
+    assert sum(level == "feature" for _, level, *_ in rows) == len(oracle.in_box(box, "feature"))
+    assert rows == sorted(rows, key=lambda row: (row[1] == "feature", row[0]))
+    assert find_rows(store, box, level="arc")[0][2].startswith("arc ")
     assert find_rows(store, Box(9000, 0, 0, 9001, 1, 1)) == []
 
 

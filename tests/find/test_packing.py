@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from relmodel.find.boxes import pack, page_boxes
+from relmodel.find.boxes import bounds_of_runs, pack, page_order
 
 
 def random_boxes(n: int, seed: int) -> np.ndarray:
@@ -14,12 +14,16 @@ def random_boxes(n: int, seed: int) -> np.ndarray:
     return np.concatenate([low, low + rng.exponential(3, (n, 3))], axis=1)
 
 
+def page_bounds(boxes: np.ndarray, size: int) -> np.ndarray:
+    return bounds_of_runs(boxes[page_order(boxes, size)], np.arange(0, len(boxes), size))
+
+
 @pytest.mark.parametrize("n", [0, 1, 7, 8, 9, 64, 65, 1000, 12345])
 def test_every_box_has_a_page_and_pages_are_full(n: int) -> None:
     boxes = random_boxes(n, n)
     page = pack(boxes, page_size=8)
     assert len(page) == n
-    counts, bounds = page_boxes(boxes, page)
+    counts, bounds = np.bincount(page), page_bounds(boxes, 8)
     assert counts.sum() == n
     assert len(counts) == -(-n // 8)
     assert (counts[:-1] == 8).all()
@@ -32,7 +36,7 @@ def test_every_box_has_a_page_and_pages_are_full(n: int) -> None:
 def test_pages_are_compact() -> None:
     """Pages of points in a cube are near cubes: their summed volume is near the cube's, their widths near equal."""
     points = np.random.default_rng(1).uniform(0, 1, (64 * 512, 3))
-    _, bounds = page_boxes(np.hstack([points, points]), pack(np.hstack([points, points]), page_size=64))
+    bounds = page_bounds(np.hstack([points, points]), 64)
     width = (bounds[:, 3:] - bounds[:, :3]).mean(axis=0)
     assert np.allclose(width, 1 / 8, rtol=0.15)
     assert np.prod(bounds[:, 3:] - bounds[:, :3], axis=1).sum() < 1.0
@@ -46,8 +50,7 @@ def test_pages_of_a_flat_world_are_near_cubes(axes: tuple[int, ...], far: int) -
     points = np.random.default_rng(2).uniform(0, size, (20_000, 3))
     points[:far] += 1e6
     boxes = np.hstack([points, points])
-    page = pack(boxes, page_size=16)
-    _, bounds = page_boxes(boxes, page)
+    bounds = page_bounds(boxes, 16)
     width = np.median(bounds[:, 3:] - bounds[:, :3], axis=0)
     side = (np.prod(size) * 16 / 20_000) ** (1 / 3)
     assert np.allclose(width, side, rtol=0.25)
@@ -56,7 +59,7 @@ def test_pages_of_a_flat_world_are_near_cubes(axes: tuple[int, ...], far: int) -
 def test_pages_of_a_plane_and_of_a_line() -> None:
     for flat, side in (([0.0, 1, 1], (16 / 5000) ** (1 / 2)), ([0.0, 0, 1], 16 / 5000)):
         points = np.random.default_rng(3).uniform(0, 1, (5000, 3)) * flat
-        _, bounds = page_boxes(np.hstack([points, points]), pack(np.hstack([points, points]), page_size=16))
+        bounds = page_bounds(np.hstack([points, points]), 16)
         width = np.median(bounds[:, 3:] - bounds[:, :3], axis=0)
         assert np.allclose(width, side * np.array(flat), rtol=0.25)
 

@@ -9,9 +9,10 @@ import pytest
 
 from relmodel.app.cli.main import main
 from relmodel.arrays import Floats
-from relmodel.find.find import BOX_COLUMNS, in_volume, in_volumes
+from relmodel.find.find import in_volume, in_volumes
 from relmodel.find.indexes import WorldIndex, placed_parts, world_boxes
 from relmodel.find.volumes import Box
+from relmodel.geometry.curves import boxes_of
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.loading.load import load
 from relmodel.store import Store
@@ -67,7 +68,7 @@ def test_boxes_are_of_placed_geometry(fresh_store: str, tmp_path: Path, turn: Fl
         place: dict[str, object] = {"object": "stand", "name": "stand", "world_from_object": pose.tolist()}
         place_world(store, write_world(tmp_path / "world.yaml", "cell", [place]))
         found = in_volume(store, everything)
-        boxes = np.stack([found[name] for name in BOX_COLUMNS], axis=1).astype(float)
+        boxes = boxes_of(found)
         assert len(boxes) == 2
         for path, box in zip(found["path"], boxes, strict=True):
             wide = np.concatenate([truth[path.split("/")[1]][:3] - box[:3], box[3:] - truth[path.split("/")[1]][3:]])

@@ -13,8 +13,9 @@ import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.errors import InputError
-from relmodel.find.find import BOX_COLUMNS, in_volumes
+from relmodel.find.find import in_volumes
 from relmodel.find.volumes import Frustum, Polyhedron, boxes_met, widened
+from relmodel.geometry.curves import boxes_of
 from relmodel.geometry.transforms import matrices, rotation_matrix, rotation_vector
 from relmodel.store import Store
 
@@ -367,8 +368,8 @@ def probabilities_in_view(
 ) -> Floats:
     """How probable it is (n,) that a camera of the rig has a row of `in_volumes` in its view, by its box: the share of
     `p.drawn_poses` poses, drawn from the prior's normal distribution, from which one does."""
-    low, high = (np.stack([found[f"{axis}{end}"] for axis in "xyz"], axis=1).astype(float) for end in (0, 1))
-    boxes = np.stack([found[f"shape_{name}"] for name in BOX_COLUMNS], axis=1).astype(float)
+    low, high = np.hsplit(boxes_of(found), 2)
+    boxes = boxes_of(found, "shape_")
     poses, seen = matrices(found), np.zeros(len(low))
     draws = np.random.default_rng(p.seed).multivariate_normal(np.zeros(6), prior.covariance, p.drawn_poses)
     for world_from_rig in perturb(prior.world_from_rig, draws):
@@ -413,8 +414,8 @@ def select_in_view(
     found = in_volumes(store, whole, level=level, world=world)
     key = np.stack([found["occurrence_id"], found["element_no"]]).astype(np.int64)
     rows = np.unique(key, axis=1, return_index=True)[1]
-    low, high = (np.stack([found[f"{axis}{end}"][rows] for axis in "xyz"], axis=1).astype(float) for end in (0, 1))
-    boxes = np.stack([found[f"shape_{name}"][rows] for name in BOX_COLUMNS], axis=1).astype(float)
+    low, high = np.hsplit(boxes_of(found)[rows], 2)
+    boxes = boxes_of(found, "shape_")[rows]
     pose = matrices(found)[rows]
     shown, rig_poses = np.zeros(len(rows), bool), sample_poses(prior, p)
     for some in np.array_split(rig_poses, max(len(rig_poses) * len(rows) // _MOST_PAIRS, 1)):

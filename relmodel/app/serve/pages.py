@@ -320,7 +320,7 @@ def _find(store: Store, connection: Connection, asked: Mapping[str, str]) -> Lis
     words = "Give the least and the greatest corner of a box of the world, mm; a click on a part puts it about that."
     if any(asked.get(n) for n in BOUNDS):
         box = Box(*(finite(n, asked.get(n, "")) for n in BOUNDS))
-        rows = [(r.path, r.level, r.name, *r.box) for r in find_rows(store, box, level=level, world=world or None)]
+        rows = find_rows(store, box, level=level, world=world or None)
         words = f"{len(rows)} {level}s of the world {world} lie in it by their boxes."
     drawn = _world_scene(store, connection, world, {r[0] for r in rows})
     reach = [(m - drawn["radius"], m + drawn["radius"]) for m in drawn["focus"]] if drawn else [(0.0, 0.0)] * 3

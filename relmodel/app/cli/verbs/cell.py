@@ -312,7 +312,8 @@ def find(args: argparse.Namespace) -> int:
 
     Without --level: parts and their features.  Where nothing is found the nearest part is named.
     """
-    from relmodel.find.find import BOX_COLUMNS, find_rows
+    from relmodel.find.find import find_rows
+    from relmodel.geometry.curves import BOX
 
     _check_options(args)
     if args.near_to or args.near_to_part:
@@ -338,8 +339,8 @@ def find(args: argparse.Namespace) -> int:
             _print_found(("path", "level", "name", "probability"), uncertain, args)
             return 0
         nearest = "" if found else _nothing_there(store, volumes, args)
-    names = ("path", "level", "name", *BOX_COLUMNS)
-    _print_found(names, sorted((row.path, row.level, row.name, *row.box) for row in found), args)
+    names = ("path", "level", "name", *BOX)
+    _print_found(names, sorted(found), args)
     if nearest:
         say(nearest)
     return 0
