@@ -86,17 +86,10 @@ def compile_ahead(modules: Sequence[str], say: Callable[[str], None]) -> None:
     if not missing:
         return
     say(f"compiling kernels, once for this version, to be kept in {folder} ...")
-    with _turn(folder):
-        _compile([module for module in missing if not _mark(folder, module).exists()])
-
-
-@contextmanager
-def _turn(folder: Path) -> Iterator[None]:
-    """Wait while another process compiles into a folder: it has all processors at work, and leaves less to do."""
-    with ExitStack() as stack:
+    with ExitStack() as turn:  # another process that compiles has all processors at work, and leaves less to do
         with suppress(OSError):  # a folder that can only be read
-            fcntl.flock(stack.enter_context((folder / "turn").open("w")), fcntl.LOCK_EX)
-        yield
+            fcntl.flock(turn.enter_context((folder / "turn").open("w")), fcntl.LOCK_EX)
+        _compile([module for module in missing if not _mark(folder, module).exists()])
 
 
 def _compile(missing: Sequence[str]) -> None:
@@ -151,7 +144,10 @@ def cache_folder() -> Path | None:
         folder = Path(os.environ.get("NUMBA_CACHE_DIR") or base) / f"kernels-{cache_key()[:16]}"
         if not folder.is_dir():
             folder.mkdir(parents=True, exist_ok=True)
-            _forget(folder)
+            with suppress(OSError):  # another process removes them too
+                earlier = [other for other in folder.parent.glob("kernels-*") if other != folder]
+                for other in sorted(earlier, key=lambda other: other.stat().st_mtime)[:-_KEPT]:
+                    shutil.rmtree(other, ignore_errors=True)
     except (OSError, RuntimeError):  # a read-only disk; nobody's home
         return None
     return folder
@@ -207,11 +203,3 @@ class _Place:
 
     def get_disambiguator(self) -> str:
         return self._module
-
-
-def _forget(folder: Path) -> None:
-    """Remove the oldest folders of kernels as they were before."""
-    with suppress(OSError):  # another process removes them too
-        others = [other for other in folder.parent.glob("kernels-*") if other != folder]
-        for other in sorted(others, key=lambda other: other.stat().st_mtime)[:-_KEPT]:
-            shutil.rmtree(other, ignore_errors=True)

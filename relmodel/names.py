@@ -39,8 +39,9 @@ def nearest_name(name: str, names: Iterable[str]) -> str | None:
     found = []
     for other in names:
         its_place, its_word, its_number = _parts_of(other)
-        if its_word not in alike:
-            alike[its_word] = _likeness(word, its_word)
+        if its_word not in alike:  # one that is a word of the other is very like it
+            within = any(len(a) > 2 and a in b.split("_") for a, b in ((word, its_word), (its_word, word)))
+            alike[its_word] = 0.9 if within else SequenceMatcher(None, word, its_word).ratio()
         if alike[its_word] >= _LIKE:
             there = 1.0 if place == its_place else SequenceMatcher(None, place, its_place).ratio()
             found.append((-alike[its_word] - there, abs(number - its_number), other))
@@ -53,13 +54,6 @@ def _parts_of(path: str) -> tuple[str, str, int]:
     hit = _NUMBERED.fullmatch(name.lower())
     assert hit
     return place.lower(), hit[1], int(hit[2] or -1)
-
-
-def _likeness(a: str, b: str) -> float:
-    """How like two words are, from 0 to 1; one that is a word of the other is very like it."""
-    if (len(a) > 2 and a in b.split("_")) or (len(b) > 2 and b in a.split("_")):
-        return 0.9
-    return SequenceMatcher(None, a, b).ratio()
 
 
 # Files that people name: checked for reading and writing beforehand.

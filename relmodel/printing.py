@@ -43,7 +43,11 @@ def print_rows(
     """
     out = out or sys.stdout
     if form == "json":
-        _print_objects(names, rows, out)
+        before = "["  # what `json_text` makes of a list of objects, each printed as it comes
+        for one in _objects(names, rows):
+            out.write(f"{before}\n " + json_text(one, indent=1).replace("\n", "\n "))
+            before = ","
+        out.write("[]\n" if before == "[" else "\n]\n")
     elif form == "csv":
         writer = csv.writer(out, lineterminator="\n")
         writer.writerow([spreadsheet_text(name) for name in names])
@@ -91,15 +95,6 @@ def finite(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value if value is None or isinstance(value, str | int) else finite(plain(value))
-
-
-def _print_objects(names: Sequence[str], rows: Iterable[Sequence[Any]], out: TextIO) -> None:
-    """What `json_text` makes of a list of objects, each printed as it comes."""
-    before = "["
-    for one in _objects(names, rows):
-        out.write(f"{before}\n " + json_text(one, indent=1).replace("\n", "\n "))
-        before = ","
-    out.write("[]\n" if before == "[" else "\n]\n")
 
 
 def _objects(names: Sequence[str], rows: Iterable[Sequence[Any]]) -> Iterator[dict[str, Any]]:

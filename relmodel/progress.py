@@ -13,9 +13,6 @@ def silent(what: str, done: int, of: int) -> None:
     """Report to nobody."""
 
 
-# Seconds of the steps of a run.
-
-
 class Clock:
     """Seconds of each step, by name, in the order in which they were done."""
 

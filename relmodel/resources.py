@@ -19,8 +19,6 @@ def resource_dir(name: str) -> Path:
     return checkout / "examples" / "demo" if name == "demo" else checkout / name
 
 
-# Which code runs: the commit of its checkout, and a hash of its files.
-
 _PACKAGES = Path(__file__).parents[1]
 _ROOTS = (("relmodel", "*.py"), ("vision", "*.py"), ("schema", "*.*"), ("queries", "*.sql"))
 
@@ -63,9 +61,6 @@ def _commit_of(repository: Path, reference: str) -> str | None:
         return loose.read_text().strip()
     packed = (line.split() for line in (repository / "packed-refs").read_text().splitlines() if line[:1] not in "#^")
     return next((commit for commit, name in packed if name == reference), None)
-
-
-# Who works at this machine.
 
 
 def user_name() -> str | None:

@@ -10,7 +10,7 @@ from functools import partial
 from importlib import import_module
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from sqlalchemy import Connection
@@ -21,7 +21,7 @@ from relmodel.features import Feature, feature_class_key, recognise
 from relmodel.geometry.curves import boxes_of
 from relmodel.geometry.transforms import outermost
 from relmodel.loading.snap import snap, stored_ids
-from relmodel.model.content_keys import ModelKeys, model_keys, share
+from relmodel.model.content_keys import ModelKeys, ShapeKeys, model_keys, share
 from relmodel.model.model import Finding, Model, Shape
 from relmodel.names import MOST_NAME_BYTES, check_readable
 from relmodel.progress import Progress, silent
@@ -34,25 +34,24 @@ from relmodel.store.runs import cause_of
 if TYPE_CHECKING:
     from relmodel.loading.write import LoadReport
 
-# All of it is made before anything is written; the model stays as it is.
-
-
-Made = TypeVar("Made")
+# What the store will hold of a model: all of it is made before anything is written; the model stays as it is.
 
 
 @dataclass(frozen=True)
-class DerivedShape:
-    """What is derived from a shape, as columns of the tables without the shape's identity.
+class NewShape:
+    """A shape that the store lacks, its keys, and what follows from it.
 
     class_keys: keys of the features' classes.  box: x0 y0 z0 x1 y1 z1, mm; area: of all surfaces, mm2.
     hull: corners (n, 3) of the convex hull of its triangles; None where it has none, or fills its box.
     """
 
+    shape: Shape
+    keys: ShapeKeys
     features: tuple[Feature, ...]
     class_keys: tuple[str, ...]
     box: Floats
     area: float
-    hull: Floats | None = None
+    hull: Floats | None
 
 
 @dataclass(frozen=True)
@@ -68,13 +67,12 @@ class Noted:
 class Derived:
     """A model ready to be written.
 
-    shapes: by number of the shape, of those that the store lacks (the first of equal ones).  findings: of the model and
-    of the derivation.
+    shapes: those that the store lacks, the first of equal ones.  findings: of the model and of the derivation.
     """
 
     model: Model
     keys: ModelKeys
-    shapes: dict[int, DerivedShape]
+    shapes: list[NewShape]
     findings: tuple[Noted, ...]
 
 
@@ -90,50 +88,32 @@ def derive(
     snapped = snap(store, connection, model, keys)
     if snapped is not model:
         model, keys = snapped, model_keys(snapped)
-    failures: list[Noted] = []
-    shapes = {}
+    part_of = {part.shape: i for i, part in reversed(list(enumerate(model.parts)))}
+    # Findings of the readers: of the file, then by part, then by shape with the first part that has it.
+    findings = [Noted(finding) for finding in model.findings]
+    findings += [Noted(finding, i, part.shape) for i, part in enumerate(model.parts) for finding in part.findings]
+    findings += [Noted(one, part_of.get(i), i) for i, shape in enumerate(model.shapes) for one in shape.findings]
+    shapes = []
     first = {k.shape: i for i, k in reversed(list(enumerate(keys.shapes)))}  # of equal ones
     known = stored_ids(store, connection, "shape", first)
     new = sorted(i for key, i in first.items() if key not in known)
     for count, no in enumerate(new, 1):
         tell(f"recognising features, shape {count} of {len(new)}")
-        shapes[no] = _derived_shape(model.shapes[no], no, failures)
-    part_of = {part.shape: i for i, part in reversed(list(enumerate(model.parts)))}
-    found = [replace(n, part=part_of.get(n.shape)) if n.shape is not None else n for n in failures]
-    return Derived(model, keys, shapes, (*_noted(model), *found))
+        features: tuple[Feature, ...] = ()
+        try:
+            features = tuple(recognise(model.shapes[no]))
+        except Exception as error:  # which never costs a load
+            said = f"features could not be recognised ({type(error).__name__}: {error})"
+            findings.append(Noted(Finding("features_failed", said), part_of.get(no), no))
+        shapes.append(_new_shape(model.shapes[no], keys.shapes[no], features))
+    return Derived(model, keys, shapes, tuple(findings))
 
 
-def _noted(model: Model) -> list[Noted]:
-    """Findings of the readers: of the file, then by part, then by shape with the first part that has it."""
-    part_of = {part.shape: i for i, part in reversed(list(enumerate(model.parts)))}
-    return [
-        *(Noted(finding) for finding in model.findings),
-        *(Noted(finding, i, part.shape) for i, part in enumerate(model.parts) for finding in part.findings),
-        *(Noted(finding, part_of.get(i), i) for i, shape in enumerate(model.shapes) for finding in shape.findings),
-    ]
-
-
-def _attempt(what: str, make: Callable[[], Made], failures: list[Noted], shape: int | None = None) -> Made | None:
-    """The result of `make`; None where it fails, which is a finding and never costs a load."""
-    try:
-        return make()
-    except Exception as error:
-        said = f"{what} could not be recognised ({type(error).__name__}: {error})"
-        failures.append(Noted(Finding(f"{what.replace(' ', '_')}_failed", said), shape=shape))
-        return None
-
-
-def _derived_shape(shape: Shape, no: int, failures: list[Noted]) -> DerivedShape:
-    features = tuple(_attempt("features", partial(recognise, shape), failures, no) or ())
+def _new_shape(shape: Shape, keys: ShapeKeys, features: tuple[Feature, ...]) -> NewShape:
     every = np.concatenate([boxes_of(shape.surfaces), boxes_of(shape.arcs)])
     box = np.concatenate([every[:, :3].min(axis=0), every[:, 3:].max(axis=0)])
-    return DerivedShape(
-        features=features,
-        class_keys=tuple(map(feature_class_key, features)),
-        box=box,
-        area=float(np.sum(np.asarray(shape.surfaces["area"], float))) if shape.surfaces else 0.0,
-        hull=_hull(shape, box),
-    )
+    area = float(np.sum(np.asarray(shape.surfaces["area"], float))) if shape.surfaces else 0.0
+    return NewShape(shape, keys, features, tuple(map(feature_class_key, features)), box, area, _hull(shape, box))
 
 
 def _hull(shape: Shape, box: Floats) -> Floats | None:
@@ -149,8 +129,6 @@ def _hull(shape: Shape, box: Floats) -> Floats | None:
     return None if len(np.unique(hull[at_corner], axis=0)) == 8 else hull
 
 
-# Loading model files into a store: request -> run -> read -> derive -> write.
-
 # Files read in parallel; their models stay in memory until they are stored in order.
 READERS = 2
 # Heavy libraries that what follows from a model needs.
@@ -159,7 +137,12 @@ _NEEDED = ("relmodel.loading.write", "scipy.sparse.csgraph", "scipy.spatial", "s
 
 @dataclass(frozen=True)
 class Request:
-    """A file to load, under which name and variant, and how: as the parameters of `load`."""
+    """A STEP, mesh or URDF file to load under a name and a variant, and how.
+
+    unit: required where the format states none (STL, OBJ, PLY).  allow_partial: take a file that lost faces on reading,
+    which is refused otherwise; strict: refuse one with findings (`load_finding`).  time_limit_s: for reading it.
+    occluder: a mesh stays triangles between crease edges.
+    """
 
     path: Path
     name: str
@@ -171,30 +154,15 @@ class Request:
     occluder: bool = False
 
 
-def load(
-    store: Store,
-    path: str | Path,
-    *,
-    name: str,
-    variant: str = "",
-    unit: str | None = None,
-    allow_partial: bool = False,
-    strict: bool = False,
-    time_limit_s: float = TIME_LIMIT_S,
-    occluder: bool = False,
-    reader: Reader = read,
-) -> LoadReport:
-    """Load a STEP, mesh or URDF file under a name and a variant.
+def load(store: Store, path: str | Path, *, reader: Reader = read, **how: Any) -> LoadReport:
+    """Load a file; `how` are the fields of `Request`, `name` among them.
 
-    `unit` is required where the format states none (STL, OBJ, PLY).  A file that lost faces on reading is refused
-    unless `allow_partial`; one with findings (`load_finding`) is refused if `strict`. A mesh that is an `occluder`
-    stays triangles between crease edges. Geometry that the store holds already is shared; the same content under
-    the same name and variant adds nothing. `reader` reads the file (default: in a child process). Raises InputError
-    where the file is missing or bad, takes longer than `time_limit_s` to read, or is given no name; the store is
-    then as it was but for the run, its load report and its findings.
+    Geometry that the store holds already is shared; the same content under the same name and variant adds nothing.
+    `reader` reads the file (default: in a child process).  Raises InputError where the file is missing or bad, takes
+    too long to read, is refused as `Request` says, or is given no name; the store is then as it was but for the run,
+    its load report and its findings.
     """
-    request = Request(Path(path), name, variant, unit, allow_partial, strict, time_limit_s, occluder)
-    ((_, outcome),) = load_all(store, [request], reader=reader)
+    ((_, outcome),) = load_all(store, [Request(Path(path), **how)], reader=reader)
     if isinstance(outcome, InputError):
         raise outcome
     return outcome
@@ -253,27 +221,16 @@ def _begin(pool: ThreadPoolExecutor, reader: Reader, request: Request) -> tuple[
             raise InputError(f"{path.name} states its own unit of length: leave --unit out")
     except InputError as error:
         return request, error
-    return request, pool.submit(_read, reader, request)
-
-
-def _read(reader: Reader, request: Request) -> Model:
     options = ReadOptions(request.unit, request.name, request.time_limit_s, request.occluder)
-    return reader(request.path, options)
+    return request, pool.submit(reader, path, options)
 
 
 def _load(store: Store, request: Request, reading: _Reading | InputError, tell: Callable[[str], None]) -> LoadReport:
     """Load a file that is being read, in a run of its own; `tell` is told what is being done with it."""
     from relmodel.loading.load_parameters import DEFAULTS
 
-    parameters = {
-        **asdict(DEFAULTS),
-        "name": request.name,
-        "variant": request.variant,
-        "unit": request.unit,
-        "allow_partial": request.allow_partial,
-        "strict": request.strict,
-        "occluder": request.occluder,
-    }
+    asked = {name: value for name, value in vars(request).items() if name not in ("path", "time_limit_s")}
+    parameters = asdict(DEFAULTS) | asked
     packages = ("cadquery-ocp-novtk", "trimesh", "numpy", "duckdb")
     files: Mapping[str, tuple[str, str]] = {}
     findings: Sequence[Finding] = ()
@@ -287,7 +244,9 @@ def _load(store: Store, request: Request, reading: _Reading | InputError, tell: 
             if isinstance(reading, InputError):
                 raise reading
             model = reading.result()
-            files, findings = _inputs(model), model.findings
+            source, *others = ((file.name, file.sha256) for file in model.files)
+            files = {f"mesh {i}": file for i, file in enumerate(others)} | {"model": source}
+            findings = model.findings
             model = _allowed(model, request)
             run.step("read")
             tell("comparing with the store")
@@ -327,25 +286,18 @@ def _allowed(model: Model, request: Request) -> Model:
     return replace(model, findings=(*model.findings, finding))
 
 
-def _inputs(model: Model) -> dict[str, tuple[str, str]]:
-    """What was read, by its role in the run."""
-    first, *others = model.files
-    meshes = {f"mesh {i}": (file.name, file.sha256) for i, file in enumerate(others)}
-    return {**meshes, "model": (first.name, first.sha256)}
-
-
 def _note_refusal(
     run: Run, error: Exception, files: Mapping[str, tuple[str, str]], findings: Sequence[Finding]
 ) -> None:
     """End a run whose file was not loaded, with the reason and with what was found."""
-    from relmodel.loading.write import append_findings_of_refused
+    from relmodel.loading.write import append_finding_rows
 
     message = str(error) or type(error).__name__
 
     def write(connection: Connection) -> None:
         run.inputs(connection, files)
         run.append(connection, "load_report", {"run_id": [run.id], "status": "refused", "message": message})
-        append_findings_of_refused(run, connection, findings)
+        append_finding_rows(run, connection, findings, {})
         run.fail(message, connection, cause=cause_of(error))
 
     run.transact(write)

@@ -26,9 +26,8 @@ from relmodel.store.database import Database
 # A content key rounds numbers to a grid, and two nearly equal numbers may fall into two cells of any grid: a file
 # exported again, with other last digits, would be added again. So before keys are made of geometry that the store seems
 # to lack, rows are sought that begin (arcs) or have their centroid (surfaces) in the same place, within a cell of the
-# grid or in the next one (`geometry.py`). Where all that the key is made of agrees to round-off, the stored numbers are
+# grid or in the next one. Where all that the key is made of agrees to round-off, the stored numbers are
 # taken; of several rows those of the nearest. So are those of placements and attributes of what has the same name.
-
 
 _P = DEFAULTS.snap
 
@@ -57,23 +56,18 @@ def _snapped_poses(store: Database, connection: Connection, assemblies: Sequence
         at = np.flatnonzero(rows["id"] == identity)
         if np.array_equal(rows["child_no"][at], np.arange(len(at))):
             known.setdefault(str(rows["name"][at[0]]), []).append(poses[at])
+    bound = np.array([_P.turn_rad] * 3 + [_P.round_off_mm])  # of a column of a pose
     out = []
     for assembly in assemblies:
         own = np.array([e.parent_from_child for e in assembly.instances], float).reshape(-1, 4, 4)
-        off = [_worst(own, pose) for pose in known.get(assembly.name, []) if len(pose) == len(own)]
+        alike = [pose for pose in known.get(assembly.name, []) if len(pose) == len(own)]
+        off = [float((np.abs(own - pose)[:, :3] / bound).max(initial=0.0)) for pose in alike]
         if off and min(off) <= 1:
-            alike = [pose for pose in known[assembly.name] if len(pose) == len(own)]
             poses_there = alike[int(np.argmin(off))]
             placed = [replace(e, parent_from_child=p) for e, p in zip(assembly.instances, poses_there, strict=True)]
             assembly = replace(assembly, instances=tuple(placed))
         out.append(assembly)
     return tuple(out)
-
-
-def _worst(a: Floats, b: Floats) -> float:
-    """Greatest difference of two lists of poses (n, 4, 4), as a share of what round-off may make."""
-    off = np.abs(a - b)
-    return float(max(off[:, :3, 3].max() / _P.round_off_mm, off[:, :3, :3].max() / _P.turn_rad)) if len(a) else 0.0
 
 
 def _with_snapped_attributes(store: Database, connection: Connection, model: Model) -> Model:
@@ -110,22 +104,14 @@ def _with_snapped_attributes(store: Database, connection: Connection, model: Mod
 
 @dataclass(frozen=True)
 class _Level:
-    """Arcs or surfaces: their tables in a shape, the query, and columns by how exactly they are known."""
+    """Arcs or surfaces: what their place is called, and their columns by how exactly they are known."""
 
-    tables: tuple[tuple[str, str], ...]
-    owner: str
-    query: str
-    splines: str
+    name: str
     place: str
     same: tuple[str, ...]
     lengths: tuple[str, ...]
     angles: tuple[str, ...]
     intervals: tuple[tuple[str, str], ...]
-
-    @property
-    def numbers(self) -> tuple[str, ...]:
-        """All columns of numbers."""
-        return (*self.lengths, *self.angles, *self.bounds)
 
     @property
     def bounds(self) -> tuple[str, ...]:
@@ -136,10 +122,7 @@ class _Level:
 _FRAME = ("axis_x_x", "axis_x_y", "axis_x_z", "axis_z_x", "axis_z_y", "axis_z_z")
 _SIZES = ("origin_x", "origin_y", "origin_z", "radius", "radius2")
 _ARCS = _Level(
-    (("arcs", "arc_splines"), ("basis_arcs", "basis_arc_splines")),
-    "arc_no",
-    "load/near_arcs",
-    "load/arc_splines",
+    "arc",
     "start",
     ("kind", "recognised_kind", "provenance"),
     (*_SIZES, "start_x", "start_y", "start_z", "end_x", "end_y", "end_z"),
@@ -147,10 +130,7 @@ _ARCS = _Level(
     (("t0", "t1"),),
 )
 _SURFACES = _Level(
-    (("surfaces", "surface_splines"), ("basis_surfaces", "basis_surface_splines")),
-    "surface_no",
-    "load/near_surfaces",
-    "load/surface_splines",
+    "surface",
     "centroid",
     ("kind", "recognised_kind", "provenance", "direct", "reversed"),
     (*_SIZES, "centroid_x", "centroid_y", "centroid_z"),
@@ -163,42 +143,29 @@ def snapped_shapes(store: Database, connection: Connection, shapes: Sequence[Sha
     """Shapes with the numbers of the store, where these are the same but for round-off."""
     out = list(shapes)
     for level in (_ARCS, _SURFACES):
-        blocks = [
-            (i, names)
-            for i, shape in enumerate(out)
-            for names in level.tables
-            if row_count_or_none(getattr(shape, names[0]))
-        ]
+        every = [(i, f"{before}{level.name}") for i in range(len(out)) for before in ("", "basis_")]
+        blocks = [(i, name) for i, name in every if row_count_or_none(getattr(out[i], f"{name}s"))]
         if not blocks:
             continue
-        tables = [getattr(out[i], rows) for i, (rows, _) in blocks]
-        bare = [_is_bare(out[i], rows) for i, (rows, _) in blocks]
+        tables = [getattr(out[i], f"{name}s") for i, name in blocks]
+        bare = [_is_bare(out[i], f"{name}s") for i, name in blocks]
         row, stored, number = _near(store, connection, level, tables, bare)
         first = np.cumsum([0, *(row_count_or_none(t) for t in tables)])
         with store.relation(connection, "sought", {"id": np.unique(np.asarray(stored["id"], np.int64)[number])}):
-            splines = store.columns(connection, level.splines)
-        for (i, names), is_bare, start, end in zip(blocks, bare, first[:-1], first[1:], strict=True):
+            splines = store.columns(connection, f"load/{level.name}_splines")
+        for (i, name), is_bare, start, end in zip(blocks, bare, first[:-1], first[1:], strict=True):
             here = np.flatnonzero((row >= start) & (row < end))
             near = {c: values[number[here]] for c, values in stored.items()}
-            out[i] = _snapped(out[i], level, names, is_bare, row[here] - start, near, splines)
+            out[i] = _snapped(out[i], level, name, is_bare, (row[here] - start, near), splines)
     return out
 
 
-def _snapped(
-    shape: Shape,
-    level: _Level,
-    names: tuple[str, str],
-    is_bare: Bools,
-    at: Ints,
-    stored: Table,
-    splines: Table,
-) -> Shape:
-    """A shape whose rows `at` (n,) of a table have the numbers of the rows `stored` (n,)."""
-    rows, spline_rows = names
-    table = getattr(shape, rows)
-    curved, unlike = snapped_splines(getattr(shape, spline_rows), level.owner, at, stored["id"], splines)
+def _snapped(shape: Shape, level: _Level, name: str, is_bare: Bools, near: tuple[Ints, Table], splines: Table) -> Shape:
+    """A shape of which rows of a table have the numbers of the store: near: (n,) which, and the rows there (n,)."""
+    table, (at, stored) = getattr(shape, f"{name}s"), near
+    own = getattr(shape, f"{name}_splines")
+    curved, unlike = snapped_splines(own, f"{level.name}_no", at, stored["id"], splines)
     at, stored = at[~unlike], {c: values[~unlike] for c, values in stored.items()}
-    changed: dict[str, Any] = {spline_rows: curved}
     bare = is_bare[at]
     numbers = {c: _replaced(table[c], at, stored[c]) for c in (*level.lengths, *level.angles)}
     numbers |= {c: _replaced(table[c], at[bare], stored[c][bare]) for c in level.bounds}
@@ -208,7 +175,7 @@ def _snapped(
     numbers |= {c: _replaced(table[c], at[fits], stored[c][fits]) for c in BOX}
     kinds = np.array(table["recognised_kind"], object)
     kinds[at] = stored["recognised_kind"]
-    changed[rows] = table | numbers | {"recognised_kind": kinds}
+    changed: dict[str, Any] = {f"{name}_splines": curved, f"{name}s": table | numbers | {"recognised_kind": kinds}}
     return replace(shape, **changed)
 
 
@@ -218,12 +185,6 @@ def _is_bare(shape: Shape, rows: str) -> Bools:
     if rows == "surfaces" and row_count_or_none(shape.coedges):
         bare[np.asarray(shape.coedges["surface_no"], np.int64)] = False
     return bare
-
-
-def _whole_turns(kind: npt.NDArray[Any], ours: Floats, theirs: Floats) -> Floats:
-    """What whole turns take the start of a closed curve (n,) to about another: that at 0 may lie below 2 pi."""
-    closed = np.isin(np.asarray(kind, str), ("circle", "ellipse"))
-    return np.where(closed, np.round((theirs - ours) / (2 * np.pi)), 0.0) * 2 * np.pi
 
 
 def _near(
@@ -238,7 +199,7 @@ def _near(
     no, cell = _cells(place)
     sought = {"no": no, **{c: np.ascontiguousarray(column) for c, column in zip("xyz", cell.T, strict=True)}}
     with store.relation(connection, "sought", sought):
-        found = store.columns(connection, level.query, cell=_P.cell_mm, shift=_P.cell_shift)
+        found = store.columns(connection, f"load/near_{level.name}s", cell=_P.cell_mm, shift=_P.cell_shift)
     row = np.asarray(found["no"], np.int64)
     good = np.ones(len(row), bool)
     # What a spline is recognised as follows from it, and is less well known.
@@ -248,8 +209,10 @@ def _near(
     worst = np.zeros(len(row))
     bare = np.concatenate(bare_rows)[row]
     turns = np.zeros(len(row))
-    if level is _ARCS:
-        turns = _whole_turns(mine["kind"][row], mine["t0"][row], np.asarray(found["t0"], float))
+    if level is _ARCS:  # whole turns take the start of a closed curve to about another: that at 0 may lie below 2 pi
+        closed = np.isin(np.asarray(mine["kind"][row], str), ("circle", "ellipse"))
+        away = np.asarray(found["t0"], float) - mine["t0"][row]
+        turns = np.where(closed, np.round(away / (2 * np.pi)), 0.0) * 2 * np.pi
     for c, tolerance in _tolerances(level, mine).items():
         ours, theirs = np.asarray(mine[c], float)[row], np.asarray(found[c], float)
         if c in level.bounds:
@@ -359,9 +322,6 @@ def _agree(a: Any, b: Any, tolerance: float) -> bool:
 
 def _flat(values: Any) -> Floats:
     return np.empty(0) if values is None else np.asarray(values, float).ravel()
-
-
-# Which contents the store has, by their keys.
 
 
 def stored_ids(store: Database, connection: Connection, table: str, keys: Iterable[str]) -> dict[str, int]:

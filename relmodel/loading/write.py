@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,18 +12,15 @@ from sqlalchemy import Connection
 from relmodel.arrays import Bools, Columns, Floats, Ints, by_column
 from relmodel.features.holes import CIRCLE_DEFAULTS, classify, select_rare
 from relmodel.find.boxes import pack
-from relmodel.find.find import BOX_COLUMNS
-from relmodel.geometry.curves import vector_columns
+from relmodel.geometry.curves import BOX, box_columns, boxes_of, vector_columns
 from relmodel.geometry.transforms import MATRIX_COLUMNS, Hulls, Joint, boxes_placed, matrices, matrix_columns
-from relmodel.loading.load import Derived, Noted
+from relmodel.loading.load import Derived
 from relmodel.loading.snap import ids_by_key, stored_ids
-from relmodel.loading.write_shape import NewShape, append_geometry, append_pmi
+from relmodel.loading.write_shape import append_geometry, append_pmi
 from relmodel.model.content_keys import assembly_order
 from relmodel.model.model import Attribute, Finding, Model, attribute_rows, part_attributes
 from relmodel.store import Run
-from relmodel.store.database import Database
-
-_NAMED = ("name", "variant", "revision", "object_id", "findings")  # of a report, what other rows say
+from relmodel.store.database import Database, stored_fields
 
 
 @dataclass(frozen=True)
@@ -69,8 +66,7 @@ def write(run: Run, connection: Connection, derived: Derived, name: str, variant
     """
     model, keys = derived.model, derived.keys
     shape_ids, _ = ids_by_key(run, connection, "shape", [k.shape for k in keys.shapes])
-    new = [NewShape(model.shapes[no], keys.shapes[no], made) for no, made in derived.shapes.items()]
-    surfaces_added, arcs_added = append_geometry(run, connection, new, shape_ids)
+    surfaces_added, arcs_added = append_geometry(run, connection, derived.shapes, shape_ids)
     part_ids = append_parts(run, connection, derived, shape_ids)
     object_ids = append_objects(run, connection, derived, part_ids)
     append_findings(run, connection, derived, part_ids, shape_ids)
@@ -83,18 +79,9 @@ def write(run: Run, connection: Connection, derived: Derived, name: str, variant
     else:
         status, revision = "added", int(latest[0].revision) + 1 if latest else 1
         object_variant_id = int(run.store.new_ids(connection, "object_variant", 1)[0])
-        run.append(
-            connection,
-            "object_variant",
-            {
-                "id": [object_variant_id],
-                "name": name,
-                "variant": variant,
-                "revision": revision,
-                "object_id": object_id,
-                "source_id": source_id,
-            },
-        )
+        row = (object_variant_id, name, variant, revision, object_id, source_id)
+        columns = by_column("id name variant revision object_id source_id", [row])
+        run.append(connection, "object_variant", columns)
         append_expansion(run.store, connection, object_id)
     message = None
     if model.faces_in_file is not None and model.faces_loaded < model.faces_in_file:
@@ -114,42 +101,24 @@ def write(run: Run, connection: Connection, derived: Derived, name: str, variant
         faces_loaded=model.faces_loaded,
         parts=len(set(keys.parts)),
         occurrences=_occurrence_count(model),
-        shapes_added=len(new),
+        shapes_added=len(derived.shapes),
         surfaces_added=surfaces_added,
         arcs_added=arcs_added,
         findings=tuple(sorted(Counter(noted.finding.kind for noted in derived.findings).items())),
     )
-    row = {name: value for name, value in vars(report).items() if name not in _NAMED}
-    run.append(connection, "load_report", {"run_id": [row.pop("run")], **row})
+    run.append(connection, "load_report", {"run_id": [run.id], **stored_fields("load_report", report)})
     return report
 
 
 def _source(run: Run, connection: Connection, model: Model) -> int:
     source = model.files[0]
-    known = run.store.rows(
-        connection,
-        "load/source",
-        sha256=source.sha256,
-        unit_mm=model.unit_mm,
-        loader_version=model.loader_version,
-    )
+    key = {"sha256": source.sha256, "unit_mm": model.unit_mm, "loader_version": model.loader_version}
+    known = run.store.rows(connection, "load/source", **key)
     if known:
         return int(known[0].id)
     source_id = int(run.store.new_ids(connection, "source", 1)[0])
-    run.append(
-        connection,
-        "source",
-        {
-            "id": [source_id],
-            "file_name": source.name,
-            "sha256": source.sha256,
-            "format": model.format,
-            "schema_name": model.schema_name,
-            "unit": model.unit,
-            "unit_mm": model.unit_mm,
-            "loader_version": model.loader_version,
-        },
-    )
+    columns = {"file_name": source.name, "sha256": source.sha256, **stored_fields("source", model)}
+    run.append(connection, "source", {"id": [source_id], **columns})
     return source_id
 
 
@@ -227,8 +196,6 @@ def _append_attributes(
         run.append(connection, table, {owner: owners, "run_id": run.id, "source": "file", **values})
 
 
-# Writing the findings of a load.
-
 _OWN = ("kind", "message", "value", "bound", "unit")
 
 
@@ -236,46 +203,31 @@ def append_findings(
     run: Run, connection: Connection, derived: Derived, part_ids: dict[str, int], shape_ids: dict[str, int]
 ) -> None:
     """Append the findings of a load with the parts, shapes, surfaces and arcs that they are of, these being there."""
-    keys = derived.keys
-    surfaces = [_key(noted, "surface", derived) for noted in derived.findings]
-    arcs = [_key(noted, "arc", derived) for noted in derived.findings]
-    surface_ids, arc_ids = (
-        stored_ids(run.store, connection, table, [key for key in found if key is not None])
-        for table, found in (("surface", surfaces), ("arc", arcs))
-    )
-    _append(
-        run,
-        connection,
-        [noted.finding for noted in derived.findings],
-        {
-            "part_id": [None if n.part is None else part_ids[keys.parts[n.part]] for n in derived.findings],
-            "shape_id": [None if n.shape is None else shape_ids[keys.shapes[n.shape].shape] for n in derived.findings],
-            "surface_id": [None if key is None else surface_ids[key] for key in surfaces],
-            "arc_id": [None if key is None else arc_ids[key] for key in arcs],
-        },
-    )
+    keys, found = derived.keys, derived.findings
+    columns: dict[str, list[int | None]] = {
+        "part_id": [None if n.part is None else part_ids[keys.parts[n.part]] for n in found],
+        "shape_id": [None if n.shape is None else shape_ids[keys.shapes[n.shape].shape] for n in found],
+    }
+    for level in ("surface", "arc"):
+        numbers = [getattr(noted.finding, f"{level}_no") for noted in found]
+        own = [
+            None if n.shape is None or no is None else getattr(keys.shapes[n.shape], f"{level}s")[no]
+            for n, no in zip(found, numbers, strict=True)
+        ]
+        ids = stored_ids(run.store, connection, level, [key for key in own if key is not None])
+        columns[f"{level}_id"] = [None if key is None else ids[key] for key in own]
+    append_finding_rows(run, connection, [noted.finding for noted in found], columns)
 
 
-def append_findings_of_refused(run: Run, connection: Connection, findings: Sequence[Finding]) -> None:
-    """Append the findings of a file that was refused: the store has nothing that they could point to."""
-    _append(run, connection, findings, {})
-
-
-def _append(run: Run, connection: Connection, findings: Sequence[Finding], of: dict[str, list[int | None]]) -> None:
+def append_finding_rows(
+    run: Run, connection: Connection, findings: Sequence[Finding], of: Mapping[str, list[int | None]]
+) -> None:
+    """Append findings with the columns that say what they are of; none of a file that was refused."""
     if findings:
         own = {name: [getattr(finding, name) for finding in findings] for name in _OWN}
         run.append(
             connection, "load_finding", {"run_id": run.id, "finding_no": list(range(len(findings))), **own, **of}
         )
-
-
-def _key(noted: Noted, level: str, derived: Derived) -> str | None:
-    """Content key of the surface or arc that a finding is of."""
-    number = noted.finding.surface_no if level == "surface" else noted.finding.arc_no
-    if noted.shape is None or number is None:
-        return None
-    keys = derived.keys.shapes[noted.shape]
-    return (keys.surfaces if level == "surface" else keys.arcs)[number]
 
 
 # The expansion of an object: all that is in it, placed in its own frame, kept once for every world that places it.
@@ -293,7 +245,7 @@ def append_expansion(store: Database, connection: Connection, object_id: int) ->
     parents = _parents(placed["depth"][objects])
     bodies = _bodies(placed["depth"][objects], placed["link"][objects].astype(bool), parents)
 
-    boxes = np.stack([placed[name][parts] for name in BOX_COLUMNS], axis=1).astype(float)
+    boxes = boxes_of({name: placed[name][parts] for name in BOX})
     poses, shapes = matrices({name: placed[name][parts] for name in MATRIX_COLUMNS}), placed["shape_id"][parts]
     shape_ids = store.array(np.unique(shapes.astype(np.int64)))
     hulls = Hulls.of(store.columns(connection, "find/hulls", shape_ids=shape_ids))
@@ -308,9 +260,8 @@ def append_expansion(store: Database, connection: Connection, object_id: int) ->
 
     parent_no = np.ma.array(parents, mask=parents < 0)
     append(objects, {"node_no": np.arange(len(objects)), "parent_no": parent_no, "body_no": bodies}, "child_id")
-    numbers = {"node_no": len(objects) + np.arange(len(parts)), "parent_no": number[parts]}
-    bounds = {name: boxes[:, i] for i, name in enumerate(BOX_COLUMNS)}
-    append(parts, {**numbers, "body_no": bodies[number[parts]], "page": page, **bounds}, "part_id", "shape_id")
+    numbers = {"node_no": len(objects) + np.arange(len(parts)), "parent_no": number[parts], "page": page}
+    append(parts, {**numbers, "body_no": bodies[number[parts]], **box_columns(boxes)}, "part_id", "shape_id")
     store.insert(connection, "object_page", "load/object_pages", object_id=object_id)
     append_circles(store, connection, object_id)
 

@@ -10,24 +10,15 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.arrays import Bools, Columns, Ragged, by_column, stack, take
-from relmodel.geometry.curves import BOX
+from relmodel.arrays import Bools, Columns, Ints, Ragged, by_column, stack, take
+from relmodel.geometry.curves import box_columns
 from relmodel.geometry.transforms import matrix_columns
-from relmodel.loading.load import DerivedShape
+from relmodel.loading.load import NewShape
 from relmodel.loading.snap import ids_by_key
 from relmodel.model.content_keys import ShapeKeys, row_count_or_none
 from relmodel.model.measures import pack_samples
-from relmodel.model.model import Part, Shape, Table, arc_attributes, surface_attributes
+from relmodel.model.model import Part, Shape, Table, labels
 from relmodel.store import Run
-
-
-@dataclass(frozen=True)
-class NewShape:
-    """A shape that the store lacks, its keys, and what follows from it."""
-
-    shape: Shape
-    keys: ShapeKeys
-    derived: DerivedShape
 
 
 def append_shapes(
@@ -42,19 +33,19 @@ def append_shapes(
     class_ids = _append_feature_classes(run, connection, shapes)
     blocks: dict[str, list[dict[str, Any]]] = {}
     for new in shapes:
-        shape, keys, derived = new.shape, new.keys, new.derived
+        shape, keys = new.shape, new.keys
         tables: dict[str, Table] = {
             "shape": _shape_row(new),
             "shape_surface": {
                 "surface_no": np.arange(len(keys.surfaces)),
-                "surface_id": [surface_ids[k] for k in keys.surfaces],
+                "surface_id": _ids(keys.surfaces, surface_ids),
                 **{name: list(shape.surfaces[name]) for name in ("name",) if name in shape.surfaces},
             },
-            "shape_arc": _shape_arcs(shape, [arc_ids[k] for k in keys.arcs]),
+            "shape_arc": _shape_arcs(shape, _ids(keys.arcs, arc_ids)),
             **_attribute_rows(run, shape),
             "shape_mesh": _mesh_row(shape),
             "shape_arc_sample": pack_samples(shape.samples) if len(shape.samples.arc_no) else {},
-            **_feature_rows(derived, class_ids),
+            **_feature_rows(new, class_ids),
         }
         for table, columns in tables.items():
             if row_count_or_none(columns):
@@ -74,23 +65,23 @@ def _shape_row(new: NewShape) -> Table:
         "kind": [new.shape.kind],
         "surface_count": [len(new.keys.surfaces)],
         "arc_count": [len(new.keys.arcs)],
-        "area": [new.derived.area],
+        "area": [new.area],
         "volume": [new.shape.volume],
-        **{name: [float(value)] for name, value in zip(BOX, new.derived.box, strict=True)},
+        **box_columns(new.box[None]),
         **_hull(new),
     }
 
 
 def _hull(new: NewShape) -> Table:
-    hull, mesh = new.derived.hull, new.shape.mesh
+    hull, mesh = new.hull, new.shape.mesh
     columns = [None] * 3 if hull is None else list(hull.T)
     beyond = mesh.chord_mm if np.isnan(mesh.deviation_mm) else mesh.deviation_mm
     corners = {f"hull_{axis}": Ragged.pack([column]) for axis, column in zip("xyz", columns, strict=True)}
     return {**corners, "hull_mm": [None if hull is None else beyond]}
 
 
-def _shape_arcs(shape: Shape, ids: list[int]) -> Table:
-    if not ids:
+def _shape_arcs(shape: Shape, ids: Ints) -> Table:
+    if not len(ids):
         return {}
     sides = {
         c: [None if no < 0 else no for no in np.asarray(shape.arcs[c], np.int64).tolist()]
@@ -98,7 +89,7 @@ def _shape_arcs(shape: Shape, ids: list[int]) -> Table:
     }
     return {
         "arc_no": np.arange(len(ids)),
-        "arc_id": np.array(ids, dtype=np.int64),
+        "arc_id": ids,
         **sides,
         "convexity": list(shape.arcs["convexity"]),
         "angle": np.asarray(shape.arcs["angle"], float),
@@ -106,12 +97,8 @@ def _shape_arcs(shape: Shape, ids: list[int]) -> Table:
 
 
 def _attribute_rows(run: Run, shape: Shape) -> dict[str, Table]:
-    stated = {"surface_attribute": surface_attributes(shape), "arc_attribute": arc_attributes(shape)}
-    return {
-        table: {**columns, "run_id": [run.id] * len(columns["name"]), "source": ["file"] * len(columns["name"])}
-        for table, columns in stated.items()
-        if columns
-    }
+    stated = {f"{level}_attribute": labels(shape, level) for level in ("surface", "arc")}
+    return {table: {**columns, "run_id": run.id, "source": "file"} for table, columns in stated.items() if columns}
 
 
 def _mesh_row(shape: Shape) -> Table:
@@ -130,8 +117,8 @@ def _mesh_row(shape: Shape) -> Table:
 
 
 def _append_feature_classes(run: Run, connection: Connection, shapes: list[NewShape]) -> dict[str, int]:
-    features = [feature for new in shapes for feature in new.derived.features]
-    keys = [key for new in shapes for key in new.derived.class_keys]
+    features = [feature for new in shapes for feature in new.features]
+    keys = [key for new in shapes for key in new.class_keys]
     ids, fresh = ids_by_key(run, connection, "feature_class", keys)
     new = [(ids[keys[i]], keys[i], features[i]) for i in fresh.tolist()]
     if not new:
@@ -143,25 +130,21 @@ def _append_feature_classes(run: Run, connection: Connection, shapes: list[NewSh
     return ids
 
 
-def _feature_rows(derived: DerivedShape, class_ids: dict[str, int]) -> dict[str, Table]:
-    features = derived.features
+def _feature_rows(new: NewShape, class_ids: dict[str, int]) -> dict[str, Table]:
+    features = new.features
     if not features:
         return {}
-    boxes = np.array([f.box for f in features])
     members = [(i, surface, role) for i, f in enumerate(features) for surface, role in f.surfaces]
     return {
         "feature": {
             "feature_no": np.arange(len(features)),
-            "feature_class_id": np.array([class_ids[key] for key in derived.class_keys], dtype=np.int64),
+            "feature_class_id": _ids(new.class_keys, class_ids),
             "name": [f.name for f in features],
             **matrix_columns(np.array([f.shape_from_feature for f in features])),
-            **{name: boxes[:, i] for i, name in enumerate(BOX)},
+            **box_columns(np.array([f.box for f in features])),
         },
         "feature_surface": dict(by_column("feature_no surface_no role", members)),
     }
-
-
-# Writing new shapes with those of their arcs and surfaces that the store lacks.
 
 
 def append_geometry(
@@ -169,16 +152,9 @@ def append_geometry(
 ) -> tuple[int, int]:
     """Append new shapes with the arcs and surfaces that are new; returns how many surfaces and arcs were."""
     pairs = [(new.shape, new.keys) for new in shapes]
-    arcs = [_Rows(s.arcs, s.arc_splines, s.arc_offsets, k.arcs) for s, k in pairs]
-    arcs += [_Rows(s.basis_arcs, s.basis_arc_splines, s.basis_arc_offsets, k.basis_arcs) for s, k in pairs]
+    arcs = _blocks(pairs, "arc", "offsets")
     arc_ids, new_arcs = _append_rows(run, connection, "arc", arcs)
-    surfaces = [_Rows(s.surfaces, s.surface_splines, s.surface_swept, k.surfaces, k.surface_supports) for s, k in pairs]
-    surfaces += [
-        _Rows(
-            s.basis_surfaces, s.basis_surface_splines, s.basis_surface_swept, k.basis_surfaces, k.basis_surface_supports
-        )
-        for s, k in pairs
-    ]
+    surfaces = _blocks(pairs, "surface", "swept")
     surface_ids, new_surfaces = _append_rows(run, connection, "surface", surfaces)
     for (shape, keys), fresh in zip(pairs, new_surfaces[: len(pairs)], strict=True):
         _append_trims(run, connection, shape, keys, fresh, surface_ids, arc_ids)
@@ -187,11 +163,9 @@ def append_geometry(
         ("arc_offset", "arc", arc_ids, arcs, new_arcs),
     ):
         for block, fresh, (_, keys) in zip(blocks, new, [*pairs, *pairs], strict=True):
-            if not row_count_or_none(block.made):
+            made = _of_new(block.made, owner, fresh, _ids(block.keys, ids))
+            if not made:
                 continue
-            owners = np.asarray(block.made[f"{owner}_no"], np.int64)
-            made: dict[str, Any] = dict(take(block.made, np.flatnonzero(fresh[owners])))
-            made[f"{owner}_id"] = [ids[block.keys[i]] for i in made.pop(f"{owner}_no").tolist()]
             made["basis_arc_id"] = _ids_or_none(made.pop("basis_arc"), keys.basis_arcs, arc_ids)
             if table == "surface_swept":
                 made["basis_surface_id"] = _ids_or_none(made.pop("basis_surface"), keys.basis_surfaces, surface_ids)
@@ -211,6 +185,21 @@ class _Rows:
     supports: list[str] | None = None
 
 
+def _blocks(pairs: list[tuple[Shape, ShapeKeys]], level: str, made: str) -> list[_Rows]:
+    """The arcs or surfaces of each shape, then those that they are made from."""
+    return [
+        _Rows(
+            getattr(shape, f"{before}{level}s"),
+            getattr(shape, f"{before}{level}_splines"),
+            getattr(shape, f"{before}{level}_{made}"),
+            getattr(keys, f"{before}{level}s"),
+            getattr(keys, f"{before}{level}_supports", None),
+        )
+        for before in ("", "basis_")
+        for shape, keys in pairs
+    ]
+
+
 def _append_rows(
     run: Run, connection: Connection, table: str, blocks: list[_Rows]
 ) -> tuple[dict[str, int], list[Bools]]:
@@ -225,21 +214,30 @@ def _append_rows(
     for block, mask in zip(blocks, masks, strict=True):
         new = np.flatnonzero(mask)
         columns = {c: v for c, v in take(block.rows, new).items() if c in known_columns}
-        block_ids = np.array([ids[key] for key in block.keys], dtype=np.int64)
+        block_ids = _ids(block.keys, ids)
         columns["id"] = block_ids[new]
         columns["content_key"] = [block.keys[i] for i in new]
         if block.supports is not None:
             columns["support_key"] = [block.supports[i] for i in new]
         rows.append(columns)
-        if row_count_or_none(block.splines):
-            owners = np.asarray(block.splines[f"{table}_no"], np.int64)
-            spline = take(block.splines, np.flatnonzero(mask[owners]))
-            spline[f"{table}_id"] = block_ids[owners[mask[owners]]]
-            del spline[f"{table}_no"]
-            splines.append(spline)
+        splines.append(_of_new(block.splines, table, mask, block_ids))
     _append(run, connection, table, rows)
     _append(run, connection, f"{table}_spline", splines)
     return ids, list(masks)
+
+
+def _of_new(table: Table, owner: str, fresh: Bools, ids: Ints) -> Table:
+    """Rows of a table that belong to arcs or surfaces that are new, with their identities (n,) for their ordinals."""
+    if not row_count_or_none(table):
+        return {}
+    owners = np.asarray(table[f"{owner}_no"], np.int64)
+    rows = np.flatnonzero(fresh[owners])
+    others = {name: values for name, values in table.items() if name != f"{owner}_no"}
+    return {**take(others, rows), f"{owner}_id": ids[owners[rows]]}
+
+
+def _ids(keys: Sequence[str], ids: dict[str, int]) -> Ints:
+    return np.array([ids[key] for key in keys], np.int64)
 
 
 def _append(run: Run, connection: Connection, table: str, blocks: Sequence[Columns]) -> None:
@@ -258,19 +256,12 @@ def _append_trims(
     arc_ids: dict[str, int],
 ) -> None:
     """Append loops and coedges of the surfaces of a shape that are new."""
-    of_surface = np.array([surface_ids[key] for key in keys.surfaces], dtype=np.int64)
-    of_arc = np.array([arc_ids[key] for key in keys.arcs], dtype=np.int64)
-    for table, given in (("loop", shape.loops), ("coedge", shape.coedges)):
-        if not row_count_or_none(given):
-            continue
-        surface_no = np.asarray(given["surface_no"], np.int64)
-        rows = np.flatnonzero(fresh[surface_no])
-        columns = take(given, rows)
-        columns["surface_id"] = of_surface[surface_no[rows]]
-        del columns["surface_no"]
-        if table == "coedge":
-            columns["arc_id"] = of_arc[np.asarray(columns.pop("arc_no"), np.int64)]
-        _append(run, connection, table, [columns])
+    of_surface, of_arc = _ids(keys.surfaces, surface_ids), _ids(keys.arcs, arc_ids)
+    loops, coedges = (_of_new(table, "surface", fresh, of_surface) for table in (shape.loops, shape.coedges))
+    if coedges:
+        coedges["arc_id"] = of_arc[np.asarray(coedges.pop("arc_no"), np.int64)]
+    _append(run, connection, "loop", [loops])
+    _append(run, connection, "coedge", [coedges])
 
 
 def _ids_or_none(rows: object, keys: list[str], ids: dict[str, int]) -> list[int | None]:

@@ -19,7 +19,7 @@ from relmodel.geometry.curves import vectors
 from relmodel.geometry.surfaces import ANALYTIC_KINDS
 from relmodel.geometry.transforms import Joint
 from relmodel.model.measures import curves_of, surfaces_of
-from relmodel.model.model import Assembly, Attribute, Model, Part, Shape, Table
+from relmodel.model.model import Assembly, Attribute, Model, Shape, Table
 
 # A content key is the first half of the SHA-256 of the thing's kind and numbers, and of the keys of what it is made of
 # (a Merkle tree). Numbers enter rounded down to a grid of 1e-6 mm for lengths and 1e-9 for directions, angles and
@@ -29,9 +29,8 @@ from relmodel.model.model import Assembly, Attribute, Model, Part, Shape, Table
 #
 # Two numbers that differ by a round-off of r still fall into two cells with probability r / spacing: one in a million
 # for the 1e-12 mm of a kernel, often for a file that was written with other last digits. So numbers of a model are
-# first snapped to those of the store that are near (`loading/snap/`). A file read again gives the same numbers, and so
-# the same keys.
-
+# first snapped to those of the store that are near (`loading/snap.py`). A file read again gives the same numbers, and
+# so the same keys.
 
 LENGTH_QUANTUM = 1e-6  # mm
 ANGLE_QUANTUM = 1e-9  # rad, components of directions, spline parameters and weights
@@ -66,7 +65,12 @@ class ModelKeys:
 def model_keys(model: Model) -> ModelKeys:
     """Keys of a model.  Raises InputError where an assembly contains itself."""
     shapes = [shape_keys(shape) for shape in model.shapes]
-    parts = [_part_key(part, shapes[part.shape]) for part in model.parts]
+    parts = []
+    for p in model.parts:
+        faces = shapes[p.shape].surfaces
+        pmi = [repr((replace(one, surfaces=()), [(faces[s], role) for s, role in one.surfaces])) for one in p.pmi]
+        labels = (p.number, p.name, p.material or "", p.colour or "", *_attribute_texts(p.attributes))
+        parts.append(content_key([*labels, *pmi, shapes[p.shape].shape]))
     return ModelKeys(shapes, parts, _assembly_keys(model.assemblies, parts))
 
 
@@ -292,12 +296,6 @@ def _loop_keys(shape: Shape, arcs: list[str]) -> list[str]:
     return out
 
 
-def _part_key(part: Part, shape: ShapeKeys) -> str:
-    pmi = [repr((replace(p, surfaces=()), [(shape.surfaces[s], role) for s, role in p.surfaces])) for p in part.pmi]
-    attributes = _attribute_texts(part.attributes)
-    return content_key([part.number, part.name, part.material or "", part.colour or "", *attributes, *pmi, shape.shape])
-
-
 def _attribute_texts(attributes: Sequence[Attribute]) -> list[str]:
     return sorted(f"{name}={value!r} {unit or ''}" for name, value, unit in attributes)
 
@@ -355,15 +353,6 @@ ROUND_OFF_MM = 2e-6
 ROUND_OFF_SHARE = 1e-9
 
 
-@dataclass
-class Congruence:
-    """Motion that takes one shape to another, and which of its faces and edges each of the other's is."""
-
-    motion: Floats  # (4, 4)
-    surfaces: Ints
-    arcs: Ints
-
-
 def share(model: Model) -> Model:
     """The model in which parts of congruent shapes have the first of these, placed by the motion.
 
@@ -414,7 +403,7 @@ def _classes(shapes: Sequence[Shape]) -> tuple[Ints, Floats, dict[int, Ints]]:
                     elements[k] = _elements(shapes[k])
             found = _fit(elements[first], elements[i])
             if found is not None:
-                of[i], motion[i], like[i] = first, found.motion, found.surfaces
+                of[i], motion[i], like[i] = first, found[0], found[1][: len(shapes[first].surfaces["kind"])]
                 break
         else:
             alike.append(i)
@@ -424,13 +413,6 @@ def _classes(shapes: Sequence[Shape]) -> tuple[Ints, Floats, dict[int, Ints]]:
 def _counts(shape: Shape) -> tuple[str, ...]:
     """What must be the same to the last digit: kinds, names and colours of faces, kinds and convexities of edges."""
     return shape.kind, *sorted(_face_kinds(shape)), *sorted(_edge_kinds(shape))
-
-
-def congruent(first: Shape, other: Shape) -> Congruence | None:
-    """The motion that takes the first shape to the other, or None where they are not congruent."""
-    if _counts(first) != _counts(other):
-        return None
-    return _fit(_elements(first), _elements(other))
 
 
 def _elements(shape: Shape) -> Elements:
@@ -459,14 +441,10 @@ def _elements(shape: Shape) -> Elements:
     return Elements([*_face_kinds(shape), *_edge_kinds(shape)], np.nan_to_num(sizes), points, weight)
 
 
-def _fit(a: Elements, b: Elements) -> Congruence | None:
-    """The motion that takes the elements a to the elements b within round-off."""
+def _fit(a: Elements, b: Elements) -> tuple[Floats, Ints] | None:
+    """The motion (4, 4) that takes the elements a (n,) to the elements b within round-off, and which of b each is."""
     within = ROUND_OFF_MM + ROUND_OFF_SHARE * a.extent
-    found = next(motions(a, b, within, 20 * within), None)
-    if found is None:
-        return None
-    faces = sum(kind.startswith("face") for kind in a.kind)
-    return Congruence(found[0], found[1][:faces], found[1][faces:] - faces)
+    return next(motions(a, b, within, 20 * within), None)
 
 
 def _face_kinds(shape: Shape) -> list[str]:

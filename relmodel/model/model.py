@@ -223,16 +223,9 @@ def attribute_rows(owners: Iterable[tuple[int, Iterable[Attribute]]]) -> tuple[l
     }
 
 
-def surface_attributes(shape: Shape) -> Table:
-    """Colours, layers and finishes of the faces of a shape: columns of `surface_attribute`; empty where it has none."""
-    return _labels(shape.surfaces, FACE_LABELS, "surface_no")
-
-
-def arc_attributes(shape: Shape) -> Table:
-    """Names, colours and layers of the edges of a shape: columns of `arc_attribute`; empty where it has none."""
-    return _labels(shape.arcs, EDGE_LABELS, "arc_no")
-
-
-def _labels(table: Table, names: tuple[str, ...], ordinal: str) -> Table:
+def labels(shape: Shape, level: str) -> Table:
+    """What a file says in text of the faces or edges of a shape: columns of `surface_attribute` or `arc_attribute`,
+    which `level` says; empty where it says nothing."""
+    table, names = (shape.surfaces, FACE_LABELS) if level == "surface" else (shape.arcs, EDGE_LABELS)
     found = [(no, name, str(value)) for name in names for no, value in enumerate(table.get(name, ())) if value]
-    return dict(by_column(f"{ordinal} name value_text", found)) if found else {}
+    return dict(by_column(f"{level}_no name value_text", found)) if found else {}

@@ -16,7 +16,7 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from relmodel.geometry.curves import BOX, vectors
-from relmodel.geometry.surfaces import ANALYTIC_KINDS, Pcurves, Surfaces
+from relmodel.geometry.surfaces import ANALYTIC_KINDS, Pcurves, distances
 from relmodel.model.content_keys import row_count_or_none
 from relmodel.model.measures import curves_of, pcurve_of, surfaces_of
 from relmodel.model.model import Finding, Model, Part, Shape
@@ -161,32 +161,11 @@ def _surface_gaps(shape: Shape) -> Floats:
     for share in _SHARES:
         t = curves.t0 + share * (curves.t1 - curves.t0)
         points = curves.evaluate(np.arange(len(curves)), t)[0][arc]
-        gaps[analytic] = np.maximum(gaps[analytic], _distance(surfaces, surface[analytic], points[analytic]))
+        off = distances(surfaces, surface[analytic], points[analytic], np.zeros((len(points[analytic]), 2)), 0.0)
+        gaps[analytic] = np.maximum(gaps[analytic], off)
         if not len(drawn):
             continue
         uv = Pcurves(shape.pcurves).evaluate(pcurve[drawn], t[arc[drawn]])[0]
         on = surfaces.evaluate(surface[drawn], uv[:, 0], uv[:, 1]).points
         gaps[drawn] = np.maximum(gaps[drawn], np.linalg.norm(on - points[drawn], axis=1))
     return gaps
-
-
-def _distance(surfaces: Surfaces, row: Ints, points: Floats) -> Floats:
-    """Distance of the points (n, 3) from the unbounded analytic surfaces `row` (n,), mm."""
-    d = points - surfaces.origin[row]
-    height = np.einsum("nd,nd->n", d, surfaces.z[row])
-    reach = np.linalg.norm(d - height[:, None] * surfaces.z[row], axis=1)
-    radius, tube, angle = surfaces.radius[row], surfaces.radius2[row], surfaces.semi_angle[row]
-    kind = surfaces.kind[row].astype(str)
-    off = np.select(
-        [kind == "plane", kind == "cylinder", kind == "cone", kind == "sphere"],
-        [
-            height,
-            reach - radius,
-            # Beyond the apex the radius is negative and the surface its mirror image.
-            (reach - np.abs(radius + height * np.tan(angle))) * np.cos(angle),
-            np.hypot(reach, height) - radius,
-        ],
-        # A tube wider than its ring reaches across the axis.
-        np.minimum(np.abs(np.hypot(reach - radius, height) - tube), np.abs(np.hypot(reach + radius, height) - tube)),
-    )
-    return np.asarray(np.abs(off))
