@@ -85,12 +85,6 @@ class Ragged:
         index = np.arange(offsets[-1]) + np.repeat(self.offsets[:-1][rows] - offsets[:-1], lengths)
         return Ragged(self.values[index], offsets, None if self.null is None else self.null[rows])
 
-    def part(self, start: int, stop: int) -> Ragged:
-        """The rows from start to before stop, their values as a view."""
-        offsets = self.offsets[start : stop + 1]
-        null = None if self.null is None or not self.null[start:stop].any() else self.null[start:stop]
-        return Ragged(self.values[offsets[0] : offsets[-1]], offsets - offsets[0], null)
-
 
 @dataclass(frozen=True)
 class Rows:
@@ -160,19 +154,6 @@ def take(columns: Columns, rows: npt.NDArray[np.integer]) -> dict[str, ColumnVal
             out[name] = values[rows]
         elif isinstance(values, list | tuple):
             out[name] = [values[i] for i in rows.tolist()]
-        else:
-            out[name] = values
-    return out
-
-
-def part(columns: Columns, start: int, stop: int) -> dict[str, ColumnValues]:
-    """The rows of a table from start to before stop, arrays as views; one value for all rows stays so."""
-    out: dict[str, ColumnValues] = {}
-    for name, values in columns.items():
-        if isinstance(values, Ragged):
-            out[name] = values.part(start, stop)
-        elif isinstance(values, np.ndarray | list | tuple):
-            out[name] = values[start:stop]
         else:
             out[name] = values
     return out

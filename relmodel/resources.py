@@ -50,17 +50,13 @@ def code_commit() -> str | None:
             return head
         common = place / "commondir"
         shared = place / common.read_text().strip() if common.is_file() else place
-        return _commit_of(shared, head.removeprefix("ref:").strip())
+        reference = head.removeprefix("ref:").strip()
+        if (shared / reference).is_file():
+            return (shared / reference).read_text().strip()
+        packed = (line.split() for line in (shared / "packed-refs").read_text().splitlines() if line[:1] not in "#^")
+        return next((commit for commit, name in packed if name == reference), None)
     except OSError:
         return None
-
-
-def _commit_of(repository: Path, reference: str) -> str | None:
-    loose = repository / reference
-    if loose.is_file():
-        return loose.read_text().strip()
-    packed = (line.split() for line in (repository / "packed-refs").read_text().splitlines() if line[:1] not in "#^")
-    return next((commit for commit, name in packed if name == reference), None)
 
 
 def user_name() -> str | None:

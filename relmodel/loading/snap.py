@@ -88,15 +88,11 @@ def _with_snapped_attributes(store: Database, connection: Connection, model: Mod
         near = abs(nearest - value) <= max(_P.round_off_mm, _P.attribute_share * abs(value))
         return name, nearest if near else value, unit
 
-    return replace(
-        model,
-        parts=tuple(
-            replace(p, attributes=tuple(snapped("part", p.number, a) for a in p.attributes)) for p in model.parts
-        ),
-        assemblies=tuple(
-            replace(o, attributes=tuple(snapped("object", o.name, a) for a in o.attributes)) for o in model.assemblies
-        ),
-    )
+    of_parts = [tuple(snapped("part", p.number, a) for a in p.attributes) for p in model.parts]
+    of_objects = [tuple(snapped("object", o.name, a) for a in o.attributes) for o in model.assemblies]
+    parts = [replace(p, attributes=a) for p, a in zip(model.parts, of_parts, strict=True)]
+    assemblies = [replace(o, attributes=a) for o, a in zip(model.assemblies, of_objects, strict=True)]
+    return replace(model, parts=tuple(parts), assemblies=tuple(assemblies))
 
 
 # Arcs and surfaces of shapes snapped to rows of the store, from which they differ by round-off.

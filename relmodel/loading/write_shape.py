@@ -157,7 +157,12 @@ def append_geometry(
     surfaces = _blocks(pairs, "surface", "swept")
     surface_ids, new_surfaces = _append_rows(run, connection, "surface", surfaces)
     for (shape, keys), fresh in zip(pairs, new_surfaces[: len(pairs)], strict=True):
-        _append_trims(run, connection, shape, keys, fresh, surface_ids, arc_ids)
+        of_surface, of_arc = _ids(keys.surfaces, surface_ids), _ids(keys.arcs, arc_ids)
+        loops, coedges = (_of_new(table, "surface", fresh, of_surface) for table in (shape.loops, shape.coedges))
+        if coedges:
+            coedges["arc_id"] = of_arc[np.asarray(coedges.pop("arc_no"), np.int64)]
+        _append(run, connection, "loop", [loops])
+        _append(run, connection, "coedge", [coedges])
     for table, owner, ids, blocks, new in (
         ("surface_swept", "surface", surface_ids, surfaces, new_surfaces),
         ("arc_offset", "arc", arc_ids, arcs, new_arcs),
@@ -244,24 +249,6 @@ def _append(run: Run, connection: Connection, table: str, blocks: Sequence[Colum
     columns = stack(blocks)
     if row_count_or_none(dict(columns)):
         run.append(connection, table, columns)
-
-
-def _append_trims(
-    run: Run,
-    connection: Connection,
-    shape: Shape,
-    keys: ShapeKeys,
-    fresh: Bools,
-    surface_ids: dict[str, int],
-    arc_ids: dict[str, int],
-) -> None:
-    """Append loops and coedges of the surfaces of a shape that are new."""
-    of_surface, of_arc = _ids(keys.surfaces, surface_ids), _ids(keys.arcs, arc_ids)
-    loops, coedges = (_of_new(table, "surface", fresh, of_surface) for table in (shape.loops, shape.coedges))
-    if coedges:
-        coedges["arc_id"] = of_arc[np.asarray(coedges.pop("arc_no"), np.int64)]
-    _append(run, connection, "loop", [loops])
-    _append(run, connection, "coedge", [coedges])
 
 
 def _ids_or_none(rows: object, keys: list[str], ids: dict[str, int]) -> list[int | None]:

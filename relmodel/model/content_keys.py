@@ -19,7 +19,7 @@ from relmodel.geometry.curves import vectors
 from relmodel.geometry.surfaces import ANALYTIC_KINDS
 from relmodel.geometry.transforms import Joint
 from relmodel.model.measures import curves_of, surfaces_of
-from relmodel.model.model import Assembly, Attribute, Model, Shape, Table
+from relmodel.model.model import Assembly, Attribute, Instance, Model, Shape, Table
 
 # A content key is the first half of the SHA-256 of the thing's kind and numbers, and of the keys of what it is made of
 # (a Merkle tree). Numbers enter rounded down to a grid of 1e-6 mm for lengths and 1e-9 for directions, angles and
@@ -363,18 +363,13 @@ def share(model: Model) -> Model:
         return model
     left = np.unique(of)
     number = {int(shape): i for i, shape in enumerate(left)}
-    assemblies = tuple(
-        replace(
-            assembly,
-            instances=tuple(
-                replace(one, parent_from_child=one.parent_from_child @ motion[model.parts[one.child].shape])
-                if one.kind == "part"
-                else one
-                for one in assembly.instances
-            ),
-        )
-        for assembly in model.assemblies
-    )
+
+    def moved(one: Instance) -> Instance:
+        if one.kind != "part":
+            return one
+        return replace(one, parent_from_child=one.parent_from_child @ motion[model.parts[one.child].shape])
+
+    assemblies = tuple(replace(a, instances=tuple(map(moved, a.instances))) for a in model.assemblies)
     parts = []
     for part in model.parts:
         pmi = part.pmi

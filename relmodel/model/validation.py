@@ -113,18 +113,11 @@ def _beyond(kind: str, said: str, values: Floats, bounds: Floats, shape: Shape) 
         arc = int(shape.coedges["arc_no"][i])
         if arc not in worst or values[i] > values[worst[arc]]:
             worst[arc] = i
-    return [
-        Finding(
-            kind,
-            said.format(values[i], bounds[i]),
-            float(values[i]),
-            float(bounds[i]),
-            "mm",
-            int(shape.coedges["surface_no"][i]),
-            arc,
-        )
-        for arc, i in sorted(worst.items())
-    ]
+    found = []
+    for arc, i in sorted(worst.items()):
+        value, bound, face = float(values[i]), float(bounds[i]), int(shape.coedges["surface_no"][i])
+        found.append(Finding(kind, said.format(value, bound), value, bound, "mm", face, arc))
+    return found
 
 
 def _following(shape: Shape) -> Ints:

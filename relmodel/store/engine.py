@@ -47,17 +47,14 @@ class Access:
         patience = Patience()
         while True:
             try:
-                return self._connect()
+                try:
+                    return self._connect_to_file()
+                except Exception as error:
+                    if not (is_locked(error) or is_open_here(error)):
+                        raise
+                return reading_engine(self.engine.url).connect()
             except Exception as error:
                 self._wait(error, patience)
-
-    def _connect(self) -> Connection:
-        try:
-            return self._connect_to_file()
-        except Exception as error:
-            if not (is_locked(error) or is_open_here(error)):
-                raise
-        return reading_engine(self.engine.url).connect()
 
     def _connect_to_file(self) -> Connection:
         while True:
@@ -220,10 +217,8 @@ def connect(url: URL, *, read_only: bool) -> Engine:
         _try_connection(engine)
     except ModuleNotFoundError as error:
         raise StoreError(f"the store {url} needs the package {error.name}: install relmodel[postgresql]") from error
-    except (DBAPIError, OSError) as error:
-        raise StoreError(sentence(url, error)) from error
     except Exception as error:  # the DuckDB driver's own errors pass SQLAlchemy by while it connects
-        if type(error).__module__.startswith(("duckdb", "_duckdb")):
+        if isinstance(error, DBAPIError | OSError) or type(error).__module__.startswith(("duckdb", "_duckdb")):
             raise StoreError(sentence(url, error)) from error
         raise
     return engine

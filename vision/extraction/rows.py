@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 
-from relmodel.arrays import Bools, Columns, ColumnValues, Floats, Ints, Ints32, Rows, part, read_rows, take
+from relmodel.arrays import Bools, Columns, ColumnValues, Floats, Ints, Ints32, Rows, read_rows, take
 from relmodel.store.database import Database, round_columns, stored_fields
 from relmodel.store.runs import Run
 from vision.extraction import arcs as arc_columns
@@ -172,7 +172,8 @@ class Primitives:
     @property
     def arc_elements(self) -> dict[str, Any]:
         """Columns of edge_element for the elements that are of arcs, the extraction left out."""
-        return part(self.tables["edge_element"], 0, int(self.arcs.offsets[-1]))
+        count = int(self.arcs.offsets[-1])
+        return {name: values[:count] for name, values in self.tables["edge_element"].items()}
 
     @cached_property
     def courses(self) -> Courses:
