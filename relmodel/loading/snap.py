@@ -90,9 +90,9 @@ def _with_snapped_attributes(store: Database, connection: Connection, model: Mod
 
     of_parts = [tuple(snapped("part", p.number, a) for a in p.attributes) for p in model.parts]
     of_objects = [tuple(snapped("object", o.name, a) for a in o.attributes) for o in model.assemblies]
-    parts = [replace(p, attributes=a) for p, a in zip(model.parts, of_parts, strict=True)]
-    assemblies = [replace(o, attributes=a) for o, a in zip(model.assemblies, of_objects, strict=True)]
-    return replace(model, parts=tuple(parts), assemblies=tuple(assemblies))
+    with_parts = tuple(replace(p, attributes=a) for p, a in zip(model.parts, of_parts, strict=True))
+    with_objects = tuple(replace(o, attributes=a) for o, a in zip(model.assemblies, of_objects, strict=True))
+    return replace(model, parts=with_parts, assemblies=with_objects)
 
 
 # Arcs and surfaces of shapes snapped to rows of the store, from which they differ by round-off.

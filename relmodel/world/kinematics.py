@@ -64,25 +64,26 @@ class Robots:
         """
         by_robot: dict[str, dict[str, float]] = {path: {} for path in self.trees}
         for name, value in given.items():
-            path = self._robot_of(name)
+            path, plain = self._split(name)
             if path not in by_robot:
                 raise InputError(
                     f"{what}: {name!r} names no robot in it: write ROBOT/{name} with one of: {', '.join(self.trees)}"
                 )
-            by_robot[path][name[len(path) + 1 :] if path else name] = value
+            by_robot[path][plain] = value
         return {
             path: tree.values(by_robot[path], f"{what} of {path}" if path else what)
             for path, tree in self.trees.items()
         }
 
-    def _robot_of(self, name: str) -> str:
-        """Path of the robot that a joint or a link is named of: the longest that the name begins with."""
-        return max((path for path in self.trees if path and name.startswith(f"{path}/")), key=len, default="")
+    def _split(self, name: str) -> tuple[str, str]:
+        """Path of the robot that a joint or a link is named of, the longest that the name begins with, and its name in
+        that."""
+        path = max((path for path in self.trees if path and name.startswith(f"{path}/")), key=len, default="")
+        return path, name[len(path) + 1 :] if path else name
 
     def links_named(self, name: str) -> tuple[str, list[Any]]:
         """Path of the robot and its links, rows of `object/links`, that are named directly, or as ROBOT/LINK."""
-        path = self._robot_of(name)
-        plain = name[len(path) + 1 :] if path else name
+        path, plain = self._split(name)
         return path, [link for link in self._links[path] if link.name == plain]
 
     def frame(self, name: str | None, values: Mapping[str, Mapping[str, float]]) -> LinkFrame:
