@@ -8,7 +8,7 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from relmodel.compiled import helper, kernel
-from relmodel.find.rtree_kernels import FIRST_ROOM, listed, meets
+from relmodel.find.rtree_kernels import FIRST_ROOM, grown, meets
 
 
 @helper
@@ -67,7 +67,9 @@ def grid_entries_in_boxes(
                         row += np.searchsorted(depth_cell[row:last], cell[2, 0])
                     while row < last and depth_cell[row] <= cell[2, 1]:
                         if meets(boxes[row], a):
-                            out_asked, out_entry = listed(out_asked, out_entry, count, number, row)
+                            if count == len(out_asked):
+                                out_asked, out_entry = grown(out_asked), grown(out_entry)
+                            out_asked[count], out_entry[count] = number, row
                             count += 1
                             if first_only:
                                 return out_asked[:count], out_entry[:count]
@@ -113,7 +115,9 @@ def octree_entries_in_boxes(
                 depth += 1
             for place in range(first_entry[node], first_entry[node + 1]):
                 b = boxes[entry[place]]
-                mine = meets(b, a)
+                if not meets(b, a):
+                    continue
+                mine = True
                 for i in range(3):
                     least = max(b[i], a[i])
                     # A cell holds its lower faces; its upper ones belong to its neighbour, if it has one.
@@ -121,7 +125,9 @@ def octree_entries_in_boxes(
                         mine = False
                         break
                 if mine:
-                    out_asked, out_box = listed(out_asked, out_box, count, number, entry[place])
+                    if count == len(out_asked):
+                        out_asked, out_box = grown(out_asked), grown(out_box)
+                    out_asked[count], out_box[count] = number, entry[place]
                     count += 1
                     if first_only:
                         return out_asked[:count], out_box[:count]

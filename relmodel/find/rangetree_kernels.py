@@ -19,7 +19,7 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints, Ints32
 from relmodel.compiled import helper, kernel
-from relmodel.find.rtree_kernels import FIRST_ROOM, listed, meets
+from relmodel.find.rtree_kernels import FIRST_ROOM, grown, meets
 
 # The arrays of trees, in the order above; and in numba's words.
 Trees: TypeAlias = tuple[Ints, Ints, Floats, Floats, Ints, Ints32, Ints, Ints32]
@@ -191,7 +191,9 @@ def entries_in_boxes(
                     steps += 1
                     if not meets(boxes[box], a):
                         continue
-                    out_asked, out_box = listed(out_asked, out_box, count, number, box)
+                    if count == len(out_asked):
+                        out_asked, out_box = grown(out_asked), grown(out_box)
+                    out_asked[count], out_box[count] = number, box
                     count += 1
                     if first_only:
                         return out_asked[:count], out_box[:count], steps
@@ -215,7 +217,9 @@ def entries_in_boxes(
                 while at >= start and greatest[at] >= a[2]:
                     box = z_member[at]
                     if first_only or boxes[box, 5] >= a[2]:
-                        out_asked, out_box = listed(out_asked, out_box, count, number, box)
+                        if count == len(out_asked):
+                            out_asked, out_box = grown(out_asked), grown(out_box)
+                        out_asked[count], out_box[count] = number, box
                         count += 1
                         if first_only:
                             return out_asked[:count], out_box[:count], steps

@@ -28,15 +28,6 @@ def grown(values: Ints) -> Ints:
 
 
 @helper
-def listed(asked: Ints, entry: Ints, count: int, question: int, found: int) -> tuple[Ints, Ints]:
-    """Two arrays of `count` pairs (number of the question, what was found), larger where need be, with one more."""
-    if count == len(asked):
-        asked, entry = grown(asked), grown(entry)
-    asked[count], entry[count] = question, found
-    return asked, entry
-
-
-@helper
 def meets(a: Floats, b: Floats) -> bool:
     """Whether two boxes (6,) meet."""
     return bool(a[0] <= b[3] and a[3] >= b[0] and a[1] <= b[4] and a[4] >= b[1] and a[2] <= b[5] and a[5] >= b[2])
@@ -269,7 +260,9 @@ def entries_in_volumes(
                     stack[depth] = int(nodes[node, 6, k])
                     depth += 1
                     continue
-                out_volume, out_entry = listed(out_volume, out_entry, count, volume, int(nodes[node, 6, k]))
+                if count == len(out_volume):
+                    out_volume, out_entry = grown(out_volume), grown(out_entry)
+                out_volume[count], out_entry[count] = volume, int(nodes[node, 6, k])
                 count += 1
     return out_volume[:count], out_entry[:count]
 
@@ -321,7 +314,9 @@ def elements_in_volumes(
                     continue
                 if _beyond(boxes[row], centre[0], centre[1], centre[2], radius):
                     continue
-                out_pair, out_row = listed(out_pair, out_row, count, pair, row)
+                if count == len(out_pair):
+                    out_pair, out_row = grown(out_pair), grown(out_row)
+                out_pair[count], out_row[count] = pair, row
                 count += 1
     return out_pair[:count], out_row[:count]
 
