@@ -29,10 +29,11 @@ from vision.cameras.cameras import Camera
 from vision.cameras.files import read_rig
 from vision.cameras.images import read_picture
 from vision.constellations.constellation_parameters import DEFAULTS
-from vision.constellations.elements import find_scene_circles, read_circles
-from vision.constellations.find_poses import JoinedPairs, join_pairs, read_inspected, solve_poses
+from vision.constellations.elements import JoinedPairs, find_scene_circles, read_circles
+from vision.constellations.find_poses import join_pairs, read_inspected, solve_poses
 from vision.inspection import Task, inspect
 from vision.inspection.demonstration import read_truth
+from vision.localisation.localise import SHARP_RAD
 from vision.scene import Scene, read_scene
 from vision.stereo.match import read_triangulated
 from vision.stereo.triangulate import Triangulated
@@ -122,7 +123,7 @@ def draw(
         f"{len(arcs)} circles in space, {min(RAREST, len(pairs))} rarest of {len(pairs)} relations joined"
     )
     if found is not None:
-        sharp = scene.reference_samples[scene.sample_cosine[scene.reference_samples] < np.cos(DEFAULTS.poses.sharp_rad)]
+        sharp = scene.reference_samples[scene.sample_cosine[scene.reference_samples] < np.cos(SHARP_RAD)]
         seen, inside = camera.project(apply(inverse(found), scene.sample_point[sharp]))
         edges.scatter(*seen[inside].T, s=0.3, color="lime")
     edges.set_title("sharp edges of the model, hidden ones too, at the pose found")

@@ -151,7 +151,7 @@ def match(look: Look, p: MatchingParameters) -> PoseMatch:
     """The assignment of the picture to the view."""
     normal = np.stack([-look.view.samples.direction[:, 1], look.view.samples.direction[:, 0]], axis=1)
     shift = np.einsum("ni,nij->nj", normal, look.modes)
-    units = describe_view(look.view, shift, look.picture.camera, look.seen, p.view)
+    units = describe_view(look.view, shift, look.picture.camera, look.seen)
     pose = replace(p.pose, reach_px=max(p.pose.reach_px, look.reach))
     with open_workspace() as workspace:
         return match_view(workspace, 0, look.picture.primitives, units, look.seen, pose)

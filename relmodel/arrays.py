@@ -45,6 +45,12 @@ def rank_in_groups(group: Ints, score: Floats) -> Ints:
     return rank
 
 
+def count_from(first: Ints, count: Ints) -> tuple[Ints, Ints]:
+    """(k, n) for each of the `count` numbers n from first[k] on, of all k (rows,)."""
+    k = np.repeat(np.arange(len(first)), count)
+    return k, np.arange(len(k)) - np.repeat(np.cumsum(count) - count, count) + first[k]
+
+
 # Tables in memory: a mapping of column names to arrays of one length, ragged columns packed.
 
 T = TypeVar("T", bound="DataclassInstance")

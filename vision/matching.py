@@ -39,24 +39,6 @@ from vision.relations.relations import (
 
 
 @dataclass(frozen=True)
-class ViewParameters:
-    """How a predicted view becomes units."""
-
-    spacing_px: float = 4.0  # px between the points along an arc
-    least_surface_px: float = 60.0  # px: surfaces that show less are no units
-    side_px: float = 4.0  # px from an arc at which the surface beside it is looked for
-    least_turn: float = 0.25  # share of an ellipse that an arc must run around to have a centre
-    conic_px: float = 0.5  # px: rms distance from an ellipse up to which an arc is one
-    roundest: float = 0.9  # ratio of the axes from which an ellipse has a radius
-    relations: RelationParameters = field(
-        default_factory=lambda: RelationParameters(
-            radius=140.0, neighbours=40, region_neighbours=6, least_neighbours=40
-        )
-    )
-    """wider than those of pictures, so that what lies at their rim is not missed"""
-
-
-@dataclass(frozen=True)
 class PoseProblemParameters:
     """Which primitives of a picture may be which parts of a predicted view, and at what price in nats, natural
     logarithms of odds."""
@@ -93,14 +75,20 @@ class PoseProblemParameters:
 class MatchingParameters:
     """Everything numeric that decides which primitives are which parts of a view."""
 
-    view: ViewParameters = field(default_factory=ViewParameters)
     pose: PoseProblemParameters = field(default_factory=PoseProblemParameters)
 
 
 # A predicted view as matchers see it: the visible arcs and surfaces of the model as units, drawn where the picture
 # should show them, with the relations among them.
 
-_VIEW = ViewParameters()
+SPACING_PX = 4.0  # between the points along an arc
+LEAST_SURFACE_PX = 60.0  # surfaces that show less are no units
+SIDE_PX = 4.0  # from an arc at which the surface beside it is looked for
+LEAST_TURN = 0.25  # share of an ellipse that an arc must run around to have a centre
+CONIC_PX = 0.5  # rms distance from an ellipse up to which an arc is one
+ROUNDEST = 0.9  # ratio of the axes from which an ellipse has a radius
+# Wider than those of pictures, so that what lies at their rim is not missed.
+RELATIONS = RelationParameters(radius=140.0, neighbours=40, region_neighbours=6, least_neighbours=40)
 
 
 @dataclass(frozen=True)
@@ -120,23 +108,17 @@ class ViewUnits:
     arcs: int
 
 
-def describe_view(
-    view: ViewArcs,
-    shift: Floats,
-    camera: Camera,
-    seen: SurfaceMap,
-    p: ViewParameters = _VIEW,
-) -> ViewUnits:
+def describe_view(view: ViewArcs, shift: Floats, camera: Camera, seen: SurfaceMap) -> ViewUnits:
     """Units of what a camera sees; shift (samples, 6): px by which a standard deviation of the pose along each axis of
     its covariance moves the view's samples along their normals."""
-    some = _choose_samples(view, p)
+    some = _choose_samples(view)
     points = _points(view, some, np.linalg.norm(shift[some], axis=1), camera)
-    surface, areas = _surfaces(seen, p)
-    curves = _curves(points, len(view.kind), p)
+    surface, areas = _surfaces(seen)
+    curves = _curves(points, len(view.kind))
     relations = Relations.stack(
         [
-            relate(curves, areas, p.relations),
-            _bounds(points, curves, areas, surface, seen, p),
+            relate(curves, areas, RELATIONS),
+            _bounds(points, curves, areas, surface, seen),
             *_neighbours(curves, areas, surface, seen),
         ]
     )
@@ -161,9 +143,9 @@ def describe_view(
     )
 
 
-def _choose_samples(view: ViewArcs, p: ViewParameters) -> Ints:
+def _choose_samples(view: ViewArcs) -> Ints:
     """Samples every few px along the arcs, and both ends of each."""
-    step = np.floor(np.cumsum(view.samples.length_px) / p.spacing_px)
+    step = np.floor(np.cumsum(view.samples.length_px) / SPACING_PX)
     ends = (np.diff(view.run, prepend=-1) != 0) | (np.diff(view.run, append=-1) != 0)
     return np.flatnonzero((np.diff(step, prepend=-1) > 0) | ends)
 
@@ -189,7 +171,7 @@ def _points(view: ViewArcs, some: Ints, sigma: Floats, camera: Camera) -> Column
     )
 
 
-def _curves(points: Columns, arcs: int, p: ViewParameters) -> Curves:
+def _curves(points: Columns, arcs: int) -> Curves:
     run, x, y, sigma = (np.asarray(points[name]) for name in ("view_arc_no", "x", "y", "sigma"))
     offsets = np.searchsorted(run, np.arange(arcs + 1))
     # A run of one sample is a point: half a px either way makes it a curve.
@@ -209,19 +191,19 @@ def _curves(points: Columns, arcs: int, p: ViewParameters) -> Curves:
     of_long = np.isin(np.repeat(np.arange(arcs), counts), long)
     fitted = fit_ellipses(x[of_long], y[of_long], np.ones(int(of_long.sum())), counts[long])
     girth = 2 * np.pi * np.sqrt(0.5 * (fitted.major**2 + fitted.minor**2))
-    bent = (length[long] >= p.least_turn * girth) & (np.sqrt(fitted.square) <= p.conic_px)  # NaN is neither
+    bent = (length[long] >= LEAST_TURN * girth) & (np.sqrt(fitted.square) <= CONIC_PX)  # NaN is neither
     centre_x, centre_y, centre_sigma, radius = (np.full(arcs, np.nan) for _ in range(4))
     round_ = long[bent]
     centre_x[round_], centre_y[round_] = fitted.centre_x[bent], fitted.centre_y[bent]
-    centre_sigma[round_] = np.hypot(across[round_], p.conic_px) * girth[bent] / length[round_]
-    circular = bent & (fitted.minor >= p.roundest * fitted.major)
+    centre_sigma[round_] = np.hypot(across[round_], CONIC_PX) * girth[bent] / length[round_]
+    circular = bent & (fitted.minor >= ROUNDEST * fitted.major)
     radius[long[circular]] = np.sqrt(fitted.major * fitted.minor)[circular]
     return Curves(
         offsets=offsets.astype(np.int64),
         x=x,
         y=y,
         sigma=across,
-        end_sigma=np.full(arcs, p.spacing_px),
+        end_sigma=np.full(arcs, SPACING_PX),
         angle_sigma=across / np.maximum(length, 1.0),
         salience=length,
         centre_x=centre_x,
@@ -232,14 +214,14 @@ def _curves(points: Columns, arcs: int, p: ViewParameters) -> Curves:
     )
 
 
-def _surfaces(seen: SurfaceMap, p: ViewParameters) -> tuple[Ints, Areas]:
+def _surfaces(seen: SurfaceMap) -> tuple[Ints, Areas]:
     """Surfaces that show at least `p.least_surface_px`, and the outlines of what they show."""
     import cv2
 
     shown = seen.surface.ravel()
     used = shown >= 0
     area = np.bincount(shown[used], seen.rays.weight.ravel()[used])
-    surface = np.flatnonzero(area >= p.least_surface_px)
+    surface = np.flatnonzero(area >= LEAST_SURFACE_PX)
     weight = seen.rays.weight.ravel()[used]
     pixel = seen.rays.pixel.reshape(-1, 2)[used]
     moments = np.stack([np.bincount(shown[used], weight * pixel[:, i]) for i in (0, 1)], axis=1)[surface]
@@ -285,9 +267,7 @@ def _neighbours(curves: Curves, areas: Areas, surface: Ints, seen: SurfaceMap) -
     return relate_neighbours(labels, inside, len(curves), find_middles(curves, areas), step=float(seen.rays.step))
 
 
-def _bounds(
-    points: Columns, curves: Curves, areas: Areas, surface: Ints, seen: SurfaceMap, p: ViewParameters
-) -> Relations:
+def _bounds(points: Columns, curves: Curves, areas: Areas, surface: Ints, seen: SurfaceMap) -> Relations:
     """Arcs and the surfaces beside them, with the length of arc that borders each."""
     run = np.asarray(points["view_arc_no"])
     place = np.stack([np.asarray(points["x"]), np.asarray(points["y"])], axis=1)
@@ -296,7 +276,7 @@ def _bounds(
     number[surface] = np.arange(len(surface))
     count = max(len(surface), 1)
     keys = []
-    for away in (p.side_px, -p.side_px):
+    for away in (SIDE_PX, -SIDE_PX):
         bordering = number[seen.surface_at(place + away * normal)]  # the last of `number` stands for none
         keys.append((run * count + bordering)[bordering >= 0])
     key, times = np.unique(np.concatenate(keys), return_counts=True)
@@ -304,7 +284,7 @@ def _bounds(
     bearing, spread = find_middles(curves, areas).bearing(
         np.concatenate([arc, len(curves) + area]), np.concatenate([len(curves) + area, arc])
     )
-    return relate_both_ways(BOUNDS, arc, len(curves) + area, p.spacing_px * times, p.spacing_px, bearing, spread)
+    return relate_both_ways(BOUNDS, arc, len(curves) + area, SPACING_PX * times, SPACING_PX, bearing, spread)
 
 
 # Which primitives of a picture are which parts of a predicted view: candidates by place, relations on both sides, and

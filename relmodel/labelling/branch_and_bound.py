@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import time
+from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,17 +69,6 @@ class Duals:
     chosen: Ints
     bound: int
 
-    def copy(self) -> Duals:
-        return Duals(
-            self.live.copy(),
-            self.message.copy(),
-            self.label_dual.copy(),
-            self.reduced.copy(),
-            self.unit_dual.copy(),
-            self.chosen.copy(),
-            self.bound,
-        )
-
 
 class Bounds:
     """Raises the bound of a problem's duals; holds its tables and room to work in."""
@@ -134,8 +124,6 @@ class Bounds:
 
     def anneal(self, duals: Duals, steps: int) -> None:
         """Softened sweeps at temperatures that fall in so many steps; `ascend` makes feasible what they leave."""
-        from relmodel.labelling import kernels
-
         p, t, first = self.problem, self.tables, self.problem.first_candidate
         live = duals.live
         message = np.where(live[t.slot_candidate], duals.message, 0).astype(float)
@@ -163,12 +151,12 @@ class Bounds:
             )
             half_weight = np.maximum(half_weight, 1e-300) + np.bincount(t.slot_half, weight, minlength=len(half_unit))
             for backward in (False, True):
-                kernels.soft_sweep(
+                self._kernels.soft_sweep(
                     first, t.slot_first, t.slot_other, t.slot_half, t.pair_first, t.pair_slot, gain, t.half_first,
                     t.half_twin, live, null_cost, message, weight, half_weight, reduced, given, temperature, backward,
                 )  # fmt: skip
                 if p.injective:
-                    kernels.soft_price(
+                    self._kernels.soft_price(
                         first, p.candidate_unit, t.label_first, t.label_candidate, live, null_cost, price, reduced,
                         total, bid, bidder, temperature,
                     )  # fmt: skip
@@ -244,11 +232,11 @@ class LocalSearch:
         p, t = self._tables.problem, self._tables
         chosen = np.full(p.units, NONE, np.int64)
         saved = np.zeros(p.candidates, np.int64)
-        self._kernels.improve(
-            p.first_candidate, p.candidate_label, t.base, t.slot_first, t.slot_candidate,
-            t.pair_first, t.pair_slot, t.pair_gain, p.null_cost, start, chosen, np.full(p.labels, NONE, np.int64),
-            saved, p.injective,
+        labelling = (
+            p.candidate_label, t.slot_first, t.slot_candidate, t.pair_first, t.pair_slot, t.pair_gain, chosen,
+            np.full(p.labels, NONE, np.int64), saved,
         )  # fmt: skip
+        self._kernels.improve(p.first_candidate, t.base, p.null_cost, start, labelling, p.injective)
         # Every confirmed pair is saved by both of its ends, and its gain counts once.
         has = chosen != NONE
         at = chosen[has]
@@ -327,7 +315,7 @@ class _Search:
         return self._result()
 
     def _open(self, waiting: _Waiting) -> None:
-        node, duals = waiting.node, waiting.duals.copy()
+        node, duals = waiting.node, deepcopy(waiting.duals)
         if self.nodes[node].branch == TAKE:
             self.bounds.restrict(duals, waiting.state)
             self.taken += 1
@@ -376,7 +364,7 @@ class _Search:
         for steps in _ANNEALING:
             if duals.bound > self.cutoff * SCALE:
                 break
-            other = duals.copy()
+            other = deepcopy(duals)
             self.bounds.anneal(other, steps)
             self.bounds.ascend(other, 1)
             self._raise(other)

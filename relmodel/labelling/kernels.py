@@ -5,6 +5,7 @@ is known.
 from __future__ import annotations
 
 import math
+from typing import TypeAlias
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.compiled import helper, kernel
@@ -399,22 +400,14 @@ def soft_price(
 
 # Better labellings near one that is known.
 
+_Labelling: TypeAlias = tuple[Ints, Ints, Ints, Ints, Ints, Ints, Ints, Ints, Ints]
+"""candidate_label, slot_first, slot_candidate, pair_first, pair_slot, pair_gain, chosen, owner, saved"""
+
 
 @helper
-def _take(
-    u: int,
-    state: int,
-    candidate_label: Ints,
-    slot_first: Ints,
-    slot_candidate: Ints,
-    pair_first: Ints,
-    pair_slot: Ints,
-    pair_gain: Ints,
-    chosen: Ints,
-    owner: Ints,
-    saved: Ints,
-) -> None:
+def _take(u: int, state: int, labelling: _Labelling) -> None:
     """Unit u takes another candidate, or none (-1); saved (candidates,) follows."""
+    candidate_label, slot_first, slot_candidate, pair_first, pair_slot, pair_gain, chosen, owner, saved = labelling
     old = chosen[u]
     for c, sign in ((old, -1), (state, 1)):
         if c < 0:
@@ -429,39 +422,18 @@ def _take(
     chosen[u] = state
 
 
-@kernel(
-    "i8(i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], "
-    "i8[::1], b1)"
-)
-def improve(
-    first: Ints,
-    candidate_label: Ints,
-    base: Ints,
-    slot_first: Ints,
-    slot_candidate: Ints,
-    pair_first: Ints,
-    pair_slot: Ints,
-    pair_gain: Ints,
-    null_cost: Ints,
-    start: Ints,
-    chosen: Ints,
-    owner: Ints,
-    saved: Ints,
-    injective: bool,
-) -> int:
+@kernel("void(i8[::1], i8[::1], i8[::1], i8[::1], UniTuple(i8[::1], 9), b1)")
+def improve(first: Ints, base: Ints, null_cost: Ints, start: Ints, labelling: _Labelling, injective: bool) -> None:
     """Descend from the labelling `start` (units,) by moving one unit to another state, or to a label whose owner then
-    takes its best other state; returns by how much the cost fell, and in `chosen` where it ended.
+    takes its best other state; `chosen` (units,) is where it ended.
 
     chosen and owner (labels,) are -1 at the start, saved (candidates,) 0: the gain that each candidate would have.
     """
+    candidate_label, _, _, _, _, _, chosen, owner, saved = labelling
     units = len(null_cost)
     for u in range(units):
         if start[u] >= 0:
-            _take(
-                u, start[u], candidate_label, slot_first, slot_candidate,
-                pair_first, pair_slot, pair_gain, chosen, owner, saved,
-            )  # fmt: skip
-    fell = 0
+            _take(u, start[u], labelling)
     moved = True
     while moved:
         moved = False
@@ -482,47 +454,24 @@ def improve(
                 if rival >= 0:  # tried, and taken back
                     theirs = chosen[rival]
                     change = saved[theirs] - base[theirs]
-                    _take(
-                        rival, -1, candidate_label, slot_first, slot_candidate,
-                        pair_first, pair_slot, pair_gain, chosen, owner, saved,
-                    )  # fmt: skip
+                    _take(rival, -1, labelling)
                     change += base[state] - saved[state]
                     change -= base[mine] - saved[mine] if mine >= 0 else null_cost[u]
-                    _take(
-                        u, state, candidate_label, slot_first, slot_candidate,
-                        pair_first, pair_slot, pair_gain, chosen, owner, saved,
-                    )  # fmt: skip
+                    _take(u, state, labelling)
                     least = null_cost[rival]
                     for d in range(first[rival], first[rival + 1]):
                         if owner[candidate_label[d]] < 0 and base[d] - saved[d] < least:
                             least, refuge = base[d] - saved[d], d
                     change += least
-                    _take(
-                        u, mine, candidate_label, slot_first, slot_candidate,
-                        pair_first, pair_slot, pair_gain, chosen, owner, saved,
-                    )  # fmt: skip
-                    _take(
-                        rival, theirs, candidate_label, slot_first, slot_candidate,
-                        pair_first, pair_slot, pair_gain, chosen, owner, saved,
-                    )  # fmt: skip
+                    _take(u, mine, labelling)
+                    _take(rival, theirs, labelling)
                 if change < best:
                     best, best_state, best_rival, best_refuge = change, state, rival, refuge
             if best == 0:
                 continue
             if best_rival >= 0:
-                _take(
-                    best_rival, -1, candidate_label, slot_first, slot_candidate,
-                    pair_first, pair_slot, pair_gain, chosen, owner, saved,
-                )  # fmt: skip
-            _take(
-                u, best_state, candidate_label, slot_first, slot_candidate,
-                pair_first, pair_slot, pair_gain, chosen, owner, saved,
-            )  # fmt: skip
+                _take(best_rival, -1, labelling)
+            _take(u, best_state, labelling)
             if best_rival >= 0:
-                _take(
-                    best_rival, best_refuge, candidate_label, slot_first, slot_candidate,
-                    pair_first, pair_slot, pair_gain, chosen, owner, saved,
-                )  # fmt: skip
-            fell -= best
+                _take(best_rival, best_refuge, labelling)
             moved = True
-    return fell

@@ -66,19 +66,16 @@ class MatchingProblem:
     @cached_property
     def weight_out(self) -> Ints:
         """(units,): total weight of a unit's own relations: what a label costs when nothing confirms it."""
-        return _sum_at(self.neighbour_unit, self.neighbour_weight, self.units)
+        out = np.zeros(self.units, np.int64)  # np.bincount with weights would go through floats
+        np.add.at(out, self.neighbour_unit, self.neighbour_weight)
+        return out
 
     @cached_property
     def savings(self) -> Ints:
         """(pairs, 2): what a compatible pair saves of the relation of its first unit to the other, and of the
         inverse."""
-        unit = self.candidate_unit[self.compatibility]
-        relation = self.neighbour_unit * self.units + self.neighbour_other
-        weight = [
-            _looked_up(relation, self.neighbour_weight, unit[:, a] * self.units + unit[:, b])
-            for a, b in ((0, 1), (1, 0))
-        ]
-        return np.minimum(np.stack(weight, axis=1), self.saves[:, None])
+        near = np.stack([self.neighbour_unit, self.neighbour_other, self.neighbour_weight], axis=1)
+        return np.minimum(_weights(near, self.units, self.candidate_unit[self.compatibility]), self.saves[:, None])
 
     def candidates_of(self, label: npt.ArrayLike) -> Ints:
         """(units,): the number of the candidate that a labelling gives each unit, -1 for none.
@@ -152,31 +149,19 @@ def matching_problem(
         neighbour_other=near[:, 1].copy(),
         neighbour_weight=near[:, 2].copy(),
         compatibility=np.ascontiguousarray(at[there]),
-        saves=_most(near, units, unit[there], saves[there]),
+        saves=np.minimum(saves[there], _weights(near, units, unit[there]).max(axis=1, initial=0)),
         injective=injective,
     )
 
 
-def _most(near: Ints, units: int, pair: Ints, saves: Ints) -> Ints:
-    """What pairs of units (n, 2) save, no more than the greater weight of their relations."""
-    relation = near[:, 0] * units + near[:, 1]
-    weight = [_looked_up(relation, near[:, 2], pair[:, a] * units + pair[:, b]) for a, b in ((0, 1), (1, 0))]
-    return np.minimum(saves, np.maximum(*weight))
-
-
-def _looked_up(keys: Ints, values: Ints, wanted: Ints) -> Ints:
-    """Value of each wanted key, 0 where it is not among the sorted keys."""
-    if not len(keys):
-        return np.zeros(len(wanted), np.int64)
-    at = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
-    return np.where(keys[at] == wanted, values[at], 0).astype(np.int64)
-
-
-def _sum_at(index: Ints, values: Ints, size: int) -> Ints:
-    """Integer sums by index; np.bincount with weights would go through floats."""
-    out = np.zeros(size, np.int64)
-    np.add.at(out, index, values)
-    return out
+def _weights(near: Ints, units: int, pair: Ints) -> Ints:
+    """Weights (n, 2) of the relations of pairs of units (n, 2) and of their inverses, 0 where there is none; near: as
+    `matching_problem` has them, in order."""
+    relation, wanted = near[:, :2] @ [units, 1], np.stack([pair @ [units, 1], pair @ [1, units]], axis=1)
+    if not len(near):
+        return np.zeros_like(wanted)
+    at = np.minimum(np.searchsorted(relation, wanted), len(near) - 1)
+    return np.where(relation[at] == wanted, near[at, 2], 0)
 
 
 def _table(rows: npt.ArrayLike, columns: int) -> Ints:

@@ -268,20 +268,15 @@ def solve(
 
     Equal problems give equal results unless `seconds` ends the search.  Raises UsageError for a mode that is none.
     """
-    if mode == branch_and_bound.MODE:
-        return branch_and_bound.search(problem, limit, nodes, seconds)
+    check_mode(mode)
     if mode == STAR:
         return search_star(problem, limit, nodes, seconds)
     if mode == PAPER:
         return search_as_printed(problem, limit, nodes * PAPER_NODES, seconds)
-    raise _no_mode(mode)
+    return branch_and_bound.search(problem, limit, nodes, seconds)
 
 
 def check_mode(mode: str) -> None:
     """Raises UsageError for a mode that is none."""
     if mode not in MODES:
-        raise _no_mode(mode)
-
-
-def _no_mode(mode: str) -> UsageError:
-    return UsageError(f"invalid search {mode!r}: use one of {', '.join(MODES)}")
+        raise UsageError(f"invalid search {mode!r}: use one of {', '.join(MODES)}")

@@ -4,6 +4,7 @@ certificates that knows nothing but their rows."""
 from __future__ import annotations
 
 from collections import defaultdict
+from copy import deepcopy
 from dataclasses import replace
 from functools import cache
 from itertools import product
@@ -127,11 +128,11 @@ class _Witnessed(branch_and_bound._Search):
     def _wait(self, node: int, duals: Duals, state: int) -> None:
         super()._wait(node, duals, state)
         if node == 0:
-            self.duals[node] = duals.copy()
+            self.duals[node] = deepcopy(duals)
 
     def _bound(self, node: int, duals: Duals) -> None:
         super()._bound(node, duals)
-        self.duals[node] = duals.copy()
+        self.duals[node] = deepcopy(duals)
 
 
 def witnessed(problem: MatchingProblem, nodes: int = 10_000) -> tuple[MatchingResult, Rows]:

@@ -2,7 +2,6 @@
 of the poses that it gives: mm, rad."""
 
 from dataclasses import dataclass
-from math import radians
 
 
 @dataclass(frozen=True)
@@ -41,35 +40,6 @@ class LineParameters:
     along_mm: float = 6.0  # mm by which an edge may be seen beyond its ends
     most_of_relation: int = 64  # pairs of the model that a relation is joined with, evenly among all it is like
     most: int = 40_000  # joined pairs, the rarest first, after which no further pair of edges is taken
-
-
-@dataclass(frozen=True)
-class PoseParameters:
-    """Which poses of joined pairs go on."""
-
-    enough: float = 0.15
-    """share of what stereo puts in space that a pose explains, below which a prior's volume is scanned instead"""
-    gate_sigma: float = 5.0  # sigmas from the prior, in six dimensions, beyond which a pose is dropped
-    solved_mm: float = 15.0  # mm: standard deviation of the rig's place as a joined pair gives it
-    solved_rad: float = 0.02  # rad: the same of how the rig is turned
-    cell_mm: float = 10.0  # mm: poses that put what is seen in one such cell
-    cell_rad: float = 0.08  # rad: and turn it about alike, vote together
-    scored: int = 400  # poses of most votes that are scored, by each of two ways to count
-    few_points: int = 150  # points of the scene that all these are scored on
-    fitted: int = 60  # poses of these that are fitted to the model's arcs, distinct ones of the best score
-    points: int = 800  # points of the scene that these are fitted to and scored on
-    reaches: tuple[float, ...] = (5.0, 4.0, 3.0, 2.0)  # mm between a point and an arc in each step of the fit
-    reach: float = 4.0  # mm between a point and an arc that may explain it
-    sigma: float = 2.0  # mm: standard deviation of points across arcs
-    parallel: float = 0.97  # cosine of the directions of a point and the arc that explains it, at least
-    distinct_mm: float = 12.0  # mm: poses that put what is seen nearer than this
-    distinct_rad: float = 0.06  # rad: and turn it less than this are one
-    alike_share: float = 0.9
-    """share of what the best pose explains, from which on a pose is also shifted by what repeats in the model"""
-    kept: int = 100  # distinct poses that go on
-    sharp_rad: float = radians(5.0)  # rad between the faces of an arc that shows as an edge
-    step: float = 8.0  # mm between points along a scene's arc
-    most_of_one: float = 200.0  # mm of an arc that count
 
 
 @dataclass(frozen=True)
@@ -129,7 +99,6 @@ class ConstellationParameters:
 
     join: JoinParameters = JoinParameters()
     lines: LineParameters = LineParameters()
-    poses: PoseParameters = PoseParameters()
     ellipses: EllipseParameters = EllipseParameters()
     one_picture: OnePictureParameters = OnePictureParameters()
 

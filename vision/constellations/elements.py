@@ -92,6 +92,28 @@ class Circles:
         return out
 
 
+@dataclass(frozen=True)
+class JoinedPairs:
+    """Pairs (k, 2) of the scene's circles or lines with the pairs (k, 2) of the model's that they are like, the rarest
+    first; alike (k,): how many pairs of the model the pair of the scene is like; sign (k, 2): -1 where a line of the
+    scene runs against the model's, of circles none."""
+
+    scene: Ints
+    model: Ints
+    alike: Ints
+    sign: Ints | None = None
+
+
+def read_joined(rows: Relations, of: str) -> JoinedPairs:
+    """The pairs of the rows of a join, in which those `of` the model are called so."""
+    scene, model, *sign = (
+        np.stack([rows[f"{name}_a"], rows[f"{name}_b"]], axis=1).astype(np.int64)
+        for name in ("unit", of, "sign")
+        if f"{name}_a" in rows
+    )
+    return JoinedPairs(scene, model, rows["alike"].astype(np.int64), *sign)
+
+
 def read_circles(store: Database, connection: Connection, object_id: int) -> Circles:
     """The circles of an object in its frame, in the order of their numbers."""
     found = store.select(connection, "circle", order="circle_no", object_id=object_id)
@@ -310,18 +332,6 @@ class Lines(Rows):
 
 
 @dataclass(frozen=True)
-class JoinedLines:
-    """Pairs (k, 2) of the scene's lines with the pairs (k, 2) of the model's that they are like, the rarest first;
-    sign (k, 2): -1 where a line of the scene runs against the model's; alike (k,): how many pairs of the model the pair
-    of the scene is like."""
-
-    scene: Ints
-    sign: Ints
-    model: Ints
-    alike: Ints
-
-
-@dataclass(frozen=True)
 class _Pairs:
     """Pairs (k,) of lines a and b, the latter turned by `turned` (k,) to within 90 degrees of the former: unit
     directions (k, 3), feet of the common perpendicular (k, 3) and where they lie along each line, mm from its start."""
@@ -384,7 +394,7 @@ def read_lines(store: Database, connection: Connection, object_id: int, p: LineP
 
 def join_lines(
     store: Database, connection: Connection, relations: Relations, model: Lines, p: LineParameters
-) -> JoinedLines:
+) -> JoinedPairs:
     """Join `relate_lines` of lines in space with those of an object: `queries/constellations/join_lines.sql`."""
     with (
         store.relation(connection, "scene_pair", _lay_every_way(relations, p)),
@@ -392,16 +402,14 @@ def join_lines(
     ):
         names = ("bin_mm", "along_mm", "most_of_relation", "most")
         joined = store.columns(connection, "constellations/join_lines", **{name: getattr(p, name) for name in names})
-    units, signs, lines = (
-        np.stack([joined[f"{n}_a"], joined[f"{n}_b"]], axis=1).astype(np.int64) for n in ("unit", "sign", "line")
-    )
-    return JoinedLines(units, signs, lines, joined["alike"].astype(np.int64))
+    return read_joined(joined, "line")
 
 
-def solve_line_poses(scene: Lines, model: Lines, joined: JoinedLines) -> Floats:
+def solve_line_poses(scene: Lines, model: Lines, joined: JoinedPairs) -> Floats:
     """Poses (k, 4, 4), model from scene, of joined pairs: the directions fall together, and the feet of the common
     perpendiculars in their middle."""
     seen, stored = (_pair_all(lines, *rows.T) for lines, rows in ((scene, joined.scene), (model, joined.model)))
+    assert joined.sign is not None
     sign = joined.sign.astype(float)
     here = _frames(sign[:, :1] * seen.along_a, (sign[:, 1] * seen.turned)[:, None] * seen.along_b)
     rotation = _frames(stored.along_a, stored.along_b) @ here.transpose(0, 2, 1)

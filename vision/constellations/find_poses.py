@@ -4,8 +4,7 @@ scores, fit.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -23,12 +22,11 @@ from vision.constellations.constellation_parameters import (
     ConstellationParameters,
     JoinParameters,
     OnePictureParameters,
-    PoseParameters,
 )
 from vision.constellations.elements import (
     Circles,
     EllipseFit,
-    JoinedLines,
+    JoinedPairs,
     PictureEllipses,
     Relations,
     find_circles,
@@ -37,6 +35,7 @@ from vision.constellations.elements import (
     find_scene_lines,
     join_lines,
     read_circles,
+    read_joined,
     read_lines,
     relate_lines,
     solve_line_poses,
@@ -45,19 +44,24 @@ from vision.constellations.elements import (
 )
 from vision.extraction.rows import Primitives
 from vision.localisation.hypotheses import Candidates, Stage
-from vision.localisation.localise import align_with_lines, describe_arc_shapes, find_displacements
+from vision.localisation.localise import PARALLEL, SHARP_RAD, align_with_lines, describe_arc_shapes, find_displacements
 from vision.scene import Scene
 from vision.stereo.triangulate import CURVES, Triangulated
 
-
-@dataclass(frozen=True)
-class JoinedPairs:
-    """Pairs (k, 2) of the scene's circles with the pairs (k, 2) of the model's that they are like, the rarest first;
-    alike (k,): how many pairs of the model the pair of the scene is like."""
-
-    scene: Ints
-    model: Ints
-    alike: Ints
+ENOUGH = 0.15  # share of what stereo puts in space that a pose explains; for less a prior's volume is scanned
+GATE_SIGMA = 5.0  # sigmas from the prior, in six dimensions, beyond which a pose is dropped
+SOLVED_MM, SOLVED_RAD = 15.0, 0.02  # standard deviations of the rig's place and turn as a joined pair gives them
+CELL_MM, CELL_RAD = 10.0, 0.08  # poses that put what is seen in one such cell, turned about alike, vote together
+SCORED = 400  # poses of most votes that are scored, by each of two ways to count
+FEW_POINTS = 150  # points of the scene that all these are scored on
+FITTED = 60  # poses of these that are fitted to the model's arcs, distinct ones of the best score
+POINTS = 800  # points of the scene that these are fitted to and scored on
+REACHES_MM = (5.0, 4.0, 3.0, 2.0)  # between a point and an arc in each step of the fit
+REACH_MM, SIGMA_MM = 4.0, 2.0  # between a point and an arc that may explain it, and its standard deviation across
+DISTINCT_MM, DISTINCT_RAD = 12.0, 0.06  # poses that put what is seen nearer than this, turned less, are one
+ALIKE_SHARE = 0.9  # of what the best pose explains, from which a pose is also shifted by what repeats in the model
+KEPT_POSES = 100  # distinct poses that go on
+STEP_MM, MOST_OF_ONE = 8.0, 200.0  # between points along a scene's arc, and how many mm of one count
 
 
 def join_pairs(
@@ -72,11 +76,10 @@ def join_pairs(
         joined = store.columns(
             connection, "constellations/join", object_id=object_id, **{name: getattr(p, name) for name in names}
         )
-    units, circles = (np.stack([joined[f"{n}_a"], joined[f"{n}_b"]], axis=1) for n in ("unit", "circle"))
-    return JoinedPairs(units.astype(np.int64), circles.astype(np.int64), joined["alike"].astype(np.int64))
+    return read_joined(joined, "circle")
 
 
-def count_alike(relations: Relations, joined: JoinedPairs | JoinedLines) -> Ints:
+def count_alike(relations: Relations, joined: JoinedPairs) -> Ints:
     """How many pairs of a model (k,) each relation of a scene is like; 0 for those that were not joined."""
     a, b = (np.asarray(relations[name], np.int64) for name in ("unit_a", "unit_b"))
     size = int(max(a.max(initial=-1), b.max(initial=-1))) + 1
@@ -160,12 +163,12 @@ class ScenePoints:
         return ScenePoints(self.point[rows], self.direction[rows], self.weight[rows])
 
 
-def sample_scene(space: Triangulated, p: PoseParameters) -> ScenePoints:
+def sample_scene(space: Triangulated) -> ScenePoints:
     """Points along the lines, circles and ellipses of matched arcs; free curves have ends only, and are left out."""
     straight = np.flatnonzero(space.curve == CURVES.index("line"))
     chord = space.end[straight] - space.start[straight]
     length = np.linalg.norm(chord, axis=1)
-    rows, share, weight = _spread(length, p)
+    rows, share, weight = _spread(length)
     points = [space.start[straight][rows] + share[:, None] * chord[rows]]
     directions = [chord[rows] / np.maximum(length[rows], 1e-9)[:, None]]
     weights = [weight]
@@ -182,7 +185,7 @@ def sample_scene(space: Triangulated, p: PoseParameters) -> ScenePoints:
     first, turn = angle(space.start), np.mod(angle(space.end) - angle(space.start) + np.pi, 2 * np.pi) - np.pi
     closed = np.linalg.norm(space.end[round_] - space.start[round_], axis=1) < 0.2 * size
     turn = np.where(closed, 2 * np.pi, turn)
-    row, share, weight = _spread(size * np.abs(turn), p)
+    row, share, weight = _spread(size * np.abs(turn))
     t = (first[row] + share * turn[row])[:, None]
     points.append(centre[row] + np.cos(t) * major[row] + np.sin(t) * minor[row])
     tangent = -np.sin(t) * major[row] + np.cos(t) * minor[row]
@@ -194,23 +197,23 @@ def sample_scene(space: Triangulated, p: PoseParameters) -> ScenePoints:
     )
 
 
-def _spread(length: Floats, p: PoseParameters) -> tuple[Ints, Floats, Floats]:
+def _spread(length: Floats) -> tuple[Ints, Floats, Floats]:
     """Of arcs of these lengths: the arc, the share of the way along it, and the weight of points spread along them."""
-    count = np.clip(np.ceil(np.minimum(length, p.most_of_one) / p.step), 2, None).astype(np.int64)
+    count = np.clip(np.ceil(np.minimum(length, MOST_OF_ONE) / STEP_MM), 2, None).astype(np.int64)
     row = np.repeat(np.arange(len(length)), count)
     place = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
-    return row, (place + 0.5) / count[row], np.minimum(length, p.most_of_one)[row] / count[row]
+    return row, (place + 0.5) / count[row], np.minimum(length, MOST_OF_ONE)[row] / count[row]
 
 
 class ModelArcs:
     """Points along the model's sharp arcs, to find the nearest to a point."""
 
-    def __init__(self, scene: Scene, p: PoseParameters) -> None:
+    def __init__(self, scene: Scene) -> None:
         from scipy.spatial import cKDTree
 
         rows = scene.reference_samples
-        rows = rows[scene.sample_cosine[rows] < np.cos(p.sharp_rad)]
-        self.p, self._shapes = p, describe_arc_shapes(scene)
+        rows = rows[scene.sample_cosine[rows] < np.cos(SHARP_RAD)]
+        self._shapes = describe_arc_shapes(scene)
         self.point, self.tangent, self.arc = (
             scene.sample_point[rows],
             scene.sample_tangent[rows],
@@ -223,15 +226,15 @@ class ModelArcs:
         out = np.empty(len(poses))
         size = max(_CHUNK // max(len(scene.weight), 1), 1)
         for at in range(0, len(poses), size):
-            met = self._meet(poses[at : at + size], scene, self.p.reach)
+            met = self._meet(poses[at : at + size], scene, REACH_MM)
             square = np.einsum("kni,kni->kn", met.across, met.across)
-            out[at : at + size] = (met.found * np.exp(-0.5 * square / self.p.sigma**2)) @ scene.weight
+            out[at : at + size] = (met.found * np.exp(-0.5 * square / SIGMA_MM**2)) @ scene.weight
         return np.asarray(out / scene.weight.sum())
 
     def fit(self, poses: Floats, scene: ScenePoints) -> Floats:
         """Poses (k, 4, 4) led to where the scene's points lie on arcs: steps of least squares on the distances across
         the nearest arcs, each with a smaller reach."""
-        for reach in self.p.reaches:
+        for reach in REACHES_MM:
             met = self._meet(poses, scene, reach)
             weight = met.found * scene.weight
             middle = np.einsum("kij,j->ki", poses[:, :3, :3], scene.middle) + poses[:, :3, 3]
@@ -240,7 +243,7 @@ class ModelArcs:
 
     def shifted(self, pose: Floats, scene: ScenePoints) -> Floats:
         """Poses (k, 4, 4) that the model displaced onto itself makes of one, by the arcs that explain the scene."""
-        met = self._meet(pose[None], scene, self.p.reach)
+        met = self._meet(pose[None], scene, REACH_MM)
         arc, weight = self.arc[met.row[0][met.found[0]]], scene.weight[met.found[0]]
         shifts = find_displacements(self._shapes, arc, weight, np.inf)
         poses = np.repeat(pose[None], len(shifts), axis=0)
@@ -257,7 +260,7 @@ class ModelArcs:
         tangent = self.tangent[row].reshape(point.shape)
         off = point - self.point[row].reshape(point.shape)
         across = off - np.einsum("kni,kni->kn", off, tangent)[..., None] * tangent
-        parallel = np.abs(np.einsum("kni,kni->kn", direction, tangent)) > self.p.parallel
+        parallel = np.abs(np.einsum("kni,kni->kn", direction, tangent)) > PARALLEL
         return _Met(point, row.reshape(found.shape), tangent, across, found & parallel)
 
 
@@ -291,19 +294,19 @@ def find_poses(
     too.  Poses far from a prior are dropped.  The scores of the poses are the shares of what stereo puts in space that
     lies on the model's arcs; the poses are perturbations of the prior, where none is given of an open one at the
     best."""
-    points = sample_scene(space, p.poses)
-    arcs = scene.once(("model arcs", p.poses), lambda: ModelArcs(scene, p.poses))
+    points = sample_scene(space)
+    arcs = scene.once("model arcs", lambda: ModelArcs(scene))
     poses, share, name = np.zeros((0, 4, 4)), np.zeros(0), "join"
     relations: dict[str, Relations] = {}
-    for stage, start in (("join", _start_at_circles), ("lines", _start_at_lines)):
-        if share.max(initial=0.0) < p.poses.enough:
+    for stage in ("join", "lines"):
+        if share.max(initial=0.0) < ENOUGH:
             name = stage
-            started = start(store, connection, read_inspected(store, connection, world_id), space, p)
+            started = _start(stage, store, connection, world_id, space, p)
             relations[started.kind] = started.relations
-            fitted, explained = _fit_best(started.poses, started.rarity, points, arcs, prior, p.poses)
+            fitted, explained = _fit_best(started.poses, started.rarity, points, arcs, prior)
             poses, share = np.concatenate([poses, fitted]), np.concatenate([share, explained])
-    kept = best_distinct(poses, share, points.middle, p.poses, p.poses.kept)
-    return PoseCandidates(*candidates(name, poses[kept], share[kept], prior, p.poses.enough), relations)
+    kept = best_distinct(poses, share, points.middle, KEPT_POSES)
+    return PoseCandidates(*candidates(name, poses[kept], share[kept], prior, ENOUGH), relations)
 
 
 class _Started(NamedTuple):
@@ -315,55 +318,34 @@ class _Started(NamedTuple):
     relations: Relations
 
 
-_Inspected = list[tuple[int, Floats]]
-
-
-def _start_at_circles(
-    store: Database, connection: Connection, inspected: _Inspected, space: Triangulated, p: ConstellationParameters
-) -> _Started:
-    arcs, circles = find_scene_circles(space)
-    relations = circles.relations(p.join)
-
-    def solve(object_id: int) -> tuple[JoinedPairs, Floats]:
-        joined = join_pairs(store, connection, object_id, relations, p.join)
-        return joined, solve_poses(circles, read_circles(store, connection, object_id), joined)
-
-    return _start("circles", space.first[arcs], relations, inspected, solve)
-
-
-def _start_at_lines(
-    store: Database, connection: Connection, inspected: _Inspected, space: Triangulated, p: ConstellationParameters
-) -> _Started:
-    arcs, seen = find_scene_lines(space, p.lines)
-    relations = relate_lines(seen, p.lines)
-
-    def solve(object_id: int) -> tuple[JoinedLines, Floats]:
-        edges = read_lines(store, connection, object_id, p.lines)
-        joined = join_lines(store, connection, relations, edges, p.lines)
-        return joined, solve_line_poses(seen, edges, joined)[:, None]
-
-    return _start("lines", space.first[arcs], relations, inspected, solve)
-
-
 def _start(
-    kind: str,
-    unit: Ints,
-    relations: Relations,
-    inspected: _Inspected,
-    solve: Callable[[int], tuple[JoinedPairs | JoinedLines, Floats]],
+    stage: str, store: Database, connection: Connection, world_id: int, space: Triangulated, p: ConstellationParameters
 ) -> _Started:
-    """Poses that joined pairs give, of all inspected objects; unit (n,): numbers of the scene's units."""
-    poses, alike, counted = [np.zeros((0, 4, 4))], [np.zeros(0, np.int64)], np.zeros(len(relations["unit_a"]), np.int64)
-    for object_id, world_from_object in inspected:
-        joined, solved = solve(object_id)
+    """Poses that joined pairs of circles, or of straight edges, give, of all inspected objects."""
+    by_circles, poses, alike = stage == "join", [np.zeros((0, 4, 4))], [np.zeros(0, np.int64)]
+    arcs, circles = find_scene_circles(space)
+    if by_circles:
+        relations = circles.relations(p.join)
+    else:
+        arcs, lines = find_scene_lines(space, p.lines)
+        relations = relate_lines(lines, p.lines)
+    counted = np.zeros(len(relations["unit_a"]), np.int64)
+    for object_id, world_from_object in read_inspected(store, connection, world_id):
+        if by_circles:
+            joined = join_pairs(store, connection, object_id, relations, p.join)
+            solved = solve_poses(circles, read_circles(store, connection, object_id), joined)
+        else:
+            edges = read_lines(store, connection, object_id, p.lines)
+            joined = join_lines(store, connection, relations, edges, p.lines)
+            solved = solve_line_poses(lines, edges, joined)[:, None]
         poses.append((world_from_object @ solved).reshape(-1, 4, 4))
         alike.append(np.repeat(joined.alike, solved.shape[1]))
         counted += count_alike(relations, joined)
-    named = {name: unit[relations[name]] for name in ("unit_a", "unit_b")}
-    described = relations | named | {"alike": counted}
+    named = {name: space.first[arcs][relations[name]] for name in ("unit_a", "unit_b")}
     every, rarity = np.concatenate(poses), 1.0 / np.concatenate(alike)
     decided = np.isfinite(every).all(axis=(1, 2))
-    return _Started(every[decided], rarity[decided], kind, described)
+    kind = "circles" if by_circles else "lines"
+    return _Started(every[decided], rarity[decided], kind, relations | named | {"alike": counted})
 
 
 def read_inspected(store: Database, connection: Connection, world_id: int) -> list[tuple[int, Floats]]:
@@ -373,33 +355,33 @@ def read_inspected(store: Database, connection: Connection, world_id: int) -> li
 
 
 def _fit_best(
-    poses: Floats, rarity: Floats, points: ScenePoints, arcs: ModelArcs, prior: Prior | None, p: PoseParameters
+    poses: Floats, rarity: Floats, points: ScenePoints, arcs: ModelArcs, prior: Prior | None
 ) -> tuple[Floats, Floats]:
     """Of poses (k, 4, 4), the likely ones, fitted to the model's arcs, and the shares of the scene they explain."""
     if prior is not None:
-        near = are_near(poses, prior, p)
+        near = are_near(poses, prior)
         poses, rarity = poses[near], rarity[near]
     if not len(poses):
         return poses, rarity
-    few, many = points.thin(p.few_points), points.thin(p.points)
-    voted = poses[_vote(poses, rarity, points, p)]
-    scored = voted[best_distinct(voted, arcs.score(voted, few), points.middle, p, p.fitted)]
+    few, many = points.thin(FEW_POINTS), points.thin(POINTS)
+    voted = poses[_vote(poses, rarity, points)]
+    scored = voted[best_distinct(voted, arcs.score(voted, few), points.middle, FITTED)]
     fitted = arcs.fit(scored, many)
     share = arcs.score(fitted, many)
-    for pose in fitted[_best_ways(fitted, share, p)]:
+    for pose in fitted[_best_ways(fitted, share)]:
         again = arcs.fit(arcs.shifted(pose, many), few)
         if prior is not None:
-            again = again[are_near(again, prior, p)]
+            again = again[are_near(again, prior)]
         fitted, share = np.concatenate([fitted, again]), np.concatenate([share, arcs.score(again, many)])
     return fitted, share
 
 
-def are_near(poses: Floats, prior: Prior, p: PoseParameters) -> Bools:
+def are_near(poses: Floats, prior: Prior) -> Bools:
     """Which poses (k, 4, 4) the prior does not rule out, were they off by as much as joined pairs leave them."""
-    off = np.repeat(np.square([p.solved_mm, p.solved_rad]), 3)
+    off = np.repeat(np.square([SOLVED_MM, SOLVED_RAD]), 3)
     apart = perturbations(prior.world_from_rig, poses)
     square = np.einsum("ki,ij,kj->k", apart, np.linalg.inv(prior.covariance + np.diag(off)), apart)
-    return np.asarray(square <= p.gate_sigma**2)
+    return np.asarray(square <= GATE_SIGMA**2)
 
 
 def candidates(name: str, poses: Floats, share: Floats, given: Prior | None, enough: float) -> tuple[Prior, Candidates]:
@@ -412,25 +394,25 @@ def candidates(name: str, poses: Floats, share: Floats, given: Prior | None, eno
     return prior, Candidates(delta, share, [stage], enough)
 
 
-def _vote(poses: Floats, rarity: Floats, points: ScenePoints, p: PoseParameters) -> Ints:
+def _vote(poses: Floats, rarity: Floats, points: ScenePoints) -> Ints:
     """One pose of each cell of poses, those with most votes by count and those with most by rarity."""
     at = poses[:, :3, :3] @ points.middle + poses[:, :3, 3]
-    cell = np.column_stack([np.rint(at / p.cell_mm), np.rint(poses[:, :3, :2].reshape(-1, 6) / p.cell_rad)])
+    cell = np.column_stack([np.rint(at / CELL_MM), np.rint(poses[:, :3, :2].reshape(-1, 6) / CELL_RAD)])
     key = np.ascontiguousarray(cell.astype(np.int16)).view([("", np.int16)] * cell.shape[1]).ravel()
     _, first, cell_of = np.unique(key, return_index=True, return_inverse=True)
     votes = (np.bincount(cell_of), np.bincount(cell_of, rarity))
-    most = [np.argsort(-v, kind="stable")[: p.scored] for v in votes]
+    most = [np.argsort(-v, kind="stable")[:SCORED] for v in votes]
     return np.asarray(first[np.unique(np.concatenate(most))], np.int64)
 
 
-def _best_ways(poses: Floats, share: Floats, p: PoseParameters) -> Ints:
+def _best_ways(poses: Floats, share: Floats) -> Ints:
     """The best pose of each way the rig is turned that explains nearly as much as the best of all."""
     left = np.argsort(-share, kind="stable")
-    left = left[share[left] >= p.alike_share * share[left[0]]]
+    left = left[share[left] >= ALIKE_SHARE * share[left[0]]]
     kept: list[int] = []
     while len(left):
         kept.append(int(left[0]))
-        left = left[_angles(poses[left], poses[left[0]]) > p.distinct_rad]
+        left = left[_angles(poses[left], poses[left[0]]) > DISTINCT_RAD]
     return np.array(kept, np.int64)
 
 
@@ -440,7 +422,7 @@ def _angles(poses: Floats, pose: Floats) -> Floats:
     return np.asarray(np.arccos(np.clip(cosine, -1, 1)))
 
 
-def best_distinct(poses: Floats, score: Floats, middle: Floats, p: PoseParameters, count: int) -> Ints:
+def best_distinct(poses: Floats, score: Floats, middle: Floats, count: int) -> Ints:
     """Rows of the best poses, at most `count`, no two of which put what is seen about `middle` (3,) in one place."""
     at = poses[:, :3, :3] @ middle + poses[:, :3, 3]
     left = np.argsort(-score, kind="stable")
@@ -449,7 +431,7 @@ def best_distinct(poses: Floats, score: Floats, middle: Floats, p: PoseParameter
         row = int(left[0])
         kept.append(row)
         turned = _angles(poses[left], poses[row])
-        left = left[(np.linalg.norm(at[left] - at[row], axis=1) > p.distinct_mm) | (turned > p.distinct_rad)]
+        left = left[(np.linalg.norm(at[left] - at[row], axis=1) > DISTINCT_MM) | (turned > DISTINCT_RAD)]
     return np.array(kept, np.int64)
 
 
@@ -493,15 +475,15 @@ def find_poses_of_one_picture(
         circle, ellipse = (np.repeat(pair, 2, axis=0) for pair in (joined.model, joined.scene // 2))
         rows = fit.fit_pairs(to_rows(solved), circle, ellipse)
         if prior is not None:
-            rows = rows[are_near(world_from_object @ to_matrices(rows) @ camera_from_rig, prior, p.poses)]
+            rows = rows[are_near(world_from_object @ to_matrices(rows) @ camera_from_rig, prior)]
         score, which = fit.score(rows)
-        best = best_distinct(to_matrices(rows), score, middle, p.poses, p.one_picture.fitted)
+        best = best_distinct(to_matrices(rows), score, middle, p.one_picture.fitted)
         rows = fit.fit(rows[best], *fit.explained(which[best]))[0]
         poses.append(world_from_object @ to_matrices(rows) @ camera_from_rig)
         scores.append(fit.score(rows)[0])
     pose, score = np.concatenate(poses), np.concatenate(scores)
     in_rig = rig.rig_from_camera[name] @ np.append(middle, 1.0)
-    kept = best_distinct(pose, score, in_rig[:3], p.poses, p.one_picture.kept)
+    kept = best_distinct(pose, score, in_rig[:3], p.one_picture.kept)
     return PoseCandidates(*candidates("join", pose[kept], score[kept], prior, p.one_picture.enough), {})
 
 
@@ -522,8 +504,7 @@ def join_ellipses(
             greatest_distance=KEPT.greatest_distance,
             **{name: getattr(p, name) for name in names},
         )
-    units, circles = (np.stack([joined[f"{n}_a"], joined[f"{n}_b"]], axis=1) for n in ("unit", "circle"))
-    return JoinedPairs(units.astype(np.int64), circles.astype(np.int64), joined["alike"].astype(np.int64))
+    return read_joined(joined, "circle")
 
 
 def _see(ellipses: PictureEllipses, camera: Camera) -> tuple[Columns, Circles]:
@@ -546,7 +527,7 @@ def _place(unit: Circles, model: Circles, joined: JoinedPairs) -> tuple[Circles,
     row, circle = joined.scene.ravel(), joined.model.ravel()
     radius = model.radius[circle]
     placed = Circles.exact(unit.centre[row] * radius[:, None], unit.normal[row], radius)
-    return placed, JoinedPairs(np.arange(len(row)).reshape(-1, 2), joined.model, joined.alike)
+    return placed, replace(joined, scene=np.arange(len(row)).reshape(-1, 2))
 
 
 # Relations of what stereo puts in space as rows of the store.

@@ -177,7 +177,7 @@ def match_views(
     with open_workspace() as workspace:
         for number, (name, camera) in enumerate(rig.cameras.items()):
             arcs, seen_surfaces = view.arcs[name], view.maps[name]
-            units = describe_view(arcs, propagate_pose(pose, number, arcs.samples), camera, seen_surfaces, p.view)
+            units = describe_view(arcs, propagate_pose(pose, number, arcs.samples), camera, seen_surfaces)
             match = match_view(workspace, number, seen.pictures[name], units, seen_surfaces, p.pose)
             matched[name] = MatchedView(units, match)
     return matched

@@ -419,8 +419,8 @@ def predict_shift_sigma(scene: Scene, rig: Rig, prior: Prior) -> float:
     return focal * float(np.hypot(prior.sigma_rotation, prior.sigma_translation_mm / max(distance, 1.0)))
 
 
-def _tables(p: Prediction, fields: Fields) -> tuple[Floats, Ints, Floats, Ints, Floats32]:
-    """Samples, their views, the cameras, and the layout of the evidence and itself, as kernels take them."""
+def _tables(p: Prediction, fields: Fields) -> tuple[Floats, Ints, Floats, Ints, Floats32, float, int]:
+    """The evidence for a prediction's samples, as kernels take it."""
     cameras = len(fields)
     start = np.cumsum([0] + [e.field.size for e in fields[:-1]])
     of_cameras = (p.rotation.reshape(cameras, 9), p.offset, p.matrix.reshape(cameras, 6), [e.origin for e in fields])
@@ -430,6 +430,8 @@ def _tables(p: Prediction, fields: Fields) -> tuple[Floats, Ints, Floats, Ints, 
         np.hstack([np.asarray(values, float) for values in of_cameras]),
         np.array([(at, *e.field.shape[1:]) for at, e in zip(start.tolist(), fields, strict=True)]),
         fields.joined,
+        float(fields[0].cell),
+        ORIENTATIONS,
     )
 
 
@@ -475,9 +477,8 @@ def _scan(prediction: Prediction, fields: Fields, prior: Prior, seed: int) -> tu
 
     def scan(rows: slice) -> None:
         kernels.scan(
-            *tables, SCAN_CELL_PX, ORIENTATIONS, SCAN_WINDOW, poses[rows], jump,
-            penalty[rows], np.empty(len(turns)), score[rows], best[rows],
-        )  # fmt: skip
+            tables, SCAN_WINDOW, poses[rows], jump, penalty[rows], np.empty(len(turns)), score[rows], best[rows]
+        )
 
     _in_threads(count, scan)
     delta[:, 3:] += turns[best]
@@ -512,10 +513,7 @@ def climb(
     tables, basis = _tables(prediction, fields), np.ascontiguousarray(vector / np.sqrt(value))
 
     def climb_some(rows: slice) -> None:
-        kernels.climb(
-            *tables, fields[0].cell, ORIENTATIONS, information, basis, first, last, np.empty(18),
-            delta[rows], score[rows],
-        )  # fmt: skip
+        kernels.climb(tables, information, basis, first, last, np.empty(18), delta[rows], score[rows])
 
     _in_threads(len(delta), climb_some)
     return delta, score
@@ -531,7 +529,7 @@ def gather_evidence(prediction: Prediction, fields: Fields, delta: Floats) -> Fl
     tables, group = _tables(prediction, fields), prediction.image_of_arc
 
     def gather(rows: slice) -> None:
-        kernels.gather(*tables, fields[0].cell, ORIENTATIONS, poses[rows], group, out[rows])
+        kernels.gather(tables, poses[rows], group, out[rows])
 
     _in_threads(len(delta), gather)
     return out

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 
 from relmodel.arrays import Floats, Floats32, Ints
 from relmodel.compiled import helper, kernel
 
-# What all take: `samples` (n, 7) point, tangent (in the rig's frame at the prior) and weight; `view` (n,) the camera's
-# number; `cameras` (c, 20) camera_from_rig's rotation (9, by rows) and offset (3), the pinhole's two rows (6) and the
-# origin of the camera's evidence, px; `layout` (c, 3) where its evidence starts in the flat `field`, rows and columns;
-# `cell` px of a cell. A pose (12,) is a rotation (by rows) and a translation: prior_from_pose, both in the rig's frame.
+# The evidence that kernels take: `samples` (n, 7) point, tangent (in the rig's frame at the prior) and weight; `view`
+# (n,) the camera's number; `cameras` (c, 20) camera_from_rig's rotation (9, by rows) and offset (3), the pinhole's two
+# rows (6) and the origin of the camera's evidence, px; `layout` (c, 3) where its evidence starts in the flat `field`,
+# rows and columns; `cell` px of a cell; how many orientations there are. A pose (12,) is a rotation (by rows) and a
+# translation: prior_from_pose, both in the rig's frame.
+
+Evidence: TypeAlias = tuple[Floats, Ints, Floats, Ints, Floats32, float, int]
+_EVIDENCE = "Tuple((f8[:, ::1], i8[::1], f8[:, ::1], i8[:, ::1], f4[::1], f8, i8))"
 
 
 @helper
@@ -37,18 +43,9 @@ def _place(sample: Floats, camera: Floats, pose: Floats, cell: float, orientatio
     return (u - camera[18]) / cell, (v - camera[19]) / cell, int(np.rint(angle * orientations)) % orientations
 
 
-@kernel(
-    "void(f8[:, ::1], i8[::1], f8[:, ::1], i8[:, ::1], f4[::1], f8, i8, i8, f8[:, ::1], i8[:, ::1], f8[:, ::1],"
-    " f8[::1], f8[::1], i8[::1])"
-)
+@kernel(f"void({_EVIDENCE}, i8, f8[:, ::1], i8[:, ::1], f8[:, ::1], f8[::1], f8[::1], i8[::1])")
 def scan(
-    samples: Floats,
-    view: Ints,
-    cameras: Floats,
-    layout: Ints,
-    field: Floats32,
-    cell: float,
-    orientations: int,
+    evidence: Evidence,
     pad: int,
     poses: Floats,
     jump: Ints,
@@ -62,6 +59,7 @@ def scan(
     jump (c, s): how far in `field` each shift leads, whole cells, at most `pad` along rows and columns; penalty (p, s):
     what the prior takes off; worked in `total` (s,).
     """
+    samples, view, cameras, layout, field, cell, orientations = evidence
     slots = len(total)
     for p in range(len(poses)):
         total[:] = 0.0
@@ -108,19 +106,9 @@ def _set_pose(delta: Floats, pose: Floats) -> None:
 
 
 @helper
-def _score(
-    samples: Floats,
-    view: Ints,
-    cameras: Floats,
-    layout: Ints,
-    field: Floats32,
-    cell: float,
-    orientations: int,
-    information: Floats,
-    delta: Floats,
-    pose: Floats,
-) -> float:
+def _score(evidence: Evidence, information: Floats, delta: Floats, pose: Floats) -> float:
     """Evidence at a perturbation (6,), less half its squared distance by `information`; works in `pose` (12,)."""
+    samples, view, cameras, layout, field, cell, orientations = evidence
     _set_pose(delta, pose)
     total = 0.0
     for i in range(len(samples)):
@@ -146,18 +134,9 @@ def _score(
     return total - distance
 
 
-@kernel(
-    "void(f8[:, ::1], i8[::1], f8[:, ::1], i8[:, ::1], f4[::1], f8, i8, f8[:, ::1], f8[:, ::1], f8, f8, f8[::1],"
-    " f8[:, ::1], f8[::1])"
-)
+@kernel(f"void({_EVIDENCE}, f8[:, ::1], f8[:, ::1], f8, f8, f8[::1], f8[:, ::1], f8[::1])")
 def climb(
-    samples: Floats,
-    view: Ints,
-    cameras: Floats,
-    layout: Ints,
-    field: Floats32,
-    cell: float,
-    orientations: int,
+    evidence: Evidence,
     information: Floats,
     basis: Floats,
     first_step: float,
@@ -173,7 +152,7 @@ def climb(
     pose, trial = room[:12], room[12:]
     for p in range(len(delta)):
         best = delta[p]
-        value = _score(samples, view, cameras, layout, field, cell, orientations, information, best, pose)
+        value = _score(evidence, information, best, pose)
         step = first_step
         while step >= last_step:
             moved = False
@@ -181,7 +160,7 @@ def climb(
                 for _ in range(8):  # a direction that improves is followed while it does
                     for j in range(6):
                         trial[j] = best[j] + (step if way % 2 else -step) * basis[j, way // 2]
-                    t = _score(samples, view, cameras, layout, field, cell, orientations, information, trial, pose)
+                    t = _score(evidence, information, trial, pose)
                     if t <= value:
                         break
                     value, moved = t, True
@@ -192,20 +171,10 @@ def climb(
         score[p] = value
 
 
-@kernel("void(f8[:, ::1], i8[::1], f8[:, ::1], i8[:, ::1], f4[::1], f8, i8, f8[:, ::1], i8[::1], f8[:, ::1])")
-def gather(
-    samples: Floats,
-    view: Ints,
-    cameras: Floats,
-    layout: Ints,
-    field: Floats32,
-    cell: float,
-    orientations: int,
-    poses: Floats,
-    group: Ints,
-    out: Floats,
-) -> None:
+@kernel(f"void({_EVIDENCE}, f8[:, ::1], i8[::1], f8[:, ::1])")
+def gather(evidence: Evidence, poses: Floats, group: Ints, out: Floats) -> None:
     """Adds to `out` (p, a) the evidence of the samples of each group (n,) of a arcs at each pose (p, 12)."""
+    samples, view, cameras, layout, field, cell, orientations = evidence
     for p in range(len(poses)):
         for i in range(len(samples)):
             c = view[i]

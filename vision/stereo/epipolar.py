@@ -8,7 +8,7 @@ from itertools import combinations, permutations
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints, Rows
+from relmodel.arrays import Bools, Floats, Ints, Rows, count_from
 from relmodel.errors import InputError
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.rows import Primitives
@@ -299,8 +299,7 @@ def row_crossings(offsets: Ints, x: Floats, y: Floats, reach: int, least_rise: f
     first = np.ceil(np.minimum(y[p], y[p + 1])).astype(np.int64)
     count = np.ceil(np.maximum(y[p], y[p + 1])).astype(np.int64) - first
     count[(length == 0.0) | (np.abs(dy) < least_rise * length)] = 0
-    which = np.repeat(np.arange(len(p)), count)
-    row = first[which] + np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
+    which, row = count_from(first, count)
     p = p[which]
     t = (row - y[p]) / (y[p + 1] - y[p])
     dx, dy, length = dx[which], dy[which], length[which]
@@ -328,7 +327,8 @@ def pair_crossings(
     key, other_key = pair * rows + first.row[i] - least, other * rows + second.row[j] - least
     order = np.argsort(other_key, kind="stable")
     j, other_key = j[order], other_key[order]
-    a, at = _expand(np.searchsorted(other_key, key), np.searchsorted(other_key, key, side="right"))
+    first_at = np.searchsorted(other_key, key)
+    a, at = count_from(first_at, np.searchsorted(other_key, key, side="right") - first_at)
     pair, i, j = pair[a], i[a], j[at]
     unlike = ((first.angle[i] - second.angle[j]) / p.angle_sigma) ** 2
     steps = [compress_contrast(c, p.contrast_scale) for c in (first.contrast[i], second.contrast[j])]
@@ -342,15 +342,9 @@ def pair_crossings(
 def _of_arcs(arc: Ints, wanted: Ints) -> tuple[Ints, Ints]:
     """Crossings of each of the wanted arcs (k,): (which of the wanted, crossing)."""
     order = np.argsort(arc, kind="stable")
-    k, at = _expand(*(np.searchsorted(arc[order], wanted, side=side) for side in ("left", "right")))
+    first = np.searchsorted(arc[order], wanted)
+    k, at = count_from(first, np.searchsorted(arc[order], wanted, side="right") - first)
     return k, order[at]
-
-
-def _expand(first: Ints, end: Ints) -> tuple[Ints, Ints]:
-    """(k, n) for each n of first[k] .. end[k]."""
-    count = end - first
-    k = np.repeat(np.arange(len(first)), count)
-    return k, np.arange(len(k)) - np.repeat(np.cumsum(count) - count, count) + first[k]
 
 
 def _is_least(key: Ints, value: Floats) -> Bools:
@@ -464,6 +458,8 @@ class Votes:
 def vote(first: Side, second: Side, bounds: Floats, parameters: EpipolarParameters) -> Votes:
     """Match the crossings of each row and count the votes; `bounds` (n, 2): disparities that each crossing of the first
     picture may have."""
+    from scipy.ndimage import median
+
     a, b = first.crossings, second.crossings
     starts, columns = index_rows(a, b), [describe(c, parameters) for c in (a, b)]
     match = match_rows(starts[0], columns[0], bounds, starts[1], columns[1], parameters)
@@ -477,7 +473,7 @@ def vote(first: Side, second: Side, bounds: Floats, parameters: EpipolarParamete
         first=a.arc[i[start]],
         second=b.arc[j[start]],
         votes=votes.astype(np.int64),
-        disparity=_group_medians(a.x[i] - b.x[j], np.append(start, len(pair)).astype(np.int64)),
+        disparity=np.asarray(median(a.x[i] - b.x[j], pair, pair[start]), float).reshape(-1),
     )
 
 
@@ -518,10 +514,3 @@ def match_rows(
         match, partner,
     )  # fmt: skip
     return match
-
-
-def _group_medians(values: Floats, start: Ints) -> Floats:
-    """Median of each run of values, start[k] .. start[k + 1]; none is empty."""
-    group = np.repeat(np.arange(len(start) - 1), np.diff(start))
-    ordered = values[np.lexsort((values, group))]
-    return np.asarray(0.5 * (ordered[(start[:-1] + start[1:] - 1) // 2] + ordered[(start[:-1] + start[1:]) // 2]))

@@ -18,7 +18,7 @@ from relmodel.store.database import Database
 from relmodel.store.runs import Run
 from relmodel.store.sql import column_types
 from vision.cameras.cameras import Rig
-from vision.extraction.rows import Primitives
+from vision.extraction.rows import Primitives, RegionColumns
 from vision.relations.relations import ProblemRows, Solved, open_workspace, solve_rows, solved_rows
 from vision.stereo.epipolar import (
     DisparityRange,
@@ -153,41 +153,10 @@ def _step_down(side: Side, p: EpipolarParameters) -> Floats:
 # from which row to which they reach.
 
 
-@dataclass(frozen=True)
-class StereoRegions:
-    """What stereo takes of the regions of one picture: outlines (m, 2), px, of region `owner` (m,); centroid (n, 2);
-    area, px, and mean grey (n,); border_region, border_arc (b,): arcs that bound regions."""
-
-    owner: Ints
-    outline: Floats
-    centroid: Floats
-    area: Floats
-    mean: Floats
-    border_region: Ints
-    border_arc: Ints
-
-    def __len__(self) -> int:
-        return len(self.area)
-
-
-def pack_regions(picture: Primitives) -> StereoRegions:
-    """The regions of a picture as stereo takes them."""
-    regions = picture.regions
-    return StereoRegions(
-        owner=np.repeat(regions.ring_region, np.diff(regions.ring_offsets)),
-        outline=regions.outline.astype(float),
-        centroid=np.column_stack([regions.centroid_x, regions.centroid_y]),
-        area=regions.area,
-        mean=regions.mean,
-        border_region=regions.border_region,
-        border_arc=regions.border_arc,
-    )
-
-
 def compare_regions(
     rectification: Rectification,
-    first: StereoRegions,
-    second: StereoRegions,
+    first: RegionColumns,
+    second: RegionColumns,
     seen: DisparityRange,
     votes: Votes,
     p: RegionEvidenceParameters,
@@ -197,8 +166,11 @@ def compare_regions(
     other_top, other_bottom = _rows(rectification, rectification.second, second)
     shared = np.minimum(bottom[:, None], other_bottom) - np.maximum(top[:, None], other_top)
     share = shared / np.maximum(np.maximum(bottom[:, None], other_bottom) - np.minimum(top[:, None], other_top), 1.0)
-    x = rectification.points(rectification.first, first.centroid)[:, 0]
-    moved = x[:, None] - rectification.points(rectification.second, second.centroid)[:, 0]
+    x, other_x = (
+        rectification.points(view, np.column_stack([regions.centroid_x, regions.centroid_y]))[:, 0]
+        for view, regions in ((rectification.first, first), (rectification.second, second))
+    )
+    moved = x[:, None] - other_x
     low, high = np.full(len(first), np.inf), np.full(len(first), -np.inf)
     np.minimum.at(low, first.border_region, seen.of_arcs[first.border_arc, 0])
     np.maximum.at(high, first.border_region, seen.of_arcs[first.border_arc, 1])
@@ -212,16 +184,17 @@ def compare_regions(
     return Candidates(i, j, np.asarray(price))
 
 
-def _rows(rectification: Rectification, view: RectifiedCamera, regions: StereoRegions) -> tuple[Floats, Floats]:
+def _rows(rectification: Rectification, view: RectifiedCamera, regions: RegionColumns) -> tuple[Floats, Floats]:
     """First and last rectified row of each region."""
-    y = rectification.points(view, regions.outline)[:, 1]
+    y = rectification.points(view, regions.outline.astype(float))[:, 1]
+    owner = np.repeat(regions.ring_region, np.diff(regions.ring_offsets))
     top, bottom = np.full(len(regions), np.inf), np.full(len(regions), -np.inf)
-    np.minimum.at(top, regions.owner, y)
-    np.maximum.at(bottom, regions.owner, y)
+    np.minimum.at(top, owner, y)
+    np.maximum.at(bottom, owner, y)
     return top, bottom
 
 
-def _border_votes(first: StereoRegions, second: StereoRegions, votes: Votes) -> tuple[Floats, Floats, Floats]:
+def _border_votes(first: RegionColumns, second: RegionColumns, votes: Votes) -> tuple[Floats, Floats, Floats]:
     """Votes (first, second) of the arcs bounding a region of the first picture for those of one of the second, and all
     votes of the arcs that bound each region."""
     from scipy.sparse import coo_array
@@ -250,7 +223,7 @@ class StereoPicture:
     """What stereo takes of one picture: arcs, regions, and the relations among them, as columns of unit_relation."""
 
     arcs: StereoArcs
-    regions: StereoRegions
+    regions: RegionColumns
     relations: Columns
 
 
@@ -295,11 +268,6 @@ def check_method(parameters: StereoParameters) -> None:
     check_mode(parameters.search)
 
 
-def pack_picture(picture: Primitives) -> StereoPicture:
-    """A picture as stereo takes it."""
-    return StereoPicture(pack_arcs(picture), pack_regions(picture), picture.relations)
-
-
 def match_stereo(
     rig: Rig, first: Primitives, second: Primitives, parameters: StereoParameters = DEFAULTS
 ) -> StereoMatches:
@@ -307,7 +275,8 @@ def match_stereo(
 
     Raises InputError where the cameras make no stereo pair, UsageError for an unknown method.
     """
-    return match_pictures(rig, pack_picture(first), pack_picture(second), parameters)
+    one, other = (StereoPicture(pack_arcs(it), it.regions, it.relations) for it in (first, second))
+    return match_pictures(rig, one, other, parameters)
 
 
 def match_pictures(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints, Rows
+from relmodel.arrays import Bools, Floats, Ints, Rows, count_from, sum_by_group
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC, LINE
 from vision.extraction.fits import fit_ellipses
 from vision.stereo.epipolar import Rectification, StereoArcs, cross_rows, pair_crossings
@@ -88,8 +88,7 @@ def fit_conics(
     if len(own) == 0:
         return found
     count = (last - first + 1)[own]
-    group = np.repeat(np.arange(len(own)), count)
-    at = np.arange(len(group)) - np.repeat(np.cumsum(count) - count, count) + first[own][group]
+    group, at = count_from(first[own], count)
     place = np.column_stack([points[at] - planes.middle[own][group], np.ones(len(at))])
 
     def lay(value: Floats) -> _Laid:
@@ -165,10 +164,9 @@ def _flat_covariance(laid: _Laid, of_pixel: Floats, lateral: Floats, p: Triangul
 def _frames(space: Floats, group: Ints, count: Ints) -> tuple[Floats, Floats]:
     """Axes (n, 3, 3) of each group of coplanar points, the last across the plane, and their middle (n, 3)."""
     n = len(count)
-    middle = np.stack([np.bincount(group, space[:, i], n) / count for i in range(3)], axis=1)
+    middle = sum_by_group(group, space, n) / count[:, None]
     off = space - middle[group]
-    second = np.stack([np.bincount(group, off[:, i] * off[:, j], n) for i in range(3) for j in range(3)], axis=1)
-    _, vectors = np.linalg.eigh(second.reshape(n, 3, 3))
+    _, vectors = np.linalg.eigh(sum_by_group(group, off[:, :, None] * off[:, None], n))
     return vectors.transpose(0, 2, 1)[:, ::-1], middle
 
 
@@ -177,29 +175,27 @@ def _circles(u: Floats, v: Floats, group: Ints, count: Ints) -> tuple[Floats, Fl
     (n, 3, 3) of centre and radius for a unit of noise: Kasa's fit, then steps of Gauss and Newton on the distances."""
     n = len(count)
 
-    def total(values: Floats) -> Floats:
-        return np.asarray(np.bincount(group, values, n), float)
-
-    def products(columns: list[Floats]) -> Floats:
-        normal = np.stack([np.stack([total(a * b) for b in columns], axis=1) for a in columns], axis=1)
+    def products(design: Floats) -> Floats:
+        normal = sum_by_group(group, design[:, :, None] * design[:, None], n)
         return np.asarray(normal + 1e-12 * np.einsum("nii->n", normal)[:, None, None] * np.eye(3))
 
-    def solve(columns: list[Floats], value: Floats) -> Floats:
-        second = np.stack([total(a * value) for a in columns], axis=1)
-        return np.asarray(np.linalg.solve(products(columns), second[..., None])[..., 0])
+    def solve(design: Floats, value: Floats) -> Floats:
+        moment = sum_by_group(group, design * value[:, None], n)
+        return np.asarray(np.linalg.solve(products(design), moment[..., None])[..., 0])
 
-    a, b, c = solve([2 * u, 2 * v, np.ones_like(u)], u * u + v * v).T
-    radius = np.sqrt(np.maximum(c + a * a + b * b, 1e-12))
-    for _ in range(3):
+    def from_centre() -> tuple[Floats, Floats]:
         du, dv = u - a[group], v - b[group]
         distance = np.maximum(np.hypot(du, dv), 1e-12)
-        step = solve([du / distance, dv / distance, np.ones_like(u)], distance - radius[group])
+        return np.column_stack([du / distance, dv / distance, np.ones_like(u)]), distance - radius[group]
+
+    a, b, c = solve(np.column_stack([2 * u, 2 * v, np.ones_like(u)]), u * u + v * v).T
+    radius = np.sqrt(np.maximum(c + a * a + b * b, 1e-12))
+    for _ in range(3):
+        step = solve(*from_centre())
         a, b, radius = a + step[:, 0], b + step[:, 1], radius + step[:, 2]
-    du, dv = u - a[group], v - b[group]
-    distance = np.maximum(np.hypot(du, dv), 1e-12)
-    off = distance - radius[group]
-    spread = np.linalg.inv(products([du / distance, dv / distance, np.ones_like(u)]))
-    return np.column_stack([a, b]), radius, total(off * off) / count, np.asarray(spread)
+    design, off = from_centre()
+    square = np.bincount(group, off * off, n) / count
+    return np.column_stack([a, b]), radius, square, np.asarray(np.linalg.inv(products(design)))
 
 
 # Matched arcs as curves in space, with the covariance of both ends.
@@ -377,12 +373,8 @@ def _fit(seen: _Disparities, middle: Floats, prior: Floats) -> tuple[Floats, Flo
     fit, spread = np.zeros((k, 4)), np.zeros((k, 4, 4))
     count = np.bincount(group, minlength=k)
     for _ in range(_ROUNDS):
-        normal = np.zeros((k, 4, 4))
-        moment = np.zeros((k, 4))
-        for a in range(4):
-            moment[:, a] = np.bincount(group, weight * design[:, a] * value, k)
-            for b in range(4):
-                normal[:, a, b] = np.bincount(group, weight * design[:, a] * design[:, b], k)
+        normal = sum_by_group(group, design[:, :, None] * design[:, None], k, weight)
+        moment = sum_by_group(group, design * value[:, None], k, weight)
         normal[:, np.arange(4), np.arange(4)] += prior
         spread = np.asarray(np.linalg.inv(normal), float)
         fit = np.einsum("kab,kb->ka", spread, moment)
@@ -405,9 +397,7 @@ def _common_part(
     low = np.minimum.reduceat(other_y, other_offsets[:-1])[pairs[1]] - slack
     high = np.maximum.reduceat(other_y, other_offsets[:-1])[pairs[1]] + slack
     begin, end = offsets[pairs[0]], offsets[pairs[0] + 1]
-    count = end - begin
-    group = np.repeat(np.arange(len(begin)), count)
-    at = np.arange(len(group)) - np.repeat(np.cumsum(count) - count, count) + begin[group]
+    group, at = count_from(begin, end - begin)
     inside = (y[at] >= low[group]) & (y[at] <= high[group])
     lowest, highest = end.copy(), begin - 1
     np.minimum.at(lowest, group[inside], at[inside])

@@ -14,8 +14,8 @@ from relmodel.features.holes import classify, relate
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from vision.constellations.constellation_parameters import JoinParameters
-from vision.constellations.elements import Circles, read_circles
-from vision.constellations.find_poses import JoinedPairs, join_pairs, solve_poses
+from vision.constellations.elements import Circles, JoinedPairs, read_circles
+from vision.constellations.find_poses import join_pairs, solve_poses
 
 OBJECT = 7
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,8 +12,9 @@ from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import apply, inverse, rotation_matrix
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import ELLIPTIC, LINE
+from vision.extraction.rows import RegionColumns
 from vision.stereo.epipolar import StereoArcs
-from vision.stereo.match import StereoPicture, StereoRegions
+from vision.stereo.match import StereoPicture
 
 DISTORTION = np.array([-0.12, 0.05, 0.001, -0.0005, -0.01])
 
@@ -50,8 +52,8 @@ def circle(centre: npt.ArrayLike, radius: float, count: int = 240) -> Floats:
 
 def picture_of(arcs: StereoArcs) -> StereoPicture:
     """A picture with these arcs, no regions and no relations."""
-    none = np.zeros(0, np.int64)
-    regions = StereoRegions(none, np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), none, none)
+    none: dict[str, Any] = {field.name: np.zeros(0, np.int64) for field in fields(RegionColumns)}
+    regions = RegionColumns(**none | {"outline": np.zeros((0, 2), np.int64), "ring_offsets": np.zeros(1, np.int64)})
     relations = {
         "kind": np.zeros(0, object),
         **dict.fromkeys(("unit_a", "unit_b"), np.zeros(0, np.int32)),

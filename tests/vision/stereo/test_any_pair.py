@@ -46,7 +46,7 @@ def test_what_is_matched_has_a_place(shown: str, shift: int) -> None:
         space = match_stereo(cameras, left, right).triangulated
         for values in (space.start, space.end, space.covariance, space.edge_probability):
             assert np.isfinite(values).all()
-        points = sample_scene(space, DEFAULTS.poses)
+        points = sample_scene(space)
         assert np.isfinite(np.column_stack([points.point, points.direction, points.weight])).all()
         circles, lines = find_scene_circles(space)[1], find_scene_lines(space, DEFAULTS.lines)[1]
         for relations in (circles.relations(DEFAULTS.join), relate_lines(lines, DEFAULTS.lines)):
