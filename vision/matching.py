@@ -22,7 +22,6 @@ from vision.localisation.visibility import SurfaceMap
 from vision.relations.relations import (
     BOUNDS,
     FAR,
-    KINDS,
     TOLERANCES,
     Areas,
     Curves,
@@ -111,7 +110,10 @@ class ViewUnits:
 def describe_view(view: ViewArcs, shift: Floats, camera: Camera, seen: SurfaceMap) -> ViewUnits:
     """Units of what a camera sees; shift (samples, 6): px by which a standard deviation of the pose along each axis of
     its covariance moves the view's samples along their normals."""
-    some = _choose_samples(view)
+    # Samples every few px along the arcs, and both ends of each.
+    step = np.floor(np.cumsum(view.samples.length_px) / SPACING_PX)
+    ends = (np.diff(view.run, prepend=-1) != 0) | (np.diff(view.run, append=-1) != 0)
+    some = np.flatnonzero((np.diff(step, prepend=-1) > 0) | ends)
     points = _points(view, some, np.linalg.norm(shift[some], axis=1), camera)
     surface, areas = _surfaces(seen)
     curves = _curves(points, len(view.kind))
@@ -122,32 +124,8 @@ def describe_view(view: ViewArcs, shift: Floats, camera: Camera, seen: SurfaceMa
             *_neighbours(curves, areas, surface, seen),
         ]
     )
-    return ViewUnits(
-        points,
-        shift[some],
-        surface,
-        areas.area,
-        round_columns(
-            "unit_relation",
-            {
-                "kind": np.array(KINDS, object)[relations.kind],
-                "unit_a": relations.a,
-                "unit_b": relations.b,
-                "distance": relations.distance,
-                "distance_sigma": relations.distance_sigma,
-                "angle": relations.angle,
-                "angle_sigma": relations.angle_sigma,
-            },
-        ),
-        len(view.kind),
-    )
-
-
-def _choose_samples(view: ViewArcs) -> Ints:
-    """Samples every few px along the arcs, and both ends of each."""
-    step = np.floor(np.cumsum(view.samples.length_px) / SPACING_PX)
-    ends = (np.diff(view.run, prepend=-1) != 0) | (np.diff(view.run, append=-1) != 0)
-    return np.flatnonzero((np.diff(step, prepend=-1) > 0) | ends)
+    rows = round_columns("unit_relation", relations.rows())
+    return ViewUnits(points, shift[some], surface, areas.area, rows, len(view.kind))
 
 
 def _points(view: ViewArcs, some: Ints, sigma: Floats, camera: Camera) -> Columns:
@@ -256,11 +234,17 @@ def _surfaces(seen: SurfaceMap) -> tuple[Ints, Areas]:
     return surface, areas
 
 
+def _number(surface: Ints, seen: SurfaceMap) -> Ints:
+    """Which unit each of the scene's surfaces is, -1 for none; the last, which is at -1, stands for no surface."""
+    number = np.full(int(seen.surface.max(initial=0)) + 2, -1)
+    number[surface] = np.arange(len(surface))
+    return number
+
+
 def _neighbours(curves: Curves, areas: Areas, surface: Ints, seen: SurfaceMap) -> list[Relations]:
     """Surfaces that border on each other in the picture, and those that others surround."""
-    number = np.full(int(seen.surface.max(initial=0)) + 2, -1, np.int32)
-    number[surface] = np.arange(len(surface))
-    labels = number[seen.surface]  # the last of `number` stands for none
+    number = _number(surface, seen)
+    labels = number[seen.surface].astype(np.int32)
     inside = np.ones(len(surface), bool)
     for rim in (labels[0], labels[-1], labels[:, 0], labels[:, -1]):
         inside[rim[rim >= 0]] = False
@@ -272,12 +256,11 @@ def _bounds(points: Columns, curves: Curves, areas: Areas, surface: Ints, seen: 
     run = np.asarray(points["view_arc_no"])
     place = np.stack([np.asarray(points["x"]), np.asarray(points["y"])], axis=1)
     normal = np.stack([-np.asarray(points["direction_y"]), np.asarray(points["direction_x"])], axis=1)
-    number = np.full(int(seen.surface.max(initial=0)) + 2, -1)
-    number[surface] = np.arange(len(surface))
+    number = _number(surface, seen)
     count = max(len(surface), 1)
     keys = []
     for away in (SIDE_PX, -SIDE_PX):
-        bordering = number[seen.surface_at(place + away * normal)]  # the last of `number` stands for none
+        bordering = number[seen.surface_at(place + away * normal)]
         keys.append((run * count + bordering)[bordering >= 0])
     key, times = np.unique(np.concatenate(keys), return_counts=True)
     arc, area = key // count, key % count
@@ -287,9 +270,6 @@ def _bounds(points: Columns, curves: Curves, areas: Areas, surface: Ints, seen: 
     return relate_both_ways(BOUNDS, arc, len(curves) + area, SPACING_PX * times, SPACING_PX, bearing, spread)
 
 
-# Which primitives of a picture are which parts of a predicted view: candidates by place, relations on both sides, and
-# the labelling that keeps them (queries/matching).
-#
 # Units are the arcs and regions of the picture, labels the arcs and surfaces of the view: several pieces of the picture
 # may show one arc or surface, so a label may be taken more than once.
 
@@ -380,6 +360,7 @@ def match_view(
     surfaces = _judge_regions(picture, view, seen, p)
     units, image_arcs = len(picture.arcs) + len(picture.regions), len(picture.arcs)
     arc, region = pairs.accepted, surfaces.accepted
+    spill = np.rint(p.scale * p.spill_price * (1.0 - surfaces.region_share)).astype(np.int64)
     relation_weight = round(p.scale * p.relation_price)
     solved = solve_rows(
         workspace,
@@ -391,7 +372,7 @@ def match_view(
             labels_id=2 * number + 1,
             unit=np.concatenate([pairs.image_arc[arc], image_arcs + surfaces.region[region]]),
             label=np.concatenate([pairs.view_arc[arc], view.arcs + surfaces.view_surface[region]]),
-            cost=np.concatenate([_price_arcs(pairs, p)[arc], _price_regions(surfaces, p)[region]]),
+            cost=np.concatenate([_price_arcs(pairs, p)[arc], spill[region]]),
             null_cost=np.full(units, round(p.scale * p.null_price)),
             null_share=0.0,
             nat_cost=float(p.scale),
@@ -463,8 +444,7 @@ def _judge_regions(picture: Primitives, view: ViewUnits, seen: SurfaceMap, p: Po
     """Regions and the surfaces that they lie on, counted on the places of the surface map."""
     count = max(len(view.surface), 1)
     region = find_regions_at(picture, seen.rays.pixel.reshape(-1, 2))
-    number = np.full(int(seen.surface.max(initial=0)) + 2, -1)
-    number[view.surface] = np.arange(len(view.surface))
+    number = _number(view.surface, seen)
     surface, area = number[seen.surface.ravel()], seen.rays.weight.ravel()
     used = (region >= 0) & (area > 0)
     region_area = np.bincount(region[used], area[used], len(picture.regions))
@@ -478,10 +458,6 @@ def _judge_regions(picture: Primitives, view: ViewUnits, seen: SurfaceMap, p: Po
     return SurfacePairs(
         region_no, surface_no, reason, pixels, region_share, pixels / np.maximum(surface_area[surface_no], 1e-9)
     )
-
-
-def _price_regions(pairs: SurfacePairs, p: PoseProblemParameters) -> Ints:
-    return np.rint(p.scale * p.spill_price * (1.0 - pairs.region_share)).astype(np.int64)
 
 
 def _strike_covered(pairs: Pairs, p: PoseProblemParameters) -> None:

@@ -272,30 +272,21 @@ def _solve(tree: JointTree, link: str, wanted: Floats, start: Floats, limits: Fl
     """Values of the movable joints near `start` with which a link stands as wanted (4, 4) in the root's frame."""
     names = [j.name for j in tree.movable]
     values, damping = start.copy(), 1e-3
+    # Further than so much, rad and mm, the motion of a joint is no line.
+    longest = np.array([500.0 if j.kind == "prismatic" else 0.7 for j in tree.movable])
     for _ in range(_STEPS):
         given = tree.values(dict(zip(names, values.tolist(), strict=True)), "joints")
         stands = tree.poses(given)[link]
-        if _is_near(stands, wanted):
+        place, turned = stands[:3, 3], rotation_vector(wanted[:3, :3] @ stands[:3, :3].T)
+        if np.linalg.norm(wanted[:3, 3] - place) <= _NEAR_MM and np.linalg.norm(turned) <= _NEAR:
             return values
-        place = stands[:3, 3]
-        off = np.concatenate([wanted[:3, 3] - place, _ARM_MM * rotation_vector(wanted[:3, :3] @ stands[:3, :3].T)])
+        off = np.concatenate([wanted[:3, 3] - place, _ARM_MM * turned])
         twist = tree.screws(link, given, names)
         slope = np.concatenate([twist[:3] - skew(place) @ twist[3:], _ARM_MM * twist[3:]])
         normal = slope.T @ slope
         step = np.linalg.solve(normal + damping * np.diag(np.diag(normal) + 1e-9), slope.T @ off)
-        values = np.clip(values + np.clip(step, *_longest(tree)), *limits)
+        values = np.clip(values + np.clip(step, -longest, longest), *limits)
     return None
-
-
-def _longest(tree: JointTree) -> tuple[Floats, Floats]:
-    """The longest step of each movable joint, rad and mm: further than that its motion is no line."""
-    most = np.array([500.0 if j.kind == "prismatic" else 0.7 for j in tree.movable])
-    return -most, most
-
-
-def _is_near(a: Floats, b: Floats) -> bool:
-    apart = np.linalg.norm(a[:3, 3] - b[:3, 3])
-    return bool(apart <= _NEAR_MM and np.linalg.norm(rotation_vector(a[:3, :3].T @ b[:3, :3])) <= _NEAR)
 
 
 # What an inspection from a pose would have to decide by: no picture is needed to say how much of each thing shows.

@@ -247,8 +247,6 @@ class LocalSearch:
             self.cost, self.chosen = cost, chosen
 
 
-# The default search: branch and bound on dual bounds, best bound first, with a tree that proves what it finds.
-#
 # A node is opened by raising the bound of its parent's duals on its own states. States that then cannot be part of a
 # better labelling are split off as children of their own, pruned at birth, and the search goes on in the rest; where
 # nothing can be split off, one state is taken in one child and forbidden in the rest (Lawler's partition, Management
@@ -273,16 +271,6 @@ class _Node:
     status: str = OPEN
 
 
-@dataclass(order=True)
-class _Waiting:
-    """A node to be opened, from the duals of its parent."""
-
-    bound: int
-    node: int
-    duals: Duals
-    state: int
-
-
 def search(problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None) -> MatchingResult:
     """See `relmodel.labelling.solve`."""
     return _Search(problem, limit).run(nodes, seconds)
@@ -295,7 +283,8 @@ class _Search:
         self.bounds = Bounds(tables)
         self.found = LocalSearch(tables)
         self.nodes: list[_Node] = []
-        self.waiting: list[_Waiting] = []
+        # Nodes to be opened, the least bound first: bound, node, duals of its parent, state.
+        self.waiting: list[tuple[int, int, Duals, int]] = []
         self.opened = self.taken = 0
 
     @property
@@ -308,19 +297,19 @@ class _Search:
         end = None if seconds is None else time.monotonic() + seconds
         root = self.bounds.start()
         self._wait(self._add(-1, ROOT, NONE, root.bound), root, NONE)
-        while self.waiting and self.waiting[0].bound <= self.cutoff * SCALE:
+        while self.waiting and self.waiting[0][0] <= self.cutoff * SCALE:
             if self.opened >= nodes or (end is not None and time.monotonic() > end):
                 break
-            self._open(heapq.heappop(self.waiting))
+            self._open(*heapq.heappop(self.waiting)[1:])
         return self._result()
 
-    def _open(self, waiting: _Waiting) -> None:
-        node, duals = waiting.node, deepcopy(waiting.duals)
+    def _open(self, node: int, parents: Duals, state: int) -> None:
+        duals = deepcopy(parents)
         if self.nodes[node].branch == TAKE:
-            self.bounds.restrict(duals, waiting.state)
+            self.bounds.restrict(duals, state)
             self.taken += 1
-        elif waiting.state != NONE:
-            self.bounds.forbid(duals, np.array([waiting.state]))
+        elif state != NONE:
+            self.bounds.forbid(duals, np.array([state]))
         self.bounds.assign(duals)
         while True:
             self.opened += 1
@@ -388,7 +377,7 @@ class _Search:
         return len(self.nodes) - 1
 
     def _wait(self, node: int, duals: Duals, state: int) -> None:
-        heapq.heappush(self.waiting, _Waiting(self.nodes[node].bound, node, duals, state))
+        heapq.heappush(self.waiting, (self.nodes[node].bound, node, duals, state))
 
     def _bound(self, node: int, duals: Duals) -> None:
         """Bound a node by duals of its own, no more by its parent's."""
@@ -397,9 +386,9 @@ class _Search:
     def _result(self) -> MatchingResult:
         """Close what waits: its bound is its parent's, which may suffice."""
         cutoff = self.cutoff
-        for waiting in self.waiting:
-            if waiting.bound > cutoff * SCALE:
-                self.nodes[waiting.node].status = PRUNED
+        for bound, node, _, _ in self.waiting:
+            if bound > cutoff * SCALE:
+                self.nodes[node].status = PRUNED
         cost = self.found.cost
         leaves = [-(-node.bound // SCALE) for node in self.nodes if node.status != BRANCHED]
         bound = min(cost, *leaves)

@@ -241,8 +241,6 @@ def _strengths(pair: Ints, gain: Ints, unit: Ints, label: Ints, there: Bools, ca
     return np.minimum(*sums)
 
 
-# Solve a matching problem, by a mode chosen by name.
-
 MODES = (branch_and_bound.MODE, PAPER, STAR)
 NODES = 10_000
 PAPER_NODES = 100

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.arrays import Bools, Floats, Ints, Rows
+from relmodel.arrays import Bools, Floats, Ints, Rows, count_from
 from relmodel.features.holes import CIRCLE_DEFAULTS as KEPT
 from relmodel.features.holes import relate
 from relmodel.store.database import Database
@@ -29,7 +29,7 @@ Relations = dict[str, Floats | Ints]
 
 
 @dataclass(frozen=True)
-class Circles:
+class Circles(Rows):
     """Circles (n,): centre (n, 3) and radius (n,) in mm, unit normal (n, 3) of either sign, and the covariance of all
     three (n, 7, 7)."""
 
@@ -42,9 +42,6 @@ class Circles:
     def exact(cls, centre: Floats, normal: Floats, radius: Floats) -> Circles:
         """Those of a model, of no covariance."""
         return cls(centre, normal, radius, np.zeros((len(radius), 7, 7)))
-
-    def __len__(self) -> int:
-        return len(self.radius)
 
     def relations(self, p: JoinParameters) -> Relations:
         """How they lie to each other two by two, those that are sure enough to be joined: columns of the relation that
@@ -137,7 +134,7 @@ def find_scene_circles(space: Triangulated) -> tuple[Ints, Circles]:
 
 
 @dataclass(frozen=True)
-class PictureEllipses:
+class PictureEllipses(Rows):
     """Ellipses (n,) in the pixels of a camera without distortion, the surest first.
 
     centre (n, 2), major, minor (n,): semi-axes, angle (n,): of the major axis from x towards y, rad; seen (n,): the
@@ -152,9 +149,6 @@ class PictureEllipses:
     seen: Floats
     size_share: Floats
     tilt: Floats
-
-    def __len__(self) -> int:
-        return len(self.major)
 
     @property
     def conics(self) -> Floats:
@@ -176,8 +170,7 @@ def find_ellipses(picture: Primitives, camera: Camera, p: EllipseParameters) -> 
     arcs = picture.arcs
     round_ = np.flatnonzero(np.isin(arcs.kind, (CIRCULAR, ELLIPTIC)) & (np.diff(arcs.offsets) >= p.least_elements))
     counts = np.diff(arcs.offsets)[round_]
-    first = np.cumsum(counts) - counts
-    element = np.arange(counts.sum()) + np.repeat(arcs.offsets[round_] - first, counts)
+    _, element = count_from(arcs.offsets[round_], counts)
     place = camera.undistort(np.column_stack([picture.elements.x, picture.elements.y])[element])
     fitted = fit_ellipses(place[:, 0], place[:, 1], np.ones(len(place)), counts)
     around = 2 * np.pi * np.sqrt(0.5 * (fitted.major**2 + fitted.minor**2))
@@ -191,11 +184,7 @@ def find_ellipses(picture: Primitives, camera: Camera, p: EllipseParameters) -> 
     with np.errstate(invalid="ignore"):
         use = (found.seen >= p.least_seen) & (found.minor >= p.least_px) & (fitted.square <= p.residual_px**2)
     order = np.argsort(-np.where(use, found.seen * found.major, 0.0), kind="stable")[: use.sum()]
-    return _take(found, order[_distinct(_take(found, order), p)][: p.most])
-
-
-def _take(ellipses: PictureEllipses, rows: Ints | Bools) -> PictureEllipses:
-    return PictureEllipses(*(getattr(ellipses, field.name)[rows] for field in fields(ellipses)))
+    return found.take(order[_distinct(found.take(order), p)][: p.most])
 
 
 def _distinct(e: PictureEllipses, p: EllipseParameters) -> Bools:
@@ -275,10 +264,6 @@ class EllipseFit:
         gate = np.pi * (2 * (p.place_px + p.place_share * e.major)) ** 2 / (camera.width * camera.height)
         by_chance = np.clip(p.chance * inside[:, None] * gate, 1e-4, 0.9)
         return np.asarray(-(like * np.log(by_chance)).sum(axis=1)), np.where(like > p.least_like, which, -1)
-
-    def explained(self, which: Ints) -> tuple[Ints, Ints]:
-        """Circles and ellipses (k, e) of poses, for a fit to all that they explain; `which` as `score` gives it."""
-        return which, np.tile(np.arange(len(self.ellipses)), (len(which), 1))
 
     @cached_property
     def _matrix(self) -> Floats:

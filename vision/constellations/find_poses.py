@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.arrays import Bools, Columns, Floats, Ints
+from relmodel.arrays import Bools, Columns, Floats, Ints, count_from
 from relmodel.features.holes import CIRCLE_DEFAULTS as KEPT
 from relmodel.geometry.transforms import matrices
 from relmodel.store.database import Database
@@ -200,8 +200,7 @@ def sample_scene(space: Triangulated) -> ScenePoints:
 def _spread(length: Floats) -> tuple[Ints, Floats, Floats]:
     """Of arcs of these lengths: the arc, the share of the way along it, and the weight of points spread along them."""
     count = np.clip(np.ceil(np.minimum(length, MOST_OF_ONE) / STEP_MM), 2, None).astype(np.int64)
-    row = np.repeat(np.arange(len(length)), count)
-    place = np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count)
+    row, place = count_from(np.zeros_like(count), count)
     return row, (place + 0.5) / count[row], np.minimum(length, MOST_OF_ONE)[row] / count[row]
 
 
@@ -407,13 +406,10 @@ def _vote(poses: Floats, rarity: Floats, points: ScenePoints) -> Ints:
 
 def _best_ways(poses: Floats, share: Floats) -> Ints:
     """The best pose of each way the rig is turned that explains nearly as much as the best of all."""
-    left = np.argsort(-share, kind="stable")
-    left = left[share[left] >= ALIKE_SHARE * share[left[0]]]
-    kept: list[int] = []
-    while len(left):
-        kept.append(int(left[0]))
-        left = left[_angles(poses[left], poses[left[0]]) > DISTINCT_RAD]
-    return np.array(kept, np.int64)
+    turned = poses.copy()
+    turned[:, :3, 3] = 0
+    kept = best_distinct(turned, share, np.zeros(3), len(poses))
+    return kept[share[kept] >= ALIKE_SHARE * share.max()]
 
 
 def _angles(poses: Floats, pose: Floats) -> Floats:
@@ -478,7 +474,7 @@ def find_poses_of_one_picture(
             rows = rows[are_near(world_from_object @ to_matrices(rows) @ camera_from_rig, prior)]
         score, which = fit.score(rows)
         best = best_distinct(to_matrices(rows), score, middle, p.one_picture.fitted)
-        rows = fit.fit(rows[best], *fit.explained(which[best]))[0]
+        rows = fit.fit(rows[best], which[best], np.tile(np.arange(len(ellipses)), (len(best), 1)))[0]
         poses.append(world_from_object @ to_matrices(rows) @ camera_from_rig)
         scores.append(fit.score(rows)[0])
     pose, score = np.concatenate(poses), np.concatenate(scores)

@@ -23,7 +23,6 @@ from vision.extraction.extraction_parameters import ExtractionParameters
 from vision.extraction.junction_candidates import AT
 from vision.extraction.junctions import snap_polylines
 from vision.extraction.topography import ArcQuality
-from vision.relations.relations import KINDS as RELATIONS
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
@@ -368,15 +367,7 @@ def _units(extraction: Extraction) -> dict[str, Columns]:
             "kind": np.repeat(np.array(["arc", "region"], dtype=object), [arcs, regions]),
             "ref_no": np.concatenate([np.arange(arcs), np.arange(regions)]).astype(np.int32),
         },
-        "unit_relation": {
-            "kind": np.array(RELATIONS, dtype=object)[found.kind],
-            "unit_a": found.a,
-            "unit_b": found.b,
-            "distance": found.distance,
-            "distance_sigma": found.distance_sigma,
-            "angle": found.angle,
-            "angle_sigma": found.angle_sigma,
-        },
+        "unit_relation": found.rows(),
     }
 
 

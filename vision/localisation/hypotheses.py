@@ -14,7 +14,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Floats32, Ints
 from relmodel.geometry.transforms import rotation_matrix, skew
-from vision.cameras.cameras import Camera, Prior, Rig, perturb, perturbation
+from vision.cameras.cameras import Camera, Prior, Rig, perturb, perturbations
 from vision.extraction.rows import Primitives
 from vision.localisation.visibility import SAMPLE_SPACING_PX, VisibleArcs, are_in_picture, find_visible_arcs
 from vision.scene import Scene
@@ -157,7 +157,8 @@ def build_evidence(edges: EdgePoints, cell: float, reach: float, pad: int) -> Ev
     size = 2 * max(round(reach / cell), 0) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     near = np.stack([cv2.dilate(layer, disc) for layer in strongest])
-    covered = _covered(edges, cell, rows, columns)
+    width, height = (edges.high - edges.low) / cell
+    covered = (np.arange(rows) <= height + 0.5)[:, None] & (np.arange(columns) <= width + 0.5)
     cells = float(covered.sum())
 
     blocks = (rows // block, columns // block)
@@ -186,12 +187,6 @@ def build_evidence(edges: EdgePoints, cell: float, reach: float, pad: int) -> Ev
     return Evidence(out, cell, edges.low - cell * pad, pad, chance, block)
 
 
-def _covered(edges: EdgePoints, cell: float, rows: int, columns: int) -> Bools:
-    """Cells (rows, columns) within the box of the picture."""
-    width, height = (edges.high - edges.low) / cell
-    return np.asarray((np.arange(rows) <= height + 0.5)[:, None] & (np.arange(columns) <= width + 0.5))
-
-
 def _gather(share: Floats32, window: int) -> Floats32:
     """Sums of the shares of blocks in a window about each."""
     import cv2
@@ -199,8 +194,6 @@ def _gather(share: Floats32, window: int) -> Floats32:
     return np.asarray(cv2.boxFilter(share, -1, (window, window), normalize=False, borderType=cv2.BORDER_CONSTANT))
 
 
-# Candidate poses of the rig: a scan of the prior's whole volume on coarse evidence, then a climb on finer evidence.
-#
 # The prior is sampled by a scrambled Sobol sequence of fixed seed; at each sample a whole window of image shifts (small
 # turns of the rig) is scored at once, so that the sequence has to cover only what turns cannot do.
 
@@ -488,16 +481,25 @@ def _scan(prediction: Prediction, fields: Fields, prior: Prior, seed: int) -> tu
 def climb_each(scene: Scene, rig: Rig, fine: Fields, prior: Prior, starts: Candidates) -> Candidates:
     """Candidates (perturbations of the prior, whatever their scores mean), each led uphill on the fine evidence from a
     prediction of its own."""
-    delta, score = starts.delta.copy(), np.full(len(starts.delta), -np.inf)
-    for row, pose in enumerate(perturb(prior.world_from_rig, starts.delta)):
-        prediction = predict(scene, rig, pose, CLIMB_SAMPLES)
-        if len(prediction.point):
-            step, reached = climb(prediction, fine, np.zeros((1, 6)), prior.information, CLIMB_FIRST_PX, CLIMB_LAST_PX)
-            delta[row], score[row] = perturbation(prior.world_from_rig, perturb(pose, step[0])), reached[0]
-    order = np.argsort(-score, kind="stable")
-    order = order[np.isfinite(score[order])]
-    climbed = Stage("climb", delta[order], score[order], [], len(order))
-    return Candidates(delta[order], score[order], [*starts.stages, climbed])
+    steps = CLIMB_FIRST_PX, CLIMB_LAST_PX
+    poses = perturb(prior.world_from_rig, starts.delta)
+    reached = [climb_from(scene, rig, fine, pose, prior.information, steps) for pose in poses]
+    found = sorted((it for it in reached if it is not None), key=lambda it: -it[1])
+    delta = perturbations(prior.world_from_rig, np.reshape([pose for pose, _ in found], (-1, 4, 4)))
+    score = np.array([score for _, score in found])
+    return Candidates(delta, score, [*starts.stages, Stage("climb", delta, score, [], len(score))])
+
+
+def climb_from(
+    scene: Scene, rig: Rig, fine: Fields, pose: Floats, information: Floats, steps: tuple[float, float]
+) -> tuple[Floats, float] | None:
+    """A pose (4, 4) of the rig led uphill by steps (px) from the first to the last, away from itself at the cost of the
+    information (6, 6), and its score; None where nothing is in view."""
+    prediction = predict(scene, rig, pose, CLIMB_SAMPLES)
+    if not len(prediction.point):
+        return None
+    delta, score = climb(prediction, fine, np.zeros((1, 6)), information, *steps)
+    return perturb(pose, delta[0]), float(score[0])
 
 
 def climb(

@@ -186,9 +186,6 @@ def gather(evidence: Evidence, poses: Floats, group: Ints, out: Floats) -> None:
             out[p, group[i]] += samples[i, 6] * field[start + (turn * rows + y) * columns + x]
 
 
-# Kernels that look for edge elements along the normals of predicted arcs.
-
-
 @kernel(
     "void(f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[::1], i8[::1], i8[::1], i8[::1], f8[::1],"
     " f8[::1], i8[::1])"
@@ -247,9 +244,6 @@ def nearest_edges(
                     score = np.log(strength[e]) - 0.5 * (along / scale) ** 2
                     if score > best:
                         best, found[i], offset[i] = score, e, along
-
-
-# Compiled kernel behind `coverage`.
 
 
 @kernel("void(f8[:, :, ::1], f8[:, ::1], i8[:, ::1], f8[:, ::1], i8[::1], i8[::1], i8[::1], i8[:, ::1], f8[::1])")

@@ -4,11 +4,11 @@ verdict.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import radians
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -18,15 +18,13 @@ from relmodel.progress import Clock
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, perturbation, perturbations
 from vision.extraction.rows import Primitives
 from vision.localisation.hypotheses import (
-    CLIMB_SAMPLES,
     Candidates,
     Fields,
     Stage,
     build_fine_evidence,
-    climb,
     climb_each,
+    climb_from,
     collect_edge_points,
-    predict,
     project_with_jacobians,
     search_poses,
     select_samples,
@@ -232,19 +230,6 @@ def find_displacements(shapes: ArcShapes, visible_arc: Ints, visible_length: Flo
     return np.array(kept).reshape(-1, 3)
 
 
-def shift_poses(prior: Prior, world_from_rig: Floats, shifts: Floats, most_sigma: float) -> Floats:
-    """Poses (k, 4, 4) displaced by `shifts` (n, 3) of the world, those the prior finds likeliest first; those beyond
-    `most_sigma` are left out."""
-    poses = np.repeat(world_from_rig[None], len(shifts), axis=0)
-    poses[:, :3, 3] += shifts
-    delta = perturbations(prior.world_from_rig, poses)
-    distance = np.einsum("ki,ij,kj->k", delta, prior.information, delta)
-    order = np.argsort(distance, kind="stable")
-    return np.asarray(poses[order[distance[order] <= most_sigma**2][:DISPLACEMENTS]])
-
-
-# The pose of a rig from its pictures, the model and a prior: search, refine, rivals, verdict.
-
 SELECT_PX = 60.0  # beyond the pictures within which arcs are kept about poses that need no search
 LEAST_SHARE = 0.5  # of the best start's score from which others climb too, where the join gives starts
 SAME_PX = 1.5  # rms over what is seen, within which two poses are one
@@ -424,13 +409,6 @@ def _view(scene: Scene, rig: Rig, name: str, refined: Refined, index: EdgeIndex)
     return View(seen, collect_edge_measurements(refined, list(rig.cameras).index(name), seen, index))
 
 
-class _Followed(NamedTuple):
-    """What became of a pose that was followed up, and the score it climbed to, NaN where it did not climb."""
-
-    rule: str
-    score: float = float("nan")
-
-
 @dataclass(frozen=True)
 class _Solver:
     """Refines poses and follows up those that could rival the best."""
@@ -457,8 +435,8 @@ class _Solver:
         self._add(self._refine(start[0]), done)
         least = np.where(np.arange(1, len(start)) <= CANDIDATES, MIN_CANDIDATE_SHARE, MIN_EQUAL_SHARE)
         worthy = found.score[1:] > least * found.score[0]
-        followed = iter(self._follow(start[1:][worthy], done))
-        rule = ["refined", *(next(followed).rule if w else "little_evidence" for w in worthy)]
+        others = zip(start[1:], worthy, strict=True)
+        rule = ["refined", *(self._follow(pose, done)[0] if w else "little_evidence" for pose, w in others)]
         *before, climbed = found.stages
         rule += ["beyond"] * (len(climbed.score) - len(rule))
         stages = [*before, replace(climbed, rule=rule)]
@@ -472,10 +450,10 @@ class _Solver:
                 break
             asked.append(done[0])
             shifted = self._shifted(done[0], shapes)
-            followed_up = self._follow(shifted, done)
-            score = np.array([f.score for f in followed_up])
-            delta = perturbations(self.prior.world_from_rig, np.reshape(shifted, (-1, 4, 4)))
-            stages.append(Stage(f"shift {len(asked)}", delta, score, [f.rule for f in followed_up], len(score)))
+            followed = [self._follow(pose, done) for pose in shifted]
+            rules, score = [rule for rule, _ in followed], np.array([score for _, score in followed])
+            delta = perturbations(self.prior.world_from_rig, shifted)
+            stages.append(Stage(f"shift {len(asked)}", delta, score, rules, len(score)))
             self._settle(done)
             self._leave_out_arcs(done)
         return done, stages
@@ -521,47 +499,43 @@ class _Solver:
         rig = correct_rig(self.rig, h.own)
         return replace(h, outlines=measure_outlines(self.near, rig, self.greys, h.world_from_rig))
 
-    def _shifted(self, h: Refined, shapes: ArcShapes) -> list[Floats]:
+    def _shifted(self, h: Refined, shapes: ArcShapes) -> Floats:
+        """Poses (k, 4, 4) that displacements of the model onto itself make of one, those the prior finds likeliest
+        first."""
         seen = h.prediction
         sharp = seen.arc < len(self.scene.arc_occurrence)
         depth = float(np.median(np.linalg.norm(seen.point, axis=1))) if len(seen.point) else 0.0
         reach = self.p.verdict.max_sigma * (self.prior.sigma_translation_mm + self.prior.sigma_rotation * depth)
         shifts = find_displacements(shapes, seen.arc[sharp], seen.weight[sharp], reach)
-        return list(shift_poses(self.prior, h.world_from_rig, shifts, self.p.verdict.max_sigma + 1))
+        poses = np.repeat(h.world_from_rig[None], len(shifts), axis=0)
+        poses[:, :3, 3] += shifts
+        delta = perturbations(self.prior.world_from_rig, poses)
+        distance = np.einsum("ki,ij,kj->k", delta, self.prior.information, delta)
+        order = np.argsort(distance, kind="stable")
+        most = (self.p.verdict.max_sigma + 1) ** 2
+        return np.asarray(poses[order[distance[order] <= most][:DISPLACEMENTS]])
 
-    def _follow(self, poses: Iterable[Floats], done: list[Refined]) -> list[_Followed]:
-        """Refines poses that are not among those done and climb to evidence near the best's; appends to `done`, and
-        says what became of each."""
-        return [self._follow_one(pose, done) for pose in poses]
-
-    def _follow_one(self, pose: Floats, done: list[Refined]) -> _Followed:
+    def _follow(self, pose: Floats, done: list[Refined]) -> tuple[str, float]:
+        """Refines a pose that is not among those done and climbs to evidence near the best's, and appends it to `done`;
+        what became of it, and the score it climbed to, NaN where it did not climb."""
         if len(done) >= MAX_REFINED:
-            return _Followed("beyond")
+            return "beyond", np.nan
         if any(self._same(h, pose) for h in done):
-            return _Followed("like_a_refined_one")
-        prediction = predict(self.near, self.rig, pose, CLIMB_SAMPLES)
-        if not len(prediction.point):
-            return _Followed("nothing_in_view")
-        delta, scores = climb(
-            prediction,
-            self.fine,
-            np.zeros((1, 6)),
-            RIVAL_PRIOR_WEIGHT * self.prior.information,
-            RIVAL_FIRST_PX,
-            RIVAL_LAST_PX,
-        )
-        score = float(scores[0])
-        top = max(float(h.support.found.sum()) for h in done)
-        polished = perturb(pose, delta[0])
-        if score < MIN_EVIDENCE_SHARE * top:
-            return _Followed("little_evidence", score)
+            return "like_a_refined_one", np.nan
+        information = RIVAL_PRIOR_WEIGHT * self.prior.information
+        climbed = climb_from(self.near, self.rig, self.fine, pose, information, (RIVAL_FIRST_PX, RIVAL_LAST_PX))
+        if climbed is None:
+            return "nothing_in_view", np.nan
+        polished, score = climbed
+        if score < MIN_EVIDENCE_SHARE * max(float(h.support.found.sum()) for h in done):
+            return "little_evidence", score
         if any(self._same(h, polished) for h in done):
-            return _Followed("like_a_refined_one", score)
+            return "like_a_refined_one", score
         new = self._refine(polished, roughly=True)
         if any(self._same(h, new.world_from_rig) for h in done):
-            return _Followed("like_a_refined_one", score)
+            return "like_a_refined_one", score
         done.append(new)
-        return _Followed("refined", score)
+        return "refined", score
 
     def _same(self, h: Refined, pose: Floats) -> bool:
         """Whether a pose shows what the hypothesis shows at the same place."""

@@ -123,9 +123,6 @@ def correct_rig(rig: Rig, own: Floats) -> Rig:
     return Rig(cameras, poses, rig.sigma)
 
 
-# Sub-pixel edge elements beside the samples of a prediction, and the derivatives of the offsets.
-
-
 class EdgeIndex:
     """Edge elements of one picture bucketed by whole pixels.
 

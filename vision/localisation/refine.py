@@ -137,9 +137,6 @@ def group_by_stretch(prediction: Prediction) -> Ints:
     return np.asarray(np.unique(pairs, return_inverse=True)[1].ravel())
 
 
-# The rig's pose by least squares of predicted arcs on sub-pixel edge elements, over all cameras and with the prior.
-
-
 @dataclass(frozen=True)
 class Explanation:
     """A pose that explains the pictures by other components being off, its covariance (6, 6), and the log odds of it

@@ -105,8 +105,6 @@ def draw_elsewhere(prediction: Prediction, p: ElsewhereParameters) -> Floats:
     return np.asarray((way * far[:, None]) @ step.T * unit)
 
 
-# Accepted, ambiguous or refused: how likely the best pose is the right one, and whether it is known well enough.
-#
 # Nothing here rests on residuals alone: a wrong pose of a box can fit as well as the right one. Two questions have two
 # answers. Whether the object is there, about here, says a posterior. It weighs how rarely poses elsewhere gather as
 # much in these very pictures (verdict.py), the share of the model's edges that show, how closely the edges found lie
@@ -168,15 +166,11 @@ class HypothesisTable:
             (
                 h.prior_sigma, h.evidence, h.support.found.sum(), h.support.expected.sum(),
                 *((h.outlines.total_px, h.outlines.mean, h.outlines.evidence) if h.outlines else (0.0, 0.0, 0.0)),
+                h.is_symmetric, h.relational_distance,
             )
             for h in hypotheses
         ]  # fmt: skip
-        columns = [
-            *np.array(rows, float).T,
-            np.array([h.is_symmetric for h in hypotheses]),
-            np.array([h.relational_distance for h in hypotheses]),
-        ]
-        return cls(*columns)
+        return cls(*(np.array(column) for column in zip(*rows, strict=True)))
 
     @property
     def believed(self) -> Floats:
@@ -239,10 +233,13 @@ def _name_axis(direction: Floats) -> str:
     return " and ".join(AXES[i] for i in sorted(order[:count].tolist()))
 
 
-def compute_agreement(length: Floats, offset: Floats, p: VerdictParameters) -> float:
-    """Share of the length (n,) on which edges were found, that of parts left out with it, that lies within
-    `agreement_px` of its prediction."""
-    return float(length[np.abs(offset) < p.agreement_px].sum() / max(length.sum(), 1e-9))
+def measure_agreement(best: Refined, p: VerdictParameters, camera: int | None = None) -> float:
+    """Share of the length on which edges were found, that of parts left out with it, in one camera's picture or in all,
+    that lies within `agreement_px` of its prediction."""
+    m, of_camera = best.measurements, True if camera is None else best.prediction.view == camera
+    rows = (m.found >= 0) & of_camera
+    length = best.prediction.weight[rows]
+    return float(length[np.abs(m.offset[rows]) < p.agreement_px].sum() / max(length.sum(), 1e-9))
 
 
 def compute_disagreement(own: Sequence[float], joint: Sequence[float], p: VerdictParameters) -> float:
@@ -287,7 +284,7 @@ class VerdictStatistics:
 
 @dataclass(frozen=True)
 class CameraSupport:
-    """What one camera of several gathers at the best pose, as `Support` and `compute_agreement` have it, and what poses
+    """What one camera of several gathers at the best pose, as `Support` and `measure_agreement` have it, and what poses
     elsewhere gather in its picture."""
 
     evidence: float
@@ -315,46 +312,17 @@ def support_by_camera(
     best: Refined, cameras: Sequence[str], elsewhere: Elsewhere, p: VerdictParameters
 ) -> dict[str, CameraSupport]:
     """What each of several cameras gathers at a pose; nothing for one alone, whose support is that of the pose."""
-    it, m, w = best.support, best.measurements, best.prediction.weight
-
-    def agreement(number: int) -> float:
-        rows = (best.prediction.view == number) & (m.found >= 0)
-        return compute_agreement(w[rows], m.offset[rows], p)
-
+    it = best.support
     return {
         name: CameraSupport(
             float(it.by_camera[number]),
             float(it.found[number]),
             float(it.expected[number]),
-            agreement(number),
+            measure_agreement(best, p, number),
             elsewhere.by_camera[number],
         )
         for number, name in enumerate(cameras if len(cameras) > 1 else ())
     }
-
-
-def measure_agreement(best: Refined, p: VerdictParameters) -> float:
-    """`compute_agreement` of a pose with its own measurements."""
-    m = best.measurements
-    found = m.found >= 0
-    return compute_agreement(best.prediction.weight[found], m.offset[found], p)
-
-
-def compute_statistics(
-    g: HypothesisTable, row: int, agreement: float, apart: float, chance: Chance
-) -> VerdictStatistics:
-    """The statistics of one hypothesis; `apart`: the sigmas by which the cameras disagree there."""
-    evidence = float(g.evidence[row] + g.outline_evidence[row])
-    return VerdictStatistics(
-        evidence,
-        chance.rarity(evidence),
-        float(g.prior_sigma[row]),
-        float(g.share[row]),
-        agreement,
-        float(g.outline_px[row]),
-        float(g.outline_contrast[row]),
-        apart,
-    )
 
 
 def decide(
@@ -399,7 +367,11 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
     """The rule of `decide` on numbers: of the hypotheses, of those that stand, and of the best of these."""
     by_camera, support, chance = it.by_camera, it.support, it.chance
     apart = compute_disagreement(by_camera, [camera.evidence for camera in support.values()], p)
-    stats = compute_statistics(g, int(standing[0]), it.agreement, apart, chance)
+    first = int(standing[0])
+    evidence = float(g.evidence[first] + g.outline_evidence[first])
+    outline = float(g.outline_px[first]), float(g.outline_contrast[first])
+    signs = float(g.prior_sigma[first]), float(g.share[first]), it.agreement, *outline, apart
+    stats = VerdictStatistics(evidence, chance.rarity(evidence), *signs)
     costs, believed, from_prior = (g.cost - g.related)[standing], g.believed[standing], stats.prior_sigma
     odds = stats.log_odds(p)
     # Rivals share what the best has in proportion to prior and evidence, which is tempered: neighbouring edges err

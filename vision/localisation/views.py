@@ -14,7 +14,7 @@ from vision.extraction.rows import Primitives
 from vision.localisation.hypotheses import Prediction, project_with_jacobians
 from vision.localisation.measurements import COUNT, EdgeIndex
 from vision.localisation.refine import Refined
-from vision.localisation.visibility import SurfaceMap, VisibleArcs, find_visible_arcs, map_views
+from vision.localisation.visibility import SurfaceMap, VisibleArcs, find_visible_arcs, map_surfaces
 from vision.scene import Scene
 
 BRIDGED_SAMPLES = 3  # shorter hidden stretches do not break a visible run of an arc, since rays graze
@@ -156,9 +156,6 @@ def _nearest_run(p: Prediction, pixel: Floats, rows: Ints, view: ViewArcs) -> In
     return np.where(view.samples.arc[nearest] == p.arc[rows], view.run[nearest], NO_RUN)
 
 
-# What the cameras of a rig saw together, and what they should see of a model.
-
-
 @dataclass(frozen=True)
 class Observation:
     """What the cameras of a rig saw together, by camera: what was extracted from their pictures, and the greys (rows,
@@ -195,4 +192,8 @@ def view_model(scene: Scene, rig: Rig, world_from_rig: Floats, arcs: Mapping[str
             name: find_view_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name])
             for name, camera in rig.cameras.items()
         }
-    return ModelView(arcs, map_views(scene, rig, world_from_rig))
+    maps = {
+        name: map_surfaces(scene, camera, world_from_rig @ rig.rig_from_camera[name])
+        for name, camera in rig.cameras.items()
+    }
+    return ModelView(arcs, maps)

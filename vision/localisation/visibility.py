@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import radians
 from typing import Any
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints, Rows
+from relmodel.arrays import Bools, Floats, Ints, Rows, count_from
 from vision.cameras.cameras import Camera, Rig
 from vision.scene import Scene, StoredScene
 
@@ -107,7 +107,7 @@ def find_visible_arcs(
 
 
 @dataclass(frozen=True)
-class Silhouettes:
+class Silhouettes(Rows):
     """Segments where curved surfaces turn away from an eye: middles, unit tangents and normals (n, 3), surfaces and
     lengths (n,), a surface's segments together."""
 
@@ -122,16 +122,10 @@ class Silhouettes:
         cylinder gives a single segment from end to end."""
         distance = np.maximum(np.linalg.norm(self.point - eye, axis=1), self.length)
         pieces = np.ceil(self.length / (spacing * distance)).astype(np.int64)
-        row = np.repeat(np.arange(len(pieces)), pieces)
-        number = np.arange(len(row)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+        row, number = count_from(np.zeros_like(pieces), pieces)
         along = ((number + 0.5) / pieces[row] - 0.5) * self.length[row]
-        return Silhouettes(
-            point=self.point[row] + along[:, None] * self.tangent[row],
-            tangent=self.tangent[row],
-            normal=self.normal[row],
-            surface=self.surface[row],
-            length=(self.length / pieces)[row],
-        )
+        found = self.take(row)
+        return replace(found, point=found.point + along[:, None] * found.tangent, length=(self.length / pieces)[row])
 
 
 def find_silhouettes(scene: Scene, eye: Floats) -> Silhouettes:
@@ -210,19 +204,11 @@ def _unit(v: Floats) -> Floats:
 _LEAST_DEPTH = 1e-6  # mm: no surface is seen nearer
 
 
-@dataclass(frozen=True)
-class Coverage:
-    """Pixels per group of surfaces (g,): `visible` in the picture, and `covered` if all else were away."""
-
-    visible: Floats
-    covered: Floats
-
-
 def measure_coverage(
     scene: Scene, seen: SurfaceMap, world_from_camera: Floats, group: Ints, surface: Ints, group_count: int
-) -> Coverage:
-    """Coverage of groups of surfaces in what a camera sees at a pose; `group[i]` contains `surface[i]`, a surface may
-    be in several groups."""
+) -> tuple[Floats, Floats]:
+    """Pixels of each group of surfaces (g,) in what a camera sees at a pose: visible in the picture, and covered if all
+    else were away; `group[i]` contains `surface[i]`, a surface may be in several groups."""
     from vision.localisation import kernels
 
     rays, visible = seen.rays, seen.count_pixels(len(scene.surface_occurrence))
@@ -243,7 +229,7 @@ def measure_coverage(
         np.zeros(rays.weight.shape, np.int64),
         covered,
     )
-    return Coverage(np.bincount(group, visible[surface], group_count).astype(float), covered)
+    return np.bincount(group, visible[surface], group_count).astype(float), covered
 
 
 @dataclass(frozen=True)
@@ -354,14 +340,6 @@ def map_surfaces(scene: Scene, camera: Camera, world_from_camera: Floats) -> Sur
     return SurfaceMap(camera, rays, surface)
 
 
-def map_views(scene: Scene, rig: Rig, world_from_rig: Floats) -> dict[str, SurfaceMap]:
-    """The surfaces that each camera of a rig sees at a pose."""
-    return {
-        name: map_surfaces(scene, camera, world_from_rig @ rig.rig_from_camera[name])
-        for name, camera in rig.cameras.items()
-    }
-
-
 # Which placed parts and features the cameras see at a pose, and which share of each.
 
 PART = -1  # feature number of a part as a whole
@@ -422,8 +400,8 @@ def find_parts_in_view(
         found = measure_coverage(
             scene, maps[name], world_from_rig @ rig.rig_from_camera[name], groups, surfaces, len(paths)
         )
-        visible += found.visible
-        covered += found.covered
+        visible += found[0]
+        covered += found[1]
     # Rays through the middles of squares may hit where no square's middle is covered: sharp outlines, by a ray or two.
     covered = np.maximum(covered, visible)
     seen = np.flatnonzero(visible > 0)

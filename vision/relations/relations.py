@@ -180,6 +180,12 @@ class Relations(Rows):
     angle: Floats
     angle_sigma: Floats
 
+    def rows(self) -> Columns:
+        """Columns of unit_relation, `unit_set_id` left out."""
+        own = self.columns()
+        named = {"kind": np.array(KINDS, object)[own.pop("kind")], "unit_a": own.pop("a"), "unit_b": own.pop("b")}
+        return named | own
+
 
 @dataclass(frozen=True)
 class Middles:

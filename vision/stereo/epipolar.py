@@ -436,8 +436,6 @@ def _around(at: Floats, place: Floats, disparity: Floats, p: RangeParameters) ->
     return np.column_stack([near[:, cut] - p.margin, near[:, p.neighbours - 1 - cut] + p.margin])
 
 
-# Step 1 of Pong's matcher: arcs of both pictures cross the rows of the rectified pair; rows vote for pairs of arcs.
-#
 # Pong, Haralick and Shapiro, Pattern Recognition Letters 1989; dynamic programming along a row after Ohta and Kanade,
 # PAMI 7 (1985).
 
@@ -473,7 +471,7 @@ def vote(first: Side, second: Side, bounds: Floats, parameters: EpipolarParamete
         first=a.arc[i[start]],
         second=b.arc[j[start]],
         votes=votes.astype(np.int64),
-        disparity=np.asarray(median(a.x[i] - b.x[j], pair, pair[start]), float).reshape(-1),
+        disparity=np.asarray(median(a.x[i] - b.x[j], pair, pair[start]) if len(pair) else [], float),
     )
 
 

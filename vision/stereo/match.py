@@ -71,14 +71,6 @@ class Candidates(Rows):
         return self.take(kept)
 
 
-def compare_arcs(
-    first: Side, second: Side, seen: DisparityRange, votes: Votes, epipolar: EpipolarParameters, p: EvidenceParameters
-) -> Candidates:
-    """The pairs of arcs that the epipolar geometry and the range allow, priced."""
-    across = _compare_across(first, second, seen, votes, epipolar, p)
-    return Candidates.stack([across, _compare_level(first, second, seen, epipolar, p)])
-
-
 def _compare_across(
     first: Side, second: Side, seen: DisparityRange, votes: Votes, epipolar: EpipolarParameters, p: EvidenceParameters
 ) -> Candidates:
@@ -211,9 +203,6 @@ def _border_votes(first: RegionColumns, second: RegionColumns, votes: Votes) -> 
     return voted, borders[0] @ np.asarray(cast.sum(axis=1)), borders[1] @ np.asarray(cast.sum(axis=0))
 
 
-# Stereo by arcs and regions, without a model: candidates by the epipolar geometry, relations on both sides, the
-# labelling that keeps them, and the matched arcs in space.
-
 METHODS = ("pong", "relational")
 PONG, RELATIONAL = METHODS
 
@@ -288,9 +277,10 @@ def match_pictures(
     sides = lay_out(rectification, first.arcs, second.arcs, parameters.epipolar)
     seen = estimate_range(rectification, *sides, parameters.range, parameters.epipolar)
     votes = vote(*sides, seen.of_crossings, parameters.epipolar)
-    arcs = compare_arcs(*sides, seen, votes, parameters.epipolar, parameters.evidence)
+    p, evidence = parameters.epipolar, parameters.evidence
+    arcs = [_compare_across(*sides, seen, votes, p, evidence), _compare_level(*sides, seen, p, evidence)]
     regions = compare_regions(rectification, first.regions, second.regions, seen, votes, parameters.regions)
-    solved = _solve(first, second, arcs, regions, parameters)
+    solved = _solve(first, second, Candidates.stack(arcs), regions, parameters)
     label = solved.result.label[: len(first.arcs)]
     matched = np.flatnonzero(label != NONE)
     return StereoMatches(

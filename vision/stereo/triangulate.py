@@ -273,16 +273,8 @@ def triangulate_pairs(
         CURVES.index("free"),
     )
     covariance = _end_covariance(jacobian, of_disparity, tangent, slope, lateral, p.end_sigma)
-    return Triangulated(
-        pairs[0],
-        pairs[1],
-        curve,
-        placed[:, 0],
-        placed[:, 1],
-        covariance,
-        conics,
-        _edge_probability(first, second, pairs, p),
-    )
+    probability = _edge_probability(first, second, pairs, p)
+    return Triangulated(*pairs, curve, placed[:, 0], placed[:, 1], covariance, conics, probability)
 
 
 def _edge_probability(
@@ -351,14 +343,8 @@ def _end_disparities(
     b = np.where(against[:, None, None], b[:, ::-1], b)
     extent = np.linalg.norm(a[:, 1] - a[:, 0], axis=1) - np.linalg.norm(b[:, 1] - b[:, 0], axis=1)
     sigma = np.sqrt(2 * end_sigma**2 + extent[:, None] ** 2 + (a[..., 1] - b[..., 1]) ** 2)
-    count = len(pairs[0])
-    return _Disparities(
-        np.repeat(np.arange(count), 2),
-        a.reshape(-1, 2),
-        (a[..., 0] - b[..., 0]).ravel(),
-        sigma.ravel(),
-        np.zeros(2 * count),
-    )
+    pair, disparity = np.repeat(np.arange(len(a)), 2), (a[..., 0] - b[..., 0]).ravel()
+    return _Disparities(pair, a.reshape(-1, 2), disparity, sigma.ravel(), np.zeros(len(pair)))
 
 
 def _fit(seen: _Disparities, middle: Floats, prior: Floats) -> tuple[Floats, Floats]:
