@@ -31,11 +31,12 @@ from vision.cameras.images import read_picture
 from vision.constellations.constellation_parameters import DEFAULTS
 from vision.constellations.elements import JoinedPairs, find_scene_circles, read_circles
 from vision.constellations.find_poses import join_pairs, read_inspected, solve_poses
+from vision.extraction.rows import read_primitives
 from vision.inspection import Task, inspect
 from vision.inspection.demonstration import read_truth
 from vision.localisation.localise import SHARP_RAD
 from vision.scene import Scene, read_scene
-from vision.stereo.match import read_triangulated
+from vision.stereo.match import match_stereo
 from vision.stereo.triangulate import Triangulated
 
 # The poses that the join gave an inspection, the best first.
@@ -61,7 +62,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         rig, left = Path(f"{pair}_rig.yaml"), Path(f"{pair}_left.png")
         answer = inspect(store, Task(rig=rig, pictures={"left": left, "right": f"{pair}_right.png"}))
         with store.read() as connection:
-            space = read_triangulated(store, connection, answer.run, 0)
+            seen = store.rows(connection, "audit/pictures", run=answer.run)
+            one, other = (read_primitives(store, connection, it.extraction_id) for it in seen)
+            space = match_stereo(read_rig(rig), one, other).triangulated
             arcs, circles = find_scene_circles(space)
             (object_id, world_from_object), *_ = read_inspected(store, connection, 1)
             joined = join_pairs(store, connection, object_id, circles.relations(DEFAULTS.join), DEFAULTS.join)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -98,7 +98,7 @@ class JoinedPairs:
     scene: Ints
     model: Ints
     alike: Ints
-    sign: Ints | None = None
+    sign: Ints = field(default_factory=lambda: np.zeros((0, 2), np.int64))
 
 
 def read_joined(rows: Relations, of: str) -> JoinedPairs:
@@ -394,7 +394,6 @@ def solve_line_poses(scene: Lines, model: Lines, joined: JoinedPairs) -> Floats:
     """Poses (k, 4, 4), model from scene, of joined pairs: the directions fall together, and the feet of the common
     perpendiculars in their middle."""
     seen, stored = (_pair_all(lines, *rows.T) for lines, rows in ((scene, joined.scene), (model, joined.model)))
-    assert joined.sign is not None
     sign = joined.sign.astype(float)
     here = _frames(sign[:, :1] * seen.along_a, (sign[:, 1] * seen.turned)[:, None] * seen.along_b)
     rotation = _frames(stored.along_a, stored.along_b) @ here.transpose(0, 2, 1)

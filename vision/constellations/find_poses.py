@@ -300,27 +300,19 @@ def find_poses(
     for stage in ("join", "lines"):
         if share.max(initial=0.0) < ENOUGH:
             name = stage
-            started = _start(stage, store, connection, world_id, space, p)
-            relations[started.kind] = started.relations
-            fitted, explained = _fit_best(started.poses, started.rarity, points, arcs, prior)
+            started, rarity, kind, related = _start(stage, store, connection, world_id, space, p)
+            relations[kind] = related
+            fitted, explained = _fit_best(started, rarity, points, arcs, prior)
             poses, share = np.concatenate([poses, fitted]), np.concatenate([share, explained])
     kept = best_distinct(poses, share, points.middle, KEPT_POSES)
     return PoseCandidates(*candidates(name, poses[kept], share[kept], prior, ENOUGH), relations)
 
 
-class _Started(NamedTuple):
-    """Poses (k, 4, 4) that joined pairs give, how rare (k,) each pair is, and the scene's relations of that kind."""
-
-    poses: Floats
-    rarity: Floats
-    kind: str
-    relations: Relations
-
-
 def _start(
     stage: str, store: Database, connection: Connection, world_id: int, space: Triangulated, p: ConstellationParameters
-) -> _Started:
-    """Poses that joined pairs of circles, or of straight edges, give, of all inspected objects."""
+) -> tuple[Floats, Floats, str, Relations]:
+    """Poses (k, 4, 4) that joined pairs of circles, or of straight edges, give, of all inspected objects, how rare (k,)
+    each pair is, and the scene's relations of that kind."""
     by_circles, poses, alike = stage == "join", [np.zeros((0, 4, 4))], [np.zeros(0, np.int64)]
     arcs, circles = find_scene_circles(space)
     if by_circles:
@@ -344,7 +336,7 @@ def _start(
     every, rarity = np.concatenate(poses), 1.0 / np.concatenate(alike)
     decided = np.isfinite(every).all(axis=(1, 2))
     kind = "circles" if by_circles else "lines"
-    return _Started(every[decided], rarity[decided], kind, relations | named | {"alike": counted})
+    return every[decided], rarity[decided], kind, relations | named | {"alike": counted}
 
 
 def read_inspected(store: Database, connection: Connection, world_id: int) -> list[tuple[int, Floats]]:
@@ -409,7 +401,7 @@ def _best_ways(poses: Floats, share: Floats) -> Ints:
     turned = poses.copy()
     turned[:, :3, 3] = 0
     kept = best_distinct(turned, share, np.zeros(3), len(poses))
-    return kept[share[kept] >= ALIKE_SHARE * share.max()]
+    return np.asarray(kept[share[kept] >= ALIKE_SHARE * share.max()])
 
 
 def _angles(poses: Floats, pose: Floats) -> Floats:

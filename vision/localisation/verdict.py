@@ -312,16 +312,13 @@ def support_by_camera(
     best: Refined, cameras: Sequence[str], elsewhere: Elsewhere, p: VerdictParameters
 ) -> dict[str, CameraSupport]:
     """What each of several cameras gathers at a pose; nothing for one alone, whose support is that of the pose."""
-    it = best.support
+    if len(cameras) < 2:
+        return {}
+    it, chances = best.support, elsewhere.by_camera
+    each = zip(cameras, it.by_camera.tolist(), it.found.tolist(), it.expected.tolist(), chances, strict=True)
     return {
-        name: CameraSupport(
-            float(it.by_camera[number]),
-            float(it.found[number]),
-            float(it.expected[number]),
-            measure_agreement(best, p, number),
-            elsewhere.by_camera[number],
-        )
-        for number, name in enumerate(cameras if len(cameras) > 1 else ())
+        name: CameraSupport(evidence, found, expected, measure_agreement(best, p, number), chance)
+        for number, (name, evidence, found, expected, chance) in enumerate(each)
     }
 
 
@@ -419,13 +416,9 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
     if len(costs) > 1:
         missing.append(f"{len(costs)} distinct poses explain the pictures about equally well")
     if not missing:
-        verdict, reason = (
-            "accepted",
-            (
-                f"probability {_percent(posterior)}: {_share(stats.share)} of the expected edge evidence found, "
-                "no rival pose" + ("" if np.isnan(from_prior) else f", {from_prior:.1f} sigma from the prior")
-            ),
-        )
+        verdict = "accepted"
+        reason = f"probability {_percent(posterior)}: {_share(stats.share)} of the expected edge evidence found, "
+        reason += "no rival pose" + ("" if np.isnan(from_prior) else f", {from_prior:.1f} sigma from the prior")
         if g.is_symmetric.any():
             reason += "; the model is symmetric: from its other poses the rig sees the same"
         if it.excluded:

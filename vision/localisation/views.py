@@ -55,11 +55,7 @@ def find_view_arcs(scene: Scene, camera: Camera, world_from_camera: Floats) -> V
     head = np.flatnonzero(np.diff(run, prepend=-1) != 0)
     is_silhouette = seen.arc[head] >= arcs
     element = np.where(is_silhouette, seen.arc[head] - arcs, seen.arc[head])
-    occurrence = np.where(
-        is_silhouette,
-        scene.surface_occurrence[np.where(is_silhouette, element, 0)],
-        scene.arc_occurrence[np.where(is_silhouette, 0, element)],
-    )
+    occurrence = scene.occurrence_of_arc[seen.arc[head]]
     share = np.bincount(run, seen.smooth) / np.maximum(np.bincount(run), 1)
     kind = np.where(is_silhouette, SILHOUETTE, np.where(share > 0.5, SMOOTH, SHARP)).astype(np.int8)
     return ViewArcs(kind, occurrence, element, np.bincount(run, seen.length_px).astype(float), seen, run)

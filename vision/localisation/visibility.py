@@ -75,15 +75,6 @@ def find_visible_arcs(
     tangent = np.concatenate([scene.sample_tangent[reference], outline.tangent[inside]])
     pixel, direction, along = project_tangents(camera, world_from_camera, point, tangent)
     length = along * np.concatenate([scene.sample_length[reference], outline.length[inside]])
-    if count is not None and len(length):
-        passed = np.cumsum(length)
-        marks = (np.arange(count) + 0.5) * (passed[-1] / count)
-        rows, times = np.unique(np.minimum(np.searchsorted(passed, marks), len(passed) - 1), return_counts=True)
-        point, tangent, pixel, direction = point[rows], tangent[rows], pixel[rows], direction[rows]
-        length = times * (passed[-1] / count)
-        of_arcs = np.searchsorted(rows, len(reference))
-        inside = inside[rows[of_arcs:] - len(reference)]
-        reference, smooth = reference[rows[:of_arcs]], smooth[rows[:of_arcs]]
     none = np.full(len(inside), -1)
     arcs = VisibleArcs(
         point=point,
@@ -98,6 +89,11 @@ def find_visible_arcs(
         normal_a=np.concatenate([scene.sample_normal_a[reference], outline.normal[inside]]),
         normal_b=np.concatenate([scene.sample_normal_b[reference], outline.normal[inside]]),
     )
+    if count is not None and len(length):
+        passed = np.cumsum(length)
+        marks = (np.arange(count) + 0.5) * (passed[-1] / count)
+        rows, times = np.unique(np.minimum(np.searchsorted(passed, marks), len(passed) - 1), return_counts=True)
+        arcs = replace(arcs.take(rows), length_px=times * (passed[-1] / count))
     seen = _free(scene, arcs.point, _unit(arcs.normal_a + arcs.normal_b), eye, RAY_OFFSET_MM)
     to_eye = _unit(eye - arcs.point)
     for n in (arcs.normal_a, arcs.normal_b):
@@ -405,10 +401,5 @@ def find_parts_in_view(
     # Rays through the middles of squares may hit where no square's middle is covered: sharp outlines, by a ray or two.
     covered = np.maximum(covered, visible)
     seen = np.flatnonzero(visible > 0)
-    return PartsInView(
-        stored.occurrence_id[np.array(occurrence)[seen]],
-        np.array(feature)[seen],
-        [paths[i] for i in seen],
-        visible[seen],
-        covered[seen],
-    )
+    whose, feature_no = stored.occurrence_id[np.array(occurrence)[seen]], np.array(feature)[seen]
+    return PartsInView(whose, feature_no, [paths[i] for i in seen], visible[seen], covered[seen])

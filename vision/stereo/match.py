@@ -6,15 +6,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from relmodel.arrays import Bools, Columns, Floats, Ints, Ragged, Rows, read_rows
+from relmodel.arrays import Bools, Columns, Floats, Ints, Ragged, Rows
 from relmodel.errors import UsageError
 from relmodel.labelling.problem import NONE
 from relmodel.labelling.solve import check_mode
-from relmodel.store.database import Database
 from relmodel.store.runs import Run
 from relmodel.store.sql import column_types
 from vision.cameras.cameras import Rig
@@ -43,7 +42,7 @@ from vision.stereo.stereo_parameters import (
     RegionEvidenceParameters,
     StereoParameters,
 )
-from vision.stereo.triangulate import CURVES, Conics, Triangulated, triangulate_pairs
+from vision.stereo.triangulate import CURVES, Triangulated, triangulate_pairs
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
@@ -360,24 +359,6 @@ def record_stereo(
             }
         run.append(connection, table, {**key, **columns})
     run.append(connection, "triangulated_unit", {**key, **_curves(matches.triangulated)})
-
-
-def read_triangulated(store: Database, connection: Connection, run: int, problem_no: int) -> Triangulated:
-    """The arcs in space of a stereo problem, as `record_stereo` kept them."""
-    key: dict[str, Any] = {"run_id": run, "problem_no": problem_no}
-    rows = store.select(connection, "triangulated_unit", order="unit_no", **key)
-    assigned = store.select(connection, "assignment", "unit_no", "label_no", order="unit_no", **key)
-    none = np.full(49, np.nan)
-    of_conics = np.array([none if c is None else c for c in rows["conic_covariance"]], float).reshape(-1, 7, 7)
-    return read_rows(
-        Triangulated,
-        rows,
-        first=rows["unit_no"].astype(np.int64),
-        second=assigned["label_no"][np.searchsorted(assigned["unit_no"], rows["unit_no"])].astype(np.int64),
-        curve=np.array([CURVES.index(curve) for curve in rows["curve"]], np.int64),
-        covariance=np.array(rows["covariance"].tolist(), float).reshape(-1, 6, 6),
-        conics=read_rows(Conics, rows, covariance=of_conics),
-    )
 
 
 def _curves(space: Triangulated) -> Columns:

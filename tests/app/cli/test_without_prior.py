@@ -24,15 +24,16 @@ from tests.app.cli.conftest import DEMO, Inspection, Pair, halve, inspected
 from tests.app.cli.slider import BASE
 from tests.json_schema import violations
 from tests.reading import load
+from vision.cameras.cameras import Rig
 from vision.cameras.record import read_recorded_rig
 from vision.constellations.constellation_parameters import JoinParameters
 from vision.constellations.elements import Circles, Relations
 from vision.constellations.find_poses import find_poses, find_poses_of_one_picture
-from vision.extraction.rows import read_primitives
+from vision.extraction.rows import Primitives, read_primitives
 from vision.inspection.demonstration import measure_pose_error, read_truth
 from vision.localisation.hypotheses import Candidates
 from vision.scene import read_scene
-from vision.stereo.match import read_triangulated
+from vision.stereo.match import match_stereo
 
 CHECKOUT = Path(__file__).parents[3]
 
@@ -198,6 +199,14 @@ def test_a_prior_that_the_pictures_contradict_is_said_to(
         assert connection.scalar(sa.text("SELECT count(*) FROM inspection WHERE prior_covariance IS NOT NULL")) == 1
 
 
+def read_given(store: Store, connection: sa.Connection, run: int) -> tuple[Rig, list[Primitives]]:
+    """The rig of a run, and what was extracted from its pictures."""
+    (given,) = store.rows(connection, "audit/inspected", run=run)
+    seen = store.rows(connection, "audit/pictures", run=run)
+    rig = read_recorded_rig(store.columns(connection, "cameras/rig", rig_id=given.rig_id))
+    return rig.only(*(it.camera for it in seen)), [read_primitives(store, connection, it.extraction_id) for it in seen]
+
+
 def find_again(store: Store, run: int, *changes: str) -> Candidates:
     """What the join finds from the rows of a run, after changes of the store."""
     with store.write() as connection:
@@ -206,7 +215,8 @@ def find_again(store: Store, run: int, *changes: str) -> Candidates:
     with store.read() as connection:
         world = connection.scalar(sa.text("SELECT world_id FROM inspection WHERE run_id = :run"), {"run": run})
         scene = read_scene(store, connection, world).scene
-        return find_poses(store, connection, scene, world, read_triangulated(store, connection, run, 0))[1]
+        rig, (one, other) = read_given(store, connection, run)
+        return find_poses(store, connection, scene, world, match_stereo(rig, one, other).triangulated)[1]
 
 
 def test_the_pose_comes_from_stored_relations(found: Inspection, tmp_path: Path) -> None:
@@ -317,10 +327,7 @@ def find_of_one_picture(store: Store, run: int, *changes: str) -> Floats:
             connection.execute(sa.text(change))
     with store.read() as connection:
         world = connection.scalar(sa.text("SELECT world_id FROM inspection WHERE run_id = :run"), {"run": run})
-        (seen,) = store.rows(connection, "audit/pictures", run=run)
-        picture = read_primitives(store, connection, seen.extraction_id)
-        (given,) = store.rows(connection, "audit/inspected", run=run)
-        rig = read_recorded_rig(store.columns(connection, "cameras/rig", rig_id=given.rig_id)).only("left")
+        rig, (picture,) = read_given(store, connection, run)
         return find_poses_of_one_picture(store, connection, rig, world, picture)[1].score
 
 
