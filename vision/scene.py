@@ -247,7 +247,7 @@ def _read(store: Database, connection: Connection, world_id: int, parts: dict[st
             meshes.append(_placed_mesh(mesh_of[shape], world_from_part[occurrence], occurrence))
         if shape in arcs_of:
             arcs.append(_placed_arcs(arcs_of[shape], world_from_part[occurrence], occurrence))
-    mesh, arc = _stacked(meshes, ("triangles", "triangle_surface")), _stacked(arcs, ("sample_arc",))
+    mesh, arc = _stacked(meshes), _stacked(arcs)
     scene = Scene(
         vertices=mesh["vertices"],
         vertex_normals=mesh["normals"],
@@ -357,11 +357,10 @@ def _lengths(points: NDArray[Any], arc: Ints) -> NDArray[Any]:
     return np.concatenate([[0.0], step]) / 2 + np.concatenate([step, [0.0]]) / 2
 
 
-def _stacked(pieces: list[dict[str, Any]], counted: tuple[str, ...]) -> dict[str, NDArray[Any]]:
+def _stacked(pieces: list[dict[str, Any]]) -> dict[str, NDArray[Any]]:
     out: dict[str, NDArray[Any]] = {}
     for name in pieces[0]:
-        base = _COUNTED.get(name) if name in counted else None
-        moved, at = [], 0
+        base, moved, at = _COUNTED.get(name), [], 0
         for piece in pieces:
             moved.append(piece[name] + at if base else piece[name])
             at += len(piece[base]) if base else 0

@@ -104,7 +104,7 @@ def _read_mapping(path: Path) -> tuple[str, dict[str, Any]]:
         found = (
             formats.parse_xml(text, path)
             if xml
-            else parse_yaml(formats.without_header(text), path, "rig", formats.Loader, first=True)
+            else parse_yaml(re.sub(r"\A%YAML:[0-9.]+[^\n]*\n?", "\n", text), path, "rig", formats.Loader, first=True)
         )
     except InputError:
         formats.refuse_text(text, path)
@@ -150,21 +150,16 @@ def read_pose(path: Path | str) -> Floats:
 
 
 def read_prior(path: Path | str) -> Prior:
-    """The prior in a YAML or JSON file; InputError says in one sentence what is missing or wrong.
+    """The prior in a YAML or JSON file, or the JSON answer of an inspection; InputError says in one sentence what is
+    missing or wrong.
 
-    Its uncertainty is its `covariance` (6x6, of a right perturbation, t mm then r rad, as an inspection
-    answers) or its `sigma` (translation_mm and rotation_deg, per axis)."""
+    Its uncertainty is its `covariance` (6x6, of a right perturbation, t mm then r rad) or its `sigma` (translation_mm
+    and rotation_deg, per axis)."""
     path = Path(path)
     data = read_yaml(path, "prior")
     pose = _world_from_rig(data, path)
     given = data.get("covariance")
     return Prior.isotropic(pose, *_sigma(data, path)) if given is None else Prior(pose, _covariance(data, path))
-
-
-def read_found(path: Path | str) -> tuple[Floats, Floats]:
-    """`world_from_rig` (4, 4) and its covariance (6, 6) from the JSON answer of an inspection, or a prior file."""
-    prior = read_prior(path)
-    return prior.world_from_rig, prior.covariance
 
 
 def _sigma(data: dict[str, Any], path: Path) -> tuple[float, float]:

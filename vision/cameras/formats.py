@@ -132,11 +132,6 @@ def _construct_matrix(loader: Loader, node: yaml.Node) -> Matrix:
 Loader.add_constructor(_TAG, _construct_matrix)
 
 
-def without_header(text: str) -> str:
-    """A YAML text without OpenCV's first line `%YAML:1.0`, which is not valid YAML."""
-    return re.sub(r"\A\ufeff?%YAML:[0-9.]+[^\n]*\n?", "\n", text)
-
-
 def opencv_files(path: Path) -> list[Path]:
     """The files of a rig: of a pair, of which one file or the folder is named, `intrinsics` and then `extrinsics`."""
     if path.is_dir():

@@ -39,14 +39,12 @@ class Arcs:
     `kind` indexes `KINDS`.  Start to end walks with the bright side on the left (y down), but for lines where it
     changes: there `bright_left` says of each element whether it is on the left, as it is of most.  `centre_x`,
     `centre_y` and `radius` (the major semi-axis of an ellipse) are NaN for lines and free curves, `radius2` (minor
-    semi-axis) and
-    `axis_angle` (rad, of the major axis from x towards y) for all but elliptic arcs.  `contrast` (grey) and `width`
-    (px) are means; `sigma` (px) is the standard deviation of the arc's lateral position, `angle_sigma` (rad) of its
-    direction; `residual` (px) the rms distance of its elements.  `significance` is minus the decimal logarithm of its
-    number of false alarms, NaN before clearing (see the module of that name).  `covariance` (n, 8, 8) is that of the
-    parameters that `covariances.PARAMETERS` lists for the kind, NaN beyond them.  Arc i contains edge elements
-    `elements[offsets[i] : offsets[i + 1]]`, in order; its refined polyline has the points (`x`, `y`) of the same slice,
-    measured with the elements around them to `point_sigma` (px) across.
+    semi-axis) and `axis_angle` (rad, of the major axis from x towards y) for all but elliptic arcs.  `contrast` (grey)
+    and `width` (px) are means; `sigma` (px) is the standard deviation of the place across, `angle_sigma` (rad) of the
+    direction; `residual` (px) the rms distance of the elements; `significance` minus the decimal logarithm of the
+    number of false alarms, NaN before clearing; `covariance` (n, 8, 8) that of the parameters that `fits.PARAMETERS`
+    lists for the kind, NaN beyond them.  Arc i contains edge elements `elements[offsets[i] : offsets[i + 1]]`, in
+    order; its refined polyline has the points (`x`, `y`) of the same slice, to `point_sigma` (px) across.
     """
 
     kind: npt.NDArray[np.int8]
@@ -148,11 +146,7 @@ class Members:
 
 def fit_group_ellipses(members: Members, groups: npt.NDArray[np.integer], p: FittingParameters) -> Ellipses:
     """An ellipse through the members of each row of `groups` (n, arcs)."""
-    arcs, chains = groups.ravel(), members.chains
-    counts = chains.counts[arcs]
-    begins = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    rows = np.repeat(chains.offsets[arcs] - begins, counts) + np.arange(counts.sum())
-    totals = counts.reshape(groups.shape).sum(axis=1)
+    rows, totals = members.chains.members(groups.ravel()), members.chains.counts[groups].sum(axis=1)
     return fit_ellipses(members.x[rows], members.y[rows], members.weight[rows], totals, p)
 
 

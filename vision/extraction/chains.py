@@ -135,11 +135,17 @@ class Chains:
         """Mean over each chain of a column of the edge elements."""
         return np.add.reduceat(values[self.elements], self.offsets[:-1]) / self.counts if len(self) else np.zeros(0)
 
-    def take(self, kept: Bools) -> Chains:
-        """The chains that the mask selects."""
-        members = np.repeat(kept, self.counts)
-        offsets = np.concatenate([[0], np.cumsum(self.counts[kept])]).astype(np.int32)
-        return Chains(self.elements[members], offsets, self.closed[kept])
+    def members(self, rows: npt.NDArray[np.integer]) -> Indices:
+        """Where the members of some chains stand in `elements`, chain by chain."""
+        counts = self.counts[rows]
+        ends = np.cumsum(counts)
+        return np.repeat(self.offsets[rows] - ends + counts, counts) + np.arange(counts.sum())
+
+    def take(self, rows: npt.NDArray[np.integer] | Bools) -> Chains:
+        """The chains of some numbers, in their order, or of a mask."""
+        rows = np.arange(len(self))[rows]
+        offsets = np.concatenate([[0], np.cumsum(self.counts[rows])]).astype(np.int32)
+        return Chains(self.elements[self.members(rows)], offsets, self.closed[rows])
 
 
 def link(
@@ -249,13 +255,9 @@ def _follow_links(successor: Ints32) -> tuple[Ints32, Ints32, Bools]:
 def _concatenate(chains: Chains, sequence: Indices, offsets: Ints32, looped: Bools) -> Chains:
     """Open chains strung together in groups `offsets` of `sequence`, then the chains that were loops already."""
     loops = np.flatnonzero(chains.closed)
-    pieces = np.concatenate([sequence, loops])
-    counts = chains.counts[pieces]
-    where = np.repeat(chains.offsets[pieces] - np.concatenate([[0], np.cumsum(counts)[:-1]]), counts)
-    elements = chains.elements[where + np.arange(counts.sum())]
+    pieces = chains.take(np.concatenate([sequence, loops]))
     grouped = np.concatenate([offsets, offsets[-1] + 1 + np.arange(len(loops))])
-    bounds = np.concatenate([[0], np.cumsum(counts)])[grouped].astype(np.int32)
-    return Chains(elements, bounds, np.concatenate([looped, np.ones(len(loops), np.bool_)]))
+    return Chains(pieces.elements, pieces.offsets[grouped], np.append(looped, np.ones(len(loops), np.bool_)))
 
 
 def _end_tangents(edges: EdgeElements, chains: Chains, which: Indices, most: int, *, last_end: bool) -> Floats:

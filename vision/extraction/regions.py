@@ -245,9 +245,8 @@ def _merge(
 ) -> tuple[Ints32, Floats]:
     """The labels, and the totals of the regions, after some rounds of merging on the graph of neighbours."""
     totals = _totals(grey, labels, depth, p)
-    a, b, sums = sum_borders(labels, mask, _near_loose_ends(mask, p))
+    borders = sum_borders(labels, mask, _near_loose_ends(mask, p))
     final = np.arange(len(totals), dtype=np.int32)
-    borders = _Borders(a, b, sums)
     for _ in range(p.rounds):
         component = _components(borders, totals, p)
         if component is None:
@@ -318,13 +317,7 @@ def _near_loose_ends(mask: Bools, p: RegionParameters) -> Bools:
     return cv2.dilate(out, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))).astype(np.bool_)
 
 
-@dataclass(frozen=True)
-class _Borders:
-    """Neighbours a < b, and of their common border the sums (n, 7) of `sum_borders`."""
-
-    a: Ints
-    b: Ints
-    totals: Floats
+_Borders = tuple[Ints, Ints, Floats]  # as `sum_borders` gives them
 
 
 def _contract(borders: _Borders, regions: Floats, component: Ints32) -> tuple[_Borders, Floats]:
@@ -335,22 +328,23 @@ def _contract(borders: _Borders, regions: Floats, component: Ints32) -> tuple[_B
     np.add.at(merged[:, _SUMS], component, regions[:, _SUMS])
     np.minimum.at(merged[:, _LEAST], component, regions[:, _LEAST])
     np.maximum.at(merged[:, _GREATEST], component, regions[:, _GREATEST])
-    ends = np.sort(np.column_stack([component[borders.a], component[borders.b]]).astype(np.int64), axis=1)
+    a, b, sums = borders
+    ends = np.sort(np.column_stack([component[a], component[b]]).astype(np.int64), axis=1)
     apart = ends[:, 0] != ends[:, 1]
     key, which = np.unique(ends[apart, 0] * count + ends[apart, 1], return_inverse=True)
-    totals = np.zeros((len(key), borders.totals.shape[1]))
-    np.add.at(totals, which, borders.totals[apart])
-    return _Borders(key // count, key % count, totals), merged
+    totals = np.zeros((len(key), sums.shape[1]))
+    np.add.at(totals, which, sums[apart])
+    return (key // count, key % count, totals), merged
 
 
 def _components(borders: _Borders, regions: Floats, p: RegionParameters) -> Ints32 | None:
     """Which regions one round makes one; None where there is nothing to merge."""
-    a, b, count = borders.a, borders.b, len(regions)
+    (a, b, sums), count = borders, len(regions)
     if len(a) == 0:
         return None
-    length, edge_length = borders.totals[:, SIDES], borders.totals[:, ON_EDGE]
+    length, edge_length = sums[:, SIDES], sums[:, ON_EDGE]
     centroid, mean, slope, _ = _planes(regions)
-    middle = borders.totals[:, [SUM_X, SUM_Y]] / length[:, None]
+    middle = sums[:, [SUM_X, SUM_Y]] / length[:, None]
     step = np.abs(
         mean[a] + np.sum(slope[a] * (middle - centroid[a]), axis=1)
         - mean[b] - np.sum(slope[b] * (middle - centroid[b]), axis=1)
@@ -360,8 +354,8 @@ def _components(borders: _Borders, regions: Floats, p: RegionParameters) -> Ints
     inradius = regions[:, 15]
     large = inradius >= p.large
     # what lies free between edges that run on is no gap in them
-    wide = (open_length >= p.min_neck * np.minimum(inradius[a], inradius[b])) | (borders.totals[:, LOOSE] == 0)
-    hardly_edge = edge_length <= np.maximum(p.max_edge_share * length, p.border_ends * borders.totals[:, STRIPS])
+    wide = (open_length >= p.min_neck * np.minimum(inradius[a], inradius[b])) | (sums[:, LOOSE] == 0)
+    hardly_edge = edge_length <= np.maximum(p.max_edge_share * length, p.border_ends * sums[:, STRIPS])
     joined = large[a] & large[b] & hardly_edge & wide & (step <= 0.5 * p.max_step)
     # Fragments: each with the one neighbour that it opens to most, so that none joins two large regions; slivers even
     # across edges.

@@ -81,7 +81,17 @@ def find_relations(
 ) -> Relations:
     """All relations among the units of a picture, of the kinds `vision.relations.relations.KINDS`."""
     p = parameters.units
-    curves, areas = pack_curves(arcs, junctions, quality, parameters), pack_areas(regions, p)
+    curves = pack_curves(arcs, junctions, quality, parameters)
+    areas = Areas(
+        area=regions.area,
+        centroid_x=regions.centroid_x,
+        centroid_y=regions.centroid_y,
+        sigma=np.full(len(regions), p.outline_sigma),
+        ring_region=regions.ring_region,
+        ring_offsets=regions.ring_offsets,
+        x=regions.outline_x,
+        y=regions.outline_y,
+    )
     middles = find_middles(curves, areas)
     bounds = _bounds(arcs, regions, borders, middles, p)
     rows, columns = regions.labels.shape
@@ -122,20 +132,6 @@ def pack_curves(arcs: Arcs, junctions: Junctions, quality: ArcQuality, parameter
         centre_sigma=np.sqrt(centre_variance),
         radius=np.where(circular, arcs.radius, np.nan),
         radius_sigma=np.sqrt(arcs.covariance[:, 2, 2]),
-    )
-
-
-def pack_areas(regions: Regions, p: UnitParameters = _DEFAULTS) -> Areas:
-    """The regions, as the relations see them."""
-    return Areas(
-        area=regions.area,
-        centroid_x=regions.centroid_x,
-        centroid_y=regions.centroid_y,
-        sigma=np.full(len(regions), p.outline_sigma),
-        ring_region=regions.ring_region,
-        ring_offsets=regions.ring_offsets,
-        x=regions.outline_x,
-        y=regions.outline_y,
     )
 
 

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Indices, Ints32, Rows
 from vision.extraction.arcs import (
@@ -45,14 +44,6 @@ class Pieces(NamedTuple):
     members: Chains
     kinds: Ints32
     bright_right: Bools
-
-
-@dataclass(frozen=True)
-class _FreeCurves:
-    """Free curves that are cheaper than what the other kinds of pieces make of their chains, with their prices."""
-
-    members: Chains
-    prices: Floats
 
 
 @dataclass(frozen=True)
@@ -116,9 +107,9 @@ def segment_chains(
     members, kinds, costs = described(chains, _prices(p))
     # Joined arcs can describe for less what single ones do not: free curves wait until the others are joined.
     free = kinds == FREE
-    curves = _FreeCurves(members.take(free), costs[free])
+    curves = members.take(free)
     if free.any():
-        bent = np.isin(chains.elements, curves.members.elements)
+        bent = np.isin(chains.elements, curves.elements)
         with_curves = np.logical_or.reduceat(bent, chains.offsets[:-1])
         others = np.logical_and.reduceat(
             ~np.isin(members.elements, chains.take(with_curves).elements), members.offsets[:-1]
@@ -132,33 +123,26 @@ def segment_chains(
             break
     if free.any():
         together = Members.gather(edges, weight, pieces.members)
-        pieces = _prefer_free_curves(together, pieces, curves, correlation, p, fitting)
+        kinds, every = pieces.kinds, np.ones(len(pieces.kinds), np.bool_)
+        misfits = _compute_misfits(together, kinds, fit_members(together, kinds), every, correlation, fitting)
+        pieces = _prefer_free_curves(pieces, _prices(p)[kinds] + misfits, curves, costs[free])
     return _reverse(pieces, pieces.members.mean(pieces.bright_right.astype(np.float64)) > 0.5)
 
 
-def _prefer_free_curves(
-    together: Members,
-    pieces: Pieces,
-    curves: _FreeCurves,
-    correlation: float,
-    p: SegmentationParameters,
-    fitting: FittingParameters,
-) -> Pieces:
-    """The arcs, those that lie in a free curve and together cost more than its price replaced by it.  A curve with an
-    arc that leads out of it is dropped."""
+def _prefer_free_curves(pieces: Pieces, apart: Floats, curves: Chains, prices: Floats) -> Pieces:
+    """The arcs, which cost `apart` (n,), those that lie in one of the free `curves` (m) and together cost more than its
+    price (m,) replaced by it.  A curve with an arc that leads out of it is dropped."""
     members, kinds, bright_right = pieces
     owner = np.full(len(bright_right), -1, np.int32)
-    owner[curves.members.elements] = curves.members.chain_of_member
+    owner[curves.elements] = curves.chain_of_member
     of_arc = [ends.reduceat(owner[members.elements], members.offsets[:-1]) for ends in (np.minimum, np.maximum)]
     within = of_arc[0] == of_arc[1]
-    misfit = _compute_misfits(together, kinds, fit_members(together, kinds), within, correlation, fitting)
-    apart = _prices(p)[kinds] + misfit
-    paid = np.bincount(of_arc[0][within] + 1, apart[within], minlength=len(curves.members) + 1)[1:]
-    cheaper = paid > curves.prices
+    paid = np.bincount(of_arc[0][within] + 1, apart[within], minlength=len(curves) + 1)[1:]
+    cheaper = paid > prices
     leading_out = np.concatenate([of_arc[0][~within], of_arc[1][~within]])
     cheaper[leading_out[leading_out >= 0]] = False
     kept = ~(within & (of_arc[0] >= 0) & cheaper[of_arc[0]])
-    taken, bright_right = curves.members.take(cheaper), bright_right.copy()
+    taken, bright_right = curves.take(cheaper), bright_right.copy()
     bright_right[taken.elements] = False
     kinds = np.concatenate([kinds[kept], np.full(len(taken), FREE, kinds.dtype)])
     return Pieces(_concatenate(members.take(kept), taken), kinds, bright_right)
@@ -207,7 +191,9 @@ def _pieces_to_members(
     counts = last - first + 1
     kept = counts >= p.min_elements
     closed = chains.closed[chain[kept]] & at_start[kept] & at_end[kept]
-    return _gather(chains.elements, first[kept], counts[kept], closed), kept
+    offsets = np.concatenate([[0], np.cumsum(counts[kept])])
+    where = np.repeat(first[kept] - offsets[:-1], counts[kept]) + np.arange(offsets[-1])
+    return Chains(chains.elements[where], offsets.astype(np.int32), closed), kept
 
 
 def _prices(p: SegmentationParameters) -> Floats:
@@ -215,12 +201,6 @@ def _prices(p: SegmentationParameters) -> Floats:
     prices = np.empty(len(KINDS))
     prices[[LINE, CIRCULAR, FREE, ELLIPTIC]] = p.line_price, p.circle_price, p.curve_price, p.ellipse_price
     return prices
-
-
-def _gather(elements: Ints32, first: npt.NDArray[np.integer], counts: npt.NDArray[np.integer], closed: Bools) -> Chains:
-    offsets = np.concatenate([[0], np.cumsum(counts)])
-    where = np.repeat(first - offsets[:-1], counts) + np.arange(offsets[-1])
-    return Chains(elements[where], offsets.astype(np.int32), closed)
 
 
 def _join(
@@ -261,13 +241,11 @@ def _join(
     is_head = np.zeros(len(members), np.bool_)
     is_head[partner[partner >= 0]] = True
     kept = np.flatnonzero(~is_head)
+    is_joined = partner[kept] >= 0
     sequence = np.column_stack([kept, partner[kept]]).ravel()
-    sequence = sequence[sequence >= 0]
-    strung = _gather(members.elements, members.offsets[sequence], members.counts[sequence], np.zeros(0, np.bool_))
-    counts = members.counts[kept] + np.where(partner[kept] >= 0, members.counts[partner[kept]], 0)
-    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-    joined = Chains(strung.elements, offsets, members.closed[kept])
-    return Pieces(joined, kinds[kept], bright_right), partner[kept] >= 0
+    strung = members.take(sequence[sequence >= 0])
+    offsets = strung.offsets[np.append(0, np.cumsum(1 + is_joined))]
+    return Pieces(Chains(strung.elements, offsets, members.closed[kept]), kinds[kept], bright_right), is_joined
 
 
 def _find_continuations(

@@ -24,7 +24,7 @@ from relmodel.app.export import read_results, write_qif
 from relmodel.arrays import Floats
 from relmodel.store import Store, sql
 from tests.app.cli.conftest import Inspection
-from vision.cameras.files import read_found
+from vision.cameras.files import read_prior
 
 WORDS = {"confirmed": "as modelled", "changed": "not as modelled", "contradicted": "not as modelled"}
 
@@ -65,9 +65,9 @@ def test_json_says_what_was_answered(inspected: Inspection, tmp_path: Path, caps
         np.testing.assert_allclose(world_from_camera, answer["world_from_camera"][camera["camera"]], atol=1e-9)
     assert said["matched_arc"]
     assert said["rejected_arc"]
-    pose, covariance = read_found(out)  # the next inspection's prior
-    np.testing.assert_allclose(pose, answer["world_from_rig"], atol=1e-9)
-    np.testing.assert_allclose(covariance, answer["covariance"], rtol=1e-12)
+    found = read_prior(out)  # the next inspection's prior
+    np.testing.assert_allclose(found.world_from_rig, answer["world_from_rig"], atol=1e-9)
+    np.testing.assert_allclose(found.covariance, answer["covariance"], rtol=1e-12)
 
 
 def test_tables_hold_the_same_in_csv_and_parquet(inspected: Inspection, tmp_path: Path) -> None:

@@ -147,12 +147,12 @@ def where(args: argparse.Namespace) -> int:
 
 def _correction(rig: MountedRig, args: argparse.Namespace) -> dict[str, Any]:
     from relmodel.world.kinematics import correct_base
-    from vision.cameras.files import read_found
+    from vision.cameras.files import read_prior
 
     sigmas = assigned(args.joint_sigma, "--joint-sigma")
     base = base_covariance(args.sigma_mm, args.sigma_deg) if sigmas else None
-    found, covariance = read_found(args.found)
-    return correct_base(rig, found, covariance, joint_sigmas=sigmas, base_covariance=base).to_json()
+    it = read_prior(args.found)
+    return correct_base(rig, it.world_from_rig, it.covariance, joint_sigmas=sigmas, base_covariance=base).to_json()
 
 
 @verb(
