@@ -5,7 +5,7 @@ their triangles and arcs.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Literal
+from typing import Any, Literal, TypedDict, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -36,9 +36,19 @@ PRECISIONS: tuple[Precision, ...] = ("box", "exact")
 _FARTHEST_MM = 1e7  # beyond which no part is looked for
 
 
-def in_volume(store: Store, volume: Volume, **how: Any) -> dict[str, npt.NDArray[Any]]:
-    """What lies in a volume, by columns, sorted by occurrence_id, element_no: `in_volumes` of one, asked as there."""
-    return in_volumes(store, [volume], **how)
+class VolumeOptions(TypedDict, total=False):
+    """What `in_volumes` says of them."""
+
+    world: str | None
+    precision: str
+    wholly: bool
+
+
+def in_volume(
+    store: Store, volume: Volume, *, level: str = "part", **options: Unpack[VolumeOptions]
+) -> dict[str, npt.NDArray[Any]]:
+    """What lies in a volume, by columns, sorted by occurrence_id, element_no: `in_volumes` of one."""
+    return in_volumes(store, [volume], level=level, **options)
 
 
 def in_volumes(
@@ -166,12 +176,14 @@ def _swept(path: npt.ArrayLike, tool: npt.ArrayLike) -> Floats:
     return np.concatenate([hull_triangles(np.concatenate([corners + a, corners + b])) for a, b in pieces])
 
 
-def find_rows(store: Store, volume: Volume, *, level: str | None = None, **how: Any) -> list[tuple[Any, ...]]:
+def find_rows(
+    store: Store, volume: Volume, *, level: str | None = None, **options: Unpack[VolumeOptions]
+) -> list[tuple[Any, ...]]:
     """What lies in a volume, sorted by path and name: path of the placed part, level, name of the part or element, and
-    its world box x0 .. z1, mm; without a level, parts and their features.  how: as for `in_volumes`."""
+    its world box x0 .. z1, mm; without a level, parts and their features."""
     rows = []
     for asked in (level,) if level else ("part", "feature"):
-        found = in_volume(store, volume, level=asked, **how)
+        found = in_volume(store, volume, level=asked, **options)
         boxes = boxes_of(found).tolist()
         order = np.lexsort((found["element_no"], found["path"].astype(str)))
         rows += [(str(found["path"][i]), asked, str(found["name"][i]), *boxes[i]) for i in order]
