@@ -2,38 +2,26 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 
 from relmodel.arrays import Floats
 from relmodel.features.feature_parameters import DEFAULTS
-from relmodel.features.graph import (
-    ANGLE_TOLERANCE,
-    LENGTH_TOLERANCE,
-    Boundary,
-    Feature,
-    Side,
-    Surfaces,
-    angular_gaps,
-    at_level,
-    cross,
-    frame,
-    lengths,
-    union,
-)
+from relmodel.features.graph import Boundary, Feature, Side, angle_gaps, at_level, cross, frame, lengths, union
 from relmodel.geometry.congruence import joined
 
+_ALL = DEFAULTS.common
 _P = DEFAULTS.blends
 _EXACT = ("plane", "cylinder", "cone", "sphere", "torus")
-_OPPOSED = -1 + ANGLE_TOLERANCE**2
+_OPPOSED = -1 + _ALL.angle_rad**2
 
 
 def rounded(b: Boundary) -> dict[int, float]:
     """Radius of the surfaces that round off an edge between two or more others: the greatest, where it changes."""
     s, found = b.surfaces, {i: radii[1] for i, (radii, _) in running(b).items()}
-    for i, sides in sorted(b.sides.items()):
-        if s.kind[i] not in ("cylinder", "torus", "sphere") or s.start[i] == s.start[i + 1]:
-            continue
-        tangent = {x.other for x in sides if x.convexity == "smooth" and x.other not in (i, -1)}
+    for i in b.of_kind("cylinder", "torus", "sphere"):
+        tangent = {x.other for x in b.sides[i] if x.convexity == "smooth" and x.other not in (i, -1)}
         # What ends in balls on both sides is the groove of a ball-nosed cutter.
         if len(tangent) < 2 or (s.kind[i] == "cylinder" and set(s.kind[list(tangent)]) == {"sphere"}):
             continue
@@ -60,7 +48,7 @@ def running(b: Boundary) -> dict[int, tuple[tuple[float, float], Floats]]:
         if not _P.bent < away < 2 - _P.bent:
             continue
         points = s.points(i)
-        on = [np.abs(points @ p - d) < LENGTH_TOLERANCE, np.abs(points @ q - e) < LENGTH_TOLERANCE]
+        on = [np.abs(points @ p - d) < _ALL.length_mm, np.abs(points @ q - e) < _ALL.length_mm]
         if not (on[0].any() and on[1].any()):
             continue
         radii = np.concatenate([np.abs(points[on[0]] @ q - e), np.abs(points[on[1]] @ p - d)]) / away
@@ -71,13 +59,11 @@ def running(b: Boundary) -> dict[int, tuple[tuple[float, float], Floats]]:
     return found
 
 
-def full_rounds(b: Boundary, taken: set[int]) -> dict[int, float]:
+def full_rounds(b: Boundary) -> dict[int, float]:
     """Radius of the half cylinders that take the place of a face between two that are parallel."""
     s, found = b.surfaces, {}
-    for i, sides in sorted(b.sides.items()):
-        if s.kind[i] != "cylinder" or s.concave[i] or i in taken or i in b.blends or s.start[i] == s.start[i + 1]:
-            continue
-        flanks = sorted({x.other for x in sides if x.convexity == "smooth"})
+    for i in b.of_kind("cylinder", concave=False):
+        flanks = sorted({x.other for x in b.sides[i] if x.convexity == "smooth"})
         if len(flanks) == 2 and set(s.kind[flanks]) == {"plane"} and s.axis[flanks[0]] @ s.axis[flanks[1]] < _OPPOSED:
             found[i] = float(s.radius[i])
     return found
@@ -89,8 +75,7 @@ def fillets(b: Boundary, taken: set[int]) -> list[Feature]:
     The origin of the longest one is the middle of its axis, X along that; of a changing radius, of the edge it rounds.
     """
     s, changing = b.surfaces, running(b)
-    radius = (b.blends | full_rounds(b, taken)).items()
-    of = {i: r for i, r in radius if i not in taken}
+    of = {i: r for i, r in (full_rounds(b) | b.blends).items() if i not in taken}
     edges: list[tuple[int, int]] = []
     lines: dict[tuple[float, ...], int] = {}
     for i in sorted(of):
@@ -106,7 +91,7 @@ def fillets(b: Boundary, taken: set[int]) -> list[Feature]:
     for members in joined(of, edges):
         longest = max(members, key=lambda i: (round(float(s.area[i]), 6), -i))
         run, centre = s.axis[longest], s.origin[longest]
-        measures = lengths(radius=of[longest], length=_total(s, members))
+        measures = lengths(radius=of[longest], length=_total(b, members))
         if longest in changing:
             radii, ends = changing[longest]
             run, centre = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0]), ends.mean(axis=0)
@@ -116,11 +101,11 @@ def fillets(b: Boundary, taken: set[int]) -> list[Feature]:
         elif s.kind[longest] == "sphere":
             run = np.eye(3)[0]
         elif s.kind[longest] == "cylinder":
-            low, high = s.extent(_in_line(s, longest, members), run)
+            low, high = s.extent(_in_line(b, longest, members), run)
             centre = at_level(centre, run, (low + high) / 2)
         normal = s.normals(longest).mean(axis=0)
         normal -= (normal @ run) * run
-        if np.linalg.norm(normal) < ANGLE_TOLERANCE:  # all around
+        if np.linalg.norm(normal) < _ALL.angle_rad:  # all around
             normal = cross(run, np.eye(3)[np.argmin(np.abs(run))])
         pose = frame(run, normal / np.linalg.norm(normal), centre)
         roles = [(i, "fillet" if s.concave[i] else "round") for i in members]
@@ -128,18 +113,24 @@ def fillets(b: Boundary, taken: set[int]) -> list[Feature]:
     return found
 
 
-def _total(s: Surfaces, members: list[int]) -> float:
+def _total(b: Boundary, members: list[int]) -> float:
     """Length of a chain; of what lies in one line from end to end."""
+    s = b.surfaces
     left, total = [i for i in members if s.kind[i] in ("cylinder", "torus")], 0.0
     while left:
-        line = _in_line(s, left[0], left) if s.kind[left[0]] == "cylinder" else left[:1]
-        total += float(np.ptp(s.extent(line, s.axis[left[0]]))) if len(line) > 1 else _length(s, left[0])
+        line = _in_line(b, left[0], left) if s.kind[left[0]] == "cylinder" else left[:1]
+        if s.kind[left[0]] == "cylinder":
+            total += float(np.ptp(s.extent(line, s.axis[left[0]])))
+        else:  # along the centre line of a torus
+            gap = float(angle_gaps(s.points(left[0]) - s.origin[left[0]], s.axis[left[0]]).max())
+            total += float(s.radius[left[0]] * (2 * np.pi - (gap if gap > _P.open_rad else 0.0)))
         left = [i for i in left if i not in line]
     return total
 
 
-def _in_line(s: Surfaces, one: int, members: list[int]) -> list[int]:
+def _in_line(b: Boundary, one: int, members: list[int]) -> list[int]:
     """Cylinders about one axis."""
+    s = b.surfaces
     arm, axis = s.origin[members] - s.origin[one], s.axis[one]
     apart = np.linalg.norm(np.cross(arm, axis), axis=1) + np.linalg.norm(np.cross(s.axis[members], axis), axis=1)
     return [
@@ -150,16 +141,11 @@ def _in_line(s: Surfaces, one: int, members: list[int]) -> list[int]:
 def bevelled(b: Boundary) -> dict[int, Feature]:
     """The chamfers: narrow planes and convex cones between two convex edges of 15 to 75 degrees."""
     found = {}
-    for i, sides in sorted(b.sides.items()):
-        if b.surfaces.start[i] == b.surfaces.start[i + 1]:
-            continue
-        slanted = [x for x in sides if x.convexity == "convex" and _P.slant_rad[0] <= x.angle <= _P.slant_rad[1]]
-        feature = None
-        if b.surfaces.kind[i] == "plane":
-            feature = _plane_chamfer(b, i, slanted)
-        elif b.surfaces.kind[i] == "cone" and not b.surfaces.concave[i]:
-            feature = _cone_chamfer(b, i, slanted)
-        if feature is not None:
+    for i in (*b.of_kind("plane"), *b.of_kind("cone", concave=False)):
+        sides = [x for x in b.sides[i] if x.convexity == "convex"]
+        slanted = [x for x in sides if _P.slant_rad[0] <= x.angle <= _P.slant_rad[1]]
+        make = _plane_chamfer if b.surfaces.kind[i] == "plane" else _cone_chamfer
+        if (feature := make(b, i, slanted)) is not None:
             found[i] = feature
     return found
 
@@ -173,34 +159,29 @@ def chamfers(b: Boundary, bevels: dict[int, Feature]) -> list[Feature]:
         place = np.round(middle - (middle @ run) * run, 2) + 0.0
         key = (*b.plane_key([i]), *place.tolist()) if s.kind[i] == "plane" else (float(i),)
         lines.setdefault(key, []).append(feature)
-    return [f[0] if len(f) == 1 else _one_chamfer(s, f) for f in lines.values()]
-
-
-def _one_chamfer(s: Surfaces, segments: list[Feature]) -> Feature:
-    pose = segments[0].shape_from_feature.copy()
-    members = [i for segment in segments for i, _ in segment.surfaces]
-    low, high = s.extent(members, pose[:3, 0])
-    pose[:3, 3] = at_level(pose[:3, 3], pose[:3, 0], (low + high) / 2)
-    dimensions = segments[0].dimensions | lengths(length=high - low)
-    return Feature("chamfer", "", dimensions, pose, union(s.boxes[members]), [(i, "chamfer") for i in members])
+    for first, *others in lines.values():
+        if others:
+            pose, members = first.shape_from_feature, [i for one in (first, *others) for i, _ in one.surfaces]
+            low, high = s.extent(members, pose[:3, 0])
+            pose[:3, 3] = at_level(pose[:3, 3], pose[:3, 0], (low + high) / 2)
+            first.dimensions |= lengths(length=high - low)
+            first.box, first.surfaces = union(s.boxes[members]), [(i, "chamfer") for i in members]
+    return [segments[0] for segments in lines.values()]
 
 
 def _plane_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
     s = b.surfaces
     best: tuple[float, Side, Side, Floats] | None = None
-    for n, one in enumerate(slanted):
-        for two in slanted[n + 1 :]:
-            if one.other == two.other or {s.kind[one.other], s.kind[two.other]} != {"plane"}:
-                continue
-            run = cross(s.axis[i], s.axis[one.other])
-            run /= np.linalg.norm(run)
-            square = abs(run @ s.axis[two.other])
-            turn = np.arccos(np.clip(s.axis[one.other] @ s.axis[two.other], -1, 1))
-            if square > ANGLE_TOLERANCE or abs(turn - one.angle - two.angle) > 1e-3:
-                continue
-            length = min(one.length, two.length)
-            if best is None or length > best[0] + LENGTH_TOLERANCE:
-                best = length, one, two, run
+    for one, two in combinations([x for x in slanted if s.kind[x.other] == "plane"], 2):
+        run = cross(s.axis[i], s.axis[one.other])
+        run /= np.linalg.norm(run)
+        square = abs(run @ s.axis[two.other])
+        turn = np.arccos(np.clip(s.axis[one.other] @ s.axis[two.other], -1, 1))
+        if one.other == two.other or square > _ALL.angle_rad or abs(turn - one.angle - two.angle) > 1e-3:
+            continue
+        length = min(one.length, two.length)
+        if best is None or length > best[0] + _ALL.length_mm:
+            best = length, one, two, run
     if best is None:
         return None
     _, one, two, run = best
@@ -228,18 +209,9 @@ def _cone_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
     along = [np.linalg.norm(cross(axis, s.axis[k])) for k in (plane, cylinder)]
     low, high = s.along(i, axis)
     width = (high - low) / max(abs(np.cos(s.semi_angle[i])), 1e-9)
-    if max(along) > ANGLE_TOLERANCE or width > _P.narrow * s.radius[cylinder]:
+    if max(along) > _ALL.angle_rad or width > _P.narrow * s.radius[cylinder]:
         return None
     measures = lengths(width=width, diameter=2 * s.radius[cylinder]) | {"angle": (min(x.angle for x in slanted), "rad")}
     middle = at_level(s.origin[i], axis, (low + high) / 2)
     pose = frame(np.eye(3)[np.argmin(np.abs(axis))], s.axis[plane], middle)
     return Feature("chamfer", "", measures, pose, s.boxes[i], [(i, "chamfer")])
-
-
-def _length(s: Surfaces, i: int) -> float:
-    """Length along a cylinder, or along the centre line of a torus."""
-    if s.kind[i] == "cylinder":
-        low, high = s.along(i, s.axis[i])
-        return high - low
-    gap = float(angular_gaps(s.points(i) - s.origin[i], s.axis[i]).max())
-    return float(s.radius[i] * (2 * np.pi - (gap if gap > _P.open_rad else 0.0)))

@@ -36,26 +36,20 @@ class HoleParameters:
 
 
 @dataclass(frozen=True)
-class PocketParameters:
-    """Which floors with an open side are of pockets."""
+class HollowParameters:
+    """Which floors with an open side are of pockets, and which walls go around an opening."""
 
     mostly: float = 0.5
     """share of the boundary of a pocket that another may not have cut away, and of each of its sides"""
-    least_walls: int = 4  # walls of a pocket with an open side
-
-
-@dataclass(frozen=True)
-class OpeningParameters:
-    """Which walls go around an opening."""
-
-    least_walls: int = 3  # walls, which face each other all around
+    pocket_walls: int = 4  # least walls of a pocket with an open side
+    opening_walls: int = 3  # least walls of an opening, which face each other all around
     within: float = 0.9  # share of the way to a wall that is looked through
     ellipse_mm: float = 1e-2  # mm by which walls may be off the ellipse that they are
 
 
 @dataclass(frozen=True)
 class SlotParameters:
-    """Which walls make a slot that runs out at a side."""
+    """Which walls make a slot that runs out at a side, and which a step."""
 
     leaning: float = sin(radians(60))  # sine of the angle by which walls may lean, back or over the floor
     even_rad: float = radians(1)  # rad by which walls that lean back differ at most
@@ -63,13 +57,7 @@ class SlotParameters:
     keeps: float = 0.9  # length of a leaning wall to that of the floor, at most the inverse of this
     corners: int = 2  # corners in which two pairs of walls may not meet: the bend of a channel is one
     flat_rad: float = radians(170)  # rad: walls of a V that open further are a bent face
-
-
-@dataclass(frozen=True)
-class LedgeParameters:
-    """Which walls make a step of a ledge."""
-
-    over: float = sin(radians(10))  # sine by which a wall may lean over its floor
+    over: float = sin(radians(10))  # sine by which a wall may lean over the floor of a step
     spans: float = 0.9  # share of a step's floor that its wall runs along, and of the wall that the floor does
 
 
@@ -93,17 +81,11 @@ class ThinParameters:
 
 
 @dataclass(frozen=True)
-class TurnedParameters:
-    """Flanges around a shaft."""
+class StandingParameters:
+    """Bosses, lugs, and flanges around a shaft."""
 
     flat: float = 0.5  # thickness of a flange to its radius
     wider: float = 1.2  # radius of a flange to that of its shaft
-
-
-@dataclass(frozen=True)
-class StandingParameters:
-    """Bosses and lugs."""
-
     gap_rad: float = 0.5  # rad without a point: more than a facet spans
     end_of_a_lug_rad: tuple[float, float] = (0.6 * pi, 1.9 * pi)
     """turn of the rounded end of a lug; a full turn is a boss"""
@@ -156,12 +138,9 @@ class FeatureParameters:
 
     common: CommonParameters = field(default_factory=CommonParameters)
     holes: HoleParameters = field(default_factory=HoleParameters)
-    pockets: PocketParameters = field(default_factory=PocketParameters)
-    openings: OpeningParameters = field(default_factory=OpeningParameters)
+    hollows: HollowParameters = field(default_factory=HollowParameters)
     slots: SlotParameters = field(default_factory=SlotParameters)
-    steps: LedgeParameters = field(default_factory=LedgeParameters)
     thin: ThinParameters = field(default_factory=ThinParameters)
-    turned: TurnedParameters = field(default_factory=TurnedParameters)
     standing: StandingParameters = field(default_factory=StandingParameters)
     blends: BlendParameters = field(default_factory=BlendParameters)
     patterns: PatternParameters = field(default_factory=PatternParameters)

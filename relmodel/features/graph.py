@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -21,7 +22,9 @@ from relmodel.model.content_keys import content_key, quantised
 from relmodel.model.model import Shape
 
 _ALL = DEFAULTS.common
-LENGTH_TOLERANCE, ANGLE_TOLERANCE = _ALL.length_mm, _ALL.angle_rad
+
+Dimensions = dict[str, tuple[float, str]]  # value and unit by name
+Rectangle = tuple[Floats, Floats, float, float]  # direction of its length, its centre, length and width
 
 
 @dataclass
@@ -36,7 +39,7 @@ class Feature:
 
     kind: str
     name: str
-    dimensions: dict[str, tuple[float, str]]
+    dimensions: Dimensions
     shape_from_feature: Floats
     box: Floats
     surfaces: list[tuple[int, str]]
@@ -62,12 +65,12 @@ def outline_form(places: Floats, labels: list[str], pose: Floats, *, either_way:
     local = (places - pose[:3, 3]) @ pose[:3, :2]
     z = local[:, 0] + 1j * local[:, 1]
     out: list[float] = []
-    for label in sorted(set(labels)):
+    names = sorted(set(labels))
+    for label in names:
         own = z[[one == label for one in labels]]
         out += [float(len(own)), float(np.sum(np.abs(own)))]
-    names = sorted(set(labels))
     weight = np.array([1.0 + names.index(label) for label in labels])
-    reach = max(float(np.abs(z).max(initial=0.0)), LENGTH_TOLERANCE)
+    reach = max(float(np.abs(z).max(initial=0.0)), _ALL.length_mm)
     for power in (1, 2):
         moments = [np.sum(weight * np.abs(z) ** k * z**power) / reach ** (k + power - 1) for k in range(3)]
         out += [float(abs(m)) for m in moments]
@@ -76,7 +79,7 @@ def outline_form(places: Floats, labels: list[str], pose: Floats, *, either_way:
     return tuple(out)
 
 
-def lengths(**values: float) -> dict[str, tuple[float, str]]:
+def lengths(**values: float) -> Dimensions:
     """Dimensions in mm."""
     return {name: (float(value), "mm") for name, value in values.items()}
 
@@ -129,15 +132,15 @@ def off_axis(points: Floats, origin: Floats, axis: Floats) -> Floats:
     return np.asarray(np.linalg.norm(arm - np.outer(arm @ axis, axis), axis=1))
 
 
-def angular_gaps(arms: Floats, axis: Floats) -> Floats:
+def angle_gaps(arms: Floats, axis: Floats) -> Floats:
     """Gaps (n,), rad, between the directions of arms (n, 3) about an axis, all the way around."""
     u, v = sideways(axis)
     angle = np.sort(np.arctan2(arms @ v, arms @ u))
     return np.diff(angle, append=angle[0] + 2 * np.pi)
 
 
-def rectangle(points: Floats, normal: Floats) -> tuple[Floats, Floats, float, float]:
-    """Least rectangle across `normal` that holds points: direction of its length, its centre, length and width.
+def rectangle(points: Floats, normal: Floats) -> Rectangle:
+    """Least rectangle across `normal` that holds points.
 
     One side of it lies on a side of the convex hull (Freeman and Shapira, CACM 18, 1975).
     """
@@ -196,7 +199,6 @@ class Surfaces:
     normal: Floats
     start: Ints
     _extents: dict[tuple[int, bytes], tuple[float, float]] = field(default_factory=dict)
-    _turns: dict[tuple[int, ...], float] = field(default_factory=dict)
 
     def points(self, surface: int) -> Floats:
         """Corners of the triangles of a surface (n, 3)."""
@@ -219,7 +221,7 @@ class Surfaces:
         low, high = zip(*(self.along(i, direction) for i in surfaces), strict=True)
         return min(low), max(high)
 
-    def draft(self, walls: list[int], up: Floats) -> dict[str, tuple[float, str]]:
+    def draft(self, walls: list[int], up: Floats) -> Dimensions:
         """The dimension `draft_angle` of walls that all lean back by one angle from what is upright.
 
         What rounds the corner of two such planes leans more in its middle: where there are planes, only they count.
@@ -253,12 +255,6 @@ class Surfaces:
 
     def turn(self, members: list[int]) -> float:
         """Angle (rad) about the axis of the first of the members that all of them cover together."""
-        key = tuple(members)
-        if key not in self._turns:
-            self._turns[key] = self._turn(members)
-        return self._turns[key]
-
-    def _turn(self, members: list[int]) -> float:
         axis = self.axis[members[0]]
         across = np.stack(sideways(axis), axis=1)
         corners = np.concatenate([self.points(i).reshape(-1, 3, 3) for i in members]) - self.origin[members[0]]
@@ -303,18 +299,15 @@ class Boundary:
     vertices: Floats
     blends: dict[int, float] = field(default_factory=dict)
     chamfers: set[int] = field(default_factory=set)
-    _hull: Floats | None = None
-    _extents: dict[tuple[float, ...], float] = field(default_factory=dict)
     _neighbours: dict[tuple[int, str], list[int]] = field(default_factory=dict)
+
+    @cached_property
+    def _hull(self) -> Floats:
+        return outermost(self.vertices)
 
     def extent(self, direction: Floats) -> float:
         """Extent of the whole shape along a direction."""
-        key = tuple(np.round(direction, 6).tolist())
-        if key not in self._extents:
-            if self._hull is None:
-                self._hull = outermost(self.vertices)
-            self._extents[key] = float(np.ptp(self._hull @ direction))
-        return self._extents[key]
+        return float(np.ptp(self._hull @ direction))
 
     def across(self, surface: int, side: Side) -> tuple[str, list[int]]:
         """Convexity of the edge at a side and the surfaces beyond it, as they would be without its blend."""
@@ -334,6 +327,12 @@ class Boundary:
                     found.update(others)
             self._neighbours[surface, convexity] = sorted(found - {surface})
         return self._neighbours[surface, convexity]
+
+    def of_kind(self, *kinds: str, concave: bool | None = None) -> list[int]:
+        """Surfaces of some kinds that have sides and triangles, in their order; only those that are concave, or not."""
+        s = self.surfaces
+        found = [i for i in sorted(self.sides) if s.kind[i] in kinds and s.start[i] < s.start[i + 1]]
+        return [i for i in found if concave is None or s.concave[i] == concave]
 
     def plane_key(self, planes: list[int]) -> tuple[float, ...]:
         """Equal for surfaces in the same planes: one, then others in any order."""
@@ -362,11 +361,8 @@ def boundary(shape: Shape) -> Boundary:
     sides: dict[int, list[Side]] = {}
     if shape.coedges and shape.loops:
         own, loops, arcs = (np.asarray(shape.coedges[c], np.int64) for c in ("surface_no", "loop_no", "arc_no"))
-        flagged = {
-            (int(i), int(n))
-            for i, n, outer in zip(*(shape.loops[c] for c in ("surface_no", "loop_no", "outer_loop")), strict=True)
-            if outer
-        }
+        loop_of = (np.asarray(shape.loops[c]).tolist() for c in ("surface_no", "loop_no", "outer_loop"))
+        flagged = {(i, n) for i, n, outer in zip(*loop_of, strict=True) if outer}
         a, b = (np.asarray(shape.arcs[c], np.int64).tolist() for c in ("surface_a", "surface_b"))
         angle = np.asarray(shape.arcs["angle"], float).tolist()
         length = np.asarray(shape.arcs["length"], float).tolist()
@@ -403,12 +399,12 @@ def _merged(shape: Shape) -> Ints:
     radius, radius2, lean = (np.asarray(s[c], float) for c in ("radius", "radius2", "semi_angle"))
     arm = origin[b] - origin[a]
     along = np.sum(arm * axis[a], axis=1)
-    aside = np.linalg.norm(arm - along[:, None] * axis[a], axis=1) < LENGTH_TOLERANCE
-    level = np.abs(along) < LENGTH_TOLERANCE
-    parallel = np.linalg.norm(np.cross(axis[a], axis[b]), axis=1) < ANGLE_TOLERANCE
-    equal = np.abs(radius[a] - radius[b]) < LENGTH_TOLERANCE
-    conical = np.abs(np.abs(lean[a]) - np.abs(lean[b])) < ANGLE_TOLERANCE
-    conical &= np.abs(radius[a] + along * np.tan(lean[a]) - radius[b]) < LENGTH_TOLERANCE
+    aside = np.linalg.norm(arm - along[:, None] * axis[a], axis=1) < _ALL.length_mm
+    level = np.abs(along) < _ALL.length_mm
+    parallel = np.linalg.norm(np.cross(axis[a], axis[b]), axis=1) < _ALL.angle_rad
+    equal = np.abs(radius[a] - radius[b]) < _ALL.length_mm
+    conical = np.abs(np.abs(lean[a]) - np.abs(lean[b])) < _ALL.angle_rad
+    conical &= np.abs(radius[a] + along * np.tan(lean[a]) - radius[b]) < _ALL.length_mm
     one = np.select(
         [kind[a] == k for k in ("plane", "cylinder", "cone", "sphere", "torus")],
         [
@@ -416,7 +412,7 @@ def _merged(shape: Shape) -> Ints:
             parallel & aside & equal,
             parallel & aside & conical,
             aside & level & equal,
-            parallel & aside & level & equal & (np.abs(radius2[a] - radius2[b]) < LENGTH_TOLERANCE),
+            parallel & aside & level & equal & (np.abs(radius2[a] - radius2[b]) < _ALL.length_mm),
         ],
         False,
     )
@@ -430,7 +426,7 @@ def _relooped(shape: Shape, sides: list[Side], plane: bool) -> list[Side]:
     """Sides of merged faces: loops are what hangs together, of a plane that of the greatest extent is outer."""
     names = [f"{end}_{c}" for end in ("start", "end") for c in "xyz"]
     ends = np.array([[float(shape.arcs[n][x.arc]) for n in names] for x in sides]).reshape(-1, 2, 3)
-    corner = clusters(ends.reshape(-1, 3), LENGTH_TOLERANCE).reshape(-1, 2)
+    corner = clusters(ends.reshape(-1, 3), _ALL.length_mm).reshape(-1, 2)
     label = components(int(corner.max()) + 1, *corner.T)[corner[:, 0]].tolist()
     number = {k: n for n, k in enumerate(dict.fromkeys(label))}
     loop = [number[k] for k in label]

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from relmodel.arrays import Floats, Ints, Ragged
 from relmodel.features.feature_parameters import DEFAULTS, CircleParameters
-from relmodel.features.feature_parameters import DEFAULTS as FEATURES
 from relmodel.features.graph import (
-    ANGLE_TOLERANCE,
-    LENGTH_TOLERANCE,
     Feature,
     Surfaces,
+    angle_gaps,
     cross,
     feature_class_key,
     frame,
@@ -30,8 +29,8 @@ if TYPE_CHECKING:
 
 
 Links = list[dict[int, set[str]]]  # as `Boundary` has them
+_ALL = DEFAULTS.common
 _HOLES = DEFAULTS.holes
-_SKEW = ANGLE_TOLERANCE**2  # of a cosine
 
 
 def holes(s: Surfaces, links: Links) -> list[Feature]:
@@ -71,17 +70,19 @@ def _bores(s: Surfaces, links: Links) -> list[list[int]]:
         return []
     axis, origin = unsigned(s.axis[rows]), s.origin[rows]
     foot = origin - np.sum(origin * axis, axis=1, keepdims=True) * axis
-    direction = clusters(axis, ANGLE_TOLERANCE)
-    label = clusters(np.column_stack([direction * 1e3, foot, s.radius[rows]]), LENGTH_TOLERANCE)
+    direction = clusters(axis, _ALL.angle_rad)
+    label = clusters(np.column_stack([direction * 1e3, foot, s.radius[rows]]), _ALL.length_mm)
     bores = []
     for k in range(int(label.max()) + 1):
         members = rows[label == k].tolist()
         extents = sorted((*s.along(i, s.axis[members[0]]), i) for i in members)
         bore, reach, cut = [extents[0][2]], extents[0][1], extents[0][1] - extents[0][0]
         for low, high, i in extents[1:]:
-            if low > reach + LENGTH_TOLERANCE:
+            if low > reach + _ALL.length_mm:
                 most = min(_HOLES.reach * 2 * float(s.radius[i]), _HOLES.air * (cut + high - low))
-                if low - reach > most or not _interrupted(s, i, reach, low):
+                u, v = (_HOLES.within * s.radius[i] * d for d in sideways(s.axis[i]))
+                inside = s.origin[i] + np.array([0 * u, u, -u, v, -v])
+                if low - reach > most or not s.is_free(inside, s.axis[i], reach, low):
                     bores.append(sorted(bore))
                     bore, cut = [], 0.0
             bore.append(i)
@@ -99,27 +100,20 @@ def _are_corners(s: Surfaces, links: Links, bore: list[int]) -> bool:
         along = abs(float(s.axis[j] @ axis))
         if s.kind[j] == "plane":  # a facet of a bore passes its axis by at the radius
             off = abs(float((s.origin[j] - s.origin[i]) @ s.axis[j]))
-            lies_so = along < ANGLE_TOLERANCE and off < _HOLES.within * s.radius[i]
+            lies_so = along < _ALL.angle_rad and off < _HOLES.within * s.radius[i]
         else:
-            lies_so = s.kind[j] == "cylinder" and along > 1 - _SKEW
+            lies_so = s.kind[j] == "cylinder" and along > 1 - _ALL.angle_rad**2
         return bool(lies_so and not links[i][j] <= {"convex"} and not _on_axis(s, i, j))
 
     return all(s.turn([i]) < _HOLES.least_turn_rad and any(leads_in(i, j) for j in links[i]) for i in bore)
 
 
-def _interrupted(s: Surfaces, bore: int, low: float, high: float) -> bool:
-    """Whether nothing but air lies between two lengths of a bore."""
-    axis, radius = s.axis[bore], s.radius[bore]
-    u, v = (_HOLES.within * radius * d for d in sideways(axis))
-    return s.is_free(s.origin[bore] + np.array([0 * u, u, -u, v, -v]), axis, low, high)
-
-
 def _on_axis(s: Surfaces, bore: int, other: int) -> bool:
     """Whether the axis of one surface of revolution is that of a bore."""
     axis, arm = s.axis[bore], s.origin[other] - s.origin[bore]
-    if not np.linalg.norm(cross(axis, arm)) < LENGTH_TOLERANCE:
+    if not np.linalg.norm(cross(axis, arm)) < _ALL.length_mm:
         return False
-    return bool(s.kind[other] == "sphere" or np.linalg.norm(cross(axis, s.axis[other])) < ANGLE_TOLERANCE)
+    return bool(s.kind[other] == "sphere" or np.linalg.norm(cross(axis, s.axis[other])) < _ALL.angle_rad)
 
 
 def _turned_about(s: Surfaces, bore: int, other: int) -> bool:
@@ -130,7 +124,7 @@ def _turned_about(s: Surfaces, bore: int, other: int) -> bool:
 def _closes(s: Surfaces, links: Links, leader: dict[int, int], member: int, plane: int) -> bool:
     """Whether a plane across the axis has no neighbours but surfaces of the stack: a bottom or a counterbore's step."""
     axis = s.axis[leader[member]]
-    if s.kind[plane] != "plane" or not np.linalg.norm(cross(axis, s.axis[plane])) < ANGLE_TOLERANCE:
+    if s.kind[plane] != "plane" or not np.linalg.norm(cross(axis, s.axis[plane])) < _ALL.angle_rad:
         return False
     # The next bore of a step is in `leader` from the start; a tip or fillet beyond is tried by its own rule.
     if all(
@@ -139,14 +133,9 @@ def _closes(s: Surfaces, links: Links, leader: dict[int, int], member: int, plan
     ):
         return True
     # What cuts into the bore cuts its bottom too: that is what lies within the bore.
-    if (
-        s.kind[member] != "cylinder"
-        or np.linalg.norm(np.diff(s.boxes[plane].reshape(2, 3), axis=0)) > 3 * s.radius[member]
-    ):
+    if s.kind[member] != "cylinder" or "concave" not in links[member][plane] or s.start[plane] == s.start[plane + 1]:
         return False
-    reach = off_axis(s.points(plane), s.origin[member], axis)
-    within = len(reach) > 0 and reach.max() < s.radius[member] + LENGTH_TOLERANCE
-    return bool(within and "concave" in links[member][plane])
+    return bool(off_axis(s.points(plane), s.origin[member], axis).max() < s.radius[member] + _ALL.length_mm)
 
 
 def _hole(s: Surfaces, links: Links, members: list[int], bores: list[list[int]]) -> Feature:
@@ -163,9 +152,10 @@ def _hole(s: Surfaces, links: Links, members: list[int], bores: list[list[int]])
         middle = (low + high) / 2 - zero
         reach = off_axis(s.points(i), origin, axis)
         on_axis = s.kind[i] in ("cone", "sphere", "torus") and reach.min(initial=np.inf) < 1e-2 * s.radius[narrow[0]]
+        radii = {round(float(s.radius[j]), 3) for j in links[i].keys() & set(members)}
         if i in narrow:
             roles[i] = "wall"
-        elif on_axis or (s.kind[i] == "plane" and _ends_at(s, links, members, i)):
+        elif on_axis or (s.kind[i] == "plane" and len(radii) == 1):  # a step lies between two
             roles[i] = "bottom"
             bottoms.append(middle)
             if on_axis:
@@ -175,7 +165,7 @@ def _hole(s: Surfaces, links: Links, members: list[int], bores: list[list[int]])
         elif s.kind[i] == "cone":
             roles[i] = "countersink"
             cones.append((float(reach.max(initial=0.0)), i))
-            wide.append((float(reach.max(initial=0.0)), middle))
+            wide.append((cones[-1][0], middle))
         elif s.kind[i] == "cylinder":
             roles[i] = "counterbore"
             wide.append((float(s.radius[i]), middle))
@@ -194,77 +184,51 @@ def _hole(s: Surfaces, links: Links, members: list[int], bores: list[list[int]])
     z = axis if towards > 0 else -axis
     mouth = origin + axis * (high if towards > 0 else low)
 
-    dimensions = {"diameter": (2 * float(s.radius[narrow[0]]), "mm"), "depth": (high - low, "mm")}
+    dimensions = lengths(diameter=2 * float(s.radius[narrow[0]]), depth=high - low)
     counterbores = [i for i in members if roles[i] == "counterbore"]
     enclosed = [i for i in counterbores if _enclosed(s, i, [*narrow, *counterbores], axis)]
     if enclosed:
         counterbores = [i for i in counterbores if i not in enclosed]
         roles |= dict.fromkeys(enclosed, "groove")
-        dimensions["groove_diameter"] = (2 * max(float(s.radius[i]) for i in enclosed), "mm")
-        dimensions["groove_width"] = (float(np.ptp([s.along(i, axis) for i in enclosed[:1]])), "mm")
+        width = float(np.ptp(s.along(enclosed[0], axis)))
+        dimensions |= lengths(groove_diameter=2 * max(s.radius[enclosed]), groove_width=width)
     if counterbores:
         widest = max(float(s.radius[i]) for i in counterbores)
-        ends = [s.along(i, z) for i in counterbores if widest - s.radius[i] < LENGTH_TOLERANCE]
+        ends = [s.along(i, z) for i in counterbores if widest - s.radius[i] < _ALL.length_mm]
         ends += [s.along(i, z) for i in [*enclosed, *_rounded_rims(s, links, counterbores)]]
-        ends += [s.along(i, z) for reach, i in cones if reach > widest + LENGTH_TOLERANCE]
-        dimensions["counterbore_diameter"] = (2 * widest, "mm")
-        dimensions["counterbore_depth"] = (_topmost(ends), "mm")
+        ends += [s.along(i, z) for reach, i in cones if reach > widest + _ALL.length_mm]
+        # The highest run of extents that touch: the other side may be widened too.
+        ends.sort(key=lambda e: -e[1])
+        bottom = ends[0][0]
+        for end in ends:
+            bottom = min(bottom, end[0]) if end[1] > bottom - _ALL.length_mm else bottom
+        dimensions |= lengths(counterbore_diameter=2 * widest, counterbore_depth=ends[0][1] - bottom)
     if cones:
         radius, cone = max(cones)
-        dimensions["countersink_diameter"] = (2 * radius, "mm")
+        dimensions |= lengths(countersink_diameter=2 * radius)
         dimensions["countersink_angle"] = (2 * abs(float(s.semi_angle[cone])), "rad")
     pointed = [abs(float(s.semi_angle[i])) for i in tips if s.kind[i] == "cone"]
     if pointed:
         dimensions["tip_angle"] = (2 * max(pointed), "rad")
-    x = cross(np.eye(3)[np.argmin(np.abs(z))], z)
-    return Feature(
-        kind="blind_hole" if bottoms else "through_hole",
-        name="",
-        dimensions=dimensions,
-        shape_from_feature=frame(x, z, mouth),
-        box=union(s.boxes[members]),
-        surfaces=sorted(roles.items()),
-    )
+    pose = frame(cross(np.eye(3)[np.argmin(np.abs(z))], z), z, mouth)
+    kind = "blind_hole" if bottoms else "through_hole"
+    return Feature(kind, "", dimensions, pose, union(s.boxes[members]), sorted(roles.items()))
 
 
 def _enclosed(s: Surfaces, wide: int, others: list[int], axis: Floats) -> bool:
     """Whether a narrower cylinder goes on on either side of what is wider: a groove for a ring."""
     low, high = s.along(wide, axis)
-    narrower = [i for i in others if s.radius[wide] - s.radius[i] > LENGTH_TOLERANCE]
-    below = [s.radius[i] for i in narrower if abs(s.along(i, axis)[1] - low) < LENGTH_TOLERANCE]
-    above = [s.radius[i] for i in narrower if abs(s.along(i, axis)[0] - high) < LENGTH_TOLERANCE]
-    return any(abs(one - two) < LENGTH_TOLERANCE for one in below for two in above)
-
-
-def _topmost(extents: list[tuple[float, float]]) -> float:
-    """Length of the highest run of extents that touch: the other side may be widened too."""
-    low, high = max(extents, key=lambda e: e[1])
-    for e in sorted(extents, key=lambda e: -e[1]):
-        if e[1] > low - LENGTH_TOLERANCE:
-            low = min(low, e[0])
-    return high - low
-
-
-def _ends_at(s: Surfaces, links: Links, members: list[int], plane: int) -> bool:
-    """Whether a plane of the stack is a bottom: a step lies between two radii."""
-    return len({round(float(s.radius[j]), 3) for j in links[plane].keys() & set(members)}) == 1
+    narrower = [i for i in others if s.radius[wide] - s.radius[i] > _ALL.length_mm]
+    below = [s.radius[i] for i in narrower if abs(s.along(i, axis)[1] - low) < _ALL.length_mm]
+    above = [s.radius[i] for i in narrower if abs(s.along(i, axis)[0] - high) < _ALL.length_mm]
+    return any(abs(one - two) < _ALL.length_mm for one in below for two in above)
 
 
 def _rounded_rims(s: Surfaces, links: Links, members: list[int]) -> list[int]:
     """Tori about the axis that lead smoothly out of the hole."""
-    return sorted(
-        {
-            j
-            for i in members
-            if s.kind[i] == "cylinder"
-            for j, crossed in links[i].items()
-            if s.kind[j] == "torus"
-            and not s.concave[j]
-            and len(s.points(j))
-            and _on_axis(s, i, j)
-            and "smooth" in crossed
-        }
-    )
+    beside = [(i, j) for i in members if s.kind[i] == "cylinder" for j, met in links[i].items() if "smooth" in met]
+    tori = [(i, j) for i, j in beside if s.kind[j] == "torus" and not s.concave[j] and len(s.points(j))]
+    return sorted({j for i, j in tori if _on_axis(s, i, j)})
 
 
 # Patterns of equal holes: bolt circles, rows and grids.
@@ -305,21 +269,18 @@ def _in_plane(holes: list[Feature]) -> list[Feature]:
     found, free = [], np.ones(len(holes), bool)
     rounds = sorted(_circles(flat, tree), key=lambda c: (-len(c), c))
     rows = sorted(_rows(flat, tree), key=lambda r: (-len(r), float(np.linalg.norm(flat[r[1]] - flat[r[0]])), r))
-    large = [c for c in rounds if len(c) >= _PATTERNS.surely_a_circle]
-    small = [c for c in rounds if len(c) < _PATTERNS.surely_a_circle]
     grids = sorted(_grids(flat, tree), key=lambda g: (-g.size, g.ravel().tolist()))
     for kind, candidates in (
-        ("circular_pattern", large),
-        ("grid_pattern", [g.ravel().tolist() for g in grids if g.size > 4]),
-        ("linear_pattern", rows),
-        ("circular_pattern", small),
-        ("grid_pattern", [g.ravel().tolist() for g in grids if g.size == 4]),
+        ("circular_pattern", [np.array([c]) for c in rounds if len(c) >= _PATTERNS.surely_a_circle]),
+        ("grid_pattern", [g for g in grids if g.size > 4]),
+        ("linear_pattern", [np.array([r]) for r in rows]),
+        ("circular_pattern", [np.array([c]) for c in rounds if len(c) < _PATTERNS.surely_a_circle]),
+        ("grid_pattern", [g for g in grids if g.size == 4]),
     ):
         for members in candidates:
             if free[members].all():
                 free[members] = False
-                shape = next((g.shape for g in grids if g.ravel().tolist() == members), (1, len(members)))
-                found.append(_pattern(kind, [holes[i] for i in members], shape))
+                found.append(_pattern(kind, [holes[i] for i in members.ravel().tolist()], members.shape))
     return found
 
 
@@ -338,41 +299,34 @@ def _at(tree: cKDTree, places: Floats) -> list[int] | None:
 def _among(tree: cKDTree, places: Floats) -> list[int]:
     """Rows of the points that are at some of the places (n, 2)."""
     away, row = tree.query(places)
-    found: list[int] = np.asarray(row)[away < _PATTERNS.same].tolist()
-    return found
+    return list(np.asarray(row)[away < _PATTERNS.same].tolist())
 
 
-def _circles(flat: Floats, tree: cKDTree) -> list[list[int]]:
+def _circles(flat: Floats, tree: cKDTree) -> list[tuple[int, ...]]:
     """Circles on which some point has two neighbours at equal chords, and every place is taken, or most of many."""
     found: set[tuple[int, ...]] = set()
     for i, nearest in enumerate(_nearest(flat, tree)):
-        for n, j in enumerate(nearest):
-            for k in nearest[n + 1 :]:
-                p, q = flat[j] - flat[i], flat[k] - flat[i]
-                a, c = float(np.linalg.norm(p)), float(np.linalg.norm(q))
-                cross = float(p[0] * q[1] - p[1] * q[0])
-                if abs(a - c) > _PATTERNS.same or abs(cross) < 1e-3 * a * c:
-                    continue
-                # The angle at the point is that of a regular polygon of `count` corners.
-                turn = np.pi - np.arccos(np.clip(p @ q / (a * c), -1, 1))
-                count = round(2 * np.pi / turn)
-                if (
-                    count < _PATTERNS.least
-                    or _PATTERNS.filled * count > len(flat)
-                    or abs(turn * count - 2 * np.pi) > 1e-3 * count
-                ):
-                    continue
-                middle = flat[i] + (p + q) / np.linalg.norm(p + q) * a / (2 * np.sin(np.pi / count))
-                arm = flat[i] - middle
-                t = 2 * np.pi * np.arange(count) / count
-                turned = np.outer(np.cos(t), arm) + np.outer(np.sin(t), [-arm[1], arm[0]])
-                members = tuple(sorted(set(_among(tree, middle + turned))))
-                if len(members) == count or len(members) >= max(_PATTERNS.surely_a_circle, _PATTERNS.filled * count):
-                    found.add(members)
-    return [list(c) for c in sorted(found)]
+        for p, q in combinations(flat[nearest] - flat[i], 2):
+            a, c = float(np.linalg.norm(p)), float(np.linalg.norm(q))
+            if abs(a - c) > _PATTERNS.same or abs(p[0] * q[1] - p[1] * q[0]) < 1e-3 * a * c:
+                continue
+            # The angle at the point is that of a regular polygon of `count` corners.
+            turn = np.pi - np.arccos(np.clip(p @ q / (a * c), -1, 1))
+            count = round(2 * np.pi / turn)
+            fits = _PATTERNS.least <= count and _PATTERNS.filled * count <= len(flat)
+            if not fits or abs(turn * count - 2 * np.pi) > 1e-3 * count:
+                continue
+            middle = flat[i] + (p + q) / np.linalg.norm(p + q) * a / (2 * np.sin(np.pi / count))
+            arm = flat[i] - middle
+            t = 2 * np.pi * np.arange(count) / count
+            turned = np.outer(np.cos(t), arm) + np.outer(np.sin(t), [-arm[1], arm[0]])
+            members = tuple(sorted(set(_among(tree, middle + turned))))
+            if len(members) == count or len(members) >= max(_PATTERNS.surely_a_circle, _PATTERNS.filled * count):
+                found.add(members)
+    return sorted(found)
 
 
-def _rows(flat: Floats, tree: cKDTree) -> list[list[int]]:
+def _rows(flat: Floats, tree: cKDTree) -> list[tuple[int, ...]]:
     """Longest runs of points at equal steps."""
     found: set[tuple[int, ...]] = set()
     for i, nearest in enumerate(_nearest(flat, tree)):
@@ -380,12 +334,10 @@ def _rows(flat: Floats, tree: cKDTree) -> list[list[int]]:
             step = flat[j] - flat[i]
             if tuple(np.round(step, 3)) < (0.0, 0.0) or _at(tree, (flat[i] - step)[None]) is not None:
                 continue
-            run = [i, j]
-            while (more := _at(tree, (flat[i] + len(run) * step)[None])) is not None:
-                run += more
+            run = _run(flat, tree, i, step)
             if len(run) >= _PATTERNS.least:
                 found.add(tuple(run))
-    return [list(r) for r in sorted(found)]
+    return sorted(found)
 
 
 def _grids(flat: Floats, tree: cKDTree) -> list[Ints]:
@@ -403,7 +355,7 @@ def _grids(flat: Floats, tree: cKDTree) -> list[Ints]:
             if not square.any():
                 continue
             b = arm[min(np.flatnonzero(square).tolist(), key=lambda k: float(np.linalg.norm(arm[k])))]
-            counts = [_run(flat, tree, i, step) for step in (a, b)]
+            counts = [len(_run(flat, tree, i, step)) for step in (a, b)]
             places = flat[i] + np.arange(counts[1])[:, None, None] * b + np.arange(counts[0])[None, :, None] * a
             members = _at(tree, places.reshape(-1, 2))
             if members is None or min(counts) < 2 or len(set(members)) < len(members):
@@ -414,19 +366,12 @@ def _grids(flat: Floats, tree: cKDTree) -> list[Ints]:
     return list(found.values())
 
 
-def _run(flat: Floats, tree: cKDTree, start: int, step: Floats) -> int:
-    """Number of points in even steps from one."""
-    count = 1
-    while count <= len(flat) and _at(tree, (flat[start] + count * step)[None]) is not None:
-        count += 1
-    return count
-
-
-def _centre(at: Floats) -> Floats:
-    """Centre of the circle that points (n, 3) of one plane, which holds the origin, lie on."""
-    squares = np.sum(at * at, axis=1)
-    out: Floats = np.linalg.lstsq(2 * (at - at[0]), squares - squares[0], rcond=1e-9)[0]
-    return out
+def _run(flat: Floats, tree: cKDTree, start: int, step: Floats) -> list[int]:
+    """Points in even steps from one."""
+    run = [start]
+    while len(run) <= len(flat) and (more := _at(tree, (flat[start] + len(run) * step)[None])) is not None:
+        run += more
+    return run
 
 
 def _pattern(kind: str, holes: list[Feature], shape: tuple[int, ...]) -> Feature:
@@ -434,7 +379,9 @@ def _pattern(kind: str, holes: list[Feature], shape: tuple[int, ...]) -> Feature
     at = np.array([h.shape_from_feature[:3, 3] for h in holes])
     centre = at.mean(axis=0)
     if kind == "circular_pattern":
-        centre = centre + _centre(at - centre)
+        arm = at - centre  # in one plane with the origin, which the centre of their circle lies in too
+        squares = np.sum(arm * arm, axis=1)
+        centre = centre + np.linalg.lstsq(2 * (arm - arm[0]), squares - squares[0], rcond=1e-9)[0]
         x = at[0] - centre
         measures = lengths(pattern_diameter=2 * float(np.linalg.norm(x)))
     else:
@@ -449,16 +396,10 @@ def _pattern(kind: str, holes: list[Feature], shape: tuple[int, ...]) -> Feature
     surfaces = sorted({i for h in holes for i, _ in h.surfaces})
     dimensions = {"count": (float(len(holes)), "1"), **measures}
     pose = frame(x, z, centre)
-    form = _form_with_gaps(at, pose) if kind == "circular_pattern" else ()
+    form: tuple[float, ...] = ()
+    if kind == "circular_pattern" and np.ptp(angle_gaps(at - centre, z)) >= _PATTERNS.same:  # with empty places
+        form = outline_form(at, ["hole"] * len(at), pose, either_way=False)
     return Feature(kind, "", dimensions, pose, box, [(i, "hole") for i in surfaces], form)
-
-
-def _form_with_gaps(at: Floats, pose: Floats) -> tuple[float, ...]:
-    """The form of a circle of holes (n, 3) some places of which are empty; of an even one nothing."""
-    local = (at - pose[:3, 3]) @ pose[:3, :2]
-    angle = np.sort(np.arctan2(local[:, 1], local[:, 0]))
-    even = np.ptp(np.diff(angle, append=angle[0] + 2 * np.pi)) < _PATTERNS.same
-    return () if even else outline_form(at, ["hole"] * len(at), pose, either_way=False)
 
 
 # Relations of circles in space, two by two: the constellations by which a body is found again.
@@ -467,7 +408,7 @@ def _form_with_gaps(at: Floats, pose: Floats) -> tuple[float, ...]:
 # centres, the cosines of the angles between the normals and between each normal and the line of the centres. Normals
 # have no sense. Relations that agree are one class; of a class that repeats through a body only some pairs are kept.
 
-CIRCLE_DEFAULTS = FEATURES.circles
+CIRCLE_DEFAULTS = DEFAULTS.circles
 
 
 def relate(centre: Floats, normal: Floats, radius: Floats, a: Ints, b: Ints) -> dict[str, Floats]:

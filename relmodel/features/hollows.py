@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import combinations, pairwise
+from itertools import combinations, groupby, pairwise
+from operator import attrgetter
 
 import numpy as np
 
 from relmodel.arrays import Floats
 from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.graph import (
-    ANGLE_TOLERANCE,
-    LENGTH_TOLERANCE,
     Boundary,
+    Dimensions,
     Feature,
+    Rectangle,
     Side,
     ahead,
-    angular_gaps,
+    angle_gaps,
     at_level,
     commonest,
     cross,
@@ -31,7 +32,7 @@ from relmodel.features.graph import (
 from relmodel.geometry.congruence import joined
 
 _ALL = DEFAULTS.common
-_POCKETS = DEFAULTS.pockets
+_P = DEFAULTS.hollows
 
 
 @dataclass
@@ -49,18 +50,15 @@ def pockets(b: Boundary, taken: set[int]) -> list[Feature]:
     taken: surfaces of holes; one that cuts into a wall of a pocket opens its floor no more than another pocket does.
     """
     open_floors, found = [], []
-    for floor in plane_floors(b, taken):
-        if all(rises(b, floor, i, x) for i in floor.faces for x in b.sides[i] if x.outer):
-            pocket = _pocket(b, [floor])
-            if pocket is not None:
-                found.append(pocket)
-        else:
+    for floor in flat_floors(b, taken):
+        closed = all(rises(b, floor, i, x) for i in floor.faces for x in b.sides[i] if x.outer)
+        if closed and (pocket := _pocket(b, [floor])) is not None:
+            found.append(pocket)
+        elif not closed:
             open_floors.append(floor)
     pocket_of = {i: n for n, pocket in enumerate(found) for i, role in pocket.surfaces if role == "wall"}
-    for floor in _curved_floors(b, taken | pocket_of.keys()):
-        pocket = _pocket(b, [floor])
-        if pocket is not None:
-            found.append(pocket)
+    curved = (_pocket(b, [floor]) for floor in _curved_floors(b, taken | pocket_of.keys()))
+    found += [pocket for pocket in curved if pocket is not None]
     return sorted([*found, *_cut_open(b, open_floors, pocket_of, taken)], key=lambda feature: feature.surfaces)
 
 
@@ -84,12 +82,10 @@ def _cut_open(b: Boundary, floors: list[Floor], pocket_of: dict[int, int], taken
     """
     levels: dict[tuple[float, ...], list[_FloorSegment]] = {}
     for floor in floors:
-        outer = [(i, x) for i in floor.faces for x in b.sides[i] if x.outer]
-        rising = [rises(b, floor, i, x) for i, x in outer]
-        standing = {x.other for up, (_, x) in zip(rising, outer, strict=True) if up}
-        falls = {x.other for up, (_, x) in zip(rising, outer, strict=True) if not up}
-        share = sum(x.length for up, (_, x) in zip(rising, outer, strict=True) if up) / sum(x.length for _, x in outer)
-        free = falls <= pocket_of.keys() | taken and share > _POCKETS.mostly
+        outer = [(rises(b, floor, i, x), x) for i in floor.faces for x in b.sides[i] if x.outer]
+        standing, falls = ({x.other for up, x in outer if up == so} for so in (True, False))
+        share = sum(x.length for up, x in outer if up) / sum(x.length for _, x in outer)
+        free = falls <= pocket_of.keys() | taken and share > _P.mostly
         if not standing or (len(standing) == 1 and not free) or pocket_of.keys() & set(floor.faces):
             continue
         walls = {b.plane_key([i]) for i, role in walls_of(b, floor).items() if role == "wall"}
@@ -101,8 +97,8 @@ def _cut_open(b: Boundary, floors: list[Floor], pocket_of: dict[int, int], taken
         inside = [group for group in _across_another([p for p in segments if p.free]) if not _is_channel(b, group)]
         done = {id(floor) for group in inside for floor in group}
         rest = _across_another([p for p in segments if id(p.floor) not in done], whatever=True)
-        made = [_pocket(b, group) for group in [*inside, *(floors for floors in rest if _is_walled_in(b, floors))]]
-        found += [pocket for pocket in made if pocket is not None]
+        groups = [*inside, *(floors for floors in rest if _is_walled_in(b, floors))]
+        found += [pocket for group in groups if (pocket := _pocket(b, group)) is not None]
     return found
 
 
@@ -113,7 +109,7 @@ def _is_walled_in(b: Boundary, floors: list[Floor]) -> bool:
     for floor in floors:
         roles |= walls_of(b, floor)
     walls = [i for i, role in roles.items() if role == "wall"]
-    if len(walls) < _POCKETS.least_walls:
+    if len(walls) < _P.pocket_walls:
         return False
     if closed_slot(b, walls, up) is not None:
         return True
@@ -128,7 +124,7 @@ def _is_walled_in(b: Boundary, floors: list[Floor]) -> bool:
                 for i in walls
                 if s.axis[i] @ d < -1 + _ALL.steep**2 and abs(s.origin[i] @ d - at) < side * _ALL.steep
             ]
-            if sum(high - low for low, high in along) < _POCKETS.mostly * side:
+            if sum(high - low for low, high in along) < _P.mostly * side:
                 return False
     return True
 
@@ -148,14 +144,13 @@ def _is_channel(b: Boundary, floors: list[Floor]) -> bool:
     s = b.surfaces
     walls = {i for floor in floors for i, role in walls_of(b, floor).items() if role == "wall"}
     one = s.axis[min(walls)]
-    return all(s.kind[i] == "plane" and abs(s.axis[i] @ one) > 1 - ANGLE_TOLERANCE for i in walls)
+    return all(s.kind[i] == "plane" and abs(s.axis[i] @ one) > 1 - _ALL.angle_rad for i in walls)
 
 
-def plane_floors(b: Boundary, taken: set[int]) -> list[Floor]:
+def flat_floors(b: Boundary, taken: set[int]) -> list[Floor]:
     """Planes that may be floors."""
     s = b.surfaces
-    planes = [i for i in sorted(b.sides) if s.kind[i] == "plane" and s.start[i] < s.start[i + 1] and i not in taken]
-    return [Floor([i], s.axis[i], float(s.origin[i] @ s.axis[i])) for i in planes]
+    return [Floor([i], s.axis[i], float(s.origin[i] @ s.axis[i])) for i in b.of_kind("plane") if i not in taken]
 
 
 def _curved_floors(b: Boundary, taken: set[int]) -> list[Floor]:
@@ -192,7 +187,11 @@ def rises(b: Boundary, floor: Floor, face: int, side: Side) -> bool:
 
 def _above(b: Boundary, floor: Floor, other: int) -> bool:
     low, high = b.surfaces.along(other, floor.up)
-    return low - floor.level > -LENGTH_TOLERANCE and high - floor.level > LENGTH_TOLERANCE
+    return low - floor.level > -_ALL.length_mm and high - floor.level > _ALL.length_mm
+
+
+def _is_upright(b: Boundary, i: int, up: Floats) -> bool:
+    return bool(np.abs(b.surfaces.normals(i) @ up).max(initial=0.0) < _ALL.steep)
 
 
 def walls_of(b: Boundary, floor: Floor) -> dict[int, str]:
@@ -205,10 +204,8 @@ def walls_of(b: Boundary, floor: Floor) -> dict[int, str]:
         sides = [x for x in b.sides.get(i, []) if x.outer or roles[i] != "floor"]
         for j in sorted({x.other for x in sides if x.other >= 0} - roles.keys()):
             crossed = {x.convexity for x in sides if x.other == j}
-            steep = float(np.abs(s.normals(j) @ floor.up).max(initial=0.0)) < _ALL.steep
-            if ("concave" in crossed and roles[i] == "floor") or (
-                "smooth" in crossed and steep and roles[i] == "blend"
-            ):
+            steep = _is_upright(b, j, floor.up)
+            if "concave" in crossed if roles[i] == "floor" else "smooth" in crossed and steep:
                 roles[j] = "wall"
             elif "smooth" in crossed and not steep and s.kind[j] != "plane" and _above(b, floor, j):
                 roles[j] = "blend"
@@ -218,15 +215,11 @@ def walls_of(b: Boundary, floor: Floor) -> dict[int, str]:
 
 def top(b: Boundary, walls: Iterable[int], up: Floats) -> float:
     """Greatest height of walls, with the round or chamfer at their top."""
-    heights = [b.surfaces.along(i, up)[1] for i in walls]
-    for i in walls:
-        for x in b.sides.get(i, []):
-            is_bevel = (x.convexity == "smooth" and x.other in b.blends and not b.surfaces.concave[x.other]) or (
-                x.convexity == "convex" and x.other in b.chamfers
-            )
-            if is_bevel:
-                heights.append(b.surfaces.along(x.other, up)[1])
-    return max(heights)
+    s, walls = b.surfaces, list(walls)
+    sides = [x for i in walls for x in b.sides.get(i, [])]
+    rounds = [x.other for x in sides if x.convexity == "smooth" and x.other in b.blends and not s.concave[x.other]]
+    bevels = [x.other for x in sides if x.convexity == "convex" and x.other in b.chamfers]
+    return max(s.along(i, up)[1] for i in (*walls, *rounds, *bevels))
 
 
 def _pocket(b: Boundary, floors: list[Floor]) -> Feature | None:
@@ -237,46 +230,64 @@ def _pocket(b: Boundary, floors: list[Floor]) -> Feature | None:
         roles |= {i: role for i, role in walls_of(b, floor).items() if roles.get(i) != "floor"}
     walls = [i for i, role in roles.items() if role == "wall"]
     # A hollow closed on all sides has no mouth.
-    if not any(
-        x.convexity == "convex" or (x.convexity == "smooth" and x.other not in roles)
-        for i in walls
-        for x in b.sides.get(i, [])
-    ):
+    sides = [x for i in walls for x in b.sides.get(i, [])]
+    if not any(x.convexity == "convex" or (x.convexity == "smooth" and x.other not in roles) for x in sides):
         return None
     # What stands in a pocket against its wall may be higher than the pocket is deep.
     hollow = [i for i in walls if s.kind[i] == "plane" or s.concave[i]]
     depth = top(b, hollow or walls, up) - level
-    if depth <= LENGTH_TOLERANCE:
+    if depth <= _ALL.length_mm:
         return None
     outline = np.concatenate([s.points(i) for i, role in roles.items() if role != "wall"])
-    x, centre, length, width = rectangle(outline, up)
-    slot, bend = closed_slot(b, walls, up), 0.0
+    is_slot, (x, centre, length, width), more = _outline(b, walls, outline, up)
+    more |= fillet_radius(b, roles) | s.draft(walls, up)
+    pose = frame(x, up, at_level(centre, up, level))
+    pocket = depression(b, "slot" if is_slot else "pocket", roles, pose, (length, width, depth), more, walls)
+    if "bend_radius" in more:
+        pocket.box = union(s.boxes[sorted(roles)])
+    return pocket
+
+
+def _outline(b: Boundary, walls: list[int], points: Floats, up: Floats) -> tuple[bool, Rectangle, Dimensions]:
+    """Whether walls are those of a closed slot, its middle line, else their least rectangle, and what bends them."""
+    slot = closed_slot(b, walls, up)
     if slot is not None:
-        x, centre, length, width, bend = slot
-    dimensions = lengths(length=length, width=width, depth=depth)
-    dimensions |= lengths(bend_radius=bend) if bend else {}
-    corners = [float(s.radius[i]) for i in walls if _upright(b, i, up) and s.concave[i] and s.kind[i] == "cylinder"]
-    if corners and slot is None:
-        dimensions |= lengths(corner_radius=commonest(corners))
-    dimensions |= fillet_radius(b, roles) | b.surfaces.draft(walls, up)
-    shape_from_feature = frame(x, up, at_level(centre, up, level))
-    box = union(s.boxes[sorted(roles)])
-    if not bend:
-        box = prism_box(b, sorted(roles), shape_from_feature, length, width, depth)
-    kind = "pocket" if slot is None else "slot"
-    form = walls_form(b, walls, shape_from_feature, either_way=False)
-    return Feature(kind, "", dimensions, shape_from_feature, box, sorted(roles.items()), form)
+        return True, slot[:4], lengths(bend_radius=slot[4]) if slot[4] else {}
+    return False, rectangle(points, up), corner_radius(b, walls, up)
 
 
-def prism_box(b: Boundary, members: list[int], pose: Floats, length: float, width: float, depth: float) -> Floats:
-    """Walls may run on beyond a depression, the prism over its floor may be turned: the box is what both allow."""
-    spread = np.abs(pose[:3, :3]) @ (np.array([length, width, depth]) / 2)
-    middle = pose[:3, 3] + pose[:3, 2] * depth / 2
-    box = union(b.surfaces.boxes[members])
-    return np.concatenate([np.maximum(box[:3], middle - spread), np.minimum(box[3:], middle + spread)])
+def corner_radius(b: Boundary, walls: list[int], up: Floats) -> Dimensions:
+    """The radius that most hollow cylinders among walls have, which stand upright."""
+    s = b.surfaces
+    rounds = [i for i in walls if s.kind[i] == "cylinder" and s.concave[i]]
+    corners = [float(s.radius[i]) for i in rounds if np.linalg.norm(cross(s.axis[i], up)) < _ALL.steep]
+    return lengths(corner_radius=commonest(corners)) if corners else {}
 
 
-def fillet_radius(b: Boundary, roles: dict[int, str]) -> dict[str, tuple[float, str]]:
+def depression(
+    b: Boundary,
+    kind: str,
+    roles: dict[int, str],
+    pose: Floats,
+    size: tuple[float, float, float],
+    more: Dimensions,
+    outline: Sequence[int] = (),
+) -> Feature:
+    """A feature over a floor, of length, width and depth; `more` are its other dimensions, or take the place of these.
+
+    outline: walls by whose form it differs from others of equal dimensions.
+    Walls may run on beyond it, the prism over its floor may be turned: its box is what both allow.
+    """
+    spread = np.abs(pose[:3, :3]) @ (np.array(size) / 2)
+    middle = pose[:3, 3] + pose[:3, 2] * size[2] / 2
+    box = union(b.surfaces.boxes[sorted(roles)])
+    box = np.concatenate([np.maximum(box[:3], middle - spread), np.minimum(box[3:], middle + spread)])
+    dimensions = lengths(length=size[0], width=size[1], depth=size[2]) | more
+    form = walls_form(b, outline, pose, either_way=False) if outline else ()
+    return Feature(kind, "", dimensions, pose, box, sorted(roles.items()), form)
+
+
+def fillet_radius(b: Boundary, roles: dict[int, str]) -> Dimensions:
     s = b.surfaces
     blends = [i for i, role in roles.items() if role == "blend"]
     radii = [float(s.radius[i]) for i in blends if s.kind[i] in ("cylinder", "sphere")]
@@ -284,13 +295,7 @@ def fillet_radius(b: Boundary, roles: dict[int, str]) -> dict[str, tuple[float, 
     return lengths(fillet_radius=commonest(radii)) if radii else {}
 
 
-def _upright(b: Boundary, i: int, up: Floats) -> bool:
-    return bool(np.linalg.norm(cross(b.surfaces.axis[i], up)) < np.sin(_ALL.steep))
-
-
 # Openings without a floor that are no round holes: slots and ducts through the material.
-
-_OPENINGS = DEFAULTS.openings
 
 
 def openings(b: Boundary, taken: set[int]) -> list[Feature]:
@@ -298,22 +303,18 @@ def openings(b: Boundary, taken: set[int]) -> list[Feature]:
     rings: list[tuple[Floats, list[int]]] = []
     used = set(taken)
     for face in sorted(b.sides, key=lambda i: (b.surfaces.kind[i] != "plane", i)):
-        loops: dict[int, list[tuple[str, list[int]]]] = {}
-        for x in b.sides[face]:
-            if not x.outer:
-                loops.setdefault(x.loop, []).append(_walls_at(b, face, x))
-        for _, crossed in sorted(loops.items()):
+        inner = sorted((x for x in b.sides[face] if not x.outer), key=attrgetter("loop"))
+        for _, loop in groupby(inner, key=attrgetter("loop")):
+            crossed = [_walls_at(b, face, x) for x in loop]
             walls = sorted({i for _, others in crossed for i in others})
             if any(kind != "convex" for kind, _ in crossed) or used & set(walls):
                 continue
             up = _out_of(b, face, walls)
             ring = None if up is None else _ring(b, walls, up, used)
+            if up is None or ring is None:
+                continue
             # A bore that no seam cuts open has an inner loop around its axis, which is the boundary of no opening.
-            if (
-                up is not None
-                and ring is not None
-                and (b.surfaces.kind[face] == "plane" or _face_all_around(b, ring, up))
-            ):
+            if b.surfaces.kind[face] == "plane" or _face_all_around(b, ring, up):
                 used |= set(ring)
                 rings.append((up, ring))
     rings += _cut_at_both_ends(b, used)
@@ -340,7 +341,7 @@ def _cut_at_both_ends(b: Boundary, used: set[int]) -> list[tuple[Floats, list[in
             if ring is None:
                 continue
             core = _core(b, ring)
-            if len(core) >= _OPENINGS.least_walls and _face_all_around(b, core, up):
+            if len(core) >= _P.opening_walls and _face_all_around(b, core, up):
                 used |= set(ring)
                 rings.append((up, ring))
     return rings
@@ -357,7 +358,7 @@ def _core(b: Boundary, ring: list[int]) -> list[int]:
 def _face_all_around(b: Boundary, walls: list[int], up: Floats) -> bool:
     """Whether the normals of walls leave no half turn about `up` free."""
     normal = np.concatenate([b.surfaces.normals(i) for i in walls])
-    return bool(angular_gaps(normal, up).max() < np.pi - _ALL.steep)
+    return bool(angle_gaps(normal, up).max() < np.pi - _ALL.steep)
 
 
 def _out_of(b: Boundary, face: int, walls: list[int]) -> Floats | None:
@@ -398,18 +399,14 @@ def _inside(b: Boundary, ring: list[int], up: Floats) -> Floats:
     """Lines (n, 3) along an opening, in its middle and near its walls."""
     points = [b.surfaces.points(i) for i in ring]
     middle = np.concatenate(points).mean(axis=0)
-    return np.array([middle, *(middle + _OPENINGS.within * (p.mean(axis=0) - middle) for p in points)])
+    return np.array([middle, *(middle + _P.within * (p.mean(axis=0) - middle) for p in points)])
 
 
 def _walls_at(b: Boundary, plane: int, side: Side) -> tuple[str, list[int]]:
     """Convexity and the walls at a side of a boundary, past its round or chamfer."""
     kind, others = b.across(plane, side)
-    beyond: list[int] = []
-    for i in others:
-        beyond += (
-            [x.other for x in b.sides[i] if x.convexity == "convex" and x.other != plane] if i in b.chamfers else [i]
-        )
-    return kind, [i for i in beyond if i not in b.chamfers]
+    past = [x.other for i in others if i in b.chamfers for x in b.sides[i] if x.convexity == "convex"]
+    return kind, [i for i in (*others, *past) if i not in b.chamfers and i != plane]
 
 
 def _ring(b: Boundary, walls: list[int], up: Floats, used: set[int]) -> list[int] | None:
@@ -419,12 +416,12 @@ def _ring(b: Boundary, walls: list[int], up: Floats, used: set[int]) -> list[int
     todo = list(walls)
     while todo:
         i = todo.pop()
-        if i in used or s.start[i] == s.start[i + 1] or np.abs(s.normals(i) @ up).max(initial=0.0) > _ALL.steep:
+        if i in used or s.start[i] == s.start[i + 1] or not _is_upright(b, i, up):
             return None
         for x in b.sides[i]:
             if x.other in members or x.other < 0 or x.convexity not in ("concave", "smooth"):
                 continue
-            if np.abs(s.normals(x.other) @ up).max(initial=0.0) < _ALL.steep:
+            if _is_upright(b, x.other, up):
                 members.add(x.other)
                 todo.append(x.other)
             elif x.convexity == "concave" or s.concave[x.other]:
@@ -435,28 +432,21 @@ def _ring(b: Boundary, walls: list[int], up: Floats, used: set[int]) -> list[int
 def _opening(b: Boundary, ring: list[int], up: Floats) -> Feature:
     s = b.surfaces
     points = np.concatenate([s.points(i) for i in ring])
-    x, centre, length, width = rectangle(points, up)
     top, depth = float((points @ up).max()), float(np.ptp(points @ up))
-    kind = "duct"
     oval = None if "plane" in s.kind[ring] else _ellipse(points, up)
     if oval is not None:
-        x, centre, length, width = oval
+        is_slot, (x, centre, length, width) = False, oval
         dimensions = lengths(major_diameter=length, minor_diameter=width, depth=depth)
     else:
-        slot = closed_slot(b, ring, up)
-        if slot is not None:
-            kind, (x, centre, length, width, bend) = "slot", slot
-        dimensions = lengths(length=length, width=width, depth=depth)
-        dimensions |= lengths(bend_radius=bend) if slot is not None and bend else {}
-        corners = [float(s.radius[i]) for i in ring if s.kind[i] == "cylinder" and s.concave[i]]
-        if corners and slot is None:
-            dimensions |= lengths(corner_radius=commonest(corners))
+        is_slot, (x, centre, length, width), more = _outline(b, ring, points, up)
+        dimensions = lengths(length=length, width=width, depth=depth) | more
     pose = frame(x, up, at_level(centre, up, top))
     form = walls_form(b, ring, pose, either_way=True)
+    kind = "slot" if is_slot else "duct"
     return Feature(kind, "", dimensions, pose, union(s.boxes[ring]), [(i, "wall") for i in ring], form)
 
 
-def walls_form(b: Boundary, walls: list[int], pose: Floats, *, either_way: bool) -> tuple[float, ...]:
+def walls_form(b: Boundary, walls: Sequence[int], pose: Floats, *, either_way: bool) -> tuple[float, ...]:
     """The form of an outline of walls along the Z of a frame; segments of one wall are one."""
     s, origin = b.surfaces, pose[:3, 3]
     seen: dict[tuple[str, ...], Floats] = {}
@@ -473,7 +463,7 @@ def walls_form(b: Boundary, walls: list[int], pose: Floats, *, either_way: bool)
     return outline_form(places, [key[0] for key in seen], pose, either_way=either_way)
 
 
-def _ellipse(points: Floats, up: Floats) -> tuple[Floats, Floats, float, float] | None:
+def _ellipse(points: Floats, up: Floats) -> Rectangle | None:
     """Direction of the major axis, centre and diameters of an ellipse through points, seen along `up`."""
     u, v = sideways(up)
     flat = np.column_stack([points @ u, points @ v])
@@ -483,7 +473,7 @@ def _ellipse(points: Floats, up: Floats) -> tuple[Floats, Floats, float, float] 
     form = np.array([[a, h / 2], [h / 2, c]])
     slope = np.hypot(2 * a * p + h * q + d, h * p + 2 * c * q + e)
     away = np.abs(a * p * p + h * p * q + c * q * q + d * p + e * q - 1) / np.maximum(slope, 1e-9)
-    if np.linalg.det(form) <= 0 or away.max() * scale > _OPENINGS.ellipse_mm:
+    if np.linalg.det(form) <= 0 or away.max() * scale > _P.ellipse_mm:
         return None
     middle = -np.linalg.solve(form, [d, e]) / 2
     values, axes = np.linalg.eigh(form)
@@ -505,21 +495,20 @@ def closed_slot(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floa
 def _kidney(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, float, float, float] | None:
     """A slot bent about an axis along `up`: an inner and an outer wall about it, and a half cylinder at either end."""
     s = b.surfaces
-    if any(s.kind[i] != "cylinder" or abs(s.axis[i] @ up) < 1 - ANGLE_TOLERANCE for i in walls):
+    if any(s.kind[i] != "cylinder" or abs(s.axis[i] @ up) < 1 - _ALL.angle_rad for i in walls):
         return None
     inner = [i for i in walls if not s.concave[i]]
     if not inner:
         return None
     foot = s.origin - (s.origin @ up)[:, None] * up
     arm = foot - foot[inner[0]]
-    centred = [i for i in walls if np.linalg.norm(arm[i]) < LENGTH_TOLERANCE]
+    centred = [i for i in walls if np.linalg.norm(arm[i]) < _ALL.length_mm]
     outer = [i for i in centred if s.concave[i]]
     ends = [i for i in walls if i not in centred]
     low, high = float(s.radius[inner[0]]), max((float(s.radius[i]) for i in outer), default=0.0)
     ring, width = (low + high) / 2, high - low
-    fits = width > LENGTH_TOLERANCE and all(
-        abs(2 * s.radius[i] - width) < 10 * LENGTH_TOLERANCE
-        and abs(np.linalg.norm(arm[i]) - ring) < 10 * LENGTH_TOLERANCE
+    fits = width > _ALL.length_mm and all(
+        abs(2 * s.radius[i] - width) < 10 * _ALL.length_mm and abs(np.linalg.norm(arm[i]) - ring) < 10 * _ALL.length_mm
         for i in ends
     )
     if not fits or not ends or len({*inner, *outer}) < len(centred):
@@ -530,13 +519,13 @@ def _kidney(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, 
     middle = float(angles.min() + angles.max()) / 2
     if abs(2 * np.pi - sweep - s.turn(inner)) < abs(sweep - s.turn(inner)):
         sweep, middle = 2 * np.pi - sweep, middle + np.pi
-    if sweep < ANGLE_TOLERANCE:
+    if sweep < _ALL.angle_rad:
         return None
     out = np.cos(middle) * to + np.sin(middle) * cross(up, to)
     return ahead(cross(up, out)), foot[inner[0]] + ring * out, ring * sweep + width, width, ring
 
 
-def _obround(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, float, float] | None:
+def _obround(b: Boundary, walls: list[int], up: Floats) -> Rectangle | None:
     """Direction, centre, length and width of a closed slot: two facing planes and a half cylinder at either end."""
     s = b.surfaces
     planes = [i for i in walls if s.kind[i] == "plane"]
@@ -544,15 +533,15 @@ def _obround(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats,
     if not planes or len(planes) + len(rounds) < len(walls) or len(rounds) < 2:
         return None
     across = s.axis[planes[0]]
-    if any(np.linalg.norm(cross(across, s.axis[i])) > ANGLE_TOLERANCE for i in planes):
+    if any(np.linalg.norm(cross(across, s.axis[i])) > _ALL.angle_rad for i in planes):
         return None
     offsets = [float(s.origin[i] @ across) for i in planes]
     width = max(offsets) - min(offsets)
-    if any(abs(2 * s.radius[i] - width) > 10 * LENGTH_TOLERANCE for i in rounds):
+    if any(abs(2 * s.radius[i] - width) > 10 * _ALL.length_mm for i in rounds):
         return None
     x = cross(across, up)
     places = [float(s.origin[i] @ x) for i in rounds]
-    if max(places) - min(places) < LENGTH_TOLERANCE:
+    if max(places) - min(places) < _ALL.length_mm:
         return None
     centre = (max(places) + min(places)) / 2 * x + (max(offsets) + min(offsets)) / 2 * across
     return ahead(x), centre, max(places) - min(places) + width, width

@@ -2,29 +2,17 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from itertools import groupby, pairwise
+from operator import attrgetter
 
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
 from relmodel.features.feature_parameters import DEFAULTS
-from relmodel.features.graph import (
-    ANGLE_TOLERANCE,
-    LENGTH_TOLERANCE,
-    Boundary,
-    Feature,
-    angular_gaps,
-    at_level,
-    frame,
-    lengths,
-    off_axis,
-    rectangle,
-    union,
-)
+from relmodel.features.graph import Boundary, Feature, angle_gaps, at_level, frame, lengths, off_axis, rectangle, union
 
 _ALL = DEFAULTS.common
 _STANDING = DEFAULTS.standing
-_SQUARE = 1 - ANGLE_TOLERANCE
 
 
 def lugs(b: Boundary, holes: list[Feature]) -> list[Feature]:
@@ -39,14 +27,10 @@ def lugs(b: Boundary, holes: list[Feature]) -> list[Feature]:
         deep = float(mouth @ z), float(mouth @ z) - hole.dimensions["depth"][0]
         radii = sorted({round(float(s.radius[i]), 3) for i in ends_of})
         for radius in radii:
-            ears = [
-                ear
-                for ear in _ears(b, [i for i in ends_of if abs(s.radius[i] - radius) < LENGTH_TOLERANCE], z)
-                if _STANDING.end_of_a_lug_rad[0] < s.turn(ear[0]) < _STANDING.end_of_a_lug_rad[1]
-                and ear[1] < deep[0]
-                and ear[2] > deep[1]
-                if _is_one_arc(b, ear[0]) and not _stands_upright(b, ear[0], z)
-            ]
+            least, most = _STANDING.end_of_a_lug_rad
+            ears = _ears(b, [i for i in ends_of if abs(s.radius[i] - radius) < _ALL.length_mm], z)
+            ears = [ear for ear in ears if least < s.turn(ear[0]) < most and ear[1] < deep[0] and ear[2] > deep[1]]
+            ears = [ear for ear in ears if _is_one_arc(b, ear[0]) and not _stands_upright(b, ear[0], z)]
             if ears:
                 found += [_lug(b, hole, *ear) for ear in ears]
                 break
@@ -58,9 +42,9 @@ def _is_one_arc(b: Boundary, ends: list[int]) -> bool:
     s = b.surfaces
     axis = s.axis[ends[0]]
     reach = sorted(s.along(i, axis) for i in ends)
-    overlap = any(two[0] < one[1] - LENGTH_TOLERANCE for one, two in pairwise(reach))
+    overlap = any(two[0] < one[1] - _ALL.length_mm for one, two in pairwise(reach))
     arms = np.concatenate([s.points(i) for i in ends]) - s.origin[ends[0]]
-    wide = int((angular_gaps(arms, axis) > _STANDING.gap_rad).sum())
+    wide = int((angle_gaps(arms, axis) > _STANDING.gap_rad).sum())
     return wide == 1 or (wide == 0 and not overlap)
 
 
@@ -68,14 +52,14 @@ def _stands_upright(b: Boundary, ends: list[int], z: Floats) -> bool:
     """Whether a round end rises from a face: it is that of a pad."""
     s = b.surfaces
     feet = [j for i in ends for j in b.neighbours(i, "concave") if s.kind[j] == "plane"]
-    return any(abs(s.axis[j] @ z) > 1 - ANGLE_TOLERANCE for j in feet)
+    return any(abs(s.axis[j] @ z) > 1 - _ALL.angle_rad for j in feet)
 
 
 def _ears(b: Boundary, ends: list[int], z: Floats) -> list[tuple[list[int], float, float]]:
     """Coaxial surfaces in runs that touch along z, each with its extent."""
     ears: list[tuple[list[int], float, float]] = []
     for low, high, i in sorted((*b.surfaces.along(i, z), i) for i in ends):
-        if ears and low < ears[-1][2] + LENGTH_TOLERANCE:
+        if ears and low < ears[-1][2] + _ALL.length_mm:
             ears[-1] = ([*ears[-1][0], i], ears[-1][1], max(high, ears[-1][2]))
         else:
             ears.append(([i], low, high))
@@ -86,13 +70,13 @@ def _lug(b: Boundary, hole: Feature, ends: list[int], low: float, high: float) -
     s = b.surfaces
     z = hole.shape_from_feature[:3, 2]
     reach = {i: s.along(i, z) for i, _ in hole.surfaces}
-    bore = [i for i, r in reach.items() if r[0] < high - LENGTH_TOLERANCE and r[1] > low + LENGTH_TOLERANCE]
+    bore = [i for i, r in reach.items() if r[0] < high - _ALL.length_mm and r[1] > low + _ALL.length_mm]
     roles = dict.fromkeys(bore, "bore") | dict.fromkeys(ends, "end")
     for i in ends:
         for x in b.sides.get(i, []):
             if x.other < 0 or x.other in roles or x.convexity not in ("smooth", "convex"):
                 continue
-            if s.kind[x.other] == "plane" and abs(s.axis[x.other] @ z) < ANGLE_TOLERANCE:
+            if s.kind[x.other] == "plane" and abs(s.axis[x.other] @ z) < _ALL.angle_rad:
                 roles[x.other] = "side"
             elif s.kind[x.other] == "plane" and x.convexity == "convex":
                 roles[x.other] = "face"
@@ -117,22 +101,17 @@ def bosses(b: Boundary, taken: set[int], standing: set[int], beyond: dict[int, i
     for plane in sorted(b.sides):
         if s.kind[plane] != "plane" or plane in taken:
             continue
-        loops: dict[int, list[tuple[str, list[int], int]]] = {}
-        perimeter: dict[int, float] = {}
-        for x in b.sides[plane]:
-            if not x.outer:
-                perimeter[x.loop] = perimeter.get(x.loop, 0.0) + (-x.length if x.other in taken else x.length)
-                if x.other not in taken:
-                    loops.setdefault(x.loop, []).append((*b.across(plane, x), x.other))
-        for loop, crossed in sorted(loops.items()):
-            walls = sorted({i for _, others, _ in crossed for i in others})
-            rises = perimeter[loop] > 0 and all(kind == "concave" for kind, _, _ in crossed)
-            askew = (
-                len(walls) == 1 and s.kind[walls[0]] == "cylinder" and abs(s.axis[walls[0]] @ s.axis[plane]) < _SQUARE
-            )
+        inner = sorted((x for x in b.sides[plane] if not x.outer), key=attrgetter("loop"))
+        for sides in (list(loop) for _, loop in groupby(inner, key=attrgetter("loop"))):
+            free = [x for x in sides if x.other not in taken]
+            crossed = [b.across(plane, x) for x in free]
+            walls = sorted({i for _, others in crossed for i in others})
+            mostly = 2 * sum(x.length for x in free) > sum(x.length for x in sides)
+            rises = mostly and all(kind == "concave" for kind, _ in crossed)
+            single = walls[0] if len(walls) == 1 and s.kind[walls[0]] == "cylinder" else -1
+            askew = single >= 0 and abs(s.axis[single] @ s.axis[plane]) < 1 - _ALL.angle_rad
             if rises and walls and not standing & set(walls) and not askew:
-                feet = {foot for _, _, foot in crossed}
-                boss = _boss(b, plane, walls, sorted(feet - set(walls)), beyond)
+                boss = _boss(b, plane, walls, sorted({x.other for x in free} - set(walls)), beyond)
                 if boss is not None:
                     found.append(boss)
     islands = {i for f in found for i, _ in f.surfaces}
@@ -142,24 +121,21 @@ def bosses(b: Boundary, taken: set[int], standing: set[int], beyond: dict[int, i
 def _round_bosses(b: Boundary, taken: set[int]) -> list[Feature]:
     """Round ones on what is not flat, or not all around: a whole turn, a flat top, and a hollow edge at the foot."""
     s, found = b.surfaces, []
-    for i, sides in sorted(b.sides.items()):
-        if s.kind[i] not in ("cylinder", "cone") or s.concave[i] or i in taken or s.start[i] == s.start[i + 1]:
+    for i in b.of_kind("cylinder", "cone", concave=False):
+        if i in taken:
             continue
         axis = s.axis[i]
-        bounds = [(*b.across(i, x), x.other) for x in sides if x.convexity != "seam" and x.other not in taken]
-        tops = {
-            j for kind, others, _ in bounds if kind == "convex" for j in others for j in (_past_bevel(b, i, j) or [j])
-        }
-        if (
-            s.turn([i]) < _ALL.whole_turn_rad
-            or not tops
-            or any(kind not in ("convex", "concave") for kind, _, _ in bounds)
-        ):
+        bounds = [(*b.across(i, x), x.other) for x in b.sides[i] if x.convexity != "seam" and x.other not in taken]
+        tops = {j for kind, others, _ in bounds if kind == "convex" for j in others}
+        bevels = tops & b.chamfers
+        tops = (tops - bevels) | {j for bevel in bevels for j in b.neighbours(bevel, "convex") if j != i}
+        sharp = all(kind in ("convex", "concave") for kind, _, _ in bounds)
+        if s.turn([i]) < _ALL.whole_turn_rad or not tops or not sharp:
             continue
         up = s.axis[min(tops)]
-        flat = all(s.kind[j] == "plane" and s.axis[j] @ up > 1 - ANGLE_TOLERANCE for j in tops)
+        flat = all(s.kind[j] == "plane" and s.axis[j] @ up > 1 - _ALL.angle_rad for j in tops)
         feet = {foot for kind, _, foot in bounds if kind == "concave"}
-        if not flat or not feet or abs(up @ axis) < 1 - ANGLE_TOLERANCE:
+        if not flat or not feet or abs(up @ axis) < 1 - _ALL.angle_rad:
             continue
         blends = sorted(feet & b.blends.keys())
         low, high = s.extent([i, *blends, *tops], up)
@@ -175,11 +151,6 @@ def _round_bosses(b: Boundary, taken: set[int]) -> list[Feature]:
     return found
 
 
-def _past_bevel(b: Boundary, wall: int, bevel: int) -> list[int]:
-    """What lies beyond a chamfer of a wall."""
-    return [j for j in b.neighbours(bevel, "convex") if j != wall] if bevel in b.chamfers else []
-
-
 def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int], beyond: dict[int, int]) -> Feature | None:
     s = b.surfaces
     up, level = s.axis[plane], float(s.origin[plane] @ s.axis[plane])
@@ -193,18 +164,13 @@ def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int], beyond: di
     bevels = {x.other for i in walls for x in b.sides.get(i, []) if x.other in b.blends or x.other in b.chamfers}
     heights = [s.along(i, up)[1] for i in {*walls, *bevels} if s.start[i] < s.start[i + 1]]
     height = max(heights, default=level) - level
-    if height < LENGTH_TOLERANCE:
+    if height < _ALL.length_mm:
         return None
     points = np.concatenate([s.points(i) for i in walls])
-    round_ = [i for i in walls if s.kind[i] in ("cylinder", "cone") and not s.concave[i]]
-    single = (
-        round_ == walls
-        and s.turn(walls) > _ALL.whole_turn_rad
-        and len(coaxial(b, np.array(walls), up, s.origin[walls[0]]))
-    )
+    turned = all(s.kind[i] in ("cylinder", "cone") and not s.concave[i] for i in walls)
     kind = "boss"
-    if single == len(walls):
-        foot = points @ up < (points @ up).min() + LENGTH_TOLERANCE
+    if turned and s.turn(walls) > _ALL.whole_turn_rad and coaxial(b, np.array(walls), up, s.origin[walls[0]]) == walls:
+        foot = points @ up < (points @ up).min() + _ALL.length_mm
         radius = float(off_axis(points[foot], s.origin[walls[0]], up).max())
         dimensions = lengths(diameter=2 * radius, height=height)
         x, centre = np.eye(3)[np.argmin(np.abs(up))], s.origin[walls[0]]
@@ -220,29 +186,20 @@ def _boss(b: Boundary, plane: int, walls: list[int], feet: list[int], beyond: di
         dimensions |= lengths(fillet_radius=min(blends))
     pose = frame(x, up, at_level(centre, up, level))
     roles = [(i, "wall") for i in walls] + [(i, "blend") for i in feet if i in b.blends]
-    top = [
-        x.other for i in walls for x in b.sides.get(i, []) if x.other >= 0 and _is_top(b, x.other, up, level + height)
-    ]
-    roles += [(i, "top") for i in sorted(set(top) - {i for i, _ in roles})]
+    beside = {x.other for i in walls for x in b.sides.get(i, [])} - {-1, *(i for i, _ in roles)}
+    level_with = [i for i in beside if s.kind[i] == "plane" and s.axis[i] @ up > 1 - _ALL.angle_rad]
+    roles += [(i, "top") for i in level_with if abs(s.origin[i] @ up - level - height) < 1e-2]
     return Feature(kind, "", dimensions, pose, union(s.boxes[[i for i, _ in roles]]), sorted(roles))
-
-
-def _is_top(b: Boundary, i: int, up: Floats, level: float) -> bool:
-    s = b.surfaces
-    return bool(s.kind[i] == "plane" and s.axis[i] @ up > 1 - ANGLE_TOLERANCE and abs(s.origin[i] @ up - level) < 1e-2)
 
 
 def coaxial(b: Boundary, rows: Ints, axis: Floats, point: Floats) -> list[int]:
     s = b.surfaces
-    parallel = np.linalg.norm(np.cross(s.axis[rows], axis), axis=1) < ANGLE_TOLERANCE
-    near = np.linalg.norm(np.cross(s.origin[rows] - point, axis), axis=1) < LENGTH_TOLERANCE
-    out: list[int] = rows[parallel & near].tolist()
-    return out
+    parallel = np.linalg.norm(np.cross(s.axis[rows], axis), axis=1) < _ALL.angle_rad
+    near = np.linalg.norm(np.cross(s.origin[rows] - point, axis), axis=1) < _ALL.length_mm
+    return list(rows[parallel & near].tolist())
 
 
 # What a lathe makes: flanges around a shaft, grooves in it, and ring grooves in a face.
-
-_TURNED = DEFAULTS.turned
 
 
 def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
@@ -255,7 +212,7 @@ def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
     for i in sorted(set(rounds.tolist()) - grooved):
         axis = s.axis[i]
         low, high = s.along(i, axis)
-        if high - low > _TURNED.flat * s.radius[i] or s.turn([i]) < _ALL.whole_turn_rad:
+        if high - low > _STANDING.flat * s.radius[i] or s.turn([i]) < _ALL.whole_turn_rad:
             continue
         kinds = [b.across(i, x) for x in b.sides.get(i, []) if x.convexity != "seam"]
         adjacent = sorted({k for _, others in kinds for k in others})
@@ -263,14 +220,8 @@ def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
             continue
         planes = [k for k in adjacent if s.kind[k] == "plane" and k not in b.chamfers]
         planes += [x.other for k in adjacent if k in b.chamfers for x in b.sides[k] if s.kind[x.other] == "plane"]
-        narrower = coaxial(b, rounds, axis, s.origin[i])
-        shafts = {
-            k
-            for p in planes
-            for k in b.neighbours(p, "concave")
-            if k in narrower and s.radius[k] * _TURNED.wider < s.radius[i]
-        }
-        if not shafts:
+        on_it = {k for p in planes for k in b.neighbours(p, "concave")} & set(coaxial(b, rounds, axis, s.origin[i]))
+        if not any(s.radius[k] * _STANDING.wider < s.radius[i] for k in on_it):
             continue
         low, high = s.extent([i, *planes], axis)
         dimensions = lengths(diameter=2 * float(s.radius[i]), thickness=high - low)
@@ -305,23 +256,15 @@ def grooves(b: Boundary, holes: list[Feature]) -> tuple[list[Feature], dict[int,
 def _around(b: Boundary, floor: int, rounds: Bools) -> tuple[Feature, tuple[int, int]] | None:
     """The groove that has a cylinder for its floor, no wider than the shaft is thick, and the cylinders next to it."""
     s, axis = b.surfaces, b.surfaces.axis[floor]
-    sides = [
-        j
-        for j in b.neighbours(floor, "concave")
-        if s.kind[j] == "plane" and abs(s.axis[j] @ axis) > 1 - ANGLE_TOLERANCE
-    ]
+    planes = [j for j in b.neighbours(floor, "concave") if s.kind[j] == "plane"]
+    sides = [j for j in planes if abs(s.axis[j] @ axis) > 1 - _ALL.angle_rad]
     low, high = s.along(floor, axis)
     if len(sides) != 2 or s.turn([floor]) < _ALL.whole_turn_rad or high - low > s.radius[floor]:
         return None
-    shoulders = [
-        [
-            k
-            for k in b.neighbours(j, "convex")
-            if rounds[k] and s.radius[k] > s.radius[floor] and k in coaxial(b, np.array([k]), axis, s.origin[floor])
-        ]
-        for j in sides
-    ]
-    if not all(shoulders) or abs(s.radius[shoulders[0][0]] - s.radius[shoulders[1][0]]) > LENGTH_TOLERANCE:
+    wider = np.flatnonzero(rounds & (s.radius > s.radius[floor]))
+    thick = set(coaxial(b, wider, axis, s.origin[floor]))
+    shoulders = [[k for k in b.neighbours(j, "convex") if k in thick] for j in sides]
+    if not all(shoulders) or abs(s.radius[shoulders[0][0]] - s.radius[shoulders[1][0]]) > _ALL.length_mm:
         return None
     one, two = shoulders[0][0], shoulders[1][0]
     measures = lengths(diameter=2 * s.radius[floor], width=high - low, depth=s.radius[one] - s.radius[floor])
@@ -339,7 +282,7 @@ def _in_a_face(b: Boundary, hole: Feature, rounds: Bools) -> Feature | None:
     floors = [i for i, role in hole.surfaces if role == "bottom" and s.kind[i] == "plane"]
     islands = {j for i in floors for j in b.neighbours(i, "concave") if rounds[j]}
     islands &= set(coaxial(b, np.array(sorted(islands), np.int64), z, mouth))
-    level = [j for j in sorted(islands) if abs(s.along(j, z)[1] - float(mouth @ z)) < LENGTH_TOLERANCE]
+    level = [j for j in sorted(islands) if abs(s.along(j, z)[1] - float(mouth @ z)) < _ALL.length_mm]
     if not level:
         return None
     width = hole.dimensions["diameter"][0] / 2 - float(s.radius[level[0]])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -9,24 +10,11 @@ import numpy as np
 
 from relmodel.arrays import Floats
 from relmodel.features.feature_parameters import DEFAULTS
-from relmodel.features.graph import (
-    ANGLE_TOLERANCE,
-    LENGTH_TOLERANCE,
-    Boundary,
-    Feature,
-    ahead,
-    at_level,
-    commonest,
-    cross,
-    frame,
-    lengths,
-    rectangle,
-)
-from relmodel.features.hollows import Floor, fillet_radius, plane_floors, prism_box, rises, top, walls_form, walls_of
+from relmodel.features.graph import Boundary, Dimensions, Feature, ahead, at_level, cross, frame, lengths, rectangle
+from relmodel.features.hollows import Floor, corner_radius, depression, fillet_radius, flat_floors, rises, top, walls_of
 
 _ALL = DEFAULTS.common
 _SLOTS = DEFAULTS.slots
-_UPRIGHT = ANGLE_TOLERANCE**2  # of a cosine
 
 
 def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[int]) -> list[Feature]:
@@ -36,7 +24,7 @@ def open_depressions(b: Boundary, taken: set[int], thin: set[int], gussets: set[
     lesser reach.  thin: walls of ribs and flanges, which are no steps; gussets: those that leave no slot between them.
     """
     s = b.surfaces
-    ledges = [ledge for floor in plane_floors(b, taken) if (ledge := _ledge(b, floor, taken, thin)) is not None]
+    ledges = [ledge for floor in flat_floors(b, taken) if (ledge := _ledge(b, floor, taken, thin)) is not None]
     ledges.sort(key=lambda c: (-round(sum(float(s.area[i]) for i in c.floor.faces), 3), c.floor.faces))
     slots: dict[tuple[float, ...], list[tuple[int, int, int]]] = {}
     used: set[int] = set()
@@ -74,18 +62,23 @@ def _ledge(b: Boundary, floor: Floor, taken: set[int], thin: set[int]) -> Ledge 
     rising = [(i, x) for i, x in outer if rises(b, floor, i, x)]
     if len(rising) == len(outer) or _is_ridge(b, floor, thin):  # a hollow, or the top of a rib between two walls
         return None
-    walls: dict[int, float] = {}
+    walls: defaultdict[int, float] = defaultdict(float)
     hollow: set[int] = set()
     for i, x in rising:
         for j in b.across(i, x)[1]:
             if j not in floor.faces and s.kind[j] == "plane" and abs(s.axis[j] @ up) < _SLOTS.leaning:
-                walls[j] = walls.get(j, 0.0) + x.length
-            elif s.kind[j] == "cylinder" and s.concave[j] and abs(s.axis[j] @ up) > 1 - _UPRIGHT and j not in taken:
+                walls[j] += x.length
+            elif (
+                s.kind[j] == "cylinder"
+                and s.concave[j]
+                and abs(s.axis[j] @ up) > 1 - _ALL.angle_rad**2
+                and j not in taken
+            ):
                 hollow.add(j)
     points = np.concatenate([s.points(i) for i in floor.faces])
-    length_of_plane: dict[tuple[float, ...], float] = {}
+    length_of_plane: defaultdict[tuple[float, ...], float] = defaultdict(float)
     for j, n in walls.items():
-        length_of_plane[b.plane_key([j])] = length_of_plane.get(b.plane_key([j]), 0.0) + n
+        length_of_plane[b.plane_key([j])] += n
     sides = []
     for j in sorted(walls):
         run = run_along(up, s.axis[j])
@@ -107,7 +100,7 @@ def _is_ridge(b: Boundary, floor: Floor, thin: set[int]) -> bool:
     sides = sorted({j for i in floor.faces for j in b.neighbours(i, "convex") if j in thin})
     walls = [set(b.neighbours(j, "convex")) for i in floor.faces for j in b.neighbours(i, "concave")]
     return any(
-        s.axis[one] @ s.axis[two] < -1 + ANGLE_TOLERANCE and not any({one, two} <= around for around in walls)
+        s.axis[one] @ s.axis[two] < -1 + _ALL.angle_rad and not any({one, two} <= around for around in walls)
         for one, two in combinations(sides, 2)
     )
 
@@ -128,7 +121,7 @@ def _facing(b: Boundary, floor: Floor, walls: list[int]) -> list[tuple[int, int]
         low, high = s.along(one, run)
         best: tuple[float, int] | None = None
         for two in walls:
-            if run_along(floor.up, s.axis[two]) @ run > -1 + ANGLE_TOLERANCE:
+            if run_along(floor.up, s.axis[two]) @ run > -1 + _ALL.angle_rad:
                 continue
             leans = s.axis[[one, two]] @ floor.up
             if leans.max() > _ALL.steep and np.ptp(leans) > _SLOTS.even_rad:
@@ -136,7 +129,7 @@ def _facing(b: Boundary, floor: Floor, walls: list[int]) -> list[tuple[int, int]
             gap = _place(b, two, across, floor.up, floor.level) - at
             from_, to = s.along(two, run)
             reach = min(high, to) - max(low, from_)
-            if gap > LENGTH_TOLERANCE and reach > LENGTH_TOLERANCE and (best is None or gap < best[0]):
+            if gap > _ALL.length_mm and reach > _ALL.length_mm and (best is None or gap < best[0]):
                 best = gap, two
         if best is not None:
             pairs.append((min(one, best[1]), max(one, best[1])))
@@ -162,7 +155,7 @@ def _cut_in_one_go(b: Boundary, segments: list[tuple[int, int, int]]) -> list[li
     for segment in segments[1:]:
         low, high = s.along(segment[0], run)
         middles = np.array([s.points(i).mean(axis=0) for i in segment[1:]])
-        lines, ends = (middles + middles.mean(axis=0)) / 2, (reach - LENGTH_TOLERANCE, low + LENGTH_TOLERANCE)
+        lines, ends = (middles + middles.mean(axis=0)) / 2, (reach - _ALL.length_mm, low + _ALL.length_mm)
         if low > reach and not s.is_free(lines, run, *ends):
             parts.append([])
         parts[-1].append(segment)
@@ -192,13 +185,10 @@ def _slot(b: Boundary, floor: Floor, walls: list[int]) -> Feature:
     if stop - (last := max(r[1] for r in reach)) > width / 2:
         stop = last
     length = float(stop - start)
-    x = ahead(run)
     centre = (start + stop) / 2 * run + (low + high) / 2 * across + level * up
-    pose = frame(x, up, centre)
-    box = prism_box(b, sorted(roles), pose, length, width, depth)
     mouth = max(at_mouth) - min(at_mouth)
-    dimensions = lengths(length=length, width=min(mouth, width), depth=depth) | fillet_radius(b, roles)
-    if mouth < width - LENGTH_TOLERANCE:
+    dimensions = lengths(width=min(mouth, width)) | fillet_radius(b, roles)
+    if mouth < width - _ALL.length_mm:
         dimensions |= lengths(undercut_width=width)
         if ceilings:
             dimensions |= lengths(undercut_depth=s.along(ceilings[0], up)[1] - level)
@@ -207,11 +197,10 @@ def _slot(b: Boundary, floor: Floor, walls: list[int]) -> Feature:
             dimensions["angle"] = (np.pi / 2 - lean, "rad")
     else:
         dimensions |= s.draft(walls, up)
-    upright = [i for i, role in roles.items() if role == "wall" and s.kind[i] == "cylinder" and s.concave[i]]
-    corners = [float(s.radius[i]) for i in upright if np.linalg.norm(cross(s.axis[i], up)) < _ALL.steep]
-    if corners and 2 * commonest(corners) < width - LENGTH_TOLERANCE:
-        dimensions |= lengths(corner_radius=commonest(corners))
-    return Feature("open_slot", "", dimensions, pose, box, sorted(roles.items()))
+    corners = corner_radius(b, [i for i, role in roles.items() if role == "wall"], up)
+    if corners and 2 * corners["corner_radius"][0] < width - _ALL.length_mm:
+        dimensions |= corners
+    return depression(b, "open_slot", roles, frame(ahead(run), up, centre), (length, width, depth), dimensions)
 
 
 def _necks(b: Boundary, walls: list[int], up: Floats) -> tuple[list[int], list[int]]:
@@ -237,20 +226,19 @@ def _v_slots(b: Boundary, taken: set[int]) -> list[Feature]:
     """Two planes that meet in a concave edge below the one plane that both run out in."""
     s, found = b.surfaces, []
     used = set(taken)
-    planes = [i for i in sorted(b.sides) if s.kind[i] == "plane" and s.start[i] < s.start[i + 1]]
-    for one in planes:
+    for one in b.of_kind("plane"):
         for two in b.neighbours(one, "concave"):
             if two <= one or used & {one, two} or s.kind[two] != "plane":
                 continue
             opening = float(np.pi - np.arccos(np.clip(s.axis[one] @ s.axis[two], -1, 1)))
-            if not ANGLE_TOLERANCE < opening <= _SLOTS.flat_rad:
+            if not _ALL.angle_rad < opening <= _SLOTS.flat_rad:
                 continue
             mouths = [{b.plane_key([m]): m for m in _beyond(b, i, {one, two})} for i in (one, two)]
             run = cross(s.axis[one], s.axis[two])
             run /= np.linalg.norm(run)
             common = [s.axis[mouths[0][key]] for key in sorted(mouths[0].keys() & mouths[1].keys())]
-            common = [up for up in common if abs(run @ up) < ANGLE_TOLERANCE]
-            common = [up for up in common if min(s.axis[one] @ up, s.axis[two] @ up) > -ANGLE_TOLERANCE]
+            common = [up for up in common if abs(run @ up) < _ALL.angle_rad]
+            common = [up for up in common if min(s.axis[one] @ up, s.axis[two] @ up) > -_ALL.angle_rad]
             if not common:
                 continue
             up = common[0]
@@ -275,19 +263,19 @@ def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:
     """With a round bottom: a single hollow cylinder below one plane, or half of one between two walls."""
     s, found = b.surfaces, []
     used = set(taken)
-    for i, sides in sorted(b.sides.items()):
-        if s.kind[i] != "cylinder" or not s.concave[i] or i in used or i in b.blends or s.start[i] == s.start[i + 1]:
+    for i in b.of_kind("cylinder", concave=True):
+        if i in used or i in b.blends:
             continue
-        around = [x for x in sides if x.other not in (i, -1)]
+        around = [x for x in b.sides[i] if x.other not in (i, -1)]
         up = s.normals(i).mean(axis=0)
         up -= (up @ s.axis[i]) * s.axis[i]
         # A cylinder that is closed at both ends, or all around, is not a slot.
-        if np.linalg.norm(up) < ANGLE_TOLERANCE or len({x.other for x in around if x.convexity == "concave"}) > 1:
+        if np.linalg.norm(up) < _ALL.angle_rad or len({x.other for x in around if x.convexity == "concave"}) > 1:
             continue
         up /= np.linalg.norm(up)
         smooth = {x.other for x in around if x.convexity == "smooth"}
-        walls = sorted(k for k in smooth if s.kind[k] == "plane" and abs(s.axis[k] @ s.axis[i]) < ANGLE_TOLERANCE)
-        if len(walls) == len(smooth) == 2 and s.axis[walls[0]] @ s.axis[walls[1]] < -1 + ANGLE_TOLERANCE:
+        walls = sorted(k for k in smooth if s.kind[k] == "plane" and abs(s.axis[k] @ s.axis[i]) < _ALL.angle_rad)
+        if len(walls) == len(smooth) == 2 and s.axis[walls[0]] @ s.axis[walls[1]] < -1 + _ALL.angle_rad:
             # The walls of a slot that is round at both ends lead to the other end.
             ends = {x.other for k in walls for x in b.sides[k] if x.convexity == "smooth"} - {i}
             if used & set(walls) or any(s.kind[k] == "cylinder" and s.concave[k] for k in ends):
@@ -297,7 +285,7 @@ def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:
         elif all(s.kind[k] == "sphere" and s.concave[k] for k in smooth):  # a ball-nosed cutter leaves round ends
             mouths: dict[tuple[float, ...], list[int]] = {}
             for k in [x.other for x in around if x.convexity == "convex" and s.kind[x.other] == "plane"]:
-                if abs(s.axis[k] @ s.axis[i]) < ANGLE_TOLERANCE and s.axis[k] @ up > 0:
+                if abs(s.axis[k] @ s.axis[i]) < _ALL.angle_rad and s.axis[k] @ up > 0:
                     mouths.setdefault(b.plane_key([k]), []).append(k)
             mouth = next((m for _, m in sorted(mouths.items()) if len(m) > 1), None)
             if mouth is None and len(smooth) < 2:
@@ -309,7 +297,7 @@ def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:
         radius = float(s.radius[i])
         more = lengths(fillet_radius=radius)
         above = s.along(i, up)[1] - float(s.origin[i] @ up)
-        if not walls and LENGTH_TOLERANCE < above < radius / 2:  # little more than half a turn
+        if not walls and _ALL.length_mm < above < radius / 2:  # little more than half a turn
             more |= lengths(width=2 * (radius**2 - above**2) ** 0.5, undercut_width=2 * radius)
         found.append(_groove(b, [*floor, *walls], floor, s.axis[i], up, more, kind))
         used |= {*floor, *walls}
@@ -319,14 +307,13 @@ def _round_slots(b: Boundary, taken: set[int]) -> list[Feature]:
 def _keyseats(b: Boundary, taken: set[int]) -> list[Feature]:
     """What a disc cutter sinks, as for Woodruff keys: part of a hollow cylinder between two walls across its axis."""
     s, found = b.surfaces, []
-    for i, sides in sorted(b.sides.items()):
-        if s.kind[i] != "cylinder" or not s.concave[i] or i in taken or i in b.blends or s.start[i] == s.start[i + 1]:
-            continue
+    for i in b.of_kind("cylinder", concave=True):
         walls = b.neighbours(i, "concave")
-        around = [x for x in sides if x.other not in (i, -1, *walls)]
-        if len(walls) != 2 or taken & set(walls) or any(s.kind[k] != "plane" for k in walls):
+        around = [x for x in b.sides[i] if x.other not in (i, -1, *walls)]
+        known = taken | b.blends.keys()
+        if len(walls) != 2 or known & {i, *walls} or any(s.kind[k] != "plane" for k in walls):
             continue
-        facing = abs(s.axis[walls[0]] @ s.axis[i]) > 1 - ANGLE_TOLERANCE and s.axis[walls[0]] @ s.axis[walls[1]] < 0
+        facing = abs(s.axis[walls[0]] @ s.axis[i]) > 1 - _ALL.angle_rad and s.axis[walls[0]] @ s.axis[walls[1]] < 0
         up = s.normals(i).mean(axis=0)
         up -= (up @ s.axis[i]) * s.axis[i]
         if not facing or np.linalg.norm(up) < _ALL.steep or any(x.convexity != "convex" for x in around):
@@ -348,7 +335,7 @@ def _groove(
     floor: list[int],
     run: Floats,
     up: Floats,
-    more: dict[str, tuple[float, str]],
+    more: Dimensions,
     kind: str = "open_slot",
 ) -> Feature:
     """A slot of a constant section that has no flat floor; its width is that of its mouth."""
@@ -358,18 +345,12 @@ def _groove(
     low, high = (points @ up).min(), top(b, members, up)
     ends, breadth = points @ run, points @ across
     centre = (ends.min() + ends.max()) / 2 * run + (breadth.min() + breadth.max()) / 2 * across + low * up
-    length, width, depth = float(np.ptp(ends)), float(np.ptp(breadth)), float(high - low)
-    x = ahead(run)
-    pose = frame(x, up, centre)
+    size = float(np.ptp(ends)), float(np.ptp(breadth)), float(high - low)
     roles = dict.fromkeys(members, "wall") | dict.fromkeys(floor, "floor")
-    box = prism_box(b, sorted(roles), pose, length, width, depth)
-    dimensions = lengths(length=length, width=width, depth=depth) | more
-    return Feature(kind, "", dimensions, pose, box, sorted(roles.items()))
+    return depression(b, kind, roles, frame(ahead(run), up, centre), size, more)
 
 
 # Steps: floors at a wall, or in a corner of two, that are open to the other sides.
-
-_STEPS = DEFAULTS.steps
 
 
 @dataclass
@@ -395,7 +376,7 @@ def steps(b: Boundary, ledges: list[Ledge], used: set[int], thin: set[int]) -> l
         floor, walls = ledge.floor, ledge.walls or ledge.hollow
         around = {*floor.faces, *walls}
         planes = {b.plane_key([j]) for j in ledge.walls}
-        if used & around or len(planes) > 2 or any(s.axis[j] @ floor.up < -_STEPS.over for j in ledge.walls):
+        if used & around or len(planes) > 2 or any(s.axis[j] @ floor.up < -_SLOTS.over for j in ledge.walls):
             continue
         key = b.plane_key([floor.faces[0], *ledge.walls]) + (b.support_key(walls[0]) if not planes else ())
         floors, members = groups.setdefault(key, ([], []))
@@ -404,9 +385,7 @@ def steps(b: Boundary, ledges: list[Ledge], used: set[int], thin: set[int]) -> l
         used = used | around
     found = []
     for faces, walls in groups.values():
-        make = _step if b.surfaces.kind[walls[0]] == "plane" else _round_step
-        step = make(b, floor_of(b, faces), sorted(set(walls)))
-        if step is not None:
+        if (step := _step(b, floor_of(b, faces), sorted(set(walls)))) is not None:
             found.append(step)
     return found
 
@@ -417,7 +396,7 @@ def _is_level(b: Boundary, ledge: Ledge) -> bool:
     for wall in ledge.walls or ledge.hollow:
         ends = [k for k in b.neighbours(wall, "convex") if s.kind[k] == "plane" and k not in b.chamfers]
         facing = [s.axis[k] @ up for k in ends]
-        if max(facing, default=0.0) > _STEPS.over and max(facing) < 1 - ANGLE_TOLERANCE:
+        if max(facing, default=0.0) > _SLOTS.over and max(facing) < 1 - _ALL.angle_rad:
             return False
     return True
 
@@ -430,19 +409,22 @@ def floor_of(b: Boundary, faces: list[int]) -> Floor:
 def run_along(up: Floats, normal: Floats) -> Floats:
     """Direction in which a wall runs along a floor."""
     run = cross(up, normal)
-    out: Floats = run / np.linalg.norm(run)
-    return out
+    return np.asarray(run / np.linalg.norm(run))
 
 
 def _step(b: Boundary, floor: Floor, walls: list[int]) -> Feature | None:
-    """A step that its plane walls run all along."""
+    """A step that its plane walls run all along, or that a hollow cylinder bounds."""
     s, up, level = b.surfaces, floor.up, floor.level
     roles = walls_of(b, floor) | dict.fromkeys(walls, "wall")
     points = np.concatenate([s.points(i) for i, role in roles.items() if role != "wall"])
     depth = top(b, walls, up) - level
+    if s.kind[walls[0]] != "plane":
+        x, centre, length, width = rectangle(points, up)
+        pose, more = frame(x, up, at_level(centre, up, level)), lengths(corner_radius=float(s.radius[walls[0]]))
+        return depression(b, "step", roles, pose, (length, width, depth), more) if depth >= _ALL.length_mm else None
     square = all(_spans(b, _parallel(b, walls, i), points, run_along(up, s.axis[i])) for i in walls)
     run = run_along(up, s.axis[walls[0]]) if square else _edge_along(b, walls, points, up)
-    if run is None or depth < LENGTH_TOLERANCE:
+    if run is None or depth < _ALL.length_mm:
         return None
     across = cross(up, run)
     length, width = float(np.ptp(points @ run)), float(np.ptp(points @ across))
@@ -450,12 +432,9 @@ def _step(b: Boundary, floor: Floor, walls: list[int]) -> Feature | None:
         run, length, width = across, width, length
     across = cross(up, run)
     centre = sum(((points @ d).min() + (points @ d).max()) / 2 * d for d in (run, across)) + level * up
-    x = ahead(run)
-    pose = frame(x, up, centre)
-    box = prism_box(b, sorted(roles), pose, length, width, depth)
-    dimensions = lengths(length=length, width=width, depth=depth) | fillet_radius(b, roles)
-    form = () if square else walls_form(b, walls, pose, either_way=False)
-    return Feature("step", "", dimensions, pose, box, sorted(roles.items()), form)
+    pose = frame(ahead(run), up, centre)
+    more, size = fillet_radius(b, roles), (length, width, depth)
+    return depression(b, "step", roles, pose, size, more, () if square else walls)
 
 
 def _parallel(b: Boundary, walls: list[int], wall: int) -> list[int]:
@@ -467,8 +446,8 @@ def _parallel(b: Boundary, walls: list[int], wall: int) -> list[int]:
 def _spans(b: Boundary, walls: list[int], points: Floats, run: Floats) -> bool:
     """Whether walls reach as far along a direction as the points of a floor."""
     reach = np.ptp(np.concatenate([b.surfaces.points(i) for i in walls]) @ run)
-    share = float(reach / max(np.ptp(points @ run), LENGTH_TOLERANCE))
-    return _STEPS.spans < share < 1 / _STEPS.spans
+    share = float(reach / max(np.ptp(points @ run), _ALL.length_mm))
+    return _SLOTS.spans < share < 1 / _SLOTS.spans
 
 
 def _edge_along(b: Boundary, walls: list[int], points: Floats, up: Floats) -> Floats | None:
@@ -479,21 +458,6 @@ def _edge_along(b: Boundary, walls: list[int], points: Floats, up: Floats) -> Fl
     x = rectangle(points, up)[0]
     for run in (x, cross(up, x)):
         facing = s.axis[walls] @ cross(up, run)
-        if (facing.min() > _STEPS.over or facing.max() < -_STEPS.over) and _spans(b, walls, points, run):
+        if (facing.min() > _SLOTS.over or facing.max() < -_SLOTS.over) and _spans(b, walls, points, run):
             return run
     return None
-
-
-def _round_step(b: Boundary, floor: Floor, walls: list[int]) -> Feature | None:
-    """A step that a hollow cylinder bounds."""
-    s, up, level = b.surfaces, floor.up, floor.level
-    roles = walls_of(b, floor) | dict.fromkeys(walls, "wall")
-    points = np.concatenate([s.points(i) for i, role in roles.items() if role != "wall"])
-    depth = top(b, walls, up) - level
-    if depth < LENGTH_TOLERANCE:
-        return None
-    x, centre, length, width = rectangle(points, up)
-    pose = frame(x, up, at_level(centre, up, level))
-    box = prism_box(b, sorted(roles), pose, length, width, depth)
-    dimensions = lengths(length=length, width=width, depth=depth, corner_radius=float(s.radius[walls[0]]))
-    return Feature("step", "", dimensions, pose, box, sorted(roles.items()))

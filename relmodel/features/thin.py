@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass
+from functools import cache
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from relmodel.features.feature_parameters import DEFAULTS
-from relmodel.features.graph import (
-    ANGLE_TOLERANCE,
-    LENGTH_TOLERANCE,
-    Boundary,
-    Feature,
-    ahead,
-    cross,
-    frame,
-    lengths,
-    union,
-)
+from relmodel.features.graph import Boundary, Feature, ahead, cross, frame, lengths, union
 from relmodel.geometry.congruence import clusters, joined, unsigned
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon, Polygon
 
 
+_ALL = DEFAULTS.common
 _P = DEFAULTS.thin
 
 
@@ -53,7 +47,7 @@ def opposed(b: Boundary, arc_direction: Floats) -> list[Pair]:
     rows = np.flatnonzero((s.kind == "plane") & (np.diff(s.start) > 0))
     if len(rows) < 2:
         return []
-    label = clusters(unsigned(s.axis[rows]), ANGLE_TOLERANCE)
+    label = clusters(unsigned(s.axis[rows]), _ALL.angle_rad)
     pairs: dict[tuple[int, int], Pair] = {}
     for k in range(int(label.max()) + 1):
         members = rows[label == k]
@@ -79,8 +73,7 @@ def _edge_direction(b: Boundary, members: Ints, normal: Floats, arc_direction: F
         u = u - (u @ normal) * normal
     if not np.linalg.norm(u) > 1e-9:  # no straight edge, or in a damaged face one that does not lie in it
         u = cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
-    out: Floats = u / np.linalg.norm(u)
-    return out
+    return np.asarray(u / np.linalg.norm(u))
 
 
 def _pair(b: Boundary, front: Ints, back: Ints, normal: Floats, u: Floats, pairs: dict[tuple[int, int], Pair]) -> None:
@@ -89,23 +82,19 @@ def _pair(b: Boundary, front: Ints, back: Ints, normal: Floats, u: Floats, pairs
     s = b.surfaces
     v = cross(normal, u)
 
-    outlines: dict[int, Polygon | MultiPolygon] = {}
+    def flat_points(plane: int) -> Floats:
+        return np.column_stack([s.points(plane) @ u, s.points(plane) @ v])
 
+    @cache
     def outline(plane: int) -> Polygon | MultiPolygon:
-        if plane not in outlines:
-            outlines[plane] = outline_of(np.column_stack([s.points(plane) @ u, s.points(plane) @ v]))
-        return outlines[plane]
+        return outline_of(flat_points(plane))
 
-    common: dict[tuple[int, int], Polygon | MultiPolygon] = {}
-
-    def shared_by(one: int, two: int) -> Polygon | MultiPolygon:
-        key = min(one, two), max(one, two)
-        if key not in common:
-            common[key] = intersection(outline(one), outline(two))  # type: ignore[assignment]
-        return common[key]
+    @cache
+    def common(one: int, two: int) -> Polygon | MultiPolygon:
+        return intersection(outline(one), outline(two))  # type: ignore[return-value]
 
     def extents(members: Ints) -> tuple[Floats, Floats]:
-        flat = [np.column_stack([s.points(i) @ u, s.points(i) @ v]) for i in members.tolist()]
+        flat = [flat_points(i) for i in members.tolist()]
         box = np.array([[*p.min(axis=0), *p.max(axis=0)] for p in flat])
         return box, s.origin[members] @ normal
 
@@ -118,19 +107,19 @@ def _pair(b: Boundary, front: Ints, back: Ints, normal: Floats, u: Floats, pairs
         key = sense * other_at[order]
         reach = np.min(boxes[:, 2:] - boxes[:, :2], axis=1)
         low = np.searchsorted(key, sense * at - reach)
-        high = np.searchsorted(key, sense * at - LENGTH_TOLERANCE)
+        high = np.searchsorted(key, sense * at - _ALL.length_mm)
         for i in np.flatnonzero(high > low).tolist():
             near = order[low[i] : high[i]]
             least = np.maximum(boxes[i, :2], other_boxes[near, :2])
             most = np.minimum(boxes[i, 2:], other_boxes[near, 2:])
-            hit = np.flatnonzero(np.all(most - least > LENGTH_TOLERANCE, axis=1))
+            hit = np.flatnonzero(np.all(most - least > _ALL.length_mm, axis=1))
             gap = sense * (at[i] - other_at[near])
             nearest = np.inf
             for j in hit[np.argsort(gap[hit], kind="stable")].tolist():
-                if gap[j] > nearest + LENGTH_TOLERANCE:
+                if gap[j] > nearest + _ALL.length_mm:
                     break
                 one, two = int(members[i]), int(others[near[j]])
-                shared = shared_by(one, two)
+                shared = common(min(one, two), max(one, two))
                 if shared.area < _P.touching * min(outline(one).area, outline(two).area):
                     continue
                 nearest = gap[j]
@@ -160,10 +149,9 @@ def ribs(b: Boundary, pairs: list[Pair], floors: set[int], taken: set[int]) -> l
 
     floors: of pockets and slots; what is opposed to one is a web.
     """
-    standing: dict[tuple[int, ...], list[_Standing]] = {}
-    slender = {
-        i for p in pairs if p.thickness < _P.thin * min(p.overlap[2:] - p.overlap[:2]) for i in (p.first, p.second)
-    }
+    s, standing = b.surfaces, dict[tuple[int, ...], list[_Standing]]()
+    thin = [p for p in pairs if p.thickness < _P.thin * min(p.overlap[2:] - p.overlap[:2])]
+    slender = {i for p in thin for i in (p.first, p.second)}
     for pair in pairs:
         if {pair.first, pair.second} & (floors | taken):
             continue
@@ -172,21 +160,17 @@ def ribs(b: Boundary, pairs: list[Pair], floors: set[int], taken: set[int]) -> l
             continue
         along = np.abs([pair.u @ stands.up, pair.v @ stands.up])
         height, length = (pair.overlap[2:] - pair.overlap[:2])[np.argsort(-along)]
-        if along.max() > 1 - ANGLE_TOLERANCE and pair.thickness < min(_P.thin * height, length):
-            standing.setdefault((*_plane_key(b, pair), len(stands.firm)), []).append(stands)
+        if along.max() > 1 - _ALL.angle_rad and pair.thickness < min(_P.thin * height, length):
+            # Equal for pairs of one thickness about one middle plane.
+            middle = float((s.origin[pair.first] + s.origin[pair.second]) @ pair.normal) / 2
+            normal = np.round(pair.normal * 1e4).astype(int).tolist()
+            key = (*normal, round(middle / _P.same_mm), round(pair.thickness / _P.same_mm), len(stands.firm))
+            standing.setdefault(key, []).append(stands)
     found = []
     for segments in standing.values():
         found += [rib for line in _in_one_line(b, segments) if (rib := _rib(b, line)) is not None]
     found += _drafted(b, floors | taken | {i for f in found for i, _ in f.surfaces})
     return sorted(found, key=lambda feature: feature.surfaces)
-
-
-def _plane_key(b: Boundary, pair: Pair) -> tuple[int, ...]:
-    """Equal for pairs of one thickness about one middle plane."""
-    s = b.surfaces
-    middle = float((s.origin[pair.first] + s.origin[pair.second]) @ pair.normal) / 2
-    normal = np.round(pair.normal * 1e4).astype(int).tolist()
-    return (*normal, round(middle / _P.same_mm), round(pair.thickness / _P.same_mm))
 
 
 @dataclass
@@ -213,18 +197,13 @@ def _stands(b: Boundary, pair: Pair, slender: set[int]) -> _Standing | None:
     # A sheet is slender too, but greater than the ribs on it.
     for foot in sorted(own, key=lambda j: (j in slender, -float(s.area[j]) if j in slender else -own[j], j)):
         up = s.axis[foot]
-        if abs(up @ pair.normal) > ANGLE_TOLERANCE:
+        if abs(up @ pair.normal) > _ALL.angle_rad:
             continue
-        if not all(any(_tops(b, j, up) for j in ridge) for ridge in ridges):
+        if not all(any((s.normals(j) @ up).max(initial=0.0) > 0.5 for j in ridge) for ridge in ridges):
             continue
         firm = [i for i, on in zip(planes, feet, strict=True) if _contact(b, i, on, up)]
-        if len(firm) == 2:
-            return _Standing(pair, up, firm)
-        if (
-            firm
-            and foot in feet[planes.index(firm[0])]
-            and _is_flange(b, firm[0], feet[planes.index(firm[0])], foot, up)
-        ):
+        on = feet[planes.index(firm[0])] if firm else {}
+        if len(firm) == 2 or (foot in on and _is_flange(b, firm[0], on, foot, up)):
             return _Standing(pair, up, firm)
     return None
 
@@ -238,19 +217,19 @@ def _round_ridge(b: Boundary, side: int) -> list[int]:
 
 def _feet(b: Boundary, side: int) -> dict[int, float]:
     """Planes that a plane stands on, and the lengths of the edges between."""
-    feet: dict[int, float] = {}
+    feet: defaultdict[int, float] = defaultdict(float)
     for x in b.sides.get(side, []):
         convexity, others = b.across(side, x)
         for j in others:
             if convexity == "concave" and b.surfaces.kind[j] == "plane":
-                feet[j] = feet.get(j, 0.0) + x.length
+                feet[j] += x.length
     return feet
 
 
 def _contact(b: Boundary, side: int, feet: dict[int, float], up: Floats) -> bool:
     """Whether a side stands on its feet for a fair part of its length."""
     s = b.surfaces
-    on = sum(length for j, length in feet.items() if up @ s.axis[j] > 1 - ANGLE_TOLERANCE)
+    on = sum(length for j, length in feet.items() if up @ s.axis[j] > 1 - _ALL.angle_rad)
     return bool(on > _P.contact * np.ptp(s.points(side) @ cross(s.axis[side], up)))
 
 
@@ -260,10 +239,6 @@ def _is_flange(b: Boundary, side: int, feet: dict[int, float], foot: int, up: Fl
     low, high = s.along(side, up)
     reach = [s.along(j, s.axis[side]) for j in feet if b.plane_key([j]) == b.plane_key([foot])]
     return bool(max(r[1] - r[0] for r in reach) > high - low and high - low > _P.tall * b.extent(up))
-
-
-def _tops(b: Boundary, ridge: int, up: Floats) -> bool:
-    return bool(len(b.surfaces.points(ridge)) and (b.surfaces.normals(ridge) @ up).max() > 0.5)
 
 
 def _in_one_line(b: Boundary, segments: list[_Standing]) -> list[list[_Standing]]:
@@ -294,7 +269,6 @@ def _rib(b: Boundary, segments: list[_Standing]) -> Feature | None:
     ends = np.concatenate([s.points(i) for i in firm]) @ run
     tops = np.concatenate([s.points(i) for i in [*firm, *sorted(finish)]]) @ up
     length, height = float(np.ptp(ends)), float(np.ptp(tops))
-    x = ahead(run)
     middle = float((s.origin[pair.first] + s.origin[pair.second]) @ pair.normal) / 2
     kind = "rib" if len(segments[0].firm) == 2 else "flange"
     outer = max(float(np.ptp(s.points(i) @ run)) for i in members)
@@ -302,7 +276,7 @@ def _rib(b: Boundary, segments: list[_Standing]) -> Feature | None:
         return None
     if length < _P.long * pair.thickness:
         return None
-    pose = frame(x, up, (ends.max() + ends.min()) / 2 * run + tops.min() * up + middle * pair.normal)
+    pose = frame(ahead(run), up, (ends.max() + ends.min()) / 2 * run + tops.min() * up + middle * pair.normal)
     dimensions = lengths(thickness=pair.thickness, length=length, height=height)
     return Feature(kind, "", dimensions, pose, union(s.boxes[members]), [(i, "side") for i in members])
 
@@ -321,23 +295,20 @@ def _drafted(b: Boundary, taken: set[int]) -> list[Feature]:
     """Ribs whose sides lean to each other by one angle, from a foot up to one ridge; thickness is that at the foot."""
     s, found = b.surfaces, []
     used = set(taken)
-    for ridge in sorted(b.sides):
-        if s.kind[ridge] != "plane" or s.start[ridge] == s.start[ridge + 1]:
-            continue
+    for ridge in b.of_kind("plane"):
         up = s.axis[ridge]
         sides = []
         for i in b.neighbours(ridge, "convex"):
             if s.kind[i] != "plane" or i in used or not _P.lean[0] < s.axis[i] @ up < _P.lean[1]:
                 continue
-            feet = [j for j in _feet(b, i) if s.axis[j] @ up > 1 - ANGLE_TOLERANCE]
+            feet = [j for j in _feet(b, i) if s.axis[j] @ up > 1 - _ALL.angle_rad]
             if feet:
                 sides.append((i, float(s.origin[feet[0]] @ up)))
-        for n, (one, level) in enumerate(sides):
-            for two, other in sides[n + 1 :]:
-                rib = _drafted_rib(b, ridge, one, two, level) if abs(level - other) < LENGTH_TOLERANCE else None
-                if rib is not None and not used & {one, two}:
-                    found.append(rib)
-                    used |= {one, two}
+        for (one, level), (two, other) in combinations(sides, 2):
+            rib = _drafted_rib(b, ridge, one, two, level) if abs(level - other) < _ALL.length_mm else None
+            if rib is not None and not used & {one, two}:
+                found.append(rib)
+                used |= {one, two}
     return found
 
 
@@ -353,10 +324,9 @@ def _drafted_rib(b: Boundary, ridge: int, one: int, two: int, level: float) -> F
     ends = np.concatenate([s.points(one), s.points(two)]) @ run
     thickness, length = places[0] - places[1], float(np.ptp(ends))
     height = float(s.origin[ridge] @ up) - level
-    if not LENGTH_TOLERANCE < thickness < _P.thin * height or length < _P.long * thickness:
+    if not _ALL.length_mm < thickness < _P.thin * height or length < _P.long * thickness:
         return None
-    x = ahead(run)
-    pose = frame(x, up, (ends.min() + ends.max()) / 2 * run + sum(places) / 2 * across + level * up)
+    pose = frame(ahead(run), up, (ends.min() + ends.max()) / 2 * run + sum(places) / 2 * across + level * up)
     dimensions = lengths(thickness=thickness, length=length, height=height)
     dimensions["draft_angle"] = (float(np.arcsin(lean)), "rad")
     roles = [(i, "side") for i in sorted((one, two))]
