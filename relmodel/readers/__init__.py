@@ -50,25 +50,21 @@ def read(path: Path, options: ReadOptions = DEFAULTS, *, in_child: bool = True) 
 
         return read_in_child(path, options)
     from relmodel.model.validation import is_finite, validated
-
-    model = _read(path, options)
-    if not is_finite(model):
-        raise InputError(f"{path} has sizes or positions that are not finite: export it again")
-    return validated(model)
-
-
-def _read(path: Path, options: ReadOptions) -> Model:
     from relmodel.readers.formats import format_of
 
     form = format_of(path)
     if form == "step":
         from relmodel.readers.step.read import read_step
 
-        return read_step(path)
-    if form == "urdf":
+        model = read_step(path)
+    elif form == "urdf":
         from relmodel.readers.urdf import read_urdf
 
-        return read_urdf(path)
-    from relmodel.readers.mesh.read import read_mesh
+        model = read_urdf(path)
+    else:
+        from relmodel.readers.mesh.read import read_mesh
 
-    return read_mesh(path, options.unit, name=options.name, fit=not options.occluder)
+        model = read_mesh(path, options.unit, name=options.name, fit=not options.occluder)
+    if not is_finite(model):
+        raise InputError(f"{path} has sizes or positions that are not finite: export it again")
+    return validated(model)

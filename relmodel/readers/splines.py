@@ -65,13 +65,9 @@ def surface_spline_columns(splines: list[tuple[int, Any]]) -> Table:
         out[f"{low}_degree"] = np.array([getattr(s, f"{way}Degree")() for s in surfaces], np.int64)
         out[f"{low}_periodic"] = np.array([getattr(s, f"Is{way}Periodic")() for s in surfaces], bool)
         out[f"{low}_poles"] = np.array([getattr(s, f"Nb{way}Poles")() for s in surfaces], np.int64)
-        for name, values in (("Knot", []), ("Multiplicity", [])):
-            for s, count in zip(surfaces, counts, strict=True):
-                get = getattr(s, f"{way}{name}")
-                values.append([get(i) for i in range(1, count + 1)])
-            whole = name == "Knot"
-            column = f"{low}_knots" if whole else f"{low}_multiplicities"
-            out[column] = Ragged.pack(values, np.float64 if whole else np.int32)
+        for name, column, form in (("Knot", "knots", np.float64), ("Multiplicity", "multiplicities", np.int32)):
+            every = [(getattr(s, f"{way}{name}"), count) for s, count in zip(surfaces, counts, strict=True)]
+            out[f"{low}_{column}"] = Ragged.pack([[get(i + 1) for i in range(count)] for get, count in every], form)
     rational = [s.IsURational() or s.IsVRational() for s in surfaces]
     out["rational"] = np.array(rational, bool)
     nets = [[(i, j) for i in range(1, s.NbUPoles() + 1) for j in range(1, s.NbVPoles() + 1)] for s in surfaces]

@@ -5,7 +5,7 @@ what the primitive says but for round-off.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
@@ -118,16 +118,16 @@ def _parse(content: bytes, path: Path) -> Element:
     parser.StartElementHandler = builder.start
     parser.EndElementHandler = builder.end
     parser.CharacterDataHandler = builder.data
-    parser.StartDoctypeDeclHandler = lambda *_: _refuse_doctype(path)
+
+    def refuse(*_: object) -> NoReturn:
+        raise InputError(f"{path.name} declares a document type, which URDF has not: remove <!DOCTYPE ...>")
+
+    parser.StartDoctypeDeclHandler = refuse
     try:
         parser.Parse(content, True)
         return builder.close()
     except (expat.ExpatError, ValueError, LookupError, AssertionError) as error:
         raise InputError(f"{path.name} is not well-formed XML ({error}): correct it there") from error
-
-
-def _refuse_doctype(path: Path) -> NoReturn:
-    raise InputError(f"{path.name} declares a document type, which URDF has not: remove <!DOCTYPE ...>")
 
 
 class _Reader:
@@ -158,10 +158,8 @@ class _Reader:
             poses = tree.poses(tree.values({}, "at rest"))
         except InputError as error:
             raise InputError(f"{self.path.name}: {error}") from error
-        instances = [
-            Instance(name, "assembly", self._link(link, name), poses[name])
-            for link, name in zip(links, names, strict=True)
-        ]
+        indices = [self._link(link, name) for link, name in zip(links, names, strict=True)]
+        instances = [Instance(name, "assembly", i, poses[name]) for i, name in zip(indices, names, strict=True)]
         name = self.root.get("name") or self.path.stem
         self.assemblies.append(Assembly(name, tuple(instances), joints=tree.joints))
         return Model(
@@ -184,11 +182,11 @@ class _Reader:
         """Write _ for the slashes in names, which separate names in paths."""
         names = [e.get("name", "") for tag in ("link", "joint") for e in self.root.findall(tag)]
         slashed = [name for name in names if "/" in name]
-        for element in self.root.iter() if slashed else ():
-            for key in {"name", "link", "joint"} & element.attrib.keys():
-                element.set(key, element.attrib[key].replace("/", "_"))
         if not slashed:
             return []
+        for element in self.root.iter():
+            for key in {"name", "link", "joint"} & element.attrib.keys():
+                element.set(key, element.attrib[key].replace("/", "_"))
         said = f"the slash in {len(slashed)} names of links and joints, such as {slashed[0]!r}, became _"
         return [Finding("renamed", said, float(len(slashed)), 0.0)]
 
@@ -201,15 +199,14 @@ class _Reader:
             self._refuse(f"{where} is of the kind {kind!r}, which {why}: use one of {', '.join(KINDS)}")
         ends = []
         for tag in ("parent", "child"):
-            end = element.find(tag)
-            if end is None:
+            if (end := element.find(tag)) is None:
                 self._refuse(f"{where} has no <{tag}>: add it")
             ends.append(self._attribute(end, "link", f"<{tag}> of {where}"))
-        axis_element = element.find("axis")
-        axis = np.array([1.0, 0, 0]) if axis_element is None else self._numbers(axis_element, "xyz", where, 3)
+        axis, given = np.array([1.0, 0, 0]), element.find("axis")
+        if given is not None:
+            stated = self._numbers(given, "xyz", where, 3)
+            axis = axis if kind == "fixed" else stated
         length = float(np.linalg.norm(axis))
-        if kind == "fixed":
-            axis, length = np.array([1.0, 0, 0]), 1.0
         if length < 1e-9:
             self._refuse(f"{where} has an axis of length zero: give a direction")
         unit = _M if kind == "prismatic" else 1.0
@@ -217,10 +214,8 @@ class _Reader:
         mimic_element = element.find("mimic")
         mimic = None
         if mimic_element is not None and kind != "fixed":
-            factor, offset = (
-                float(self._numbers(mimic_element, key, where, 1, [default])[0])
-                for key, default in (("multiplier", 1.0), ("offset", 0.0))
-            )
+            factor = self._number(mimic_element, "multiplier", where, 1.0)
+            offset = self._number(mimic_element, "offset", where, 0.0)
             leader = self._attribute(mimic_element, "joint", f"<mimic> of {where}")
             # The factor takes the leader's metres or radians to this joint's.
             leading = next((j for j in self.root.findall("joint") if j.get("name") == leader), None)
@@ -234,7 +229,7 @@ class _Reader:
         limit = element.find("limit")
         if limit is None:
             self._refuse(f"{where} is {kind} and has no <limit>: add one, or make it continuous")
-        lower, upper = (float(self._numbers(limit, key, where, 1, [0.0])[0]) * unit for key in ("lower", "upper"))
+        lower, upper = (self._number(limit, key, where, 0.0) * unit for key in ("lower", "upper"))
         if lower > upper:
             self._refuse(f"{where} has a lower limit above the upper one: swap them")
         return lower, upper
@@ -267,9 +262,7 @@ class _Reader:
 
     def _mass(self, link: Element, name: str) -> tuple[Attribute, ...]:
         mass = link.find("inertial/mass")
-        if mass is None:
-            return ()
-        return (("mass", float(self._numbers(mass, "value", f"<mass> of link {name!r}", 1)[0]), "kg"),)
+        return () if mass is None else (("mass", self._number(mass, "value", f"<mass> of link {name!r}"), "kg"),)
 
     def _primitive(self, element: Element, where: str) -> int:
         """Index of the shape of a primitive, the same for the same dimensions."""
@@ -297,15 +290,10 @@ class _Reader:
             unit = "m" if file.suffix[1:].lower() in UNITLESS_FORMATS else None
             found = read_mesh(file, unit, scale=(float(scale[0]), float(scale[1]), float(scale[2])), fit=False)
             shapes, parts, assemblies = len(self.shapes), len(self.parts), len(self.assemblies)
+            first = {"part": parts, "assembly": assemblies}
             moved = [
-                replace(
-                    assembly,
-                    instances=tuple(
-                        replace(one, child=one.child + (parts if one.kind == "part" else assemblies))
-                        for one in assembly.instances
-                    ),
-                )
-                for assembly in found.assemblies
+                replace(it, instances=tuple(replace(one, child=one.child + first[one.kind]) for one in it.instances))
+                for it in found.assemblies
             ]
             self.shapes += found.shapes
             self.parts += [replace(part, shape=part.shape + shapes) for part in found.parts]
@@ -364,14 +352,11 @@ class _Reader:
 
     def _material(self, visual: Element) -> str | None:
         material = visual.find("material")
-        if material is None:
-            return None
-        return self._colour(material) or self.colours.get(material.get("name"))
+        return None if material is None else self._colour(material) or self.colours.get(material.get("name"))
 
     def _colour(self, material: Element) -> str | None:
         """#rrggbb of the <color> of a material; None where it has none."""
-        colour = material.find("color")
-        if colour is None:
+        if (colour := material.find("color")) is None:
             return None
         rgba = self._numbers(colour, "rgba", f"material {material.get('name')!r}", 4)
         return "#" + "".join(f"{round(255 * float(c)):02x}" for c in np.clip(rgba[:3], 0, 1))
@@ -397,7 +382,7 @@ class _Reader:
         return value
 
     def _numbers(
-        self, element: Element, key: str, where: str, count: int, default: list[float] | None = None
+        self, element: Element, key: str, where: str, count: int, default: Sequence[float] | None = None
     ) -> Floats:
         text = element.get(key)
         if text is None and default is not None:
@@ -410,6 +395,9 @@ class _Reader:
             wanted = "a number" if count == 1 else f"{count} numbers"
             self._refuse(f"{where} has {key}={text!r}: give {wanted}")
         return values
+
+    def _number(self, element: Element, key: str, where: str, default: float | None = None) -> float:
+        return float(self._numbers(element, key, where, 1, None if default is None else [default])[0])
 
     def _refuse(self, said: str) -> NoReturn:
         raise InputError(f"{self.path.name}{':' if not said.startswith(('has ', 'holds ')) else ''} {said}")

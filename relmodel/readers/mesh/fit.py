@@ -4,9 +4,8 @@ lines, circles and ellipses.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import chain
 
 import numpy as np
 import numpy.typing as npt
@@ -19,13 +18,11 @@ from relmodel.readers.mesh.triangles import DEFAULTS
 # axis. sphere: centre, any axis, radius. torus: centre, axis, the radius of the circle of its centres and that of the
 # tube.
 
-
 KINDS = ("plane", "cylinder", "cone", "sphere", "torus", "facets")
 PLANE, CYLINDER, CONE, SPHERE, TORUS, FREE = range(6)
 # Which of the steps are free: origin along x, y and z of a frame whose z is the axis, tilt to x and y, radius, second.
 _FREE = {CYLINDER: [0, 1, 3, 4, 5], CONE: [0, 1, 3, 4, 5, 6], SPHERE: [0, 1, 2, 5], TORUS: [0, 1, 2, 3, 4, 5, 6]}
 PARAMETERS = {kind: len(steps) for kind, steps in _FREE.items()}
-_NO_DIRECTIONS: Floats = np.empty((0, 3))
 _FIT = DEFAULTS.fit
 _GOLDEN = 0.6180339887498949
 _REACHES = np.outer([-1, 1], np.geomspace(*_FIT.reaches)).ravel()
@@ -38,7 +35,7 @@ def fit_surfaces(
     normals: Floats,
     feet: Floats,
     normal_start: Ints,
-    directions: Floats = _NO_DIRECTIONS,
+    directions: Floats,
     begin: Floats | None = None,
 ) -> tuple[Floats, Floats]:
     """Surfaces of one kind through groups of points: rows (g, 8) and the greatest distance (g,) of a group's points,
@@ -163,9 +160,7 @@ def _begin(
         axis = np.linalg.eigh(outer / total[:, :, None] - mean[:, :, None] * mean[:, None, :])[1][:, :, 0]
         apex = _solved(outer, sums(normals * np.sum(unit * feet, axis=1, keepdims=True)))
         axis *= np.where(np.sum(apex * axis, axis=1) > 0, -1.0, 1.0)[:, None]  # points lie about the frame's origin
-        arm = points - apex[group]
-        along = np.sum(arm * axis[group], axis=1)
-        across = np.linalg.norm(arm - along[:, None] * axis[group], axis=1)
+        along, across, _ = _along_across(np.column_stack([apex, axis])[group], points)
         row[:, 7] = np.arctan2(np.add.reduceat(across, start[:-1]), np.add.reduceat(along, start[:-1]))
         height = -np.sum(apex * axis, axis=1)
         row[:, :3], row[:, 6] = apex + height[:, None] * axis, height * np.tan(row[:, 7])
@@ -177,10 +172,13 @@ def _begin(
         axis = np.linalg.eigh(rest - mixed @ inverse @ mixed.transpose(0, 2, 1))[1][:, :, 0]
         foot = np.cross(axis, -np.einsum("gij,gkj,gk->gi", inverse, mixed, axis))
         best = np.full(len(row), np.inf)
-        for turned, at in [(axis, foot), *chain.from_iterable(_lines_along(d, normals, sums) for d in directions)]:
-            arm = points - at[group]
-            along = np.sum(arm * turned[group], axis=1)
-            across = np.linalg.norm(arm - along[:, None] * turned[group], axis=1)
+        lines = [(axis, foot)]
+        for direction in directions:  # and nearer and farther abreast of the groups' mean normals
+            out = sums(normals - np.outer(normals @ direction, direction))
+            out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
+            lines += [(np.broadcast_to(direction, out.shape), reach * out) for reach in _REACHES]
+        for turned, at in lines:
+            along, across, _ = _along_across(np.column_stack([at, turned])[group], points)
             centre, radius = _centres(np.stack([across, along], axis=1), start)
             off = np.hypot(across - centre[group, 0], along - centre[group, 1]) - radius[group]
             cost = np.nan_to_num(np.add.reduceat(off**2, start[:-1]), nan=np.inf)
@@ -189,16 +187,6 @@ def _begin(
         return row
     row[:, 3:6] = axis
     return row
-
-
-def _lines_along(
-    direction: Floats, normals: Floats, sums: Callable[[Floats], Floats]
-) -> Iterator[tuple[Floats, Floats]]:
-    """Lines along a direction, nearer and farther abreast of the groups' mean normals: direction and point (g, 3)."""
-    out = sums(normals - np.outer(normals @ direction, direction))
-    out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
-    for reach in _REACHES:
-        yield np.broadcast_to(direction, out.shape), reach * out
 
 
 def _refine(kind: int, row: Floats, points: Floats, start: Ints, iterations: int) -> Floats:
@@ -232,7 +220,7 @@ def _refine(kind: int, row: Floats, points: Floats, start: Ints, iterations: int
         tilt = along - across * z / rho
         change[:, 3], change[:, 4] = tilt * x, tilt * y
         change = change[:, free]
-        gram = np.add.reduceat(change[:, :, None] * change[:, None, :], start[:-1])
+        gram = _moments(change, start)
         slope = np.add.reduceat(change * away[:, None], start[:-1])
         scale = np.einsum("gii->gi", gram) + 1e-12
         step = np.zeros((len(row), 7))
@@ -258,12 +246,16 @@ def _frames(axis: Floats) -> Floats:
     return np.stack([x, np.cross(axis, x), axis], axis=1)
 
 
-def _centres(points: Floats, start: Ints) -> tuple[Floats, Floats]:
+def _moments(columns: Floats, start: Ints, weight: Floats | float = 1.0) -> Floats:
+    """Sums (g, d, d) of products of columns (n, d) over groups, of rows of some weight (n,)."""
+    weighted = (np.broadcast_to(weight, len(columns)) * columns.T).T
+    return np.asarray(np.add.reduceat(weighted[:, :, None] * columns[:, None, :], start[:-1]))
+
+
+def _centres(points: Floats, start: Ints, weight: Floats | float = 1.0) -> tuple[Floats, Floats]:
     """Centres (g, d) and radii (g,) of circles or spheres through groups of points (n, d): least algebraic distance."""
-    dimension = points.shape[1]
-    columns = np.column_stack([points, np.ones(len(points)), np.sum(points**2, axis=1)])
-    gram = np.add.reduceat(columns[:, :, None] * columns[:, None, :], start[:-1])
-    solved = _solved(gram[:, :-1, :-1] + 1e-14 * np.eye(dimension + 1), gram[:, :-1, -1])
+    gram = _moments(np.column_stack([points, np.ones(len(points)), np.sum(points**2, axis=1)]), start, weight)
+    solved = _solved(gram[:, :-1, :-1] + 1e-14 * np.eye(points.shape[1] + 1), gram[:, :-1, -1])
     centre = solved[:, :-1] / 2
     return centre, np.sqrt(np.maximum(solved[:, -1] + np.sum(centre**2, axis=1), 0.0))
 
@@ -273,10 +265,8 @@ def _solved(matrix: Floats, right: Floats) -> Floats:
     try:
         return np.asarray(np.linalg.solve(matrix, right[:, :, None])[:, :, 0])
     except np.linalg.LinAlgError:
-        diagonal = np.trace(matrix, axis1=1, axis2=2)[:, None, None]
-        return np.asarray(
-            np.linalg.solve(matrix + (1e-12 * diagonal + 1e-300) * np.eye(right.shape[1]), right[:, :, None])[:, :, 0]
-        )
+        ridge = (1e-12 * np.trace(matrix, axis1=1, axis2=2)[:, None, None] + 1e-300) * np.eye(right.shape[1])
+        return np.asarray(np.linalg.solve(matrix + ridge, right[:, :, None])[:, :, 0])
 
 
 # Lines, circles and ellipses through the vertices of chains, all chains at once.
@@ -305,7 +295,7 @@ def fit_arcs(points: Floats, start: Ints, tolerance: float) -> FittedArcs:
     n = len(start) - 1
     if n == 0:
         none, vector = np.empty(0), np.empty((0, 3))
-        return FittedArcs(np.empty(0, "U8"), vector, vector, vector, none, none, none, none)
+        return FittedArcs(np.empty(0, "U8"), *[vector] * 3, *[none] * 4)
     first, last = start[:-1], start[1:] - 1
     which = np.repeat(np.arange(n), np.diff(start))
     begin, end = points[first], points[last]
@@ -343,30 +333,22 @@ def _conics(out: FittedArcs, points: Floats, start: Ints, which: Ints, tolerance
     weight = np.ones(len(points))
     weight[last[closed]] = 0.0  # a point that comes twice
     count = np.add.reduceat(weight, first)
-    centre = np.stack([np.add.reduceat(weight * points[:, i], first) for i in range(3)], axis=1) / count[:, None]
+    centre = np.add.reduceat(weight[:, None] * points, first) / count[:, None]
     arm = points - centre[which]
     # Vector area of the closed polygon: the normal of a plane curve, such that it runs counter-clockwise about it.
     following = np.where(np.arange(len(points)) == last[which], first[which], np.arange(len(points)) + 1)
-    swept = np.cross(arm, arm[following])
-    normal = np.stack([np.add.reduceat(swept[:, i], first) for i in range(3)], axis=1)
+    normal = np.add.reduceat(np.cross(arm, arm[following]), first)
     area = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = np.where(area > 1e-300, normal / np.maximum(area, 1e-300), [0.0, 0.0, 1.0])  # there and back again
-    x = np.cross(np.eye(3)[np.argmin(np.abs(normal), axis=1)], normal)
-    x /= np.linalg.norm(x, axis=1, keepdims=True)
-    y = np.cross(normal, x)
+    x, y = _frames(normal)[:, :2].transpose(1, 0, 2)
     size = np.maximum.reduceat(np.linalg.norm(arm, axis=1), first)
     p, q, h = (np.sum(arm * axis[which], axis=1) / size[which] for axis in (x, y, normal))
     flat = np.maximum.reduceat(np.abs(h), first) * size <= tolerance
     open_ = flat & (out.kind == "polyline")
 
-    def moments(columns: Floats) -> Floats:
-        return np.add.reduceat(weight[:, None, None] * columns[:, :, None] * columns[:, None, :], first, axis=0)
-
-    gram = moments(np.stack([p, q, np.ones(len(p)), p * p + q * q], axis=1))
-    ridge = 1e-14 * np.eye(3)
-    a, b, c = np.linalg.solve(gram[:, :3, :3] + ridge, gram[:, :3, 3:])[:, :, 0].T
-    radius = np.sqrt(np.maximum(c + (a * a + b * b) / 4, 0.0)) * size
-    middle = centre + size[:, None] * (a[:, None] * x + b[:, None] * y) / 2
+    at, radius = _centres(np.column_stack([p, q]), start, weight)
+    radius = radius * size
+    middle = centre + size[:, None] * (at[:, :1] * x + at[:, 1:] * y)
     distance = np.linalg.norm(points - middle[which], axis=1) - radius[which]
     halfway = (points + points[following]) / 2
     sag = np.abs(np.linalg.norm(halfway - middle[which], axis=1) - radius[which])
@@ -381,7 +363,7 @@ def _conics(out: FittedArcs, points: Floats, start: Ints, which: Ints, tolerance
 
     # Least algebraic distance of a conic whose coefficients have length 1.
     columns = np.stack([p * p, p * q, q * q, p, q, np.ones(len(p))], axis=1)
-    coefficient = np.linalg.eigh(moments(columns))[1][:, :, 0]
+    coefficient = np.linalg.eigh(_moments(columns, start, weight))[1][:, :, 0]
     ca, cb, cc, cd, ce, cf = coefficient.T
     det = 4 * ca * cc - cb * cb
     ellipse = open_ & ~circle & (count >= _ARCS.ellipse_points) & (det > 1e-9)

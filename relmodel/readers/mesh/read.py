@@ -10,6 +10,7 @@ import re
 import zipfile
 from array import array
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from graphlib import CycleError, TopologicalSorter
 from io import BytesIO
@@ -31,7 +32,6 @@ from relmodel.readers.mesh.triangles import split_solids
 
 # After the 3MF Core Specification 1.3 (3.4, 4) and the Production Extension 1.1: objects may lie in several model
 # files, each of which has its own identifiers and unit. Support and auxiliary objects (modifiers) are no parts.
-
 
 _MOST_NODES = 100_000
 _ROOT = "3d/3dmodel.model"  # unless the package names another
@@ -135,21 +135,16 @@ def _model_files(path: Path) -> list[_ModelFile]:
     found: dict[str, _ModelFile] = {}
     with zipfile.ZipFile(path) as archive:
         entries = {_part_name(entry): entry for entry in archive.namelist()}
-        waiting = [_root(archive, entries)]
+        # The package's relationships name the root, or it has the usual name.
+        relations = ElementTree.fromstring(archive.read(entries["_rels/.rels"])) if "_rels/.rels" in entries else ()
+        roots = [_part_name(one.get("Target", "")) for one in relations if one.get("Type", "").endswith("/3dmodel")]
+        roots = [name for name in roots if name in entries]
+        waiting = roots[:1] or [next(name for name in entries if _ROOT in name)]
         for file in waiting:  # which grows
             if file in entries and file not in found:
                 found[file] = one = _parse(archive.read(entries[file]), file)
                 waiting += one.refers
     return list(found.values())
-
-
-def _root(archive: zipfile.ZipFile, entries: dict[str, str]) -> str:
-    """The model that the package's relationships name, or the one of the usual name."""
-    if "_rels/.rels" in entries:
-        for relation in ElementTree.fromstring(archive.read(entries["_rels/.rels"])):
-            if relation.get("Type", "").endswith("/3dmodel") and _part_name(relation.get("Target", "")) in entries:
-                return _part_name(relation.get("Target", ""))
-    return next(name for name in entries if _ROOT in name)
 
 
 def _part_name(name: str) -> str:
@@ -347,11 +342,9 @@ def _fault(error: Exception) -> str:
 
 def _unpacked_bytes(path: Path) -> int:
     """Size of all files of an archive after unpacking, bytes; 0 where it is not an archive."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            return sum(entry.file_size for entry in archive.infolist())
-    except (OSError, zipfile.BadZipFile):
-        return 0
+    with suppress(OSError, zipfile.BadZipFile), zipfile.ZipFile(path) as archive:
+        return sum(entry.file_size for entry in archive.infolist())
+    return 0
 
 
 def _of_several_materials(name: str, content: bytes) -> set[str]:
@@ -365,22 +358,24 @@ def _of_several_materials(name: str, content: bytes) -> set[str]:
     return {name for name, used in materials.items() if len(used) > 1}
 
 
+@dataclass
 class _Reader:
     """Walks a scene graph from its base; nodes that scale or mirror are baked into shapes of their own."""
 
-    def __init__(self, build: Build, unit_mm: float, file: str, name: str, fit: bool) -> None:
-        self.build = build
-        self.unit_mm = unit_mm
-        self.file = file
-        self.name = name
-        self.fit = fit
-        self.shapes: list[Shape] = []
-        self.parts: list[Part] = []
-        self.assemblies: list[Assembly] = []
+    build: Build
+    unit_mm: float
+    file: str
+    name: str
+    fit: bool
+    shapes: list[Shape] = field(default_factory=list)
+    parts: list[Part] = field(default_factory=list)
+    assemblies: list[Assembly] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
         self._parts_of: dict[tuple[str, tuple[float, ...]], list[int]] = {}
-        self._nodes = {node.key: node for node in build.nodes}
+        self._nodes = {node.key: node for node in self.build.nodes}
         self._children: dict[str, list[str]] = {}
-        for node in build.nodes:
+        for node in self.build.nodes:
             self._children.setdefault(node.parent, []).append(node.key)
 
     def model(self, name: str, stretch: Floats, form: str, unit: str) -> Model:
@@ -459,11 +454,8 @@ class _Reader:
     def _parts(self, geometry: str, stretch: Floats) -> list[int]:
         """Parts of a geometry stretched by a 3x3 matrix; none where it holds no area."""
         key = (geometry, tuple(np.round(stretch, 9).ravel().tolist()))
-        if key not in self._parts_of:
-            self._parts_of[key] = self._make_parts(geometry, stretch)
-        return self._parts_of[key]
-
-    def _make_parts(self, geometry: str, stretch: Floats) -> list[int]:
+        if key in self._parts_of:
+            return self._parts_of[key]
         mesh = self.build.meshes[geometry]
         vertices, triangles = mesh.vertices, mesh.triangles
         if triangles.size and not 0 <= triangles.min() <= triangles.max() < len(vertices):
@@ -478,7 +470,7 @@ class _Reader:
             triangles = triangles[:, ::-1]
         # A name says what is one part; a mesh without one is whatever lies in the file.
         solids = split_solids(vertices, triangles) if self._is_unnamed(geometry) else [triangles]
-        made = []
+        made = self._parts_of[key] = []
         for number, some in enumerate(solids, 1):
             shape = shape_from_triangles(vertices, some, fit=self.fit)
             if shape is not None:

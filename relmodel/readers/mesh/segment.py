@@ -149,8 +149,8 @@ class _Segmentation:
         self.smooth = patches.angle < _P.smooth_rad
         self.bend = np.zeros(self.count)
         np.maximum.at(self.bend, patches.a[self.smooth], patches.angle[self.smooth])
-        widest, narrow = np.zeros(self.count), self.smooth
-        np.maximum.at(widest, patches.a[narrow], patches.width[patches.b[narrow]])
+        widest = np.zeros(self.count)
+        np.maximum.at(widest, patches.a[self.smooth], patches.width[patches.b[self.smooth]])
         # A plane is much wider than the strips that it runs smoothly into.
         self.plane = patches.flat & (patches.width > _P.wide * widest)
 
@@ -205,15 +205,12 @@ class _Segmentation:
         whole |= ok
 
     def _joined(self, found: list[_Surfaces]) -> _Surfaces:
-        shift = np.cumsum([0, *(len(f.kind) for f in found)])
-        return _Surfaces(
-            np.concatenate([np.empty(0, np.int64), *(f.kind for f in found)]),
-            np.concatenate([np.empty((0, 8)), *(f.row for f in found)]),
-            np.concatenate([np.empty(0), *(f.lean for f in found)]),
-            np.concatenate(
-                [np.empty(0, np.int64), *(f.pairs + s * self.count for f, s in zip(found, shift, strict=False))]
-            ),
-        )
+        none = np.empty(0, np.int64)
+        found = [_Surfaces(none, np.empty((0, 8)), np.empty(0), none), *found]
+        shift = self.count * np.cumsum([0, *(len(f.kind) for f in found)])
+        kind, row, lean = (np.concatenate([getattr(f, name) for f in found]) for name in ("kind", "row", "lean"))
+        pairs = np.concatenate([f.pairs + s for f, s in zip(found, shift, strict=False)])
+        return _Surfaces(kind, row, lean, pairs)
 
     def fit(self, kind: int, groups: Any, begin: Floats | None = None) -> tuple[Floats, Floats, Ints]:
         """Rows, greatest distances and numbers of points of groups of patches (CSR)."""
@@ -239,9 +236,8 @@ class _Segmentation:
         steep = self._off(np.full(len(row), kind), row, lean, number, groups.indices)[1]
         # The facets stand off a surface by much more than its points do: else anything fits.
         sag = np.abs(distances(np.full(len(number), kind), row[number], self.patches.middle[groups.indices]))
-        good = (
-            (away <= level) & (count >= PARAMETERS[kind] + _SPARE[kind]) & ~(np.bincount(number, steep, len(row)) > 0)
-        )
+        good = (away <= level) & (count >= PARAMETERS[kind] + _SPARE[kind])
+        good &= np.bincount(number, steep, len(row)) == 0
         good &= np.maximum.reduceat(sag, groups.indptr[:-1]) > 3 * away
         pairs = number * np.int64(self.count) + groups.indices
         return self._grown(kind, row, pairs[good[number]], level)
@@ -259,9 +255,8 @@ class _Segmentation:
         which = np.repeat(np.arange(len(patch)), np.diff(taken.indptr))
         points, s = self.vertices[taken.indices], surface[which]
         away = np.abs(distances(kind[s], row[s], points))
-        cosine = np.abs(
-            np.einsum("ij,ij->i", normals_at(kind[s], row[s], points), self._unit(self.patches.normal[patch])[which])
-        )
+        normal = self._unit(self.patches.normal[patch])[which]
+        cosine = np.abs(np.einsum("ij,ij->i", normals_at(kind[s], row[s], points), normal))
         cosine[np.isnan(cosine)] = 1.0
         steep = self.known[patch] & (np.minimum.reduceat(cosine, taken.indptr[:-1]) < np.cos(lean[surface]))
         return np.maximum.reduceat(away, taken.indptr[:-1]), steep
@@ -280,11 +275,8 @@ class _Segmentation:
             # to that, and leaves what does not.
             near = np.full(len(row), 2 * level)
             if rings == 1:
-                np.maximum.at(
-                    near,
-                    number,
-                    _P.share_of_sag * np.abs(distances(kinds[number], row[number], self.patches.middle[patch])),
-                )
+                sag = np.abs(distances(kinds[number], row[number], self.patches.middle[patch]))
+                np.maximum.at(near, number, _P.share_of_sag * sag)
             before = tried = new = pairs
             for _ in range(rings):
                 around = (self._csr(*np.divmod(new, n), len(row)) @ self.near).tocoo()
@@ -304,9 +296,8 @@ class _Segmentation:
                 if not last:
                     off = self._off(kinds, row, lean, pairs // n, pairs % n)[0]
                     pairs = pairs[off <= np.maximum(2 * level, 0.5 * away[place])]
-            good = (
-                (away <= 2 * level) & (np.diff(groups.indptr) >= _P.least) & (points >= PARAMETERS[kind] + _SPARE[kind])
-            )
+            good = (away <= 2 * level) & (np.diff(groups.indptr) >= _P.least)
+            good &= points >= PARAMETERS[kind] + _SPARE[kind]
             pairs = pairs[good[place]]
             if rings > 1 and np.array_equal(pairs, before):
                 break
@@ -316,8 +307,7 @@ class _Segmentation:
     def _largest(self, pairs: Ints, count: int) -> Ints:
         """Pairs of the candidates that hold more patches than larger ones of this kind hold of theirs."""
         number, patch = np.divmod(pairs, np.int64(self.count))
-        rank = np.empty(count, np.int64)
-        rank[np.argsort(np.bincount(number, minlength=count), kind="stable")] = np.arange(count)
+        rank = np.argsort(np.argsort(np.bincount(number, minlength=count), kind="stable"))
         best = np.full(self.count, -1)
         np.maximum.at(best, patch, rank[number])
         own = np.bincount(number, best[patch] == rank[number], count)
@@ -369,7 +359,9 @@ class _Segmentation:
         """Owners of patches where a surface that runs smoothly into a larger one, which holds all of it within `level`,
         is of that."""
         p, count = self.patches, len(kind)
-        sag = self._sag(owner, kind, row)
+        sag, owned = np.zeros(count), np.flatnonzero(owner >= 0)  # how far middles of facets are off at most
+        own = owner[owned]
+        np.maximum.at(sag, own, np.abs(distances(kind[own], row[own], p.middle[owned])))
         while True:
             met = self.smooth & (owner[p.a] >= 0) & (owner[p.b] >= 0) & (owner[p.a] != owner[p.b])
             area = np.bincount(owner[owner >= 0], p.area[owner >= 0], count)
@@ -381,9 +373,8 @@ class _Segmentation:
             pair, at = expand(start[:-1][small], start[1:][small])
             off, steep = self._off(kind, row, np.full(count, _P.most_lean_rad), large[pair], order[at])
             off = np.where(steep, np.inf, off)
-            worst = (
-                np.maximum.reduceat(off, np.searchsorted(pair, np.arange(len(small)))) if len(small) else np.empty(0)
-            )
+            worst = np.full(len(small), -np.inf)
+            np.maximum.at(worst, pair, off)
             good = worst <= np.minimum(level, _P.share_of_sag * sag[large])
             if not good.any():
                 return owner
@@ -413,20 +404,12 @@ class _Segmentation:
             loose = (owner < 0) | dropped[owner]
             run_on = np.bincount(p.a[bends & loose[p.b]], minlength=self.count) > 0
             free = ((b < 0) | dropped[b]) & run_on[p.b[rim]]
-            into_free, into_few = (
-                np.bincount(a[at], p.length[rim[at]], count) for at in (free, free | ((b >= 0) & few[b]))
-            )
+            either = free | ((b >= 0) & few[b])
+            into_free, into_few = (np.bincount(a[at], p.length[rim[at]], count) for at in (free, either))
             new = few & ((into_free > _P.free_rim * total) | (into_few > _P.few_rim * total)) & ~dropped[:count]
             if not new.any():
                 return np.where(dropped[owner] & (owner >= 0), -1, owner)
             dropped[:count] |= new
-
-    def _sag(self, owner: Ints, kind: Ints, row: Floats) -> Floats:
-        """How far the middles of facets stand off their surface at most."""
-        out, owned = np.zeros(len(kind)), np.flatnonzero(owner >= 0)
-        o = owner[owned]
-        np.maximum.at(out, o, np.abs(distances(kind[o], row[o], self.patches.middle[owned])))
-        return out
 
     def rest(self, owner: Ints, curved: int, tolerance: float) -> tuple[Ints, Bools]:
         """Owner of each patch, now of all; owners from `curved` on are new, planes or free-form.
@@ -437,7 +420,7 @@ class _Segmentation:
         p, count = self.patches, self.count
         open_ = (owner[p.a] < 0) & (owner[p.b] < 0)
         # A plane whose boundary is less exact than its inside comes in several patches.
-        level = open_ & (p.angle < DEFAULTS.patches.flat_rad)
+        level = open_ & (p.angle < _P.flat_rad)
         sheet = components(count, p.a[level], p.b[level])
         uneven = mean_planes(self.vertices, self.triangles, sheet[p.of_triangle])[0] > tolerance
         level &= ~uneven[sheet[p.a]]

@@ -19,6 +19,7 @@ from relmodel.readers.mesh.triangles import (
     area_normals,
     chain_edges,
     find_edges,
+    group_sums,
     mean_planes,
     mend_winding,
     rounding,
@@ -147,20 +148,13 @@ def _aligned(kind: npt.NDArray[np.str_], axis: Floats, reach: Floats, residual: 
     from scipy.spatial import cKDTree
 
     axis = axis.copy()
-    main = np.concatenate([np.eye(3), -np.eye(3)])
     plane = kind == "plane"
-    for at, others in (
-        (~np.isin(kind, ("facets", "sphere")), main),
-        (np.isin(kind, ("cylinder", "cone", "torus")), None),
-    ):
-        if others is None:
-            big = axis[plane & (reach > np.median(reach))] if plane.any() else axis[:0]
-            if len(big) == 0:
-                break
-            others = np.concatenate([big, -big])
-        rows = np.flatnonzero(at)
-        if len(rows) == 0:
+    for by_planes in (False, True):
+        others = axis[plane & (reach > np.median(reach))] if by_planes else np.eye(3)
+        rows = np.flatnonzero(~np.isin(kind, ("facets", "sphere", *(("plane",) if by_planes else ()))))
+        if not len(others) or not len(rows):
             continue
+        others = np.concatenate([others, -others])
         found = cKDTree(others).query(axis[rows])
         away, which = np.asarray(found[0], float), np.asarray(found[1], np.int64)
         near = away * reach[rows] < np.maximum(2 * fine, np.where(plane[rows], residual[rows], 0.0))
@@ -195,13 +189,17 @@ def _mean_normals(vertices: Floats, triangles: Ints, region: Ints) -> Floats:
     """Mean normal (m, 3, 3) of the region's triangles at each corner."""
     if len(triangles) == 0:
         return np.empty((0, 3, 3))
-    key = (region[:, None] * np.int64(len(vertices)) + triangles).ravel()
-    _, inverse = np.unique(key, return_inverse=True)
-    spread = np.repeat(area_normals(vertices, triangles), 3, axis=0)
-    total: Floats = np.stack([np.bincount(inverse.ravel(), spread[:, i]) for i in range(3)], axis=1).astype(float)
-    mean = total[inverse.ravel()]
+    first, corner = _corners(vertices, triangles, region)
+    mean = group_sums(np.repeat(area_normals(vertices, triangles), 3, axis=0), corner, len(first))[corner]
     mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-300)
-    return np.asarray(mean.reshape(-1, 3, 3), float)
+    return mean.reshape(-1, 3, 3)
+
+
+def _corners(vertices: Floats, triangles: Ints, region: Ints) -> tuple[Ints, Ints]:
+    """Vertices apart for each region: the first of the corners (3m,) that is each, and which one each corner is."""
+    key = (region[:, None] * np.int64(len(vertices)) + triangles).ravel()
+    _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
+    return first, inverse.ravel()
 
 
 # Triangles to surfaces and arcs: regions become surfaces (`regions.py`, `shape.py`), the edges between them arcs.
@@ -282,11 +280,11 @@ def shape_from_triangles(
 
 
 def _findings(turned: int, free: int) -> tuple[Finding, ...]:
-    found = {
-        "mended_winding": (turned, f"{turned} triangles were turned over, since their neighbours run the other way"),
-        "open_mesh": (free, f"the mesh is open: {free} edges have no second triangle that continues the surface"),
-    }
-    return tuple(Finding(kind, message, float(count), 0.0) for kind, (count, message) in found.items() if count)
+    found = (
+        ("mended_winding", turned, f"{turned} triangles were turned over, since their neighbours run the other way"),
+        ("open_mesh", free, f"the mesh is open: {free} edges have no second triangle that continues the surface"),
+    )
+    return tuple(Finding(kind, message, float(count), 0.0) for kind, count, message in found if count)
 
 
 def _fitted(vertices: Floats, chains: Chains, tolerance: float) -> FittedArcs:
@@ -295,8 +293,7 @@ def _fitted(vertices: Floats, chains: Chains, tolerance: float) -> FittedArcs:
 
 
 def _mesh(vertices: Floats, triangles: Ints, region: Ints, normals: Floats) -> Mesh:
-    key = (region[:, None] * np.int64(len(vertices)) + triangles).ravel()
-    _, first, inverse = np.unique(key, return_index=True, return_inverse=True)
+    first, inverse = _corners(vertices, triangles, region)
     return Mesh(
         chord_mm=0.0,
         chord_rad=0.0,
@@ -343,13 +340,8 @@ def _arcs(
         "concave",
     )
     arcs: Table = {
-        "kind": kind,
+        **_curve_columns(fitted),
         "recognised_kind": kind,
-        **vector_columns("origin", fitted.origin),
-        **vector_columns("axis_x", fitted.axis_x),
-        **vector_columns("axis_z", fitted.axis_z),
-        "radius": fitted.radius,
-        "radius2": fitted.radius2,
         "t0": fitted.parameter[start],
         "t1": fitted.parameter[last],
         **vector_columns("start", begin),
@@ -375,13 +367,19 @@ def _arcs(
     return arcs, {"arc_no": free, **splines} if len(free) else {}
 
 
+def _curve_columns(fitted: FittedArcs) -> Table:
+    frame = {
+        n: c for name in ("origin", "axis_x", "axis_z") for n, c in vector_columns(name, getattr(fitted, name)).items()
+    }
+    return {"kind": fitted.kind, **frame, "radius": fitted.radius, "radius2": fitted.radius2}
+
+
 def _loops(vertices: Floats, chains: Chains, arcs: Table, surfaces: Table) -> tuple[Table, Table]:
     """Loops and coedges of the regions; the outer loop of a region is the one that encloses most."""
     n = chains.count
     if n == 0:
         return {}, {}
-    begin = chains.vertices[chains.offsets[:-1] + np.arange(n)]
-    end = chains.vertices[chains.offsets[1:] + np.arange(n)]
+    begin, end = (chains.vertices[at + np.arange(n)] for at in (chains.offsets[:-1], chains.offsets[1:]))
     a, b = np.asarray(arcs["surface_a"], np.int64), np.asarray(arcs["surface_b"], np.int64)
     two = np.flatnonzero(b >= 0)
     arc = np.concatenate([np.arange(n), two])
@@ -396,8 +394,7 @@ def _loops(vertices: Floats, chains: Chains, arcs: Table, surfaces: Table) -> tu
     size = _enclosed(vertices, chains, arc, surface, backward, loop, surfaces)
     _, first = np.unique(loop, return_index=True)
     order = np.lexsort((first, -size[loop[first]], surface[first]))
-    rank = np.empty(len(first), np.int64)
-    rank[loop[first[order]]] = np.arange(len(first))
+    rank = np.argsort(loop[first[order]])
     owner = surface[first[order]]
     loop_no = np.arange(len(owner)) - np.searchsorted(owner, owner)
     sequence = _follow(rank[loop], ends[0], ends[1])
@@ -422,13 +419,11 @@ def _enclosed(
     points = vertices[chains.vertices]
     which = np.repeat(np.arange(n), np.diff(chains.offsets) + 1)
     inside = which[1:] == which[:-1]
-    cross = np.cross(points[:-1], points[1:])[inside]
-    swept = np.stack([np.add.reduceat(cross[:, i], chains.offsets[:-1]) for i in range(3)], axis=1)[arc]
+    swept = np.add.reduceat(np.cross(points[:-1], points[1:])[inside], chains.offsets[:-1])[arc]
     normal = vectors(surfaces, "axis_z")[surface]
     flat = np.sum(swept * normal, axis=1) * np.where(backward, -1, 1)
     length = np.add.reduceat(np.linalg.norm(np.diff(points, axis=0), axis=1)[inside], chains.offsets[:-1])[arc]
-    size = np.bincount(loop, np.where(np.isnan(flat), length, flat))
-    return np.asarray(np.abs(size))
+    return np.asarray(np.abs(np.bincount(loop, np.where(np.isnan(flat), length, flat))))
 
 
 def _follow(loop: Ints, tail: Ints, head: Ints) -> Ints:
@@ -494,18 +489,10 @@ def _samples(vertices: Floats, chains: Chains, fitted: FittedArcs, normal_a: Flo
     parameter = parameter + share[:, 0] * (fitted.parameter[first[edge] + 1] - parameter)
     known = np.flatnonzero(np.isin(fitted.kind, ("circle", "ellipse"))[chain])
     if len(known):
-        columns = {"kind": fitted.kind, "radius": fitted.radius, "radius2": fitted.radius2}
-        columns |= vector_columns("origin", fitted.origin) | vector_columns("axis_x", fitted.axis_x)
-        columns |= vector_columns("axis_z", fitted.axis_z) | {"t0": fitted.radius, "t1": fitted.radius}
+        columns = _curve_columns(fitted) | {"t0": fitted.radius, "t1": fitted.radius}
         at[known], by = Curves(columns, {}).evaluate(chain[known], parameter[known])
         tangent[known] = by / np.linalg.norm(by, axis=1, keepdims=True)
     sides = [(1 - share) * side[edge, 0] + share * side[edge, 1] for side in (normal_a, normal_b)]
     sides = [side / np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-300) for side in sides]
-    packed = 3 * offsets
-    return ArcSamples(
-        arc_no=np.arange(n),
-        points=Ragged(at.ravel(), packed),
-        tangents=Ragged(tangent.astype(np.float32).ravel(), packed),
-        normals_a=Ragged(sides[0].astype(np.float32).ravel(), packed),
-        normals_b=Ragged(sides[1].astype(np.float32).ravel(), packed),
-    )
+    directions = (Ragged(way.astype(np.float32).ravel(), 3 * offsets) for way in (tangent, *sides))
+    return ArcSamples(np.arange(n), Ragged(at.ravel(), 3 * offsets), *directions)

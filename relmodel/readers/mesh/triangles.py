@@ -18,14 +18,6 @@ from relmodel.geometry.congruence import components, group_bounds
 
 
 @dataclass(frozen=True)
-class PatchParameters:
-    """Which triangles lie in one plane."""
-
-    flat_rad: float = radians(0.5)  # facets that turn less belong to one plane, if it then is one
-    level_rad: float = radians(20)  # facets that turn more do not, however near their corners are
-
-
-@dataclass(frozen=True)
 class FitParameters:
     """How surfaces are fitted to vertices and normals."""
 
@@ -39,8 +31,10 @@ class FitParameters:
 
 @dataclass(frozen=True)
 class SegmentParameters:
-    """Which patches are of one surface."""
+    """Which triangles lie in one plane, and which of such patches are of one surface."""
 
+    flat_rad: float = radians(0.5)  # facets that turn less belong to one plane, if it then is one
+    level_rad: float = radians(20)  # facets that turn more do not, however near their corners are
     smooth_rad: float = radians(35)  # facets that turn less may belong to one curved surface
     free_rad: float = radians(20)  # those of a free-form surface turn less
     given_rad: float = 0.05  # how far normals that the source gives may be off
@@ -86,14 +80,12 @@ class ArcParameters:
 class MeshParameters:
     """All of them, a field a stage."""
 
-    patches: PatchParameters = field(default_factory=PatchParameters)
     fit: FitParameters = field(default_factory=FitParameters)
     segments: SegmentParameters = field(default_factory=SegmentParameters)
     arcs: ArcParameters = field(default_factory=ArcParameters)
 
 
 DEFAULTS = MeshParameters()
-
 
 # Triangles of a mesh: edges, connected components, mean planes.
 
@@ -112,6 +104,11 @@ def area_normals(vertices: Floats, triangles: Ints) -> Floats:
     """Normals (m, 3) whose length is the area."""
     corner = vertices[triangles]
     return np.asarray(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]) / 2)
+
+
+def group_sums(vectors: Floats, group: Ints, count: int) -> Floats:
+    """Sums (count, 3) of vectors (n, 3) by their groups (n,)."""
+    return np.stack([np.bincount(group, column, count) for column in vectors.T], axis=1).astype(float)
 
 
 def sides(triangles: Ints) -> Ints:
@@ -228,20 +225,19 @@ def mean_planes(vertices: Floats, triangles: Ints, region: Ints) -> tuple[Floats
     weight = np.linalg.norm(normal, axis=1)
     count = int(region.max()) + 1
     area = np.bincount(region, weight, minlength=count)
-    total: Floats = np.stack([np.bincount(region, normal[:, i], minlength=count) for i in range(3)], axis=1)
+    total = group_sums(normal, region, count)
     length = np.linalg.norm(total, axis=1, keepdims=True)
     upward = np.array([0.0, 0.0, 1.0])
     total = np.where(length > 1e-9 * area[:, None], total / np.maximum(length, 1e-300), upward)
     middle = vertices[triangles].mean(axis=1)
-    centroid: Floats = np.stack([np.bincount(region, weight * middle[:, i], minlength=count) for i in range(3)], axis=1)
-    centroid = np.asarray(centroid / area[:, None], float)
+    centroid = group_sums(weight[:, None] * middle, region, count) / area[:, None]
     away = np.abs(np.einsum("tij,tj->ti", vertices[triangles] - centroid[region][:, None], total[region]))
     residual: Floats = np.zeros(count)
     np.maximum.at(residual, region, away.max(axis=1))
-    return residual, np.asarray(total, float), centroid, np.asarray(area, float)
+    return residual, np.asarray(total, float), np.asarray(centroid, float), np.asarray(area, float)
 
 
-_PATCHES = DEFAULTS.patches
+_PATCHES = DEFAULTS.segments
 
 
 @dataclass(frozen=True)
@@ -285,8 +281,7 @@ def cut_patches(vertices: Floats, triangles: Ints, edges: Edges, tolerance: floa
 
     planar, _, middle, area = mean_planes(vertices, triangles, patch)
     count = len(area)
-    total = area_normals(vertices, triangles)
-    normal: Floats = np.stack([np.bincount(patch, total[:, i], count) for i in range(3)], axis=1)
+    normal = group_sums(area_normals(vertices, triangles), patch, count)
     crease = patch[a] != patch[b]
     one, two = (np.concatenate([patch[x[crease]], patch[y[crease]]]) for x, y in ((a, b), (b, a)))
     key, inverse = np.unique(one * np.int64(count) + two, return_inverse=True)
@@ -346,21 +341,17 @@ def chain_edges(vertices: Floats, ends: Ints, side_a: Ints, side_b: Ints) -> Cha
     previous = np.full(n, -1)
     previous[candidate[same]] = p[same]
 
-    start, rank = _ranks(previous)
-    closed = np.flatnonzero(start < 0)
-    if len(closed):
-        # Rings have no beginning: cut them at their first edge.
-        reach = np.full(n, n)
-        reach[closed] = closed
-        jump = previous.copy()
-        for _ in range(max(1, int(np.ceil(np.log2(n + 1))))):
-            reach[closed] = np.minimum(reach[closed], reach[jump[closed]])
-            jump[closed] = jump[jump[closed]]
-        previous[np.unique(reach[closed])] = -1
-        start, rank = _ranks(previous)
+    # Rings have no beginning: cut them at their first edge.
+    follows = np.flatnonzero(previous >= 0)
+    chain = components(n, follows, previous[follows])
+    first = np.unique(chain, return_index=True)[1]
+    previous[first[np.bincount(chain, previous < 0) == 0]] = -1
+    # First edge of the chain of each edge, and how far it is from there.
+    rank, start = (previous >= 0).astype(np.int64), np.where(previous >= 0, previous, np.arange(n))
+    for _ in range(n.bit_length()):
+        rank, start = rank + rank[start], start[start]
     order = np.lexsort((rank, start))
-    firsts = np.flatnonzero(np.concatenate([[True], start[order][1:] != start[order][:-1]]))
-    offsets = np.append(firsts, n).astype(np.int64)
+    offsets = np.append(np.flatnonzero(rank[order] == 0), n)
     # Chains follow each other by their first edge, which is their start.
     last_vertex = head[order[offsets[1:] - 1]]
     walked = np.insert(tail[order], offsets[1:], last_vertex)
@@ -389,18 +380,6 @@ def without_lines(vertices: Floats, chains: Chains, which: Bools, fine: float) -
     offsets = np.unique(cuts)
     tail, last = chains.vertices[first], chains.vertices[first[offsets[1:] - 1] + 1]
     return Chains(offsets, chains.edges, chains.turned, np.insert(tail, offsets[1:], last))
-
-
-def _ranks(previous: Ints) -> tuple[Ints, Ints]:
-    """First edge of the chain of each edge and how far it is from there; -1 for edges of rings."""
-    n = len(previous)
-    rank = (previous >= 0).astype(np.int64)
-    jump = np.where(previous >= 0, previous, np.arange(n))
-    for _ in range(max(1, int(np.ceil(np.log2(n + 1))))):
-        rank = rank + rank[jump]
-        jump = jump[jump]
-    ends_there = previous[jump] < 0
-    return np.where(ends_there, jump, -1), rank
 
 
 # Welding: from triangles as a file lists them to those that bound a body, and the bodies that lie apart.

@@ -104,18 +104,15 @@ def _without_unplaced(model: Model) -> Model:
     parts = sorted({one.child for it in model.assemblies for one in it.instances if one.kind == "part"})
     shapes = sorted({model.parts[i].shape for i in parts})
     part, shape = ({old: new for new, old in enumerate(kept)} for kept in (parts, shapes))
-    assemblies = (
-        replace(
-            it,
-            instances=tuple(replace(i, child=part[i.child]) if i.kind == "part" else i for i in it.instances),
-        )
-        for it in model.assemblies
-    )
+
+    def renumbered(one: Instance) -> Instance:
+        return replace(one, child=part[one.child]) if one.kind == "part" else one
+
     return replace(
         model,
         shapes=tuple(model.shapes[i] for i in shapes),
         parts=tuple(replace(model.parts[i], shape=shape[model.parts[i].shape]) for i in parts),
-        assemblies=tuple(assemblies),
+        assemblies=tuple(replace(it, instances=tuple(map(renumbered, it.instances))) for it in model.assemblies),
     )
 
 
@@ -211,8 +208,7 @@ class _Walk:
         if wrapper and all(one.kind == "part" for one in instances):
             instances = self._bodies(name, instances)
             if len(instances) == 1:
-                name = self.labels.name(label) or self.parts[instances[0].child].name
-                return self._collapsed(label, name, instances[0])
+                return self._collapsed(label, instances[0])
         self.assemblies.append(Assembly(name, tuple(instances), self.labels.attributes(label)))
         return _Child("assembly", len(self.assemblies) - 1, np.eye(4))
 
@@ -226,9 +222,10 @@ class _Walk:
         self._places = {at: [it for it in places if it[0] not in left] for at, places in self._places.items()}
         return [one for one in instances if one.child not in left]
 
-    def _collapsed(self, label: Any, name: str, body: Instance) -> _Child:
+    def _collapsed(self, label: Any, body: Instance) -> _Child:
         """The one body of a product that the kernel wrapped: it takes the product's name and attributes."""
         part = self.parts[body.child]
+        name = self.labels.name(label) or part.name
         own = {name for name, *_ in part.attributes}
         self.parts[body.child] = replace(
             part,
@@ -360,9 +357,6 @@ def _rigid(trsf: Any) -> tuple[np.ndarray[Any, Any], float]:
 def _scaled(shape: Any, factor: float) -> Any:
     if factor == 1.0:
         return shape
-    trsf = gp_Trsf()
-    if factor < 0:
-        trsf.SetMirror(gp_Pnt(0, 0, 0))
     scaling = gp_Trsf()
-    scaling.SetScale(gp_Pnt(0, 0, 0), abs(factor))
-    return BRepBuilderAPI_Transform(shape, scaling.Multiplied(trsf), True).Shape()
+    scaling.SetScale(gp_Pnt(0, 0, 0), factor)
+    return BRepBuilderAPI_Transform(shape, scaling, True).Shape()

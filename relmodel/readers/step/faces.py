@@ -128,7 +128,7 @@ def compound(shapes: list[Any]) -> Any:
     return out
 
 
-# Loops of the faces of a shape of the CAD kernel; runs in the child process of the reader.
+# Loops of the faces of a shape.
 
 
 class Coedge(NamedTuple):
@@ -161,7 +161,9 @@ def loops_of(face: Any, edges: Any, findings: Findings, surface_no: int) -> list
             wires.sort(key=lambda wire: not wire.IsSame(outer))
     loops = []
     for wire in wires:
-        loop = _stored(wire, edges)
+        loop = [one for edge in _children(wire) if (one := _coedge(edge, edges)) is not None]
+        if is_reversed(wire):
+            loop.reverse()
         heads, tails = ([end(one.edge, True) for one in loop] for end in (TopExp.LastVertex_s, TopExp.FirstVertex_s))
         # Whether each coedge ends where the next begins.
         if len(loop) > 1 and not all(map(lambda a, b: a.IsSame(b), heads, tails[1:] + tails[:1])):
@@ -180,13 +182,6 @@ def _children(shape: Any) -> list[Any]:
     return out
 
 
-def _stored(wire: Any, edges: Any) -> list[Coedge]:
-    stored = [one for edge in _children(wire) if (one := _coedge(edge, edges)) is not None]
-    if is_reversed(wire):
-        stored.reverse()
-    return stored
-
-
 def _explored(wire: Any, face: Any, edges: Any, stored: list[Coedge]) -> list[Coedge]:
     explorer, found = BRepTools_WireExplorer(wire, face), []
     while explorer.More():
@@ -203,7 +198,7 @@ def _coedge(edge: Any, edges: Any) -> Coedge | None:
     return None if arc_no < 0 else Coedge(TopoDS.Edge(edge), arc_no, is_reversed(edge))
 
 
-# Pcurves of the CAD kernel as rows; runs in the child process of the reader.
+# Pcurves as rows.
 
 _KEY = ("surface_no", "loop_no", "coedge_no")
 _PCURVE = (*_KEY, "origin_u", "origin_v", "axis_u", "axis_v", "radius", "radius2", "t0", "t1", "direct")
@@ -245,7 +240,7 @@ class PcurveRows:
         return {"kind": self._kinds, **number_columns(_PCURVE, self._numbers), **splines}
 
 
-# Areas, centroids and boxes of faces and volumes of solids by the CAD kernel; runs in the child process of the reader.
+# Areas, centroids and boxes of faces and volumes of solids.
 #
 # The kernel's adaptive integrals are wrong by up to some percent on swept surfaces, whose knots they do not heed, and
 # right once these are b-splines.

@@ -1,6 +1,4 @@
-"""Curves and surfaces of the CAD kernel as rows, in analytic form where they have one; runs in the child process of the
-reader.
-"""
+"""Curves and surfaces of the CAD kernel as rows, in analytic form where they have one."""
 
 from __future__ import annotations
 
@@ -108,14 +106,11 @@ def _meridian(points: Floats, foot: Floats, axis: Floats) -> tuple[Floats, Float
     return height, np.linalg.norm(arm - height[:, :, None] * axis[:, None], axis=2)
 
 
-# The analytic form of splines and swept surfaces, where they have one; runs in the child process of the reader.
-#
 # The kernel's recognition throws on some curves and surfaces: these are not recognised, which is no error.
 
 _FRAME = tuple(f"{name}_{axis}" for name in ("origin", "axis_x", "axis_z") for axis in "xyz")
 _NAN = float("nan")
 _NO_FRAME: tuple[float, ...] = (_NAN,) * 9
-_HUGE = 1e100
 # What gives the radius, radius2 and semi-angle of an analytic curve or surface.
 SIZES = {
     "line": (),
@@ -133,7 +128,7 @@ SIZES = {
 _FORMS: dict[str, Callable[[], Any]] = {
     "line": gp_Lin,
     "circle": lambda: gp_Circ(gp_Ax2(), 1.0),
-    "ellipse": lambda: gp_Elips(gp_Ax2(), _HUGE, 0.0),
+    "ellipse": lambda: gp_Elips(gp_Ax2(), 1e100, 0.0),
     "plane": gp_Pln,
     "cylinder": gp_Cylinder,
     "sphere": gp_Sphere,
@@ -187,13 +182,10 @@ def recognise_tori(columns: Table, surfaces: Surfaces) -> None:
             columns[f"{name}_{letter}"][found.row] = values[:, i]
 
 
-# Curves and surfaces of the CAD kernel as rows; runs in the child process of the reader.
-
 _AXIS = ("axis_x", "axis_y", "axis_z")
 # Kinds by the kernel's names of classes; all others are splines.
 _KINDS = {
-    "Line": "line",
-    "Plane": "plane",
+    **{kind.title(): kind for kind in ("line", "circle", "ellipse", "parabola", "hyperbola", "plane")},
     "CylindricalSurface": "cylinder",
     "ConicalSurface": "cone",
     "SphericalSurface": "sphere",
@@ -202,7 +194,6 @@ _KINDS = {
     "SurfaceOfRevolution": "revolution",
     "OffsetCurve": "offset",
     "OffsetSurface": "offset",
-    **{kind.title(): kind for kind in ("circle", "ellipse", "parabola", "hyperbola")},
 }
 
 

@@ -22,7 +22,6 @@ from relmodel.model.model import Finding
 # which ISO 8859-1 is a part), told apart by what the texts of a file look like. Other codes of two bytes cannot be told
 # from Chinese where they use its frequent characters.
 
-
 _DIRECTIVE = re.compile(
     r"''|\\\\|\\P([A-I])\\|\\S\\(.)|\\X\\([0-9A-Fa-f]{2})"
     r"|\\X2\\((?:[0-9A-Fa-f]{4})+)\\X0\\|\\X4\\((?:[0-9A-Fa-f]{8})+)\\X0\\",
@@ -167,7 +166,7 @@ class Instances:
         # Most instances are points and directions that are never asked for, so only their places in the text are kept.
         self.text = text  # without comments
         self._parsed: dict[int, Record] = {}
-        self._named: dict[str, array[int]] = {}
+        self.named: dict[str, array[int]] = {}  # by the names of entities
         numbers, starts, ends = array("q"), array("q"), array("q")
         named: dict[bytes, array[int]] = {}
         for one in _INSTANCE.finditer(text, max(text.find(b"DATA;"), 0)):
@@ -177,11 +176,11 @@ class Instances:
             ends.append(one.end(3))
             if name == b"(":
                 for partial in _record(one[2] + one[3]):
-                    self._named.setdefault(partial, array("q")).append(number)
+                    self.named.setdefault(partial, array("q")).append(number)
             elif name in named:
                 named[name].append(number)
             else:
-                named[name] = self._named.setdefault(name.decode().upper(), array("q"))
+                named[name] = self.named.setdefault(name.decode().upper(), array("q"))
                 named[name].append(number)
         self.numbers = found = np.array(numbers, np.int64)  # as they come; one may stand twice
         self._order = np.argsort(found, kind="stable")
@@ -191,22 +190,14 @@ class Instances:
     def __len__(self) -> int:
         return len(self._numbers)
 
-    @property
-    def names(self) -> list[str]:
-        """Entities that the file has instances of."""
-        return sorted(self._named)
-
     def of(self, *names: str) -> list[int]:
         """Numbers of the instances that are, or of a complex instance have, one of the entities; in rising order."""
-        return sorted({number for name in names for number in self._named.get(name, ())})
+        return sorted({number for name in names for number in self.named.get(name, ())})
 
     def ordinal(self, number: int) -> int | None:
         """Place of an instance in the file, from 0; of several with one number that of the last."""
         at = int(np.searchsorted(self._numbers, number, side="right")) - 1
         return int(self._order[at]) if at >= 0 and self._numbers[at] == number else None
-
-    def __contains__(self, number: int) -> bool:
-        return self.ordinal(number) is not None
 
     def __getitem__(self, number: int) -> Record:
         """The instance; empty where there is none of that number."""
@@ -284,13 +275,13 @@ def _values(raw: bytes) -> list[Any]:
 
 EXACT_FACES = ("ADVANCED_FACE", "FACE_SURFACE")
 TRIANGULATED_FACES = ("TRIANGULATED_FACE", "COMPLEX_TRIANGULATED_FACE")
+FACES = (*EXACT_FACES, *TRIANGULATED_FACES)
 _QUOTED = re.compile(rb"'(?:[^']|'')*'")  # ends at a quote that is not doubled
 # A word in the place of a parameter: keywords are followed by a bracket, enumerations stand between dots.
 _WORD = re.compile(rb"[(,]\s*[-+]?([A-Za-z]\w*)\s*[,)]")
 _NOT_A_NUMBER = re.compile(rb"[(,]\s*([-+]?(?:nan|inf|infinity))\s*[,)]", re.IGNORECASE)
 _EXPONENT = re.compile(rb"[\d.][eE]\+?0*(\d{3,})")
 _SCHEMA = re.compile(rb"FILE_SCHEMA\s*\(\s*\(\s*'((?:[^']|'')*)'", re.DOTALL)
-_MOST_HEADER = 1 << 20
 _USAGE = "NEXT_ASSEMBLY_USAGE_OCCURRENCE"
 _COUNTED = re.compile(r"(?:NAUO)?\d+")
 
@@ -305,7 +296,7 @@ def check_part21(text: bytes, name: str) -> None:
 
 def schema_name(instances: Instances) -> str | None:
     """Schema that the header names, as written, with the numbers behind it left off."""
-    found = _SCHEMA.search(instances.text, 0, _MOST_HEADER)
+    found = _SCHEMA.search(instances.text, 0, 1 << 20)
     return decoded(found[1]).split("{")[0].strip() if found else None
 
 
@@ -329,15 +320,13 @@ def _listed(instances: Instances, names: tuple[str, ...]) -> int:
 
 def faces_in_use(instances: Instances) -> int:
     """How many faces some shape representation reaches; the others are left-overs that belong to no product."""
-    waiting = [n for name in instances.names if name.endswith("SHAPE_REPRESENTATION") for n in instances.of(name)]
+    waiting = [n for name, of in instances.named.items() if name.endswith("SHAPE_REPRESENTATION") for n in of]
     reached = set(waiting)
     while waiting:
         fresh = set(instances.references(waiting.pop())) - reached
         reached |= fresh
         waiting.extend(fresh)
-    exact, triangulated = (
-        sum(number in reached for number in instances.of(*names)) for names in (EXACT_FACES, TRIANGULATED_FACES)
-    )
+    exact, triangulated = (len(reached & set(instances.of(*names))) for names in (EXACT_FACES, TRIANGULATED_FACES))
     return exact or triangulated
 
 

@@ -10,23 +10,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from relmodel.model.model import Attribute, Model, Pmi
-from relmodel.readers.step.part21 import (
-    EXACT_FACES,
-    TRIANGULATED_FACES,
-    Instances,
-    Measure,
-    Record,
-    Reference,
-    Typed,
-    measure,
-    measures,
-    references,
-)
+from relmodel.readers.step.part21 import FACES, Instances, Measure, Reference, Typed, measure, measures, references
 from relmodel.readers.step.step_parameters import Findings
 
 # The way from one to a face (ISO 10303-47, -242): what is toleranced is a SHAPE_ASPECT, made of others by
 # SHAPE_ASPECT_RELATIONSHIP, and a representation usage points from an aspect to the ADVANCED_FACEs.
-
 
 _SIZES = ("DIMENSIONAL_SIZE", "ANGULAR_SIZE")
 _LOCATIONS = ("DIMENSIONAL_LOCATION", "ANGULAR_LOCATION", "DIRECTED_DIMENSIONAL_LOCATION")
@@ -50,7 +38,6 @@ _TOLERANCES = (
 _DATUM_FEATURES = ("DATUM_FEATURE", "PLACED_DATUM_TARGET_FEATURE", "DATUM_TARGET")
 _MADE_OF = ("SHAPE_ASPECT_RELATIONSHIP", "SHAPE_ASPECT_DERIVING_RELATIONSHIP", "SHAPE_ASPECT_ASSOCIATIVITY")
 _USAGES = ("GEOMETRIC_ITEM_SPECIFIC_USAGE", "ITEM_IDENTIFIED_REPRESENTATION_USAGE")
-FACES = (*EXACT_FACES, *TRIANGULATED_FACES)
 _SHELLS = ("CLOSED_SHELL", "OPEN_SHELL", "CONNECTED_FACE_SET", "CONNECTED_FACE_SUB_SET", "MANIFOLD_SOLID_BREP")
 
 
@@ -90,7 +77,11 @@ class _Reader:
 
     def all(self, findings: Findings) -> list[Stated]:
         """All dimensions, then tolerances, then datums of a file, in the order of their numbers."""
-        zones = self._zones()
+        zones: dict[int, str] = {}  # form of the zone of each tolerance that has one
+        for number in self.of.of("TOLERANCE_ZONE"):
+            zone = [*self.of.parameters(number, "TOLERANCE_ZONE"), *[None] * 6]
+            for form in self.of.parameters(zone[5], "TOLERANCE_ZONE_FORM")[:1]:
+                zones |= dict.fromkeys(references(zone[4]), str(form or ""))
         values: dict[int, list[int]] = {}  # items that represent each dimension
         for _, dimension, held in self.of.pairs("DIMENSIONAL_CHARACTERISTIC_REPRESENTATION"):
             for parameters in self.of[held].values():
@@ -107,16 +98,6 @@ class _Reader:
             *findings.each("a tolerance", self.of.of(*_TOLERANCES), lambda n: self._tolerance(n, zones.get(n))),
             *findings.each("a datum", [*shown, *bare], self._datum),
         ]
-
-    def _zones(self) -> dict[int, str]:
-        """Form of the zone of each tolerance that has one."""
-        return {
-            tolerance: str(form[0] or "")
-            for number in self.of.of("TOLERANCE_ZONE")
-            if len(zone := self.of.parameters(number, "TOLERANCE_ZONE")) > 5
-            and (form := self.of.parameters(zone[5], "TOLERANCE_ZONE_FORM"))
-            for tolerance in references(zone[4])
-        }
 
     def _dimension(self, number: int, values: list[int], bound: int | None) -> Stated:
         record = self.of[number]
@@ -280,9 +261,7 @@ def _once(faces: Iterable[tuple[int, str]]) -> tuple[tuple[int, str], ...]:
 
 # What only the text of a STEP file says of its parts: PMI with the faces it is of, and properties with raw units.
 
-_DENSITY = {"mass": 1.0, "length": -3.0}
 _MISWRITTEN = {"g3.cm2": 1000.0}  # the kernel's own writer (8.0) states g/cm3 so; in kg/m3
-_MATERIAL_PROPERTY = "material property"
 _REPRESENTED = "PROPERTY_DEFINITION_REPRESENTATION"
 _TEXTURE, _FINISH = "SURFACE_TEXTURE_REPRESENTATION", ("finish", "surface finish")
 Places = Callable[[Any], list[tuple[int, int]]]  # a face of the kernel -> part and surface_no of each that has it
@@ -424,7 +403,7 @@ def _face_names(instances: Instances) -> list[tuple[int, str]]:
 Represented = tuple[int, Reference, Reference]  # a PROPERTY_DEFINITION_REPRESENTATION, its definition, and by what
 
 
-def _represented(instances: Instances, one: Represented) -> tuple[list[Any], list[int], Record]:
+def _represented(instances: Instances, one: Represented) -> tuple[list[Any], list[int], dict[str, list[Any]]]:
     """Name, description and owner of a property, the items of its representation, and this."""
     definition, record = instances.parameters(one[1], "PROPERTY_DEFINITION"), instances[one[2]]
     items = [int(item) for parameters in record.values() for item in references(parameters[1:2])]
@@ -437,7 +416,7 @@ def _property(instances: Instances, one: Represented, defined: dict[int, str]) -
     else."""
     (name, _, thing), items, record = _represented(instances, one)
     attributes: list[Attribute] = []
-    if str(name).lower() == _MATERIAL_PROPERTY:
+    if str(name).lower() == "material property":
         attributes = [attribute for found in measures(instances, items) for attribute in _stated(found)]
     elif not _of_whole_product(instances, thing):
         return None, []
@@ -508,7 +487,7 @@ def _value(instances: Instances, item: int) -> tuple[str | float, str | None] | 
 
 def _stated(one: Measure) -> list[Attribute]:
     name = one.name.removesuffix(" measure") or "material property"
-    density = one.within(_DENSITY, 1.0)
+    density = one.within({"mass": 1.0, "length": -3.0}, 1.0)
     if one.symbol in _MISWRITTEN:
         density = one.value * _MISWRITTEN[one.symbol]
     # Twelve digits: conversion of units leaves round-off (2809.9999999999995).

@@ -66,9 +66,8 @@ class Labels:
 
     def _layer(self, label: Any) -> str | None:
         names = self._layers.GetLayers(label)  # false in itself, whatever it holds
-        if names is None:
-            return None
-        return ", ".join(names.Value(i).ToExtString() for i in range(1, names.Length() + 1)) or None
+        numbers = range(1, names.Length() + 1) if names is not None else ()
+        return ", ".join(names.Value(i).ToExtString() for i in numbers) or None
 
     def _attributes(self, label: Any) -> tuple[Attribute, ...]:
         # The kernel converts volumes and areas where their unit is one it knows, and else hands the file's number on.
@@ -125,9 +124,7 @@ def _material(label: Any) -> str | None:
     return None if name is None else str(name.ToCString())
 
 
-# Shapes of the CAD kernel as columns: what only the kernel knows; the rest follows in `model/measures.py`.
-#
-# Runs in the child process of the reader.
+# Shapes as columns: what only the kernel knows; the rest follows in `model/measures.py`.
 
 COEDGE_COLUMNS = ("surface_no", "loop_no", "coedge_no", "arc_no", "reversed")
 _P = DEFAULTS
@@ -196,7 +193,7 @@ def extract(shape: Any, labels: Labelled = _NO_LABELS) -> Shape:
         loops=loops,
         coedges=coedges,
         pcurves=pcurves,
-        **(_basis(basis_curves, basis_surfaces) if len(basis_curves) or len(basis_surfaces) else {}),
+        **_basis(basis_curves, basis_surfaces),
         mesh=mesh,
         samples=measures.samples(normals, arc_columns["length"]),
         findings=tuple(findings),

@@ -35,7 +35,6 @@ class StepParameters:
 
 DEFAULTS = StepParameters()
 
-
 # An item of a file that cannot be read becomes a finding, and the rest is read.
 
 Item = TypeVar("Item")

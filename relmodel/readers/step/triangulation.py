@@ -1,11 +1,10 @@
-"""Triangles of a shape, by the CAD kernel's mesher or as the file tessellates it; runs in the child process of the
-reader.
-"""
+"""Triangles of a shape, by the CAD kernel's mesher or as the file tessellates it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import replace
 from io import BytesIO
 from typing import Any
 
@@ -38,17 +37,6 @@ _ALGORITHMS = ("Delabella", "Watson")
 _VERSION = BinTools_FormatVersion.BinTools_FormatVersion_VERSION_4
 
 
-@dataclass(frozen=True)
-class _Triangulation:
-    """Triangles of faces.  vertices (n, 3), uv (n, 2), vertex_face (n,); triangles (m, 3), face (m,)."""
-
-    vertices: Floats
-    uv: Floats
-    vertex_face: Ints
-    triangles: Ints32
-    face: Ints
-
-
 def mesh(
     shape: Any,
     faces: list[Any],
@@ -68,11 +56,11 @@ def mesh(
     for algorithms in (_ALGORITHMS, _ALGORITHMS[-1:]):
         _triangulate(shape, faces, chord, algorithms)
         made = _triangulations(faces, chord)
-        found = _joined(faces, made)
-        sides = HalfEdges.of(found.triangles)
+        vertices, uv, vertex_face, triangles, face = _joined(faces, made)
+        sides = HalfEdges.of(triangles)
         deviation = max(
-            surface_deviation(surfaces, found.vertices, found.uv, found.triangles, sides, found.face, chord),
-            flat_deviation(surfaces, found.vertices, found.vertex_face),
+            surface_deviation(surfaces, vertices, uv, triangles, sides, face, chord),
+            flat_deviation(surfaces, vertices, vertex_face),
             arc_deviation(curves, *_chords(edges, made, curves)),
         )
         if deviation <= bound:
@@ -85,15 +73,15 @@ def mesh(
     if deviation > bound:
         message = "triangles are far from the exact geometry"
         findings.append(Finding("mesh_deviation", message, deviation, bound, "mm"))
-    if closed and (count := open_edges(found.vertices, sides)):
+    if closed and (count := open_edges(vertices, sides)):
         findings.append(Finding("open_mesh", "sides of triangles have no neighbour", count, 0))
     out = Mesh(
         chord_mm=chord,
         chord_rad=_P.chord_rad,
-        vertices=found.vertices,
-        normals=normals_of(surfaces, found.vertex_face, found.uv, found.vertices).astype(np.float32),
-        triangles=found.triangles,
-        triangle_surfaces=found.face.astype(np.int32),
+        vertices=vertices,
+        normals=normals_of(surfaces, vertex_face, uv, vertices).astype(np.float32),
+        triangles=triangles,
+        triangle_surfaces=face.astype(np.int32),
         deviation_mm=deviation,
     )
     return out, findings
@@ -128,18 +116,18 @@ def _triangulations(faces: list[Any], chord: float) -> list[tuple[Any, Any]]:
 
 def _of_whole_domain(face: Any, chord: float) -> Any:
     """The triangulation of a face whose boundary the kernel does not mesh, where it fills its domain; else None."""
-    try:
+    with suppress(Exception):  # those of the kernel have no base class of their own
         maker = BRepBuilderAPI_MakeFace(BRep_Tool.Surface_s(face), *BRepTools.UVBounds_s(face), 1e-6)
         area, whole = integrals([face, maker.Face()], ["", ""], np.zeros((2, 3)), np.zeros(3))[:, 0]
         if not abs(whole - area) < 1e-6 * area:
             return None
         _triangulate(maker.Face(), [maker.Face()], chord, _ALGORITHMS)
         return BRep_Tool.Triangulation_s(maker.Face(), TopLoc_Location())
-    except Exception:  # those of the kernel have no base class of their own
-        return None
+    return None
 
 
-def _joined(faces: list[Any], made: list[tuple[Any, Any]]) -> _Triangulation:
+def _joined(faces: list[Any], made: list[tuple[Any, Any]]) -> tuple[Floats, Floats, Ints, Ints32, Ints]:
+    """Vertices (n, 3), their parameters (n, 2) and faces (n,), triangles (m, 3) and their faces (m,)."""
     have = [i for i, (one, _) in enumerate(made) if one is not None]
     points, uv, corners = [np.empty((0, 3))], [np.empty((0, 2))], [np.empty((0, 3), np.int32)]
     count = 0
@@ -152,13 +140,8 @@ def _joined(faces: list[Any], made: list[tuple[Any, Any]]) -> _Triangulation:
         uv.append(parameters)
         corners.append((triangles[:, ::-1] if is_reversed(faces[i]) else triangles) + np.int32(count))
         count += len(at)
-    return _Triangulation(
-        np.concatenate(points),
-        np.concatenate(uv),
-        np.repeat(have, [len(one) for one in points[1:]]).astype(np.int64),
-        np.concatenate(corners),
-        np.repeat(have, [len(one) for one in corners[1:]]).astype(np.int64),
-    )
+    vertex_face, face = (np.repeat(have, list(map(len, of[1:]))).astype(np.int64) for of in (points, corners))
+    return np.concatenate(points), np.concatenate(uv), vertex_face, np.concatenate(corners), face
 
 
 def _chords(
@@ -212,9 +195,7 @@ def _arrays(triangulations: list[Any]) -> list[tuple[Floats, Floats, Ints32]]:
     return out
 
 
-# Tessellated faces of the CAD kernel (AP242): triangles without a surface, which take the path of a mesh.
-#
-# Runs in the child process of the reader.
+# Tessellated faces (AP242): triangles without a surface, which take the path of a mesh.
 
 
 class NoAreaError(Exception):
