@@ -141,7 +141,7 @@ def _landmarks(a: Elements, b: Elements, label: tuple[Ints, Ints], tolerance: fl
     """Motions that take the centre and two landmarks of a to the like of b."""
     of_a, of_b = label
     centre_a, centre_b = (x.points[:, 0].mean(axis=0) for x in (a, b))
-    arm_a, arm_b = a.points[:, 0] - centre_a, b.points[:, 0] - centre_b
+    arm_a, arm_b = a.arms(), b.arms()
     count = np.bincount(of_a)[of_a]
     reach_a, reach_b = np.linalg.norm(arm_a, axis=1), np.linalg.norm(arm_b, axis=1)
     far = np.flatnonzero(reach_a >= 0.3 * reach_a.max())

@@ -5,8 +5,8 @@ Parameterisation as at the head of `schema/030_surface.sql`; agrees with the CAD
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import cache, cached_property
+from collections.abc import Iterable, Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from relmodel.geometry.transforms import cross, dot, scatter, take
 
 XYZ = ("x", "y", "z")
 _EMPTY: dict[str, Any] = {}
+CONICS = ("circle", "ellipse", "parabola", "hyperbola")
 BOX = ("x0", "y0", "z0", "x1", "y1", "z1")
 # Gauss-Legendre points of a span; kinds without knots are cut into spans of at most a quarter turn.
 _GAUSS = 20
@@ -43,21 +44,6 @@ def box_columns(boxes: Floats) -> dict[str, Floats]:
 def boxes_of(columns: Mapping[str, Any], before: str = "") -> Floats:
     """Columns x0 .. z1, with what stands before each name, as boxes (n, 6); the inverse of `box_columns`."""
     return np.stack([np.asarray(columns[before + c], float) for c in BOX], axis=1) if columns else np.empty((0, 6))
-
-
-@cache
-def gauss(count: int) -> tuple[Floats, Floats]:
-    """Places in -1 to 1 and weights of the rule of Gauss and Legendre."""
-    return np.polynomial.legendre.leggauss(count)
-
-
-def groups(labels: Ints) -> list[tuple[int, Ints]]:
-    """Each label that occurs in (n,), in order, and where."""
-    if not len(labels):
-        return []
-    order = np.argsort(labels, kind="stable")
-    start = np.flatnonzero(np.append(True, np.diff(labels[order]) != 0))
-    return list(zip(labels[order[start]].tolist(), np.split(order, start[1:]), strict=True))
 
 
 class ByKind:
@@ -98,7 +84,60 @@ def pieces(t0: Floats, t1: Floats, which: Ints, cuts: Floats) -> tuple[Ints, Flo
     return which, start, np.where(last, t1[which], np.roll(start, -1))
 
 
-class Curves:
+def rows_of(keys: Iterable[Any], rows: Mapping[int, int] | None) -> list[int]:
+    """The row of each key; the key itself where keys count the rows."""
+    return [int(one) if rows is None else rows[int(one)] for one in keys]
+
+
+class FramedCurves:
+    """Lines, conics and splines to be evaluated, many at once, in two or three dimensions d.
+
+    origin, x, y (n, d): frames, which classes that are made from this set; columns: kind, radius, radius2.
+    """
+
+    origin: Floats
+    x: Floats
+    y: Floats
+
+    def __init__(self, columns: Mapping[str, Any]) -> None:
+        self.kind = np.asarray(columns["kind"], dtype=object)
+        self._by_kind = ByKind(self.kind)
+        self.radius, self.radius2 = (np.asarray(columns[name], float) for name in ("radius", "radius2"))
+
+    def _set_splines(self, owner: Ints | list[int], splines: Splines | None) -> None:
+        self._spline = np.full(len(self.kind), -1)  # number of each row's spline
+        self._spline[owner] = np.arange(len(owner))
+        self._splines = splines
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+    def evaluate(self, row: npt.ArrayLike, t: npt.ArrayLike) -> tuple[Floats, Floats]:
+        """Points (n, d) and derivatives by t (n, d) of the curves `row` (n,) at the parameters t (n,)."""
+        row, t = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(t, float))
+        points, derivatives = np.empty((2, self.origin.shape[1], len(row)))
+        for name, at in self._by_kind.of(row):
+            one, parameter = row[at], t[at]
+            if name in CONICS:
+                a, b, a_by, b_by = _conic(name, parameter, self.radius[one], self.radius2[one])
+                x, y = take(self.x, one), take(self.y, one)
+                point, by = take(self.origin, one) + a * x + b * y, a_by * x + b_by * y
+            elif name == "line":
+                by = take(self.x, one)
+                point = take(self.origin, one) + parameter * by
+            elif name in ("spline", "polyline") and self._splines is not None:
+                point, by = self._splines.evaluate(self._spline[one], parameter)
+            else:
+                point, by = self._of_other_kind(name, one, parameter)
+            scatter(points, at, point)
+            scatter(derivatives, at, by)
+        return points.T, derivatives.T
+
+    def _of_other_kind(self, kind: str, row: Ints, t: Floats) -> tuple[Floats, Floats]:
+        return np.full((len(self.origin.T), len(row)), np.nan), np.zeros((len(self.origin.T), len(row)))
+
+
+class Curves(FramedCurves):
     """Arcs to be evaluated, many at once.
 
     columns: columns of the table `arc`.
@@ -116,57 +155,24 @@ class Curves:
         offsets: Mapping[str, Any] = _EMPTY,
         basis: Curves | None = None,
     ) -> None:
-        self.kind = np.asarray(columns["kind"], dtype=object)
-        self._by_kind = ByKind(self.kind)
-        self.origin = vectors(columns, "origin")
-        self.x = vectors(columns, "axis_x")
-        self.z = vectors(columns, "axis_z")
+        super().__init__(columns)
+        self.origin, self.x, self.z = (vectors(columns, name) for name in ("origin", "axis_x", "axis_z"))
         self.y = cross(self.z.T, self.x.T).T
-        self.radius = np.asarray(columns["radius"], float)
-        self.radius2 = np.asarray(columns["radius2"], float)
-        self.t0 = np.asarray(columns["t0"], float)
-        self.t1 = np.asarray(columns["t1"], float)
-        keyed = np.asarray(splines.get(key, ()), np.int64)
-        self._spline = np.full(len(self.kind), -1)  # number of each row's spline
-        owner = keyed if rows is None else np.array([rows[i] for i in keyed.tolist()], np.int64)
-        self._spline[owner] = np.arange(len(owner))
-        self._splines = Splines(splines, np.arange(len(owner))) if len(owner) else None
-
+        self.t0, self.t1 = (np.asarray(columns[name], float) for name in ("t0", "t1"))
+        owner = rows_of(splines.get(key, ()), rows)
+        self._set_splines(owner, Splines(splines, np.arange(len(owner))) if owner else None)
         self.basis = basis or self
         self.offsets: dict[int, tuple[int, Floats, float]] = {}
         axes = vectors(offsets, "axis") if offsets else np.empty((0, 3))
-        for i, number in enumerate(offsets.get(key, ())):
-            row = int(number) if rows is None else rows[int(number)]
+        for i, row in enumerate(rows_of(offsets.get(key, ()), rows)):
             self.offsets[row] = int(offsets["basis_arc"][i]), axes[i], float(offsets["distance"][i])
 
-    def __len__(self) -> int:
-        return len(self.kind)
-
-    def evaluate(self, row: npt.ArrayLike, t: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Points (n, 3), mm, and derivatives by t (n, 3) of the arcs `row` (n,) at the parameters t (n,)."""
-        row, t = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(t, float))
-        points, derivatives = np.full((3, len(row)), np.nan), np.zeros((3, len(row)))
-        for name, at in self._by_kind.of(row):
-            one, parameter = row[at], t[at]
-            if name == "degenerate":
-                scatter(points, at, take(self.origin, one))
-                continue
-            if name in CONICS:
-                a, b, a_by, b_by = CONICS[name](parameter, self.radius[one], self.radius2[one])
-                x, y = take(self.x, one), take(self.y, one)
-                point, by = take(self.origin, one) + a * x + b * y, a_by * x + b_by * y
-            elif name == "line":
-                by = take(self.x, one)
-                point = take(self.origin, one) + parameter * by
-            elif name in ("spline", "polyline") and self._splines is not None:
-                point, by = self._splines.evaluate(self._spline[one], parameter)
-            else:
-                point, by = np.full((3, len(one)), np.nan), np.zeros((3, len(one)))
-                for number, where in groups(one) if name == "offset" else ():
-                    point[:, where], by[:, where] = (x.T for x in self._offset(number, parameter[where]))
-            scatter(points, at, point)
-            scatter(derivatives, at, by)
-        return points.T, derivatives.T
+    def _of_other_kind(self, kind: str, row: Ints, t: Floats) -> tuple[Floats, Floats]:
+        point, by = super()._of_other_kind(kind, row, t)
+        for number in np.unique(row).tolist() if kind == "offset" else ():
+            where = row == number
+            point[:, where], by[:, where] = (x.T for x in self._offset(number, t[where]))
+        return take(self.origin, row) if kind == "degenerate" else point, by
 
     def _offset(self, row: int, t: Floats) -> tuple[Floats, Floats]:
         """Points exact; derivatives by central differences (relative error about 1e-8)."""
@@ -235,7 +241,7 @@ class Curves:
         uneven = np.flatnonzero(~self._of_kinds("line", "circle", "degenerate"))
         if len(uneven):
             row, start, end = self.spans(uneven)
-            nodes, weights = gauss(_GAUSS)
+            nodes, weights = np.polynomial.legendre.leggauss(_GAUSS)
             half, middle = (end - start) / 2, (end + start) / 2
             t = middle[:, None] + half[:, None] * nodes
             by = self.evaluate(np.repeat(row, _GAUSS), t.ravel())[1].T
@@ -258,10 +264,8 @@ class Curves:
         at = np.flatnonzero((self.kind == "circle") | (self.kind == "ellipse"))
         if not len(at):
             return
-        x = self.x[at]
-        y = self.y[at]
         minor = np.where(self.kind[at] == "circle", self.radius[at], self.radius2[at])
-        first = np.arctan2(minor * y.T, self.radius[at] * x.T)
+        first = np.arctan2(minor * self.y[at].T, self.radius[at] * self.x[at].T)
         t = np.concatenate([first, first + np.pi])  # three coordinates, twice
         t += 2 * np.pi * np.ceil((self.t0[at] - t) / (2 * np.pi))
         turn, inside = np.nonzero(t <= self.t1[at])
@@ -306,24 +310,13 @@ class Curves:
         np.maximum.at(high.reshape(-1), 3 * row + axis, value)
 
 
-def _circle(t: Floats, radius: Floats, _: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    c, s = radius * np.cos(t), radius * np.sin(t)
-    return c, s, -s, c
-
-
-def _ellipse(t: Floats, radius: Floats, radius2: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+def _conic(kind: str, t: Floats, radius: Floats, radius2: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Coordinates along X and Y of a conic's frame, and derivatives; of a parabola `radius` is the focal length."""
+    if kind == "parabola":
+        return t * t / (4 * radius), t, t / (2 * radius), np.ones_like(t)
+    minor = radius if kind == "circle" else radius2
+    if kind == "hyperbola":
+        c, s = np.cosh(t), np.sinh(t)
+        return radius * c, minor * s, radius * s, minor * c
     c, s = np.cos(t), np.sin(t)
-    return radius * c, radius2 * s, -radius * s, radius2 * c
-
-
-def _parabola(t: Floats, focal: Floats, _: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    return t * t / (4 * focal), t, t / (2 * focal), np.ones_like(t)
-
-
-def _hyperbola(t: Floats, radius: Floats, radius2: Floats) -> tuple[Floats, Floats, Floats, Floats]:
-    c, s = np.cosh(t), np.sinh(t)
-    return radius * c, radius2 * s, radius * s, radius2 * c
-
-
-# Coordinates along X and Y of the curve's frame, and their derivatives.
-CONICS = {"circle": _circle, "ellipse": _ellipse, "parabola": _parabola, "hyperbola": _hyperbola}
+    return radius * c, minor * s, -radius * s, minor * c

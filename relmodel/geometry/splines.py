@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Ints, Ragged
+from relmodel.arrays import Floats, Ints, Ragged
 from relmodel.geometry.transforms import scatter
 
 
@@ -57,9 +57,11 @@ class Basis:
     degree, poles, low, width: (n,) of each spline, its domain being `width` from `low`.
     """
 
-    def __init__(self, degree: Ints, periodic: Bools, knots: Sequence[Any], multiplicities: Sequence[Any]) -> None:
-        self.degree, self._periodic, self._knots = degree, periodic, knots
-        flat = list(map(flat_knots, degree.tolist(), periodic.tolist(), knots, multiplicities))
+    def __init__(
+        self, degrees: list[int], periodic: list[bool], knots: Sequence[Any], multiplicities: Sequence[Any]
+    ) -> None:
+        self.degree, self._periodic, self._knots = np.array(degrees, np.int64), np.array(periodic, bool), knots
+        degree, flat = self.degree, list(map(flat_knots, degrees, periodic, knots, multiplicities))
         self._flat = Ragged.pack(flat)
         first, values = self._flat.offsets, self._flat.values
         self.poles = np.diff(first) - degree - 1 - np.where(periodic, degree, 0)
@@ -109,15 +111,8 @@ class Splines:
 
     def __init__(self, columns: Mapping[str, Any], rows: Ints, dimension: int = 3, ways: Sequence[str] = ("",)) -> None:
         of = {name: [values[i] for i in rows.tolist()] for name, values in columns.items()}
-        self.bases = [
-            Basis(
-                np.array(of[f"{way}degree"], np.int64),
-                np.array(of[f"{way}periodic"], bool),
-                of[f"{way}knots"],
-                of[f"{way}multiplicities"],
-            )
-            for way in ways
-        ]
+        names = ("degree", "periodic", "knots", "multiplicities")
+        self.bases = [Basis(*(of[f"{way}{name}"] for name in names)) for way in ways]
         poles = [np.asarray(one, float).reshape(-1, dimension) for one in of["poles"]]
         self._first = np.cumsum([0, *map(len, poles)])
         weights = [

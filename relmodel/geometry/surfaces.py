@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,13 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.geometry.curves import CONICS, ByKind, Curves, vectors
+from relmodel.geometry.curves import ByKind, Curves, FramedCurves, rows_of, vectors
 from relmodel.geometry.splines import Splines
 from relmodel.geometry.transforms import cross, dot, scatter, take, unit
 
 # Parameterisation as at the head of `schema/030_surface.sql`, with extrusion C(u) + v D, revolution C(v) turned by u
 # about the axis, and offset B(u, v) + d n(u, v); agrees with the CAD kernel to 1e-9 mm.
-
 
 ANALYTIC_KINDS = ("plane", "cylinder", "cone", "sphere", "torus")
 _EMPTY: dict[str, Any] = {}
@@ -53,24 +52,20 @@ class Surfaces:
     ) -> None:
         self.kind = np.asarray(columns["kind"], dtype=object)
         self.by_kind = ByKind(self.kind)
-        self.origin = vectors(columns, "origin")
-        self.x = vectors(columns, "axis_x")
-        self.z = vectors(columns, "axis_z")
-        direct = np.asarray(columns["direct"], bool)
-        self.hand = np.where(direct, 1.0, -1.0)
+        self.origin, self.x, self.z = (vectors(columns, name) for name in ("origin", "axis_x", "axis_z"))
+        self.hand = np.where(np.asarray(columns["direct"], bool), 1.0, -1.0)
         self.y = (self.hand * cross(self.z.T, self.x.T)).T
-        self.radius = np.asarray(columns["radius"], float)
-        self.radius2 = np.asarray(columns["radius2"], float)
-        self.semi_angle = np.asarray(columns["semi_angle"], float)
+        sizes = ("radius", "radius2", "semi_angle")
+        self.radius, self.radius2, self.semi_angle = (np.asarray(columns[name], float) for name in sizes)
         self.domain = np.stack([np.asarray(columns[name], float) for name in ("u0", "u1", "v0", "v1")], axis=1)
         self.reversed = np.asarray(columns["reversed"], bool)
-        owner = _rows(splines.get(key, ()), rows)
+        owner = rows_of(splines.get(key, ()), rows)
         self._spline = np.full(len(self.kind), -1)  # number of each row's spline
         self._spline[owner] = np.arange(len(owner))
         self._splines = Splines(splines, np.arange(len(owner)), ways=("u_", "v_")) if owner else None
         self._basis_arc, self._basis_surface = np.full(len(self.kind), -1), np.full(len(self.kind), -1)
         self._axis, self._distance = np.zeros((3, len(self.kind))).T, np.zeros(len(self.kind))
-        own = _rows(swept.get(key, ()), rows)
+        own = rows_of(swept.get(key, ()), rows)
         if own:
             self._basis_arc[own], self._basis_surface[own] = swept["basis_arc"], swept["basis_surface"]
             self._axis[own], self._distance[own] = vectors(swept, "axis"), swept["distance"]
@@ -194,10 +189,6 @@ class Surfaces:
         return points(u, v), by_u, by_v
 
 
-def _rows(keys: Iterable[Any], rows: Mapping[int, int] | None) -> list[int]:
-    return [int(one) if rows is None else rows[int(one)] for one in keys]
-
-
 def _unit_normals(at: SurfacePoints) -> tuple[Floats, Bools]:
     """Unit normals dS/du x dS/dv, and where there is one."""
     by_u, by_v = at.by_u.T, at.by_v.T
@@ -220,50 +211,23 @@ def _turned(vectors_: Floats, axis: Floats, angle: Floats) -> Floats:
 # A line is (u, v) = O + t X, a circle or ellipse O + R cos t X + r sin t Y; parabolas and hyperbolas are as arcs.
 
 
-class Pcurves:
-    """Curves to be evaluated, many at once.
+class Pcurves(FramedCurves):
+    """Curves to be evaluated, many at once: `x` and `y` are the axes in (u, v).
 
     columns: origin, axis, direct (whether Y is X turned by +90 degrees, else its negative), radius, radius2, and those
         of `arc_spline`.
     """
 
     def __init__(self, columns: Mapping[str, Any]) -> None:
-        self.kind = np.asarray(columns["kind"], dtype=object)
-        self._by_kind = ByKind(self.kind)
-        self.origin, self.axis = (
+        super().__init__(columns)
+        self.origin, self.x = (
             np.stack([np.asarray(columns[f"{name}_{way}"], float) for way in ("u", "v")]).T
             for name in ("origin", "axis")
         )
         turn = np.where(np.asarray(columns["direct"], bool), 1.0, -1.0)
-        self.across = (turn * np.stack([-self.axis[:, 1], self.axis[:, 0]])).T
-        self.radius = np.asarray(columns["radius"], float)
-        self.radius2 = np.asarray(columns["radius2"], float)
+        self.y = (turn * np.stack([-self.x[:, 1], self.x[:, 0]])).T
         drawn = np.flatnonzero(self.kind == "spline")
-        self._spline = np.full(len(self.kind), -1)
-        self._spline[drawn] = np.arange(len(drawn))
-        self._splines = Splines(columns, drawn, 2) if len(drawn) else None
-
-    def __len__(self) -> int:
-        return len(self.kind)
-
-    def evaluate(self, row: npt.ArrayLike, t: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Points (n, 2: u v) and derivatives by t (n, 2) of the curves `row` (n,) at the parameters t (n,)."""
-        row, t = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(t, float))
-        points, derivatives = np.empty((2, len(row))), np.empty((2, len(row)))
-        for name, at in self._by_kind.of(row):
-            one, parameter = row[at], t[at]
-            if name in CONICS:
-                a, b, a_by, b_by = CONICS[name](parameter, self.radius[one], self.radius2[one])
-                axis, across = take(self.axis, one), take(self.across, one)
-                point, by = take(self.origin, one) + a * axis + b * across, a_by * axis + b_by * across
-            elif self._splines is not None and name == "spline":
-                point, by = self._splines.evaluate(self._spline[one], parameter)
-            else:
-                by = take(self.axis, one)
-                point = take(self.origin, one) + parameter * by
-            scatter(points, at, point)
-            scatter(derivatives, at, by)
-        return points.T, derivatives.T
+        self._set_splines(drawn, Splines(columns, drawn, 2) if len(drawn) else None)
 
 
 # Normals of surfaces at points on them; of analytic ones without the points' parameters.
@@ -282,16 +246,15 @@ def normals_at(surfaces: Surfaces, row: Ints, points: Floats) -> Floats:
         one = row[at]
         if kind == "plane":
             scatter(out, at, take(plane_normals(surfaces), one))
-        elif kind in _ROUND:
+        elif kind in ANALYTIC_KINDS:
             d = points.T[:, at] - take(surfaces.origin, one)
-            scatter(out, at, hand[one] * _ROUND[kind](surfaces, one, d))
+            scatter(out, at, hand[one] * _round_normals(surfaces, kind, one, d))
     return out.T
 
 
 def plane_normals(surfaces: Surfaces) -> Floats:
     """Outward unit normals (n, 3) of all surfaces (n,) as if they were planes."""
-    hand = np.where(surfaces.reversed, -surfaces.hand, surfaces.hand)
-    return (hand * surfaces.z.T).T
+    return (np.where(surfaces.reversed, -surfaces.hand, surfaces.hand) * surfaces.z.T).T
 
 
 def normals_of(surfaces: Surfaces, row: Ints, uv: Floats, points: Floats) -> Floats:
@@ -302,26 +265,20 @@ def normals_of(surfaces: Surfaces, row: Ints, uv: Floats, points: Floats) -> Flo
     return out
 
 
-def _cylinder(surfaces: Surfaces, row: Ints, d: Floats) -> Floats:
-    return _away(surfaces, row, d)[0]
-
-
-def _cone(surfaces: Surfaces, row: Ints, d: Floats) -> Floats:
+def _round_normals(surfaces: Surfaces, kind: str, row: Ints, d: Floats) -> Floats:
+    """Unit normals (3, n), away from axis or centre, of round surfaces at offsets (3, n) from their origins."""
+    if kind == "sphere":
+        return np.asarray(d / np.sqrt(dot(d, d)))
     away, reach, height = _away(surfaces, row, d)
-    angle = surfaces.semi_angle[row]
-    # Beyond the apex the same generators go on at the other side.
-    side = np.sign(surfaces.radius[row] + height * np.tan(angle))
-    normal = np.cos(angle) * away - (side * np.sin(angle)) * take(surfaces.z, row)
-    normal[:, reach < _AXIS] = np.nan
-    return np.asarray(normal)
-
-
-def _sphere(surfaces: Surfaces, row: Ints, d: Floats) -> Floats:
-    return np.asarray(d / np.sqrt(dot(d, d)))
-
-
-def _torus(surfaces: Surfaces, row: Ints, d: Floats) -> Floats:
-    away = _away(surfaces, row, d)[0]
+    if kind == "cylinder":
+        return away
+    if kind == "cone":
+        angle = surfaces.semi_angle[row]
+        # Beyond the apex the same generators go on at the other side.
+        side = np.sign(surfaces.radius[row] + height * np.tan(angle))
+        normal = np.cos(angle) * away - (side * np.sin(angle)) * take(surfaces.z, row)
+        normal[:, reach < _AXIS] = np.nan
+        return np.asarray(normal)
     arm = d - surfaces.radius[row] * away
     normal = arm / np.sqrt(dot(arm, arm))
     normal[:, surfaces.radius2[row] >= surfaces.radius[row] - _AXIS] = np.nan
@@ -335,9 +292,6 @@ def _away(surfaces: Surfaces, row: Ints, d: Floats) -> tuple[Floats, Floats, Flo
     across = d - height * z
     reach = np.sqrt(dot(across, across))
     return across / np.where(reach > 0, reach, 1.0), reach, height
-
-
-_ROUND = {"cylinder": _cylinder, "cone": _cone, "sphere": _sphere, "torus": _torus}
 
 
 # How far points lie from surfaces.
@@ -361,13 +315,9 @@ def distances(surfaces: Surfaces, row: Ints, points: Floats, uv: Floats, enough:
 
 
 def _of_analytic(surfaces: Surfaces, kind: str, row: Ints, points: Floats) -> Floats:
-    arm = points.T - take(surfaces.origin, row)
-    z = take(surfaces.z, row)
-    height = dot(arm, z)
+    _, reach, height = _away(surfaces, row, points.T - take(surfaces.origin, row))
     if kind == "plane":
         return np.asarray(np.abs(height))
-    across = arm - height * z
-    reach = np.sqrt(dot(across, across))
     radius = surfaces.radius[row]
     if kind == "cylinder":
         return np.asarray(np.abs(reach - radius))

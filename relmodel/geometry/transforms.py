@@ -68,19 +68,9 @@ def rotation_matrix(r: npt.ArrayLike) -> Floats:
 
 def rotation_vector(rotation: Floats) -> Floats:
     """The rotation vector (3,) of a rotation matrix, radians; inverse of `rotation_matrix` for angles below pi."""
-    v = 0.5 * np.array(
-        [rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]]
-    )
-    sine, cosine = float(np.linalg.norm(v)), 0.5 * (float(np.trace(rotation)) - 1)
-    angle = np.arctan2(sine, cosine)
-    if sine > 1e-8:
-        return np.asarray(v * (angle / sine))
-    if cosine > 0:
-        return np.asarray(v)
-    # Half a turn: the axis is the column of (R + I) that is longest.
-    m = rotation + np.eye(3)
-    column = m[:, int(np.argmax(np.linalg.norm(m, axis=0)))]
-    return np.asarray(column / np.linalg.norm(column) * angle)
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_matrix(rotation).as_rotvec())
 
 
 def nearest_rotation(matrix: Floats) -> Floats:
@@ -96,14 +86,13 @@ def boxes_carried(a_from_b: Floats, boxes: Floats) -> Floats:
     Graphics Gems 1990.)  Each bound is a sum of products in the order x, y, z, translation: rounding is monotone, so
     a box that holds another still holds it when both are carried, and SQL that sums in this order gives equal bits.
     """
-    low = np.empty((len(boxes), 3))
-    high = np.empty((len(boxes), 3))
+    out = np.empty((len(boxes), 6))
     for i in range(3):
-        products = [(a_from_b[..., i, j] * boxes[:, j], a_from_b[..., i, j] * boxes[:, 3 + j]) for j in range(3)]
-        (x, x_), (y, y_), (z, z_) = products
-        low[:, i] = np.minimum(x, x_) + np.minimum(y, y_) + np.minimum(z, z_) + a_from_b[..., i, 3]
-        high[:, i] = np.maximum(x, x_) + np.maximum(y, y_) + np.maximum(z, z_) + a_from_b[..., i, 3]
-    return np.concatenate([low, high], axis=1)
+        ends = [(a_from_b[..., i, j] * boxes[:, j], a_from_b[..., i, j] * boxes[:, 3 + j]) for j in range(3)]
+        for column, extreme in ((i, np.minimum), (3 + i, np.maximum)):
+            x, y, z = (extreme(*pair) for pair in ends)
+            out[:, column] = x + y + z + a_from_b[..., i, 3]
+    return out
 
 
 # Many vectors at once, stored by components (d, n), so that NumPy's inner loops run along the vectors.
@@ -153,33 +142,25 @@ def outermost(points: Floats) -> Floats:
     """Those of points (n, 3) that lie farthest out in some direction; of flat ones all.
 
     What lies within a polytope between a few of the points is none of them and is left out first (Akl and Toussaint,
-    "A fast convex hull algorithm", 1978): to find the hull of all takes three times as long.
+    "A fast convex hull algorithm", 1978), which also leaves out what is off one of them by rounding only.
     """
     from scipy.spatial import ConvexHull, QhullError
 
     try:
         left = points
         for count in _DIRECTIONS:
-            if len(left) > _FEW:
-                left = _outside(left, _spread(count))
+            if len(left) <= _FEW:
+                break
+            kept = np.zeros(len(left), bool)
+            kept[(_spread(count) @ left.T).argmax(axis=1)] = True
+            sides = ConvexHull(left[kept]).equations
+            rounding = 4 * np.finfo(float).eps * np.abs(left).max()
+            for rows in (slice(first, first + _BLOCK) for first in range(0, len(left), _BLOCK)):
+                kept[rows] |= (sides[:, :3] @ left[rows].T + sides[:, 3:]).max(axis=0) > rounding
+            left = left[kept]
         return np.asarray(left[ConvexHull(left).vertices], float)
     except (QhullError, ValueError):  # flat, or fewer than four
         return points
-
-
-def _outside(points: Floats, directions: Floats) -> Floats:
-    """Those of points (n, 3) that do not lie within the hull of those farthest out along some directions (m, 3), and
-    these."""
-    from scipy.spatial import ConvexHull
-
-    kept = np.zeros(len(points), bool)
-    kept[(directions @ points.T).argmax(axis=1)] = True
-    sides = ConvexHull(points[kept]).equations
-    rounding = 4 * np.finfo(float).eps * np.abs(points).max()
-    for first in range(0, len(points), _BLOCK):
-        rows = slice(first, first + _BLOCK)
-        kept[rows] |= (sides[:, :3] @ points[rows].T + sides[:, 3:]).max(axis=0) > rounding
-    return np.asarray(points[kept])
 
 
 def _spread(count: int) -> Floats:
@@ -225,13 +206,10 @@ class Hulls:
     @classmethod
     def of(cls, columns: Mapping[str, npt.NDArray[Any]]) -> Hulls:
         """Of the rows of the query find/hulls."""
-        arrays = [
-            np.concatenate([np.empty(0), *columns[name]]).astype(float) for name in ("hull_x", "hull_y", "hull_z")
-        ]
-        lengths = [len(corners) for corners in columns["hull_x"]]
-        start = np.cumsum([0, *lengths])
-        ids = columns["shape_id"].astype(np.int64)
-        return cls(ids, np.stack(arrays, axis=1), start, columns["hull_mm"].astype(float))
+        names = ("hull_x", "hull_y", "hull_z")
+        corners = np.stack([np.concatenate([np.empty(0), *columns[name]]).astype(float) for name in names], axis=1)
+        start = np.cumsum([0, *map(len, columns["hull_x"])])
+        return cls(columns["shape_id"].astype(np.int64), corners, start, columns["hull_mm"].astype(float))
 
 
 def boxes_placed(
@@ -271,7 +249,6 @@ def boxes_placed(
 # moved along the axis by the joint's value (the convention of URDF). Angles rad, travel mm.
 
 KINDS = ("revolute", "continuous", "prismatic", "fixed")
-_LIMIT_SLACK = 1e-9
 
 
 @dataclass(frozen=True)
@@ -296,6 +273,10 @@ class Joint:
     upper: float | None
     parent_from_joint: Floats  # (4, 4)
     mimic: Mimic | None = None
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        return -np.inf if self.lower is None else self.lower, np.inf if self.upper is None else self.upper
 
     def motion(self, value: float) -> Floats:
         """`joint_from_child` (4, 4) at a value, rad or mm."""
@@ -336,7 +317,13 @@ class JointTree:
             raise InputError(
                 f"the links {roots[0]!r} and {roots[1]!r} have no parent joint: join them, one link is the root"
             )
-        self.joints = tuple(_ordered(joints, roots))
+        ordered: list[Joint] = []
+        reached = list(roots)
+        for link in reached:  # grows: breadth first
+            below = [joint for joint in joints if joint.parent == link]
+            ordered += below
+            reached += [joint.child for joint in below]
+        self.joints = tuple(ordered)
         if len(self.joints) < len(joints) or not roots:
             ring = next(j for j in joints if j not in self.joints)
             raise InputError(f"joint {ring.name!r} belongs to a cycle of joints: links must form a tree")
@@ -363,17 +350,9 @@ class JointTree:
         A joint that is not given stands at zero, or at the limit next to it.  Raises InputError, beginning with
         `what`, for an unknown joint, one given twice, or a value outside the limits, of a follower too.
         """
-        named: dict[str, float] = {}
-        for name, number in given.items():
-            joint, value = self._named(name, float(number), what)
-            if joint.name in named:
-                raise InputError(f"{what}: joint {joint.name!r} is given twice: give it once")
-            named[joint.name] = value
-        out = {}
+        named, out = self._named(given, what), {}
         for joint in self.movable:
-            low = -np.inf if joint.lower is None else joint.lower
-            high = np.inf if joint.upper is None else joint.upper
-            out[joint.name] = named.get(joint.name, float(np.clip(0.0, low, high)))
+            out[joint.name] = named.get(joint.name, float(np.clip(0.0, *joint.limits)))
         for joint in self.joints:
             if joint.mimic is not None:
                 out[joint.name] = joint.mimic.factor * out[joint.mimic.joint] + joint.mimic.offset
@@ -388,29 +367,29 @@ class JointTree:
         Raises InputError, beginning with `what`, for an unknown joint, one given twice, or a sigma that is not above
         zero.
         """
-        out: dict[str, float] = {}
-        for name, number in given.items():
-            joint, sigma = self._named(name, float(number), what)
-            if joint.name in out:
-                raise InputError(f"{what}: joint {joint.name!r} is given twice: give it once")
+        out = self._named(given, what)
+        for name, sigma in out.items():
             if not 0 < sigma < np.inf:
-                raise InputError(f"{what}: that of joint {joint.name!r} is {sigma:g}: give one above zero")
-            out[joint.name] = sigma
+                raise InputError(f"{what}: that of joint {name!r} is {sigma:g}: give one above zero")
         return out
 
-    def _named(self, name: str, value: float, what: str) -> tuple[Joint, float]:
-        """The joint of a name that may end in `_deg`, and its value in rad or mm."""
-        joint = self._joint.get(name)
-        if joint is None and name.endswith("_deg"):
-            joint = self._joint.get(name.removesuffix("_deg"))
-            if joint is not None and joint.kind == "prismatic":
-                raise InputError(f"{what}: joint {joint.name!r} is prismatic: give its travel in mm, without _deg")
-            value = float(np.radians(value))
-        if joint is None or joint not in self.movable:
-            known = ", ".join(j.name for j in self.movable) or "there are none"
-            why = "unknown" if joint is None else "fixed" if joint.kind == "fixed" else "a follower of another"
-            raise InputError(f"{what}: joint {name!r} is {why}: name one of those that move by themselves: {known}")
-        return joint, value
+    def _named(self, given: Mapping[str, float], what: str) -> dict[str, float]:
+        """Values in rad or mm by joint, of names that may end in `_deg`."""
+        out: dict[str, float] = {}
+        for name, number in given.items():
+            joint, value = self._joint.get(name), float(number)
+            if joint is None and name.endswith("_deg"):
+                joint, value = self._joint.get(name.removesuffix("_deg")), float(np.radians(value))
+                if joint is not None and joint.kind == "prismatic":
+                    raise InputError(f"{what}: joint {joint.name!r} is prismatic: give its travel in mm, without _deg")
+            if joint is None or joint not in self.movable:
+                known = ", ".join(j.name for j in self.movable) or "there are none"
+                why = "unknown" if joint is None else "fixed" if joint.kind == "fixed" else "a follower of another"
+                raise InputError(f"{what}: joint {name!r} is {why}: name one of those that move by themselves: {known}")
+            if joint.name in out:
+                raise InputError(f"{what}: joint {joint.name!r} is given twice: give it once")
+            out[joint.name] = value
+        return out
 
     def poses(self, values: Mapping[str, float]) -> dict[str, Floats]:
         """`root_from_link` (4, 4) of every link at the values (of `values()`) of the joints."""
@@ -440,30 +419,15 @@ class JointTree:
         return out
 
 
-def _ordered(joints: Sequence[Joint], roots: list[str]) -> list[Joint]:
-    """Joints reached from the roots, breadth first."""
-    carried: dict[str, list[Joint]] = {}
-    for joint in joints:
-        carried.setdefault(joint.parent, []).append(joint)
-    out: list[Joint] = []
-    reached = list(roots)
-    for link in reached:
-        out += carried.get(link, [])
-        reached += [j.child for j in carried.get(link, [])]
-    return out
-
-
 def _check_limits(joint: Joint, value: float, what: str) -> None:
     if not np.isfinite(value):
         raise InputError(f"{what}: joint {joint.name!r} has a value that is not finite: correct it")
-    low = -np.inf if joint.lower is None else joint.lower
-    high = np.inf if joint.upper is None else joint.upper
-    if not low - _LIMIT_SLACK <= value <= high + _LIMIT_SLACK:
+    low, high = joint.limits
+    if not low - 1e-9 <= value <= high + 1e-9:
         if joint.kind == "prismatic":
             said = f"{value:g} mm is outside its limits {low:g} .. {high:g} mm"
         else:
-            said = (
-                f"{value:g} rad ({np.degrees(value):g} deg) is outside its limits {low:g} .. {high:g} rad "
-                f"({np.degrees(low):g} .. {np.degrees(high):g} deg)"
-            )
+            degrees, least, most = np.degrees([value, low, high])
+            said = f"{value:g} rad ({degrees:g} deg) is outside its limits {low:g} .. {high:g} rad "
+            said += f"({least:g} .. {most:g} deg)"
         raise InputError(f"{what}: joint {joint.name!r} at {said}: give a value within them")

@@ -215,7 +215,7 @@ def test_functions_sum_to_one_and_their_derivatives_to_nothing() -> None:
             knots = np.cumsum(r.uniform(0.1, 2.0, 7))
             inner = r.integers(1, degree + 1, 5)
             ends = [degree, degree] if periodic else [degree + 1, degree + 1]
-            basis = Basis(np.array([degree]), np.array([periodic]), [knots], [[ends[0], *inner, ends[1]]])
+            basis = Basis([degree], [periodic], [knots], [[ends[0], *inner, ends[1]]])
             t = np.concatenate([np.linspace(knots[0], knots[-1], 50), knots])
             _, value, derivative = basis.at(np.zeros(len(t), np.int64), t)
             assert value.sum(0) == pytest.approx(np.ones(len(t)))
