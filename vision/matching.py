@@ -193,7 +193,7 @@ def _curves(points: Columns, arcs: int) -> Curves:
 
 
 def _surfaces(seen: SurfaceMap) -> tuple[Ints, Areas]:
-    """Surfaces that show at least `p.least_surface_px`, and the outlines of what they show."""
+    """Surfaces that show at least `LEAST_SURFACE_PX`, and the outlines of what they show."""
     import cv2
 
     shown = seen.surface.ravel()

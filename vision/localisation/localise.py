@@ -92,7 +92,7 @@ def find_symmetries(scene: Scene, best: Floats, others: list[Floats]) -> list[Fl
 
 def complete_group(motions: list[Floats]) -> list[Floats]:
     """All motions (4, 4) that follow from some by doing one after the other, the identity first; no more than
-    `p.most`."""
+    `MOST_MOTIONS`."""
     group = [np.eye(4)]
     for member in group:  # grows as it is walked
         for motion in motions:

@@ -112,7 +112,7 @@ def _share_cost_of_shifts(prediction: Prediction, shift: Floats) -> Floats:
 def _score_displaced(
     prediction: Prediction, pixel: Floats, direction: Floats, fields: list[Evidence], index: EdgeIndex
 ) -> Floats:
-    """The log odds (c,) of samples of one camera whose image may be shifted by up to `p.support.displaced_px`, and
+    """The log odds (c,) of samples of one camera whose image may be shifted by up to `DISPLACED_PX`, and
     then turned and scaled a little."""
     steps = np.arange(-DISPLACED_PX, DISPLACED_PX + 1e-9, 2.0)
     shifts = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
