@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime, timedelta
 from typing import Any, NamedTuple
@@ -14,9 +14,9 @@ import numpy as np
 import sqlalchemy as sa
 from sqlalchemy import Connection, Row
 
-from relmodel.arrays import Floats, Ints
+from relmodel.arrays import Floats
 from relmodel.errors import UsageError
-from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices, rotation_vector
+from relmodel.geometry.transforms import matrices, rotation_vector
 from relmodel.names import nearest_name
 from relmodel.store import Run, Store, sql
 
@@ -77,8 +77,7 @@ def explain(
     else:
         subject = "feature" if feature is not None else "pose" if pose else "verdict"
     with store.read() as connection:
-        asked["run"] = run_named(store, connection, name)
-        _check_run(store, connection, asked["run"])
+        asked["run"] = inspection_named(store, connection, name)
         said = [
             Sentence(query.rpartition("/")[2].partition("_")[2], str(row.sentence))
             for query in sql.query_names(f"why/{subject}")
@@ -89,7 +88,10 @@ def explain(
     return said
 
 
-def _check_run(store: Store, connection: Connection, run: int) -> None:
+def inspection_named(store: Store, connection: Connection, name: int | str | None) -> int:
+    """The run that `run_named` finds.  Raises UsageError unless it is an inspection that came to a verdict, whose rows
+    are there."""
+    run = run_named(store, connection, name)
     it = find_run(store, connection, run)
     if it.kind != "inspect":
         raise UsageError(f"run {run} is of kind {it.kind}: name one of kind inspect, as relmodel runs lists them")
@@ -98,6 +100,7 @@ def _check_run(store: Store, connection: Connection, run: int) -> None:
         raise UsageError(f"what run {run} found was pruned by run {pruned[0].by_run_id}")
     if it.verdict is None:
         raise UsageError(f"run {run} came to no verdict, it is {it.state}{f': {it.message}' if it.message else ''}")
+    return run
 
 
 def _nothing(store: Store, connection: Connection, run: int, camera: str, arc: int, path: str) -> str:
@@ -197,32 +200,28 @@ def _flat(value: Any, name: str = "") -> Iterator[tuple[str, str]]:
 
 def _poses(first: Any, second: Any) -> list[Difference]:
     """How two poses differ: along and about the world's axes, then along and about those of the first rig."""
-    a, b = (matrices({c: np.array([getattr(row, c)]) for c in MATRIX_COLUMNS})[0] for row in (first, second))
+    a, b = (matrices(row._mapping) for row in (first, second))
     if np.array_equal(a, b) and list(first.covariance) == list(second.covariance):
         return []
-    turn = rotation_vector(b[:3, :3] @ a[:3, :3].T)
-    world = _sigmas(first.covariance_world) ** 2 + _sigmas(second.covariance_world) ** 2
-    rig = _sigmas(first.covariance) ** 2 + _sigmas(second.covariance) ** 2
-    out = [
-        Difference("pose in the world", f"{axis}, mm", float(a[i, 3]), float(b[i, 3]), float(b[i, 3] - a[i, 3]), sigma)
-        for i, (axis, sigma) in enumerate(zip(_AXES, np.sqrt(world[:3]).tolist(), strict=True))
-    ]
-    out += _moved("pose in the world", "turn about", turn, np.sqrt(world[3:]), "rad")
-    shift = a[:3, :3].T @ (b[:3, 3] - a[:3, 3])
-    out += _moved("pose in the rig", "shift along", shift, np.sqrt(rig[:3]), "mm")
-    out += _moved("pose in the rig", "turn about", a[:3, :3].T @ turn, np.sqrt(rig[3:]), "rad")
-    for section, name in (("sigma in the world", "covariance_world"), ("sigma in the rig", "covariance")):
-        before, after = (_sigmas(getattr(row, name)).tolist() for row in (first, second))
+    shift, turn = b[:3, 3] - a[:3, 3], rotation_vector(b[:3, :3] @ a[:3, :3].T)
+    frames = {"world": ("covariance_world", np.eye(3)), "rig": ("covariance", a[:3, :3])}
+    sigmas = {frame: [_sigmas(getattr(row, name)) for row in (first, second)] for frame, (name, _) in frames.items()}
+    out: list[Difference] = []
+    old: float | None
+    new: float | None
+    for frame, (_, axes) in frames.items():
+        moved = np.concatenate([axes.T @ shift, axes.T @ turn]).tolist()
+        for i, (by, sigma) in enumerate(zip(moved, np.hypot(*sigmas[frame]).tolist(), strict=True)):
+            if frame == "world" and i < 3:
+                name, old, new = f"{_AXES[i]}, mm", float(a[i, 3]), float(b[i, 3])
+            else:
+                name, old, new = f"{'turn about' if i > 2 else 'shift along'} {_AXES[i % 3]}, {_UNITS[i]}", None, None
+            out.append(Difference(f"pose in the {frame}", name, old, new, by, sigma))
+    for frame, (before, after) in sigmas.items():
         labels = [f"{'about ' if i > 2 else ''}{_AXES[i % 3]}, {unit}" for i, unit in enumerate(_UNITS)]
-        out += [
-            Difference(section, label, x, y, y - x) for label, x, y in zip(labels, before, after, strict=True) if x != y
-        ]
+        both = zip(labels, before.tolist(), after.tolist(), strict=True)
+        out += [Difference(f"sigma in the {frame}", label, x, y, y - x) for label, x, y in both if x != y]
     return out
-
-
-def _moved(section: str, how: str, by: Floats, sigma: Floats, unit: str) -> list[Difference]:
-    rows = zip(_AXES, by.tolist(), sigma.tolist(), strict=True)
-    return [Difference(section, f"{how} {axis}, {unit}", None, None, value, s) for axis, value, s in rows]
 
 
 def _sigmas(covariance: Any) -> Floats:
@@ -300,38 +299,27 @@ def _select(store: Store, connection: Connection, p: Pruning) -> list[int]:
 @contextmanager
 def _asked(store: Store, connection: Connection, runs: list[int]) -> Iterator[None]:
     """The keys of what is removed, as relations: asked_run, asked_image, asked_extraction, asked_unit_set."""
-    with store.relation(connection, "asked_run", {"run_id": _keys(runs)}):
-        images = [row.image_id for row in store.rows(connection, "prune/images")]
-        with store.relation(connection, "asked_image", {"image_id": _keys(images)}):
-            extractions = [row.extraction_id for row in store.rows(connection, "prune/extractions")]
-            with store.relation(connection, "asked_extraction", {"extraction_id": _keys(extractions)}):
-                sets = [row.unit_set_id for row in store.rows(connection, "prune/unit_sets")]
-                with store.relation(connection, "asked_unit_set", {"unit_set_id": _keys(sets)}):
-                    yield
-
-
-def _keys(numbers: list[int]) -> Ints:
-    return np.asarray(numbers, np.int64)
+    with ExitStack() as held:
+        for what in ("run", "image", "extraction", "unit_set"):
+            found = runs if what == "run" else [row[0] for row in store.rows(connection, f"prune/{what}s")]
+            keys = {f"{what}_id": np.asarray(found, np.int64)}
+            held.enter_context(store.relation(connection, f"asked_{what}", keys))
+        yield
 
 
 def _doomed(store: Store, connection: Connection, what: str) -> list[tuple[str, str, str]]:
     """Table, key column and relation of keys of what is removed, referring tables first."""
     if what == "pictures":
         return [("image_blob", "image_id", "asked_image")]
-    relations = [row for row in store.rows(connection, "store/relations") if row.standing != "view"]
-    keys = {"image_blob": ("image_id", "asked_image"), "extraction": ("extraction_id", "asked_extraction")}
-    keys["unit_set"] = ("unit_set_id", "asked_unit_set")
-    for row in relations:
-        columns = store.table(row.relation).columns
-        if row.relation in keys:
-            continue
-        if "run_id" in columns and (row.level in _LEVELS or row.relation in _OF_RUNS):
-            keys[row.relation] = ("run_id", "asked_run")
-        elif "extraction_id" in columns:
-            keys[row.relation] = ("extraction_id", "asked_extraction")
-        elif "unit_set_id" in columns:
-            keys[row.relation] = ("unit_set_id", "asked_unit_set")
-    return [(table, *keys[table]) for table in reversed(store.parents_first(keys))]
+    key_of = {"image_blob": "image", "extraction": "extraction", "unit_set": "unit_set"}
+    for row in store.rows(connection, "store/relations"):
+        if row.standing != "view" and row.relation not in key_of:
+            columns = set(store.table(row.relation).columns.keys())
+            if row.level not in _LEVELS and row.relation not in _OF_RUNS:
+                columns -= {"run_id"}
+            if key := next((key for key in ("run", "extraction", "unit_set") if f"{key}_id" in columns), None):
+                key_of[row.relation] = key
+    return [(table, f"{key_of[table]}_id", f"asked_{key_of[table]}") for table in reversed(store.parents_first(key_of))]
 
 
 def _count(store: Store, connection: Connection, table: str, column: str, keys: str) -> int:

@@ -25,8 +25,8 @@ def matrix_columns(transforms: npt.ArrayLike) -> dict[str, Floats]:
     return {name: m[:, int(name[1]), int(name[2])].copy() for name in MATRIX_COLUMNS}
 
 
-def matrices(columns: Mapping[str, Any]) -> Floats:
-    """Transforms (n, 4, 4) from columns m00 .. m23."""
+def matrices(columns: Mapping[Any, Any]) -> Floats:
+    """Transforms (n, 4, 4) from columns m00 .. m23; one (4, 4) from a row that has them."""
     out = np.zeros((*np.shape(columns[MATRIX_COLUMNS[0]]), 4, 4))
     for name in MATRIX_COLUMNS:
         out[..., int(name[1]), int(name[2])] = columns[name]

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from relmodel.arrays import Floats
+from relmodel.arrays import Floats, fields_of
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
@@ -62,8 +62,6 @@ def weigh_variants(
     return rank(out)
 
 
-# Which of the loaded objects pictures show, and where, with no world given: `relmodel inspect --against`.
-
 LEAST_MARGIN = 3.0
 """nats of evidence, 20 to 1, that tell one variant from another, as the view `found_variant` has it"""
 
@@ -96,15 +94,8 @@ class ComparedObject:
     object_from_rig: Floats | None = None
 
     def to_json(self) -> dict[str, Any]:
-        return {
-            "object": self.candidate.name,
-            "variant": self.candidate.variant,
-            "state": self.state,
-            "score": self.score,
-            "verdict": self.verdict,
-            "posterior": self.posterior,
-            "object_from_rig": None if self.object_from_rig is None else self.object_from_rig.tolist(),
-        }
+        named = {"object": self.candidate.name, "variant": self.candidate.variant}
+        return named | fields_of(self, "state score verdict posterior object_from_rig")
 
 
 class Recognition(NamedTuple):
@@ -204,10 +195,7 @@ def record_comparisons(write: Writer, considered: Sequence[ComparedObject]) -> N
         "considered_object",
         rank_no=np.arange(len(considered)),
         object_variant_id=[it.candidate.object_variant_id for it in considered],
-        score=[it.score for it in considered],
-        state=[it.state for it in considered],
-        verdict=[it.verdict for it in considered],
-        posterior=[it.posterior for it in considered],
+        **{name: [getattr(it, name) for it in considered] for name in ("score", "state", "verdict", "posterior")},
         **{name: np.ma.masked_invalid(values) for name, values in matrix_columns(poses).items()},
     )
 
@@ -279,9 +267,8 @@ def _judge_variants(it: _Chosen, state: str, among: Sequence[Candidate]) -> dict
 
 
 def _add_pose(it: ComparedObject, found: Localisation) -> ComparedObject:
-    verdict, best = found.verdict, found.best
-    pose = None if best is None else best.world_from_rig
-    return replace(it, verdict=verdict.verdict, posterior=verdict.posterior, object_from_rig=pose)
+    pose = None if found.best is None else found.best.world_from_rig
+    return replace(it, verdict=found.verdict.verdict, posterior=found.verdict.posterior, object_from_rig=pose)
 
 
 def _share_edges(one: Localisation, other: Localisation) -> float:

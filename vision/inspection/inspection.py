@@ -10,11 +10,12 @@ from typing import Any, NamedTuple
 
 from sqlalchemy import Connection
 
-from relmodel.arrays import Floats
+from relmodel.arrays import Floats, fields_of
 from relmodel.drawing.draw import check_crops, check_writable, write_crops, write_overlay
 from relmodel.errors import UsageError
 from relmodel.find.find import world_named
 from relmodel.labelling.solve import check_mode
+from relmodel.printing import finite
 from relmodel.resources import user_name
 from relmodel.store import Run, Store
 from relmodel.store.runs import record_digests
@@ -126,9 +127,6 @@ def parse_not_as_modelled(given: str, option: str) -> list[str]:
     return words
 
 
-# The main job: from a rig's pictures to the parts in view and the pose of the cameras, every step in the store.
-
-# The kernels of an inspection.
 KERNELS = (
     "relmodel.find.rtree_kernels",
     *extraction.KERNELS,
@@ -194,45 +192,25 @@ class Inspection:
 
     def to_json(self) -> dict[str, Any]:
         """The answer in plain lists and numbers, under the names of the fields; of the selection, how many."""
-
-        def plain(matrix: Floats | None) -> list[list[float]] | None:
-            return None if matrix is None else matrix.tolist()
-
-        return {
-            "run": self.run,
-            "verdict": self.verdict,
+        mm, rad = self.needs.translation_mm, self.needs.rotation
+        said = {
+            **fields_of(self, "run verdict"),
             "outcome": self.outcome.to_json(),
-            "reason": self.reason,
-            "posterior": self.posterior,
-            "missing": self.missing,
-            "needs": {
-                "translation_mm": self.needs.translation_mm,
-                "rotation_deg": math.degrees(self.needs.rotation),
-            },
-            "sigma": {
-                "translation_mm": _stated(self.sigma_mm),
-                "rotation_deg": _stated(math.degrees(self.sigma_rad)),
-            },
-            "weakest": self.weakest,
-            "world_from_rig": plain(self.world_from_rig),
-            "world_from_camera": {name: plain(pose) for name, pose in self.world_from_camera.items()},
-            "covariance": plain(self.covariance),
+            **fields_of(self, "reason posterior missing"),
+            "needs": {"translation_mm": mm, "rotation_deg": math.degrees(rad)},
+            "sigma": {"translation_mm": self.sigma_mm, "rotation_deg": math.degrees(self.sigma_rad)},
+            **fields_of(self, "weakest world_from_rig world_from_camera covariance"),
             "base_correction": None if self.base_correction is None else self.base_correction.to_json(),
             "parts_in_view": self.parts_in_view,
             "presence": None if self.presence is None else describe(self.presence),
             "variants": [variant.to_json() for variant in self.variants],
             "considered": [it.to_json() for it in self.considered],
             "selection": {"parts": len(self.selection.shown), "superfluous": self.selection.superfluous},
-            "hypotheses": [{"world_from_rig": plain(pose), "cost": cost} for pose, cost in self.hypotheses],
-            "equivalent": [plain(pose) for pose in self.equivalent],
-            "notes": self.notes,
+            "hypotheses": [{"world_from_rig": pose, "cost": cost} for pose, cost in self.hypotheses],
+            **fields_of(self, "equivalent notes"),
             "timings_s": {name: round(seconds, 4) for name, seconds in self.timings_s.items()},
         }
-
-
-def _stated(value: float) -> float | None:
-    """A number as JSON has it: none where nothing is known."""
-    return value if math.isfinite(value) else None
+        return finite(said)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -356,12 +334,8 @@ class Request:
             world_id=world_id,
             world=world,
             against=None if task.against is None else tuple(task.against),
-            carrier=task.carrier,
-            serial=task.serial,
             operator=task.operator or user_name(),
-            keep_images=task.keep_images,
-            full_audit=task.full_audit,
-            variants=task.variants,
+            **fields_of(task, "carrier serial keep_images full_audit variants"),
         )
 
     def parameters(self) -> dict[str, Any]:
@@ -538,13 +512,8 @@ def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> Mounted
 def _correction(mounted: MountedRig | None, carrier: Carrier, found: Localisation) -> Correction | None:
     if mounted is None or found.best is None or found.verdict.verdict != "accepted":
         return None
-    return correct_base(
-        mounted,
-        found.best.world_from_rig,
-        found.best.covariance,
-        joint_sigmas=carrier.joint_sigmas,
-        base_covariance=carrier.base_covariance,
-    )
+    known = fields_of(carrier, "joint_sigmas base_covariance")
+    return correct_base(mounted, found.best.world_from_rig, found.best.covariance, **known)
 
 
 def _answer(run: Run, it: Result, outcome: Outcome, notes: list[str]) -> Inspection:
@@ -552,13 +521,7 @@ def _answer(run: Run, it: Result, outcome: Outcome, notes: list[str]) -> Inspect
     return Inspection(
         run=run.id,
         outcome=outcome,
-        reason=verdict.reason,
-        posterior=verdict.posterior,
-        missing=verdict.missing,
-        needs=it.needs,
-        sigma_mm=verdict.sigma_mm,
-        sigma_rad=verdict.sigma_rad,
-        weakest=verdict.weakest,
+        **fields_of(verdict, "reason posterior missing sigma_mm sigma_rad weakest"),
         world_from_rig=best.world_from_rig if best else None,
         world_from_camera={
             name: best.world_from_rig @ found.rig.rig_from_camera[name] if best else None for name in found.rig.cameras
@@ -566,10 +529,7 @@ def _answer(run: Run, it: Result, outcome: Outcome, notes: list[str]) -> Inspect
         covariance=best.covariance if best else None,
         base_correction=it.correction,
         parts_in_view=[] if it.parts is None else it.parts.rows(),
-        presence=it.presence,
-        variants=it.variants,
-        considered=it.considered,
-        selection=it.selection,
+        **fields_of(it, "needs presence variants considered selection"),
         hypotheses=[(h.world_from_rig, h.cost) for h in found.hypotheses],
         equivalent=found.equivalent,
         notes=notes,

@@ -42,12 +42,9 @@ class InspectionParameters:
 def choose_methods(parameters: InspectionParameters, *, stereo: str, search: str) -> InspectionParameters:
     """The parameters with that method of stereo (`vision.stereo.match.METHODS`) and, in stereo and in each view, that
     search of labellings (`relmodel.labelling.solve.MODES`)."""
-    pose = replace(parameters.matching.pose, search=search)
-    return replace(
-        parameters,
-        stereo=replace(parameters.stereo, method=stereo, search=search),
-        matching=replace(parameters.matching, pose=pose),
-    )
+    of_stereo = replace(parameters.stereo, method=stereo, search=search)
+    of_views = replace(parameters.matching, pose=replace(parameters.matching.pose, search=search))
+    return replace(parameters, stereo=of_stereo, matching=of_views)
 
 
 DEFAULTS = InspectionParameters()

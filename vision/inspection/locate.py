@@ -96,7 +96,8 @@ class Locator:
         located = Location(target, used, self.localise(scene, used, starts), relations)
         if prior is None:
             return located
-        if self._is_unlikely(located.found) and _explain_enough(starts):
+        likely = located.found.verdict.weighed.get("likely", 0.0)
+        if likely < self.p.localisation.verdict.min_posterior and _explain_enough(starts):
             scanned = self.localise(scene, prior, replace(starts, enough=np.inf))
             located = max(located, located._replace(found=scanned), key=lambda it: it.found.verdict.posterior)
         doubted = self._doubt(prior) if located.found.verdict.verdict == "refused" else None
@@ -121,9 +122,6 @@ class Locator:
             return None
         verdict = weigh_against_prior(found.verdict, prior, pose, believe_pictures=self.p.believe_pictures)
         return Location(everything, used, replace(found, verdict=verdict), relations)
-
-    def _is_unlikely(self, found: Localisation) -> bool:
-        return found.verdict.weighed.get("likely", 0.0) < self.p.localisation.verdict.min_posterior
 
     def join(self, scene: Scene, prior: Prior | None) -> PoseCandidates:
         """The poses that the join of circles gives, and what they are perturbations of; without stereo those of the
@@ -164,9 +162,6 @@ class Locator:
 
 def _explain_enough(starts: Candidates) -> bool:
     return bool(len(starts.score)) and float(starts.score.max()) >= starts.enough
-
-
-# Each camera's picture matched against what a pose lets it see.
 
 
 def match_views(

@@ -103,10 +103,12 @@ def measure_blur(grey: Floats) -> float:
     """
     import cv2
 
-    single = grey.astype(np.float32)
-    fine, coarse = (
-        _slopes(np.asarray(cv2.GaussianBlur(single, (0, 0), sigma), np.float32)) for sigma in (FINE_PX, COARSE_PX)
-    )
+    def slopes(sigma: float) -> Floats32:
+        smooth = cv2.GaussianBlur(grey.astype(np.float32), (0, 0), sigma)
+        x, y = (cv2.Sobel(smooth, cv2.CV_32F, *axis, scale=0.125) for axis in ((1, 0), (0, 1)))
+        return np.asarray(np.hypot(x, y), np.float32)
+
+    fine, coarse = slopes(FINE_PX), slopes(COARSE_PX)
     # On the ridge of the slope alone: beside it both are less, and the coarse one less so.
     ridge = fine >= cv2.dilate(fine, np.ones((5, 5), np.uint8))
     strong = fine[ridge & (fine > 2.0)]
@@ -117,13 +119,6 @@ def measure_blur(grey: Floats) -> float:
     own = FINE_PX**2 + 1 / 3, COARSE_PX**2 + 1 / 3
     spread = np.maximum((own[1] - ratio * own[0]) / (ratio - 1), 0.0)
     return float(np.sqrt(np.quantile(spread, SHARPEST)))
-
-
-def _slopes(grey: Floats32) -> Floats32:
-    import cv2
-
-    x, y = (cv2.Sobel(grey, cv2.CV_32F, *axis, scale=0.125) for axis in ((1, 0), (0, 1)))
-    return np.asarray(np.hypot(x, y), np.float32)
 
 
 def measure_quality(run: int, store: Database, rig: Rig, seen: Mapping[str, SeenPicture]) -> dict[str, Quality]:
@@ -154,16 +149,9 @@ def _find_stale(run: int, store: Database, rig: Rig, pictures: Mapping[str, Pict
         return stale
     with store.read() as connection:
         for name, beside in pairs:
-            found = store.rows(
-                connection,
-                "cameras/stale_picture",
-                run=run,
-                camera=name,
-                sha256=pictures[name].sha256,
-                other_camera=beside,
-                other_sha256=pictures[beside].sha256,
-            )
-            if found:
+            asked = {"camera": name, "sha256": pictures[name].sha256}
+            asked |= {"other_camera": beside, "other_sha256": pictures[beside].sha256}
+            if found := store.rows(connection, "cameras/stale_picture", run=run, **asked):
                 stale[name] = min(int(found[0].run_id), stale.get(name, run))
     return stale
 

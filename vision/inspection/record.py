@@ -209,8 +209,6 @@ def _singular_values(refined: Refined) -> Floats:
     return np.linalg.svd(scaled, compute_uv=False)
 
 
-# A picture matched against a view, as rows of the store.
-
 BEST = 0  # number of the hypothesis that views and correspondences belong to
 FIRST_OF_VIEWS = 1  # number of the first view's problem, after that of stereo
 
@@ -276,9 +274,6 @@ def record_match(
     for table, found in tables.items():
         write(table, problem_no=FIRST_OF_VIEWS + view_no, **found)
 
-
-# The thresholds of an inspection's decisions and what its verdict weighed, as rows of `threshold`, `verdict_statistic`,
-# `hypothesis_support`, `camera_unknown` and `solved_pose`.
 
 # A camera's own unknowns in the order of `CameraUnknowns`.
 UNKNOWNS = ("response", "centre_u", "centre_v", "focal", "x", "y", "z", "rx", "ry", "rz")

@@ -14,7 +14,7 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Columns, ColumnValues, Floats, Ints, row_count, take
 from relmodel.errors import UsageError
-from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
+from relmodel.geometry.transforms import matrices
 from relmodel.resources import code_sha256
 from relmodel.store import Run, Store, bulk
 from relmodel.store.database import round_columns
@@ -92,15 +92,12 @@ class _Rehearsal(Run):
 
 
 def replay(store: Store, run: int) -> Replay:
-    """Make an inspection again from what the store has of its inputs, and compare all its rows.  Writes nothing.
-
-    Raises UsageError for runs that are no finished inspections, or whose rows or pictures the store does not have.
-    """
+    """Make an inspection that came to a verdict again from what the store has of its inputs, and compare all its rows.
+    Writes nothing.  Raises UsageError where the store does not have its pictures."""
     with store.read() as connection:
-        _check(store, connection, run)
         (given,) = store.rows(connection, "audit/inspected", run=run)
         pictures = store.rows(connection, "audit/pictures", run=run)
-        sets = [row.id for row in store.rows(connection, "audit/view_sets", run=run)]
+        sets = store.select(connection, "unit_set", "id", order="view_no", run_id=run)["id"].tolist()
         inputs = _read_inputs(store, connection, run, given, pictures)
     stated, others = json.loads(given.parameters), _changed(json.loads(given.versions), given.code_sha256)
     if inputs.selection is not None:
@@ -137,10 +134,9 @@ def _read_inputs(store: Store, connection: Connection, run: int, given: Any, pic
     read = read_pictures({row.camera: PictureBytes(row.file_name, row.bytes) for row in pictures}, rig)
     prior = selection = None
     if given.prior_covariance is not None:
-        pose = matrices({name: np.array([getattr(given, name)]) for name in MATRIX_COLUMNS})[0]
-        prior = Prior(pose, np.reshape(given.prior_covariance, (6, 6)))
+        prior = Prior(matrices(given._mapping), np.reshape(given.prior_covariance, (6, 6)))
         if not given.is_newest:
-            parts = store.columns(connection, "audit/selected_parts", run=run)
+            parts = store.select(connection, "selected_part", order="occurrence_id", run_id=run)
             selection = Selection(parts["occurrence_id"], np.full(len(parts["shown"]), -1), parts["shown"])
     return Inputs(rig, read, prior, Needs(given.needs_translation_mm, given.needs_rotation), selection)
 
@@ -153,19 +149,6 @@ def _read_request(given: Any, stated: dict[str, Any]) -> Request:
     own: dict[str, Any] = {field.name: stated.get(field.name) for field in fields(Request)}
     where = {"world_id": given.world_id if against is None else -1, "against": against}
     return Request(**own | where | {"carrier": carrier})
-
-
-def _check(store: Store, connection: Connection, run: int) -> None:
-    found = store.rows(connection, "audit/run", run=run)
-    if not found:
-        raise UsageError(f"there is no run {run}: relmodel runs lists them")
-    if found[0].kind != "inspect":
-        raise UsageError(f"run {run} is of kind {found[0].kind}: name one of kind inspect, as relmodel runs lists them")
-    pruned = store.rows(connection, "audit/pruned", run=run)
-    if pruned:
-        raise UsageError(f"what run {run} found was pruned by run {pruned[0].by_run_id}")
-    if found[0].verdict is None:
-        raise UsageError(f"run {run} came to no verdict, it is {found[0].state}")
 
 
 def _changed(versions: dict[str, str], code: str) -> list[str]:
@@ -246,6 +229,6 @@ def _apart(stored: npt.NDArray[Any], again: npt.NDArray[Any]) -> Floats:
 
 def _value_apart(stored: Any, again: Any) -> float:
     if stored is None or again is None or isinstance(stored, str):
-        return 0.0 if again is stored or (again is not None and again == stored) else np.inf
+        return 0.0 if stored is again or (isinstance(stored, str) and stored == again) else np.inf
     a, b = np.asarray(stored, float), np.asarray(again, float)
     return float(_apart(a, b).max(initial=0.0)) if a.shape == b.shape else np.inf

@@ -33,30 +33,24 @@ class StereoAnswer:
     matches: StereoMatches
     notes: list[str]
 
-    @property
-    def cameras(self) -> tuple[str, str]:
-        """The two cameras, in the rig's order."""
-        return self.matches.rectification.cameras
-
-    def rows(self) -> list[dict[str, Any]]:
-        """The matched arcs, then the matched regions: kind, the number in the picture of each camera under its name,
-        and of arcs the curve, both ends in the rig's frame, mm, and the greatest standard deviation of either along
-        any direction."""
+    def rows(self) -> tuple[tuple[str, ...], list[tuple[Any, ...]]]:
+        """Names of columns, and the matched arcs, then the matched regions: kind, the number in the picture of each
+        camera under its name, and of arcs the curve, both ends in the rig's frame, mm, and the greatest standard
+        deviation of either along any direction."""
         it, space = self.matches, self.matches.triangulated
         ends = np.stack([space.covariance[:, :3, :3], space.covariance[:, 3:, 3:]])
         sigma = np.sqrt(np.linalg.eigvalsh(ends)[..., -1].max(axis=0)) if len(space.first) else np.zeros(0)
-        names = ("kind", *self.cameras, "curve", "start", "end", "sigma_mm")
-        columns = (
-            space.first.tolist(), space.second.tolist(), [CURVES[curve] for curve in space.curve],
-            np.round(space.start, 3).tolist(), np.round(space.end, 3).tolist(), np.round(sigma, 3).tolist(),
-        )  # fmt: skip
-        rows: list[tuple[Any, ...]] = [("arc", *arc) for arc in zip(*columns, strict=True)]
+        names = ("kind", *it.rectification.cameras, "curve", "start", "end", "sigma_mm")
+        curves = [CURVES[curve] for curve in space.curve]
+        numbers = (np.round(column, 3).tolist() for column in (space.start, space.end, sigma))
+        arcs = zip(space.first.tolist(), space.second.tolist(), curves, *numbers, strict=True)
+        rows: list[tuple[Any, ...]] = [("arc", *arc) for arc in arcs]
         region = np.flatnonzero(it.region_label != NONE)
         rows += [
             ("region", *pair, None, None, None, None)
             for pair in zip(region.tolist(), it.region_label[region].tolist(), strict=True)
         ]
-        return [dict(zip(names, row, strict=True)) for row in rows]
+        return names, rows
 
 
 def match_pair(
@@ -90,14 +84,7 @@ def match_pair(
 
         def record(connection: Connection) -> None:
             record_rig(run, connection, cameras)
-            record_stereo(
-                run,
-                connection,
-                0,
-                one.recorded.unit_set_id,
-                other.recorded.unit_set_id,
-                matches,
-            )
+            record_stereo(run, connection, 0, one.recorded.unit_set_id, other.recorded.unit_set_id, matches)
             run.finish(connection=connection, last="record")
 
         run.transact(record)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints, Rows, rank_in_groups, sum_by_group
+from relmodel.arrays import Bools, Floats, Ints, Rows, count_from, rank_in_groups, sum_by_group
 from relmodel.geometry.transforms import rotation_matrix
 from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
@@ -410,8 +410,8 @@ class _Bodies:
         self.pictures, self.aspects, self.count = pictures, aspects.take(aspect), len(aspect)
         order = np.argsort(edges.aspect, kind="stable")
         first, last = (np.searchsorted(edges.aspect[order], aspect, side=end) for end in ("left", "right"))
-        body = np.repeat(np.arange(len(aspect)), last - first)
-        row = order[np.arange(len(body)) + np.repeat(last - np.cumsum(last - first), last - first)]
+        body, row = count_from(first, last - first)
+        row = order[row]
         by_camera = np.argsort(edges.camera[row], kind="stable")
         self.body, self.edges = body[by_camera], edges.take(row[by_camera])
         self.each = np.arange(len(body))
@@ -475,12 +475,6 @@ def report_displacements(items: Items, displacements: Displacements, p: StatePar
     sigma = np.stack([it.sigma, *it.shift_sigma.T, np.degrees(it.turn_sigma)])[:, at]
     changed = np.stack([it.far, it.far, it.far, it.far, it.turned])[:, at]
     changed[1:4] &= np.abs(value[1:4]) > np.maximum(p.changed_mm, p.changed_sigma * sigma[1:4])
-    return Measures(
-        item=np.tile(rows, len(DISPLACED)),
-        other=np.full(value.size, NONE),
-        what=np.repeat(DISPLACED, len(rows)).tolist(),
-        nominal=np.zeros(value.size),
-        value=value.ravel(),
-        sigma=sigma.ravel(),
-        changed=changed.ravel(),
-    )
+    item, what = np.tile(rows, len(DISPLACED)), np.repeat(DISPLACED, len(rows)).tolist()
+    others, zero = np.full(value.size, NONE), np.zeros(value.size)
+    return Measures(item, others, what, zero, value.ravel(), sigma.ravel(), changed.ravel())

@@ -5,7 +5,7 @@ edge accounts for.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import cv2
@@ -67,13 +67,9 @@ def list_items(stored: StoredScene, parts: PartsInView, seen: Sequence[SurfaceMa
     # Surfaces of a feature stand together; those of a part are of its occurrence.
     shape, number = (np.asarray(rows[name], np.int64) for name in ("shape_id", "feature_no"))
     first = np.flatnonzero((np.diff(shape, prepend=-1) != 0) | (np.diff(number, prepend=-1) != 0))
-    those = dict(
-        zip(zip(shape[first].tolist(), number[first].tolist(), strict=True), _slices(first, len(shape)), strict=True)
-    )
-    by_number = {
-        (o, n): s
-        for s, (o, n) in enumerate(zip(scene.surface_occurrence.tolist(), stored.surface_no.tolist(), strict=True))
-    }
+    those = {(shape[a], number[a]): slice(a, b) for a, b in pairwise([*first.tolist(), len(shape)])}
+    faces_of = zip(scene.surface_occurrence.tolist(), stored.surface_no.tolist(), strict=True)
+    by_number = {name: surface for surface, name in enumerate(faces_of)}
     of_inset = np.isin(np.asarray(rows["kind"], str), INSETS)
     insets = set(zip(shape[of_inset].tolist(), np.asarray(rows["surface_no"])[of_inset].tolist(), strict=True))
     names = zip(stored.shape_id[scene.surface_occurrence].tolist(), stored.surface_no.tolist(), strict=True)
@@ -104,10 +100,6 @@ def list_items(stored: StoredScene, parts: PartsInView, seen: Sequence[SurfaceMa
         surface=np.concatenate([*surfaces, faces]),
         inset=np.array([name in insets for name in names], bool),
     )
-
-
-def _slices(first: Ints, end: int) -> list[slice]:
-    return [slice(a, b) for a, b in pairwise([*first.tolist(), end])]
 
 
 # Regions of the pictures that lie on surfaces: a surface whose area one picture shows as regions of its own is seen.
@@ -440,42 +432,33 @@ def find_unexplained(
         share = _share(explained, picture.elements.arc, len(picture.arcs))
         free = _are_edges(picture, index, p) & (share < p.most_explained)
         pose = world_from_rig @ rig.rig_from_camera[name]
-        pieces += [
-            (np.full(len(found[0]), number), *found)
-            for found in (
-                _find_arcs(scene, camera, pose, picture, index, free, p),
-                _find_regions(scene, camera, pose, picture, free, p),
-            )
-        ]
-    columns = [np.concatenate(column) for column in zip(*pieces, strict=True)]
-    order = np.argsort(-columns[5] * columns[6], kind="stable")
-    return Unexplained(*(column[order] for column in columns))
-
-
-_UnexplainedColumns = tuple[Ints, Ints, Ints, Floats, Floats, Floats, Bools]  # of Unexplained, but for the camera
+        arcs = _find_arcs(scene, camera, pose, picture, index, free, p)
+        regions = _find_regions(scene, camera, pose, picture, free, p)
+        pieces += [replace(own, camera=np.full(len(own), number)) for own in (arcs, regions)]
+    found = Unexplained.stack(pieces)
+    return found.take(np.argsort(-found.length * found.contrast, kind="stable"))
 
 
 def _find_arcs(
     scene: Scene, camera: Camera, pose: Floats, picture: Primitives, index: EdgeIndex, free: Bools,
     p: UnexplainedParameters,
-) -> _UnexplainedColumns:  # fmt: skip
-    """Of the `free` arcs those long enough to form something."""
+) -> Unexplained:  # fmt: skip
+    """Of the `free` arcs those long enough to form something, of camera 0."""
     arcs, owner = picture.arcs, picture.elements.arc
     rows = np.flatnonzero(free & (arcs.length >= np.where(arcs.closed, p.least_closed_px, p.least_px)))
     members = np.flatnonzero(np.isin(owner, rows))
     beyond = np.zeros(len(owner), bool)
     beyond[members] = _see_nothing(scene, camera, pose, index.edges.position[members])
     kind = np.where(arcs.closed, CLOSED, np.where(arcs.kind == LINE, STRAIGHT, CURVED))
-    return (
-        kind[rows], rows, np.full(len(rows), NONE), _boxes(picture, rows), arcs.length[rows], arcs.contrast[rows],
-        _share(beyond, owner, len(arcs))[rows] > 0.5,
-    )  # fmt: skip
+    zero, none = np.zeros(len(rows), np.int64), np.full(len(rows), NONE)
+    length, contrast, most_beyond = arcs.length[rows], arcs.contrast[rows], _share(beyond, owner, len(arcs))[rows] > 0.5
+    return Unexplained(zero, kind[rows], rows, none, _boxes(picture, rows), length, contrast, most_beyond)
 
 
 def _find_regions(
     scene: Scene, camera: Camera, pose: Floats, picture: Primitives, free: Bools, p: UnexplainedParameters
-) -> _UnexplainedColumns:
-    """Regions most of whose border runs along `free` arcs, the border of the picture left out."""
+) -> Unexplained:
+    """Regions most of whose border runs along `free` arcs, the border of the picture left out, of camera 0."""
     regions, count = picture.regions, len(picture.regions)
     ring = np.repeat(np.arange(len(regions.ring_region)), np.diff(regions.ring_offsets))
     after = np.arange(1, len(ring) + 1)
@@ -502,10 +485,9 @@ def _find_regions(
     beyond = np.bincount(owner[of], length * _see_nothing(scene, camera, pose, camera.undistort(middle[of])), count)
     total = np.bincount(owner[of], length, count)
     box = np.stack([regions.x0, regions.y0, regions.x1, regions.y1], axis=1)
-    return (
-        np.full(len(rows), REGION), np.full(len(rows), NONE), rows, box[rows], unexplained[rows], contrast[rows],
-        beyond[rows] > 0.5 * total[rows],
-    )  # fmt: skip
+    zero, kind, none = np.zeros(len(rows), np.int64), np.full(len(rows), REGION), np.full(len(rows), NONE)
+    most_beyond = beyond[rows] > 0.5 * total[rows]
+    return Unexplained(zero, kind, none, rows, box[rows], unexplained[rows], contrast[rows], most_beyond)
 
 
 def lie_on(index: EdgeIndex, seen: VisibleArcs, reach_px: float, min_cosine: float) -> Bools:

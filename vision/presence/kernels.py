@@ -67,9 +67,6 @@ def list_elements(
             first[i + 1] = at
 
 
-# Kernels that look where the elements beside displaced edges lie.
-
-
 @kernel("void(i8[::1], i8[::1], f8[::1], i8[::1], f8[::1], b1[:, ::1], f8, f8[::1])")
 def find_nearest(
     sample: Ints,

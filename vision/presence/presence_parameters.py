@@ -9,12 +9,10 @@ class SampleParameters:
     """Which edge elements near predicted edges are considered."""
 
     reach_px: float = 28.0  # px along the normal: how far an edge may have moved to be found again
-    min_cosine: float = cos(radians(18))
-    """cosine of the greatest angle between an element's normal and the predicted one"""
+    min_cosine: float = cos(radians(18))  # of the greatest angle between an element's normal and the predicted one
     max_along_px: float = 0.75
     """px along the edge: an edge has one element a row or column, so that one lies within this of any normal"""
-    small_part_px: float = 500.0
-    """px of edges up to which the edges of a part need not be distinguished from each other"""
+    small_part_px: float = 500.0  # px of edges up to which those of a part need not be distinguished from each other
 
 
 @dataclass(frozen=True)
@@ -45,8 +43,7 @@ class RunParameters:
 
     stretch_px: float = 20.0  # px of an edge that count as one observation: nearer samples see the same picture
     turn: float = radians(60)  # rad by which an edge turns until what it shows counts by itself
-    shown: tuple[float, float] = (6.0, 0.7)
-    """beta distribution of the found share of an edge that shows: mean .9, mostly all of it"""
+    shown: tuple[float, float] = (6.0, 0.7)  # beta distribution of the found share of an edge that shows: mean .9
     partly: float = 0.4
     """of the edges that do not show, the share that is found in part, any share as likely; the others as by chance"""
     stray: float = 0.1
@@ -57,8 +54,7 @@ class RunParameters:
     most_chance: float = 0.6  # share that chance finds at most
     least_shows: float = 0.05  # least probability that an edge shows
     most_shows: float = 0.98  # greatest probability that an edge shows: any edge may lack contrast
-    alike: float = 0.35
-    """by how much the unit normals of both sides may differ for edges to be alike, one standard deviation"""
+    alike: float = 0.35  # by how much unit normals of both sides differ where edges are alike, one standard deviation
     background: float = 1.5  # how far nothing behind an edge is from a surface, in the same measure
     bend: float = 0.5  # how far a corner, a ridge and an occluding edge are from each other, in the same measure
     flat: float = 0.05  # sine of the angle within which one side does not rise over the other
@@ -79,14 +75,11 @@ class DisplacementParameters:
     """px from the place tried within which elements count, a step of least squares each"""
     scale: float = 0.28  # scale of the robust loss (Geman and McClure), of the reach
     edge_px: float = 0.5  # px by which a stretch of an edge errs, one standard deviation: rounding, burr and response
-    systematic_px: float = 0.2
-    """px: by which all edges of a body may be drawn alike: the camera's response is known no better"""
-    tolerance_px: tuple[float, ...] = (0.4, 1.2)
-    """px within which an edge is found at a displacement, of one that is drawn well and of one that is drawn roughly"""
+    systematic_px: float = 0.2  # px by which all edges of a body may be drawn alike: the response is known no better
+    tolerance_px: tuple[float, ...] = (0.4, 1.2)  # px within which an edge drawn well, and one drawn roughly, is found
     drawn: tuple[float, ...] = (0.75, 0.25)  # shares of the edges that are drawn so
     hidden_px: float = 2.0  # px within which what belongs to an edge of another body hides one
-    least_seen: float = 0.5
-    """share of an edge that must be in sight at a displacement, clear of what belongs to others, to count"""
+    least_seen: float = 0.5  # share of an edge in sight at a displacement, clear of what belongs to others, to count
     least_mm: float = 0.75  # mm: edges cannot distinguish a smaller displacement from rounding and burr
     sure_sigma: float = 4.0  # standard deviations by which a displacement must differ from none
 
@@ -98,14 +91,12 @@ class MovedParameters:
     reach_mm: float = 15.0  # mm either way
     step_mm: float = 0.25  # mm between the displacements tried
     distinct_mm: float = 1.0  # mm by which two displacements are different ones
-    tangent_cosine: float = 0.99
-    """cosine of the angle within which surfaces meet smoothly: a corner moves with its walls"""
+    tangent_cosine: float = 0.99  # of the angle within which surfaces meet smoothly: a corner moves with its walls
     own_px: float = 2.0  # px from an edge's place within which what lies on a blend may still be the edge
     least_left_mm: float = 1.0  # mm between two opposite faces, of material or room: no displacement leaves less
     min_px_per_mm: float = 0.15  # px by which an edge must move in the picture for each mm to count
     least_px: float = 0.8  # px: a smaller displacement is not clear of the edge's own place
-    least_distinct_px: float = 40.0
-    """px of edges that can be distinguished from others, at least, and from which a displacement is measured"""
+    least_distinct_px: float = 40.0  # px of edges told from others, from which a displacement is sought and measured
     least_log_odds: float = 1.0  # log odds of moved against in place, for all the displacements tried
     rounds: int = 6  # rounds of weighing displacements again after some surfaces moved
     sure_log_odds: float = 3.0
@@ -124,8 +115,7 @@ class AppearanceParameters:
     least_rimmed: float = 0.7  # share of the edges around an opening that must be the hole's
     grey: float = 6.0  # grey levels, 0..255, by which patches of one thing differ, one standard deviation
     texture: float = 0.25  # the same of their texture, log of grey levels
-    alike: float = 0.35
-    """by how much the unit normals of faces may differ for them to look alike, one standard deviation"""
+    alike: float = 0.35  # by how much unit normals of faces differ that look alike, one standard deviation
     near_cells: float = 70.0  # cells at which another face counts half: light is uneven
     most_cells: float = 200.0  # cells from which another patch counts no more
     most_cells_behind: float = 30.0
@@ -213,14 +203,12 @@ class UnexplainedParameters:
     most_texture: float = 0.25  # probability that it is brush texture or shading, at most
     most_highlight: float = 0.5  # share of it along saturated grey, at most
     least_contrast: float = 3.0  # times the median contrast of the picture's elements, at least
-    clear_share: float = 0.2
-    """share of the picture's range of grey from which a contrast is clear whatever that median is"""
+    clear_share: float = 0.2  # share of the picture's range of grey from which a contrast is clear in any case
     least_border: float = 0.6
     """share of a region's border that must run along arcs, and of that along unexplained ones: of 4400 regions in 26
     pictures with the right model none passes, and a bolt, a lug or a hole more does in most pictures"""
     least_area_px: float = 60.0  # px of a region: smaller ones are burrs and ends of shadows
-    rim_px: float = 5.0
-    """px from the picture's border within which a region's border is not looked at: extraction ends there"""
+    rim_px: float = 5.0  # px from the picture's border where a region's border is not looked at: extraction ends there
 
 
 @dataclass(frozen=True)

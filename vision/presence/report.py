@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import ColumnValues, Ints
+from relmodel.arrays import ColumnValues, Ints, fields_of
 from relmodel.store.runs import Writer
 from vision.localisation.localise import Localisation
 from vision.localisation.views import Observation, view_model
@@ -52,34 +52,29 @@ def rank_failures(presence: Presence) -> Ints:
     return np.asarray(rows[np.lexsort((-evidence, place))])
 
 
-def count_against(presence: Presence) -> tuple[int, int]:
-    """How many parts and features are not as the model says, and how many are decided."""
-    counted = np.array(presence.items.level) != "surface"
-    return len(rank_failures(presence)), int(np.sum(counted & (presence.state != UNDECIDABLE)))
-
-
 def summarise(presence: Presence) -> list[str]:
     """A sentence on how much was checked, one for each of the worst, and one on what the model does not account for."""
     words = []
-    level = np.array(presence.items.level)
     for name in ("part", "feature"):
-        count = np.bincount(presence.state[level == name], minlength=len(STATES))
-        decided = int(count[list(CHECKED)].sum())
-        counted = [f"{count[s]} {STATES[s].replace('_', ' ')}" for s in SEVERITY if count[s]]
-        words.append(f"checked {decided} of {int(count.sum())} {name}s in view: {', '.join(counted) or 'none'}")
+        found = count_states(presence, name)
+        counted = [f"{found[STATES[s]]} {STATES[s].replace('_', ' ')}" for s in SEVERITY if found[STATES[s]]]
+        words.append(f"checked {found['checked']} of {found['of']} {name}s in view: {', '.join(counted) or 'none'}")
     failures = rank_failures(presence)
     words += [f"  {_describe_failure(presence, int(row))}" for row in failures[:_MOST_SAID]]
     if len(failures) > _MOST_SAID:
         words.append(f"  and {len(failures) - _MOST_SAID} more")
-    words += _count_unexplained(presence)
-    return words
-
-
-def _count_unexplained(presence: Presence) -> list[str]:
     regions = int(np.sum(presence.signs.unexplained.kind == REGION))
-    count = {"region": regions, "edge": len(presence.signs.unexplained.kind) - regions}
+    count = {"region": regions, "edge": len(presence.signs.unexplained) - regions}
     counted = [f"{n} {what}{'s' * (n > 1)}" for what, n in count.items() if n]
-    return [f"{' and '.join(counted)} in the pictures that the model does not account for"] if counted else []
+    return (
+        [*words, f"{' and '.join(counted)} in the pictures that the model does not account for"] if counted else words
+    )
+
+
+def count_states(presence: Presence, level: str) -> dict[str, int]:
+    """How many parts, features or surfaces are checked, of how many, and in each state."""
+    n = np.bincount(presence.state[np.array(presence.items.level) == level], minlength=len(STATES)).tolist()
+    return {"checked": sum(n[s] for s in CHECKED), "of": sum(n), **dict(zip(STATES, n, strict=True))}
 
 
 def _describe_failure(presence: Presence, row: int) -> str:
@@ -110,18 +105,15 @@ def tabulate(it: Presence) -> dict[str, dict[str, Any]]:
     return {
         "presence": {
             "item_no": np.arange(count),
-            "level": items.level,
+            **fields_of(items, "level path"),
             "feature_no": np.ma.masked_equal(items.feature_no, NONE),
             "surface_no": np.ma.masked_equal(items.surface_no, NONE),
-            "path": items.path,
             "state": [STATES[s] for s in it.state],
             "qif": [QIF[s] for s in it.state],
             "reason": [REASONS[r] for r in it.reason],
             **{name: values.sum(axis=1) for name, values in evidence.items()},
             "visible_pixels": items.visible_px,
-            "moved_mm": it.moved_mm,
-            "moved_sigma_mm": it.moved_sigma_mm,
-            "moved_log_odds": it.moved_log_odds,
+            **fields_of(it, "moved_mm moved_sigma_mm moved_log_odds"),
         },
         "presence_camera": {
             "item_no": np.repeat(np.arange(count), cameras),
@@ -133,12 +125,8 @@ def tabulate(it: Presence) -> dict[str, dict[str, Any]]:
             "measure_no": np.arange(len(sizes)),
             "item_no": sizes.item,
             "other_item_no": np.ma.masked_equal(sizes.other, NONE),
-            "what": sizes.what,
-            "nominal": sizes.nominal,
-            "value": sizes.value,
-            "sigma": sizes.sigma,
             "unit": [unit_of(what) for what in sizes.what],
-            "changed": sizes.changed,
+            **fields_of(sizes, "what nominal value sigma changed"),
         },
         "unexplained": {
             "unexplained_no": np.arange(len(more)),
@@ -147,9 +135,7 @@ def tabulate(it: Presence) -> dict[str, dict[str, Any]]:
             "image_arc_no": np.ma.masked_equal(more.arc, NONE),
             "region_no": np.ma.masked_equal(more.region, NONE),
             **{name: more.box[:, k] for k, name in enumerate(("u0", "v0", "u1", "v1"))},
-            "length": more.length,
-            "contrast": more.contrast,
-            "beyond": more.beyond,
+            **fields_of(more, "length contrast beyond"),
         },
     }
 
@@ -157,25 +143,14 @@ def tabulate(it: Presence) -> dict[str, dict[str, Any]]:
 def describe(presence: Presence) -> dict[str, Any]:
     """Everything in plain lists and numbers, from its rows; items parts first, then features and surfaces."""
     rows = {name: _list_rows(columns) for name, columns in tabulate(presence).items()}
-    items, level = rows["presence"], np.array(presence.items.level)
+    items = rows["presence"]
     seen, sizes = defaultdict(list), defaultdict(list)
     for row in rows["presence_camera"]:
         seen[row["item_no"]].append(row)
     for row in rows["measured_size"]:
         sizes[row["item_no"]].append(row)
-    count = {
-        name: np.bincount(presence.state[level == name], minlength=len(STATES))
-        for name in ("part", "feature", "surface")
-    }
     return {
-        "checked": {
-            name: {
-                "checked": int(n[list(CHECKED)].sum()),
-                "of": int(n.sum()),
-                **{STATES[s]: int(n[s]) for s in range(len(STATES))},
-            }
-            for name, n in count.items()
-        },
+        "checked": {name: count_states(presence, name) for name in ("part", "feature", "surface")},
         "look_at": [presence.items.path[row] for row in rank_failures(presence).tolist()],
         "items": [
             {
@@ -248,9 +223,6 @@ def _rounded(row: Mapping[str, Any], names: str, digits: int) -> dict[str, float
     return {name: round(row[name], digits) for name in names.split()}
 
 
-# Which loaded variant of an object the pictures show: the evidence for each at one pose, ranked.
-
-
 @dataclass(frozen=True)
 class VariantEvidence:
     """What the pictures say of a variant in the place of the one that the world has there.
@@ -272,15 +244,9 @@ class VariantEvidence:
     distinguished_by: list[str]
 
     def to_json(self) -> dict[str, Any]:
-        return {
-            "object": self.name,
-            "variant": self.variant,
-            "placed": self.placed,
-            "log_odds": round(self.log_odds, 3),
-            "against": self.against,
-            "of": self.decided,
-            "distinguished_by": self.distinguished_by,
-        }
+        named = {"object": self.name, "variant": self.variant, "placed": self.placed}
+        counted = {"log_odds": round(self.log_odds, 3), "against": self.against, "of": self.decided}
+        return {**named, **counted, "distinguished_by": self.distinguished_by}
 
 
 def assess_variant(
@@ -297,11 +263,12 @@ def assess_variant(
 
 def weigh_variant(variant: Mapping[str, Any], presence: Presence) -> VariantEvidence:
     """The evidence for a variant from what is there and what is not at its place."""
-    against, decided = count_against(presence)
+    decided = (np.array(presence.items.level) != "surface") & (presence.state != UNDECIDABLE)
     failures = [presence.items.path[row] for row in rank_failures(presence).tolist()]
     return VariantEvidence(
         int(variant["object_no"]), str(variant["name"]), str(variant["variant"]), int(variant["object_variant_id"]),
-        bool(variant["placed"]), float(np.sum(presence.signs.runs.log_odds)), against, decided, failures,
+        bool(variant["placed"]), float(np.sum(presence.signs.runs.log_odds)), len(failures),
+        int(decided.sum()), failures,
     )  # fmt: skip
 
 
@@ -314,8 +281,6 @@ def rank(variants: list[VariantEvidence]) -> list[VariantEvidence]:
         for v in ranked
     ]
 
-
-# What is there and what is not, as rows of the store.
 
 _WEIGHED = ("object_no", "object_variant_id", "placed", "log_odds", "against", "decided")
 MOST_DISTINGUISHING = 5  # parts and features named, of those that distinguish two variants

@@ -62,9 +62,6 @@ def look_at_sides(scene: Scene, rig: Rig, world_from_rig: Floats, samples: Sampl
     return Sides(some, surface, normal, rise)
 
 
-# Which predicted samples the pictures support, and how many would be supported by chance.
-
-
 @dataclass(frozen=True)
 class Support:
     """What supports the samples (n,).
@@ -143,9 +140,6 @@ def _are_crowded(samples: Samples, p: SupportParameters) -> Bools:
     return out
 
 
-# The predicted edges of all cameras as samples, and the edge elements of the pictures along their normals.
-
-
 @dataclass(frozen=True)
 class Samples(Rows):
     """Samples of visible sharp arcs and silhouettes in all cameras, as columns, run by run.
@@ -196,9 +190,7 @@ def collect_samples(
         kept, run = np.unique(piece.run, return_inverse=True)
         pieces.append(replace(piece, run=runs + run.ravel()))
         runs += len(kept)
-    whole = Samples(
-        *(np.concatenate([getattr(piece, name) for piece in pieces]) for name in Samples.__dataclass_fields__)
-    )
+    whole = Samples.stack(pieces)
     return replace(whole, kin=_find_kin(stored, whole, p))
 
 
@@ -237,9 +229,8 @@ def _of_view(
     image_normal = np.stack([-seen.direction[:, 1], seen.direction[:, 0]], axis=1)
     in_camera = (seen.point - pose[:3, 3]) @ pose[:3, :3]
     way = _slide(normal, silhouette) @ pose[:3, :3]
-    flow = (way[..., :2] - way[..., 2:] * (in_camera[:, None, :2] / in_camera[:, None, 2:])) / in_camera[
-        :, 2, None, None
-    ]
+    depth = in_camera[:, 2, None, None]
+    flow = (way[..., :2] - way[..., 2:] * (in_camera[:, None, :2] / depth)) / depth
     flow = flow @ rig.cameras[name].matrix[:2, :2].T
     whole = Samples(
         camera=np.full(len(seen.arc), number),

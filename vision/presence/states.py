@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from relmodel.arrays import Bools, Floats, Ints
+from relmodel.arrays import Bools, Floats, Ints, count_from
 from vision.localisation.localise import Localisation
-from vision.localisation.views import SMOOTH, ModelView, Observation, ViewArcs
-from vision.localisation.visibility import PartsInView, VisibleArcs
+from vision.localisation.views import SMOOTH, ModelView, Observation
+from vision.localisation.visibility import PartsInView
 from vision.matching import MatchedView
 from vision.presence.displaced import (
     DISPLACED,
@@ -56,8 +56,8 @@ from vision.presence.surfaces import (
 )
 from vision.scene import Scene, StoredScene
 
-# Where a bore lies aside from its place is measured in the plane across its axis (`sizes`); the pose's error is common
-# to two bores, so that their distance is known better than the place of either.
+# Where a bore lies aside from its place is measured in the plane across its axis; the pose's error is common to two
+# bores, so that their distance is known better than the place of either.
 
 
 def measure_distances(
@@ -120,7 +120,7 @@ def _find_axes(scene: Scene, surface: Ints) -> tuple[Floats, Floats]:
     return centre, axis
 
 
-# The state of each part, feature and surface, in our words and QIF's, and what it rests on.
+# States in our words and QIF's.
 
 STATES = ("confirmed", "contradicted", "changed", "not_confirmed", "undecidable")
 CONFIRMED, CONTRADICTED, CHANGED, NOT_CONFIRMED, UNDECIDABLE = range(5)
@@ -299,10 +299,8 @@ def pair_with_runs(items: Items, sides: Ints) -> tuple[Ints, Ints, Bools]:
     for side in (0, 1):
         rows = np.flatnonzero(sides[:, side] >= 0)
         low, high = (np.searchsorted(surface, sides[rows, side], side=s) for s in ("left", "right"))
-        length = high - low
-        of = np.repeat(rows, length)
-        at = np.arange(len(of)) - np.repeat(np.cumsum(length) - length, length) + np.repeat(low, length)
-        pairs.append(item[at] * len(sides) + of)
+        of, at = count_from(low, high - low)
+        pairs.append(item[at] * len(sides) + rows[of])
     item, run = np.divmod(np.unique(np.concatenate(pairs)), max(len(sides), 1))
     part = np.array([level == "part" for level in items.level], bool)
     count = len(items.inset)
@@ -323,9 +321,6 @@ def _find_most_moved(items: Items, surfaces: Surfaces, moved: Bools) -> tuple[Fl
     # The last of each item is the surest.
     out[:, items.member[order]] = np.stack([surfaces.mm, surfaces.sigma, surfaces.log_odds])[:, items.surface[order]]
     return out[0], out[1], out[2]
-
-
-# What is there and what is not, at the pose that a localisation found.
 
 
 def assess(
@@ -354,14 +349,11 @@ def assess(
     pieces = weigh_runs(part_at_turns(samples, p.runs), support, sides, p.runs)
     maps = [view.maps[name] for name in rig.cameras]
     items = list_items(stored, parts, maps)
-    blends = np.concatenate(
-        [
-            lie_on(index, _blends(views[name]), p.unexplained.reach_px, p.unexplained.min_cosine)
-            for name, index in zip(rig.cameras, indexes, strict=True)
-        ]
-    )
+    smooth = {name: view.samples.take(view.kind[view.run] == SMOOTH) for name, view in views.items()}
+    reach, least = p.unexplained.reach_px, p.unexplained.min_cosine
+    blends = [lie_on(index, smooth[name], reach, least) for name, index in zip(rig.cameras, indexes, strict=True)]
     moving = find_moving_surfaces(samples, find_tangent(stored, p.moved.tangent_cosine))
-    usable = find_usable(samples, nearby, support, blends, p.moved)
+    usable = find_usable(samples, nearby, support, np.concatenate(blends), p.moved)
     edges = Edges(samples, moving, BodyElements(nearby.first, nearby.offset, usable, support.weight), runs)
     surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
     unexplained = find_unexplained(stored.scene, rig, seen.pictures, indexes, pose.world_from_rig, views, p.unexplained)
@@ -383,7 +375,3 @@ def assess(
         unexplained=unexplained,
     )
     return decide(items, stored.radius, signs, list(rig.cameras), p.states)
-
-
-def _blends(view: ViewArcs) -> VisibleArcs:
-    return view.samples.take(view.kind[view.run] == SMOOTH)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Ints, sum_by_group
+from relmodel.arrays import Bools, Floats, Ints, count_from, sum_by_group
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DisplacementParameters, MovedParameters, PresenceParameters
 from vision.presence.samples import EdgeRuns, Nearby, Samples, Support, compute_log_odds, sum_in_one_light
@@ -177,9 +177,7 @@ def find_moving_surfaces(samples: Samples, tangent: tuple[Ints, Ints, Floats]) -
     order = np.argsort(cylinder, kind="stable")
     plane, cylinder, normal = plane[order], cylinder[order], normal[order]
     low, high = (np.searchsorted(cylinder, surface, side=end) for end in ("left", "right"))
-    length = high - low
-    of = np.repeat(np.arange(len(surface)), length)
-    at = np.arange(len(of)) - np.repeat(np.cumsum(length) - length, length) + np.repeat(low, length)
+    of, at = count_from(low, high - low)
     turned = np.einsum("ni,ni->n", samples.normal[sample[of], side[of]], normal[at])
     columns = [
         np.concatenate(pair)
@@ -266,9 +264,8 @@ def _extents(scene: Scene, surface: Ints, normal: Floats) -> Floats:
 # wider, a floor lies deeper. So an edge lies where the displacements of both of its surfaces put it, and all
 # displacements are sought together. The surface with the most evidence for a displacement is moved first: it explains
 # edges of its neighbours too, which then need not move. The evidence for a displacement is the share of edges found
-# there against the share found in place, edge by edge (`stretches.compute_log_odds`), so that one long shadow near one
-# edge counts no more than that edge can. Elements that belong to predicted edges of other surfaces are ignored. No face
-# moves through the one opposite it: of a rib or a web some thickness is left, of a pocket some width.
+# there against the share found in place. Elements that belong to predicted edges of other surfaces are ignored. No face
+# moves through the one opposite it.
 
 FREE_MM, FIXED_MM = 1e3, 1e-3  # standard deviations of what is sought, and of what is not
 
@@ -416,9 +413,6 @@ class _Search:
         return np.where(in_sight, odds, np.minimum(odds[:, middle, None], 0.0))
 
 
-# The evidence gathered by surface: whether its edges are in place or displaced, and by how much.
-
-
 @dataclass(frozen=True)
 class Surfaces:
     """The scene's surfaces (s,) as their edges show them.
@@ -450,10 +444,16 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     count = len(stored.surface_no)
     inward, middle, normal = _bend(samples, count)
     opposed = find_opposed(items, stored.scene, middle, normal)
-    weight, supported = (_by_surface(runs, values, count) for values in (runs.weight_px, runs.weight_px * runs.found))
+    run, side = np.nonzero(runs.surface >= 0)
+    weight, supported = (
+        np.bincount(runs.surface[run, side], px[run], count).astype(float)
+        for px in (runs.weight_px, runs.weight_px * runs.found)
+    )
     sought, log_odds = seek_moved(edges, count, cameras, opposed, p)
     # What is seen where it should be lies elsewhere only if that is seen better.
-    in_place = np.maximum(_weigh_in_place(runs, count, cameras), 0.0)
+    at = runs.surface[run, side] * cameras + runs.camera[run]
+    by_camera = sum_in_one_light(at, runs.in_light[run], count * cameras).reshape(count, cameras)
+    in_place = np.maximum(by_camera.sum(axis=1), 0.0)
     certain = log_odds - in_place >= p.moved.sure_log_odds
     there = np.flatnonzero(weight >= p.moved.least_distinct_px)
     offsets, closed = measure_moved(edges, there, sought, p)
@@ -478,14 +478,6 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     return Surfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 
 
-def _weigh_in_place(runs: EdgeRuns, count: int, cameras: int) -> Floats:
-    """Log odds (count,) of surfaces where the model has them against not there, by all of their edges."""
-    run, side = np.nonzero(runs.surface >= 0)
-    at = runs.surface[run, side] * cameras + runs.camera[run]
-    by_camera = sum_in_one_light(at, runs.in_light[run], count * cameras)
-    return np.asarray(by_camera.reshape(count, cameras).sum(axis=1))
-
-
 def _count_own_px(runs: EdgeRuns, moved: Bools, log_odds: Floats) -> Floats:
     """Px (s,) of surfaces' edges that no neighbour explains which has moved more surely: the rim of a wider bore says
     nothing of the web around it."""
@@ -495,15 +487,6 @@ def _count_own_px(runs: EdgeRuns, moved: Bools, log_odds: Floats) -> Floats:
         surer = (other >= 0) & moved[other] & (log_odds[other] > log_odds[own])
         rows = (own >= 0) & ~surer
         out += np.bincount(own[rows], runs.weight_px[rows], len(moved))
-    return out
-
-
-def _by_surface(runs: EdgeRuns, values: Floats, count: int) -> Floats:
-    """Sums of runs' values over the surfaces (s,) that each is an edge of."""
-    out = np.zeros(count)
-    for side in (0, 1):
-        rows = runs.surface[:, side] >= 0
-        out += np.bincount(runs.surface[rows, side], values[rows], count)
     return out
 
 

@@ -151,7 +151,5 @@ def stereo(args: argparse.Namespace) -> int:
         say(words)
     result = answer.matches.solved.result
     say(f"run {answer.run}: {result.status}, cost {result.cost}, none below {result.bound}")
-    rows = answer.rows()
-    names = ("kind", *answer.cameras, "curve", "start", "end", "sigma_mm")
-    print_rows(names, ([row[name] for name in names] for row in rows), args.format)
+    print_rows(*answer.rows(), args.format)
     return 0

@@ -101,7 +101,7 @@ def replay(args: argparse.Namespace) -> int:
     Exit status 1 where something differs.  Nothing is written.  Pictures that were not kept or were pruned cannot be
     inspected again: what is left to do is `relmodel check`.
     """
-    from relmodel.app.audit import run_named
+    from relmodel.app.audit import inspection_named
     from relmodel.app.cli.progress import shown
     from relmodel.compiled import compile_ahead
     from vision.inspection import KERNELS
@@ -110,7 +110,7 @@ def replay(args: argparse.Namespace) -> int:
     compile_ahead(KERNELS, say)
     with open_store(args, read_only=True) as store, shown(store):
         with store.read() as connection:
-            number = run_named(store, connection, args.number)
+            number = inspection_named(store, connection, args.number)
         found = replay(store, number)
     for words in found.others:
         say(words)
