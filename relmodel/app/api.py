@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cached_property
+from collections.abc import Callable
+from functools import cached_property, wraps
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Any, ParamSpec, Unpack
 
 import numpy.typing as npt
 
@@ -29,6 +29,19 @@ if TYPE_CHECKING:
     from vision.inspection.inspection import Inspection
     from vision.planning import Plan, Wanted
     from vision.scene import Scenes
+
+
+P = ParamSpec("P")
+
+
+def _as_contents(search: Callable[P, dict[str, npt.NDArray[Any]]]) -> Callable[P, Contents]:
+    """A search of a store, by columns that a notebook shows."""
+
+    @wraps(search)
+    def found(*args: P.args, **kwargs: P.kwargs) -> Contents:
+        return Contents(search(*args, **kwargs))
+
+    return found
 
 
 class OpenStore(Store):
@@ -64,33 +77,11 @@ class OpenStore(Store):
         precision: str = "box",
         wholly: bool = False,
     ) -> Contents:
-        """What lies in a volume, by columns: `relmodel.find.find.in_volume`."""
-        return Contents(find.in_volume(self, volume, level=level, world=world, precision=precision, wholly=wholly))
+        """What lies in a volume, by columns: `in_volumes` of one."""
+        return self.in_volumes([volume], level=level, world=world, precision=precision, wholly=wholly)
 
-    def in_volumes(
-        self,
-        volumes: Sequence[Volume],
-        *,
-        level: str = "part",
-        world: str | None = None,
-        precision: str = "box",
-        wholly: bool = False,
-    ) -> Contents:
-        """What lies in each of some volumes, by columns: `relmodel.find.find.in_volumes`."""
-        return Contents(find.in_volumes(self, volumes, level=level, world=world, precision=precision, wholly=wholly))
-
-    def nearest_parts(
-        self,
-        path: npt.ArrayLike,
-        count: int = 1,
-        *,
-        level: str = "part",
-        radius: float = 0.0,
-        tool: npt.ArrayLike = (0.0, 0.0, 0.0),
-        world: str | None = None,
-    ) -> Contents:
-        """What is nearest to a point, a part or a tool's way, by columns: `relmodel.find.find.nearest_parts`."""
-        return Contents(find.nearest_parts(self, path, count, level=level, radius=radius, tool=tool, world=world))
+    in_volumes = _as_contents(find.in_volumes)
+    nearest_parts = _as_contents(find.nearest_parts)
 
     def inspect(
         self,

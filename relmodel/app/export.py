@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import uuid
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from itertools import count
@@ -79,8 +79,6 @@ def _form(out: Path, forms: Sequence[str]) -> str:
     return ending
 
 
-# Loaded objects as GLB for other programs: each shape once, however often it is placed, in metres.
-
 _METRES = 1e-3  # GLB is in metres
 _PLAIN = "#b0b4b8"  # of parts without a colour
 # A shape's identity and a colour, None where the part has none.
@@ -96,9 +94,7 @@ def export_glb(store: Store, connection: Connection, tree: Tree, path: Path, pro
     check_writable(path, "file")
     if not (tree.shape_id >= 0).any():
         raise UsageError(f"{tree.name} has no geometry to write as GLB")
-    parts = store.rows(
-        connection, "object/parts", part_ids=[int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
-    )
+    parts = store.rows(connection, "object/parts", part_ids=np.unique(tree.part_id[tree.part_id >= 0]).tolist())
     painted: dict[int, Painted] = {int(p.id): (int(p.shape_id), p.colour) for p in parts}
     names: dict[Painted, str] = {}
     for p in parts:
@@ -174,6 +170,7 @@ _SINGLE = ("inspection", "prior", "base_correction")
 # glTF's cameras look along -z with y up, OpenCV's along z with y down.
 _CAMERA_FROM_GLTF = np.diag([1.0, -1.0, -1.0, 1.0])
 _NEAR_M = 0.01
+_CALIBRATION = ("width", "height", "fx", "fy", "cx", "cy", "skew", "distortion", "file_name")  # no fields of glTF
 
 
 def read_results(store: Store, connection: Connection, run_id: int) -> dict[str, pa.Table]:
@@ -188,7 +185,7 @@ def read_results(store: Store, connection: Connection, run_id: int) -> dict[str,
         raise UsageError(
             f"the run {run_id} is not an inspection with an answer: relmodel runs --kind inspect lists them"
         )
-    return of_store(store, connection, tables, run=run_id)
+    return _of_store(store, connection, tables, run=run_id)
 
 
 def results_json(tables: dict[str, pa.Table]) -> dict[str, Any]:
@@ -197,11 +194,9 @@ def results_json(tables: dict[str, pa.Table]) -> dict[str, Any]:
     The answer, its store and its time stand on top (such a file serves as a prior), the other tables under their names:
     lists of rows, or one object for a single row.  Transforms are 4x4, covariances 6x6.
     """
-    rows = {name: [_plain_row(name, row) for row in table.to_pylist()] for name, table in tables.items()}
-    single = {name: next(iter(rows[name]), None) for name in _SINGLE}
-    answer: dict[str, Any] = single["inspection"] or {}
-    others = {name: single[name] if name in _SINGLE else rows[name] for name in rows if name != "inspection"}
-    plain: dict[str, Any] = finite({**answer, **others})
+    said: dict[str, Any] = {n: [_plain_row(n, row) for row in table.to_pylist()] for n, table in tables.items()}
+    said |= {name: next(iter(said[name]), None) for name in _SINGLE}
+    plain: dict[str, Any] = finite((said.pop("inspection") or {}) | said)
     return plain
 
 
@@ -233,7 +228,7 @@ def write_scene(
         for camera in answer["camera"]:
             rig_from_camera = in_metres(np.array(camera["rig_from_camera"])) @ _CAMERA_FROM_GLTF
             node = f"{name}/{camera['camera']}"
-            scene.graph.update(node, name, matrix=rig_from_camera, metadata=_calibration(camera))
+            scene.graph.update(node, name, matrix=rig_from_camera, metadata={key: camera[key] for key in _CALIBRATION})
             cameras[node] = camera
     path.write_bytes(scene.export(file_type="glb", tree_postprocessor=lambda tree: _add_cameras(tree, cameras)))
 
@@ -250,12 +245,6 @@ def _add_cameras(tree: dict[str, Any], cameras: dict[str, dict[str, Any]]) -> No
             "znear": _NEAR_M,
         }
         tree["cameras"].append({"name": name, "type": "perspective", "perspective": lens})
-
-
-def _calibration(camera: dict[str, Any]) -> dict[str, Any]:
-    """What a camera of glTF has no field for."""
-    keys = ("width", "height", "fx", "fy", "cx", "cy", "skew", "distortion", "file_name")
-    return {key: camera[key] for key in keys}
 
 
 def _plain_row(table: str, row: dict[str, Any]) -> dict[str, Any]:
@@ -312,26 +301,26 @@ def write_qif(tables: dict[str, pa.Table], path: Path) -> None:
 
     characteristics = _add(root, "Characteristics")
     _add(characteristics, "FormalStandardId", standard.get("id"))
-    blocks = {name: _add(characteristics, f"Characteristic{name}s") for name in ("Definition", "Nominal", "Item")}
     result = _add(_add(_add(root, "Results"), "MeasurementResultsSet", n="1"), "MeasurementResults")
     result.set("id", str(next(numbers)))
     of_result = _add(result, "MeasuredCharacteristics")
-    measured = _add(of_result, "CharacteristicMeasurements")
+    blocks = {name: _add(characteristics, f"Characteristic{name}s") for name in ("Definition", "Nominal", "Item")}
+    blocks["Measurement"] = _add(of_result, "CharacteristicMeasurements")
     _add(_add(result, "InspectionStatus"), "InspectionStatusEnum", _verdict(about))
-    sizes: dict[str, list[dict[str, Any]]] = {}
+    sizes: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for row in tables["measured_size"].to_pylist():
-        sizes.setdefault(row["path"], []).append(row)
+        sizes[row["path"]].append(row)
     for row in tables["presence"].to_pylist():
         if row["level"] != "surface":
-            _add_state(row, blocks, measured, numbers)
+            _add_state(row, blocks, numbers)
             seen: Counter[str] = Counter()
-            for size in sizes.get(row["path"], ()):
+            for size in sizes[row["path"]]:
                 seen[size["what"]] += 1  # of several faces each has an offset
                 name = f"{row['path']}/{size['what']}" + (f" {seen[size['what']]}" if seen[size["what"]] > 1 else "")
-                _add_size(name, size, blocks, measured, numbers)
-    for block in (*blocks.values(), measured):
+                _add_size(name, size, blocks, numbers)
+    for block in blocks.values():
         block.set("n", str(len(block)))
-    if not len(measured):  # the standard has no empty lists
+    if not len(blocks["Measurement"]):  # the standard has no empty lists
         root.remove(characteristics)
         result.remove(of_result)
     root.set("idMax", str(next(numbers) - 1))
@@ -339,12 +328,9 @@ def write_qif(tables: dict[str, pa.Table], path: Path) -> None:
     ET.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
 
 
-def _add_state(
-    row: dict[str, Any], blocks: dict[str, ET.Element], measured: ET.Element, numbers: Iterator[int]
-) -> None:
+def _add_state(row: dict[str, Any], blocks: dict[str, ET.Element], numbers: Iterator[int]) -> None:
     """The state of a part or feature."""
-    kind = "UserDefinedAttribute"
-    definition, nominal, _, measurement = _add_four(kind, row["path"], row["qif"], blocks, measured, numbers)
+    definition, nominal, measurement = _add_four("UserDefinedAttribute", row["path"], row["qif"], blocks, numbers)
     _add(definition, "WhatToMeasure", "is as modelled")
     for name, words in (("PassValues", "as modelled"), ("FailValues", "not as modelled")):
         _add(_add(nominal, name, n="1"), "StringValue", words)
@@ -353,14 +339,12 @@ def _add_state(
         _add(measurement, "Value", said)
 
 
-def _add_size(
-    name: str, row: dict[str, Any], blocks: dict[str, ET.Element], measured: ET.Element, numbers: Iterator[int]
-) -> None:
+def _add_size(name: str, row: dict[str, Any], blocks: dict[str, ET.Element], numbers: Iterator[int]) -> None:
     """A size of it; without a limit of its own the odds decided, and the definition has none."""
     kind = _KINDS.get(row["what"], "UserDefinedAngular" if row["unit"] == "deg" else "UserDefinedLinear")
     undecided = row["state"] == "undecidable"
     status = "NOT_ANALYZED" if undecided else "FAIL" if row["changed"] else "PASS"
-    definition, nominal, _, measurement = _add_four(kind, name, status, blocks, measured, numbers)
+    definition, nominal, measurement = _add_four(kind, name, status, blocks, numbers)
     if row["least_difference"] is None:
         _add(definition, "NonTolerance", "MEASURED")
     else:
@@ -372,26 +356,21 @@ def _add_size(
         _add(definition, "WhatToMeasure", row["what"])
     _add(nominal, "TargetValue", _number(row["nominal"]))
     # The standard has both attributes or none.
-    known = {"combinedUncertainty": _number(row["sigma"]), "meanError": "0"}
-    _add(measurement, "Value", _number(row["value"]), **known)
+    _add(measurement, "Value", _number(row["value"]), combinedUncertainty=_number(row["sigma"]), meanError="0")
 
 
 def _add_four(
-    kind: str, name: str, status: str, blocks: dict[str, ET.Element], measured: ET.Element, numbers: Iterator[int]
-) -> tuple[ET.Element, ET.Element, ET.Element, ET.Element]:
-    """Definition, nominal, item and measurement of a characteristic, each named by the next."""
-    ids = [str(next(numbers)) for _ in range(4)]
-    definition, nominal, item = (
-        _add(blocks[what], f"{kind}Characteristic{what}", id=number)
-        for what, number in zip(("Definition", "Nominal", "Item"), ids, strict=False)
-    )
-    _add(nominal, "CharacteristicDefinitionId", ids[0])
+    kind: str, name: str, status: str, blocks: dict[str, ET.Element], numbers: Iterator[int]
+) -> tuple[ET.Element, ET.Element, ET.Element]:
+    """Definition, nominal and measurement of a characteristic, and its item, each named by the next."""
+    made = [_add(block, f"{kind}Characteristic{what}", id=str(next(numbers))) for what, block in blocks.items()]
+    definition, nominal, item, measurement = made
+    _add(nominal, "CharacteristicDefinitionId", definition.get("id"))
     _add(item, "Name", visible(name))
-    _add(item, "CharacteristicNominalId", ids[1])
-    measurement = _add(measured, f"{kind}CharacteristicMeasurement", id=ids[3])
+    _add(item, "CharacteristicNominalId", nominal.get("id"))
     _add(_add(measurement, "Status"), "CharacteristicStatusEnum", status)
-    _add(measurement, "CharacteristicItemId", ids[2])
-    return definition, nominal, item, measurement
+    _add(measurement, "CharacteristicItemId", item.get("id"))
+    return definition, nominal, measurement
 
 
 def _verdict(about: dict[str, Any]) -> str:
@@ -412,16 +391,13 @@ def _number(value: float) -> str:
     return f"{value:.9f}".rstrip("0").rstrip(".")
 
 
-# Tables of the store as files for other programs: Parquet or CSV.
-
 FORMS = ("parquet", "csv")
 
 
 def read_tables(store: Store, connection: Connection, tree: Tree) -> dict[str, pa.Table]:
     """Placed parts, parts, features, surfaces and arcs of an object, by name of the table; rows say of which store."""
     placed = np.flatnonzero(tree.part_id >= 0)
-    part_ids = [int(i) for i in np.unique(tree.part_id[placed])]
-    shape_ids = [int(i) for i in np.unique(tree.shape_id[placed])]
+    part_ids, shape_ids = np.unique(tree.part_id[placed]).tolist(), np.unique(tree.shape_id[placed]).tolist()
     columns: dict[str, Mapping[str, Any]] = {
         "placed_part": {
             "path": [tree.path[i] for i in placed.tolist()],
@@ -434,13 +410,11 @@ def read_tables(store: Store, connection: Connection, tree: Tree) -> dict[str, p
         "surface": store.columns(connection, "object/export_surfaces", shape_ids=shape_ids),
         "arc": store.columns(connection, "object/export_arcs", shape_ids=shape_ids),
     }
-    tables = {
-        name: pa.table({c: pa.array(v, from_pandas=True) for c, v in table.items()}) for name, table in columns.items()
-    }
-    return of_store(store, connection, tables)
+    tables = {n: pa.table({c: pa.array(v, from_pandas=True) for c, v in it.items()}) for n, it in columns.items()}
+    return _of_store(store, connection, tables)
 
 
-def of_store(
+def _of_store(
     store: Store, connection: Connection, tables: Mapping[str, pa.Table], **others: object
 ) -> dict[str, pa.Table]:
     """Tables whose every row carries store_id and cell, and the values of the `others`, where it does not already."""

@@ -29,7 +29,10 @@ class PicturedInspection(Inspection):
     @cached_property
     def picture(self) -> bytes:
         """The model drawn over the pictures that the inspection kept, at most 1600 px wide: the bytes of a PNG file."""
-        with self._opened() as store, store.read() as connection:
+        opened: AbstractContextManager[Store] = nullcontext(self.store)
+        if self.store.is_closed:
+            opened = Store.open(self.store.engine.url.render_as_string(hide_password=False), read_only=True)
+        with opened as store, store.read() as connection:
             kept = store.rows(connection, "report/pictures", run_id=self.run)
             images = {row.camera: read_image(row.bytes) for row in kept}
             greys = {name: np.asarray(image.convert("L")) for name, image in images.items() if image is not None}
@@ -38,12 +41,6 @@ class PicturedInspection(Inspection):
         out = io.BytesIO()
         drawn.save(out, "PNG")
         return out.getvalue()
-
-    def _opened(self) -> AbstractContextManager[Store]:
-        """The store, opened again where it was closed since."""
-        if not self.store.is_closed:
-            return nullcontext(self.store)
-        return Store.open(self.store.engine.url.render_as_string(hide_password=False), read_only=True)
 
     def _repr_png_(self) -> bytes:
         return self.picture

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.arrays import Floats, Ints
+from relmodel.arrays import Floats, Ints, fields_of
 from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
 from relmodel.store import Store
 from relmodel.variants.compare import find_variant
@@ -59,8 +59,7 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
     (mm), surfaces, features by kind (in words; in numbers: kinds), attributes, and what the load found to be not as it
     should be, by kind.
     """
-    part_ids = [int(i) for i in np.unique(tree.part_id[tree.part_id >= 0])]
-    objects = [int(i) for i in np.unique(tree.child_object_id[tree.child_object_id >= 0])]
+    part_ids, objects = (np.unique(ids[ids >= 0]).tolist() for ids in (tree.part_id, tree.child_object_id))
     parts = {int(r.id): r for r in store.rows(connection, "object/parts", part_ids=part_ids)}
     kinds: dict[int, dict[str, int]] = {}
     for r in store.rows(connection, "object/features", shape_ids=sorted({int(p.shape_id) for p in parts.values()})):
@@ -101,9 +100,7 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
             known, of_kind = ("part", int(part.id)), kinds.get(int(part.shape_id), {})
             row = {
                 "level": "part",
-                "number": part.number,
-                "material": part.material,
-                "mass": part.mass,
+                **fields_of(part, "number material mass"),
                 "size": f"{part.size_x:.6g} x {part.size_y:.6g} x {part.size_z:.6g}",
                 "surfaces": int(part.surface_count),
                 "features": ", ".join(f"{kind} {count}" for kind, count in of_kind.items()),
@@ -148,6 +145,5 @@ def _below(depth: Ints) -> Ints:
     out = np.full(len(depth), len(depth), np.int64)
     for level in np.unique(depth).tolist():
         at, stops = np.flatnonzero(depth == level), np.flatnonzero(depth <= level)
-        after = np.searchsorted(stops, at, side="right")
-        out[at] = np.append(stops, len(depth))[after]
+        out[at] = np.append(stops, len(depth))[np.searchsorted(stops, at, side="right")]
     return out

@@ -18,11 +18,11 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 from markupsafe import Markup
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 from sqlalchemy import Connection
 
 from relmodel import names
-from relmodel.arrays import Bytes, Floats, Ints
+from relmodel.arrays import Bytes, Floats
 from relmodel.errors import InputError
 from relmodel.names import visible
 from relmodel.store import Store
@@ -50,8 +50,6 @@ def in_colour(grey: Bytes | Floats) -> Bytes:
 
 def draw(canvas: Bytes, strokes: Iterable[Stroke]) -> Bytes:
     """A picture (rows, columns, 3: RGB) with strokes over it, the later above."""
-    import cv2
-
     canvas = np.array(canvas, order="C")
     for stroke in strokes:
         points = [np.rint(np.clip(c, -1e4, 1e5) * 2**_SHIFT).astype(np.int32) for c in stroke.courses]
@@ -59,32 +57,19 @@ def draw(canvas: Bytes, strokes: Iterable[Stroke]) -> Bytes:
     return canvas
 
 
-def key_entries(colours: Mapping[str, Rgb], width: int, top: int = 0) -> list[tuple[str, Rgb, int, int]]:
-    """Words and colours of a key so wide, px, each with its upper left corner; it is `key_height` high."""
-    a_line = max(1, width // _ENTRY)
-    return [
-        (words.replace("_", " "), colour, 12 + _ENTRY * (i % a_line), top + _LINE * (i // a_line))
-        for i, (words, colour) in enumerate(colours.items())
-    ]
-
-
-def key_height(colours: Mapping[str, Rgb], width: int) -> int:
-    return _LINE * -(-len(colours) // max(1, width // _ENTRY))
-
-
 def with_key(canvas: Bytes, colours: Mapping[str, Rgb]) -> Bytes:
     """A picture with what its colours mean below it, where it is wide enough."""
-    from PIL import Image, ImageDraw, ImageFont
-
     height, width = canvas.shape[:2]
     if width < _LEAST_FOR_KEY:
         return canvas
-    image = Image.new("RGB", (width, height + key_height(colours, width)), "white")
+    a_line = width // _ENTRY
+    image = Image.new("RGB", (width, height + _LINE * -(-len(colours) // a_line)), "white")
     image.paste(Image.fromarray(canvas))
     drawn, font = ImageDraw.Draw(image), ImageFont.load_default(16)
-    for words, colour, x, y in key_entries(colours, width, height):
+    for i, (words, colour) in enumerate(colours.items()):
+        x, y = 12 + _ENTRY * (i % a_line), height + _LINE * (i // a_line)
         drawn.rectangle((x, y + 3, x + 18, y + 19), fill=colour, outline=INK)
-        drawn.text((x + 26, y + 1), words, fill=INK, font=font)
+        drawn.text((x + 26, y + 1), words.replace("_", " "), fill=INK, font=font)
     return np.asarray(image)
 
 
@@ -108,11 +93,7 @@ def side_by_side(images: Sequence[Bytes]) -> Bytes:
 
 
 def save_side_by_side(path: str | Path, images: Sequence[Bytes]) -> None:
-    """Write pictures as one; the suffix names the format.
-
-    Raises InputError where it cannot be written.
-    """
-
+    """Write pictures as one; the suffix names the format.  Raises InputError where it cannot be written."""
     try:
         Image.fromarray(side_by_side(images)).save(path)
     except OSError as error:
@@ -227,16 +208,16 @@ _MOST_LETTERS = 26  # of a bar's label: its end tells it apart
 _DETAIL_PX = 0.4  # how far a drawn course may leave the points that it stands for: less than a line is wide
 
 
-def courses(owner: Ints, x: Floats, y: Floats, *, detail: float = _DETAIL_PX) -> dict[int, str]:
-    """SVG path data of each owner's points, px; the points of an owner are contiguous.
+def courses(owner: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike, *, detail: float = _DETAIL_PX) -> dict[int, str]:
+    """SVG path data of each owner's points, columns of a table, px; the points of an owner are contiguous.
 
     Points that a straight piece passes within `detail` are left out (Douglas and Peucker 1973, by OpenCV).
     """
-    if not len(owner):
+    numbers, points = np.asarray(owner, np.int64), np.stack([np.asarray(c, float) for c in (x, y)], axis=1)
+    if not len(numbers):
         return {}
-    starts = np.flatnonzero(np.r_[True, owner[1:] != owner[:-1]])
-    points = np.stack([x, y], axis=1)
-    pieces = zip(owner[starts].tolist(), np.split(points, starts[1:]), strict=True)
+    starts = np.flatnonzero(np.r_[True, numbers[1:] != numbers[:-1]])
+    pieces = zip(numbers[starts].tolist(), np.split(points, starts[1:]), strict=True)
     return {int(no): course(piece, detail) for no, piece in pieces}
 
 

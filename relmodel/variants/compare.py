@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.arrays import Bools, Floats, Ints, Texts, stack
+from relmodel.arrays import Bools, Floats, Ints, Texts, count_from, stack
 from relmodel.errors import UsageError
 from relmodel.geometry.curves import Curves, boxes_of
 from relmodel.geometry.transforms import boxes_carried, matrices
@@ -61,24 +61,15 @@ def compare(
         raise UsageError(f"the reach is {reach:g}: give mm, 0 or more")
     with store.read() as connection:
         ids = [find_variant(store, connection, *named) for named in (before, after)]
-        known = store.rows(connection, "compare/known", variant_a_id=ids[0].id, variant_b_id=ids[1].id, reach=reach)
-        if known:
-            return _comparison(store, connection, int(known[0].id), int(known[0].run_id))
+        variants: dict[str, Any] = {"variant_a_id": ids[0].id, "variant_b_id": ids[1].id}
+        known = store.select(connection, "variant_comparison", "id", "run_id", **variants, reach=reach)
+        if len(known["id"]):
+            return _comparison(store, connection, int(known["id"][0]), int(known["run_id"][0]))
     parameters = {"before": list(before), "after": list(after), "reach": reach}
 
     def write(connection: Connection) -> Comparison:
         comparison = int(store.new_ids(connection, "variant_comparison", 1)[0])
-        run.append(
-            connection,
-            "variant_comparison",
-            {
-                "id": [comparison],
-                "run_id": run.id,
-                "variant_a_id": ids[0].id,
-                "variant_b_id": ids[1].id,
-                "reach": reach,
-            },
-        )
+        run.writer(connection)("variant_comparison", id=[comparison], **variants, reach=reach)
         rows = _differences(store, connection, ids[0].object_id, ids[1].object_id, reach, progress)
         count = len(rows["level"])
         run.append(
@@ -125,12 +116,8 @@ def _differences(
                 for r in rows.tolist():
                     labels[r].append("face labels")
             continue
-        where = {
-            "object_path_a": a.path[i[row]],
-            "object_path_b": b.path[j[row]],
-            "shape_a": shape_a,
-            "shape_b": shape_b,
-        }
+        paths = {"object_path_a": a.path[i[row]], "object_path_b": b.path[j[row]]}
+        where = paths | {"shape_a": shape_a, "shape_b": shape_b}
         for level, block in _inside(store, connection, sets[0], sets[1], surfaces, (shape_a, shape_b), reach):
             count = len(block["status"])
             inner.append((level, {**block, **{name: [value] * count for name, value in where.items()}}))
@@ -181,13 +168,8 @@ def _surfaces(store: Store, connection: Connection, shape: int) -> SurfaceSet:
     rows = store.columns(connection, "compare/surfaces", shape_id=shape)
     coedges = store.columns(connection, "compare/boundary", shape_id=shape)
     used, arc = np.unique(np.asarray(coedges["arc_id"], np.int64), return_inverse=True)
-    boundary = boundary_integrals(
-        _curves(store, connection, used.tolist()),
-        np.asarray(coedges["surface_no"], np.int64),
-        arc.astype(np.int64),
-        len(rows["surface_no"]),
-    )
-    return surface_set(rows, boundary)
+    owner, curves = np.asarray(coedges["surface_no"], np.int64), _curves(store, connection, used.tolist())
+    return surface_set(rows, boundary_integrals(curves, owner, arc.astype(np.int64), len(rows["surface_no"])))
 
 
 def _curves(store: Store, connection: Connection, arcs: list[int]) -> Curves:
@@ -224,9 +206,6 @@ def _rows(level: str, status: Any, given: Mapping[str, Any], shift: Floats | Non
     return rows | {name: numbers[:, k] for k, name in enumerate(_NUMBERS)}
 
 
-# Resolving a name and a variant to a loaded variant.
-
-
 class NamedVariant(NamedTuple):
     """The newest revision of a variant of an object."""
 
@@ -246,9 +225,8 @@ def find_variant(store: Store, connection: Connection, name: str, variant: str =
     own = {row.variant: row for row in loaded if row.name == name}
     found = own.get(variant) or (next(iter(own.values())) if not variant and len(own) == 1 else None)
     if found is not None:
-        return NamedVariant(
-            int(found.object_variant_id), int(found.object_id), name, str(found.variant), int(found.revision)
-        )
+        numbers = int(found.object_variant_id), int(found.object_id)
+        return NamedVariant(*numbers, name, str(found.variant), int(found.revision))
     asked = f"{name} variant {variant}" if variant else name
     if own:
         known = ", ".join(v or "the plain one" for v in own)
@@ -256,10 +234,9 @@ def find_variant(store: Store, connection: Connection, name: str, variant: str =
         raise UsageError(f"{lacks}: name one of its variants: {known}")
     names = sorted({str(row.name) for row in loaded})
     near = nearest_name(name, names)
+    hint = f"did you mean {near}? " if near else ""
     raise UsageError(
-        f"there is no object {asked}: "
-        + (f"did you mean {near}? " if near else "")
-        + f"name one of those loaded: {', '.join(names) or 'there are none'}"
+        f"there is no object {asked}: {hint}name one of those loaded: {', '.join(names) or 'there are none'}"
     )
 
 
@@ -301,7 +278,7 @@ def placed_parts(store: Store, connection: Connection, object_id: int) -> Placed
         rows["shape_id"][at].astype(np.int64),
         pose,
         boxes_carried(pose, boxes_of(known)[row]),
-        {name: np.asarray(known[name], object)[row] for name in LABELS},
+        {n: np.array(["" if v is None else str(v) for v in known[n]], object)[row] for n in LABELS},
         np.nan_to_num(measures),
     )
 
@@ -347,12 +324,8 @@ def alike(a: Placed, b: Placed, i: Ints, j: Ints) -> Bools:
 def differing_labels(a: Placed, b: Placed, i: Ints, j: Ints) -> list[list[str]]:
     """What pairs of parts are called differently: `path`, or one of LABELS."""
     unlike = {"path": a.path[i] != b.path[j]}
-    unlike |= {name: _texts(a.labels[name][i]) != _texts(b.labels[name][j]) for name in LABELS}
+    unlike |= {name: a.labels[name][i] != b.labels[name][j] for name in LABELS}
     return [[name for name, differs in unlike.items() if differs[k]] for k in range(len(i))]
-
-
-def _texts(values: Texts) -> Texts:
-    return np.array(["" if v is None else str(v) for v in values], object)
 
 
 def _stays(a: Placed, b: Placed) -> tuple[Ints, Ints]:
@@ -390,8 +363,6 @@ def _overlap(a: Floats, b: Floats) -> Floats:
     both, each = np.maximum(shared, 0.0).prod(axis=1), width[0].prod(axis=1) + width[1].prod(axis=1)
     return np.asarray(both / np.maximum(each - both, 1e-30))
 
-
-# Features of two shapes compared.
 
 _FEATURE_TURN = 1e-6  # rad
 _ONE_SIDED = ("pocket", "blind_hole", "boss")
@@ -492,9 +463,8 @@ def _shared(a: FeatureSet, b: FeatureSet, surfaces: Pairs) -> tuple[Ints, Ints, 
     wanted = partner[surface_a]
     low, high = (np.searchsorted(surface_b[order], wanted, side) for side in ("left", "right"))
     count = np.where(wanted >= 0, high - low, 0)
-    member = np.repeat(np.arange(len(surface_a)), count)
-    other = order[np.repeat(low, count) + np.arange(len(member)) - np.repeat(np.cumsum(count) - count, count)]
-    i, j = feature_a[member], feature_b[other]
+    member, place = count_from(low, count)
+    i, j = feature_a[member], feature_b[order[place]]
     same = a.kind[i] == b.kind[j]
     pairs, inverse = np.unique(np.stack([i[same], j[same]], axis=1), axis=0, return_inverse=True)
     share = np.bincount(inverse.ravel(), weights=weight[surface_a[member[same]]], minlength=len(pairs))

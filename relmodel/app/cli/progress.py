@@ -100,17 +100,24 @@ def shown(store: Store | None = None) -> Iterator[Progress]:
     if store is not None:
         store.watch = watch.step
     try:
-        if sys.stderr.isatty():
-            with _bar(watch) as refresh, _ticking(refresh, _TICK_S):
-
-                def advance(what: str, done: int, of: int) -> None:
-                    watch.tell(what, done, of)
-                    refresh()
-
-                yield advance
-        else:
+        if not sys.stderr.isatty():
             with _ticking(lambda: output.complain(watch.words()), _LINE_S):
                 yield watch.tell
+            return
+        from tqdm import tqdm
+
+        with tqdm(total=1, file=sys.stderr, leave=False, bar_format="{desc} |{bar:20}| {elapsed}") as bar:
+
+            def refresh() -> None:
+                bar.n = watch.share()
+                bar.set_description_str(visible(watch.words()))
+
+            def advance(what: str, done: int, of: int) -> None:
+                watch.tell(what, done, of)
+                refresh()
+
+            with _ticking(refresh, _TICK_S):
+                yield advance
     finally:
         if store is not None:
             store.watch = None
@@ -122,19 +129,6 @@ def _usual_steps(store: Store) -> dict[str, list[tuple[str, float]]]:
         for row in store.rows(connection, "run/usual_steps"):
             out.setdefault(row.kind, []).append((row.name, float(row.seconds or 0.0)))
     return out
-
-
-@contextmanager
-def _bar(watch: Watch) -> Iterator[Callable[[], None]]:
-    from tqdm import tqdm
-
-    with tqdm(total=1, file=sys.stderr, leave=False, bar_format="{desc} |{bar:20}| {elapsed}") as bar:
-
-        def refresh() -> None:
-            bar.n = watch.share()
-            bar.set_description_str(visible(watch.words()))
-
-        yield refresh
 
 
 @contextmanager

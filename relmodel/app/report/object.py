@@ -11,7 +11,6 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.app.report.page import PageTable, read_table
-from relmodel.app.report.pictures import pose_matrix
 from relmodel.app.report.run import (
     Card,
     Entry,
@@ -85,12 +84,11 @@ def object_tables(store: Store, connection: Connection, name: str, variant: str 
 
 def _tables(connection: Connection, rows: Sequence[Mapping[str, Any]], shape_ids: list[int]) -> dict[str, PageTable]:
     columns = ("path", "level", "number", "material", "mass", "size", "surfaces", "features", "attributes", "findings")
-    tables = [
-        PageTable("What stands in it", columns, [[r.get(c) for c in columns] for r in rows], name="tree"),
-        read_table(connection, "Features", "report/object_features", shape_ids=shape_ids),
-        read_table(connection, "Kinds", "report/object_kinds", shape_ids=shape_ids),
-    ]
-    return {t.name: t for t in tables}
+    return {
+        "tree": PageTable("What stands in it", columns, [[r.get(c) for c in columns] for r in rows], name="tree"),
+        "object_features": read_table(connection, "Features", "report/object_features", shape_ids=shape_ids),
+        "object_kinds": read_table(connection, "Kinds", "report/object_kinds", shape_ids=shape_ids),
+    }
 
 
 def diff_page(
@@ -157,9 +155,8 @@ def _motion(change: Any) -> str:
     """How far a thing moved, or by how much it turned where it did not."""
     if change.distance is None:
         return ""
-    if change.distance < 1e-3 < change.angle:
-        return f"{np.degrees(change.angle):.3g}°"
-    return f"{change.distance:.3g} mm"
+    turned = change.distance < 1e-3 < change.angle
+    return f"{np.degrees(change.angle):.3g}°" if turned else f"{change.distance:.3g} mm"
 
 
 def _parts(
@@ -174,13 +171,13 @@ def _parts(
 
 def _paint(store: Store, connection: Connection, shapes: list[dict[str, Any]]) -> dict[str, Rgb]:
     """Colour the surfaces of shapes by the kind of their feature; the kinds that there are, with their colours."""
-    surfaces: dict[int, dict[str, list[int]]] = {}
+    surfaces: dict[int, dict[str, list[int]]] = defaultdict(lambda: defaultdict(list))
     for r in store.rows(connection, "object/surface_features", shape_ids=[s["id"] for s in shapes]):
-        surfaces.setdefault(int(r.shape_id), {}).setdefault(str(r.kind), []).append(int(r.surface_no))
+        surfaces[int(r.shape_id)][str(r.kind)].append(int(r.surface_no))
     kinds = sorted({kind for by_kind in surfaces.values() for kind in by_kind})
     colours = dict(zip(kinds, colours_of(kinds), strict=True))
     for s in shapes:
-        by_kind = surfaces.get(s["id"], {})
+        by_kind = surfaces[s["id"]]
         s["paint"] = [[[round(c / 255, 3) for c in colours[kind]], by_kind[kind]] for kind in sorted(by_kind)]
     return colours
 
@@ -194,28 +191,19 @@ def _entries(
     shape_ids: list[int],
 ) -> list[Entry]:
     """Parts, the first of each shape followed by its features."""
-    features: dict[int, list[Any]] = {}
+    features: dict[int, list[Any]] = defaultdict(list)
     for r in store.rows(connection, "report/feature_surfaces", shape_ids=shape_ids):
-        features.setdefault(int(r.shape_id), []).append(r)
+        features[int(r.shape_id)].append(r)
     out: list[Entry] = []
     for number, p in enumerate(parts):
         row = rows_by_path.get(p["path"], {})
         mass = row.get("mass")
         out.append(Entry("part", p["path"], f"{mass:.3g} kg" if mass else "", number))
-        out += [
-            Entry(
-                "feature",
-                f.name or f"{f.kind} {f.feature_no}",
-                f.kind.replace("_", " "),
-                number,
-                list(map(int, f.surfaces)),
-            )
-            for f in features.pop(p["shape"], ())
-        ]
+        for f in features.pop(p["shape"], ()):
+            words = f.name or f"{f.kind} {f.feature_no}", f.kind.replace("_", " ")
+            out.append(Entry("feature", *words, number, list(map(int, f.surfaces))))
     return out[:MOST_ITEMS]
 
-
-# The report of a physical part by all inspections of it: the one that is signed.
 
 # What each state is drawn as, what must be seen last: a surface may be of several features.
 _COLOURS = {
@@ -248,7 +236,8 @@ def serial_tables(connection: Connection, serial: str) -> dict[str, PageTable]:
 
 
 def serial_page(store: Store, connection: Connection, serial: str, around: Mapping[str, Any] | None = None) -> str:
-    """The page of a physical part; around: as of a run's page.  Raises UsageError where no inspection was of it."""
+    """The page of a physical part, to be signed; around: as of a run's page.  Raises UsageError where no inspection was
+    of it."""
     found = store.rows(connection, "report/serial_outcome", serial=serial)
     if not found:
         raise UsageError(f"no inspection was of the part {serial}: relmodel inspect --serial names it")
@@ -326,7 +315,7 @@ def _scene(
         parts[i]["paint"] = [[_COLOURS[k], features[k]] for k in _COLOURS if k in features]
     usable = [run for run, ended in stops if ended == "usable"]
     poses = store.rows(connection, "report/pose_matrix", run_id=usable[-1]) if usable else []
-    back = -pose_matrix(poses[0])[:3, 2] if poses else None
+    back = -matrices(poses[0]._mapping)[:3, 2] if poses else None
     views = [view for run in runs for view in finding_views(store, connection, run)]
     return scene(shapes, parts, views=views, back=back), part_of
 

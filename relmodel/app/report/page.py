@@ -147,11 +147,6 @@ def cell(value: Any) -> str:
     return visible(str(value))
 
 
-def heading(name: str) -> str:
-    """A column's name as a table's head shows it."""
-    return visible(name.replace("_", " "))
-
-
 def breakable(path: str) -> Markup:
     """A path whose line may break after a slash or an underscore, and not inside a word."""
     return Markup("<wbr>").join(re.split(r"(?<=[/_])", cell(path)))
@@ -160,11 +155,6 @@ def breakable(path: str) -> Markup:
 def clauses(sentence: str) -> list[str]:
     """The clauses of a text, split at semicolons outside parentheses."""
     return re.split(r"; (?![^(]*\))", sentence)
-
-
-def is_number(value: Any) -> bool:
-    """Whether a cell is set to the right."""
-    return isinstance(value, (int, float, Decimal)) and not isinstance(value, bool)
 
 
 @cache
@@ -176,6 +166,8 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    made.filters |= {"breakable": breakable, "cell": cell, "clauses": clauses, "heading": heading, "json": script_json}
-    made.tests["figure"] = is_number
+    made.filters |= {"breakable": breakable, "cell": cell, "clauses": clauses, "json": script_json}
+    made.filters["heading"] = lambda name: visible(name.replace("_", " "))
+    # What is set to the right.
+    made.tests["figure"] = lambda it: isinstance(it, (int, float, Decimal)) and not isinstance(it, bool)
     return made

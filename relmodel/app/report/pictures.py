@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +13,7 @@ from markupsafe import Markup
 from sqlalchemy import Connection
 
 from relmodel.app.report.page import PageTable, cell
-from relmodel.arrays import Floats, Ints
+from relmodel.arrays import Floats
 from relmodel.drawing.draw import (
     Edge,
     Seen,
@@ -26,7 +26,7 @@ from relmodel.drawing.draw import (
     path_data,
     residual_map,
 )
-from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrices, rotation_matrix, rotation_vector
+from relmodel.geometry.transforms import inverse, matrices, rotation_matrix, rotation_vector
 from relmodel.store import Store
 
 _ELLIPSES = 24  # a camera: as many as one still tells apart
@@ -102,7 +102,7 @@ def _image_arcs(
     alien: set[tuple[str, int]],
 ) -> list[Markup]:
     points = store.columns(connection, "report/image_arc_courses", extraction_id=picture.extraction_id)
-    drawn = courses(*course_columns(points["image_arc_no"], points["x"], points["y"]))
+    drawn = courses(points["image_arc_no"], points["x"], points["y"])
     out = []
     for a in store.rows(connection, "report/image_arcs", extraction_id=picture.extraction_id):
         no = int(a.image_arc_no)
@@ -134,12 +134,13 @@ def _regions(
     surfaces: dict[tuple[str, int], list[str]],
     alien: set[tuple[str, int]],
 ) -> list[Markup]:
-    rows = store.columns(connection, "report/regions", extraction_id=picture.extraction_id)
+    names, order = ("region_no", "ring_no", "x", "y"), "region_no ring_no point_no"
+    rows = store.select(connection, "region_outline", *names, order=order, extraction_id=picture.extraction_id)
     region, ring = (np.asarray(rows[c], np.int64) for c in ("region_no", "ring_no"))
     if not len(region):
         return []
     rings = 1 + int(ring.max())
-    drawn = courses(*course_columns(rings * region + ring, rows["x"], rows["y"]), detail=_REGION_DETAIL_PX)
+    drawn = courses(rings * region + ring, rows["x"], rows["y"], detail=_REGION_DETAIL_PX)
     whole: dict[int, str] = defaultdict(str)
     for key, data in drawn.items():
         whole[key // rings] += data + "Z"
@@ -152,18 +153,13 @@ def _regions(
     return out
 
 
-def course_columns(owner: Iterable[Any], x: Iterable[Any], y: Iterable[Any]) -> tuple[Ints, Floats, Floats]:
-    """Columns of points as arrays."""
-    return np.asarray(owner, np.int64), np.asarray(x, float), np.asarray(y, float)
-
-
 def pose_spread(store: Store, connection: Connection, run: int) -> dict[str, tuple[Floats, Floats]]:
     """By camera: where model points stand that measured the pose (n, 2) px, and the covariance (n, 2, 2) px2 that the
     pose's covariance gives them; some of them, spread over the picture's arcs."""
     poses = store.rows(connection, "report/pose_matrix", run_id=run)
     if not poses:
         return {}
-    world_from_rig = pose_matrix(poses[0])
+    world_from_rig = matrices(poses[0]._mapping)
     values, vectors = np.linalg.eigh(np.reshape(poses[0].covariance, (6, 6)))
     steps = (vectors * np.sqrt(np.maximum(values, 0))).T  # one standard deviation along each principal axis
     steps = np.concatenate([np.zeros((1, 6)), steps, -steps])
@@ -178,17 +174,14 @@ def pose_spread(store: Store, connection: Connection, run: int) -> dict[str, tup
         if not len(own):
             continue
         own = own[np.unique(np.linspace(0, len(own) - 1, _ELLIPSES).astype(np.int64))]
-        camera_from_world = inverse(world_from_rig @ moves @ pose_matrix(row))
+        camera_from_world = inverse(world_from_rig @ moves @ matrices(row._mapping))
         k = np.array([[row.fx, row.skew, row.cx], [0, row.fy, row.cy], [0, 0, 1]])
         lens = np.asarray(row.distortion, float)
-        pixels = np.stack(
-            [
-                cv2.projectPoints(world[own], rotation_vector(m[:3, :3]), m[:3, 3], k, lens if len(lens) else None)[0][
-                    :, 0
-                ]
-                for m in camera_from_world
-            ]
+        seen = (
+            cv2.projectPoints(world[own], rotation_vector(m[:3, :3]), m[:3, 3], k, lens if len(lens) else None)[0]
+            for m in camera_from_world
         )
+        pixels = np.stack([one[:, 0] for one in seen])
         along = (pixels[1:7] - pixels[7:]) / 2
         out[row.camera] = (pixels[0], np.einsum("kni,knj->nij", along, along))
     return out
@@ -207,11 +200,6 @@ def _ellipses(at: Floats, covariance: Floats) -> tuple[float, list[Markup]]:
     return scale, out
 
 
-def pose_matrix(row: Any) -> Floats:
-    """The transform (4, 4) of a row that has m00 to m23."""
-    return np.asarray(matrices({c: np.array([getattr(row, c)]) for c in MATRIX_COLUMNS})[0])
-
-
 # Plots of a run's rows: how sure the pose is, how the residuals lie, what took how long.
 
 _LONGEST_SHARE = 0.04  # of the picture's width: what the largest residuals are drawn as
@@ -224,8 +212,7 @@ def pose_plots(store: Store, connection: Connection, run: int) -> list[Markup]:
         return []
     covariance = np.reshape(rows[0].covariance_world, (6, 6))
     planes = [
-        ellipse(covariance[np.ix_(pair, pair)], words)
-        for pair, words in (((0, 1), "x, y"), ((0, 2), "x, z"), ((1, 2), "y, z"))
+        ellipse(covariance[np.ix_((i, j), (i, j))], f"{'xyz'[i]}, {'xyz'[j]}") for i, j in ((0, 1), (0, 2), (1, 2))
     ]
     return [_figure("Where the rig may stand about the pose found, in the world's axes: one and two sigma", planes)]
 
@@ -262,22 +249,16 @@ def evidence_plots(store: Store, connection: Connection, run: int) -> list[Marku
 
 def times(steps: PageTable) -> PageTable:
     """The table of steps with a bar for how long each took."""
-    seconds = [r[list(steps.columns).index("seconds")] for r in steps.rows]
-    longest = max(
-        (s for r, s in zip(steps.rows, seconds, strict=True) if s is not None and r[0] == "step"), default=None
-    )
+    seconds = [r[list(steps.columns).index("seconds")] if r[0] == "step" else None for r in steps.rows]
+    longest = max((s for s in seconds if s is not None), default=None)
     if not longest:
         return steps
-    bars = [
-        Markup(
-            '<svg class="time" viewBox="0 0 100 6" width="160" height="10" aria-hidden="true">'
-            '<rect width="{:.1f}" height="6"/></svg>'
-        ).format(100 * s / longest)
-        if s is not None and r[0] == "step"
-        else ""
-        for r, s in zip(steps.rows, seconds, strict=True)
-    ]
-    rows = [(*r, bar) for r, bar in zip(steps.rows, bars, strict=True)]
+    bar = Markup(
+        '<svg class="time" viewBox="0 0 100 6" width="160" height="10" aria-hidden="true">'
+        '<rect width="{:.1f}" height="6"/></svg>'
+    )
+    bars = ["" if s is None else bar.format(100 * s / longest) for s in seconds]
+    rows = [(*r, drawn) for r, drawn in zip(steps.rows, bars, strict=True)]
     return replace(steps, columns=[*steps.columns, ""], rows=rows)
 
 

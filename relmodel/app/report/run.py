@@ -14,7 +14,7 @@ from sqlalchemy import Connection
 
 from relmodel.app.audit import find_run
 from relmodel.app.report.page import PageTable, cell, read_table, render
-from relmodel.app.report.pictures import RunPicture, evidence_plots, pose_matrix, pose_plots, read_pictures, times
+from relmodel.app.report.pictures import RunPicture, evidence_plots, pose_plots, read_pictures, times
 from relmodel.arrays import Floats
 from relmodel.drawing.draw import Edge, Seen, box_about, course, data_uri, item_edges, read_seen
 from relmodel.drawing.solid import MOST_PARTS, Lines, camera_lines, ellipsoid_lines, place_parts, scene
@@ -145,10 +145,9 @@ def _facts(
         if prior.x is not None:
             away = np.linalg.norm([pose.x - prior.x, pose.y - prior.y, pose.z - prior.z])
             facts.append(("from the prior", f"{away:.3g} mm", ""))
-        facts.append(
-            ("edge evidence found", f"{min(pose.evidence_ratio, 1.0):.0%}".replace("%", " %"), "of what is expected")
-        )
-        facts.append(("probability", _probability(pose.posterior), "that the best pose is the right one"))
+        facts.append(("edge evidence found", f"{100 * min(pose.evidence_ratio, 1.0):.0f} %", "of what is expected"))
+        sure = f"{100 * pose.posterior:.3g} %" if pose.posterior < 0.999 else "> 99.9 %"
+        facts.append(("probability", sure, "that the best pose is the right one"))
     if row.seconds is not None:
         facts.append(("time", f"{row.seconds:.3g} s", ""))
     return facts
@@ -156,10 +155,6 @@ def _facts(
 
 # Rules of the verdict that say how exactly the pose is known (two standard deviations): words and unit.
 _PRECISION = {"translation": ("place known to", " mm"), "rotation": ("rotation known to", "°")}
-
-
-def _probability(p: float) -> str:
-    return f"{100 * p:.3g} %" if p < 0.999 else "> 99.9 %"
 
 
 def _layers(drawn: str) -> list[Layer]:
@@ -238,18 +233,12 @@ def _sections(
 
 def _marks(table: PageTable, number: dict[str, int]) -> list[str]:
     """Ids of the arcs and regions of each row in the pictures."""
-    columns = list(table.columns)
-    camera = columns.index("camera")
-    arcs = [
-        (kind, columns.index(c))
-        for kind, c in (("i", "image_arc_no"), ("m", "view_arc_no"), ("r", "region_no"))
-        if c in columns
-    ]
+    kinds = {"i": "image_arc_no", "m": "view_arc_no", "r": "region_no"}
     return [
-        " ".join(f"c{number[r[camera]]}-{kind}{r[i]}" for kind, i in arcs if r[i] is not None)
-        if r[camera] in number
+        " ".join(f"c{number[r['camera']]}-{kind}{r[c]}" for kind, c in kinds.items() if r.get(c) is not None)
+        if r["camera"] in number
         else ""
-        for r in table.rows
+        for r in table.records
     ]
 
 
@@ -322,13 +311,13 @@ def read_cards(
     rows = store.rows(connection, "report/run_findings", run_id=run)
     edges = item_edges(store, connection, run) if rows else {}
     in_view = {r.item_no: int(r.in_view_no) for r in store.rows(connection, "report/failures", run_id=run)}
+    shown = {row.finding_no: row.finding_no for row in rows} if numbers is None else numbers
     out = []
-    for row in rows:
-        if numbers is None or row.finding_no in numbers:
-            mine = edges.get(in_view.get(row.item_no, -1), set())
-            own = [(s, [e for e in s.edges if (s.row.camera, e.number) in mine]) for s in seen if s.image is not None]
-            crops = [_crop(s, shown, None if numbers is None else run) for s, shown in own if shown]
-            out.append(Card(row.finding_no if numbers is None else numbers[row.finding_no], run, row, crops))
+    for row in (row for row in rows if row.finding_no in shown):
+        mine = edges.get(in_view.get(row.item_no, -1), set())
+        own = [(s, [e for e in s.edges if (s.row.camera, e.number) in mine]) for s in seen if s.image is not None]
+        crops = [_crop(s, drawn, None if numbers is None else run) for s, drawn in own if drawn]
+        out.append(Card(shown[row.finding_no], run, row, crops))
     return out
 
 
@@ -489,7 +478,7 @@ def run_scene(store: Store, connection: Connection, run: int) -> tuple[dict[str,
     lines, views = _cameras(store, connection, run, priors[0], poses)
     part_of = {int(rows["id"][row]): i for i, row in enumerate(kept)}
     seen_from = next((p for p in (priors[0], *poses) if p.m00 is not None), None)
-    back = np.array([0.0, 0.0, 1.0]) if seen_from is None else -pose_matrix(seen_from)[:3, 2]
+    back = np.array([0.0, 0.0, 1.0]) if seen_from is None else -matrices(seen_from._mapping)[:3, 2]
     return scene(shapes, parts, lines, views, back=back), part_of
 
 
@@ -503,13 +492,13 @@ def _cameras(
     views = []
     rigs = [("prior", prior), *[("pose", p) for p in poses]]
     for colour, row in [(colour, row) for colour, row in rigs if row.covariance is not None]:
-        world_from_rig = pose_matrix(row)
+        world_from_rig = matrices(row._mapping)
         depth = _NO_DEPTH_MM
         if mean.x is not None:
             depth = float(np.linalg.norm(np.array([mean.x, mean.y, mean.z]) - world_from_rig[:3, 3]))
         at: list[float] = []
         for camera in cameras:
-            world_from_camera = world_from_rig @ pose_matrix(camera)
+            world_from_camera = world_from_rig @ matrices(camera._mapping)
             matrix = np.array([[camera.fx, camera.skew, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1.0]])
             at += camera_lines(world_from_camera, matrix, camera.width, camera.height, _DEPTH * depth)
             if colour == "pose" or not poses:
@@ -537,10 +526,12 @@ def view(camera: Any, world_from_camera: Floats, depth: float, name: str, *, asi
 
 def finding_views(store: Store, connection: Connection, run: int) -> list[dict[str, Any]]:
     """What the cameras of one of several runs see, for the model beside the pictures of its findings."""
+    poses = [matrices(row._mapping) for row in store.rows(connection, "report/pose_matrix", run_id=run)]
+    cameras = [(row, matrices(row._mapping)) for row in store.rows(connection, "report/rig_cameras", run_id=run)]
     return [
-        view(camera, pose_matrix(pose) @ pose_matrix(camera), _NO_DEPTH_MM, view_name(run, camera.camera), aside=True)
-        for pose in store.rows(connection, "report/pose_matrix", run_id=run)
-        for camera in store.rows(connection, "report/rig_cameras", run_id=run)
+        view(row, world_from_rig @ rig_from_camera, _NO_DEPTH_MM, view_name(run, row.camera), aside=True)
+        for world_from_rig in poses
+        for row, rig_from_camera in cameras
     ]
 
 

@@ -73,9 +73,6 @@ def variant_named(text: str, object_name: str | None) -> tuple[str, str]:
     return (object_name, text) if object_name else (name, variant)
 
 
-# Whether a report is what the store gives: the rows that it carries the hash of, and the page itself.
-
-
 def confirm(store: Store, file: Path) -> str:
     """What is wrong with a report, one sentence; empty where nothing is.  Raises InputError where it is no report with
     a hash."""

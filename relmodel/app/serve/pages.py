@@ -265,24 +265,17 @@ def _size(connection: Connection, asked: Mapping[str, str]) -> Listing:
     _takes(asked, "path", "what")
     path, what = asked.get("path", ""), asked.get("what", "diameter")
     table = _table(connection, f"{what} of {path}", "serve/size_over_time", path=path, what=what)
-    rows = table.records
     fields = [Field("path", path), Field("what", what, ("diameter", "thickness", "width", "shift"))]
-    plots = (
-        [history([Point(f"/run/{r['run']}", *_point(r), r["changed"]) for r in rows], rows[0]["unit"])] if rows else []
-    )
-    return Listing(table.title, table, fields, [f"/run/{r[0]}" for r in table.rows], plots=plots)
+    return _over_time(table, fields, [_plot(rows, rows[0]["unit"]) for rows in [table.records] if rows])
 
 
 def _camera(connection: Connection, asked: Mapping[str, str]) -> Listing:
     _takes(asked, "rig", "name")
     rig, name = int(finite("rig", asked.get("rig", ""))), asked.get("name", "")
-    table = _table(
-        connection, f"Residual of camera {name} of rig {rig}", "serve/camera_over_time", rig=rig, camera=name
-    )
-    rows = table.records
-    plots = [history([Point(f"/run/{r['run']}", *_point(r)) for r in rows], "px")] if rows else []
-    fields = [Field("rig", str(rig)), Field("name", name)]
-    return Listing(table.title, table, fields, [f"/run/{r[0]}" for r in table.rows], plots=plots)
+    title = f"Residual of camera {name} of rig {rig}"
+    table = _table(connection, title, "serve/camera_over_time", rig=rig, camera=name)
+    plots = [_plot(table.records, "px")] if table.rows else []
+    return _over_time(table, [Field("rig", str(rig)), Field("name", name)], plots)
 
 
 def _rig(connection: Connection, asked: Mapping[str, str]) -> Listing:
@@ -290,23 +283,29 @@ def _rig(connection: Connection, asked: Mapping[str, str]) -> Listing:
     _takes(asked, "rig")
     rig = int(finite("rig", asked.get("rig", "")))
     table = _table(connection, f"Rig {rig} over time", "serve/rig_over_time", rig=rig)
-    rows = table.records
     plots = []
-    for quantity, group in groupby(rows, key=itemgetter("quantity")):
-        own = list(group)
-        points = [
-            Point(f"/run/{r['run']}", *_point(r)[:2], limit=r["gate"], bad=bool(r["gate"]) and r["value"] > r["gate"])
-            for r in own
+    for quantity, group in groupby(table.records, key=itemgetter("quantity")):
+        own = [
+            r | {"least_difference": r["gate"], "changed": bool(r["gate"]) and r["value"] > r["gate"]} for r in group
         ]
         words = Markup('<figure class="drawn"><figcaption>{}</figcaption>{}</figure>')
-        plots.append(words.format(f"{quantity}, {own[0]['unit']}".rstrip(", "), history(points, own[0]["unit"])))
-    return Listing(table.title, table, [Field("rig", str(rig))], [f"/run/{r['run']}" for r in rows], plots=plots)
+        plots.append(words.format(f"{quantity}, {own[0]['unit']}".rstrip(", "), _plot(own, own[0]["unit"])))
+    return _over_time(table, [Field("rig", str(rig))], plots)
 
 
-def _point(row: Mapping[str, Any]) -> tuple[str, float, float | None, float | None, float | None]:
-    """Label, value, sigma, nominal and limit of a point over time."""
-    label = f"run {row['run']}, {cell(row['began_at'])}" + (f", {row['serial']}" if row["serial"] else "")
-    return label, row["value"], row.get("sigma"), row.get("nominal"), row.get("least_difference")
+def _over_time(table: PageTable, fields: Sequence[Field], plots: Sequence[Markup]) -> Listing:
+    """Rows of which each is of a run."""
+    return Listing(table.title, table, fields, [f"/run/{r['run']}" for r in table.records], plots=plots)
+
+
+def _plot(rows: Sequence[Mapping[str, Any]], unit: str) -> Markup:
+    """Values over time."""
+    points = []
+    for r in rows:
+        words = f"run {r['run']}, {cell(r['began_at'])}" + (f", {r['serial']}" if r["serial"] else "")
+        about = r.get("sigma"), r.get("nominal"), r.get("least_difference")
+        points.append(Point(f"/run/{r['run']}", words, r["value"], *about, bad=bool(r.get("changed"))))
+    return history(points, unit)
 
 
 def _find(store: Store, connection: Connection, asked: Mapping[str, str]) -> Listing:
@@ -325,10 +324,7 @@ def _find(store: Store, connection: Connection, asked: Mapping[str, str]) -> Lis
     drawn = _world_scene(store, connection, world, {r[0] for r in rows})
     reach = [(m - drawn["radius"], m + drawn["radius"]) for m in drawn["focus"]] if drawn else [(0.0, 0.0)] * 3
     first = [f"{low + (high - low) * (1 + 2 * n) / 4:.0f}" for n in (0, 1) for low, high in reach]
-    fields = [
-        Field(n, asked.get(n, given), reach=reach[i % 3])
-        for i, (n, given) in enumerate(zip(BOUNDS, first, strict=True))
-    ]
+    fields = [Field(n, asked.get(n, first[i]), reach=reach[i % 3]) for i, n in enumerate(BOUNDS)]
     table = PageTable("Found", ("path", "level", "name", *BOUNDS), rows)
     return Listing("What lies in a box", table, fields + choices, words=words, data={"items": [], "scene": drawn})
 
@@ -352,19 +348,17 @@ def _question(connection: Connection, name: str, asked: Mapping[str, str]) -> Li
     question = read_question(name)
     values = question.values(asked)
     found = connection.execute(question.query, values)
-    columns, rows = list(found.keys()), found.all()
-    table = PageTable(question.words, columns, rows, question.query.text, values, empty="No rows.")
+    table = PageTable(question.words, list(found.keys()), found.all(), question.query.text, values, empty="No rows.")
     fields = [Field(n, str(v)) for n, v in values.items()]
-    return Listing(question.words, table, fields, plots=_plots_of(name, columns, rows))
+    return Listing(question.words, table, fields, plots=_plots_of(name, table))
 
 
-def _plots_of(question: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> list[Markup]:
+def _plots_of(question: str, table: PageTable) -> list[Markup]:
     """The plot of a question's answer, where it has one."""
-    named = PLOTS.get(question)
-    shown = [dict(zip(columns, r, strict=True)) for r in rows[:_MOST_BARS]]
-    if named is None or not shown:
+    shown = table.records[:_MOST_BARS]
+    if question not in PLOTS or not shown:
         return []
-    label, value = named
+    label, value = PLOTS[question]
     if label == "run_id":
         points = [
             Point(f"/run/{r[label]}", f"run {r[label]}", r[value], r.get("sigma"), r.get("nominal")) for r in shown
@@ -483,7 +477,12 @@ class Question:
             raise UsageError(
                 f"the question {self.name} takes no {unknown[0]}: it takes {', '.join(self.defaults) or 'nothing'}"
             )
-        return dict(self.defaults) | {name: _as(self.defaults[name], name, said) for name, said in given.items()}
+        values = dict(self.defaults)
+        for name, said in given.items():
+            values[name] = said if isinstance(self.defaults[name], str) else finite(name, said)
+            if isinstance(self.defaults[name], int) and values[name] == int(values[name]):
+                values[name] = int(values[name])  # other whole numbers, or what is none
+        return values
 
 
 def question_names() -> list[str]:
@@ -521,14 +520,6 @@ def _value(literal: str) -> Value:
     if literal.startswith("'"):
         return literal[1:-1].replace("''", "'")
     return float(literal) if "." in literal else int(literal)
-
-
-def _as(default: Value, name: str, said: str) -> Value:
-    """What was said, of the default's type; whole numbers may become others."""
-    if isinstance(default, str):
-        return said
-    number = finite(name, said)
-    return int(number) if isinstance(default, int) and number == int(number) else number
 
 
 def finite(name: str, said: str) -> float:

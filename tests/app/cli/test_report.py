@@ -20,9 +20,10 @@ from scipy.spatial.transform import Rotation
 
 from relmodel.app.audit import run_named
 from relmodel.app.cli.main import main
-from relmodel.app.report.pictures import pose_matrix, pose_spread
+from relmodel.app.report.pictures import pose_spread
 from relmodel.errors import UsageError
 from relmodel.find.find import world_named
+from relmodel.geometry.transforms import matrices
 from relmodel.resources import resource_dir
 from relmodel.store import Run, Store
 from tests.app.cli.conftest import Inspection, Pair
@@ -207,7 +208,7 @@ def test_error_ellipses_are_what_poses_drawn_at_random_give(inspection: Inspecti
             shift: npt.NDArray[np.float64],
             of: str = name,
         ) -> npt.NDArray[np.float64]:
-            pose = pose_matrix(row) @ transform(turn, shift) @ rig.rig_from_camera[of]
+            pose = matrices(row._mapping) @ transform(turn, shift) @ rig.rig_from_camera[of]
             return rig.cameras[of].project((points - pose[:3, 3]) @ pose[:3, :3])[0]
 
         shown = pixels(world, np.zeros(3), np.zeros(3))

@@ -6,6 +6,7 @@ import argparse
 import math
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -147,7 +148,10 @@ def show(args: argparse.Namespace) -> int:
         if args.picture is not None:
             at = tree.shape_id >= 0
             placed = tree.shape_id[at], tree.pose[at]
-            colours = write_picture(store, connection, *placed, args.picture, _direction(args.view))
+            view: str | Sequence[float] = args.view
+            with suppress(ValueError):  # else it is a name
+                view = [float(number) for number in args.view.split(",")]
+            colours = write_picture(store, connection, *placed, args.picture, view)
             legend = ", ".join(f"{kind} {hexadecimal(colour)}" for kind, colour in colours.items())
             say(f"{args.picture} is written; features by colour: {legend or 'none'}")
     if args.format == "table":
@@ -173,13 +177,6 @@ def _tree_line(row: dict[str, Any], count: int, name: str) -> dict[str, Any]:
     mass = row.get("mass")
     mass = None if mass is None else float(f"{mass:.6g}")
     return {**row, "path": path, "mass": mass, "feature_count": sum(row.get("kinds", {}).values()) or None}
-
-
-def _direction(view: str) -> str | Sequence[float]:
-    try:
-        return [float(number) for number in view.split(",")]
-    except ValueError:
-        return view
 
 
 @verb(
