@@ -86,7 +86,7 @@ def _draw_row(connection: Connection, table: Table, run: int, random: np.random.
 
 
 def _comparable(table: Table) -> list[str]:
-    return [column.name for column in table.columns if type(column.type) in COMPARABLE]
+    return [column.name for column in table.columns if isinstance(column.type, COMPARABLE)]
 
 
 def nudge(value: Any, random: np.random.Generator) -> Any:
