@@ -139,14 +139,14 @@ class Rays:
 
     def meet(self, origin: Floats, directions: Floats) -> Bools:
         """Which rays (n,) from one point hit something."""
-        return self._from_one_point(origin, directions, "OCCLUDED") >= 0
+        return self._run(origin, directions, "OCCLUDED") >= 0
 
     def nearest(self, origin: Floats, directions: Floats) -> Ints:
-        """The triangle that each ray from one point hits first (n,), -1 for none."""
-        return self._from_one_point(origin, directions, "INTERSECT")
+        """The triangle that each ray from one point, or from one each (n, 3), hits first (n,), -1 for none."""
+        return self._run(origin, directions, "INTERSECT")
 
-    def _from_one_point(self, origin: Floats, directions: Floats, query: str) -> Ints:
-        start = np.tile((origin - self._centre).astype(np.float32), (len(directions), 1))
+    def _run(self, origin: Floats, directions: Floats, query: str) -> Ints:
+        start = np.broadcast_to((origin - self._centre).astype(np.float32), directions.shape).copy()
         way = np.ascontiguousarray(directions, dtype=np.float32)
         return np.asarray(self._scene.run(start, way, query=query), np.int64)
 
