@@ -43,7 +43,7 @@ from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior
 from vision.cameras.images import read_picture
 from vision.inspection import Task, inspect
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
-from vision.localisation.hypotheses import Candidates
+from vision.localisation.hypotheses import Perturbations
 from vision.presence.states import assess
 
 HEADERS = ("set", "prior", "chain", "trials", "right", "wrong", "mm", "decided", "undecided", "cpu s")
@@ -155,7 +155,7 @@ def _chain(chain: str) -> Iterator[InspectionParameters]:
             ),
         )
     elif chain == "scan off":
-        nothing = Candidates(np.zeros((0, 6)), np.zeros(0))
+        nothing = Perturbations(np.zeros((0, 6)), np.zeros(0))
         with patch("vision.localisation.localise.search_poses", lambda *_: nothing):
             yield DEFAULTS
     elif chain == "matcher off":

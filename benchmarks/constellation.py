@@ -37,7 +37,7 @@ from vision.inspection.demonstration import read_truth
 from vision.localisation.localise import SHARP_RAD
 from vision.scene import Scene, read_scene
 from vision.stereo.match import match_stereo
-from vision.stereo.triangulate import Triangulated
+from vision.stereo.triangulate import SpaceArcs
 
 # The poses that the join gave an inspection, the best first.
 JOINED_POSES = sa.text(
@@ -92,7 +92,7 @@ def draw(
     path: Path,
     grey: Any,
     camera: Camera,
-    space: Triangulated,
+    space: SpaceArcs,
     arcs: Ints,
     joined: JoinedPairs,
     poses: Floats,

@@ -16,11 +16,11 @@ import pytest
 
 import relmodel
 from relmodel import InputError, Table, UsageError
-from relmodel.app.attributes import Whose
+from relmodel.app.attributes import AttributeOwner
 from relmodel.app.report.write import Subject
 from relmodel.app.session import Options
 from relmodel.table import table_of
-from vision.planning import Wanted
+from vision.planning import PlanOptions
 
 PAGE = (Path(__file__).parents[1] / "docs/python.md").read_text()
 LISTED = PAGE.partition("## All of it")[2].split("```")[1].split("\n")
@@ -58,7 +58,7 @@ def test_the_page_lists_the_calls_as_they_are() -> None:
 
 
 def test_the_page_lists_the_options_of_calls_as_they_are() -> None:
-    behind = {"options": Options, "wanted": Wanted, "of": Subject, "whose": Whose}
+    behind = {"options": Options, "wanted": PlanOptions, "of": Subject, "whose": AttributeOwner}
     listed = {}
     for call, below in pairwise(LISTED):
         if given := re.search(r"\*\*(\w+)\)", call):

@@ -24,11 +24,11 @@ from vision.relations.relations import (
     FAR,
     TOLERANCES,
     Areas,
-    Curves,
+    ImageCurves,
     ProblemRows,
     RelationParameters,
     Relations,
-    Solved,
+    SolvedProblem,
     Tolerance,
     find_middles,
     relate,
@@ -149,7 +149,7 @@ def _points(view: ViewArcs, some: Ints, sigma: Floats, camera: Camera) -> Column
     )
 
 
-def _curves(points: Columns, arcs: int) -> Curves:
+def _curves(points: Columns, arcs: int) -> ImageCurves:
     run, x, y, sigma = (np.asarray(points[name]) for name in ("view_arc_no", "x", "y", "sigma"))
     offsets = np.searchsorted(run, np.arange(arcs + 1))
     # A run of one sample is a point: half a px either way makes it a curve.
@@ -176,7 +176,7 @@ def _curves(points: Columns, arcs: int) -> Curves:
     centre_sigma[round_] = np.hypot(across[round_], CONIC_PX) * girth[bent] / length[round_]
     circular = bent & (fitted.minor >= ROUNDEST * fitted.major)
     radius[long[circular]] = np.sqrt(fitted.major * fitted.minor)[circular]
-    return Curves(
+    return ImageCurves(
         offsets=offsets.astype(np.int64),
         x=x,
         y=y,
@@ -241,7 +241,7 @@ def _number(surface: Ints, seen: SurfaceMap) -> Ints:
     return number
 
 
-def _neighbours(curves: Curves, areas: Areas, surface: Ints, seen: SurfaceMap) -> list[Relations]:
+def _neighbours(curves: ImageCurves, areas: Areas, surface: Ints, seen: SurfaceMap) -> list[Relations]:
     """Surfaces that border on each other in the picture, and those that others surround."""
     number = _number(surface, seen)
     labels = number[seen.surface].astype(np.int32)
@@ -251,7 +251,7 @@ def _neighbours(curves: Curves, areas: Areas, surface: Ints, seen: SurfaceMap) -
     return relate_neighbours(labels, inside, len(curves), find_middles(curves, areas), step=float(seen.rays.step))
 
 
-def _bounds(points: Columns, curves: Curves, areas: Areas, surface: Ints, seen: SurfaceMap) -> Relations:
+def _bounds(points: Columns, curves: ImageCurves, areas: Areas, surface: Ints, seen: SurfaceMap) -> Relations:
     """Arcs and the surfaces beside them, with the length of arc that borders each."""
     run = np.asarray(points["view_arc_no"])
     place = np.stack([np.asarray(points["x"]), np.asarray(points["y"])], axis=1)
@@ -280,7 +280,7 @@ _POSE_PROBLEM = PoseProblemParameters()
 
 
 @dataclass(frozen=True)
-class Pairs:
+class ArcPairs:
     """Arcs of a picture with arcs of the view that they come near, as columns: reason (index of REASONS; 0 is taken),
     rms distance (px) and mean angle (rad) with their gates, share of the image arc beside the model arc, and the
     points of the view that this covers, first to last; how far the image arc lies across in the mean
@@ -327,9 +327,9 @@ class SurfacePairs:
 class PoseMatch:
     """What a camera's picture shows of its predicted view."""
 
-    arcs: Pairs
+    arcs: ArcPairs
     surfaces: SurfacePairs
-    solved: Solved
+    solved: SolvedProblem
 
 
 @dataclass(frozen=True)
@@ -400,7 +400,7 @@ def _decide(reason: npt.NDArray[np.int8], chosen: Ints, label: Ints) -> None:
     reason[candidate & (chosen != NONE) & (chosen != label)] = BETTER_ELSEWHERE
 
 
-def _places(pairs: Pairs, taken: Bools, regions: int) -> Columns:
+def _places(pairs: ArcPairs, taken: Bools, regions: int) -> Columns:
     """How far candidates are off, as columns of `candidate`: arcs, then regions, of which nothing is known."""
     known = np.column_stack([pairs.across[taken], pairs.across_sigma[taken], pairs.shift[taken]])
     values = np.ma.masked_invalid(np.concatenate([known, np.full((regions, known.shape[1]), np.nan)]))
@@ -409,7 +409,7 @@ def _places(pairs: Pairs, taken: Bools, regions: int) -> Columns:
 
 def _judge_arcs(
     found: dict[str, npt.NDArray[np.generic]], picture: Primitives, view: ViewUnits, p: PoseProblemParameters
-) -> Pairs:
+) -> ArcPairs:
     """Those that pass the gates are marked as assigned until the search decides."""
     image_arc = np.asarray(found["image_arc_no"], np.int64)
     residual, angle, sigma, across = (
@@ -429,12 +429,12 @@ def _judge_arcs(
     view_arc = np.asarray(found["view_arc_no"], np.int64)
     sums = np.concatenate([np.zeros((1, view.shift.shape[1])), np.cumsum(view.shift, axis=0)])
     shift = (sums[last + 1] - sums[first]) / (last + 1 - first)[:, None]
-    return Pairs(
+    return ArcPairs(
         image_arc, view_arc, reason, residual, gate, angle, angle_gate, overlap, first, last, across, known, shift
     )
 
 
-def _price_arcs(pairs: Pairs, p: PoseProblemParameters) -> Ints:
+def _price_arcs(pairs: ArcPairs, p: PoseProblemParameters) -> Ints:
     """Minus the logarithm of the likelihood of what a pair is off."""
     off = (p.gate_sigma * pairs.residual / pairs.gate) ** 2 + (3.0 * pairs.angle / pairs.angle_gate) ** 2
     return np.rint(p.scale * (0.5 * off + p.loose_price * (1.0 - pairs.overlap))).astype(np.int64)
@@ -460,7 +460,7 @@ def _judge_regions(picture: Primitives, view: ViewUnits, seen: SurfaceMap, p: Po
     )
 
 
-def _strike_covered(pairs: Pairs, p: PoseProblemParameters) -> None:
+def _strike_covered(pairs: ArcPairs, p: PoseProblemParameters) -> None:
     """Of two image arcs beside one stretch of a model arc the one nearer to it stays: the other is a second line."""
     taken = np.flatnonzero(pairs.accepted)
     taken = taken[np.lexsort((pairs.image_arc[taken], pairs.residual[taken] / pairs.gate[taken]))]

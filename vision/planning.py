@@ -40,7 +40,7 @@ _CLEAR_MM = 150.0  # about a camera in which nothing may lie; of a shorter dista
 
 
 @dataclass(frozen=True)
-class Grid(Rows):
+class PoseGrid(Rows):
     """Poses (n, 4, 4) of a rig and the points (n, 3) of the object that they look at, in the world, mm."""
 
     world_from_rig: Floats
@@ -48,7 +48,7 @@ class Grid(Rows):
 
 
 @dataclass(frozen=True)
-class Floor:
+class GroundPlane:
     """A plane across an axis (0, 1, 2) of the world at a place along it, mm, that cameras stay above."""
 
     axis: int
@@ -58,9 +58,9 @@ class Floor:
         return f"{'xyz'[self.axis]} = {self.mm:g}"
 
 
-def find_table(scene: Scene) -> Floor:
+def find_table(scene: Scene) -> GroundPlane:
     """The plane z = 0 of the world, or that on which its lowest part stands where this is lower."""
-    return Floor(2, float(scene.vertices[:, 2].min(initial=0.0)))
+    return GroundPlane(2, float(scene.vertices[:, 2].min(initial=0.0)))
 
 
 def usual_distance(rig: Rig, size: Floats) -> float:
@@ -88,8 +88,8 @@ def lay_grid(
     occurrences: Ints,
     rig: Rig,
     distance_mm: float | None = None,
-    floor: Floor | None = None,
-) -> Grid:
+    floor: GroundPlane | None = None,
+) -> PoseGrid:
     """The poses at a distance from the surface of placed parts, `usual_distance` where none is given, no camera too
     near to anything.
 
@@ -121,7 +121,7 @@ def lay_grid(
             for way in (ahead, *tilted):
                 poses.append(_looking(target, way, axes[u], distance_mm) @ np.linalg.inv(rig_from_look))
                 targets.append(target)
-    grid = Grid(np.concatenate(poses), np.concatenate(targets))
+    grid = PoseGrid(np.concatenate(poses), np.concatenate(targets))
     clear = min(_CLEAR_MM, 0.5 * distance_mm)
     return grid.take(np.array([_is_clear(scene, floor, rig, pose, clear) for pose in grid.world_from_rig], bool))
 
@@ -131,14 +131,14 @@ def look_from(
     occurrences: Ints,
     rig: Rig,
     poses: Floats,
-    floor: Floor | None = None,
-) -> tuple[Grid, Ints]:
+    floor: GroundPlane | None = None,
+) -> tuple[PoseGrid, Ints]:
     """Those of some poses (n, 4, 4) of a rig from which the middle of its view lies on placed parts, and which those
     are; no camera too near to anything."""
     look = poses @ _look_frame(rig)
     met, target = _meet(scene, look[:, :3, 3], look[:, :3, 2], occurrences)
     kept = np.array([_is_clear(scene, floor, rig, pose, _CLEAR_MM) for pose in poses[met]], bool)
-    return Grid(poses[met], target).take(kept), np.flatnonzero(met)[kept]
+    return PoseGrid(poses[met], target).take(kept), np.flatnonzero(met)[kept]
 
 
 def _box_axes(points: Floats, axes: Floats) -> Floats:
@@ -192,7 +192,7 @@ def _looking(target: Floats, way: Floats, across: Floats, distance_mm: float) ->
     return out
 
 
-def _is_clear(scene: Scene, floor: Floor | None, rig: Rig, world_from_rig: Floats, clear_mm: float) -> bool:
+def _is_clear(scene: Scene, floor: GroundPlane | None, rig: Rig, world_from_rig: Floats, clear_mm: float) -> bool:
     """Whether every camera is that far above the floor and from all surfaces, as far as rays to all sides tell."""
     ways = np.stack(np.meshgrid(*[np.arange(-2.0, 3.0)] * 3), -1).reshape(-1, 3)
     ways = ways[np.abs(ways).max(axis=1) == 2]
@@ -364,7 +364,7 @@ class Plan:
         return {"views": views, **counts, "hidden": self.hidden, "above": self.above}
 
 
-class Wanted(TypedDict, total=False):
+class PlanOptions(TypedDict, total=False):
     """What a plan is of, and what its views must keep to.
 
     serial: number of a physical part: what its inspections have not decided.  object: of a world, all of it.
@@ -383,7 +383,7 @@ class Wanted(TypedDict, total=False):
     views: int | None
 
 
-def plan_views(store: Store, rig: Rig, wanted: Wanted, progress: Progress = silent) -> Plan:
+def plan_views(store: Store, rig: Rig, wanted: PlanOptions, progress: Progress = silent) -> Plan:
     """The next views of a physical part or of an object of a world.
 
     Where the world mounts the rig on an arm, only poses that it reaches are tried; of a carrier with fewer than six
@@ -418,13 +418,13 @@ def plan_views(store: Store, rig: Rig, wanted: Wanted, progress: Progress = sile
     return Plan(views, len(items), len(joints), beyond, hidden, None if floor is None else str(floor))
 
 
-def _read_floor(above: str) -> Floor | None:
+def _read_floor(above: str) -> GroundPlane | None:
     axis, equals, mm = above.replace(" ", "").partition("=")
     if above == "none":
         return None
     try:
         if equals and axis in ("x", "y", "z") and np.isfinite(float(mm)):
-            return Floor("xyz".index(axis), float(mm))
+            return GroundPlane("xyz".index(axis), float(mm))
     except ValueError:
         pass
     raise UsageError(f"{above!r} is no plane that cameras stay above: give an axis and mm, as z=0, or none")
@@ -436,8 +436,8 @@ def _poses(
     rig: Rig,
     mounted: MountedRig | None,
     distance_mm: float | None,
-    floor: Floor | None,
-) -> tuple[Grid, list[dict[str, float]], int]:
+    floor: GroundPlane | None,
+) -> tuple[PoseGrid, list[dict[str, float]], int]:
     """The poses to try, the joints of each, and how many of the grid the arm does not reach."""
     scene = stored.scene
     pieces = np.array([path.partition("/")[0] for path in stored.paths], object)
@@ -447,7 +447,7 @@ def _poses(
         grid, kept = look_from(scene, np.concatenate(wholes), rig, poses, floor)
         return grid, [given[i] for i in kept], 0
     grids = [lay_grid(scene, whole, rig, distance_mm, floor) for whole in wholes]
-    grid = Grid(*(np.concatenate([getattr(g, name) for g in grids]) for name in ("world_from_rig", "target")))
+    grid = PoseGrid(*(np.concatenate([getattr(g, name) for g in grids]) for name in ("world_from_rig", "target")))
     if mounted is None:
         return grid, [{}] * len(grid.target), 0
     joints = reach(mounted, grid.world_from_rig)
@@ -469,7 +469,7 @@ def choose_views(checks: Bools, px: Floats, enough: float, most: int | None = No
     return chosen
 
 
-def _left(store: Store, connection: Connection, wanted: Wanted) -> tuple[Sequence[Any], int]:
+def _left(store: Store, connection: Connection, wanted: PlanOptions) -> tuple[Sequence[Any], int]:
     """Rows of what is left to be checked, and the world."""
     if (serial := wanted.get("serial")) is not None:
         outcome = store.rows(connection, "report/serial_outcome", serial=serial)

@@ -19,7 +19,7 @@ from relmodel.table import Contents, Table, table_of
 from relmodel.variants.compare import REACH
 
 if TYPE_CHECKING:
-    from relmodel.app.attributes import Whose
+    from relmodel.app.attributes import AttributeOwner
     from relmodel.app.report.write import Subject
     from relmodel.app.session import Options, Session
     from relmodel.loading.write import LoadReport
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from relmodel.world.placement import WorldReport
     from vision.cameras.images import Pictures
     from vision.inspection.inspection import Inspection
-    from vision.planning import Plan, Wanted
+    from vision.planning import Plan, PlanOptions
     from vision.scene import Scenes
 
 
@@ -135,7 +135,7 @@ class OpenStore(Store):
 
         return Session(Scenes(self), rig, options)
 
-    def plan(self, *, rig: str | Path, out: str | Path | None = None, **wanted: Unpack[Wanted]) -> Plan:
+    def plan(self, *, rig: str | Path, out: str | Path | None = None, **wanted: Unpack[PlanOptions]) -> Plan:
         """The views that would check most of an object, or of what is left of the physical part of a serial number.
 
         out: a folder for a prior of each view, and for pairs.csv, their list for `relmodel inspect --list`.
@@ -230,7 +230,13 @@ class OpenStore(Store):
             return table_of(list(found.keys()), found.all())
 
     def set(
-        self, path: str, name: str, value: float | str | bool, *, unit: str | None = None, **whose: Unpack[Whose]
+        self,
+        path: str,
+        name: str,
+        value: float | str | bool,
+        *,
+        unit: str | None = None,
+        **whose: Unpack[AttributeOwner],
     ) -> int:
         """Set an attribute of an object, or of what stands in it (OBJECT/PATH).  Nothing is overwritten; the newest
         value counts.  Returns the run that recorded it.

@@ -28,7 +28,7 @@ _COLOUR = re.compile(r"#[0-9a-f]{6}")
 
 
 @dataclass(frozen=True)
-class _Known:
+class _FixedMeaning:
     """An attribute whose meaning is fixed: of which levels it is, and of which dimension (None: a text)."""
 
     levels: tuple[str, ...]
@@ -37,12 +37,12 @@ class _Known:
 
 # Names that views and pictures read; every other name is free.
 _KNOWN = {
-    "density": _Known(("part",), "density"),
-    "mass": _Known(("object", "part"), "mass"),
-    "material": _Known(("part",)),
-    "finish": _Known(("part", "surface")),
-    "colour": _Known(("part", "surface", "arc")),
-    "layer": _Known(("part", "surface", "arc")),
+    "density": _FixedMeaning(("part",), "density"),
+    "mass": _FixedMeaning(("object", "part"), "mass"),
+    "material": _FixedMeaning(("part",)),
+    "finish": _FixedMeaning(("part", "surface")),
+    "colour": _FixedMeaning(("part", "surface", "arc")),
+    "layer": _FixedMeaning(("part", "surface", "arc")),
 }
 # What inspections read of an object as its world places it, which an attribute would not change.
 _OF_WORLD_FILE = ("tolerance_mm", "role", "joints", "world_from_object")
@@ -78,7 +78,7 @@ class Setting:
     unit: str | None
 
 
-class Whose(TypedDict, total=False):
+class AttributeOwner(TypedDict, total=False):
     """What of an object, or of what stands in it, an attribute is of.
 
     variant: of the object.  surface, arc: of the part, by number.  world: the path is the name of a world, whose newest
@@ -92,7 +92,7 @@ class Whose(TypedDict, total=False):
 
 
 def set_attribute(
-    store: Store, path: str, name: str, value: Value, unit: str | None, whose: Whose, *, text: bool = True
+    store: Store, path: str, name: str, value: Value, unit: str | None, whose: AttributeOwner, *, text: bool = True
 ) -> Setting:
     """Set an attribute of what a path names: an object, or OBJECT/PATH of what stands in it; or of a world.
 
@@ -118,7 +118,7 @@ def set_attribute(
     return Setting(run.id, owner, name, value, unit)
 
 
-def _owner(store: Store, connection: Connection, path: str, whose: Whose) -> Owner:
+def _owner(store: Store, connection: Connection, path: str, whose: AttributeOwner) -> Owner:
     from relmodel.app.tree import read_tree
     from relmodel.find.find import world_named
 

@@ -13,13 +13,13 @@ from relmodel.progress import Progress, silent
 from relmodel.store import Store
 from vision.cameras.cameras import Rig
 from vision.cameras.files import read_rig
-from vision.planning import Plan, Wanted, plan_views
+from vision.planning import Plan, PlanOptions, plan_views
 
 _SIGMA = {"translation_mm": 5.0, "rotation_deg": 0.5}  # as for a rig on an arm: relmodel where
 
 
 def propose_views(
-    store: Store, rig_file: Path, wanted: Wanted, out: Path | None = None, progress: Progress = silent
+    store: Store, rig_file: Path, wanted: PlanOptions, out: Path | None = None, progress: Progress = silent
 ) -> Plan:
     """`plan_views` for the rig of a file; out: a folder for a prior of each view and their list, pairs.csv."""
     serial, distance, most = wanted.get("serial"), wanted.get("distance"), wanted.get("views")

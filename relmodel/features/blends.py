@@ -8,7 +8,7 @@ import numpy as np
 
 from relmodel.arrays import Floats
 from relmodel.features.feature_parameters import DEFAULTS
-from relmodel.features.graph import Boundary, Feature, Side, angle_gaps, at_level, cross, frame, lengths, union
+from relmodel.features.graph import Boundary, BoundaryArc, Feature, angle_gaps, at_level, cross, frame, lengths, union
 from relmodel.geometry.congruence import joined
 
 _ALL = DEFAULTS.common
@@ -169,9 +169,9 @@ def chamfers(b: Boundary, bevels: dict[int, Feature]) -> list[Feature]:
     return [segments[0] for segments in lines.values()]
 
 
-def _plane_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
+def _plane_chamfer(b: Boundary, i: int, slanted: list[BoundaryArc]) -> Feature | None:
     s = b.surfaces
-    best: tuple[float, Side, Side, Floats] | None = None
+    best: tuple[float, BoundaryArc, BoundaryArc, Floats] | None = None
     for one, two in combinations([x for x in slanted if s.kind[x.other] == "plane"], 2):
         run = cross(s.axis[i], s.axis[one.other])
         run /= np.linalg.norm(run)
@@ -200,7 +200,7 @@ def _plane_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
     return Feature("chamfer", "", measures, pose, s.boxes[i], [(i, "chamfer")])
 
 
-def _cone_chamfer(b: Boundary, i: int, slanted: list[Side]) -> Feature | None:
+def _cone_chamfer(b: Boundary, i: int, slanted: list[BoundaryArc]) -> Feature | None:
     s, axis = b.surfaces, b.surfaces.axis[i]
     kinds = {s.kind[x.other]: x for x in slanted}
     if kinds.keys() != {"plane", "cylinder"} or s.concave[kinds["cylinder"].other]:

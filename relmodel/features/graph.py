@@ -178,7 +178,7 @@ def union(boxes: Floats) -> Floats:
 
 
 @dataclass
-class Surfaces:
+class SolidSurfaces:
     """The surfaces as recognition sees them, one row for each whole surface.
 
     kind is the recognised one; axis is a plane's outward normal, and the axis of a surface of revolution; concave
@@ -269,7 +269,7 @@ class Surfaces:
         return float(covered.mean() * 2 * np.pi)
 
 
-class Side(NamedTuple):
+class BoundaryArc(NamedTuple):
     """An arc of a face's boundary, and what lies beyond it (-1: nothing)."""
 
     arc: int
@@ -292,9 +292,9 @@ class Boundary:
     others (`blends.rounded`); chamfers: surfaces that cut one off.
     """
 
-    surfaces: Surfaces
+    surfaces: SolidSurfaces
     links: list[dict[int, set[str]]]
-    sides: dict[int, list[Side]]
+    sides: dict[int, list[BoundaryArc]]
     merged_faces: list[list[int]]
     vertices: Floats
     blends: dict[int, float] = field(default_factory=dict)
@@ -309,7 +309,7 @@ class Boundary:
         """Extent of the whole shape along a direction."""
         return float(np.ptp(self._hull @ direction))
 
-    def across(self, surface: int, side: Side) -> tuple[str, list[int]]:
+    def across(self, surface: int, side: BoundaryArc) -> tuple[str, list[int]]:
         """Convexity of the edge at a side and the surfaces beyond it, as they would be without its blend."""
         blend = side.other
         if side.convexity != "smooth" or blend not in self.blends or surface in self.blends:
@@ -358,7 +358,7 @@ def boundary(shape: Shape) -> Boundary:
     merged: list[list[int]] = [[] for _ in range(int(face.max(initial=-1)) + 1)]
     for i, k in enumerate(face.tolist()):
         merged[k].append(i)
-    sides: dict[int, list[Side]] = {}
+    sides: dict[int, list[BoundaryArc]] = {}
     if shape.coedges and shape.loops:
         own, loops, arcs = (np.asarray(shape.coedges[c], np.int64) for c in ("surface_no", "loop_no", "arc_no"))
         loop_of = (np.asarray(shape.loops[c]).tolist() for c in ("surface_no", "loop_no", "outer_loop"))
@@ -372,7 +372,9 @@ def boundary(shape: Shape) -> Boundary:
             k, beyond = int(face[surface]), int(face[other]) if other >= 0 else -1
             if beyond == k and other != surface:
                 continue
-            side = Side(arc, loop, (surface, loop) in flagged, beyond, str(convexity[arc]), angle[arc], length[arc])
+            side = BoundaryArc(
+                arc, loop, (surface, loop) in flagged, beyond, str(convexity[arc]), angle[arc], length[arc]
+            )
             sides.setdefault(k, []).append(side)
         for k, faces in enumerate(merged):
             if len(faces) > 1 and k in sides:
@@ -422,7 +424,7 @@ def _merged(shape: Shape) -> Ints:
     return out
 
 
-def _relooped(shape: Shape, sides: list[Side], plane: bool) -> list[Side]:
+def _relooped(shape: Shape, sides: list[BoundaryArc], plane: bool) -> list[BoundaryArc]:
     """Sides of merged faces: loops are what hangs together, of a plane that of the greatest extent is outer."""
     names = [f"{end}_{c}" for end in ("start", "end") for c in "xyz"]
     ends = np.array([[float(shape.arcs[n][x.arc]) for n in names] for x in sides]).reshape(-1, 2, 3)
@@ -439,7 +441,7 @@ def _relooped(shape: Shape, sides: list[Side], plane: bool) -> list[Side]:
     return [x._replace(loop=n, outer=n == outer if plane else x.outer) for x, n in zip(sides, loop, strict=True)]
 
 
-def describe(shape: Shape, face: Ints, merged: list[list[int]]) -> Surfaces:
+def describe(shape: Shape, face: Ints, merged: list[list[int]]) -> SolidSurfaces:
     """Describe merged surfaces by the rows of their first faces and the triangles of all."""
     s = shape.surfaces
     n = len(merged)
@@ -471,7 +473,7 @@ def describe(shape: Shape, face: Ints, merged: list[list[int]]) -> Surfaces:
     away = np.bincount(owner, area * np.nan_to_num(np.sum(normal.mean(axis=1) * arm, axis=1)), minlength=n)
     box = boxes_of(s)
 
-    return Surfaces(
+    return SolidSurfaces(
         kind=kind,
         origin=origin,
         axis=axis * outward[:, None],

@@ -11,7 +11,7 @@ from relmodel.arrays import Floats, Ints, Ragged
 from relmodel.features.feature_parameters import DEFAULTS, CircleParameters
 from relmodel.features.graph import (
     Feature,
-    Surfaces,
+    SolidSurfaces,
     angle_gaps,
     cross,
     feature_class_key,
@@ -33,7 +33,7 @@ _ALL = DEFAULTS.common
 _HOLES = DEFAULTS.holes
 
 
-def holes(s: Surfaces, links: Links) -> list[Feature]:
+def holes(s: SolidSurfaces, links: Links) -> list[Feature]:
     """Stacks of coaxial concave surfaces of revolution around a cylinder that holds a pin."""
     bores = _bores(s, links)
     if not bores:
@@ -60,7 +60,7 @@ def holes(s: Surfaces, links: Links) -> list[Feature]:
     return found
 
 
-def _bores(s: Surfaces, links: Links) -> list[list[int]]:
+def _bores(s: SolidSurfaces, links: Links) -> list[list[int]]:
     """Concave cylinders merged where they are one: same axis and radius, touching extents, all around a pin.
 
     A bore that a pocket, a gap between two ears or another bore interrupts counts as one: it is drilled in one go.
@@ -92,7 +92,7 @@ def _bores(s: Surfaces, links: Links) -> list[list[int]]:
     return sorted(bore for bore in bores if s.turn(bore) > _HOLES.least_turn_rad and not _are_corners(s, links, bore))
 
 
-def _are_corners(s: Surfaces, links: Links, bore: list[int]) -> bool:
+def _are_corners(s: SolidSurfaces, links: Links, bore: list[int]) -> bool:
     """Whether the segments of a bore are far walls of openings around its axis: material comes in between them."""
     axis = s.axis[bore[0]]
 
@@ -108,7 +108,7 @@ def _are_corners(s: Surfaces, links: Links, bore: list[int]) -> bool:
     return all(s.turn([i]) < _HOLES.least_turn_rad and any(leads_in(i, j) for j in links[i]) for i in bore)
 
 
-def _on_axis(s: Surfaces, bore: int, other: int) -> bool:
+def _on_axis(s: SolidSurfaces, bore: int, other: int) -> bool:
     """Whether the axis of one surface of revolution is that of a bore."""
     axis, arm = s.axis[bore], s.origin[other] - s.origin[bore]
     if not np.linalg.norm(cross(axis, arm)) < _ALL.length_mm:
@@ -116,12 +116,12 @@ def _on_axis(s: Surfaces, bore: int, other: int) -> bool:
     return bool(s.kind[other] == "sphere" or np.linalg.norm(cross(axis, s.axis[other])) < _ALL.angle_rad)
 
 
-def _turned_about(s: Surfaces, bore: int, other: int) -> bool:
+def _turned_about(s: SolidSurfaces, bore: int, other: int) -> bool:
     """Whether a concave cone, torus or sphere belongs to the stack of a bore: countersink, tip, bottom fillet."""
     return bool(s.concave[other] and s.kind[other] in ("cone", "torus", "sphere") and _on_axis(s, bore, other))
 
 
-def _closes(s: Surfaces, links: Links, leader: dict[int, int], member: int, plane: int) -> bool:
+def _closes(s: SolidSurfaces, links: Links, leader: dict[int, int], member: int, plane: int) -> bool:
     """Whether a plane across the axis has no neighbours but surfaces of the stack: a bottom or a counterbore's step."""
     axis = s.axis[leader[member]]
     if s.kind[plane] != "plane" or not np.linalg.norm(cross(axis, s.axis[plane])) < _ALL.angle_rad:
@@ -138,7 +138,7 @@ def _closes(s: Surfaces, links: Links, leader: dict[int, int], member: int, plan
     return bool(off_axis(s.points(plane), s.origin[member], axis).max() < s.radius[member] + _ALL.length_mm)
 
 
-def _hole(s: Surfaces, links: Links, members: list[int], bores: list[list[int]]) -> Feature:
+def _hole(s: SolidSurfaces, links: Links, members: list[int], bores: list[list[int]]) -> Feature:
     narrow = min(bores, key=lambda bore: (s.radius[bore[0]], bore))
     axis, origin = s.axis[narrow[0]], s.origin[narrow[0]]
     zero = float(origin @ axis)
@@ -215,7 +215,7 @@ def _hole(s: Surfaces, links: Links, members: list[int], bores: list[list[int]])
     return Feature(kind, "", dimensions, pose, union(s.boxes[members]), sorted(roles.items()))
 
 
-def _enclosed(s: Surfaces, wide: int, others: list[int], axis: Floats) -> bool:
+def _enclosed(s: SolidSurfaces, wide: int, others: list[int], axis: Floats) -> bool:
     """Whether a narrower cylinder goes on on either side of what is wider: a groove for a ring."""
     low, high = s.along(wide, axis)
     narrower = [i for i in others if s.radius[wide] - s.radius[i] > _ALL.length_mm]
@@ -224,7 +224,7 @@ def _enclosed(s: Surfaces, wide: int, others: list[int], axis: Floats) -> bool:
     return any(abs(one - two) < _ALL.length_mm for one in below for two in above)
 
 
-def _rounded_rims(s: Surfaces, links: Links, members: list[int]) -> list[int]:
+def _rounded_rims(s: SolidSurfaces, links: Links, members: list[int]) -> list[int]:
     """Tori about the axis that lead smoothly out of the hole."""
     beside = [(i, j) for i in members if s.kind[i] == "cylinder" for j, met in links[i].items() if "smooth" in met]
     tori = [(i, j) for i, j in beside if s.kind[j] == "torus" and not s.concave[j] and len(s.points(j))]

@@ -13,10 +13,10 @@ from relmodel.arrays import Floats
 from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.graph import (
     Boundary,
+    BoundaryArc,
     Dimensions,
     Feature,
     Rectangle,
-    Side,
     ahead,
     angle_gaps,
     at_level,
@@ -175,7 +175,7 @@ def _curved_floors(b: Boundary, taken: set[int]) -> list[Floor]:
     return found
 
 
-def rises(b: Boundary, floor: Floor, face: int, side: Side) -> bool:
+def rises(b: Boundary, floor: Floor, face: int, side: BoundaryArc) -> bool:
     """Whether what lies beyond a side of a face of a floor is a wall, a fillet that leads up to one, or more floor."""
     other = side.other
     if side.convexity == "degenerate" or (side.convexity == "smooth" and other != face and other in floor.faces):
@@ -402,7 +402,7 @@ def _inside(b: Boundary, ring: list[int], up: Floats) -> Floats:
     return np.array([middle, *(middle + _P.within * (p.mean(axis=0) - middle) for p in points)])
 
 
-def _walls_at(b: Boundary, plane: int, side: Side) -> tuple[str, list[int]]:
+def _walls_at(b: Boundary, plane: int, side: BoundaryArc) -> tuple[str, list[int]]:
     """Convexity and the walls at a side of a boundary, past its round or chamfer."""
     kind, others = b.across(plane, side)
     past = [x.other for i in others if i in b.chamfers for x in b.sides[i] if x.convexity == "convex"]

@@ -149,7 +149,7 @@ def ribs(b: Boundary, pairs: list[Pair], floors: set[int], taken: set[int]) -> l
 
     floors: of pockets and slots; what is opposed to one is a web.
     """
-    s, standing = b.surfaces, dict[tuple[int, ...], list[_Standing]]()
+    s, standing = b.surfaces, dict[tuple[int, ...], list[_StandingPair]]()
     thin = [p for p in pairs if p.thickness < _P.thin * min(p.overlap[2:] - p.overlap[:2])]
     slender = {i for p in thin for i in (p.first, p.second)}
     for pair in pairs:
@@ -174,7 +174,7 @@ def ribs(b: Boundary, pairs: list[Pair], floors: set[int], taken: set[int]) -> l
 
 
 @dataclass
-class _Standing:
+class _StandingPair:
     """A pair that stands in a direction; firm: those of its planes that have a foot."""
 
     pair: Pair
@@ -182,7 +182,7 @@ class _Standing:
     firm: list[int]
 
 
-def _stands(b: Boundary, pair: Pair, slender: set[int]) -> _Standing | None:
+def _stands(b: Boundary, pair: Pair, slender: set[int]) -> _StandingPair | None:
     """How a pair stands: a rib on both its feet, a flange on the one it has.
 
     slender: sides of what is thin; it stands on one of them, a rib that crosses it, only where on nothing else.
@@ -204,7 +204,7 @@ def _stands(b: Boundary, pair: Pair, slender: set[int]) -> _Standing | None:
         firm = [i for i, on in zip(planes, feet, strict=True) if _contact(b, i, on, up)]
         on = feet[planes.index(firm[0])] if firm else {}
         if len(firm) == 2 or (foot in on and _is_flange(b, firm[0], on, foot, up)):
-            return _Standing(pair, up, firm)
+            return _StandingPair(pair, up, firm)
     return None
 
 
@@ -241,7 +241,7 @@ def _is_flange(b: Boundary, side: int, feet: dict[int, float], foot: int, up: Fl
     return bool(max(r[1] - r[0] for r in reach) > high - low and high - low > _P.tall * b.extent(up))
 
 
-def _in_one_line(b: Boundary, segments: list[_Standing]) -> list[list[_Standing]]:
+def _in_one_line(b: Boundary, segments: list[_StandingPair]) -> list[list[_StandingPair]]:
     """Segments of one middle plane that stand in one line, or on either side of a web."""
     run = cross(segments[0].pair.normal, segments[0].up)
     spans = []
@@ -257,7 +257,7 @@ def _in_one_line(b: Boundary, segments: list[_Standing]) -> list[list[_Standing]
     return [[segments[i] for i in group] for group in joined(range(len(segments)), edges)]
 
 
-def _rib(b: Boundary, segments: list[_Standing]) -> Feature | None:
+def _rib(b: Boundary, segments: list[_StandingPair]) -> Feature | None:
     s = b.surfaces
     pair, up = segments[0].pair, segments[0].up
     run = cross(pair.normal, up)

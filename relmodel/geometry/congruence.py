@@ -76,7 +76,7 @@ _MOST_TRIALS = 256
 
 
 @dataclass
-class Elements:
+class Constituents:
     """What a thing is made of.
 
     kind: what no motion changes at all; sizes (n, k), mm: what it changes by round-off; points (n, 3, 3): what moves
@@ -98,7 +98,7 @@ class Elements:
         return np.asarray(self.points[:, 0] - self.points[:, 0].mean(axis=0))
 
 
-def motions(a: Elements, b: Elements, within: float, loose: float) -> Iterator[tuple[Floats, Ints]]:
+def motions(a: Constituents, b: Constituents, within: float, loose: float) -> Iterator[tuple[Floats, Ints]]:
     """Motions `b_from_a` (4, 4) that take all elements of a to their like in b, and to which each comes (n,).
 
     within: how far, mm, points may stay off; loose: how far sizes may differ, and points before the motion is fitted.
@@ -119,14 +119,14 @@ def motions(a: Elements, b: Elements, within: float, loose: float) -> Iterator[t
             yield motion, to
 
 
-def _chirality(x: Elements) -> float:
+def _chirality(x: Constituents) -> float:
     """Triple product of three means of the elements' places: of a mirror image its negative."""
     arms, reach = x.arms(), max(x.extent, 1e-300)
     means = [w @ arms / max(w.sum() * reach, 1e-300) for w in x.weight.T]
     return float(np.linalg.det(np.stack(means)))
 
 
-def _labels(a: Elements, b: Elements, tolerance: float) -> tuple[Ints, Ints] | None:
+def _labels(a: Constituents, b: Constituents, tolerance: float) -> tuple[Ints, Ints] | None:
     """Label of each element of both, equal for those of one kind and of one size; None where they do not pair off."""
     kind = np.unique([*a.kind, *b.kind], return_inverse=True)[1]
     apart = 10 * (tolerance + max(float(np.abs(x.sizes).max()) for x in (a, b)))
@@ -137,7 +137,7 @@ def _labels(a: Elements, b: Elements, tolerance: float) -> tuple[Ints, Ints] | N
     return of_a, of_b
 
 
-def _landmarks(a: Elements, b: Elements, label: tuple[Ints, Ints], tolerance: float) -> Iterator[Floats]:
+def _landmarks(a: Constituents, b: Constituents, label: tuple[Ints, Ints], tolerance: float) -> Iterator[Floats]:
     """Motions that take the centre and two landmarks of a to the like of b."""
     of_a, of_b = label
     centre_a, centre_b = (x.points[:, 0].mean(axis=0) for x in (a, b))
@@ -174,7 +174,9 @@ def _frame(p: Floats, q: Floats) -> Floats:
     return np.column_stack([x, np.cross(z, x), z])
 
 
-def _matched(a: Elements, b: Elements, label: tuple[Ints, Ints], motion: Floats, tolerance: float) -> Ints | None:
+def _matched(
+    a: Constituents, b: Constituents, label: tuple[Ints, Ints], motion: Floats, tolerance: float
+) -> Ints | None:
     """The element of b where each element of a comes to lie, or None where one has no counterpart."""
     from scipy.spatial import cKDTree
 
@@ -194,7 +196,7 @@ def _matched(a: Elements, b: Elements, label: tuple[Ints, Ints], motion: Floats,
     return to
 
 
-def _turned_about(a: Elements, b: Elements, to: Ints, motion: Floats) -> Floats:
+def _turned_about(a: Constituents, b: Constituents, to: Ints, motion: Floats) -> Floats:
     """Points of b in the order of a's elements, second and third exchanged where an edge runs the other way."""
     points = b.points[to]
     moved = apply(motion, a.points)

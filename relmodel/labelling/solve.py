@@ -105,7 +105,7 @@ def search_as_printed(problem: MatchingProblem, limit: int | None, nodes: int, s
     stopped = False
     try:
         run.extend(run.label, run.table.error)
-    except SearchEnded:
+    except SearchLimit:
         stopped = True
     found = labelling_cost(run.problem, run.label).total
     bound = min(found, run.bound(run.table.error, np.diff(problem.first_candidate) > 0))
@@ -121,7 +121,7 @@ def search_as_printed(problem: MatchingProblem, limit: int | None, nodes: int, s
     )
 
 
-class SearchEnded(Exception):  # noqa: N818 - no error
+class SearchLimit(Exception):  # noqa: N818 - no error
     """A limit on nodes or seconds was met."""
 
 
@@ -146,7 +146,7 @@ class _PrintedSearch:
     def extend(self, label: Ints, error: Ints) -> None:
         """Go on from a mapping (units,), -1 where there is none yet, and the errors of all functions."""
         if self.nodes >= self._most_nodes or (self._end is not None and time.monotonic() > self._end):
-            raise SearchEnded
+            raise SearchLimit
         self.nodes += 1
         left = (label == NONE) & ~self.without
         if self._too_dear(self.bound(error, left)):

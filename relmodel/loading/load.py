@@ -55,7 +55,7 @@ class NewShape:
 
 
 @dataclass(frozen=True)
-class Noted:
+class ModelFinding:
     """A finding, and which part and shape of the model it is of; None where it is of none."""
 
     finding: Finding
@@ -64,7 +64,7 @@ class Noted:
 
 
 @dataclass(frozen=True)
-class Derived:
+class Derivation:
     """A model ready to be written.
 
     shapes: those that the store lacks, the first of equal ones.  findings: of the model and of the derivation.
@@ -73,12 +73,12 @@ class Derived:
     model: Model
     keys: ModelKeys
     shapes: list[NewShape]
-    findings: tuple[Noted, ...]
+    findings: tuple[ModelFinding, ...]
 
 
 def derive(
     model: Model, store: Database, connection: Connection, tell: Callable[[str], None] = lambda _: None
-) -> Derived:
+) -> Derivation:
     """Derive from a model what the store will hold; the store is read and not written.
 
     tell: is told what is being done.  Raises InputError where an assembly contains itself.
@@ -90,9 +90,11 @@ def derive(
         model, keys = snapped, model_keys(snapped)
     part_of = {part.shape: i for i, part in reversed(list(enumerate(model.parts)))}
     # Findings of the readers: of the file, then by part, then by shape with the first part that has it.
-    findings = [Noted(finding) for finding in model.findings]
-    findings += [Noted(finding, i, part.shape) for i, part in enumerate(model.parts) for finding in part.findings]
-    findings += [Noted(one, part_of.get(i), i) for i, shape in enumerate(model.shapes) for one in shape.findings]
+    findings = [ModelFinding(finding) for finding in model.findings]
+    findings += [
+        ModelFinding(finding, i, part.shape) for i, part in enumerate(model.parts) for finding in part.findings
+    ]
+    findings += [ModelFinding(one, part_of.get(i), i) for i, shape in enumerate(model.shapes) for one in shape.findings]
     shapes = []
     first = {k.shape: i for i, k in reversed(list(enumerate(keys.shapes)))}  # of equal ones
     known = stored_ids(store, connection, "shape", first)
@@ -104,9 +106,9 @@ def derive(
             features = tuple(recognise(model.shapes[no]))
         except Exception as error:  # which never costs a load
             said = f"features could not be recognised ({type(error).__name__}: {error})"
-            findings.append(Noted(Finding("features_failed", said), part_of.get(no), no))
+            findings.append(ModelFinding(Finding("features_failed", said), part_of.get(no), no))
         shapes.append(_new_shape(model.shapes[no], keys.shapes[no], features))
-    return Derived(model, keys, shapes, tuple(findings))
+    return Derivation(model, keys, shapes, tuple(findings))
 
 
 def _new_shape(shape: Shape, keys: ShapeKeys, features: tuple[Feature, ...]) -> NewShape:
@@ -136,7 +138,7 @@ _NEEDED = ("relmodel.loading.write", "scipy.sparse.csgraph", "scipy.spatial", "s
 
 
 @dataclass(frozen=True)
-class Request:
+class LoadRequest:
     """A STEP, mesh or URDF file to load under a name and a variant, and how.
 
     unit: required where the format states none (STL, OBJ, PLY).  allow_partial: take a file that lost faces on reading,
@@ -155,22 +157,22 @@ class Request:
 
 
 def load(store: Store, path: str | Path, *, reader: Reader = read, **how: Any) -> LoadReport:
-    """Load a file; `how` are the fields of `Request`, `name` among them.
+    """Load a file; `how` are the fields of `LoadRequest`, `name` among them.
 
     Geometry that the store holds already is shared; the same content under the same name and variant adds nothing.
     `reader` reads the file (default: in a child process).  Raises InputError where the file is missing or bad, takes
-    too long to read, is refused as `Request` says, or is given no name; the store is then as it was but for the run,
-    its load report and its findings.
+    too long to read, is refused as `LoadRequest` says, or is given no name; the store is then as it was but for the
+    run, its load report and its findings.
     """
-    ((_, outcome),) = load_all(store, [Request(Path(path), **how)], reader=reader)
+    ((_, outcome),) = load_all(store, [LoadRequest(Path(path), **how)], reader=reader)
     if isinstance(outcome, InputError):
         raise outcome
     return outcome
 
 
 def load_all(
-    store: Store, requests: Sequence[Request], progress: Progress = silent, *, reader: Reader = read
-) -> Iterator[tuple[Request, LoadReport | InputError]]:
+    store: Store, requests: Sequence[LoadRequest], progress: Progress = silent, *, reader: Reader = read
+) -> Iterator[tuple[LoadRequest, LoadReport | InputError]]:
     """Load files in turn, each with its report, or the reason why it was refused; the others are loaded all the same.
 
     The next files are read meanwhile; the rows are those of one `load` after another.
@@ -198,7 +200,7 @@ def _tell(progress: Progress, file: str, number: int, files: int, what: str) -> 
 _Reading: TypeAlias = "Future[Model]"
 
 
-def _begin(pool: ThreadPoolExecutor, reader: Reader, request: Request) -> tuple[Request, _Reading | InputError]:
+def _begin(pool: ThreadPoolExecutor, reader: Reader, request: LoadRequest) -> tuple[LoadRequest, _Reading | InputError]:
     """Begin to read a file, unless the call is bad."""
     path = request.path
     try:
@@ -225,7 +227,9 @@ def _begin(pool: ThreadPoolExecutor, reader: Reader, request: Request) -> tuple[
     return request, pool.submit(reader, path, options)
 
 
-def _load(store: Store, request: Request, reading: _Reading | InputError, tell: Callable[[str], None]) -> LoadReport:
+def _load(
+    store: Store, request: LoadRequest, reading: _Reading | InputError, tell: Callable[[str], None]
+) -> LoadReport:
     """Load a file that is being read, in a run of its own; `tell` is told what is being done with it."""
     from relmodel.loading.load_parameters import DEFAULTS
 
@@ -273,7 +277,7 @@ def _load(store: Store, request: Request, reading: _Reading | InputError, tell: 
             raise
 
 
-def _allowed(model: Model, request: Request) -> Model:
+def _allowed(model: Model, request: LoadRequest) -> Model:
     """The model, a loss of faces among its findings.  Raises InputError where faces were lost and this was not asked
     for."""
     listed, came = model.faces_in_file, model.faces_loaded

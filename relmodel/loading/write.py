@@ -14,7 +14,7 @@ from relmodel.features.holes import CIRCLE_DEFAULTS, classify, select_rare
 from relmodel.find.boxes import pack
 from relmodel.geometry.curves import BOX, box_columns, boxes_of, vector_columns
 from relmodel.geometry.transforms import MATRIX_COLUMNS, Hulls, Joint, boxes_placed, matrices, matrix_columns
-from relmodel.loading.load import Derived
+from relmodel.loading.load import Derivation
 from relmodel.loading.snap import ids_by_key, stored_ids
 from relmodel.loading.write_shape import append_geometry, append_pmi
 from relmodel.model.content_keys import assembly_order
@@ -58,7 +58,7 @@ class LoadReport:
         return f"{self.status}: {named}, revision {self.revision}: {found}; {new}{said}"
 
 
-def write(run: Run, connection: Connection, derived: Derived, name: str, variant: str) -> LoadReport:
+def write(run: Run, connection: Connection, derived: Derivation, name: str, variant: str) -> LoadReport:
     """Write a model under a name and a variant, within the transaction of `connection`.
 
     Geometry, parts and assemblies that the store holds already, by content, are not written again; a content other
@@ -133,7 +133,7 @@ def _occurrence_count(model: Model) -> int:
 # Writing new parts and new objects: attributes, what stands in them, and joints.
 
 
-def append_parts(run: Run, connection: Connection, derived: Derived, shape_ids: dict[str, int]) -> dict[str, int]:
+def append_parts(run: Run, connection: Connection, derived: Derivation, shape_ids: dict[str, int]) -> dict[str, int]:
     model, keys = derived.model, derived.keys
     ids, fresh = ids_by_key(run, connection, "part", keys.parts)
     new = [(ids[keys.parts[i]], model.parts[i]) for i in fresh.tolist()]
@@ -149,7 +149,7 @@ def append_parts(run: Run, connection: Connection, derived: Derived, shape_ids: 
     return ids
 
 
-def append_objects(run: Run, connection: Connection, derived: Derived, part_ids: dict[str, int]) -> dict[str, int]:
+def append_objects(run: Run, connection: Connection, derived: Derivation, part_ids: dict[str, int]) -> dict[str, int]:
     model, keys = derived.model, derived.keys
     ids, fresh = ids_by_key(run, connection, "object", keys.assemblies)
     new = [(ids[keys.assemblies[i]], model.assemblies[i]) for i in fresh.tolist()]
@@ -200,7 +200,7 @@ _OWN = ("kind", "message", "value", "bound", "unit")
 
 
 def append_findings(
-    run: Run, connection: Connection, derived: Derived, part_ids: dict[str, int], shape_ids: dict[str, int]
+    run: Run, connection: Connection, derived: Derivation, part_ids: dict[str, int], shape_ids: dict[str, int]
 ) -> None:
     """Append the findings of a load with the parts, shapes, surfaces and arcs that they are of, these being there."""
     keys, found = derived.keys, derived.findings

@@ -180,7 +180,7 @@ def append_geometry(
 
 
 @dataclass(frozen=True)
-class _Rows:
+class _ElementRows:
     """Arcs or surfaces of one shape: the rows, their splines, what they are made from, and their keys."""
 
     rows: Table
@@ -190,10 +190,10 @@ class _Rows:
     supports: list[str] | None = None
 
 
-def _blocks(pairs: list[tuple[Shape, ShapeKeys]], level: str, made: str) -> list[_Rows]:
+def _blocks(pairs: list[tuple[Shape, ShapeKeys]], level: str, made: str) -> list[_ElementRows]:
     """The arcs or surfaces of each shape, then those that they are made from."""
     return [
-        _Rows(
+        _ElementRows(
             getattr(shape, f"{before}{level}s"),
             getattr(shape, f"{before}{level}_splines"),
             getattr(shape, f"{before}{level}_{made}"),
@@ -206,7 +206,7 @@ def _blocks(pairs: list[tuple[Shape, ShapeKeys]], level: str, made: str) -> list
 
 
 def _append_rows(
-    run: Run, connection: Connection, table: str, blocks: list[_Rows]
+    run: Run, connection: Connection, table: str, blocks: list[_ElementRows]
 ) -> tuple[dict[str, int], list[Bools]]:
     """Append what is new of arcs or surfaces; returns identities by key, and for each block which rows were new."""
     keys = [key for block in blocks for key in block.keys]

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints, Ragged, row_count
 from relmodel.errors import InputError
-from relmodel.geometry.congruence import Elements, motions
+from relmodel.geometry.congruence import Constituents, motions
 from relmodel.geometry.curves import vectors
 from relmodel.geometry.surfaces import ANALYTIC_KINDS
 from relmodel.geometry.transforms import Joint
@@ -387,7 +387,7 @@ def _classes(shapes: Sequence[Shape]) -> tuple[Ints, Floats, dict[int, Ints]]:
     of, motion = np.arange(len(shapes)), np.tile(np.eye(4), (len(shapes), 1, 1))
     like: dict[int, Ints] = {}
     firsts: dict[tuple[str, ...], list[int]] = {}
-    elements: dict[int, Elements] = {}
+    elements: dict[int, Constituents] = {}
     for i, shape in enumerate(shapes):
         if not shape.surfaces or not shape.arcs or "fitted" in shape.surfaces["provenance"]:
             continue
@@ -410,7 +410,7 @@ def _counts(shape: Shape) -> tuple[str, ...]:
     return shape.kind, *sorted(_face_kinds(shape)), *sorted(_edge_kinds(shape))
 
 
-def _elements(shape: Shape) -> Elements:
+def _elements(shape: Shape) -> Constituents:
     """Faces, then edges, of a shape."""
     s, a = shape.surfaces, shape.arcs
     surfaces, curves = surfaces_of(shape), curves_of(shape)
@@ -433,10 +433,10 @@ def _elements(shape: Shape) -> Elements:
     )
     weight = np.zeros((len(points), 3))
     weight[:n, 0], weight[:n, 1], weight[n:, 2] = area, area**2, length
-    return Elements([*_face_kinds(shape), *_edge_kinds(shape)], np.nan_to_num(sizes), points, weight)
+    return Constituents([*_face_kinds(shape), *_edge_kinds(shape)], np.nan_to_num(sizes), points, weight)
 
 
-def _fit(a: Elements, b: Elements) -> tuple[Floats, Ints] | None:
+def _fit(a: Constituents, b: Constituents) -> tuple[Floats, Ints] | None:
     """The motion (4, 4) that takes the elements a (n,) to the elements b within round-off, and which of b each is."""
     within = ROUND_OFF_MM + ROUND_OFF_SHARE * a.extent
     return next(motions(a, b, within, 20 * within), None)

@@ -105,7 +105,7 @@ def read_urdf(path: Path) -> Model:
         raise InputError(f"{path.name} begins with <{root.tag}>, not <robot>: give a URDF file")
     for element in root.iter() if space else ():
         element.tag = element.tag.removeprefix(f"{space}:")
-    model = _Reader(path, root).model()
+    model = _RobotReader(path, root).model()
     return replace(model, files=(SourceFile(path.name, hashlib.sha256(content).hexdigest()), *model.files))
 
 
@@ -130,7 +130,7 @@ def _parse(content: bytes, path: Path) -> Element:
         raise InputError(f"{path.name} is not well-formed XML ({error}): correct it there") from error
 
 
-class _Reader:
+class _RobotReader:
     def __init__(self, path: Path, root: Element) -> None:
         self.path = path
         self.folder = path.resolve().parent

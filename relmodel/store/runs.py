@@ -233,7 +233,7 @@ class Recordable(Protocol):
         """Append it and end the run."""
 
 
-class _Kept(NamedTuple):
+class _RunState(NamedTuple):
     """What a run found, and how far it was: how long it and its step, `so_far.step_began`, had taken."""
 
     run_id: int
@@ -394,7 +394,7 @@ class Run:
             assert self.store.file is not None
             file, now = kept_file(self.store.file, self.id), time.perf_counter()
             count = self._count._replace(step_began=now - self._count.step_began)
-            keep(file, _Kept(self.id, self.kind, self._writes, now - self._began, count, found))
+            keep(file, _RunState(self.id, self.kind, self._writes, now - self._began, count, found))
             raise InUseError(
                 f"{error}; what run {self.id} found is kept in {file}, and recorded when the store is next opened to "
                 "be written"

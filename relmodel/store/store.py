@@ -125,7 +125,7 @@ def _no_store(store: Store) -> StoreError:
 FUNCTION = "function"
 
 
-class Entry(NamedTuple):
+class CatalogueEntry(NamedTuple):
     """A relation or a function; standing: primary, redundant, view or function."""
 
     level: str
@@ -156,7 +156,7 @@ def schema_in_memory() -> Iterator[Database]:
         yield store
 
 
-def dictionary(store: Database) -> list[Entry]:
+def dictionary(store: Database) -> list[CatalogueEntry]:
     """Relations by level, then the functions."""
     with store.read() as connection:
         catalogue = store.rows(connection, "store/relations")
@@ -165,11 +165,11 @@ def dictionary(store: Database) -> list[Entry]:
     comments = {
         name: found["text"] for (_, name), found in reflected.get_multi_table_comment(kind=ObjectKind.ANY).items()
     }
-    entries = [Entry(row.level, row.relation, row.standing, str(comments[row.relation])) for row in catalogue]
-    return entries + [Entry("world", str(row.name), FUNCTION, str(row.comment)) for row in functions]
+    entries = [CatalogueEntry(row.level, row.relation, row.standing, str(comments[row.relation])) for row in catalogue]
+    return entries + [CatalogueEntry("world", str(row.name), FUNCTION, str(row.comment)) for row in functions]
 
 
-def find_entry(store: Database, name: str) -> Entry:
+def find_entry(store: Database, name: str) -> CatalogueEntry:
     """The relation or function of a name.  Raises UsageError where there is none."""
     entries = {entry.relation: entry for entry in dictionary(store)}
     if name not in entries:
@@ -179,7 +179,7 @@ def find_entry(store: Database, name: str) -> Entry:
     return entries[name]
 
 
-def columns_of(store: Database, entry: Entry | None = None) -> list[Column]:
+def columns_of(store: Database, entry: CatalogueEntry | None = None) -> list[Column]:
     """Columns of all relations in the dictionary's order, then the arguments of the functions; or those of one."""
     with store.read() as connection:
         relations = [row.relation for row in store.rows(connection, "store/relations")]

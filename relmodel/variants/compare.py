@@ -18,7 +18,7 @@ from relmodel.progress import Progress, silent
 from relmodel.store import Run, Store
 from relmodel.variants.surfaces import (
     TOLERANCE,
-    Pairs,
+    SurfaceMatches,
     SurfaceSet,
     boundary_integrals,
     carried,
@@ -140,7 +140,7 @@ def _inside(
     connection: Connection,
     a: SurfaceSet,
     b: SurfaceSet,
-    surfaces: Pairs,
+    surfaces: SurfaceMatches,
     shapes: tuple[int, int],
     reach: float,
 ) -> list[tuple[str, _Block]]:
@@ -248,7 +248,7 @@ _OVERLAP = 0.5  # of two boxes: the volume of what both hold by that of what eit
 
 
 @dataclass(frozen=True)
-class Placed:
+class PartPlacements:
     """The placed parts of an object."""
 
     path: Texts
@@ -263,7 +263,7 @@ class Placed:
         return len(self.part)
 
 
-def placed_parts(store: Store, connection: Connection, object_id: int) -> Placed:
+def placed_parts(store: Store, connection: Connection, object_id: int) -> PartPlacements:
     """The parts that the expansion of an object places."""
     rows = store.columns(connection, "object/expansion", object_id=object_id)
     at = np.flatnonzero(rows["part_id"] >= 0)
@@ -272,7 +272,7 @@ def placed_parts(store: Store, connection: Connection, object_id: int) -> Placed
     row = np.searchsorted(np.asarray(known["id"], np.int64), part)
     pose = matrices(rows)[at]
     measures = np.stack([np.asarray(known[c], float)[row] for c in ("surface_count", "area", "volume")], axis=1)
-    return Placed(
+    return PartPlacements(
         np.asarray(rows["path"], object)[at],
         part,
         rows["shape_id"][at].astype(np.int64),
@@ -283,7 +283,7 @@ def placed_parts(store: Store, connection: Connection, object_id: int) -> Placed
     )
 
 
-def pair_parts(a: Placed, b: Placed, reach: float) -> tuple[Ints, Ints]:
+def pair_parts(a: PartPlacements, b: PartPlacements, reach: float) -> tuple[Ints, Ints]:
     """Placed parts that correspond, in order of `a`.
 
     A shape at its former place is the same whatever its name: instances of one part are alike, and exporters renumber
@@ -316,19 +316,19 @@ def motion(before: Floats, after: Floats) -> tuple[Floats, Floats]:
     return after[:, :3, 3] - before[:, :3, 3], angle
 
 
-def alike(a: Placed, b: Placed, i: Ints, j: Ints) -> Bools:
+def alike(a: PartPlacements, b: PartPlacements, i: Ints, j: Ints) -> Bools:
     """Whether the shapes of pairs have as many surfaces and the same area and volume: the first test of congruence."""
     return np.asarray(np.isclose(a.measures[i], b.measures[j], rtol=1e-6, atol=1e-9).all(axis=1))
 
 
-def differing_labels(a: Placed, b: Placed, i: Ints, j: Ints) -> list[list[str]]:
+def differing_labels(a: PartPlacements, b: PartPlacements, i: Ints, j: Ints) -> list[list[str]]:
     """What pairs of parts are called differently: `path`, or one of LABELS."""
     unlike = {"path": a.path[i] != b.path[j]}
     unlike |= {name: a.labels[name][i] != b.labels[name][j] for name in LABELS}
     return [[name for name, differs in unlike.items() if differs[k]] for k in range(len(i))]
 
 
-def _stays(a: Placed, b: Placed) -> tuple[Ints, Ints]:
+def _stays(a: PartPlacements, b: PartPlacements) -> tuple[Ints, Ints]:
     i, j, _ = near_pairs(a.pose[:, :3, 3], b.pose[:, :3, 3], TOLERANCE)
     good = (a.shape[i] == b.shape[j]) & stays(a.pose[i], b.pose[j])
     i, j = i[good], j[good]
@@ -336,7 +336,7 @@ def _stays(a: Placed, b: Placed) -> tuple[Ints, Ints]:
     return i[rows], j[rows]
 
 
-def _same_path(a: Placed, b: Placed, free_a: Ints, free_b: Ints, reach: float) -> tuple[Ints, Ints]:
+def _same_path(a: PartPlacements, b: PartPlacements, free_a: Ints, free_b: Ints, reach: float) -> tuple[Ints, Ints]:
     _, i, j = np.intersect1d(a.path[free_a].astype(str), b.path[free_b].astype(str), return_indices=True)
     i, j = free_a[i], free_b[j]
     near = np.linalg.norm(a.pose[i, :3, 3] - b.pose[j, :3, 3], axis=1) <= reach
@@ -344,7 +344,7 @@ def _same_path(a: Placed, b: Placed, free_a: Ints, free_b: Ints, reach: float) -
     return i[good], j[good]
 
 
-def _near(a: Placed, b: Placed, free_a: Ints, free_b: Ints, reach: float) -> tuple[Ints, Ints]:
+def _near(a: PartPlacements, b: PartPlacements, free_a: Ints, free_b: Ints, reach: float) -> tuple[Ints, Ints]:
     middle_a, middle_b = ((x.box[at, :3] + x.box[at, 3:]) / 2 for x, at in ((a, free_a), (b, free_b)))
     i, j, distance = near_pairs(middle_a, middle_b, reach)
     i, j = free_a[i], free_b[j]
@@ -402,7 +402,9 @@ def feature_set(rows: Mapping[str, Any], members: Mapping[str, Any], sizes: Mapp
     )
 
 
-def pair_features(a: FeatureSet, b: FeatureSet, surfaces: Pairs, reach: float) -> tuple[Pairs, Floats]:
+def pair_features(
+    a: FeatureSet, b: FeatureSet, surfaces: SurfaceMatches, reach: float
+) -> tuple[SurfaceMatches, Floats]:
     """Features of `b` that are those of `a`, and the angle (rad) by which each pair is turned.
 
     First those that share surfaces, most first (of pockets and the like only those that open to one side); then those
@@ -436,7 +438,7 @@ def pair_features(a: FeatureSet, b: FeatureSet, surfaces: Pairs, reach: float) -
     changed = ~identical & ~moved & ~(retrimmed & same_class)
     status = np.select([identical, moved, changed], ["identical", "moved", "changed"], "retrimmed").astype(object)
     shift[(identical | retrimmed & same_class) | stayed], angle[status != "moved"] = 0.0, 0.0
-    return Pairs(i, j, status, shift), angle
+    return SurfaceMatches(i, j, status, shift), angle
 
 
 def other_dimensions(a: FeatureSet, b: FeatureSet, i: int, j: int) -> list[str]:
@@ -451,7 +453,7 @@ def other_dimensions(a: FeatureSet, b: FeatureSet, i: int, j: int) -> list[str]:
     return out
 
 
-def _shared(a: FeatureSet, b: FeatureSet, surfaces: Pairs) -> tuple[Ints, Ints, Floats]:
+def _shared(a: FeatureSet, b: FeatureSet, surfaces: SurfaceMatches) -> tuple[Ints, Ints, Floats]:
     """Pairs of features of one kind that have corresponding surfaces, and how many of them are not merely moved."""
     feature_a, surface_a = a.surfaces
     feature_b, surface_b = b.surfaces
@@ -471,7 +473,7 @@ def _shared(a: FeatureSet, b: FeatureSet, surfaces: Pairs) -> tuple[Ints, Ints, 
     return pairs[:, 0].astype(np.int64), pairs[:, 1].astype(np.int64), share.astype(float)
 
 
-def _kept(a: FeatureSet, b: FeatureSet, surfaces: Pairs, i: Ints, j: Ints) -> tuple[Bools, Bools]:
+def _kept(a: FeatureSet, b: FeatureSet, surfaces: SurfaceMatches, i: Ints, j: Ints) -> tuple[Bools, Bools]:
     """Whether all surfaces of paired features are identical; whether all are at least on the same unbounded ones."""
     state = np.zeros(max(a.surfaces[1].max(initial=-1), surfaces.a.max(initial=-1)) + 1, np.int64)
     state[surfaces.a] = np.select([surfaces.status == "identical", surfaces.status == "retrimmed"], [2, 1], 0)

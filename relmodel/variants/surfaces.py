@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints, Texts
-from relmodel.geometry.congruence import Elements, motions
+from relmodel.geometry.congruence import Constituents, motions
 from relmodel.geometry.curves import Curves, vectors
 
 
@@ -75,7 +75,7 @@ class SurfaceSet:
 
 
 @dataclass(frozen=True)
-class Pairs:
+class SurfaceMatches:
     """Surfaces that correspond: surface_no in a and in b, status, displacement (n, 3) of what moved, else 0."""
 
     a: Ints
@@ -139,7 +139,7 @@ def boundary_integrals(curves: Curves, surface: Ints, arc: Ints, count: int) -> 
     return np.column_stack([out[:, 0], mean, spread])
 
 
-def pair_surfaces(a: SurfaceSet, b: SurfaceSet, reach: float) -> Pairs:
+def pair_surfaces(a: SurfaceSet, b: SurfaceSet, reach: float) -> SurfaceMatches:
     """Surfaces of `b` that are those of `a`: identical, retrimmed, or moved by at most `reach` mm."""
     free_a, free_b = np.ones(len(a), bool), np.ones(len(b), bool)
     found: list[tuple[Ints, Ints, str, Floats]] = []
@@ -157,7 +157,7 @@ def pair_surfaces(a: SurfaceSet, b: SurfaceSet, reach: float) -> Pairs:
     status = np.concatenate([np.full(len(i), s, object) for i, _, s, _ in found])
     i, j, shift = (np.concatenate([f[k] for f in found]) for k in (0, 1, 3))
     order = np.argsort(i, kind="stable")
-    return Pairs(i[order], j[order], status[order], shift[order])
+    return SurfaceMatches(i[order], j[order], status[order], shift[order])
 
 
 def _same(a: SurfaceSet, b: SurfaceSet, free_a: Any, free_b: Any) -> tuple[Ints, Ints]:
@@ -252,7 +252,7 @@ def carried(a: SurfaceSet, b: SurfaceSet) -> Floats | None:
     return next((m for m, turn in zip(found, turns, strict=True) if turn >= max(turns) - 1e-9), None)
 
 
-def _elements(s: SurfaceSet) -> Elements:
+def _elements(s: SurfaceSet) -> Constituents:
     """The surfaces, then their boundaries."""
     side = np.where(s.kind == "plane", "", np.where(s.outward, "+", "-"))
     tip = s.centroid + np.where((s.kind == "plane")[:, None], _TIP * s.direction, 0.0)
@@ -260,7 +260,7 @@ def _elements(s: SurfaceSet) -> Elements:
     sizes = np.column_stack([np.sqrt(s.area), s.boundary[:, [0, 4]], s.sizes])
     weight = np.zeros((2 * len(s), 3))
     weight[: len(s), 0], weight[: len(s), 1], weight[len(s) :, 2] = s.area, s.area**2, s.boundary[:, 0]
-    return Elements(
+    return Constituents(
         [f"{part} {kind}{way}" for part in ("of", "around") for kind, way in zip(s.kind, side, strict=True)],
         np.tile(sizes, (2, 1)),
         np.concatenate([np.stack([s.centroid, s.centroid, tip], axis=1), np.stack([mean, mean, mean], axis=1)]),

@@ -115,7 +115,7 @@ def _place_in_own_world(store: Store, run: Run, connection: Connection, row: Map
 
 
 @dataclass(frozen=True)
-class _Standing:
+class _WorldObject:
     """An object of a world: what the file says, the row of its variant, its robots, and where their joints stand."""
 
     placed: PlacedObject
@@ -126,7 +126,7 @@ class _Standing:
 
 def _standing(
     store: Store, connection: Connection, file: WorldFile, loaded: Sequence[Mapping[str, Any]]
-) -> list[_Standing]:
+) -> list[_WorldObject]:
     """The objects of the file, each pinned to one of the loaded variants, rows of `object/newest`."""
     pinned = _pin(file, loaded)
     _refuse_cycles(store, connection, file, pinned)
@@ -139,7 +139,7 @@ def _standing(
                 f"{file.path}: objects[{number}] gives joints of {placed.object}, which has none: leave them out"
             )
         values = own.values(placed.joints, f"{file.path}: joints of objects[{number}]")
-        objects.append(_Standing(placed, row, own, values))
+        objects.append(_WorldObject(placed, row, own, values))
     return objects
 
 
@@ -173,7 +173,7 @@ def _refuse_cycles(store: Store, connection: Connection, file: WorldFile, pinned
         raise InputError(f"{file.path}: the object {name} contains itself: load it without the cycle") from error
 
 
-def _link_paths(file: WorldFile, objects: Sequence[_Standing]) -> list[str | None]:
+def _link_paths(file: WorldFile, objects: Sequence[_WorldObject]) -> list[str | None]:
     """Path of the link of each mount in the object that carries it, as in occurrence; None where it names no link.
 
     Raises InputError where the object has no such link, or several.
@@ -195,7 +195,7 @@ def _link_paths(file: WorldFile, objects: Sequence[_Standing]) -> list[str | Non
     return paths
 
 
-def _poses(file: WorldFile, objects: Sequence[_Standing]) -> list[Floats]:
+def _poses(file: WorldFile, objects: Sequence[_WorldObject]) -> list[Floats]:
     """`world_from_object` (4, 4) of each object of the file: as it says, or by its carrier at the joint values."""
     poses = {o.name: o.world_from_object for o in file.objects if o.world_from_object is not None}
     of = {o.placed.name: o for o in objects}
@@ -210,7 +210,7 @@ def _poses(file: WorldFile, objects: Sequence[_Standing]) -> list[Floats]:
 
 
 def _content_key(
-    file: WorldFile, objects: Sequence[_Standing], poses: list[Floats], rig_digests: Mapping[str, str]
+    file: WorldFile, objects: Sequence[_WorldObject], poses: list[Floats], rig_digests: Mapping[str, str]
 ) -> str:
     """Hash of what the file says, of the content of the objects it names and of the rig files."""
     content = {
@@ -237,7 +237,12 @@ def _write_world(
 
 
 def _write_objects(
-    run: Run, connection: Connection, world: str, objects: Sequence[_Standing], poses: Sequence[Floats], revision: int
+    run: Run,
+    connection: Connection,
+    world: str,
+    objects: Sequence[_WorldObject],
+    poses: Sequence[Floats],
+    revision: int,
 ) -> dict[str, int]:
     """Write where objects, links and joints stand, of those objects of which something stands otherwise than before.
 

@@ -12,7 +12,7 @@ import trimesh
 from relmodel.app.cli.main import main
 from relmodel.errors import InputError
 from relmodel.loading import load as loading
-from relmodel.loading.load import Request
+from relmodel.loading.load import LoadRequest
 from relmodel.store import Store
 from tests.reading import load, load_all
 
@@ -48,7 +48,7 @@ def test_rows_are_those_of_one_after_another(fresh_store: str, duckdb_template: 
     shutil.copy(duckdb_template, tmp_path / "turns.duckdb")
     with Store.open(fresh_store) as together, Store.open(tmp_path / "turns.duckdb") as turns:
         told: list[tuple[str, int, int]] = []
-        requests = [Request(file, file.stem, unit="mm") for file in files]
+        requests = [LoadRequest(file, file.stem, unit="mm") for file in files]
         outcomes = list(load_all(together, requests, lambda *step: told.append(step)))
         assert [request for request, _ in outcomes] == requests
         assert [(done, of) for _, done, of in told] == sorted((done, 5) for _, done, _ in told)
@@ -68,7 +68,7 @@ def test_one_that_is_refused_leaves_the_others(duckdb_template: Path, tmp_path: 
     files[1].write_bytes(b"no mesh")
     shutil.copy(duckdb_template, tmp_path / "store.duckdb")
     with Store.open(tmp_path / "store.duckdb") as store:
-        requests = [Request(f, f.stem, unit="mm") for f in (tmp_path / "gone.stl", *files)]
+        requests = [LoadRequest(f, f.stem, unit="mm") for f in (tmp_path / "gone.stl", *files)]
         outcomes = [outcome for _, outcome in load_all(store, requests)]
         assert [isinstance(o, InputError) for o in outcomes] == [True, False, True, False, False, False]
         with store.read() as connection:
@@ -137,6 +137,6 @@ def test_step_files_side_by_side(data_dir: Path, duckdb_template: Path, tmp_path
         shutil.copy(duckdb_template, tmp_path / f"{name}.duckdb")
         stores.append(Store.open(tmp_path / f"{name}.duckdb"))
     with stores[0] as together, stores[1] as turns:
-        reports = [report for _, report in loading.load_all(together, [Request(f, f.stem) for f in files])]
+        reports = [report for _, report in loading.load_all(together, [LoadRequest(f, f.stem) for f in files])]
         assert reports == [load(turns, f, name=f.stem) for f in files]
         assert contents(together) == contents(turns)

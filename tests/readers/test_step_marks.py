@@ -15,7 +15,7 @@ import pytest
 from relmodel.errors import InputError
 from relmodel.find.find import world_named
 from relmodel.model.model import Pmi, Shape
-from relmodel.readers.step.part21 import Instances, Typed, measure
+from relmodel.readers.step.part21 import Instances, TypedValue, measure
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world.placement import place_world
@@ -199,7 +199,7 @@ def test_units_are_told_and_converted() -> None:
     of = Instances(text)
     assert [of.ordinal(n) for n in (1, 8, 10, 12, 9, 11)] == [0, 7, 8, 9, None, None]
     assert len(of) == 10
-    assert of[2] == {"LENGTH_MEASURE_WITH_UNIT": [Typed("LENGTH_MEASURE", [25.4]), 1]}
+    assert of[2] == {"LENGTH_MEASURE_WITH_UNIT": [TypedValue("LENGTH_MEASURE", [25.4]), 1]}
     assert of.of("CONVERSION_BASED_UNIT") == [3, 6]
     one = measure(of, 12)
     assert one is not None

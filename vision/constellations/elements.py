@@ -22,7 +22,7 @@ from vision.constellations.constellation_parameters import (
 from vision.extraction.arcs import CIRCULAR, ELLIPTIC
 from vision.extraction.fits import fit_ellipses
 from vision.extraction.rows import Primitives
-from vision.stereo.triangulate import CURVES, Triangulated
+from vision.stereo.triangulate import CURVES, SpaceArcs
 
 Relations = dict[str, Floats | Ints]
 """Columns of relations in space, a row each."""
@@ -118,7 +118,7 @@ def read_circles(store: Database, connection: Connection, object_id: int) -> Cir
     return Circles.exact(centre, normal, found["radius"])
 
 
-def find_scene_circles(space: Triangulated) -> tuple[Ints, Circles]:
+def find_scene_circles(space: SpaceArcs) -> tuple[Ints, Circles]:
     """Circles among matched arcs, in the rig's frame, that are of a size to be related, and which arcs (n,) they are;
     an ellipse counts as the circle on its major axis."""
     size = np.linalg.norm(space.conics.major, axis=1)
@@ -347,7 +347,7 @@ class _Pairs:
         return np.asarray(np.einsum("ij,ij->i", self.foot_b - self.foot_a, self.across))
 
 
-def find_scene_lines(space: Triangulated, p: LineParameters) -> tuple[Ints, Lines]:
+def find_scene_lines(space: SpaceArcs, p: LineParameters) -> tuple[Ints, Lines]:
     """The longest straight ones among matched arcs, in the rig's frame, and which arcs (n,) they are."""
     lines = Lines(space.start, space.end, space.covariance)
     length = np.where(space.curve == CURVES.index("line"), lines.length, 0.0)

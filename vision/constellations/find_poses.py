@@ -43,10 +43,10 @@ from vision.constellations.elements import (
     to_rows,
 )
 from vision.extraction.rows import Primitives
-from vision.localisation.hypotheses import Candidates, Stage
+from vision.localisation.hypotheses import Perturbations, Stage
 from vision.localisation.localise import PARALLEL, SHARP_RAD, align_with_lines, describe_arc_shapes, find_displacements
 from vision.scene import Scene
-from vision.stereo.triangulate import CURVES, Triangulated
+from vision.stereo.triangulate import CURVES, SpaceArcs
 
 ENOUGH = 0.15  # share of what stereo puts in space that a pose explains; for less a prior's volume is scanned
 GATE_SIGMA = 5.0  # sigmas from the prior, in six dimensions, beyond which a pose is dropped
@@ -163,7 +163,7 @@ class ScenePoints:
         return ScenePoints(self.point[rows], self.direction[rows], self.weight[rows])
 
 
-def sample_scene(space: Triangulated) -> ScenePoints:
+def sample_scene(space: SpaceArcs) -> ScenePoints:
     """Points along the lines, circles and ellipses of matched arcs; free curves have ends only, and are left out."""
     straight = np.flatnonzero(space.curve == CURVES.index("line"))
     chord = space.end[straight] - space.start[straight]
@@ -271,7 +271,7 @@ class PoseCandidates(NamedTuple):
     """Poses as perturbations of a prior, and the relations in space, by kind, that they were found by."""
 
     prior: Prior
-    candidates: Candidates
+    candidates: Perturbations
     relations: dict[str, Relations]
 
 
@@ -280,7 +280,7 @@ def find_poses(
     connection: Connection,
     scene: Scene,
     world_id: int,
-    space: Triangulated,
+    space: SpaceArcs,
     prior: Prior | None = None,
     p: ConstellationParameters = DEFAULTS,
 ) -> PoseCandidates:
@@ -309,7 +309,7 @@ def find_poses(
 
 
 def _start(
-    stage: str, store: Database, connection: Connection, world_id: int, space: Triangulated, p: ConstellationParameters
+    stage: str, store: Database, connection: Connection, world_id: int, space: SpaceArcs, p: ConstellationParameters
 ) -> tuple[Floats, Floats, str, Relations]:
     """Poses (k, 4, 4) that joined pairs of circles, or of straight edges, give, of all inspected objects, how rare (k,)
     each pair is, and the scene's relations of that kind."""
@@ -375,14 +375,16 @@ def are_near(poses: Floats, prior: Prior) -> Bools:
     return np.asarray(square <= GATE_SIGMA**2)
 
 
-def candidates(name: str, poses: Floats, share: Floats, given: Prior | None, enough: float) -> tuple[Prior, Candidates]:
+def candidates(
+    name: str, poses: Floats, share: Floats, given: Prior | None, enough: float
+) -> tuple[Prior, Perturbations]:
     """What a join, the stage of that name, gives a localisation: poses (k, 4, 4) of the rig, the best first, as
     perturbations of the prior given or of an open one at the best, their scores (k,), and the score from which no scan
     is needed."""
     prior = given or Prior.open(poses[0] if len(poses) else np.eye(4))
     delta = perturbations(prior.world_from_rig, poses)
     stage = Stage(name, delta, share, ["goes_on"] * len(share), len(share))
-    return prior, Candidates(delta, share, [stage], enough)
+    return prior, Perturbations(delta, share, [stage], enough)
 
 
 def _vote(poses: Floats, rarity: Floats, points: ScenePoints) -> Ints:

@@ -21,7 +21,7 @@ from vision.relations.relations import (
     BOUNDS,
     SURROUNDS,
     Areas,
-    Curves,
+    ImageCurves,
     Middles,
     Relations,
     find_middles,
@@ -100,7 +100,7 @@ def find_relations(
     return Relations.stack([relate(curves, areas, parameters.relations), bounds, *neighbours])
 
 
-def pack_curves(arcs: Arcs, junctions: Junctions, quality: ArcQuality, parameters: ExtractionParameters) -> Curves:
+def pack_curves(arcs: Arcs, junctions: Junctions, quality: ArcQuality, parameters: ExtractionParameters) -> ImageCurves:
     """The arcs from junction to junction, as the relations see them."""
     p = parameters.units
     polyline, offsets = snap_polylines(arcs, junctions, parameters.junctions)
@@ -119,7 +119,7 @@ def pack_curves(arcs: Arcs, junctions: Junctions, quality: ArcQuality, parameter
         x[ends[straight]], y[ends[straight]] = along[straight], across[straight]
     centre_variance = 0.5 * (arcs.covariance[:, 0, 0] + arcs.covariance[:, 1, 1])
     circular = arcs.kind == CIRCULAR
-    return Curves(
+    return ImageCurves(
         offsets=packed,
         x=x,
         y=y,

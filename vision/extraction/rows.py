@@ -48,7 +48,7 @@ def find_regions_at(picture: Primitives, pixel: Floats) -> Ints:
 
 
 @dataclass(frozen=True)
-class Elements(Rows):
+class ElementColumns(Rows):
     """Edge elements (n,): place and unit normal toward the bright side, px; contrast, grey; width and sigma, px; arc,
     -1 for none.  Those of an arc follow each other along it, arc by arc, before all others."""
 
@@ -138,7 +138,7 @@ class Primitives:
 
     shape: tuple[int, int]
     grey_range: float
-    elements: Elements
+    elements: ElementColumns
     arcs: ArcColumns
     regions: RegionColumns
     tables: Mapping[str, Mapping[str, Any]]
@@ -152,7 +152,7 @@ class Primitives:
         return cls(
             shape=shape,
             grey_range=float(head["grey_bright"][0]) - float(head["grey_dark"][0]),
-            elements=read_rows(Elements, edge, nx=edge["normal_x"], ny=edge["normal_y"], arc=owner),
+            elements=read_rows(ElementColumns, edge, nx=edge["normal_x"], ny=edge["normal_y"], arc=owner),
             arcs=read_rows(
                 ArcColumns,
                 take(arc, edges_only),

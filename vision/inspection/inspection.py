@@ -283,7 +283,7 @@ def inspect(
     """
     task.check(parameters)
     files = pictures_as_files(task.pictures)
-    request = Request.of(store, task)
+    request = InspectionRequest.of(store, task)
     return_memory()
     with (
         store.one_thread(),
@@ -307,7 +307,7 @@ def inspect(
 
 
 @dataclass(frozen=True, kw_only=True)
-class Request:
+class InspectionRequest:
     """What a run records of its task: a world of the store, how the object in it stands that carries the rig, and what
     is kept; world_id: -1 where loaded objects are compared instead."""
 
@@ -322,7 +322,7 @@ class Request:
     variants: bool | None
 
     @classmethod
-    def of(cls, store: Store, task: Task) -> Request:
+    def of(cls, store: Store, task: Task) -> InspectionRequest:
         """The request of a task.  Raises UsageError where the store holds no such world."""
         world_id, world = -1, ""
         if task.against is None:
@@ -365,7 +365,7 @@ def _read_inputs(task: Task, files: dict[str, Path | PictureBytes], p: Inspectio
     return Inputs(whole, pictures, None if prior is None else read_prior(prior), needs)
 
 
-class _Known(NamedTuple):
+class _PriorKnowledge(NamedTuple):
     """What is known before the pictures are looked at: the arm that carries the rig, where the rig is thought to be,
     what of the world may be in view, or the objects that may be shown."""
 
@@ -375,12 +375,14 @@ class _Known(NamedTuple):
     among: list[Candidate]
 
 
-def _select(scenes: Scenes, run: Run, request: Request, inputs: Inputs, p: InspectionParameters) -> _Known:
+def _select(
+    scenes: Scenes, run: Run, request: InspectionRequest, inputs: Inputs, p: InspectionParameters
+) -> _PriorKnowledge:
     """What the world, the arm and the prior tell."""
     if request.against is not None:
         among = place_candidates(scenes.store, run, request.against)
         scenes.keep_only({it.world_id for it in among})
-        return _Known(None, None, None, among)
+        return _PriorKnowledge(None, None, None, among)
     scenes.keep_only({request.world_id})
     mounted = _mounted(scenes.store, request.world_id, inputs.rig, request.carrier)
     prior = inputs.prior
@@ -388,11 +390,11 @@ def _select(scenes: Scenes, run: Run, request: Request, inputs: Inputs, p: Inspe
         prior = Prior(mounted.world_from_rig, predict_covariance(mounted, request.carrier))
     cameras = inputs.rig.only(*inputs.pictures)
     target = select_parts(scenes, request.world_id, request.world, cameras, prior, p.selection, inputs.selection)
-    return _Known(mounted, prior, target, [])
+    return _PriorKnowledge(mounted, prior, target, [])
 
 
 def carry_out(
-    scenes: Scenes, run: Run, request: Request, inputs: Inputs, parameters: InspectionParameters
+    scenes: Scenes, run: Run, request: InspectionRequest, inputs: Inputs, parameters: InspectionParameters
 ) -> Inspection:
     """Inspect what was read, within a run."""
     store, pictures, p = scenes.store, inputs.pictures, parameters

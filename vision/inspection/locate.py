@@ -16,10 +16,10 @@ from vision.cameras.cameras import Needs, Prior, Rig, Selection, SelectionParame
 from vision.constellations.elements import Relations
 from vision.constellations.find_poses import PoseCandidates, find_poses, find_poses_of_one_picture
 from vision.inspection.inspection_parameters import InspectionParameters
-from vision.localisation.hypotheses import Candidates
+from vision.localisation.hypotheses import Perturbations
 from vision.localisation.localise import Localisation, localise
 from vision.localisation.measurements import correct_rig
-from vision.localisation.refine import Refined
+from vision.localisation.refine import RefinedPose
 from vision.localisation.verdict import weigh_against_prior
 from vision.localisation.views import ModelView, Observation, propagate_pose, view_model
 from vision.matching import MatchedView, MatchingParameters, describe_view, match_view
@@ -145,10 +145,10 @@ class Locator:
         self.run.step("join")
         return found
 
-    def localise(self, scene: Scene, prior: Prior, starts: Candidates) -> Localisation:
+    def localise(self, scene: Scene, prior: Prior, starts: Perturbations) -> Localisation:
         """The best pose from these starts, with its verdict."""
 
-        def relate(poses: Sequence[Refined]) -> list[int]:
+        def relate(poses: Sequence[RefinedPose]) -> list[int]:
             return relate_views(scene, self.seen, poses, self.p)
 
         seen = self.seen
@@ -160,12 +160,12 @@ class Locator:
         return found
 
 
-def _explain_enough(starts: Candidates) -> bool:
+def _explain_enough(starts: Perturbations) -> bool:
     return bool(len(starts.score)) and float(starts.score.max()) >= starts.enough
 
 
 def match_views(
-    rig: Rig, pose: Refined, view: ModelView, seen: Observation, p: MatchingParameters
+    rig: Rig, pose: RefinedPose, view: ModelView, seen: Observation, p: MatchingParameters
 ) -> dict[str, MatchedView]:
     """Match the pictures with their views at a pose, by camera: a problem of one workspace for each."""
     matched = {}
@@ -178,7 +178,7 @@ def match_views(
     return matched
 
 
-def relate_views(scene: Scene, seen: Observation, poses: Sequence[Refined], p: InspectionParameters) -> list[int]:
+def relate_views(scene: Scene, seen: Observation, poses: Sequence[RefinedPose], p: InspectionParameters) -> list[int]:
     """What the best labelling of the pictures by the views from each pose costs, over all cameras.
 
     All are labellings of the same primitives, so what one costs less is its margin over the other.

@@ -24,7 +24,7 @@ from vision.inspection.pictures import Quality, SeenPicture
 from vision.localisation.hypotheses import Stage
 from vision.localisation.localise import Localisation, View
 from vision.localisation.measurements import describe_unknowns
-from vision.localisation.refine import Explanation, LastStep, Refined
+from vision.localisation.refine import Explanation, LastStep, RefinedPose
 from vision.localisation.views import KINDS, NO_RUN, SILHOUETTE
 from vision.localisation.visibility import PART, PartsInView
 from vision.matching import REASONS, MatchedView, PoseProblemParameters
@@ -139,7 +139,7 @@ def _record_verdict(write: Writer, it: Result, rig_id: int) -> None:
     write("selected_part", **fields_of(it.selection, "occurrence_id shown"))
 
 
-def _record_hypotheses(write: Writer, hypotheses: list[Refined]) -> None:
+def _record_hypotheses(write: Writer, hypotheses: list[RefinedPose]) -> None:
     write(
         "hypothesis",
         hypothesis_no=np.arange(len(hypotheses)),
@@ -202,7 +202,7 @@ def _record_correction(write: Writer, it: Correction) -> None:
     )
 
 
-def _singular_values(refined: Refined) -> Floats:
+def _singular_values(refined: RefinedPose) -> Floats:
     """Singular values (6,) of what was measured, whitened, with a turn of 1 mrad scaled against a shift of 1 mm."""
     m = refined.measurements
     scaled = m.jacobian[:, :6] * (np.sqrt(m.weight) / m.sigma)[:, None] * np.repeat([1.0, 1e-3], 3)
@@ -332,7 +332,7 @@ def _record_search(write: Writer, prior: Prior, stages: list[Stage]) -> None:
     )
 
 
-def _record_solved(write: Writer, found: Localisation, by_camera: dict[str, Refined]) -> None:
+def _record_solved(write: Writer, found: Localisation, by_camera: dict[str, RefinedPose]) -> None:
     """Append the pose before the last step, those of single cameras, and those that explain or see the same."""
     assert found.best is not None
     last, covariance = found.best.last_step, found.hypotheses[0].covariance
@@ -340,7 +340,7 @@ def _record_solved(write: Writer, found: Localisation, by_camera: dict[str, Refi
     equivalent = [Explanation(pose, covariance, 0.0) for pose in found.equivalent]
     others = [*last.explanations, *equivalent]
     kinds = ["explanation"] * len(last.explanations) + ["equivalent"] * len(equivalent)
-    poses: list[LastStep | Refined | Explanation] = [last, *by_camera.values(), *others]
+    poses: list[LastStep | RefinedPose | Explanation] = [last, *by_camera.values(), *others]
     write(
         "solved_pose",
         solved_no=np.arange(len(poses)),

@@ -23,7 +23,7 @@ from relmodel.world.kinematics import Carrier
 from vision.cameras.cameras import Needs, Prior, Selection
 from vision.cameras.images import PictureBytes, read_pictures
 from vision.cameras.record import read_recorded_rig
-from vision.inspection.inspection import Inputs, Request, carry_out
+from vision.inspection.inspection import Inputs, InspectionRequest, carry_out
 from vision.inspection.inspection_parameters import DEFAULTS
 from vision.scene import Scenes
 
@@ -141,14 +141,14 @@ def _read_inputs(store: Store, connection: Connection, run: int, given: Any, pic
     return Inputs(rig, read, prior, Needs(given.needs_translation_mm, given.needs_rotation), selection)
 
 
-def _read_request(given: Any, stated: dict[str, Any]) -> Request:
+def _read_request(given: Any, stated: dict[str, Any]) -> InspectionRequest:
     """What a run was asked, by its parameters."""
     carrier, against = _restored(Carrier(), stated["carrier"]), stated["against"]
     if carrier.base_covariance is not None:
         carrier = replace(carrier, base_covariance=np.array(carrier.base_covariance))
-    own: dict[str, Any] = {field.name: stated.get(field.name) for field in fields(Request)}
+    own: dict[str, Any] = {field.name: stated.get(field.name) for field in fields(InspectionRequest)}
     where = {"world_id": given.world_id if against is None else -1, "against": against}
-    return Request(**own | where | {"carrier": carrier})
+    return InspectionRequest(**own | where | {"carrier": carrier})
 
 
 def _changed(versions: dict[str, str], code: str) -> list[str]:

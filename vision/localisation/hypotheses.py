@@ -324,7 +324,7 @@ class Stage:
 
 
 @dataclass(frozen=True)
-class Candidates:
+class Perturbations:
     """Distinct poses as perturbations (k, 6) of the prior, best first, and their scores (k,): evidence less half the
     squared Mahalanobis distance from the prior; and the stages that led to them.  enough: the score from which poses of
     a join take the place of a scan."""
@@ -334,7 +334,7 @@ class Candidates:
     stages: list[Stage] = field(default_factory=list)
     enough: float = 0.0
 
-    def take(self, rows: Bools) -> Candidates:
+    def take(self, rows: Bools) -> Perturbations:
         """Some of them, with the stages of all."""
         return replace(self, delta=self.delta[rows], score=self.score[rows])
 
@@ -373,14 +373,14 @@ def select_samples(scene: Scene, rig: Rig, poses: Floats, margin_px: float) -> S
 
 def search_poses(
     scene: Scene, rig: Rig, edges: dict[str, EdgePoints], fine: Fields, prior: Prior, seed: int
-) -> Candidates:
+) -> Perturbations:
     """The best distinct poses within the prior's volume; scene as `select_samples`, fine as `build_fine_evidence` gives
     them; seed of the sequence of poses."""
     width = max(max(c.width, c.height) for c in rig.cameras.values())
     margin_px = min(SCAN_SIGMA * predict_shift_sigma(scene, rig, prior), 0.5 * width)
     prediction = predict(scene, rig, prior.world_from_rig, SCAN_SAMPLES, margin_px)
     if not len(prediction.point):
-        return Candidates(np.zeros((0, 6)), np.zeros(0))
+        return Perturbations(np.zeros((0, 6)), np.zeros(0))
     coarse = Fields(build_evidence(edges[name], SCAN_CELL_PX, SCAN_REACH_PX, SCAN_WINDOW) for name in rig.cameras)
     # Far from the right pose most places speak against the model: it must not pay to look past it.
     coarse, fine = (Fields(e.beyond_chance() for e in fields) for fields in (coarse, fine))
@@ -394,7 +394,7 @@ def search_poses(
     for number in kept:
         rule[number] = "goes_on"
     scan = Stage("scan", scanned[first], scores[first], rule, len(scores))
-    return Candidates(delta[kept], score[kept], [scan, Stage("climb", delta[kept], score[kept], [], len(score))])
+    return Perturbations(delta[kept], score[kept], [scan, Stage("climb", delta[kept], score[kept], [], len(score))])
 
 
 def build_fine_evidence(rig: Rig, edges: dict[str, EdgePoints]) -> Fields:
@@ -478,7 +478,7 @@ def _scan(prediction: Prediction, fields: Fields, prior: Prior, seed: int) -> tu
     return delta, score
 
 
-def climb_each(scene: Scene, rig: Rig, fine: Fields, prior: Prior, starts: Candidates) -> Candidates:
+def climb_each(scene: Scene, rig: Rig, fine: Fields, prior: Prior, starts: Perturbations) -> Perturbations:
     """Candidates (perturbations of the prior, whatever their scores mean), each led uphill on the fine evidence from a
     prediction of its own."""
     steps = CLIMB_FIRST_PX, CLIMB_LAST_PX
@@ -487,7 +487,7 @@ def climb_each(scene: Scene, rig: Rig, fine: Fields, prior: Prior, starts: Candi
     found = sorted((it for it in reached if it is not None), key=lambda it: -it[1])
     delta = perturbations(prior.world_from_rig, np.reshape([pose for pose, _ in found], (-1, 4, 4)))
     score = np.array([score for _, score in found])
-    return Candidates(delta, score, [*starts.stages, Stage("climb", delta, score, [], len(score))])
+    return Perturbations(delta, score, [*starts.stages, Stage("climb", delta, score, [], len(score))])
 
 
 def climb_from(

@@ -18,8 +18,8 @@ from relmodel.progress import Clock
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, perturbation, perturbations
 from vision.extraction.rows import Primitives
 from vision.localisation.hypotheses import (
-    Candidates,
     Fields,
+    Perturbations,
     Stage,
     build_fine_evidence,
     climb_each,
@@ -32,7 +32,7 @@ from vision.localisation.hypotheses import (
 )
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
 from vision.localisation.measurements import EdgeIndex, correct_rig
-from vision.localisation.refine import MAX_PRIOR_SHARE, Fit, Refined
+from vision.localisation.refine import MAX_PRIOR_SHARE, Fit, RefinedPose
 from vision.localisation.support import GreyGrid, lay_grey_grids, measure_outlines
 from vision.localisation.verdict import HypothesisTable, Verdict, decide, find_standing, gather_elsewhere
 from vision.localisation.views import EdgeMeasurements, Observation, ViewArcs, collect_edge_measurements, find_view_arcs
@@ -246,7 +246,7 @@ MAX_REFINED = 60  # hypotheses; the likeliest by the prior are followed first
 PARTNER_ODDS, NO_PARTNER_ODDS = 1.1, -0.63
 
 
-Relate = Callable[[Sequence[Refined]], list[int]]
+Relate = Callable[[Sequence[RefinedPose]], list[int]]
 """What the best labelling of the pictures by the views from each of some poses costs."""
 
 
@@ -272,11 +272,11 @@ class Localisation:
     """
 
     verdict: Verdict
-    best: Refined | None
-    hypotheses: list[Refined]
-    rivals: list[Refined]
+    best: RefinedPose | None
+    hypotheses: list[RefinedPose]
+    rivals: list[RefinedPose]
     equivalent: list[Floats]
-    single_cameras: list[Refined]
+    single_cameras: list[RefinedPose]
     rig: Rig
     edge_indexes: dict[str, EdgeIndex]
     views: dict[str, View]
@@ -290,7 +290,7 @@ def localise(
     prior: Prior,
     needs: Needs = DEFAULT_NEEDS,
     p: LocalisationParameters = DEFAULTS,
-    starts: Candidates | None = None,
+    starts: Perturbations | None = None,
     relate: Relate | None = None,
 ) -> Localisation:
     """The pose of the rig from what its cameras saw.
@@ -303,7 +303,7 @@ def localise(
     points = {name: collect_edge_points(pictures[name], camera) for name, camera in rig.cameras.items()}
     odds = {name: _partner_odds(pictures[name], has) for name, has in seen.partnered.items()}
     indexes = {name: EdgeIndex(own, odds.get(name, 0.0)) for name, own in points.items()}
-    starts = _keep_worthy(starts or Candidates(np.zeros((0, 6)), np.zeros(0)), prior)
+    starts = _keep_worthy(starts or Perturbations(np.zeros((0, 6)), np.zeros(0)), prior)
     is_scanned = not len(starts.score) and not prior.is_open
     if prior.is_open:
         near = select_samples(scene, rig, perturb(prior.world_from_rig, starts.delta), SELECT_PX)
@@ -353,8 +353,8 @@ def localise(
 
 
 def _order(
-    hypotheses: list[Refined], scene: Scene, p: LocalisationParameters
-) -> tuple[list[Refined], Ints, list[Floats | None]]:
+    hypotheses: list[RefinedPose], scene: Scene, p: LocalisationParameters
+) -> tuple[list[RefinedPose], Ints, list[Floats | None]]:
     """Hypotheses with those that stand first, the one nearest the prior before the others; which of them stand, those
     that a symmetry of the model makes of the first left out; and the motions (4, 4) of those symmetries."""
     standing = find_standing(HypothesisTable.of(hypotheses), p.verdict)
@@ -379,13 +379,13 @@ def _say_why_nothing(rig: Rig, prior: Prior, is_joined: bool) -> str:
     return f"too few {looked_at} of the {pictures} lie to each other as those of the model: give {cure}"
 
 
-def _is_determined(h: Refined, prior: Prior) -> bool:
+def _is_determined(h: RefinedPose, prior: Prior) -> bool:
     """Whether the pictures say more of a pose than a prior does."""
     left = np.linalg.eigvals(h.covariance @ prior.information).real
     return bool((left > 0).all() and left.max() < MAX_PRIOR_SHARE)
 
 
-def _keep_worthy(starts: Candidates, prior: Prior) -> Candidates:
+def _keep_worthy(starts: Perturbations, prior: Prior) -> Perturbations:
     """Starts that explain enough beside the best, and under a prior enough for its volume not to be scanned; their
     stage says what became of each."""
     worthy = starts.score >= LEAST_SHARE * starts.score.max(initial=0.0)
@@ -404,7 +404,7 @@ def _partner_odds(picture: Primitives, partnered: Bools) -> Floats:
     return odds
 
 
-def _view(scene: Scene, rig: Rig, name: str, refined: Refined, index: EdgeIndex) -> View:
+def _view(scene: Scene, rig: Rig, name: str, refined: RefinedPose, index: EdgeIndex) -> View:
     seen = find_view_arcs(scene, rig.cameras[name], refined.world_from_rig @ rig.rig_from_camera[name])
     return View(seen, collect_edge_measurements(refined, list(rig.cameras).index(name), seen, index))
 
@@ -427,11 +427,11 @@ class _Solver:
         """Least squares of all cameras."""
         return Fit(self.near, self.rig, self.indexes, self.fine, self.prior, self.p.refinement_seed)
 
-    def hypotheses(self, found: Candidates) -> tuple[list[Refined], list[Stage]]:
+    def hypotheses(self, found: Perturbations) -> tuple[list[RefinedPose], list[Stage]]:
         """Distinct refined poses, the one of least cost first: from the search's candidates, and from what repeats in
         the model about the best of them; and the stages that led to them."""
         start = perturb(self.prior.world_from_rig, found.delta)
-        done: list[Refined] = []
+        done: list[RefinedPose] = []
         self._add(self._refine(start[0]), done)
         least = np.where(np.arange(1, len(start)) <= CANDIDATES, MIN_CANDIDATE_SHARE, MIN_EQUAL_SHARE)
         worthy = found.score[1:] > least * found.score[0]
@@ -442,7 +442,7 @@ class _Solver:
         stages = [*before, replace(climbed, rule=rule)]
         self._settle(done)
         shapes = describe_arc_shapes(self.scene)
-        asked: list[Refined] = []
+        asked: list[RefinedPose] = []
         # The best may change as rivals come in: what repeats about the new best is asked too.  Where no prior bounds
         # that, the starts hold it already.
         for _ in range(0 if self.prior.is_open else SHIFT_ROUNDS):
@@ -458,7 +458,7 @@ class _Solver:
             self._leave_out_arcs(done)
         return done, stages
 
-    def _leave_out_arcs(self, done: list[Refined]) -> None:
+    def _leave_out_arcs(self, done: list[RefinedPose]) -> None:
         """Appends the poses that are left where an arc of the best is none of the object; nothing to a pose that the
         edges speak against."""
         if done[0].support.found.sum() <= 0:
@@ -467,7 +467,7 @@ class _Solver:
             self._add(self._outline(h), done)
         self._settle(done)
 
-    def _settle(self, done: list[Refined]) -> None:
+    def _settle(self, done: list[RefinedPose]) -> None:
         """Sorts hypotheses by cost, and refines in full the best and, where several stand, the one that is given
         first."""
         while True:
@@ -479,27 +479,27 @@ class _Solver:
             done.remove(rough[0])
             self._add(self._refine(rough[0].world_from_rig), done)
 
-    def _add(self, refined: Refined, done: list[Refined]) -> None:
+    def _add(self, refined: RefinedPose, done: list[RefinedPose]) -> None:
         """Appends a pose, and those that explain the pictures otherwise, where they are distinct from those done."""
         for h in (refined, *refined.others):
             if not any(self._same(other, h.world_from_rig) for other in done):
                 done.append(h)
 
-    def solve_single_camera(self, name: str, pose: Floats) -> Refined:
+    def solve_single_camera(self, name: str, pose: Floats) -> RefinedPose:
         own = [self.fine[list(self.rig.cameras).index(name)]]
         fit = Fit(self.near, self.rig.only(name), self.indexes, own, self.prior, self.p.refinement_seed)
         return fit.refine_roughly(pose)
 
-    def _refine(self, pose: Floats, *, roughly: bool = False) -> Refined:
+    def _refine(self, pose: Floats, *, roughly: bool = False) -> RefinedPose:
         refined = self.fit.refine_roughly(pose) if roughly else self.fit.refine(pose)
         return self._outline(replace(refined, others=tuple(self._outline(h) for h in refined.others)))
 
-    def _outline(self, h: Refined) -> Refined:
+    def _outline(self, h: RefinedPose) -> RefinedPose:
         """A pose with the greys beside the outlines seen from it."""
         rig = correct_rig(self.rig, h.own)
         return replace(h, outlines=measure_outlines(self.near, rig, self.greys, h.world_from_rig))
 
-    def _shifted(self, h: Refined, shapes: ArcShapes) -> Floats:
+    def _shifted(self, h: RefinedPose, shapes: ArcShapes) -> Floats:
         """Poses (k, 4, 4) that displacements of the model onto itself make of one, those the prior finds likeliest
         first."""
         seen = h.prediction
@@ -515,7 +515,7 @@ class _Solver:
         most = (self.p.verdict.max_sigma + 1) ** 2
         return np.asarray(poses[order[distance[order] <= most][:DISPLACEMENTS]])
 
-    def _follow(self, pose: Floats, done: list[Refined]) -> tuple[str, float]:
+    def _follow(self, pose: Floats, done: list[RefinedPose]) -> tuple[str, float]:
         """Refines a pose that is not among those done and climbs to evidence near the best's, and appends it to `done`;
         what became of it, and the score it climbed to, NaN where it did not climb."""
         if len(done) >= MAX_REFINED:
@@ -537,7 +537,7 @@ class _Solver:
         done.append(new)
         return "refined", score
 
-    def _same(self, h: Refined, pose: Floats) -> bool:
+    def _same(self, h: RefinedPose, pose: Floats) -> bool:
         """Whether a pose shows what the hypothesis shows at the same place."""
         there = perturbation(h.world_from_rig, pose)
         _, jacobian = project_with_jacobians(h.prediction)

@@ -159,7 +159,7 @@ class LastStep:
 
 
 @dataclass(frozen=True, eq=False)
-class Refined:
+class RefinedPose:
     """A refined pose, its covariance (6, 6), each camera's own unknowns (c, 10), and what it rests on.
 
     excluded (o,): which of the scene's occurrences are left out because they are not where the model says.
@@ -185,7 +185,7 @@ class Refined:
     is_symmetric: bool = False
     is_rough: bool = False
     relational_distance: float = float("nan")
-    others: tuple[Refined, ...] = ()
+    others: tuple[RefinedPose, ...] = ()
 
     @property
     def middle(self) -> Floats:
@@ -207,7 +207,7 @@ class Refined:
         return far - self.evidence - (self.outlines.evidence if self.outlines else 0.0)
 
 
-def _distance(a: Refined, b: Refined) -> float:
+def _distance(a: RefinedPose, b: RefinedPose) -> float:
     """How far pose a lies from b, in sigmas of b."""
     apart = perturbation(b.world_from_rig, a.world_from_rig)
     square = float(apart @ np.linalg.solve(b.covariance, apart))
@@ -245,7 +245,7 @@ class Fit:
         self._none = np.zeros(len(scene.inspected), bool)
         self._predicted: dict[bytes, Prediction] = {}
 
-    def refine(self, world_from_rig: Floats) -> Refined:
+    def refine(self, world_from_rig: Floats) -> RefinedPose:
         """The pose near `world_from_rig` that fits the pictures' edges and the prior best, and its covariance.
 
         Placed parts that stand elsewhere in the world pull the pose however robust the loss.  So a part that
@@ -255,7 +255,7 @@ class Fit:
         their evidence.  The start stays where it has clearly more evidence.
         """
         refined = self.solve(world_from_rig, self._none)
-        rejected: list[Refined] = []
+        rejected: list[RefinedPose] = []
         while others := [h for c in self.find_outliers(refined) if (h := self.leave_out(refined, c)) is not None]:
             usable = [h for h in others if self.is_determined(h) or not self.is_determined(refined)]
             far = [_distance(refined, h) > MAX_SHIFT_SIGMA for h in usable]
@@ -277,13 +277,13 @@ class Fit:
         rest = tuple(self._take_step(h, []) for h in rejected)
         return replace(self._take_step(refined, explanations), others=rest)
 
-    def refine_roughly(self, world_from_rig: Floats) -> Refined:
+    def refine_roughly(self, world_from_rig: Floats) -> RefinedPose:
         """As `refine`, from a pose that is nearly right, by the last rounds alone and with no part left out: enough to
         compare it with others."""
         refined = self.solve(world_from_rig, self._none, NEAR_ROUNDS)
         return replace(self._take_step(refined, []), is_rough=True)
 
-    def refine_without_arcs(self, refined: Refined) -> list[Refined]:
+    def refine_without_arcs(self, refined: RefinedPose) -> list[RefinedPose]:
         """Poses to which least squares leads where one arc of a refined pose lies on another edge altogether, as of a
         print: fitted by all rounds without the arc, then roughly with it.
 
@@ -309,7 +309,7 @@ class Fit:
         excluded: Bools,
         rounds: tuple[tuple[float, float], ...] | None = None,
         arc: int | None = None,
-    ) -> Refined:
+    ) -> RefinedPose:
         """The best pose from all occurrences that are not excluded, by all rounds or by those given; without an arc of
         the scene, where one is named."""
         pose, own = world_from_rig, self.unknowns.mean
@@ -332,7 +332,7 @@ class Fit:
             pose = perturb(pose, delta)
         return self.measure(pose, own, excluded)
 
-    def measure(self, pose: Floats, own: Floats, excluded: Bools) -> Refined:
+    def measure(self, pose: Floats, own: Floats, excluded: Bools) -> RefinedPose:
         """What the pictures say of a pose as it stands."""
         prediction = self.predict(pose)
         occurrence = self.scene.occurrence_of_arc[prediction.arc]
@@ -340,7 +340,7 @@ class Fit:
         m = measure(prediction, self.cameras, np.zeros(6), self.unknowns, own, ROUNDS[-1], votes)
         held = hold_shifts(m, prediction)
         hessian, _ = self._normal_equations(held, pose, own)
-        return Refined(
+        return RefinedPose(
             pose,
             compute_covariance(m, held, prediction, group_by_stretch(prediction), hessian, self.unknowns),
             own,
@@ -351,14 +351,14 @@ class Fit:
             self.prior.distance(pose),
         )
 
-    def is_determined(self, refined: Refined) -> bool:
+    def is_determined(self, refined: RefinedPose) -> bool:
         """Whether the pictures, taken as right, determine the pose better than the prior in every direction.  The
         scatter of their edges about the model says how exactly the pose is known, not whether it is determined."""
         _, hessian, _ = self._measured(refined)
         left = np.linalg.eigvals(np.linalg.inv(hessian)[:6, :6] @ self.prior.information).real
         return float(left.max()) < MAX_PRIOR_SHARE
 
-    def leave_out(self, refined: Refined, occurrence: int) -> Refined | None:
+    def leave_out(self, refined: RefinedPose, occurrence: int) -> RefinedPose | None:
         """The pose without an occurrence; None where that moves it no further than its errors explain."""
         excluded = refined.excluded.copy()
         excluded[occurrence] = True
@@ -366,7 +366,7 @@ class Fit:
         far = _distance(refined, without) > MAX_SHIFT_SIGMA or _distance(without, refined) > MAX_JOINT_SHIFT_SIGMA
         return without if far else None
 
-    def find_outliers(self, refined: Refined) -> list[int]:
+    def find_outliers(self, refined: RefinedPose) -> list[int]:
         """The occurrence whose removal, to first order, moves the pose furthest: one of those that determine it less
         than the others together, and one of those that determine it more, unless most of what was found belongs to
         it."""
@@ -385,7 +385,7 @@ class Fit:
         worst = [int(np.argmax(sigmas * some)) for some in (lesser, greater) if some.any()]
         return [int(occurrence[w]) for w in worst if sigmas[w] > SUSPECT_SIGMA**2]
 
-    def find_leading_arcs(self, refined: Refined) -> list[int]:
+    def find_leading_arcs(self, refined: RefinedPose) -> list[int]:
         """The arcs that hold most of what is known of the pose in some direction, those that hold most first."""
         m, hessian, _ = self._measured(refined)
         arc, group = np.unique(refined.prediction.arc, return_inverse=True)
@@ -397,7 +397,7 @@ class Fit:
         order = np.argsort(-share, kind="stable")[:LEADING_ARCS]
         return [int(arc[a]) for a in order if share[a] > LEADING_SHARE]
 
-    def _take_step(self, refined: Refined, explanations: list[Explanation]) -> Refined:
+    def _take_step(self, refined: RefinedPose, explanations: list[Explanation]) -> RefinedPose:
         """A pose after one more step on what was measured there, with the covariance that the explanations of the
         pictures leave.  Beyond MAX_LAST_STEP_SIGMA it is not taken: the pose then stands for what it gathers, not for
         where its edges lie."""
@@ -415,7 +415,7 @@ class Fit:
             last_step=LastStep(refined.world_from_rig, refined.own, refined.covariance, explanations),
         )
 
-    def _measured(self, refined: Refined) -> tuple[Measurements, Floats, Floats]:
+    def _measured(self, refined: RefinedPose) -> tuple[Measurements, Floats, Floats]:
         """What was measured at a pose, as `hold_shifts` gives it, and its normal equations there."""
         m = hold_shifts(refined.measurements, refined.prediction)
         return m, *self._normal_equations(m, refined.world_from_rig, refined.own)

@@ -13,7 +13,7 @@ from relmodel.geometry.transforms import skew
 from vision.cameras.cameras import Needs, Prior, Rig
 from vision.localisation.hypotheses import Fields, Prediction, gather_evidence, project_with_jacobians
 from vision.localisation.localisation_parameters import ElsewhereParameters, LocalisationParameters, VerdictParameters
-from vision.localisation.refine import Refined
+from vision.localisation.refine import RefinedPose
 from vision.localisation.support import GreyGrid, measure_shifted_outlines, mix_over_arcs
 from vision.scene import Scene
 
@@ -161,7 +161,7 @@ class HypothesisTable:
     relational_distance: Floats
 
     @classmethod
-    def of(cls, hypotheses: Sequence[Refined]) -> HypothesisTable:
+    def of(cls, hypotheses: Sequence[RefinedPose]) -> HypothesisTable:
         rows = [
             (
                 h.prior_sigma, h.evidence, h.support.found.sum(), h.support.expected.sum(),
@@ -233,7 +233,7 @@ def _name_axis(direction: Floats) -> str:
     return " and ".join(AXES[i] for i in sorted(order[:count].tolist()))
 
 
-def measure_agreement(best: Refined, p: VerdictParameters, camera: int | None = None) -> float:
+def measure_agreement(best: RefinedPose, p: VerdictParameters, camera: int | None = None) -> float:
     """Share of the length on which edges were found, that of parts left out with it, in one camera's picture or in all,
     that lies within `agreement_px` of its prediction."""
     m, of_camera = best.measurements, True if camera is None else best.prediction.view == camera
@@ -309,7 +309,7 @@ class CameraSupport:
 
 
 def support_by_camera(
-    best: Refined, cameras: Sequence[str], elsewhere: Elsewhere, p: VerdictParameters
+    best: RefinedPose, cameras: Sequence[str], elsewhere: Elsewhere, p: VerdictParameters
 ) -> dict[str, CameraSupport]:
     """What each of several cameras gathers at a pose; nothing for one alone, whose support is that of the pose."""
     if len(cameras) < 2:
@@ -323,9 +323,9 @@ def support_by_camera(
 
 
 def decide(
-    hypotheses: Sequence[Refined],
+    hypotheses: Sequence[RefinedPose],
     standing: Ints,
-    by_camera: Mapping[str, Refined],
+    by_camera: Mapping[str, RefinedPose],
     elsewhere: Elsewhere,
     needs: Needs,
     p: VerdictParameters,

@@ -13,7 +13,7 @@ from vision.cameras.cameras import Camera, Rig
 from vision.extraction.rows import Primitives
 from vision.localisation.hypotheses import Prediction, project_with_jacobians
 from vision.localisation.measurements import COUNT, EdgeIndex
-from vision.localisation.refine import Refined
+from vision.localisation.refine import RefinedPose
 from vision.localisation.visibility import SurfaceMap, VisibleArcs, find_visible_arcs, map_surfaces
 from vision.scene import Scene
 
@@ -78,7 +78,7 @@ def _strands(seen: VisibleArcs, rows: Ints) -> Ints:
     return out
 
 
-def propagate_pose(refined: Refined, camera: int, samples: VisibleArcs) -> Floats:
+def propagate_pose(refined: RefinedPose, camera: int, samples: VisibleArcs) -> Floats:
     """How far (n, 6) px a standard deviation of the pose along each axis of its covariance moves a camera's samples
     along their normals; the norm of a row is the standard deviation that the pose makes there."""
     p, rig_from_world = refined.prediction, np.linalg.inv(refined.world_from_rig)
@@ -121,7 +121,7 @@ class EdgeMeasurements:
     arc: Ints
 
 
-def collect_edge_measurements(refined: Refined, camera: int, view: ViewArcs, index: EdgeIndex) -> EdgeMeasurements:
+def collect_edge_measurements(refined: RefinedPose, camera: int, view: ViewArcs, index: EdgeIndex) -> EdgeMeasurements:
     """What a refinement measured at last in one camera (by number), by the runs of its view."""
     p, m = refined.prediction, refined.measurements
     rows = np.flatnonzero((p.view == camera) & (m.found >= 0))

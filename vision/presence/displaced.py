@@ -13,8 +13,8 @@ from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
 from vision.presence.items import NONE, Items
 from vision.presence.presence_parameters import PartParameters, PresenceParameters, StateParameters
-from vision.presence.samples import EdgeRuns, Nearby, Samples, Support, find_nearby
-from vision.presence.surfaces import BodyElements, Displacement, Surfaces, fit
+from vision.presence.samples import EdgeRuns, Nearby, Samples, SampleSupport, find_nearby
+from vision.presence.surfaces import BodyElements, Displacement, SceneSurfaces, fit
 from vision.scene import Scene, StoredScene
 
 
@@ -184,7 +184,7 @@ def unit_of(what: str) -> str:
     return "deg" if what == "turn" else "mm"
 
 
-def find_moved(items: Items, surfaces: Surfaces, distinct_px: Floats, least_share: float) -> Bools:
+def find_moved(items: Items, surfaces: SceneSurfaces, distinct_px: Floats, least_share: float) -> Bools:
     """Which rows of `items.member` are moved faces that count for their feature or surface.
 
     distinct_px (n,): of items; a face with less than a share of that does not count, such as one face of a body.
@@ -193,7 +193,7 @@ def find_moved(items: Items, surfaces: Surfaces, distinct_px: Floats, least_shar
     return np.asarray(surfaces.moved[items.surface] & much & (np.array(items.level)[items.member] != "part"))
 
 
-def measure_items(items: Items, radius: Floats, surfaces: Surfaces, moved: Bools, p: StateParameters) -> Measures:
+def measure_items(items: Items, radius: Floats, surfaces: SceneSurfaces, moved: Bools, p: StateParameters) -> Measures:
     """All sizes that the displacements of surfaces give, and which surely differ: a feature or surface has changed
     where one of its sizes has.
 
@@ -249,7 +249,7 @@ def _select(
     )
 
 
-def _thicknesses(items: Items, surfaces: Surfaces, measured: Bools) -> tuple[Floats, Floats]:
+def _thicknesses(items: Items, surfaces: SceneSurfaces, measured: Bools) -> tuple[Floats, Floats]:
     """Of ribs and webs, mm and sigma (n,): the nominal and how far both sides lie outward; nan of other items, and of
     those of which one side is not measured."""
     flat = np.linalg.norm(surfaces.normal, axis=1) > 0.99
@@ -319,7 +319,7 @@ def measure_displacements(
     response_px: Floats,
     samples: Samples,
     nearby: Nearby,
-    support: Support,
+    support: SampleSupport,
     runs: EdgeRuns,
     p: PresenceParameters,
 ) -> Displacements:

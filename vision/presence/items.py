@@ -398,7 +398,7 @@ CLOSED, CURVED, STRAIGHT, REGION = range(4)
 
 
 @dataclass(frozen=True)
-class Unexplained(Rows):
+class UnexplainedElements(Rows):
     """Arcs and regions of the pictures, the most telling first, as columns: camera: number in the rig; kind: index of
     KINDS; arc, region: in its picture, NONE of the other; box (n, 4): least x, y, greatest x, y, px of the picture;
     length px, of a region of the border that is unexplained; contrast grey, mean along it; beyond: whether most of it
@@ -422,7 +422,7 @@ def find_unexplained(
     world_from_rig: Floats,
     views: Mapping[str, ViewArcs],
     p: UnexplainedParameters,
-) -> Unexplained:
+) -> UnexplainedElements:
     """Closed curves, long straight edges, curved ones and regions that no predicted edge or blend accounts for, at a
     pose.  Brush texture, shades and highlights are left out, as extraction marks them."""
     pieces = []
@@ -435,14 +435,14 @@ def find_unexplained(
         arcs = _find_arcs(scene, camera, pose, picture, index, free, p)
         regions = _find_regions(scene, camera, pose, picture, free, p)
         pieces += [replace(own, camera=np.full(len(own), number)) for own in (arcs, regions)]
-    found = Unexplained.stack(pieces)
+    found = UnexplainedElements.stack(pieces)
     return found.take(np.argsort(-found.length * found.contrast, kind="stable"))
 
 
 def _find_arcs(
     scene: Scene, camera: Camera, pose: Floats, picture: Primitives, index: EdgeIndex, free: Bools,
     p: UnexplainedParameters,
-) -> Unexplained:  # fmt: skip
+) -> UnexplainedElements:  # fmt: skip
     """Of the `free` arcs those long enough to form something, of camera 0."""
     arcs, owner = picture.arcs, picture.elements.arc
     rows = np.flatnonzero(free & (arcs.length >= np.where(arcs.closed, p.least_closed_px, p.least_px)))
@@ -452,12 +452,12 @@ def _find_arcs(
     kind = np.where(arcs.closed, CLOSED, np.where(arcs.kind == LINE, STRAIGHT, CURVED))
     zero, none = np.zeros(len(rows), np.int64), np.full(len(rows), NONE)
     length, contrast, most_beyond = arcs.length[rows], arcs.contrast[rows], _share(beyond, owner, len(arcs))[rows] > 0.5
-    return Unexplained(zero, kind[rows], rows, none, _boxes(picture, rows), length, contrast, most_beyond)
+    return UnexplainedElements(zero, kind[rows], rows, none, _boxes(picture, rows), length, contrast, most_beyond)
 
 
 def _find_regions(
     scene: Scene, camera: Camera, pose: Floats, picture: Primitives, free: Bools, p: UnexplainedParameters
-) -> Unexplained:
+) -> UnexplainedElements:
     """Regions most of whose border runs along `free` arcs, the border of the picture left out, of camera 0."""
     regions, count = picture.regions, len(picture.regions)
     ring = np.repeat(np.arange(len(regions.ring_region)), np.diff(regions.ring_offsets))
@@ -487,7 +487,7 @@ def _find_regions(
     box = np.stack([regions.x0, regions.y0, regions.x1, regions.y1], axis=1)
     zero, kind, none = np.zeros(len(rows), np.int64), np.full(len(rows), REGION), np.full(len(rows), NONE)
     most_beyond = beyond[rows] > 0.5 * total[rows]
-    return Unexplained(zero, kind, none, rows, box[rows], unexplained[rows], contrast[rows], most_beyond)
+    return UnexplainedElements(zero, kind, none, rows, box[rows], unexplained[rows], contrast[rows], most_beyond)
 
 
 def lie_on(index: EdgeIndex, seen: VisibleArcs, reach_px: float, min_cosine: float) -> Bools:

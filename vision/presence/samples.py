@@ -63,7 +63,7 @@ def look_at_sides(scene: Scene, rig: Rig, world_from_rig: Floats, samples: Sampl
 
 
 @dataclass(frozen=True)
-class Support:
+class SampleSupport:
     """What supports the samples (n,).
 
     found: whether an edge element lies where the sample is; weight: px that it counts, zero on the picture's border and
@@ -80,7 +80,7 @@ class Support:
     owner: Ints
 
 
-def measure_support(samples: Samples, nearby: Nearby, p: SupportParameters) -> Support:
+def measure_support(samples: Samples, nearby: Nearby, p: SupportParameters) -> SampleSupport:
     """The support by the elements near samples; an element supports the predicted edges of one surface only, the
     nearest.
 
@@ -110,11 +110,11 @@ def measure_support(samples: Samples, nearby: Nearby, p: SupportParameters) -> S
         seen[nearby.sample[free & (np.abs(nearby.offset - place) <= p.tolerance_px)]] = True
         chance += seen
     taken = np.where(nearest <= p.tolerance_px, owner, -1)[nearby.element]
-    return Support(found, weigh_samples(samples, p), chance / len(p.chance_px), contrast, taken)
+    return SampleSupport(found, weigh_samples(samples, p), chance / len(p.chance_px), contrast, taken)
 
 
 def weigh_samples(samples: Samples, p: SupportParameters) -> Floats:
-    """The px (n,) that samples count where they are found, as in `Support`: no picture is needed to say."""
+    """The px (n,) that samples count where they are found, as in `SampleSupport`: no picture is needed to say."""
     return np.where(_are_crowded(samples, p) | ~samples.inside, 0.0, samples.length_px)
 
 
@@ -376,7 +376,7 @@ def part_at_turns(samples: Samples, p: RunParameters) -> Samples:
     return replace(samples, run=np.cumsum(parted) - 1)
 
 
-def weigh_runs(samples: Samples, support: Support, sides: Sides, p: RunParameters) -> EdgeRuns:
+def weigh_runs(samples: Samples, support: SampleSupport, sides: Sides, p: RunParameters) -> EdgeRuns:
     """The evidence of each run of samples."""
     count, run = samples.run_count, samples.run
     weight = np.bincount(run, support.weight, count).astype(float)

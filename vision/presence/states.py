@@ -26,7 +26,7 @@ from vision.presence.items import (
     Appearance,
     Items,
     RegionSupport,
-    Unexplained,
+    UnexplainedElements,
     find_normals,
     find_unexplained,
     gather_regions,
@@ -47,8 +47,8 @@ from vision.presence.samples import (
 )
 from vision.presence.surfaces import (
     BodyElements,
-    Edges,
-    Surfaces,
+    EdgePredictions,
+    SceneSurfaces,
     assess_surfaces,
     find_moving_surfaces,
     find_tangent,
@@ -61,7 +61,7 @@ from vision.scene import Scene, StoredScene
 
 
 def measure_distances(
-    items: Items, scene: Scene, radius: Floats, surfaces: Surfaces, p: DistanceParameters
+    items: Items, scene: Scene, radius: Floats, surfaces: SceneSurfaces, p: DistanceParameters
 ) -> Measures:
     """Of each measured hole, boss or pin the distances to the nearest of the same part with a parallel axis whose
     middle is about as high.  radius (s,): of the scene's cylinders, nan for others."""
@@ -92,7 +92,7 @@ def measure_distances(
     return Measures(item[a], item[b], ["distance"] * len(a), nominal[a, b], value, sigma, changed)
 
 
-def _choose_bores(items: Items, radius: Floats, surfaces: Surfaces) -> tuple[Ints, Ints]:
+def _choose_bores(items: Items, radius: Floats, surfaces: SceneSurfaces) -> tuple[Ints, Ints]:
     """Features with a cylinder that was measured all around, and of each the one that was measured best."""
     feature = np.array([level == "feature" for level in items.level])
     measured = np.isfinite(radius) & np.isfinite(surfaces.shift_sigma) & np.isfinite(surfaces.mm)
@@ -148,7 +148,7 @@ REASONS = (
 
 
 @dataclass(frozen=True)
-class Evidence:
+class ItemEvidence:
     """Evidence for items, by camera (n, c): px of edges in view, of them px that can be distinguished from others, of
     those px supported; log_odds: of there against not there; expected_log_odds: what they would be in the mean, were it
     there; region_px: what regions of the picture cover of its surfaces, px."""
@@ -173,7 +173,7 @@ class Presence:
     items: Items
     signs: Signs
     cameras: list[str]
-    evidence: Evidence
+    evidence: ItemEvidence
     state: NDArray[np.int8]
     reason: NDArray[np.int8]
     moved_mm: Floats
@@ -188,12 +188,12 @@ class Signs:
     they look, how far parts and features stand from their places and from each other, and what nothing predicts."""
 
     runs: EdgeRuns
-    surfaces: Surfaces
+    surfaces: SceneSurfaces
     regions: RegionSupport
     appearance: Appearance
     displacements: Displacements
     distances: Measures
-    unexplained: Unexplained
+    unexplained: UnexplainedElements
 
 
 def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: StateParameters) -> Presence:
@@ -245,7 +245,7 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     return Presence(items, signs, cameras, evidence, state, reason, *most_moved, measures)
 
 
-def gather_evidence(items: Items, runs: EdgeRuns, cameras: int) -> Evidence:
+def gather_evidence(items: Items, runs: EdgeRuns, cameras: int) -> ItemEvidence:
     """Sums over the edges of all surfaces of each item, each edge once.
 
     The edges of a hole, a boss or a duct in a face speak for the face where they are found.  Where they are not found
@@ -260,7 +260,7 @@ def gather_evidence(items: Items, runs: EdgeRuns, cameras: int) -> Evidence:
     def total(values: Floats) -> Floats:
         return np.bincount(at, values, size).reshape(len(items), cameras).astype(float)
 
-    return Evidence(
+    return ItemEvidence(
         total(runs.visible_px[run]),
         total(runs.weight_px[run]),
         total(runs.weight_px[run] * runs.found[run]),
@@ -271,8 +271,8 @@ def gather_evidence(items: Items, runs: EdgeRuns, cameras: int) -> Evidence:
 
 
 def _add_regions(
-    evidence: Evidence, items: Items, regions: RegionSupport, p: StateParameters
-) -> tuple[Evidence, Bools]:
+    evidence: ItemEvidence, items: Items, regions: RegionSupport, p: StateParameters
+) -> tuple[ItemEvidence, Bools]:
     """The evidence with that of regions, and which items have such: surfaces most of whose visible area some camera
     shows as regions that lie only on them.  Only the camera that shows most of a surface counts."""
     count = len(items)
@@ -313,7 +313,7 @@ def pair_with_runs(items: Items, sides: Ints) -> tuple[Ints, Ints, Bools]:
     return item, run, lent
 
 
-def _find_most_moved(items: Items, surfaces: Surfaces, moved: Bools) -> tuple[Floats, Floats, Floats]:
+def _find_most_moved(items: Items, surfaces: SceneSurfaces, moved: Bools) -> tuple[Floats, Floats, Floats]:
     """Of each item that of its faces which has moved most surely: mm, sigma and log odds (n,), nan where none has."""
     rows = np.flatnonzero(moved)
     order = rows[np.lexsort((surfaces.log_odds[items.surface[rows]], items.member[rows]))]
@@ -354,7 +354,7 @@ def assess(
     blends = [lie_on(index, smooth[name], reach, least) for name, index in zip(rig.cameras, indexes, strict=True)]
     moving = find_moving_surfaces(samples, find_tangent(stored, p.moved.tangent_cosine))
     usable = find_usable(samples, nearby, support, np.concatenate(blends), p.moved)
-    edges = Edges(samples, moving, BodyElements(nearby.first, nearby.offset, usable, support.weight), runs)
+    edges = EdgePredictions(samples, moving, BodyElements(nearby.first, nearby.offset, usable, support.weight), runs)
     surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
     unexplained = find_unexplained(stored.scene, rig, seen.pictures, indexes, pose.world_from_rig, views, p.unexplained)
     regions = gather_regions([matched.get(name) for name in rig.cameras], len(stored.surface_no))

@@ -12,7 +12,7 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints, count_from, sum_by_group
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DisplacementParameters, MovedParameters, PresenceParameters
-from vision.presence.samples import EdgeRuns, Nearby, Samples, Support, compute_log_odds, sum_in_one_light
+from vision.presence.samples import EdgeRuns, Nearby, Samples, SampleSupport, compute_log_odds, sum_in_one_light
 from vision.scene import Scene, StoredScene
 
 # A body is what moves as one and carries edge samples along, each by so many px along its image normal for a unit of
@@ -192,7 +192,7 @@ def find_moving_surfaces(samples: Samples, tangent: tuple[Ints, Ints, Floats]) -
 
 
 @dataclass(frozen=True)
-class Opposed:
+class FacePairs:
     """Pairs of faces, as columns: item: the rib, web or pocket; one, other: the scene's surfaces; mm: what is between
     them by the model; sign: whether that grows (1, material) or shrinks (-1, room) as they move outward; most: what the
     part can hold between them, mm."""
@@ -226,7 +226,7 @@ class Opposed:
         return low, high
 
 
-def find_opposed(items: Items, scene: Scene, middle: Floats, normal: Floats) -> Opposed:
+def find_opposed(items: Items, scene: Scene, middle: Floats, normal: Floats) -> FacePairs:
     """Opposite faces of ribs, webs and pockets; middle, normal (s, 3): of surfaces, the mean of the unit normals."""
     flat = np.linalg.norm(normal, axis=1) > 0.99
     material = np.isfinite(items.thickness)[items.member]
@@ -244,7 +244,7 @@ def find_opposed(items: Items, scene: Scene, middle: Floats, normal: Floats) -> 
     order = np.flatnonzero(opposite)[np.lexsort((other[opposite], one[opposite], item[opposite]))]
     item, one, other = item[order], one[order], other[order]
     mm = np.where(sign[order] > 0, items.thickness[item], across[order])
-    return Opposed(item, one, other, mm, sign[order], _extents(scene, one, normal[one]))
+    return FacePairs(item, one, other, mm, sign[order], _extents(scene, one, normal[one]))
 
 
 def _extents(scene: Scene, surface: Ints, normal: Floats) -> Floats:
@@ -271,7 +271,7 @@ FREE_MM, FIXED_MM = 1e3, 1e-3  # standard deviations of what is sought, and of w
 
 
 @dataclass(frozen=True)
-class Edges:
+class EdgePredictions:
     """The predicted edges, the surfaces that carry them, and the elements beside them: usable by `find_usable`."""
 
     samples: Samples
@@ -280,7 +280,7 @@ class Edges:
     runs: EdgeRuns
 
 
-def find_usable(samples: Samples, nearby: Nearby, support: Support, blends: Bools, p: MovedParameters) -> Bools:
+def find_usable(samples: Samples, nearby: Nearby, support: SampleSupport, blends: Bools, p: MovedParameters) -> Bools:
     """Which elements near samples (m, 2) may be edges of a displaced surface, either one of the sample's: they do not
     belong to an edge of other surfaces.
 
@@ -293,7 +293,9 @@ def find_usable(samples: Samples, nearby: Nearby, support: Support, blends: Bool
     return np.ascontiguousarray((surface >= 0) & free[:, None] & ((owner < 0)[:, None] | own))
 
 
-def measure_moved(edges: Edges, surface: Ints, mm: Floats, p: PresenceParameters) -> tuple[Displacement, Bools]:
+def measure_moved(
+    edges: EdgePredictions, surface: Ints, mm: Floats, p: PresenceParameters
+) -> tuple[Displacement, Bools]:
     """Where surfaces (m,), ascending, lie, from and with all surfaces displaced outward by mm (s,), and which bend
     around: only of these a shift in the plane of their normals, which the pose's error makes as well, is separated."""
     samples, beside, count = edges.samples, edges.beside, len(surface)
@@ -323,11 +325,11 @@ def measure_moved(edges: Edges, surface: Ints, mm: Floats, p: PresenceParameters
 
 
 def seek_moved(
-    edges: Edges, count: int, cameras: int, opposed: Opposed, p: PresenceParameters
+    edges: EdgePredictions, count: int, cameras: int, opposed: FacePairs, p: PresenceParameters
 ) -> tuple[Floats, Floats]:
     """How far outward the surfaces (s,) of a scene of `count` lie together, mm, zero in place, and the log odds of that
     against in place with the others where they are, for all the displacements tried: at most zero in place."""
-    search = _Search(edges, count, cameras, p)
+    search = _DisplacementSearch(edges, count, cameras, p)
     mm, log_odds = np.zeros((2, count))
     stale = search.sought
     for _ in range(p.moved.rounds):
@@ -350,10 +352,10 @@ def seek_moved(
     return mm, np.where(mm != 0, log_odds, np.minimum(log_odds, 0.0))
 
 
-class _Search:
+class _DisplacementSearch:
     """What the weighing of displacements needs, prepared once; neighbours: pairs of surfaces that meet, both ways."""
 
-    def __init__(self, edges: Edges, count: int, cameras: int, parameters: PresenceParameters) -> None:
+    def __init__(self, edges: EdgePredictions, count: int, cameras: int, parameters: PresenceParameters) -> None:
         from scipy.sparse import csr_array
 
         p, samples, px = parameters.moved, edges.samples, edges.beside.weight
@@ -414,7 +416,7 @@ class _Search:
 
 
 @dataclass(frozen=True)
-class Surfaces:
+class SceneSurfaces:
     """The scene's surfaces (s,) as their edges show them.
 
     moved: whether the edges are found displaced and not in place; log_odds: of that against being in place, at
@@ -435,10 +437,12 @@ class Surfaces:
     middle: Floats
     normal: Floats
     distinct_px: Floats
-    opposed: Opposed
+    opposed: FacePairs
 
 
-def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: int, p: PresenceParameters) -> Surfaces:
+def assess_surfaces(
+    edges: EdgePredictions, stored: StoredScene, items: Items, cameras: int, p: PresenceParameters
+) -> SceneSurfaces:
     """The scene's surfaces by their edges."""
     samples, runs = edges.samples, edges.runs
     count = len(stored.surface_no)
@@ -475,7 +479,7 @@ def assess_surfaces(edges: Edges, stored: StoredScene, items: Items, cameras: in
     least = np.maximum(p.displacement.sure_sigma * sigma, p.displacement.least_mm)
     moved = (sought != 0) & certain & (np.abs(mm) > least)
     moved &= _count_own_px(runs, moved, log_odds) >= p.moved.least_distinct_px
-    return Surfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
+    return SceneSurfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 
 
 def _count_own_px(runs: EdgeRuns, moved: Bools, log_odds: Floats) -> Floats:

@@ -107,7 +107,7 @@ _DEFAULTS = RelationParameters()
 
 
 @dataclass(frozen=True)
-class Curves:
+class ImageCurves:
     """Arcs: columns of length n and packed polylines, px.
 
     Curve i runs through the points `x`, `y` from `offsets[i]` to `offsets[i + 1]`, two at least, from its start to its
@@ -212,7 +212,7 @@ class _Segments:
     boxes: Floats
 
 
-def relate(curves: Curves, areas: Areas, parameters: RelationParameters = _DEFAULTS) -> Relations:
+def relate(curves: ImageCurves, areas: Areas, parameters: RelationParameters = _DEFAULTS) -> Relations:
     """Relations of all kinds that follow from places only, up to the gaps that `parameters` allow."""
     p = parameters
     pairs = _find_gaps(_join(curves, areas), len(curves), p)
@@ -242,7 +242,7 @@ def relate_both_ways(
     )
 
 
-def find_middles(curves: Curves, areas: Areas) -> Middles:
+def find_middles(curves: ImageCurves, areas: Areas) -> Middles:
     """The middles of the curves, by length, and the centroids of the areas."""
     segments, offsets = _segments_of_curves(curves)
     length = np.maximum(np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1]), 1e-9)
@@ -258,7 +258,7 @@ def find_middles(curves: Curves, areas: Areas) -> Middles:
     )
 
 
-def _segments_of_curves(curves: Curves) -> tuple[Floats, Ints]:
+def _segments_of_curves(curves: ImageCurves) -> tuple[Floats, Ints]:
     last = np.zeros(len(curves.x), np.bool_)
     last[curves.offsets[1:] - 1] = True
     start = np.flatnonzero(~last)
@@ -266,7 +266,7 @@ def _segments_of_curves(curves: Curves) -> tuple[Floats, Ints]:
     return ends, curves.offsets - np.arange(len(curves.offsets))
 
 
-def _join(curves: Curves, areas: Areas) -> _Segments:
+def _join(curves: ImageCurves, areas: Areas) -> _Segments:
     ends, offsets = _segments_of_curves(curves)
     following = np.arange(1, len(areas.x) + 1)
     following[areas.ring_offsets[1:] - 1] = areas.ring_offsets[:-1]
@@ -320,7 +320,7 @@ def _find_gaps(segments: _Segments, curves: int, p: RelationParameters) -> _Gaps
     return _Gaps(a, b, np.sqrt(place[:, 0]), angle, at_end[0] & (a < curves), at_end[1] & (b < curves))
 
 
-def _gap_sigma(curves: Curves, pairs: _Gaps, sigma: Floats) -> Floats:
+def _gap_sigma(curves: ImageCurves, pairs: _Gaps, sigma: Floats) -> Floats:
     """Standard deviation of a gap: across each of the two, or, at its end, along it."""
     spread = np.concatenate([curves.end_sigma, np.zeros(len(sigma) - len(curves))])
     one = np.where(pairs.end_of_a, np.maximum(spread[pairs.a], sigma[pairs.a]), sigma[pairs.a])
@@ -328,7 +328,7 @@ def _gap_sigma(curves: Curves, pairs: _Gaps, sigma: Floats) -> Floats:
     return np.asarray(np.hypot(one, other))
 
 
-def _near(curves: Curves, areas: Areas, pairs: _Gaps, middles: Middles, p: RelationParameters) -> Relations:
+def _near(curves: ImageCurves, areas: Areas, pairs: _Gaps, middles: Middles, p: RelationParameters) -> Relations:
     """Each unit and those nearest to it, the more salient the earlier.
 
     Ranked by the gap only, streaks and specks would fill most places, and differ in every picture.
@@ -352,7 +352,7 @@ def _near(curves: Curves, areas: Areas, pairs: _Gaps, middles: Middles, p: Relat
     return relate_both_ways(NEAR, near.a, near.b, near.gap, sigma, bearing, spread)
 
 
-def _parallels(curves: Curves, pairs: _Gaps, p: RelationParameters) -> Relations:
+def _parallels(curves: ImageCurves, pairs: _Gaps, p: RelationParameters) -> Relations:
     """Pairs of much the same direction among the curves that hardly leave their chords."""
     first, last = curves.offsets[:-1], curves.offsets[1:] - 1
     start = np.column_stack([curves.x[first], curves.y[first]])
@@ -381,7 +381,7 @@ def _parallels(curves: Curves, pairs: _Gaps, p: RelationParameters) -> Relations
     return relate_both_ways(PARALLEL, a[:half], b[:half], offset, spread, angle[even], angle_sigma[even])
 
 
-def _junctions(curves: Curves, pairs: _Gaps, p: RelationParameters) -> Relations:
+def _junctions(curves: ImageCurves, pairs: _Gaps, p: RelationParameters) -> Relations:
     """Curves of which one comes to the other with an end."""
     met = pairs.take((pairs.b < len(curves)) & (pairs.gap <= p.junction_reach) & (pairs.end_of_a | pairs.end_of_b))
     met = met.take(np.minimum(curves.salience[met.a], curves.salience[met.b]) >= p.min_salience)
@@ -389,7 +389,7 @@ def _junctions(curves: Curves, pairs: _Gaps, p: RelationParameters) -> Relations
     return relate_both_ways(JUNCTION, met.a, met.b, met.gap, _gap_sigma(curves, met, curves.sigma), met.angle, spread)
 
 
-def _circles(curves: Curves, pairs: _Gaps, p: RelationParameters) -> list[Relations]:
+def _circles(curves: ImageCurves, pairs: _Gaps, p: RelationParameters) -> list[Relations]:
     """Curves about one centre, and circular ones that are much the same."""
     of_curves = pairs.take(pairs.b < len(curves))
     a, b = of_curves.a, of_curves.b
@@ -472,7 +472,7 @@ class ProblemRows:
 
 
 @dataclass(frozen=True)
-class Solved:
+class SolvedProblem:
     """A problem, its solution, and what its rows hold besides (`solved_rows`)."""
 
     problem: MatchingProblem
@@ -481,7 +481,9 @@ class Solved:
     tolerances: Columns
 
 
-def solve_rows(workspace: Database, number: int, rows: ProblemRows, of_units: Columns, of_labels: Columns) -> Solved:
+def solve_rows(
+    workspace: Database, number: int, rows: ProblemRows, of_units: Columns, of_labels: Columns
+) -> SolvedProblem:
     """Join the relations of both sides over the candidates, and search.
 
     The joins follow once all that they join is committed: only then does DuckDB know how many rows there are, and in
@@ -546,10 +548,10 @@ def solve_rows(workspace: Database, number: int, rows: ProblemRows, of_units: Co
         pair,
         injective=injective,
     )
-    return Solved(problem, solve(problem, rows.mode, nodes=rows.nodes), rows, tolerances)
+    return SolvedProblem(problem, solve(problem, rows.mode, nodes=rows.nodes), rows, tolerances)
 
 
-def solved_rows(solved: Solved) -> dict[str, Columns]:
+def solved_rows(solved: SolvedProblem) -> dict[str, Columns]:
     """As `relmodel.labelling.problem.result_rows`, with what the joins went by."""
     tables, rows = result_rows(solved.problem, solved.result), solved.rows
     tables["problem"] |= {"nat_cost": [rows.nat_cost], "relation_weight": [rows.relation_weight]}

@@ -223,7 +223,7 @@ class Crossings(Rows):
 
 
 @dataclass(frozen=True)
-class Side:
+class RowArcs:
     """The arcs of one picture of a pair in its rectified rows.
 
     points (m, 2): those of the arcs, rectified px; box (arcs, 4): least and greatest x and y of each, as x0, y0, x1,
@@ -244,7 +244,7 @@ class Side:
 
 def lay_out(
     rectification: Rectification, first: StereoArcs, second: StereoArcs, p: EpipolarParameters
-) -> tuple[Side, Side]:
+) -> tuple[RowArcs, RowArcs]:
     """Both sides of a pair."""
     both = ((rectification.first, first), (rectification.second, second))
     crossed = [cross_rows(rectification, view, arcs, p.tangent_reach, p.least_rise) for view, arcs in both]
@@ -258,7 +258,7 @@ def lay_out(
             np.asarray(f.reduceat(points, arcs.offsets[:-1])) if len(arcs) else points for f in (np.minimum, np.maximum)
         )
         extent = np.bincount(kept.arc, minlength=len(arcs)).astype(np.int64)
-        sides.append(Side(arcs, points, np.hstack([low, high]), kept, extent))
+        sides.append(RowArcs(arcs, points, np.hstack([low, high]), kept, extent))
     return sides[0], sides[1]
 
 
@@ -370,7 +370,7 @@ class DisparityRange:
 
 
 def estimate_range(
-    rectification: Rectification, first: Side, second: Side, p: RangeParameters, epipolar: EpipolarParameters
+    rectification: Rectification, first: RowArcs, second: RowArcs, p: RangeParameters, epipolar: EpipolarParameters
 ) -> DisparityRange:
     """The range from the pair itself: at each place the disparities of the nearest trusted pairs of arcs, widened.
 
@@ -418,7 +418,7 @@ def _clusters(disparity: Floats, p: RangeParameters) -> list[float]:
     return found
 
 
-def _trusted(votes: Votes, first: Side, second: Side, p: RangeParameters) -> Bools:
+def _trusted(votes: Votes, first: RowArcs, second: RowArcs, p: RangeParameters) -> Bools:
     """Pairs of arcs that most of the longer one's rows vote for, more than for any other pair of either."""
     longer = np.maximum(first.extent[votes.first], second.extent[votes.second])
     best = [np.zeros(len(side.arcs), np.int64) for side in (first, second)]
@@ -453,7 +453,7 @@ class Votes:
     disparity: Floats
 
 
-def vote(first: Side, second: Side, bounds: Floats, parameters: EpipolarParameters) -> Votes:
+def vote(first: RowArcs, second: RowArcs, bounds: Floats, parameters: EpipolarParameters) -> Votes:
     """Match the crossings of each row and count the votes; `bounds` (n, 2): disparities that each crossing of the first
     picture may have."""
     from scipy.ndimage import median

@@ -18,12 +18,12 @@ from relmodel.store.runs import Run
 from relmodel.store.sql import column_types
 from vision.cameras.cameras import Rig
 from vision.extraction.rows import Primitives, RegionColumns
-from vision.relations.relations import ProblemRows, Solved, open_workspace, solve_rows, solved_rows
+from vision.relations.relations import ProblemRows, SolvedProblem, open_workspace, solve_rows, solved_rows
 from vision.stereo.epipolar import (
     DisparityRange,
     Rectification,
     RectifiedCamera,
-    Side,
+    RowArcs,
     StereoArcs,
     Votes,
     compress_contrast,
@@ -42,7 +42,7 @@ from vision.stereo.stereo_parameters import (
     RegionEvidenceParameters,
     StereoParameters,
 )
-from vision.stereo.triangulate import CURVES, Triangulated, triangulate_pairs
+from vision.stereo.triangulate import CURVES, SpaceArcs, triangulate_pairs
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Candidates(Rows):
+class StereoCandidates(Rows):
     """Pairs of a unit of the first picture and a label, a unit of the second, with the price of each in nats: the
     evidence against it."""
 
@@ -61,7 +61,7 @@ class Candidates(Rows):
     label: Ints
     price: Floats
 
-    def take_best(self, most: int, dearest: float) -> Candidates:
+    def take_best(self, most: int, dearest: float) -> StereoCandidates:
         """The `most` cheapest of each unit, none dearer than `dearest`, ordered by unit and label."""
         order = np.lexsort((self.label, self.price, self.unit))
         rank = np.arange(len(order)) - np.searchsorted(self.unit[order], self.unit[order])
@@ -71,8 +71,13 @@ class Candidates(Rows):
 
 
 def _compare_across(
-    first: Side, second: Side, seen: DisparityRange, votes: Votes, epipolar: EpipolarParameters, p: EvidenceParameters
-) -> Candidates:
+    first: RowArcs,
+    second: RowArcs,
+    seen: DisparityRange,
+    votes: Votes,
+    epipolar: EpipolarParameters,
+    p: EvidenceParameters,
+) -> StereoCandidates:
     """Arcs that cross rows: pairs of which a share of the shorter one's crossings find one alike in the other."""
     from vision.stereo import epipolar_kernels
 
@@ -93,12 +98,12 @@ def _compare_across(
     price = p.unvoted_of_shorter * (1 - np.minimum(voted[i, j] / shorter, 1))
     price += p.unvoted_of_longer * (1 - np.minimum(voted[i, j] / np.maximum(first.extent[i], second.extent[j]), 1))
     price += p.width * np.abs(first.arcs.width[i] - second.arcs.width[j]) + p.end * _compare_ends(first, second, i, j)
-    return Candidates(i, j, np.asarray(price))
+    return StereoCandidates(i, j, np.asarray(price))
 
 
 def _compare_level(
-    first: Side, second: Side, seen: DisparityRange, epipolar: EpipolarParameters, p: EvidenceParameters
-) -> Candidates:
+    first: RowArcs, second: RowArcs, seen: DisparityRange, epipolar: EpipolarParameters, p: EvidenceParameters
+) -> StereoCandidates:
     """Arcs along the rows: pairs on much the same rows, moved within the range."""
     level = [np.flatnonzero(side.extent < epipolar.least_rows) for side in (first, second)]
     a, b = first.box[level[0]][:, None], second.box[level[1]][None]
@@ -119,17 +124,17 @@ def _compare_level(
     price = p.level_contrast * unlike + p.level_length * np.abs(np.log(length[0][i] / length[1][j]))
     price += p.level_width * np.abs(first.arcs.width[i] - second.arcs.width[j])
     price += p.level_end * _compare_ends(first, second, i, j) + p.level_more
-    return Candidates(i, j, np.asarray(price))
+    return StereoCandidates(i, j, np.asarray(price))
 
 
-def _compare_ends(first: Side, second: Side, i: Ints, j: Ints) -> Floats:
+def _compare_ends(first: RowArcs, second: RowArcs, i: Ints, j: Ints) -> Floats:
     """log(1 + px) by which the upper ends, or the lower ones, whichever agree better, lie on other rows."""
     upper = np.abs(first.box[i, 1] - second.box[j, 1])
     lower = np.abs(first.box[i, 3] - second.box[j, 3])
     return np.asarray(np.log1p(np.minimum(upper, lower)))
 
 
-def _step_down(side: Side, p: EpipolarParameters) -> Floats:
+def _step_down(side: RowArcs, p: EpipolarParameters) -> Floats:
     """Compressed contrast of each arc (n,), positive where the bright side lies above."""
     start, end = side.arcs.offsets[:-1], side.arcs.offsets[1:]
     if len(start) == 0:
@@ -151,7 +156,7 @@ def compare_regions(
     seen: DisparityRange,
     votes: Votes,
     p: RegionEvidenceParameters,
-) -> Candidates:
+) -> StereoCandidates:
     """The pairs of regions that share most of their rows and are moved as arcs about them may be, priced."""
     top, bottom = _rows(rectification, rectification.first, first)
     other_top, other_bottom = _rows(rectification, rectification.second, second)
@@ -172,7 +177,7 @@ def compare_regions(
     fewer = np.maximum(np.minimum(of_first[i], of_second[j]), 1)
     more = np.maximum(np.maximum(of_first[i], of_second[j]), 1)
     price += p.unvoted_of_fewer * (1 - voted[i, j] / fewer) + p.unvoted_of_more * (1 - voted[i, j] / more)
-    return Candidates(i, j, np.asarray(price))
+    return StereoCandidates(i, j, np.asarray(price))
 
 
 def _rows(rectification: Rectification, view: RectifiedCamera, regions: RegionColumns) -> tuple[Floats, Floats]:
@@ -224,10 +229,10 @@ class StereoMatches:
 
     parameters: StereoParameters
     rectification: Rectification
-    solved: Solved
+    solved: SolvedProblem
     arcs: tuple[int, int]
     regions: tuple[int, int]
-    triangulated: Triangulated
+    triangulated: SpaceArcs
 
     @property
     def arc_label(self) -> Ints:
@@ -279,7 +284,7 @@ def match_pictures(
     p, evidence = parameters.epipolar, parameters.evidence
     arcs = [_compare_across(*sides, seen, votes, p, evidence), _compare_level(*sides, seen, p, evidence)]
     regions = compare_regions(rectification, first.regions, second.regions, seen, votes, parameters.regions)
-    solved = _solve(first, second, Candidates.stack(arcs), regions, parameters)
+    solved = _solve(first, second, StereoCandidates.stack(arcs), regions, parameters)
     label = solved.result.label[: len(first.arcs)]
     matched = np.flatnonzero(label != NONE)
     return StereoMatches(
@@ -293,8 +298,12 @@ def match_pictures(
 
 
 def _solve(
-    first: StereoPicture, second: StereoPicture, arcs: Candidates, regions: Candidates, parameters: StereoParameters
-) -> Solved:
+    first: StereoPicture,
+    second: StereoPicture,
+    arcs: StereoCandidates,
+    regions: StereoCandidates,
+    parameters: StereoParameters,
+) -> SolvedProblem:
     """Step 3: the relational distance over arcs and regions together, by the method."""
     p, bare = parameters.assignment, parameters.method != PONG
     if bare:
@@ -303,8 +312,8 @@ def _solve(
         arcs = arcs.take_best(p.most_candidates, np.inf)
         regions = regions.take_best(p.most_candidates, np.inf)
     null = np.repeat([0.0, 0.0] if bare else [p.arc_null, p.region_null], [len(first.arcs), len(first.regions)])
-    moved = Candidates(regions.unit + len(first.arcs), regions.label + len(second.arcs), regions.price)
-    both = Candidates.stack([arcs, moved])
+    moved = StereoCandidates(regions.unit + len(first.arcs), regions.label + len(second.arcs), regions.price)
+    both = StereoCandidates.stack([arcs, moved])
     share = p.bare_relation_share if bare else p.relation_share
     with open_workspace() as workspace:
         return solve_rows(
@@ -361,7 +370,7 @@ def record_stereo(
     run.append(connection, "triangulated_unit", {**key, **_curves(matches.triangulated)})
 
 
-def _curves(space: Triangulated) -> Columns:
+def _curves(space: SpaceArcs) -> Columns:
     conic_covariance = [c if np.isfinite(c[0, 0]) else None for c in space.conics.covariance]
     columns = {
         **space.conics.columns(),

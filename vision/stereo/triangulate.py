@@ -209,7 +209,7 @@ CURVES = ("line", "circle", "ellipse", "free")
 
 
 @dataclass(frozen=True)
-class Triangulated(Rows):
+class SpaceArcs(Rows):
     """Matched arcs (k,) in the rig's frame, mm, in the order of `first`, the arcs of the first picture.
 
     `curve` (k,) indexes CURVES.  `start`, `end` (k, 3): ends of the part that both pictures show, in the walk of the
@@ -234,7 +234,7 @@ def triangulate_pairs(
     second: StereoArcs,
     pairs: tuple[Ints, Ints],
     parameters: StereoParameters = DEFAULTS,
-) -> Triangulated:
+) -> SpaceArcs:
     """Triangulate pairs of arcs: those (k,) of the first and of the second picture."""
     p = parameters.triangulation
     points = rectification.points(rectification.first, first.points)
@@ -274,7 +274,7 @@ def triangulate_pairs(
     )
     covariance = _end_covariance(jacobian, of_disparity, tangent, slope, lateral, p.end_sigma)
     probability = _edge_probability(first, second, pairs, p)
-    return Triangulated(*pairs, curve, placed[:, 0], placed[:, 1], covariance, conics, probability)
+    return SpaceArcs(*pairs, curve, placed[:, 0], placed[:, 1], covariance, conics, probability)
 
 
 def _edge_probability(

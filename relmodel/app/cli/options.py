@@ -180,7 +180,7 @@ _STATUSES = (0, 5, 1, 3, 2, 4)
 
 
 @dataclass(frozen=True)
-class Listed:
+class ListLine:
     """A line of a list: pictures by camera, other paths by column, None where the cell is empty, what the line is
     called, the number of the physical part, and where it stands: `FILE, line N`."""
 
@@ -191,14 +191,14 @@ class Listed:
     place: str
 
 
-def read_pairs(file: Path, serial: str | None = None, **given: Path | None) -> list[Listed]:
+def read_pairs(file: Path, serial: str | None = None, **given: Path | None) -> list[ListLine]:
     """The lines of a list, whose first names its columns, some of COLUMNS and cameras; paths are relative to the list's
     folder; `serial` and the paths `given` stand for empty cells.  Raises InputError, which names the line, where it is
     no such list."""
     text = read_text(file, "list of pictures")
     heading = next(iter(text.splitlines()), "")
     rows = csv.reader(text.splitlines(keepends=True), delimiter=max(SEPARATORS, key=heading.count), strict=True)
-    pairs: list[Listed] = []
+    pairs: list[ListLine] = []
     try:
         names = [name.lower() if name.lower() in COLUMNS else name for name in map(str.strip, next(rows, []))]
         _check_columns(names, file)
@@ -239,7 +239,7 @@ def _check_columns(names: Sequence[str], file: Path) -> None:
 
 def _listed(
     cells: dict[str, str], place: str, folder: Path, serial: str | None, given: dict[str, Path | None]
-) -> Listed:
+) -> ListLine:
     paths = {name: folder / cells[name] if cells.get(name) else given.get(name) for name in FILES}
     pictures = {name: folder / cell for name, cell in cells.items() if name not in COLUMNS and cell}
     if not pictures:
@@ -247,4 +247,4 @@ def _listed(
     if paths["rig"] is None:
         raise InputError(f"{place}: no rig is named: give --rig, or a column rig")
     name = next(cells[camera] for camera in pictures)
-    return Listed(pictures, paths, name, cells.get("serial") or serial, place)
+    return ListLine(pictures, paths, name, cells.get("serial") or serial, place)

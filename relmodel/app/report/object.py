@@ -13,7 +13,7 @@ from sqlalchemy import Connection
 from relmodel.app.report.page import PageTable, read_table
 from relmodel.app.report.run import (
     Card,
-    Entry,
+    ListEntry,
     finding_views,
     group_rest,
     read_cards,
@@ -117,7 +117,7 @@ def diff_page(
     for s in shapes:
         s["paint"] = [[status, sorted(on)] for (shape, status), on in sorted(painted.items()) if shape == s["id"]]
     entries = [
-        Entry(
+        ListEntry(
             r.level,
             r.path if r.level == "part" else f"{r.name or r.kind or r.level} of {r.path}",
             _motion(r),
@@ -189,19 +189,19 @@ def _entries(
     parts: Sequence[Part],
     rows_by_path: dict[str, dict[str, Any]],
     shape_ids: list[int],
-) -> list[Entry]:
+) -> list[ListEntry]:
     """Parts, the first of each shape followed by its features."""
     features: dict[int, list[Any]] = defaultdict(list)
     for r in store.rows(connection, "report/feature_surfaces", shape_ids=shape_ids):
         features[int(r.shape_id)].append(r)
-    out: list[Entry] = []
+    out: list[ListEntry] = []
     for number, p in enumerate(parts):
         row = rows_by_path.get(p["path"], {})
         mass = row.get("mass")
-        out.append(Entry("part", p["path"], f"{mass:.3g} kg" if mass else "", number))
+        out.append(ListEntry("part", p["path"], f"{mass:.3g} kg" if mass else "", number))
         for f in features.pop(p["shape"], ()):
             words = f.name or f"{f.kind} {f.feature_no}", f.kind.replace("_", " ")
-            out.append(Entry("feature", *words, number, list(map(int, f.surfaces))))
+            out.append(ListEntry("feature", *words, number, list(map(int, f.surfaces))))
     return out[:MOST_ITEMS]
 
 
@@ -320,11 +320,11 @@ def _scene(
     return scene(shapes, parts, views=views, back=back), part_of
 
 
-def _entries_of_part(states: Sequence[Any], cards: list[Card], part_of: dict[int, int]) -> list[Entry]:
+def _entries_of_part(states: Sequence[Any], cards: list[Card], part_of: dict[int, int]) -> list[ListEntry]:
     """Parts and features, what is not as modelled first."""
     sizes = {(c.row.occurrence_id, c.row.feature_no): size_words(c.row) for c in cards}
     return [
-        Entry(
+        ListEntry(
             "finding" if s.state in ("changed", "contradicted") else s.level,
             s.path,
             sizes.get((s.occurrence_id, s.feature_no)) or f"zone {s.zone}",

@@ -133,7 +133,7 @@ _KINDS = {
 
 
 def _facts(
-    tables: Mapping[str, PageTable], row: Any, pose: Any, prior: Any, items: list[Entry]
+    tables: Mapping[str, PageTable], row: Any, pose: Any, prior: Any, items: list[ListEntry]
 ) -> list[tuple[str, str, str]]:
     """Name, value and note of what the head of the page says."""
     facts = checked(tables["checked"].rows, items)
@@ -366,7 +366,7 @@ STATES = (*_FAILING, "undecidable", "confirmed")
 
 
 @dataclass(frozen=True)
-class Entry:
+class ListEntry:
     """An entry of the list: what it is and is called, its part in the scene, surfaces of that (None: all), ids of arcs
     in the pictures; key: the placed part and its feature.
 
@@ -387,7 +387,7 @@ class Entry:
 
 def render_linked(
     store: Store,
-    entries: Sequence[Entry],
+    entries: Sequence[ListEntry],
     scene: dict[str, Any] | None,
     around: Mapping[str, Any] | None = None,
     **values: Any,
@@ -411,7 +411,7 @@ def read_entries(
     pictures: Sequence[RunPicture],
     part_of: dict[int, int],
     findings: Sequence[Any],
-) -> list[Entry]:
+) -> list[ListEntry]:
     """What is not as modelled, the worst first; then the parts in view, each followed by its features in view."""
     number = {p.camera: i for i, p in enumerate(pictures)}
     arcs: dict[int, list[str]] = defaultdict(list)
@@ -423,9 +423,9 @@ def read_entries(
         surfaces[int(r.in_view_no)].append(int(r.surface_no))
     sizes = {r.item_no: size_words(r) for r in findings}
 
-    def entry(row: Any, level: str, name: str, size: str | None = None) -> Entry:
+    def entry(row: Any, level: str, name: str, size: str | None = None) -> ListEntry:
         occurrence, no = int(row.occurrence_id), int(row.in_view_no)
-        return Entry(
+        return ListEntry(
             level,
             name,
             size or ("under 1 % visible" if 0 < row.visible < 0.01 else f"{100 * row.visible:.0f} % visible"),
@@ -450,7 +450,7 @@ def read_entries(
     ]
 
 
-def checked(rows: Sequence[Any], entries: Sequence[Entry]) -> list[tuple[str, str, str]]:
+def checked(rows: Sequence[Any], entries: Sequence[ListEntry]) -> list[tuple[str, str, str]]:
     """Name, value and note: how much is in view, and how much of it was checked."""
     if rows:
         return [(f"{r.level}s checked", f"{r.checked} of {r.in_view}", f"{r.confirmed} as modelled") for r in rows]

@@ -250,7 +250,7 @@ def read_mesh(
     if triangles > _MOST_TRIANGLES:
         raise InputError(f"{path.name} has {triangles} triangles, more than {_MOST_TRIANGLES}: reduce them")
     short = known_unit(path.name, build.unit if unit is None else unit)
-    reader = _Reader(build, UNITS_MM[short], path.name, name or path.stem, fit)
+    reader = _GraphWalk(build, UNITS_MM[short], path.name, name or path.stem, fit)
     model = reader.model(path.stem, np.diag(scale), form, short)
     if not model.parts:
         raise InputError(f"{path.name} holds no triangle of a part: export a mesh of surfaces")
@@ -359,7 +359,7 @@ def _of_several_materials(name: str, content: bytes) -> set[str]:
 
 
 @dataclass
-class _Reader:
+class _GraphWalk:
     """Walks a scene graph from its base; nodes that scale or mirror are baked into shapes of their own."""
 
     build: Build

@@ -31,7 +31,7 @@ from relmodel.readers.mesh.fit import (
 )  # fmt: skip
 from relmodel.readers.mesh.triangles import (
     DEFAULTS,
-    Edges,
+    MeshEdges,
     Patches,
     area_normals,
     cut_patches,
@@ -48,7 +48,7 @@ _BONUS = dict(zip(_CURVED, _P.bonus, strict=True))
 
 
 @dataclass(frozen=True)
-class Regions:
+class MeshRegions:
     """Regions of a mesh: of each triangle its region; of each region its kind and row (`fit.py`, NaN where none)."""
 
     of_triangle: Ints
@@ -67,7 +67,7 @@ class _Surfaces:
     pairs: Ints
 
 
-def segment_mesh(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> Regions:
+def segment_mesh(vertices: Floats, triangles: Ints, edges: MeshEdges, tolerance: float) -> MeshRegions:
     """Segment a mesh into regions, numbered by first triangle; tolerance (mm) is how far a vertex may be off."""
     patches = cut_patches(vertices, triangles, edges, tolerance)
     work = _Segmentation(vertices, triangles, patches)
@@ -84,20 +84,20 @@ def segment_mesh(vertices: Floats, triangles: Ints, edges: Edges, tolerance: flo
     _, first, region = np.unique(owner[patches.of_triangle], return_index=True, return_inverse=True)
     order = np.argsort(first)
     number = owner[patches.of_triangle[first[order]]]
-    return Regions(np.argsort(order)[region.ravel()], np.array(KINDS)[kind[number]], row[number])
+    return MeshRegions(np.argsort(order)[region.ravel()], np.array(KINDS)[kind[number]], row[number])
 
 
-def smooth_regions(triangles: Ints, edges: Edges) -> Regions:
+def smooth_regions(triangles: Ints, edges: MeshEdges) -> MeshRegions:
     """Regions between creases, all of them free-form: of a mesh that only occludes."""
     smooth = np.abs(edges.angle) < _P.free_rad  # no free edge is
     region = components(len(triangles), edges.triangle_a[smooth], edges.triangle_b[smooth])
     count = int(region.max()) + 1
-    return Regions(region, np.full(count, KINDS[FREE]), np.full((count, 8), np.nan))
+    return MeshRegions(region, np.full(count, KINDS[FREE]), np.full((count, 8), np.nan))
 
 
 def fit_faces(
     vertices: Floats, triangles: Ints, faces: Ints, tolerance: float, normals: Floats | None = None
-) -> Regions:
+) -> MeshRegions:
     """Regions of a mesh whose faces (m,) are known, in their order: of each the simplest surface that holds all its
     vertices, free-form if none does.  normals (m, 3, 3): of the surface at the triangles' corners, where known."""
     _, region = np.unique(faces, return_inverse=True)
@@ -128,7 +128,7 @@ def fit_faces(
         good = (kind == FREE) & (away <= tolerance) & (np.bincount(which, cosine < lean, count) == 0)
         good &= np.diff(point_start) >= PARAMETERS[k] + (_SPARE[k] if normals is None else 0)
         kind[good], row[good] = k, found[good]
-    return Regions(region, np.array(KINDS)[kind], row)
+    return MeshRegions(region, np.array(KINDS)[kind], row)
 
 
 class _Segmentation:

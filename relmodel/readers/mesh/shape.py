@@ -11,11 +11,11 @@ from relmodel.geometry.curves import Curves, box_columns, vector_columns, vector
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.model.model import ArcSamples, Finding, Mesh, Shape, Table
 from relmodel.readers.mesh.fit import FittedArcs, fit_arcs
-from relmodel.readers.mesh.segment import Regions, fit_faces, segment_mesh, smooth_regions
+from relmodel.readers.mesh.segment import MeshRegions, fit_faces, segment_mesh, smooth_regions
 from relmodel.readers.mesh.triangles import (
     DEFAULTS,
-    Chains,
-    Edges,
+    EdgeChains,
+    MeshEdges,
     area_normals,
     chain_edges,
     find_edges,
@@ -31,7 +31,7 @@ from relmodel.readers.splines import polyline, spline_columns
 _SEGMENTS = DEFAULTS.segments
 
 
-def surface_rows(vertices: Floats, triangles: Ints, regions: Regions) -> tuple[Table, Floats]:
+def surface_rows(vertices: Floats, triangles: Ints, regions: MeshRegions) -> tuple[Table, Floats]:
     """Rows of the regions, and the outward normal (m, 3, 3) of the surface at each triangle's corners."""
     region, kind = regions.of_triangle, regions.kind
     count = len(kind)
@@ -112,7 +112,7 @@ def surface_rows(vertices: Floats, triangles: Ints, regions: Regions) -> tuple[T
     return table, corners
 
 
-def _frames(regions: Regions, normal: Floats, centroid: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+def _frames(regions: MeshRegions, normal: Floats, centroid: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Axis, origin, radius, radius2 and semi-angle of the regions; NaN where a kind has none.
 
     The origin of a plane, cylinder or cone is abreast of the centroid; a cone opens along its axis; a sphere's axis
@@ -287,7 +287,7 @@ def _findings(turned: int, free: int) -> tuple[Finding, ...]:
     return tuple(Finding(kind, message, float(count), 0.0) for kind, count, message in found if count)
 
 
-def _fitted(vertices: Floats, chains: Chains, tolerance: float) -> FittedArcs:
+def _fitted(vertices: Floats, chains: EdgeChains, tolerance: float) -> FittedArcs:
     start = np.concatenate([chains.offsets[:-1] + np.arange(chains.count), [len(chains.vertices)]]).astype(np.int64)
     return fit_arcs(vertices[chains.vertices], start, tolerance)
 
@@ -306,12 +306,12 @@ def _mesh(vertices: Floats, triangles: Ints, region: Ints, normals: Floats) -> M
 
 def _arcs(
     vertices: Floats,
-    chains: Chains,
+    chains: EdgeChains,
     fitted: FittedArcs,
-    edges: Edges,
+    edges: MeshEdges,
     border: Ints,
     normals: tuple[Floats, Floats],
-    regions: Regions,
+    regions: MeshRegions,
 ) -> tuple[Table, Table]:
     """Rows of the chains: lines, circles, ellipses, and polylines where none of them.  normals: of both sides."""
     n = chains.count
@@ -374,7 +374,7 @@ def _curve_columns(fitted: FittedArcs) -> Table:
     return {"kind": fitted.kind, **frame, "radius": fitted.radius, "radius2": fitted.radius2}
 
 
-def _loops(vertices: Floats, chains: Chains, arcs: Table, surfaces: Table) -> tuple[Table, Table]:
+def _loops(vertices: Floats, chains: EdgeChains, arcs: Table, surfaces: Table) -> tuple[Table, Table]:
     """Loops and coedges of the regions; the outer loop of a region is the one that encloses most."""
     n = chains.count
     if n == 0:
@@ -412,7 +412,7 @@ def _loops(vertices: Floats, chains: Chains, arcs: Table, surfaces: Table) -> tu
 
 
 def _enclosed(
-    vertices: Floats, chains: Chains, arc: Ints, surface: Ints, backward: Bools, loop: Ints, surfaces: Table
+    vertices: Floats, chains: EdgeChains, arc: Ints, surface: Ints, backward: Bools, loop: Ints, surfaces: Table
 ) -> Floats:
     """Twice the area that each loop encloses, seen along its surface's normal; of facets, its length."""
     n = chains.count
@@ -447,7 +447,7 @@ def _follow(loop: Ints, tail: Ints, head: Ints) -> Ints:
 
 
 def _side_normals(
-    vertices: Floats, triangles: Ints, chains: Chains, edges: Edges, border: Ints, normals: Floats
+    vertices: Floats, triangles: Ints, chains: EdgeChains, edges: MeshEdges, border: Ints, normals: Floats
 ) -> tuple[Floats, Floats]:
     """Normals of the surfaces to the left and to the right of each edge of the chains at its two ends (n, 2, 3)."""
     which = np.repeat(np.arange(chains.count), np.diff(chains.offsets))
@@ -463,7 +463,9 @@ def _side_normals(
     return left, np.where(np.isnan(right), -left, right)  # of a free edge one side always looks at the camera
 
 
-def _samples(vertices: Floats, chains: Chains, fitted: FittedArcs, normal_a: Floats, normal_b: Floats) -> ArcSamples:
+def _samples(
+    vertices: Floats, chains: EdgeChains, fitted: FittedArcs, normal_a: Floats, normal_b: Floats
+) -> ArcSamples:
     """Points along the chains, a millimetre or, on a small part, less apart, with the normals on both sides."""
     n = chains.count
     points = vertices[chains.vertices]

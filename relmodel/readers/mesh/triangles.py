@@ -91,7 +91,7 @@ DEFAULTS = MeshParameters()
 
 
 @dataclass
-class Edges:
+class MeshEdges:
     """Edges between welded vertices: the ends, and the triangle and its side on both sides (-1 is none)."""
 
     ends: Ints  # (n, 2), in the direction in which triangle a runs along it
@@ -116,7 +116,7 @@ def sides(triangles: Ints) -> Ints:
     return triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
 
 
-def find_edges(vertices: Floats, triangles: Ints) -> tuple[Edges, int]:
+def find_edges(vertices: Floats, triangles: Ints) -> tuple[MeshEdges, int]:
     """Edges, and how many sides of triangles have none that runs against them: 0 of a closed surface.  Where more than
     two triangles meet, or two that disagree about inside and outside, each of them ends there."""
     ends, one, two = _pairs_of_sides(triangles)
@@ -135,7 +135,7 @@ def find_edges(vertices: Floats, triangles: Ints) -> tuple[Edges, int]:
     along = vertices[ends[half[:k], 1]] - vertices[ends[half[:k], 0]]
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     angle[:k] = np.arctan2(np.sum(np.cross(na, nb) * along, axis=1), np.sum(na * nb, axis=1))
-    return Edges(ends[half], triangle_a, triangle_b, angle), int(np.abs(_balance(ends[single])[0]).sum())
+    return MeshEdges(ends[half], triangle_a, triangle_b, angle), int(np.abs(_balance(ends[single])[0]).sum())
 
 
 def _balance(ends: Ints, body: Ints | None = None) -> tuple[Floats, Ints]:
@@ -258,7 +258,7 @@ class Patches:
     angle: Floats  # magnitude
 
 
-def cut_patches(vertices: Floats, triangles: Ints, edges: Edges, tolerance: float) -> Patches:
+def cut_patches(vertices: Floats, triangles: Ints, edges: MeshEdges, tolerance: float) -> Patches:
     """Patches of triangles that lie in one plane as exactly as the vertices are given."""
     inner = edges.triangle_b >= 0
     a, b, angle = edges.triangle_a[inner], edges.triangle_b[inner], np.abs(edges.angle[inner])
@@ -299,7 +299,7 @@ _ARCS = DEFAULTS.arcs
 
 
 @dataclass
-class Chains:
+class EdgeChains:
     """Edges in their order along chains: chain i has edges `edges[offsets[i]:offsets[i + 1]]`, and its vertices (one
     more than edges) are `vertices[offsets[i] + i : offsets[i + 1] + i + 1]`.  `turned` marks the edges that the chain
     runs against, whose side b is to the left of the chain."""
@@ -314,7 +314,7 @@ class Chains:
         return len(self.offsets) - 1
 
 
-def chain_edges(vertices: Floats, ends: Ints, side_a: Ints, side_b: Ints) -> Chains:
+def chain_edges(vertices: Floats, ends: Ints, side_a: Ints, side_b: Ints) -> EdgeChains:
     """Chain edges (n, 2) that lie between the same two sides, where two meet and go on in about one direction.
 
     `side_a` and `side_b` (n,) are what lies to the left and to the right of an edge in its direction, -1 for nothing.
@@ -322,7 +322,7 @@ def chain_edges(vertices: Floats, ends: Ints, side_a: Ints, side_b: Ints) -> Cha
     """
     n = len(ends)
     if n == 0:
-        return Chains(np.zeros(1, np.int64), np.empty(0, np.int64), np.empty(0, bool), np.empty(0, np.int64))
+        return EdgeChains(np.zeros(1, np.int64), np.empty(0, np.int64), np.empty(0, bool), np.empty(0, np.int64))
     # Turn edges so that the lesser side is to the left: then chains have a direction.
     turned = (side_b < side_a) & (side_b >= 0)
     tail, head = np.where(turned, ends[:, 1], ends[:, 0]), np.where(turned, ends[:, 0], ends[:, 1])
@@ -355,10 +355,10 @@ def chain_edges(vertices: Floats, ends: Ints, side_a: Ints, side_b: Ints) -> Cha
     # Chains follow each other by their first edge, which is their start.
     last_vertex = head[order[offsets[1:] - 1]]
     walked = np.insert(tail[order], offsets[1:], last_vertex)
-    return Chains(offsets, order, turned[order], walked)
+    return EdgeChains(offsets, order, turned[order], walked)
 
 
-def without_lines(vertices: Floats, chains: Chains, which: Bools, fine: float) -> Chains:
+def without_lines(vertices: Floats, chains: EdgeChains, which: Bools, fine: float) -> EdgeChains:
     """Chains of which those that `which` says are cut where a straight run begins or ends that is much longer than
     what comes before and after: between two surfaces an edge may go on as another curve.
 
@@ -379,7 +379,7 @@ def without_lines(vertices: Floats, chains: Chains, which: Bools, fine: float) -
     cuts = np.concatenate([chains.offsets, start[long], np.append(start[1:], len(chain))[long]])
     offsets = np.unique(cuts)
     tail, last = chains.vertices[first], chains.vertices[first[offsets[1:] - 1] + 1]
-    return Chains(offsets, chains.edges, chains.turned, np.insert(tail, offsets[1:], last))
+    return EdgeChains(offsets, chains.edges, chains.turned, np.insert(tail, offsets[1:], last))
 
 
 # Welding: from triangles as a file lists them to those that bound a body, and the bodies that lie apart.

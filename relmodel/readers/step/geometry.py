@@ -220,7 +220,7 @@ def matrix(trsf: Any) -> Floats:
     return out
 
 
-class _Rows:
+class _GeometryRows:
     """Collects the columns that curves and surfaces have in common; its properties are to be asked for at the end."""
 
     names: tuple[str, ...]  # of the numbers
@@ -251,7 +251,7 @@ class _Rows:
         }
 
 
-class CurveRows(_Rows):
+class CurveRows(_GeometryRows):
     """Collects columns of `arc`, `arc_spline` and `arc_offset`; what offset ones are made from goes to `basis`."""
 
     names = (*_FRAME, "radius", "radius2", "t0", "t1")
@@ -297,7 +297,7 @@ class CurveRows(_Rows):
         return Curves(self.columns(), self.splines, offsets=self.offsets, basis=basis)
 
 
-class SurfaceRows(_Rows):
+class SurfaceRows(_GeometryRows):
     """Collects columns of `surface`, `surface_spline` and `surface_swept`.
 
     What swept ones are made from goes to `basis_curves` and `basis`.

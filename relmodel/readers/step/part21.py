@@ -144,7 +144,7 @@ class Reference(int):
 
 
 @dataclass(frozen=True)
-class Typed:
+class TypedValue:
     """A value with its type, such as LENGTH_MEASURE(3.)."""
 
     name: str
@@ -228,7 +228,7 @@ def references(value: Any) -> Iterator[Reference]:
     elif isinstance(value, list):
         for one in value:
             yield from references(one)
-    elif isinstance(value, Typed):
+    elif isinstance(value, TypedValue):
         yield from references(value.value)
 
 
@@ -240,8 +240,8 @@ def _record(raw: bytes) -> Record:
     values = _values(raw)
     if len(values) == 1 and isinstance(values[0], list):  # complex: (A(...)B(...))
         values = values[0]
-    return {one.name: one.value for one in values if isinstance(one, Typed) and isinstance(one.value, list)} | {
-        one.name: [one.value] for one in values if isinstance(one, Typed) and not isinstance(one.value, list)
+    return {one.name: one.value for one in values if isinstance(one, TypedValue) and isinstance(one.value, list)} | {
+        one.name: [one.value] for one in values if isinstance(one, TypedValue) and not isinstance(one.value, list)
     }
 
 
@@ -262,7 +262,7 @@ def _values(raw: bytes) -> list[Any]:
             if not names:
                 break
             inner, keyword = stack.pop(), names.pop()
-            stack[-1].append(inner if keyword is None else Typed(keyword, inner))
+            stack[-1].append(inner if keyword is None else TypedValue(keyword, inner))
         elif name is not None:
             pending = name.decode().upper()
         elif mark != b",":
@@ -448,7 +448,7 @@ def measure(instances: Instances, number: int) -> Measure | None:
             pointed = isinstance(following, Reference)
             value = _number(one, pointed)
             if value is not None:
-                of_type = one.name if isinstance(one, Typed) else ""
+                of_type = one.name if isinstance(one, TypedValue) else ""
                 found = Measure("", of_type, value, unit(instances, following) if pointed else None)
     return None if found is None else replace(found, name=name)
 
@@ -544,7 +544,7 @@ def _derived(instances: Instances, parameters: list[Any]) -> Unit | None:
 
 def _number(one: Any, before_a_unit: bool) -> float | None:
     """The number of a typed value; of one without a type, as some write it, where a unit follows."""
-    if isinstance(one, Typed):
+    if isinstance(one, TypedValue):
         one, before_a_unit = one.value[0] if isinstance(one.value, list) and one.value else None, True
     plain = isinstance(one, int | float) and not isinstance(one, Reference)
     return float(one) if plain and before_a_unit else None

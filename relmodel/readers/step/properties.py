@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from relmodel.model.model import Attribute, Model, Pmi
-from relmodel.readers.step.part21 import FACES, Instances, Measure, Reference, Typed, measure, measures, references
+from relmodel.readers.step.part21 import FACES, Instances, Measure, Reference, TypedValue, measure, measures, references
 from relmodel.readers.step.step_parameters import Findings
 
 # The way from one to a face (ISO 10303-47, -242): what is toleranced is a SHAPE_ASPECT, made of others by
@@ -42,7 +42,7 @@ _SHELLS = ("CLOSED_SHELL", "OPEN_SHELL", "CONNECTED_FACE_SET", "CONNECTED_FACE_S
 
 
 @dataclass(frozen=True)
-class Stated:
+class PmiStatement:
     """A dimension, tolerance or datum of the text, without its surfaces.
 
     faces: number of the instance, and role.  product: number of the PRODUCT_DEFINITION that it is of.
@@ -53,7 +53,7 @@ class Stated:
     product: int | None
 
 
-class _Reader:
+class _PmiReader:
     """Reads dimensions, tolerances and datums, and which faces they are of."""
 
     def __init__(self, instances: Instances) -> None:
@@ -75,7 +75,7 @@ class _Reader:
                 if len(parameters) > 4 and isinstance(parameters[2], Reference):
                     self._used.setdefault(parameters[2], []).extend(references(parameters[4]))
 
-    def all(self, findings: Findings) -> list[Stated]:
+    def all(self, findings: Findings) -> list[PmiStatement]:
         """All dimensions, then tolerances, then datums of a file, in the order of their numbers."""
         zones: dict[int, str] = {}  # form of the zone of each tolerance that has one
         for number in self.of.of("TOLERANCE_ZONE"):
@@ -99,7 +99,7 @@ class _Reader:
             *findings.each("a datum", [*shown, *bare], self._datum),
         ]
 
-    def _dimension(self, number: int, values: list[int], bound: int | None) -> Stated:
+    def _dimension(self, number: int, values: list[int], bound: int | None) -> PmiStatement:
         record = self.of[number]
         size = next((n for n in _SIZES if n in record), None)
         if size is not None:
@@ -135,9 +135,9 @@ class _Reader:
                 said.append("".join(str(p) for p in record["LIMITS_AND_FITS"] if p is not None))
         faces = [(face, role) for aspect, role in aspects for face in self.faces(aspect)]
         pmi = Pmi("dimension", kind, "", value, lower, upper, unit, stated, ", ".join(said) or None)
-        return Stated(pmi, _once(faces), product_of(self.of, aspects[0][0] if aspects else None))
+        return PmiStatement(pmi, _once(faces), product_of(self.of, aspects[0][0] if aspects else None))
 
-    def _tolerance(self, number: int, zone: str | None) -> Stated:
+    def _tolerance(self, number: int, zone: str | None) -> PmiStatement:
         record = self.of[number]
         kind = next(n for n in _TOLERANCES if n in record)
         plain = record.get("GEOMETRIC_TOLERANCE") or record[kind]
@@ -157,7 +157,7 @@ class _Reader:
             zone=zone,
             datums=tuple(self._references(referred)),
         )
-        return Stated(pmi, _once((face, "feature") for face in self.faces(aspect)), product_of(self.of, aspect))
+        return PmiStatement(pmi, _once((face, "feature") for face in self.faces(aspect)), product_of(self.of, aspect))
 
     def _references(self, referred: list[Any]) -> Iterable[tuple[int, str, str | None]]:
         """Precedence, letter and modifier of the datums of a tolerance."""
@@ -183,7 +183,7 @@ class _Reader:
         element = self.of.parameters(number, "DATUM_REFERENCE_ELEMENT")
         return "-".join(self._letter(n) for n in references(element[4:5]))
 
-    def _datum(self, number: int) -> Stated:
+    def _datum(self, number: int) -> PmiStatement:
         record = self.of[number]
         named = [*(record.get("SHAPE_ASPECT") or next(iter(record.values()))), None, None]
         target = record.get("PLACED_DATUM_TARGET_FEATURE") or record.get("DATUM_TARGET")
@@ -195,7 +195,7 @@ class _Reader:
             datums=((1, self._letter(self._datum_of.get(number, number)), None),),
         )
         aspect = Reference(number)
-        return Stated(pmi, _once((face, "feature") for face in self.faces(aspect)), product_of(self.of, aspect))
+        return PmiStatement(pmi, _once((face, "feature") for face in self.faces(aspect)), product_of(self.of, aspect))
 
     def faces(self, aspect: Any) -> list[int]:
         """Numbers of the faces that an aspect, or what it is made of, is represented by; in the order found."""
@@ -250,7 +250,7 @@ def _modifiers(parameters: list[Any]) -> str | None:
     words = []
     for one in parameters:
         for inner in one if isinstance(one, list) else [one]:
-            values = inner.value if isinstance(inner, Typed) else [inner]
+            values = inner.value if isinstance(inner, TypedValue) else [inner]
             words += [v.strip(".").lower().replace("_", " ") for v in values if isinstance(v, str)]
     return ", ".join(words) or None
 
@@ -274,7 +274,7 @@ def with_face_names(model: Model, instances: Instances, faces: FacesOfText, find
 
 def with_finish(model: Model, instances: Instances, faces: FacesOfText, findings: Findings) -> Model:
     """The model whose surfaces have the finish that the text states of aspects of a product's shape."""
-    faces_of, defined = _Reader(instances).faces, _user_defined(instances)
+    faces_of, defined = _PmiReader(instances).faces, _user_defined(instances)
     represented = instances.pairs(_REPRESENTED)
     stated = findings.each("a finish", represented, lambda r: _finish(instances, r, defined, faces_of))
     return _with_labels(model, "finish", [one for one in stated if one is not None], faces, findings)
@@ -303,7 +303,7 @@ def _with_labels(
 def with_pmi(model: Model, instances: Instances, faces: FacesOfText, findings: Findings) -> Model:
     """The model whose parts have the dimensions, tolerances and datums of the text, with their surfaces."""
     found: dict[int, list[Pmi]] = {}
-    for stated in _Reader(instances).all(findings):
+    for stated in _PmiReader(instances).all(findings):
         surfaces: dict[int, list[tuple[int, str]]] = {}
         with findings.contained(f"which faces {stated.pmi.type or 'a datum'} {stated.pmi.name!r} is of"):
             for face, role in stated.faces:

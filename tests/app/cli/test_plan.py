@@ -19,7 +19,7 @@ from tests.app.cli.conftest import Inspection, Pair
 from tests.app.cli.slider import BASE, carriage, carriage_from_rig
 from tests.app.cli.test_findings import stop
 from vision.cameras.files import read_needs, read_prior, read_rig
-from vision.planning import LEAST_PX, Wanted, _items, _left, predict_distinct_px
+from vision.planning import LEAST_PX, PlanOptions, _items, _left, predict_distinct_px
 from vision.scene import read_scene
 
 DECIDED = ("confirmed", "changed", "contradicted")
@@ -28,7 +28,7 @@ DECIDED = ("confirmed", "changed", "contradicted")
 def test_what_a_view_would_check_is_what_an_inspection_from_there_decides(inspection: Inspection, pair: Pair) -> None:
     truth = json.loads((resource_dir("demo") / "pair_00_truth.json").read_text())
     with Store.open(inspection.store) as store, store.read() as connection:
-        rows, world = _left(store, connection, Wanted(object="bulkhead"))
+        rows, world = _left(store, connection, PlanOptions(object="bulkhead"))
         stored = read_scene(store, connection, world)
         asked = "SELECT path, state FROM presence WHERE level <> 'surface'"
         state = {row.path: row.state for row in connection.execute(sa.text(asked))}

@@ -31,7 +31,7 @@ from vision.constellations.elements import Circles, Relations
 from vision.constellations.find_poses import find_poses, find_poses_of_one_picture
 from vision.extraction.rows import Primitives, read_primitives
 from vision.inspection.demonstration import measure_pose_error, read_truth
-from vision.localisation.hypotheses import Candidates
+from vision.localisation.hypotheses import Perturbations
 from vision.scene import read_scene
 from vision.stereo.match import match_stereo
 
@@ -207,7 +207,7 @@ def read_given(store: Store, connection: sa.Connection, run: int) -> tuple[Rig, 
     return rig.only(*(it.camera for it in seen)), [read_primitives(store, connection, it.extraction_id) for it in seen]
 
 
-def find_again(store: Store, run: int, *changes: str) -> Candidates:
+def find_again(store: Store, run: int, *changes: str) -> Perturbations:
     """What the join finds from the rows of a run, after changes of the store."""
     with store.write() as connection:
         for change in changes:

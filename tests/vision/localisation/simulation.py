@@ -11,7 +11,7 @@ from tests.vision.localisation.scenes import above, blocks, off, stereo_rig
 from vision.cameras.cameras import CalibrationSigma, Rig, perturb, perturbation
 from vision.localisation.hypotheses import EdgePoints, build_fine_evidence
 from vision.localisation.measurements import EdgeIndex
-from vision.localisation.refine import Fit, Refined
+from vision.localisation.refine import Fit, RefinedPose
 from vision.localisation.visibility import find_visible_arcs
 from vision.scene import Scene
 
@@ -74,7 +74,7 @@ class Outcome:
     """A refined pose, its squared distance from the truth in sigmas, that of the first camera's centre alone, and how
     far (mm) the middle of what is seen is off."""
 
-    refined: Refined
+    refined: RefinedPose
     chi_square: float
     chi_square_centre: float
     off_mm: float

@@ -24,7 +24,7 @@ from vision.localisation.hypotheses import (
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.localise import NO_PARTNER_ODDS, PARTNER_ODDS
 from vision.localisation.measurements import EdgeIndex
-from vision.localisation.refine import Fit, Refined
+from vision.localisation.refine import Fit, RefinedPose
 from vision.localisation.verdict import Chance, Elsewhere, compute_precision, decide
 from vision.localisation.visibility import find_visible_arcs
 from vision.scene import Scene
@@ -64,7 +64,7 @@ def exact_edges(
     return out
 
 
-def fit(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], prior: Prior, start: Floats) -> Refined:
+def fit(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], prior: Prior, start: Floats) -> RefinedPose:
     indexes = {n: EdgeIndex(edges[n]) for n in rig.cameras}
     return Fit(scene, rig, indexes, build_fine_evidence(rig, edges), prior).refine(start)
 
@@ -183,7 +183,7 @@ def test_tolerance_moves_an_arc_for_all_cameras() -> None:
     assert known[1] > 0.75 * known[0]
 
 
-def compute_middle(h: Refined) -> Floats:
+def compute_middle(h: RefinedPose) -> Floats:
     """Covariance (3, 3) of the point in the middle of what is seen."""
     to_middle = np.hstack([np.eye(3), -skew(np.median(h.prediction.point, axis=0))])
     return np.asarray(to_middle @ h.covariance @ to_middle.T)

@@ -23,9 +23,9 @@ from tests.parts.step_parts import write_product
 from tests.reading import load
 from vision.cameras.cameras import Camera, Rig, perturb
 from vision.planning import (
-    Floor,
-    Grid,
-    Wanted,
+    GroundPlane,
+    PlanOptions,
+    PoseGrid,
     _items,
     _left,
     choose_views,
@@ -89,7 +89,7 @@ def test_a_part_is_looked_at_beside_the_hole_in_its_middle(duckdb_template: Path
 
 
 def test_holes_on_opposite_sides_need_two_views(block: Store) -> None:
-    plan = plan_views(block, ONE, Wanted(object="block", distance=400.0, above="none"))
+    plan = plan_views(block, ONE, PlanOptions(object="block", distance=400.0, above="none"))
     holes = [{path for path in view.paths if "hole" in path} for view in plan.views]
     assert plan.hidden == []
     assert plan.tried >= 30
@@ -103,24 +103,24 @@ def test_holes_on_opposite_sides_need_two_views(block: Store) -> None:
         assert np.linalg.norm(view.target - view.world_from_rig[:3, 3]) == pytest.approx(400.0)
         assert np.allclose(view.world_from_rig[:3, :3].T @ view.world_from_rig[:3, :3], np.eye(3))
     with pytest.raises(UsageError, match="no inspected object wing"):
-        plan_views(block, ONE, Wanted(object="wing"))
+        plan_views(block, ONE, PlanOptions(object="wing"))
 
 
-def grid(block: Store, rig: Rig, distance_mm: float | None = None, floor: Floor | None = None) -> Grid:
+def grid(block: Store, rig: Rig, distance_mm: float | None = None, floor: GroundPlane | None = None) -> PoseGrid:
     with block.read() as connection:
         scene = read_scene(block, connection, world_named(block, connection, None)[0]).scene
-    assert find_table(scene) == Floor(2, 0.0)
+    assert find_table(scene) == GroundPlane(2, 0.0)
     return lay_grid(scene, np.unique(scene.surface_occurrence), rig, distance_mm, floor)
 
 
 def test_cameras_stay_above_the_table_or_a_plane_that_is_stated(block: Store) -> None:
     everywhere = grid(block, ONE, 400.0).world_from_rig[:, :3, 3]
-    for floor in (Floor(2, 0.0), Floor(0, 600.0), Floor(2, -5000.0)):
+    for floor in (GroundPlane(2, 0.0), GroundPlane(0, 600.0), GroundPlane(2, -5000.0)):
         height = everywhere[:, floor.axis] - floor.mm
         kept = grid(block, ONE, 400.0, floor).world_from_rig[:, :3, 3]
         assert np.array_equal(kept, everywhere[height >= 150])  # as far as from anything else
     assert (everywhere[:, 2] < 0).any()
-    on_table = plan_views(block, ONE, Wanted(object="block", distance=400.0))
+    on_table = plan_views(block, ONE, PlanOptions(object="block", distance=400.0))
     assert on_table.above == "z = 0"
     assert min(view.world_from_rig[2, 3] for view in on_table.views) > 0
     assert len(on_table.hidden) == 1  # the hole from below
@@ -129,7 +129,7 @@ def test_cameras_stay_above_the_table_or_a_plane_that_is_stated(block: Store) ->
     assert str(find_table(cast(Scene, below))) == "z = -12.5"
     for wrong in ("z", "z=", "w=3", "z=up", "z=nan", "3", ""):
         with pytest.raises(UsageError, match="give an axis and mm, as z=0, or none"):
-            plan_views(block, ONE, Wanted(object="block", above=wrong))
+            plan_views(block, ONE, PlanOptions(object="block", above=wrong))
 
 
 def pair_of(angle: float, apart: float) -> Rig:
@@ -159,7 +159,7 @@ def test_views_are_taken_from_where_the_cameras_look_or_the_part_fills_them(bloc
 def test_px_of_a_face_seen_straight_on(block: Store) -> None:
     """From above the block shows its outline, the rim of the hole and the rim of its floor, and nothing else."""
     with block.read() as connection:
-        rows, world = _left(block, connection, Wanted(object="block"))
+        rows, world = _left(block, connection, PlanOptions(object="block"))
         assert world == world_named(block, connection, None)[0]
         stored = read_scene(block, connection, world)
     items, distance = _items(stored, rows), 500.0

@@ -12,8 +12,8 @@ from vision.presence.presence_parameters import PresenceParameters
 from vision.presence.samples import EdgeRuns, Samples, find_nearby, measure_support
 from vision.presence.surfaces import (
     BodyElements,
-    Edges,
-    Opposed,
+    EdgePredictions,
+    FacePairs,
     find_moving_surfaces,
     find_usable,
     measure_moved,
@@ -22,7 +22,7 @@ from vision.presence.surfaces import (
 
 P = PresenceParameters()
 NONE = np.zeros(0, np.int64)
-ALONE = Opposed(NONE, NONE, NONE, np.zeros(0), NONE, np.zeros(0))
+ALONE = FacePairs(NONE, NONE, NONE, np.zeros(0), NONE, np.zeros(0))
 
 
 def ring(radius: float, centre: Floats, count: int) -> tuple[Floats, Floats]:
@@ -32,7 +32,7 @@ def ring(radius: float, centre: Floats, count: int) -> tuple[Floats, Floats]:
     return centre + radius * outward, outward
 
 
-def look(samples: Samples, index: EdgeIndex) -> Edges:
+def look(samples: Samples, index: EdgeIndex) -> EdgePredictions:
     """What elements show along samples, of edges that mostly show where chance finds little."""
     nearby = find_nearby(samples.camera, samples.pixel, samples.direction, [index], np.zeros(1), P.samples)
     support = measure_support(samples, nearby, P.support)
@@ -48,10 +48,10 @@ def look(samples: Samples, index: EdgeIndex) -> Edges:
     none = np.zeros(0, np.int64)
     moving = find_moving_surfaces(samples, (none, none, np.zeros((0, 3))))
     usable = find_usable(samples, nearby, support, blends, P.moved)
-    return Edges(samples, moving, BodyElements(nearby.first, nearby.offset, usable, support.weight), runs)
+    return EdgePredictions(samples, moving, BodyElements(nearby.first, nearby.offset, usable, support.weight), runs)
 
 
-def bore(true_radius: float, aside: Floats, noise: float) -> Edges:
+def bore(true_radius: float, aside: Floats, noise: float) -> EdgePredictions:
     """A bore of 40 mm radius at (100, 100), 1.2 px a mm, seen with another radius and place; px."""
     scale, centre = 1.2, np.array([100.0, 100.0])
     pixel, outward = ring(40 * scale, centre, 300)
@@ -127,7 +127,7 @@ def test_no_side_of_a_rib_moves_through_the_other(nearby: float, moved: float) -
     samples.px_per_mm[:] = [1.0, 0.0]
     index = EdgeIndex(edge_points(pixel + np.array([0.0, nearby]), np.tile([0.0, 1.0], (len(line), 1))))
     one = np.ones(1, np.int64)
-    rib = Opposed(0 * one, 0 * one, one, np.array([6.0]), one, np.array([100.0]))
+    rib = FacePairs(0 * one, 0 * one, one, np.array([6.0]), one, np.array([100.0]))
     found, _ = seek_moved(look(samples, index), 3, 1, rib, P)
     assert found == pytest.approx([moved, 0, 0], abs=P.moved.step_mm)
 

@@ -14,7 +14,7 @@ from vision.presence.displaced import Measures
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DistanceParameters
 from vision.presence.states import measure_distances
-from vision.presence.surfaces import Surfaces
+from vision.presence.surfaces import SceneSurfaces
 from vision.scene import Scene
 
 CENTRES = np.array([[0.0, 0, 0], [100.0, 0, 0], [100.0, 60, 0], [400.0, 0, 0], [50.0, 20, 80]])
@@ -43,7 +43,7 @@ def measured(shift: Floats, sigma: Floats) -> Measures:
         inset=np.ones(count, bool),
     )
     surfaces = SimpleNamespace(shift=shift @ TILT.T, shift_sigma=sigma, mm=np.where(np.isnan(sigma), np.nan, 0.0))
-    parts = (cast(Items, items), cast(Scene, scene), np.full(count, RADIUS), cast(Surfaces, surfaces))
+    parts = (cast(Items, items), cast(Scene, scene), np.full(count, RADIUS), cast(SceneSurfaces, surfaces))
     return measure_distances(*parts, DistanceParameters())
 
 

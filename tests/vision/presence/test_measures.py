@@ -12,7 +12,7 @@ from relmodel.arrays import Bools, Floats
 from vision.presence.displaced import Measures, find_moved, measure_items
 from vision.presence.items import Items
 from vision.presence.presence_parameters import StateParameters
-from vision.presence.surfaces import Opposed, Surfaces, find_opposed
+from vision.presence.surfaces import FacePairs, SceneSurfaces, find_opposed
 from vision.scene import Scene
 
 P = StateParameters()
@@ -46,11 +46,11 @@ def scene_of(middle: Floats, *more: list[float]) -> Scene:
 
 def measure(
     items: Items, middle: Floats, normal: Floats, mm: Floats, sigma: Floats, moved: Bools
-) -> tuple[Measures, Opposed]:
+) -> tuple[Measures, FacePairs]:
     """The sizes of items where faces lie so far outward."""
     count, nan = len(middle), np.full(len(middle), np.nan)
     opposed = find_opposed(items, scene_of(middle, *ENDS), middle, normal)
-    surfaces = Surfaces(
+    surfaces = SceneSurfaces(
         moved, np.ones(count), mm, sigma, np.full((count, 3), np.nan), nan, np.zeros(count, bool), middle, normal,
         np.ones(count), opposed,
     )  # fmt: skip

@@ -13,7 +13,7 @@ from vision.extraction.rows import make_primitives
 from vision.localisation.hypotheses import collect_edge_points
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import find_view_arcs
-from vision.presence.items import CLOSED, REGION, Unexplained, find_unexplained
+from vision.presence.items import CLOSED, REGION, UnexplainedElements, find_unexplained
 from vision.presence.presence_parameters import UnexplainedParameters
 
 SIZE, FOCAL, DISTANCE = (400, 300), 500.0, 1000.0
@@ -34,7 +34,7 @@ def draw(*patches: tuple[float, float, float, float], box: float = 150.0) -> Flo
     return np.asarray(np.clip(small + np.random.default_rng(3).normal(size=small.shape) * 2.0, 0, 255))
 
 
-def unexplained(picture: Floats) -> Unexplained:
+def unexplained(picture: Floats) -> UnexplainedElements:
     scene = box_scene([(np.array([-200.0, -140, -50]), np.array([400.0, 280, 50]))])
     rig = Rig({"left": CAMERA}, {"left": np.eye(4)})
     seen = make_primitives(extract(picture))

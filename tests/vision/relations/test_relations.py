@@ -17,7 +17,7 @@ from vision.relations.relations import (
     PARALLEL,
     TOLERANCES,
     Areas,
-    Curves,
+    ImageCurves,
     RelationParameters,
     Relations,
     relate,
@@ -27,13 +27,13 @@ EMPTY = np.zeros(0)
 NO_AREAS = Areas(EMPTY, EMPTY, EMPTY, EMPTY, np.zeros(0, np.int32), np.zeros(1, np.int32), EMPTY, EMPTY)
 
 
-def curves(*lines: list[tuple[float, float]] | Floats, sigma: float = 0.1) -> Curves:
+def curves(*lines: list[tuple[float, float]] | Floats, sigma: float = 0.1) -> ImageCurves:
     """Polylines of these points, each as salient as it is long, without centres."""
     points = [np.asarray(line, np.float64) for line in lines]
     count = len(points)
     packed = np.concatenate(points) if points else np.zeros((0, 2))
     length = np.array([np.sum(np.hypot(*np.diff(line, axis=0).T)) for line in points])
-    return Curves(
+    return ImageCurves(
         offsets=np.concatenate([[0], np.cumsum([len(line) for line in points])]).astype(np.int64),
         x=packed[:, 0],
         y=packed[:, 1],
@@ -45,7 +45,7 @@ def curves(*lines: list[tuple[float, float]] | Floats, sigma: float = 0.1) -> Cu
     )
 
 
-def circles(*rings: tuple[float, float, float]) -> Curves:
+def circles(*rings: tuple[float, float, float]) -> ImageCurves:
     """Circles (x, y, radius), with what their fits would say."""
     turn = np.linspace(0, 2 * np.pi, 65)
     drawn = curves(*(np.column_stack([x + r * np.cos(turn), y + r * np.sin(turn)]) for x, y, r in rings))
@@ -76,7 +76,7 @@ def only(found: Relations, kind: int, a: int, b: int) -> tuple[float, ...]:
     return tuple(map(float, (found.distance[row], found.distance_sigma[row], found.angle[row], found.angle_sigma[row])))
 
 
-def scene(seed: int) -> Curves:
+def scene(seed: int) -> ImageCurves:
     """Wandering polylines, some of which cross, and two straight ones beside each other."""
     rng = np.random.default_rng(seed)
     lines = [np.array([[20.0, 20.0], [120.0, 25.0]]), np.array([[30.0, 40.0], [130.0, 46.0]])]

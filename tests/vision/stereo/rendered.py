@@ -15,7 +15,7 @@ from relmodel.geometry.transforms import apply, inverse
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.rows import RegionColumns
 from vision.stereo.epipolar import StereoArcs
-from vision.stereo.triangulate import Triangulated
+from vision.stereo.triangulate import SpaceArcs
 
 NAMES = ("left", "right")
 ON_EDGE = 2.0  # px from an arc's point to a visible edge that it lies on
@@ -133,7 +133,7 @@ def _edges_beside(edges: EdgePoints, points: Floats) -> tuple[Ints, Ints]:
 _SAMPLES = 12  # of the edges about a point that are looked at, the nearest first
 
 
-def measure_ends(pair: RenderedPair, left: StereoArcs, space: Triangulated, wanted: Ints) -> Floats:
+def measure_ends(pair: RenderedPair, left: StereoArcs, space: SpaceArcs, wanted: Ints) -> Floats:
     """Mahalanobis distance squared (arcs, 2) of both ends across the true edge, of the left arcs `wanted`.
 
     Of the sharp edges that run within 2 px of 40 % of an arc, the one that speaks best for it, at the place that is

@@ -12,7 +12,7 @@ from vision.cameras.cameras import Rig
 from vision.extraction.arcs import ELLIPTIC, LINE
 from vision.stereo.epipolar import StereoArcs, rectify
 from vision.stereo.stereo_parameters import DEFAULTS
-from vision.stereo.triangulate import CURVES, Conics, Triangulated, triangulate_pairs
+from vision.stereo.triangulate import CURVES, Conics, SpaceArcs, triangulate_pairs
 
 RIG = toed_in_rig()
 
@@ -45,7 +45,7 @@ def draw(
 
 def triangulate(
     curves: list[Floats], kind: int, noise: float = 0.0, light: float = 0.0, common: float = 0.0
-) -> Triangulated:
+) -> SpaceArcs:
     rng = np.random.default_rng(5)
     shift = rng.normal(0, light, (2, len(curves))) + rng.normal(0, common, len(curves))
     left, right = (

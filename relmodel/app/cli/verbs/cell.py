@@ -195,10 +195,10 @@ def plan(args: argparse.Namespace) -> int:
     """
     from relmodel.app.cli.progress import shown
     from relmodel.app.propose import propose_views
-    from vision.planning import Wanted
+    from vision.planning import PlanOptions
 
     with open_store(args, read_only=True) as store, shown(store) as progress:
-        wanted = Wanted(
+        wanted = PlanOptions(
             serial=args.serial,
             object=args.object,
             world=args.world,

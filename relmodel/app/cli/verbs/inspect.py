@@ -17,7 +17,7 @@ from relmodel.app.cli.options import (
     NO_KEEP_IMAGES,
     SEARCH,
     WORLD,
-    Listed,
+    ListLine,
     assigned,
     base_covariance,
     joint_sigmas,
@@ -184,7 +184,7 @@ def inspect(args: argparse.Namespace) -> int:
     with open_store(args) as store, shown(store) as progress:
         scenes = Scenes(store)
 
-        def inspect_one(one: Listed) -> Inspection:
+        def inspect_one(one: ListLine) -> Inspection:
             task = Task(
                 pictures=one.pictures,
                 **one.paths,
@@ -210,7 +210,7 @@ def inspect(args: argparse.Namespace) -> int:
     return _status(answer, fail_on)
 
 
-def _listed(args: argparse.Namespace) -> list[Listed]:
+def _listed(args: argparse.Namespace) -> list[ListLine]:
     """What the call names: the lines of the list, or the pictures.  Raises UsageError where it is neither."""
     if args.against is not None and "=" in args.against:  # --against NAME=PATH: a picture, and no object's name
         args.pictures, args.against = [args.against, *args.pictures], ""
@@ -225,13 +225,13 @@ def _listed(args: argparse.Namespace) -> list[Listed]:
     if missing:
         raise UsageError(f"{' and '.join(missing)} must be given, as in left=L.png, or a list of pictures with --list")
     pictures = pictures_by_camera(args.pictures)
-    return [Listed(pictures, given, next(iter(pictures.values())).name, args.serial, "")]
+    return [ListLine(pictures, given, next(iter(pictures.values())).name, args.serial, "")]
 
 
 def _run_list(
     args: argparse.Namespace,
-    listed: Sequence[Listed],
-    inspect_one: Callable[[Listed], Inspection],
+    listed: Sequence[ListLine],
+    inspect_one: Callable[[ListLine], Inspection],
     fail_on: Sequence[str],
     progress: Progress,
 ) -> int:
@@ -240,7 +240,7 @@ def _run_list(
 
     statuses = []
 
-    def answers() -> Iterator[tuple[int, Listed, Inspection | None, str]]:
+    def answers() -> Iterator[tuple[int, ListLine, Inspection | None, str]]:
         for number, one in enumerate(listed, 1):
             progress(f"{one.name}: inspecting", number - 1, len(listed))
             answer, error = None, ""

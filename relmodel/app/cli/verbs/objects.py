@@ -53,7 +53,7 @@ def load(args: argparse.Namespace) -> int:
     from relmodel.app.cli.progress import shown
     from relmodel.app.session import compile_behind
     from relmodel.errors import InputError
-    from relmodel.loading.load import Request, load_all
+    from relmodel.loading.load import LoadRequest, load_all
     from relmodel.readers.formats import stem_of
 
     if not args.time_limit > 0:
@@ -66,7 +66,7 @@ def load(args: argparse.Namespace) -> int:
         stem = stem_of(file)
         variant = args.variant or (stem if several and args.object else "")
         how = (args.unit, args.allow_partial, args.strict, args.time_limit, args.occluder)
-        requests.append(Request(file, args.object or stem, variant, *how))
+        requests.append(LoadRequest(file, args.object or stem, variant, *how))
     twice = {
         (r.name, r.variant) for r in requests if sum((o.name, o.variant) == (r.name, r.variant) for o in requests) > 1
     }
@@ -202,11 +202,11 @@ def set_(args: argparse.Namespace) -> int:
     A number has a decimal point: 2,70 is refused unless --text says that it is a text.  So is a density, or a mass for
     the volume of its part, that no material has.
     """
-    from relmodel.app.attributes import Whose, set_attribute
+    from relmodel.app.attributes import AttributeOwner, set_attribute
 
     value = args.value if args.text else _value(args.value)
     with open_store(args) as store:
-        whose = Whose(variant=args.variant, surface=args.surface, arc=args.arc, world=args.world)
+        whose = AttributeOwner(variant=args.variant, surface=args.surface, arc=args.arc, world=args.world)
         done = set_attribute(store, args.path, args.name, value, args.unit, whose, text=args.text)
     said = f"{done.value:.10g}" if isinstance(done.value, float) else str(done.value).lower()
     said = done.value if isinstance(done.value, str) else said

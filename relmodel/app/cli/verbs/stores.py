@@ -92,14 +92,14 @@ def schema(args: argparse.Namespace) -> int:
     Without a store it describes the schema that this version makes on DuckDB.
     """
     from relmodel.store import Store
-    from relmodel.store.store import Column, Entry, columns_of, dictionary, find_entry, schema_in_memory
+    from relmodel.store.store import CatalogueEntry, Column, columns_of, dictionary, find_entry, schema_in_memory
 
     target = args.store or os.environ.get("RELMODEL_STORE")
     with Store.open(target, read_only=True) if target else schema_in_memory() as store:
         if args.columns:
             print_rows(Column._fields, columns_of(store), args.format)
         elif args.relation is None:
-            print_rows(Entry._fields, dictionary(store), args.format)
+            print_rows(CatalogueEntry._fields, dictionary(store), args.format)
         else:
             entry = find_entry(store, args.relation)
             say(f"{entry.relation} ({entry.level}, {entry.standing}): {entry.comment}")
