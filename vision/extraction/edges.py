@@ -124,16 +124,19 @@ def in_bands(
     """
     import cv2
 
-    (rows, columns), reach = grey.shape, kernels.radius
-    picture = cv2.copyMakeBorder(grey.astype(np.float32), reach, reach, reach, reach, cv2.BORDER_REFLECT)
-    one_d, curve = kernels.one_d.astype(np.float32), noise.astype(np.float32)
-    height = max(_BAND // columns, 1)
+    from vision.extraction import edge_kernels
+
+    rows, columns = grey.shape
+    taps, curve = edge_kernels.half_kernels(kernels.one_d), noise.astype(np.float32)
+    reach, height = taps.shape[1] - 1, max(_BAND // columns, 1)
+    bordered = cv2.copyMakeBorder(grey.astype(np.float32), reach, reach, reach, reach, cv2.BORDER_REFLECT)
+    picture = np.asarray(bordered, np.float32)
 
     def of_band(first: int) -> Result:
-        band = picture[first : first + height + 2 * reach]
-        down = [cv2.filter2D(band, cv2.CV_32F, kernel[:, None])[reach:-reach] for kernel in one_d]
-        each = [cv2.filter2D(down[i], cv2.CV_32F, one_d[j][None])[:, reach:-reach] for i, j in MOMENTS]
-        moments: Floats32 = np.stack(each).reshape(len(MOMENTS), -1).astype(np.float32, copy=False)
+        down = np.empty((4, picture.shape[1]), np.float32)
+        out = np.empty((len(MOMENTS), min(height, rows - first), columns), np.float32)
+        edge_kernels.moments(picture.reshape(-1), picture.shape[1], first, taps, down, out)
+        moments = out.reshape(len(MOMENTS), -1)
         return work(first * columns, moments, curve.take(moments[0].astype(np.intp), mode="clip"))
 
     with ThreadPoolExecutor(_THREADS) as pool:
