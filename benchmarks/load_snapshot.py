@@ -30,7 +30,10 @@ SUFFIXES = (".step", ".stp", ".p21", ".step.gz", ".urdf")
 # Of the run, or of the schema: no rows of the model.
 OF_THE_RUN = {"store", "run", "run_event", "row_digest", "ledger", "sds_relation", "sds_reference"}
 GONE = "gone"
-_COMPARED = "SELECT COLUMNS(c -> c NOT LIKE '%_key' AND c NOT IN ('loaded_at', 'made_at', 'loader_version')) FROM read_parquet($file)"
+_COMPARED = """
+SELECT COLUMNS(c -> c NOT LIKE '%_key' AND c NOT IN ('loaded_at', 'made_at', 'loader_version'))
+FROM read_parquet($file)
+"""
 
 
 def files() -> list[tuple[str, Path]]:
