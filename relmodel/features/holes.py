@@ -461,7 +461,7 @@ def classify(
 
 
 def select_rare(radius: Floats, p: CircleParameters = CIRCLE_DEFAULTS) -> Ints:
-    """Rows of circles (n,), increasing: of too many for all to be related, those whose radius (mm) is rarest."""
+    """Rows (n,), increasing, of the circles to relate: where there are too many, those whose radius (mm) is rarest."""
     _, of, count = np.unique(np.rint(radius / p.radius_step), return_inverse=True, return_counts=True)
     return np.sort(np.argsort(count[of.ravel()], kind="stable")[: p.most_circles])
 

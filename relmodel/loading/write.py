@@ -278,7 +278,7 @@ def _parents(depth: Ints) -> Ints:
 
 
 def _bodies(depth: Ints, link: Bools, parents: Ints) -> Ints:
-    """The row that each row of such a tree moves with: itself where it is a link, else that of its parent."""
+    """The row of the body (n,) that each row of such a tree belongs to: a link is a body, with what hangs on it."""
     bodies = np.where(link, np.arange(len(depth)), 0)
     for level in range(1, int(depth.max(initial=0)) + 1):
         rows = np.flatnonzero((depth == level) & ~link)

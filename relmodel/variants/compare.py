@@ -408,8 +408,8 @@ def pair_features(
     """Features of `b` that are those of `a`, and the angle (rad) by which each pair is turned.
 
     First those that share surfaces, most first (of pockets and the like only those that open to one side); then those
-    of one class by place; then those of one kind of which each has its middle in the other.  Of a pair, the surfaces
-    say whether it is identical or retrimmed, the class whether it moved or changed.
+    of one class by place; then those of one kind where the middle of each lies within the other.  Of a pair, the
+    surfaces say whether it is identical or retrimmed, the class whether it moved or changed.
     """
     shared_i, shared_j, share = _shared(a, b, surfaces)
     near_i, near_j, distance = near_pairs(a.middle, b.middle, reach)

@@ -185,7 +185,7 @@ def relate_views(scene: Scene, seen: Observation, poses: Sequence[RefinedPose], 
     """
     costs = []
     for pose in poses:
-        rig = correct_rig(seen.rig, pose.own)
+        rig = correct_rig(seen.rig, pose.camera_unknowns)
         view = view_model(scene, rig, pose.world_from_rig)
         matched = match_views(rig, pose, view, seen, p.matching)
         costs.append(sum(one.match.solved.result.cost for one in matched.values()))

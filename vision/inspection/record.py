@@ -310,7 +310,7 @@ def record_decisions(
         "camera_unknown",
         camera=np.repeat(cameras, len(UNKNOWNS)).tolist(),
         name=list(UNKNOWNS) * len(cameras),
-        value=found.best.own.ravel(),
+        value=found.best.camera_unknowns.ravel(),
         expected=unknowns.mean.ravel(),
         sigma=unknowns.sigma.ravel(),
     )

@@ -339,7 +339,7 @@ def localise(
     equivalent = [m @ best.world_from_rig for m in complete_group([m for m in motions if m is not None])]
     names = rig.cameras if len(rig.cameras) > 1 else ()
     single = {name: solver.solve_single_camera(name, best.world_from_rig) for name in names}
-    solved = correct_rig(rig, best.own)
+    solved = correct_rig(rig, best.camera_unknowns)
     elsewhere = gather_elsewhere(near, solved, best.prediction, fine, solver.greys, best.world_from_rig, p)
     verdict = decide(hypotheses, standing, single, elsewhere, needs, p.verdict)
     clock.lap("verdict")
@@ -355,8 +355,11 @@ def localise(
 def _order(
     hypotheses: list[RefinedPose], scene: Scene, p: LocalisationParameters
 ) -> tuple[list[RefinedPose], Ints, list[Floats | None]]:
-    """Hypotheses with those that stand first, the one nearest the prior before the others; which of them stand, those
-    that a symmetry of the model makes of the first left out; and the motions (4, 4) of those symmetries."""
+    """Put the hypotheses that stand before the others, the one nearest the prior first.
+
+    Also gives the rows of those that stand, without those that a symmetry of the model makes of the first, and the
+    motions (4, 4) of the symmetries, None where there is none.
+    """
     standing = find_standing(HypothesisTable.of(hypotheses), p.verdict)
     rest = np.setdiff1d(np.arange(len(hypotheses)), standing)
     best, *others = [hypotheses[h] for h in (*standing, *rest)]
@@ -496,7 +499,7 @@ class _Solver:
 
     def _outline(self, h: RefinedPose) -> RefinedPose:
         """A pose with the greys beside the outlines seen from it."""
-        rig = correct_rig(self.rig, h.own)
+        rig = correct_rig(self.rig, h.camera_unknowns)
         return replace(h, outlines=measure_outlines(self.near, rig, self.greys, h.world_from_rig))
 
     def _shifted(self, h: RefinedPose, shapes: ArcShapes) -> Floats:

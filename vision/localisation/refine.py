@@ -153,7 +153,7 @@ class LastStep:
     were looked at; the covariance (6, 6) of what was measured there; and the explanations that are joined to it."""
 
     world_from_rig: Floats
-    own: Floats
+    camera_unknowns: Floats
     covariance: Floats
     explanations: list[Explanation]
 
@@ -174,7 +174,7 @@ class RefinedPose:
 
     world_from_rig: Floats
     covariance: Floats
-    own: Floats
+    camera_unknowns: Floats
     prediction: Prediction
     measurements: Measurements
     excluded: Bools
@@ -403,22 +403,22 @@ class Fit:
         where its edges lie."""
         _, hessian, gradient = self._measured(refined)
         step = np.asarray(np.linalg.solve(hessian, gradient), float)
-        pose, own = refined.world_from_rig, refined.own
+        pose, own = refined.world_from_rig, refined.camera_unknowns
         if step @ hessian @ step <= MAX_LAST_STEP_SIGMA**2:
             pose, own = perturb(pose, step[:6]), own + step[6:].reshape(own.shape)
         return replace(
             refined,
             world_from_rig=pose,
-            own=own,
+            camera_unknowns=own,
             covariance=join_explanations(refined.world_from_rig, refined.covariance, explanations),
             prior_sigma=self.prior.distance(pose),
-            last_step=LastStep(refined.world_from_rig, refined.own, refined.covariance, explanations),
+            last_step=LastStep(refined.world_from_rig, refined.camera_unknowns, refined.covariance, explanations),
         )
 
     def _measured(self, refined: RefinedPose) -> tuple[Measurements, Floats, Floats]:
         """What was measured at a pose, as `hold_shifts` gives it, and its normal equations there."""
         m = hold_shifts(refined.measurements, refined.prediction)
-        return m, *self._normal_equations(m, refined.world_from_rig, refined.own)
+        return m, *self._normal_equations(m, refined.world_from_rig, refined.camera_unknowns)
 
     def _normal_equations(self, m: Measurements, world_from_rig: Floats, own: Floats) -> tuple[Floats, Floats]:
         """Hessian and gradient of least squares by (t, r, each camera's own unknowns), the priors of all included; the

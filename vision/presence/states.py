@@ -273,8 +273,11 @@ def gather_evidence(items: Items, runs: EdgeRuns, cameras: int) -> ItemEvidence:
 def _add_regions(
     evidence: ItemEvidence, items: Items, regions: RegionSupport, p: StateParameters
 ) -> tuple[ItemEvidence, Bools]:
-    """The evidence with that of regions, and which items have such: surfaces most of whose visible area some camera
-    shows as regions that lie only on them.  Only the camera that shows most of a surface counts."""
+    """Add the evidence of regions to surfaces; also tells which items (n,) got it.
+
+    A surface gets it where a camera shows most of its visible area as regions that lie on it alone; the camera that
+    shows most of it counts.
+    """
     count = len(items)
     covered, shown = (
         np.stack([np.bincount(items.member, column[items.surface], count).astype(float) for column in values.T], axis=1)
@@ -342,7 +345,9 @@ def assess(
     indexes = [found.edge_indexes[name] for name in rig.cameras]
     bounds = [(index.edges.low, index.edges.high) for index in indexes]
     samples = collect_samples(stored, rig, bounds, pose.world_from_rig, views, p.samples)
-    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, indexes, pose.own[:, 0], p.samples)
+    nearby = find_nearby(
+        samples.camera, samples.pixel, samples.direction, indexes, pose.camera_unknowns[:, 0], p.samples
+    )
     support = measure_support(samples, nearby, p.support)
     sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)
     runs = weigh_runs(samples, support, sides, p.runs)
@@ -362,7 +367,7 @@ def assess(
         items, samples, find_normals(stored.scene), [seen.greys[name] for name in rig.cameras], maps, p.appearance
     )
     displacements = measure_displacements(
-        stored, rig, pose.world_from_rig, indexes, pose.own[:, 0], samples, nearby, support, runs, p
+        stored, rig, pose.world_from_rig, indexes, pose.camera_unknowns[:, 0], samples, nearby, support, runs, p
     )
     distances = measure_distances(items, stored.scene, stored.radius, surfaces, p.distances)
     signs = Signs(

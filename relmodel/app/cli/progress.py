@@ -70,7 +70,7 @@ class Watch:
             return 1 - seconds / (self._of * total), seconds
         if total > 0:  # the pieces of one run, of which each may take another time
             return share, None if took > total else total - took
-        # As long for what is left as for what was done, where it does not take longer already.
+        # The rest takes as long for its share as what is done took, until that time is over.
         seconds = (self._told - self._began) * (1 - share) / share - (now - self._told) if share > 0 else -1.0
         return share, None if seconds < 0 else seconds
 

@@ -374,7 +374,7 @@ def _table(connection: Connection, title: str, name: str, *, most: int | None = 
 
 
 def _as_files(tables: Mapping[str, PageTable], suffix: str, asked: Mapping[str, str]) -> Page:
-    """The tables of a page that has several: the one asked for; else all, of which only JSON has a form."""
+    """One table of a page as a file, where `?table=` names it; all of them as JSON where it does not."""
     names = ", ".join(tables)
     if "table" in asked:
         if asked["table"] not in tables:

@@ -312,7 +312,7 @@ def test_refinement_never_worsens(seed: int) -> None:
     start = perturb(truth, rng.normal(0, 1, 6) * np.repeat([0.5, 0.001], 3))
     found = fit(scene, rig, edges, prior, start)
     here = Fit(scene, rig, {"left": EdgeIndex(edges["left"])}, fields, prior)
-    measured = here.measure(start, np.array(found.own), np.zeros(len(scene.inspected), bool))
+    measured = here.measure(start, np.array(found.camera_unknowns), np.zeros(len(scene.inspected), bool))
     assert found.cost <= measured.cost + 1e-9
     assert np.isfinite(found.covariance).all()
     assert compute_precision(found.covariance, found.middle)[0] < prior.sigma_translation_mm
