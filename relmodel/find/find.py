@@ -37,7 +37,7 @@ _FARTHEST_MM = 1e7  # beyond which no part is looked for
 
 
 class VolumeOptions(TypedDict, total=False):
-    """What `in_volumes` says of them."""
+    """The world asked, how exactly, and whether only what lies wholly in a volume counts: as `in_volumes` says."""
 
     world: str | None
     precision: str
