@@ -359,8 +359,9 @@ def _fit(seen: _Disparities, middle: Floats, prior: Floats) -> tuple[Floats, Flo
     fit, spread = np.zeros((k, 4)), np.zeros((k, 4, 4))
     count = np.bincount(group, minlength=k)
     for _ in range(_ROUNDS):
-        normal = sum_by_group(group, design[:, :, None] * design[:, None], k, weight)
-        moment = sum_by_group(group, design * value[:, None], k, weight)
+        weighted = weight[:, None] * design
+        normal = sum_by_group(group, weighted[:, :, None] * design[:, None], k)
+        moment = sum_by_group(group, weighted * value[:, None], k)
         normal[:, np.arange(4), np.arange(4)] += prior
         spread = np.asarray(np.linalg.inv(normal), float)
         fit = np.einsum("kab,kb->ka", spread, moment)
