@@ -420,7 +420,7 @@ def _unpaired(places: Floats, ends: Ints) -> int:
 
 # Samples along arcs as the store keeps them: of straight ones the two ends, of what is the same everywhere one.
 
-_ROUND_OFF = 8 * np.finfo(float).eps  # of the greatest value: what interpolating between the ends may be off
+_ROUND_OFF = 8 * np.finfo(float).eps  # of the greatest value: what samples of a straight arc, or one normal, may be off
 
 
 def pack_samples(samples: ArcSamples) -> Table:
@@ -447,7 +447,7 @@ def _keep(column: Ragged, count: Ints, ends: int) -> Ragged:
     first = np.cumsum(count) - count
     values = column.values.reshape(count.sum(), -1)
     kept = np.stack([first, first + count - 1], axis=1)[:, :ends]
-    bound = _ROUND_OFF * (ends - 1) * np.abs(values[kept]).max(axis=(1, 2), initial=0.0)
+    bound = _ROUND_OFF * np.abs(values[kept]).max(axis=(1, 2), initial=0.0)
     off = np.abs(values - _interpolate(values[kept.ravel()], np.full(len(count), ends), count)).max(axis=1)
     own = np.maximum.reduceat(off, first) > bound
     chosen = np.repeat(own, count)
