@@ -1,0 +1,524 @@
+"""Whether the tests beside the code catch faults in it: `python -m benchmarks.faults --seed N --count 200`.
+
+Plants faults by rule, one at a time, each in a copy of the checkout: another operator, comparison, sign, number, axis,
+function or order of arguments, a term or a statement less, in SQL also another column or a condition less.  They are
+drawn in equal numbers over the folders, from the lines that a small set of calls runs.  A fault counts where the calls
+still run and one of them answers otherwise.  Then the tests beside the code are run, those first that are named like
+its module, the quickest next, up to 20 seconds of them.  Prints how many faults were caught by folder and those that
+were not; fails where fewer are caught than asked for.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import hashlib
+import json
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from queue import Queue
+from types import FrameType
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from benchmarks.fault_calls import CALLS, make_stores, plain
+from relmodel.compiled import cache_folder
+
+HERE = Path(__file__).parents[1]
+BESIDE = {  # folder or file of code: folders of tests
+    "relmodel/find": ["tests/find"],
+    "relmodel/loading": ["tests/loading"],
+    "relmodel/features": ["tests/features"],
+    "relmodel/labelling": ["tests/labelling"],
+    "vision/cameras": ["tests/vision/cameras"],
+    "vision/constellations": ["tests/vision/constellations"],
+    "vision/extraction": ["tests/vision/extraction"],
+    "vision/inspection": ["tests/vision/inspection"],
+    "vision/localisation": ["tests/vision/localisation"],
+    "vision/matching.py": ["tests/vision/matching"],
+    "vision/planning.py": ["tests/vision/planning"],
+    "vision/presence": ["tests/vision/presence"],
+    "vision/relations": ["tests/vision/relations"],
+    "vision/scene.py": ["tests/vision/localisation", "tests/vision/presence"],
+    "vision/stereo": ["tests/vision/stereo"],
+    "schema/100_volume_macros.duckdb.sql": ["tests/find"],
+    "schema/102_many_volumes.duckdb.sql": ["tests/find"],
+    "schema/105_view_macros.duckdb.sql": ["tests/find", "tests/vision/cameras"],
+    "schema/106_volume_functions.duckdb.sql": ["tests/find"],
+    "queries/constellations": ["tests/vision/constellations"],
+    "queries/find": ["tests/find"],
+    "queries/matching": ["tests/vision/matching", "tests/vision/relations"],
+}
+LATER = ("vision/presence/states.py", "vision/localisation/verdict.py")  # told apart: their account is made anew
+TEST_SECONDS, CALL_SECONDS, MOST_SECONDS = 20.0, 120.0, 90.0
+LEAST, LEAST_OF_FOLDER = 0.85, 0.70
+
+
+CALLS_OF_SQL = {"schema": ["find"], "queries": ["find", "inspect", "no_prior", "one_picture"]}
+PRODUCT = ("relmodel", "vision", "schema", "queries", "examples/demo", "benchmarks/fault_calls.py")
+COUNTED = ("caught", "survived")
+
+
+def label_of(file: str) -> str:
+    """The folder of a file, under which its faults are counted."""
+    top, *rest = file.split("/")
+    return f"{top}/{rest[0]}" if top in ("relmodel", "vision") and not rest[0].endswith(".py") else top
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault: in which lines of a file, by which rule, and what stands at `start`..`end` of its text instead."""
+
+    file: str
+    line: int
+    rule: str
+    start: int
+    end: int
+    text: str
+    was: str
+
+    @property
+    def label(self) -> str:
+        return label_of(self.file)
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line} {self.rule}: {self.was!r} -> {self.text!r}"
+
+
+# Rules.
+
+_BINARY = {
+    ast.Add: ("+", "-"), ast.Sub: ("-", "+"), ast.Mult: ("*", "/"), ast.Div: ("/", "*"), ast.FloorDiv: ("//", "*"),
+    ast.Mod: ("%", "//"), ast.Pow: ("**", "*"), ast.BitAnd: ("&", "|"), ast.BitOr: ("|", "&"),
+}  # fmt: skip
+_COMPARED = {
+    ast.Lt: ("<", ">="), ast.LtE: ("<=", ">"), ast.Gt: (">", "<="), ast.GtE: (">=", "<"), ast.Eq: ("==", "!="),
+    ast.NotEq: ("!=", "=="), ast.Is: ("is", "is not"), ast.IsNot: ("is not", "is"), ast.In: ("in", "not in"),
+    ast.NotIn: ("not in", "in"),
+}  # fmt: skip
+_OTHERS = [
+    ("min", "max"), ("minimum", "maximum"), ("argmin", "argmax"), ("any", "all"), ("floor", "ceil"), ("sin", "cos"),
+    ("sum", "max"), ("mean", "max"), ("zeros", "ones"), ("left", "right"), ("flatnonzero", "argsort"),
+]  # fmt: skip
+_OTHER_NAME = {**dict(_OTHERS), **{b: a for a, b in reversed(_OTHERS)}}
+
+
+def python_faults(file: str, text: str) -> Iterator[Fault]:
+    """All faults of a Python file but in what is only said or only typed."""
+    starts = np.cumsum([0] + [len(line.encode()) for line in text.splitlines(keepends=True)])
+    raw = text.encode()
+
+    def at(line: int, column: int) -> int:
+        return int(starts[line - 1]) + column
+
+    def span(node: ast.AST) -> tuple[int, int]:
+        n: Any = node
+        return at(n.lineno, n.col_offset), at(n.end_lineno, n.end_col_offset)
+
+    def fault(node: ast.AST, rule: str, start: int, end: int, new: str) -> Fault:
+        return Fault(file, node.lineno, rule, start, end, new, raw[start:end].decode())  # type: ignore[attr-defined]
+
+    def between(node: ast.AST, one: ast.AST, other: ast.AST, rule: str, old: str, new: str) -> Iterator[Fault]:
+        begin, end = span(one)[1], span(other)[0]
+        if (found := raw[begin:end].find(old.encode())) >= 0:
+            yield fault(node, rule, begin + found, begin + found + len(old), new)
+
+    def of(node: ast.AST) -> Iterator[Fault]:
+        match node:
+            case ast.BinOp(left=left, op=op, right=right) if type(op) in _BINARY and not isinstance(
+                left, ast.Constant | ast.JoinedStr
+            ):
+                yield from between(node, left, right, "operator", *_BINARY[type(op)])
+                if isinstance(op, ast.Add | ast.Sub | ast.Mult):
+                    yield fault(node, "term", *span(node), raw[slice(*span(left))].decode())
+            case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in _COMPARED:
+                yield from between(node, left, right, "comparison", *_COMPARED[type(op)])
+            case ast.BoolOp(op=op, values=[one, other, *_]):
+                words = ("and", "or") if isinstance(op, ast.And) else ("or", "and")
+                yield from between(node, one, other, "condition", *words)
+            case ast.UnaryOp(op=ast.USub() | ast.Not() | ast.Invert(), operand=operand):
+                yield fault(node, "sign", *span(node), raw[slice(*span(operand))].decode())
+            case ast.Constant(value=bool(value)):
+                yield fault(node, "flag", *span(node), str(not value))
+            case ast.Constant(value=int(value)):
+                yield fault(node, "number", *span(node), str(value + 1))
+            case ast.Constant(value=float(value)) if np.isfinite(value):
+                yield fault(node, "number", *span(node), repr(2 * value if value else 1.0))
+            case ast.Attribute(attr=name) | ast.Name(id=name) if name in _OTHER_NAME and called.get(id(node)):
+                end = span(node)[1]
+                yield fault(node, "function", end - len(name), end, _OTHER_NAME[name])
+            case ast.Call(args=[*_, one, other]) if not isinstance(one, ast.Starred) and not isinstance(
+                other, ast.Starred
+            ):
+                first, second = (raw[slice(*span(n))].decode() for n in (one, other))
+                middle = raw[span(one)[1] : span(other)[0]].decode()
+                if first != second and not (isinstance(one, ast.Constant) and isinstance(one.value, str)):
+                    yield fault(node, "arguments", span(one)[0], span(other)[1], second + middle + first)
+            case ast.AugAssign():
+                yield fault(node, "statement", *span(node), "pass")
+
+    tree = ast.parse(text)
+    called = {id(node.func): True for node in ast.walk(tree) if isinstance(node, ast.Call)}
+
+    def walk(node: ast.AST) -> Iterator[Fault]:
+        yield from of(node)
+        for name, value in ast.iter_fields(node):
+            if name in ("annotation", "returns", "decorator_list", "type_params", "bases") or isinstance(
+                node, ast.Raise
+            ):
+                continue
+            for child in value if isinstance(value, list) else [value]:
+                if isinstance(child, ast.JoinedStr) or not isinstance(child, ast.AST):
+                    continue
+                yield from walk(child)
+
+    for statement in tree.body:
+        is_typing = isinstance(statement, ast.If) and "TYPE_CHECKING" in ast.unparse(statement.test)
+        if not is_typing and not isinstance(statement, ast.Import | ast.ImportFrom):
+            yield from walk(statement)
+
+
+_SQL = [
+    ("operator", r"(?<=[\w)]) ([+*-]) (?=[\w(])", {"+": "-", "-": "+", "*": "+"}),
+    ("comparison", r" (<=|>=|<>|<|>) ", {"<": ">=", ">": "<=", "<=": ">", ">=": "<", "<>": "="}),
+    ("condition", r"\b(AND|OR)\b", {"AND": "OR", "OR": "AND"}),
+    ("function", r"\b(least|greatest|min|max|floor|ceil|sum|count|sin|cos|bool_and|bool_or)(?=\()", {
+        "least": "greatest", "greatest": "least", "min": "max", "max": "min", "floor": "ceil", "ceil": "floor",
+        "sum": "max", "count": "sum", "sin": "cos", "cos": "sin", "bool_and": "bool_or", "bool_or": "bool_and",
+    }),
+    ("column", r"\b\w*(x|y|z|_a|_b|[xyz][01]|m[012][0123])\b(?! AS)", {
+        "x": "y", "y": "z", "z": "x", "_a": "_b", "_b": "_a", "x0": "y0", "y0": "z0", "z0": "x0", "x1": "y1",
+        "y1": "z1", "z1": "x1", "m01": "m10", "m10": "m01", "m02": "m20", "m20": "m02", "m12": "m21", "m21": "m12",
+        "m03": "m13",
+    }),
+    ("number", r"(?<![\w.'])(\d+\.?\d*)(?![\w.'])", {}),
+    ("join", r"( AND [\w.]+ = [\w.]+)(?=\s)", {}),
+    ("order", r"\b(ASC|DESC)\b", {"ASC": "DESC", "DESC": "ASC"}),
+]  # fmt: skip
+
+
+def sql_faults(file: str, text: str) -> Iterator[Fault]:
+    """All faults of a file of SQL but in its comments and in the names of what it gives."""
+    bare = re.sub(r"--[^\n]*|COMMENT ON [^;]*;|'[^']*'", lambda m: " " * len(m[0]), text)
+    for rule, pattern, others in _SQL:
+        for found in re.finditer(pattern, bare):
+            old = found[1]
+            new = others.get(old, "" if rule == "join" else str(float(old) * 2 or 1) if rule == "number" else old)
+            if new != old:
+                yield Fault(file, text.count("\n", 0, found.start(1)) + 1, rule, *found.span(1), new, old)
+
+
+def all_faults(root: Path) -> Iterator[Fault]:
+    for name in BESIDE:
+        place = root / name
+        for path in [place] if place.is_file() else sorted((*place.rglob("*.py"), *place.rglob("*.sql"))):
+            file, text = path.relative_to(root).as_posix(), path.read_text()
+            yield from python_faults(file, text) if path.suffix == ".py" else sql_faults(file, text)
+
+
+class Tracer:
+    """The lines of the checkout that run, by file."""
+
+    def __init__(self) -> None:
+        self.lines: dict[str, set[int]] = defaultdict(set)
+
+    def __call__(self, frame: FrameType, event: str, _: Any) -> Callable[..., Any] | None:
+        if not frame.f_code.co_filename.startswith(f"{HERE}{os.sep}"):
+            return None
+        lines = self.lines[frame.f_code.co_filename[len(str(HERE)) + 1 :]]
+
+        def each(frame: FrameType, event: str, _: Any) -> Any:
+            lines.add(frame.f_lineno)
+            return each
+
+        lines.add(frame.f_lineno)
+        return each
+
+    def run(self, call: Callable[[Path], Any], folder: Path) -> Any:
+        sys.settrace(self)
+        threading.settrace(self)
+        try:
+            return call(folder)
+        finally:
+            sys.settrace(None)
+
+
+def answer(names: list[str], stores: Path, expected: dict[str, Answer]) -> None:
+    """Call some, a line of JSON each, until one answers otherwise than expected: the child process.  Where nothing is
+    expected it is told which lines ran."""
+    from relmodel.errors import RelmodelError
+
+    for name in names:
+        tracer = Tracer()
+        with tempfile.TemporaryDirectory() as folder:
+            if not stores.exists():
+                make_stores(stores)
+            for file in stores.glob("*.duckdb"):
+                shutil.copy(file, folder)
+            try:
+                said = CALLS[name](Path(folder)) if expected else tracer.run(CALLS[name], Path(folder))
+            except RelmodelError as error:
+                said = str(error)
+        digest = hashlib.sha256(json.dumps(plain(said), sort_keys=True).encode()).hexdigest()
+        lines = {file: sorted(found) for file, found in tracer.lines.items()}
+        print(json.dumps({"call": name, "digest": digest, "lines": lines}), flush=True)
+        if expected and expected[name].digest != digest:
+            return
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a call answers without a fault, and which lines of which files it runs."""
+
+    digest: str
+    lines: dict[str, list[int]]
+
+
+# Faults are planted in copies of the checkout, one after another.
+
+
+class Copy:
+    """A copy of the checkout with a cache of kernels of its own."""
+
+    def __init__(self, place: Path) -> None:
+        self.place, self.cache, made = place, place.with_name(f"{place.name}-kernels"), cache_folder()
+        if made is not None:
+            shutil.copytree(made, self.cache / made.name)
+        listed = subprocess.run(["git", "ls-files", "-z"], cwd=HERE, capture_output=True, check=True).stdout
+        for name in (HERE / word for word in listed.decode().split("\0") if word):
+            if name.is_file():
+                (place / name.relative_to(HERE)).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(name, place / name.relative_to(HERE))
+
+    def run(self, *command: str | Path, seconds: float) -> tuple[int | None, str]:
+        """Exit status, None where it took too long, and what was printed."""
+        env = {"PYTHONPATH": str(self.place), "NUMBA_CACHE_DIR": str(self.cache), "PYTHONDONTWRITEBYTECODE": "1"}
+        process = subprocess.Popen(
+            [sys.executable, *map(str, command)], cwd=self.place, env=os.environ | env, text=True,
+            start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        )  # fmt: skip
+        try:
+            said, _ = process.communicate(timeout=seconds)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, 9)
+            return None, process.communicate()[0]
+        return process.returncode, said
+
+    def ask(self, names: list[str], stores: Path, expected: Path | None, seconds: float) -> dict[str, Answer] | None:
+        """What calls answer; None where one does not run."""
+        options: list[str | Path] = ["--expected", expected] if expected else []
+        status, said = self.run(
+            "-m", "benchmarks.faults", "--answer", *names, "--stores", stores, *options, seconds=seconds
+        )
+        found = [json.loads(line) for line in said.splitlines() if line.startswith('{"call"')]
+        if status != 0 and expected is None:
+            sys.exit(f"the calls do not run:\n{said}")
+        return {one["call"]: Answer(one["digest"], one["lines"]) for one in found} if status == 0 else None
+
+    @contextmanager
+    def planted(self, fault: Fault) -> Iterator[None]:
+        """While the block lasts the copy has the fault, and the kernels of other modules need no compiling."""
+        file = self.place / fault.file
+        text = file.read_bytes()
+        file.write_bytes(text[: fault.start] + fault.text.encode() + text[fault.end :])
+        made = self._cache_without(file) if file.name.endswith("kernels.py") else None
+        try:
+            yield
+        finally:
+            file.write_bytes(text)
+            if made:
+                shutil.rmtree(made, ignore_errors=True)
+
+    def _cache_without(self, file: Path) -> Path:
+        """Lay the cache of the faulted kernels: all but what the file holds and those that call it."""
+        (whole,) = self.cache.glob("kernels-*")
+        made = Path(
+            self.run("-c", "from relmodel.compiled import cache_folder; print(cache_folder())", seconds=60)[1].strip()
+        )
+        shutil.copytree(whole, made, dirs_exist_ok=True)
+        others = [other.stem for other in self.place.rglob("*kernels.py") if file.stem in other.read_text()]
+        for kept in made.iterdir():
+            if any(name in kept.name for name in (file.stem, *others)):
+                kept.unlink()
+        return made
+
+
+def answers_kept(copy: Copy) -> Path:
+    """The folder of what calls answer without a fault, and of the stores that they begin with, made once a product."""
+    listed = subprocess.run(["git", "ls-files", "-z", *PRODUCT], cwd=HERE, capture_output=True, check=True).stdout
+    digest = hashlib.sha256()
+    for name in sorted(listed.decode().split("\0")):
+        digest.update(name.encode() + ((HERE / name).read_bytes() if (HERE / name).is_file() else b""))
+    kept = HERE / "build/faults" / digest.hexdigest()[:16]
+    if (kept / "answers.json").exists():
+        return kept
+    kept.mkdir(parents=True, exist_ok=True)
+    answers: dict[str, Answer] = {}
+    for name in CALLS:
+        answers |= copy.ask([name], kept / "stores", None, 600) or {}
+    (kept / "expected.json").write_text(json.dumps({name: it.digest for name, it in answers.items()}))
+    for name in CALLS:
+        again = copy.ask([name], kept / "stores", kept / "expected.json", 600)
+        if again is None or answers[name].digest != again[name].digest:
+            sys.exit(f"{name} answers otherwise each time")
+    (kept / "answers.json").write_text(json.dumps({name: asdict(it) for name, it in answers.items()}))
+    return kept
+
+
+def time_tests(copy: Copy, folders: set[str]) -> dict[str, dict[str, float]]:
+    """Seconds of each test of some folders, by folder."""
+    found: dict[str, dict[str, float]] = {}
+    for folder in sorted(folder for folder in folders if (copy.place / folder).is_dir()):
+        report = copy.place.parent / "junit.xml"
+        copy.run("-m", "pytest", "-q", "-p", "no:cacheprovider", f"--junitxml={report}", folder, seconds=1200)
+        cases = ElementTree.parse(report).iter("testcase")
+        found[folder] = {
+            f"{case.get('classname', '').replace('.', '/')}.py::{case.get('name')}": float(case.get("time", 0))
+            for case in cases
+            if case.find("failure") is None and case.find("error") is None
+        }
+    return found
+
+
+def tests_beside(file: str, seconds: dict[str, dict[str, float]]) -> list[str]:
+    """The tests beside a file that take no longer than TEST_SECONDS together, those named like it first."""
+    stem = Path(file).stem.removesuffix("_kernels").removesuffix("_parameters")
+    folders = next(tests for name, tests in BESIDE.items() if file == name or file.startswith(f"{name}/"))
+    all_of = {test: time for folder in folders for test, time in seconds.get(folder, {}).items()}
+    chosen, total = [], 0.0
+    for test in sorted(all_of, key=lambda test: (f"/test_{stem}.py" not in test, all_of[test])):
+        if total + all_of[test] <= TEST_SECONDS:
+            chosen.append(test)
+            total += all_of[test]
+    return chosen
+
+
+def evaluate(fault: Fault, copy: Copy, kept: Path, answers: dict[str, Answer], tests: list[str]) -> str:
+    """caught, survived, or why the fault does not count."""
+    python = fault.file.endswith(".py")
+    compiled = fault.file.endswith("kernels.py")
+    names = [
+        name
+        for name in CALLS
+        if (fault.line in answers[name].lines.get(fault.file, []) or (compiled and fault.file in answers[name].lines))
+        or (not python and name in CALLS_OF_SQL[fault.label])
+    ]
+    own = copy.place.with_name(f"{copy.place.name}-stores") if fault.label == "schema" else kept / "stores"
+    with copy.planted(fault):
+        found = copy.ask(names, own, kept / "expected.json", CALL_SECONDS)
+        if fault.label == "schema":
+            shutil.rmtree(own, ignore_errors=True)
+        if found is None:
+            return "does not run"
+        if all(answers[name].digest == it.digest for name, it in found.items()):
+            return "changes nothing"
+        status, _ = (
+            copy.run("-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests, seconds=MOST_SECONDS)
+            if tests
+            else (0, "")
+        )
+    return "caught" if status == 1 or status == 2 else "survived"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--count", type=int, default=200, help="how many faults that count (default 200)")
+    parser.add_argument("--only", nargs="*", default=[], help="of these folders only")
+    parser.add_argument("--jobs", type=int, default=2, help="how many at once (default 2)")
+    parser.add_argument("--json", type=Path, help="where each fault and what became of it is written")
+    parser.add_argument("--answer", nargs="*", help=argparse.SUPPRESS)
+    parser.add_argument("--stores", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("--expected", type=Path, help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.answer is not None:
+        read = json.loads(given.expected.read_text()) if given.expected else {}
+        answer(given.answer, given.stores, {name: Answer(digest, {}) for name, digest in read.items()})
+        return 0
+    with tempfile.TemporaryDirectory() as scratch:
+        outcomes = measure(Path(scratch), given)
+    return report(outcomes, given)
+
+
+def measure(folder: Path, given: argparse.Namespace) -> list[tuple[Fault, str]]:
+    """What became of each fault that was planted."""
+    copies: Queue[Copy] = Queue()
+    first = Copy(folder / "copy0")
+    kept = answers_kept(first)
+    answers = {name: Answer(**it) for name, it in json.loads((kept / "answers.json").read_text()).items()}
+    ran = {(file, line) for it in answers.values() for file, lines in it.lines.items() for line in lines}
+    files = {file for file, _ in ran}
+    drawn = random.Random(given.seed)
+    waiting: dict[str, list[Fault]] = defaultdict(list)
+    for fault in all_faults(HERE):
+        lives = (fault.file, fault.line) in ran or not fault.file.endswith(".py")
+        lives |= fault.file.endswith("kernels.py") and fault.file in files
+        if lives and fault.file not in LATER and (not given.only or fault.label in given.only):
+            waiting[fault.label].append(fault)
+    for faults in waiting.values():
+        drawn.shuffle(faults)
+    seconds = time_tests(
+        first, {test for label, faults in waiting.items() for f in faults[:1] for test in tests_of(label)}
+    )
+    copies.put(first)
+    for number in range(1, given.jobs):
+        copies.put(Copy(folder / f"copy{number}"))
+    share = {label: -(-given.count // len(waiting)) for label in waiting}
+    outcomes: list[tuple[Fault, str]] = []
+
+    def work(label: str) -> None:
+        counted = 0
+        for fault in waiting[label]:
+            if counted == share[label]:
+                return
+            copy = copies.get()
+            try:
+                became = evaluate(fault, copy, kept, answers, tests_beside(fault.file, seconds))
+            finally:
+                copies.put(copy)
+            counted += became in COUNTED
+            outcomes.append((fault, became))
+            print(f"{became}: {fault}", file=sys.stderr, flush=True)
+
+    with ThreadPoolExecutor(len(waiting)) as pool:
+        list(pool.map(work, waiting))
+    return outcomes
+
+
+def tests_of(label: str) -> list[str]:
+    return [test for name, tests in BESIDE.items() if label_of(name) == label for test in tests]
+
+
+def report(outcomes: list[tuple[Fault, str]], given: argparse.Namespace) -> int:
+    """Print how many were caught by folder, and those that were not."""
+    counted = sorted(((f, became) for f, became in outcomes if became in COUNTED), key=lambda it: str(it[0]))
+    shares = {}
+    for label in sorted({fault.label for fault, _ in counted}):
+        caught = [became == "caught" for fault, became in counted if fault.label == label]
+        shares[label] = sum(caught) / len(caught)
+        print(f"{label}: {sum(caught)} of {len(caught)} caught, {shares[label]:.0%}")
+    print(*(f"survived: {fault}" for fault, became in counted if became == "survived"), sep="\n")
+    total = sum(became == "caught" for _, became in counted) / max(len(counted), 1)
+    print(f"{total:.0%} of {len(counted)} caught (at least {LEAST:.0%}, of a folder {LEAST_OF_FOLDER:.0%})")
+    if given.json:
+        rows = [{**asdict(fault), "label": fault.label, "became": became} for fault, became in outcomes]
+        given.json.write_text(json.dumps(rows, indent=1))
+    return int(total < LEAST or min(shares.values(), default=0.0) < LEAST_OF_FOLDER)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
