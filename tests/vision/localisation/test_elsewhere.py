@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.vision.localisation.scenes import above, blocks, stereo_rig
-from tests.vision.localisation.test_refine import exact_edges
+from tests.vision.localisation.test_fits import exact_edges
 from vision.localisation.hypotheses import (
     build_fine_evidence,
     gather_evidence,

@@ -1,0 +1,353 @@
+"""Refinement and evidence on edge elements made from exact projections, with noise and clutter that is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from relmodel.arrays import Floats
+from relmodel.geometry.transforms import skew
+from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig
+from tests.vision.localisation.simulation import Errors, simulate
+from vision.cameras.cameras import CalibrationSigma, Needs, Prior, Rig, perturb, perturbation
+from vision.localisation.hypotheses import (
+    EdgePoints,
+    build_evidence,
+    build_fine_evidence,
+    look_up_evidence,
+    predict,
+    project_directions,
+    project_with_jacobians,
+)
+from vision.localisation.localisation_parameters import DEFAULTS
+from vision.localisation.localise import NO_PARTNER_ODDS, PARTNER_ODDS
+from vision.localisation.measurements import EdgeIndex
+from vision.localisation.refine import Fit, RefinedPose
+from vision.localisation.verdict import Chance, Elsewhere, compute_precision, decide
+from vision.localisation.visibility import find_visible_arcs
+from vision.scene import Scene
+
+SIGMA = 0.1
+
+
+def exact_edges(
+    truth: Floats,
+    rng: np.random.Generator,
+    shift: Floats | None = None,
+    scene: Scene | None = None,
+    shifted: tuple[int, ...] = (1, 2, 3),
+) -> dict[str, EdgePoints]:
+    """Elements where the truth projects the arcs of a scene (the blocks'), off by normal noise; `shift` (px) moves
+    those of some bodies."""
+    scene, rig = scene or blocks(), stereo_rig()
+    out = {}
+    for name, camera in rig.cameras.items():
+        seen = find_visible_arcs(scene, camera, truth @ rig.rig_from_camera[name])
+        normal = np.stack([-seen.direction[:, 1], seen.direction[:, 0]], axis=1)
+        position = seen.pixel + normal * rng.normal(0, SIGMA, len(normal))[:, None]
+        if shift is not None:
+            position[np.isin(scene.occurrence_of_arc[seen.arc], shifted)] += shift
+        clutter = rng.uniform([6, 6], [camera.width - 7, camera.height - 7], (3000, 2))
+        angle = rng.uniform(0, 2 * np.pi, 3000)
+        contrast = np.concatenate([rng.uniform(40, 120, len(normal)), rng.uniform(5, 20, 3000)])
+        out[name] = EdgePoints(
+            np.concatenate([position, clutter]),
+            np.concatenate([normal, np.stack([np.cos(angle), np.sin(angle)], axis=1)]),
+            contrast,
+            np.full(len(contrast), SIGMA),
+            np.array([6.0, 6]),
+            np.array([camera.width - 7.0, camera.height - 7]),
+            200.0,
+        )
+    return out
+
+
+def fit(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], prior: Prior, start: Floats) -> RefinedPose:
+    indexes = {n: EdgeIndex(edges[n]) for n in rig.cameras}
+    return Fit(scene, rig, indexes, build_fine_evidence(rig, edges), prior).refine(start)
+
+
+def test_covariance_holds_the_truth() -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    prior = off(truth, 20.0, np.radians(2), 3)
+    distances = []
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        edges = exact_edges(truth, rng)
+        start = perturb(truth, rng.normal(0, 1, 6) * np.repeat([0.8, 0.0015], 3))
+        found = fit(scene, rig, edges, prior, start)
+        d = perturbation(found.world_from_rig, truth)
+        assert np.abs(d[:3]).max() < 0.3
+        distances.append(d @ np.linalg.solve(found.covariance, d))
+    # Chi-square of six degrees has mean 6; the covariance also holds shifts of arcs, of which there are none here.
+    assert 0.5 < np.mean(distances) < 9
+
+
+def test_a_part_that_stands_elsewhere_does_not_drag_the_pose() -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    edges = exact_edges(truth, np.random.default_rng(1), shift=np.array([3.0, 2.0]))
+    found = fit(scene, rig, edges, off(truth, 20.0, np.radians(2), 3), truth)
+    assert np.abs(perturbation(found.world_from_rig, truth)[:3]).max() < 0.5
+
+
+@pytest.mark.parametrize("cameras", [("left",), ("left", "right")])
+@pytest.mark.parametrize("shift", [(0.0, 0.0), (2.0, 1.5), (4.0, 3.0), (-5.0, 2.0)])
+def test_of_two_bodies_that_disagree_the_lesser_does_not_pull_the_pose(
+    shift: tuple[float, float], cameras: tuple[str, ...]
+) -> None:
+    """A cube and a smaller block beside it, too few arcs for a consensus to part them when they are 2 px apart."""
+    scene = box_scene(
+        [(np.array([0.0, -40, 0]), np.full(3, 90.0)), (np.array([-140.0, -30, 0]), np.array([50.0, 40, 50]))]
+    )
+    rig, truth = stereo_rig().only(*cameras), above(-20, 0, 500)
+    edges = exact_edges(truth, np.random.default_rng(3), shift=np.array(shift), scene=scene, shifted=(1,))
+    found = fit(scene, rig, edges, off(truth, 6.0, np.radians(1), 4), truth)
+    d = perturbation(found.world_from_rig, truth)
+    assert np.abs(d[:3]).max() < 0.2
+    assert d @ np.linalg.solve(found.covariance, d) < 3.5**2
+    block = scene.occurrence_of_arc[found.prediction.arc] == 1
+    votes = found.measurements.weight[block].sum() / block.sum()
+    if shift == (0.0, 0.0):
+        assert votes > 0.9
+        assert not found.excluded.any()
+    else:
+        assert votes < 0.15
+
+
+@pytest.mark.parametrize("shift", [(2.0, -3.0), (-2.5, 1.0)])
+def test_of_two_like_bodies_that_disagree_either_may_be_off(shift: tuple[float, float]) -> None:
+    """Two cubes that tell as much as each other, near enough for their edges to be found: the covariance holds the
+    truth wherever the pose comes out, and what other cube may be off, or none, is a pose of its own."""
+    scene = box_scene([(np.array([20.0, -40, 0]), np.full(3, 80.0)), (np.array([-120.0, -40, 0]), np.full(3, 80.0))])
+    rig, truth = stereo_rig().only("left"), above(-10, 0, 500)
+    for shifted in (0, 1):
+        edges = exact_edges(truth, np.random.default_rng(3), shift=np.array(shift), scene=scene, shifted=(shifted,))
+        found = fit(scene, rig, edges, off(truth, 6.0, np.radians(1), 4), truth)
+        d = perturbation(found.world_from_rig, truth)
+        assert d @ np.linalg.solve(found.covariance, d) < 3.5**2
+        left_out = {tuple(h.excluded.tolist()): h for h in (found, *found.others)}
+        assert set(left_out) == {(False, False), (True, False), (False, True)}
+        right = left_out[shifted == 0, shifted == 1]
+        assert np.abs(perturbation(right.world_from_rig, truth)[:3]).max() < 0.5
+
+
+@pytest.mark.parametrize("printed", [(7,), (9,), (0, 9), (7, 10)])
+def test_a_fit_that_an_arc_leads_astray_finds_back_without_it(printed: tuple[int, ...]) -> None:
+    """One camera before a box, of which some edges show nothing and lines are printed 4 px beside them."""
+    scene = box_scene([(np.array([-60.0, -40, 0]), np.array([120.0, 80, 60]))])
+    rig, truth = stereo_rig().only("left"), above(15, -25, 420)
+    seen = find_visible_arcs(scene, rig.cameras["left"], truth @ rig.rig_from_camera["left"])
+    whole = exact_edges(truth, np.random.default_rng(2), scene=scene)["left"]
+    position = whole.position.copy()
+    for arc in printed:
+        own = np.flatnonzero(seen.arc == arc)
+        across = whole.normal[own[0]]
+        inward = np.sign((seen.pixel.mean(axis=0) - seen.pixel[own].mean(axis=0)) @ across)
+        position[own] += 4.0 * inward * across
+    edges = {"left": replace(whole, position=position)}
+    indexes, fields = {"left": EdgeIndex(edges["left"])}, build_fine_evidence(rig, edges)
+    prior = off(truth, 6.0, np.radians(1.5), 1)
+    problem = Fit(scene, rig, indexes, fields, prior)
+    astray = problem.refine(prior.world_from_rig)
+    assert np.linalg.norm(perturbation(astray.world_from_rig, truth)[:3]) > 2.0
+    best = min(problem.refine_without_arcs(astray), key=lambda h: h.cost)
+    assert best.cost < astray.cost
+    assert np.linalg.norm(perturbation(best.world_from_rig, truth)[:3]) < 0.3
+
+
+def test_nothing_is_left_out_of_one_rigid_part() -> None:
+    """Two cubes that no edge joins and that are one part: what the pictures show is then not the part as modelled."""
+    cubes = [(np.array([20.0, -40, 0]), np.full(3, 80.0)), (np.array([-120.0, -40, 0]), np.full(3, 80.0))]
+    apart = box_scene(cubes)
+    one = replace(
+        apart,
+        surface_occurrence=np.zeros(12, np.int64),
+        arc_occurrence=np.zeros(24, np.int64),
+        inspected=np.ones(1, bool),
+        tolerance_mm=np.zeros(1),
+    )
+    rig, truth = stereo_rig().only("left"), above(-10, 0, 500)
+    edges = exact_edges(truth, np.random.default_rng(3), shift=np.array([2.0, -3.0]), scene=apart, shifted=(0,))
+    found = fit(one, rig, edges, off(truth, 6.0, np.radians(1), 4), truth)
+    assert not found.excluded.any()
+    assert not found.others
+
+
+def test_tolerance_moves_an_arc_for_all_cameras() -> None:
+    """A second camera sees the same arcs out of place: it tells little more of where they are."""
+    errors = Errors(tolerance_mm=0.3)
+    one, two = (simulate(errors, 5, cameras).refined for cameras in (("left",), ("left", "right")))
+    known = [np.linalg.eigvalsh(compute_middle(h)).min() for h in (one, two)]
+    assert known[1] > 0.75 * known[0]
+
+
+def compute_middle(h: RefinedPose) -> Floats:
+    """Covariance (3, 3) of the point in the middle of what is seen."""
+    to_middle = np.hstack([np.eye(3), -skew(np.median(h.prediction.point, axis=0))])
+    return np.asarray(to_middle @ h.covariance @ to_middle.T)
+
+
+def test_evidence_is_high_on_edges_and_what_is_expected_there() -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    edges = exact_edges(truth, np.random.default_rng(2))
+    fields = [build_evidence(edges[n], 2.0, 3.0, 1) for n in rig.cameras]
+
+    def mean(pose: Floats) -> float:
+        p = predict(scene, rig, pose, 2000)
+        return float(
+            np.average(
+                look_up_evidence(p, fields, project_with_jacobians(p)[0], project_directions(p)), weights=p.weight
+            )
+        )
+
+    assert mean(truth) > 0.7
+    assert mean(perturb(truth, np.array([12.0, 9, 0, 0, 0, 0.02]))) < 0.3 * mean(truth)
+
+
+def test_parallel_texture_is_worth_little() -> None:
+    """A contour among hundreds of parallel strokes against the same contour alone."""
+    rng = np.random.default_rng(5)
+    line = np.stack([np.arange(100.0, 500), np.full(400, 240.0)], axis=1)
+    strokes = rng.uniform([20, 20], [620, 460], (20000, 2))
+    up = np.array([0.0, 1.0])
+
+    def field_on_line(position: Floats) -> float:
+        n = len(position)
+        points = EdgePoints(
+            position, np.tile(up, (n, 1)), np.full(n, 50.0), np.full(n, 0.1), np.zeros(2), np.array([639.0, 479]), 200.0
+        )
+        e = build_evidence(points, 2.0, 3.0, 1)
+        at = np.rint((line - e.origin) / e.cell).astype(int)
+        return float(e.field[0, at[:, 1], at[:, 0]].mean())
+
+    assert field_on_line(line) > 1.5
+    assert field_on_line(np.concatenate([line, strokes])) < 0.4 * field_on_line(line)
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.1])
+def test_jacobians_are_derivatives(turned: float) -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    p = predict(scene, rig, truth, 100)
+    at = np.full(6, turned) * np.repeat([10.0, 0.1], 3)
+    _, jacobian = project_with_jacobians(p, at)
+    h = 1e-6
+    for k in range(6):
+        # A right perturbation on top of `at`: compose as poses, read the sum off as one perturbation.
+        moved = perturbation(np.eye(4), perturb(perturb(np.eye(4), at), h * np.eye(6)[k]))
+        numeric = (project_with_jacobians(p, moved)[0] - project_with_jacobians(p, at)[0]) / h
+        assert np.allclose(numeric, jacobian[:, :, k], rtol=1e-3, atol=1e-2)
+
+
+@pytest.mark.parametrize(
+    "errors",
+    [
+        Errors(),
+        Errors(arc_px=0.3),
+        Errors(tolerance_mm=0.3),
+        Errors(calibration=CalibrationSigma(0.002, 0.5, 0.3, 0.002)),
+    ],
+    ids=["noise", "arcs", "tolerance", "calibration"],
+)
+def test_stated_errors_are_held_by_the_covariance(errors: Errors) -> None:
+    """benchmarks/uncertainty.py runs 2,000 of these."""
+    distances = np.array([simulate(errors, seed).chi_square for seed in range(4)])
+    # Chi-square of six degrees of freedom: mean 6, one in 1,000 beyond 22.5.
+    assert 1.0 < distances.mean() < 12.0
+    assert distances.max() < 36.0
+
+
+def test_a_calibration_that_is_off_is_not_held_unless_it_is_stated() -> None:
+    sigma = CalibrationSigma(focal=0.005)
+    stated = np.mean([simulate(Errors(calibration=sigma), seed).chi_square for seed in range(2)])
+    unstated = np.mean([simulate(Errors(calibration=sigma), seed, stated=False).chi_square for seed in range(2)])
+    assert stated < 12
+    assert unstated > 5 * stated
+
+
+@pytest.mark.parametrize("cameras", [("left", "right"), ("left",)])
+def test_a_stated_tolerance_leaves_an_exact_model_where_it_is(cameras: tuple[str, ...]) -> None:
+    exact, tolerant = (
+        [simulate(Errors(), seed, cameras, stated_tolerance_mm=mm) for seed in range(3)] for mm in (0.0, 1.0)
+    )
+    assert max(one.off_mm for one in tolerant) < 0.4
+    for a, b in zip(exact, tolerant, strict=True):
+        assert b.refined.evidence > 0.9 * a.refined.evidence
+
+
+def test_a_stated_calibration_brings_the_pose_nearer() -> None:
+    errors = Errors(calibration=CalibrationSigma(0.004, 3.0, 1.5, 0.004))
+    stated, silent = ([simulate(errors, seed, stated=said) for seed in range(4)] for said in (True, False))
+    assert np.mean([one.off_mm for one in stated]) < 0.5 * np.mean([one.off_mm for one in silent])
+    gained = np.mean([one.refined.evidence for one in stated]) / np.mean([one.refined.evidence for one in silent])
+    assert gained > 1.2, "edges are looked for where the solved cameras put them"
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_refinement_never_worsens(seed: int) -> None:
+    """Like cubes, of which most have stronger edges beside their own: labels, shadows, other things that look alike."""
+    rng = np.random.default_rng(seed)
+    scene = box_scene(
+        [(np.array([75.0 * i - 115, 80.0 * j - 70, 0]), np.full(3, 55.0)) for i in range(3) for j in (0, 1)]
+    )
+    rig, truth = stereo_rig().only("left"), above(0, 0, 520)
+    own = exact_edges(truth, rng, scene=scene)["left"]
+    cubes = rng.permutation(6)[:4]
+    shift = rng.normal(0, 1, 2)
+    beside = exact_edges(truth, rng, 5 * shift / np.linalg.norm(shift), scene, tuple(cubes.tolist()))["left"]
+    edges = {
+        "left": EdgePoints(
+            np.concatenate([own.position, beside.position]),
+            np.concatenate([own.normal, beside.normal]),
+            np.concatenate([0.3 * own.contrast, beside.contrast]),
+            np.concatenate([own.sigma, beside.sigma]),
+            own.low,
+            own.high,
+            own.grey_range,
+        )
+    }
+    prior = off(truth, 10.0, np.radians(1.5), seed)
+    fields = build_fine_evidence(rig, edges)
+    start = perturb(truth, rng.normal(0, 1, 6) * np.repeat([0.5, 0.001], 3))
+    found = fit(scene, rig, edges, prior, start)
+    here = Fit(scene, rig, {"left": EdgeIndex(edges["left"])}, fields, prior)
+    measured = here.measure(start, np.array(found.camera_unknowns), np.zeros(len(scene.inspected), bool))
+    assert found.cost <= measured.cost + 1e-9
+    assert np.isfinite(found.covariance).all()
+    assert compute_precision(found.covariance, found.middle)[0] < prior.sigma_translation_mm
+
+
+def test_the_direction_that_parallel_edges_leave_open_is_named() -> None:
+    """A bar whose ends lie far outside the pictures: nothing tells how far along it the rig is."""
+    scene = box_scene([(np.array([-3000.0, -40, 0]), np.array([6000.0, 80, 50]))])
+    rig, truth = stereo_rig(), above(0, 0, 520)
+    edges = exact_edges(truth, np.random.default_rng(6), scene=scene)
+    prior = Prior.isotropic(truth, 9.0, np.radians(0.5))
+    found = fit(scene, rig, edges, prior, truth)
+    sigma_mm, _, weakest = compute_precision(found.covariance, found.middle)
+    assert sigma_mm == pytest.approx(9.0, rel=0.1)
+    along = truth[:3, :3].T @ [1.0, 0, 0]
+    axis = "xyz"[int(np.argmax(np.abs(along)))]
+    assert weakest.startswith(f"shift along {axis}")
+    elsewhere = Elsewhere(Chance(0.0, 1.0), [])
+    verdict = decide([found], np.array([0]), {}, elsewhere, Needs(5.0, 0.02), DEFAULTS.verdict)
+    assert verdict.verdict == "refused"
+    assert any(weakest in sentence for sentence in verdict.missing)
+
+
+def test_of_edges_side_by_side_the_one_with_a_partner_in_stereo_counts() -> None:
+    """Two like edges, 1 px to both sides of where one is looked for."""
+    position, normal = np.array([[51.0, 40.0], [49.0, 40.0]]), np.array([[1.0, 0.0], [1.0, 0.0]])
+    edges = EdgePoints(
+        position, normal, np.full(2, 30.0), np.full(2, 0.1), np.zeros(2), np.full(2, 100.0), grey_range=200.0
+    )
+    sought = np.array([[50.0, 40.0]]), np.array([[0.0, 1.0]])
+    for partnered in (0, 1):
+        odds = np.full(2, NO_PARTNER_ODDS)
+        odds[partnered] = PARTNER_ODDS
+        offset, found = EdgeIndex(edges, odds).measure(*sought, 4.0, 2.0)
+        assert (found.tolist(), np.abs(offset).tolist()) == ([partnered], [1.0])
+        # an edge much stronger counts without a partner
+        stronger = replace(edges, contrast=np.where(np.arange(2) == partnered, 30.0, 240.0))
+        assert EdgeIndex(stronger, odds).measure(*sought, 4.0, 2.0)[1].tolist() == [1 - partnered]
