@@ -36,7 +36,8 @@ def box_scene(boxes: list[tuple[Floats, Floats]]) -> Scene:
                 base = 4 * len(vertices)
                 vertices.append(low + corner * size)
                 normals.append(np.tile(normal, (4, 1)))
-                triangles += [[base, base + 1, base + 3], [base, base + 3, base + 2]]
+                way = 1 if (axis == 1) == (side == 1) else -1  # counter-clockwise from outside
+                triangles += [[base, base + 1, base + 3][::way], [base, base + 3, base + 2][::way]]
                 surface_of += [6 * number + 2 * axis + side] * 2
         for axis in range(3):
             others = [a for a in range(3) if a != axis]
