@@ -1,0 +1,277 @@
+"""What displaced surfaces say and where they lie, against loops with the numbers written out and drawn edges."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+from scipy.special import betaln
+
+from relmodel.arrays import Bools, Floats, Ints
+from tests.vision.presence.test_elements_beside import samples_at, unit
+from vision.presence.items import Items
+from vision.presence.presence_parameters import DEFAULTS
+from vision.presence.samples import EdgeRuns, Nearby, SampleSupport
+from vision.presence.surfaces import (
+    BodyElements,
+    EdgePredictions,
+    FacePairs,
+    MovingSurfaces,
+    assess_surfaces,
+    find_moving_surfaces,
+    find_tangent,
+    find_usable,
+    measure_moved,
+    seek_moved,
+)
+from vision.scene import StoredScene
+
+P = DEFAULTS
+NO_FACE, NO_MM = np.zeros(0, np.int64), np.zeros(0)
+NOT_OPPOSED = FacePairs(NO_FACE, NO_FACE, NO_FACE, NO_MM, NO_FACE, NO_MM)
+
+
+def log_odds_of(found: float, n: float, chance: float, share: float) -> float:
+    def likelihood(a: float, b: float) -> float:
+        return math.exp(betaln(a + found * n, b + (1 - found) * n) - betaln(a, b))
+
+    shown, partly, nothing = likelihood(6.0, 0.7), likelihood(1, 1), likelihood(6 * chance, 6 * (1 - chance))
+    there = share * shown + (1 - share) * (0.4 * partly + 0.6 * nothing)
+    return math.log(there / (0.9 * nothing + 0.1 * partly))
+
+
+def weighed(
+    beside: BodyElements, carried: tuple[Ints, Ints, Ints], rate: Floats, other: Floats, chance: Floats, shows: Floats,
+    place: float, reach: float,
+) -> tuple[Floats, Bools]:  # fmt: skip
+    """Log odds of edges, and whether they are in sight, where their body lies at one place."""
+    sample, side, edge = carried
+    odds, in_sight = np.zeros(len(chance)), np.zeros(len(chance), bool)
+    for e in range(len(chance)):
+        seen, found, whole = 0.0, [0.0, 0.0], 0.0
+        for row in np.flatnonzero(edge == e):
+            i = sample[row]
+            whole += beside.weight[i]
+            mine = range(beside.first[i], beside.first[i + 1])
+            ahead = other[row] + rate[row] * place
+            away = {True: math.inf, False: math.inf}
+            for k in mine:
+                usable = bool(beside.usable[k, side[row]])
+                away[usable] = min(away[usable], abs(beside.offset[k] - ahead))
+            if abs(ahead) > reach or away[False] < min(away[True], 2.0):
+                continue
+            seen += beside.weight[i]
+            for wide, tolerance in enumerate((0.4, 1.2)):
+                beyond = 2 * max(away[True] / tolerance - 1, 0.0)
+                if beyond < 4:
+                    found[wide] += beside.weight[i] * math.exp(-0.5 * beyond**2)
+        in_sight[e] = seen >= 0.5 * whole
+        if not in_sight[e]:
+            continue
+        each = []
+        for px, tolerance, likely in zip(found, (0.4, 1.2), (0.75, 0.25), strict=True):
+            by_chance, n = max(chance[e] * tolerance / 1.2, 0.02), seen / 20
+            placed = min(n, 1.0) * math.log(likely * 1.2 / tolerance)
+            each.append(placed + log_odds_of(px / max(seen, 1e-9), n, by_chance, shows[e]))
+        odds[e] = math.log(sum(map(math.exp, each)))
+    return odds, in_sight
+
+
+def drawn(seed: int, count: int = 60) -> tuple[BodyElements, tuple[Ints, Ints, Ints], Floats, Floats]:
+    rng = np.random.default_rng(seed)
+    many = rng.integers(0, 4, count)
+    first = np.append(0, np.cumsum(many))
+    usable = rng.random((first[-1], 2)) < 0.8
+    beside = BodyElements(first, rng.uniform(-6, 6, first[-1]), usable, rng.uniform(1, 5, count))
+    rows = 90
+    carried = rng.integers(0, count, rows), rng.integers(0, 2, rows), np.sort(rng.integers(0, 6, rows))
+    return beside, carried, rng.uniform(-2, 2, rows), rng.uniform(-1, 1, rows)
+
+
+@pytest.mark.parametrize("reach", [5.0, 2.0])
+def test_edges_are_weighed_where_their_body_may_lie(reach: float) -> None:
+    beside, carried, rate, other = drawn(1)
+    chance, shows, grid = np.linspace(0.01, 0.3, 6), np.linspace(0.2, 0.9, 6), np.array([-2.5, -0.5, 0.0, 1.0, 3.0])
+    odds, in_sight = beside.weigh(carried, rate, other, chance, shows, grid, reach, P)
+    for cell, place in enumerate(grid):
+        expected, seen = weighed(beside, carried, rate, other, chance, shows, place, reach)
+        np.testing.assert_array_equal(in_sight[:, cell], seen)
+        np.testing.assert_allclose(odds[:, cell], expected, rtol=1e-9, atol=1e-12)
+    if reach == 2.0:
+        assert not in_sight.all()
+
+
+def test_elements_of_other_surfaces_and_of_blends_are_no_edge_that_has_moved() -> None:
+    rng = np.random.default_rng(2)
+    n = 40
+    surface = rng.integers(-1, 5, (n, 2))
+    samples = samples_at(np.zeros((n, 2)), unit(np.zeros(n)), surface, np.arange(n))
+    sample = np.sort(rng.integers(0, n, 150))
+    element = rng.integers(0, 80, 150)
+    offset = rng.uniform(-6, 6, 150)
+    first = np.searchsorted(sample, np.arange(n + 1))
+    nearby = Nearby(first, sample, element, offset, np.ones(150))
+    owner = np.where(rng.random(150) < 0.5, -1, rng.integers(0, n, 150))
+    support = SampleSupport(np.zeros(n, bool), np.ones(n), np.zeros(n), np.zeros(n), owner)
+    blends = rng.random(80) < 0.3
+    found = find_usable(samples, nearby, support, blends, P.moved)
+    for row in range(150):
+        for side in (0, 1):
+            mine = surface[sample[row], side]
+            theirs = owner[row] < 0 or mine in surface[owner[row]]
+            wanted = mine >= 0 and theirs and (abs(offset[row]) <= 2.0 or not blends[element[row]])
+            assert found[row, side] == wanted
+
+
+def test_a_corner_moves_with_the_walls_that_run_into_it() -> None:
+    """Surface 2 is a corner between the planes 0 and 1: its edges move with these by the cosine of their normals."""
+    angle = np.radians([10.0, 40, 80])
+    normal = np.stack(
+        [np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1), np.tile([0.0, 0, 1], (3, 1))], axis=1
+    )
+    samples = samples_at(np.zeros((3, 2)), unit(angle), np.tile([2, 3], (3, 1)), np.array([0, 0, 1]))
+    samples = replace(samples, normal=normal, px_per_mm=np.array([[2.0, 0.5], [3, -0.5], [-4, 1]]))
+    tangent = np.array([1, 0]), np.array([2, 2]), np.array([[0.0, 1, 0], [1.0, 0, 0]])
+    moving = find_moving_surfaces(samples, tangent)
+    assert moving.surface.tolist() == [0] * 3 + [1] * 3 + [2] * 3 + [3] * 3
+    assert moving.sample.tolist() == [0, 1, 2] * 4
+    assert moving.side.tolist() == [0] * 9 + [1] * 3
+    own = np.array([2.0, 3, -4])
+    expected = np.stack([own * np.cos(angle), own * np.sin(angle), own, np.array([0.5, -0.5, 1])])
+    np.testing.assert_allclose(moving.rate, expected.ravel())
+    moved = moving.displace(np.array([0.1, 0.2, -0.3, 1.0]), 3)
+    np.testing.assert_allclose(moved, np.array([0.1, 0.2, -0.3, 1.0]) @ expected)
+
+
+def test_planes_run_into_the_cylinders_that_they_meet_smoothly() -> None:
+    """Arc 0 joins plane 0 to cylinder 1 smoothly, arc 1 plane 2 to it sharply, arc 2 is free."""
+    up, aside = np.array([0.0, 0, 1]), np.array([1.0, 0, 0])
+    scene = SimpleNamespace(
+        sample_arc=np.array([0, 0, 1, 1, 2]),
+        sample_cosine=np.array([0.999, 0.995, 0.1, 0.2, 1.0]),
+        sample_normal_a=np.stack([up, up, aside, aside, up]),
+        sample_normal_b=np.stack([up, aside, up, up, up]),
+    )
+    surfaces = np.array([[0, 1], [2, 1], [0, -1]])
+    known = SimpleNamespace(
+        scene=scene, surface_no=np.arange(3), arc_surfaces=surfaces, radius=np.array([np.nan, 5, np.nan])
+    )
+    plane, cylinder, normal = find_tangent(cast(StoredScene, known), 0.99)
+    assert (plane.tolist(), cylinder.tolist(), normal.tolist()) == ([0], [1], [[0, 0, 1]])
+
+
+def rim(shift: Floats, wider: float, noise: float = 0.0) -> tuple[EdgePredictions, SampleSupport]:
+    """The upper rim of a bore of 10 mm radius, surface 1, in a plate, surface 0, seen from above by 3 px a mm."""
+    n = 190
+    angle = 2 * np.pi * np.arange(n) / n
+    radial = unit(angle)
+    direction = np.stack([radial[:, 1], -radial[:, 0]], axis=1)  # so that the image normal is radial
+    across = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
+    np.testing.assert_allclose(across, radial)
+    samples = samples_at(100 + 30 * radial, direction, np.tile([0, 1], (n, 1)), np.arange(n) // 38)
+    flat = np.pad(radial, [(0, 0), (0, 1)])
+    normal = np.stack([np.tile([0.0, 0, 1], (n, 1)), -flat], axis=1)
+    rate = np.stack([np.zeros(n), np.full(n, -3.0)], axis=1)
+    samples = replace(samples, point=10 * flat, normal=normal, px_per_mm=rate, length_px=np.ones(n))
+    offset = (
+        3 * (radial @ shift + wider) + np.random.default_rng(0).normal(0, noise, n)
+        if noise
+        else 3 * (radial @ shift + wider)
+    )
+    beside = BodyElements(np.arange(n + 1), np.asarray(offset, float), np.ones((n, 2), bool), np.ones(n))
+    found = np.abs(offset) <= 2.0
+    each = [np.bincount(samples.run, found).astype(float) / 38]
+    runs = EdgeRuns(
+        camera=np.zeros(5, np.int64), view_run=np.arange(5), kind=np.zeros(5, np.int64),
+        surface=np.tile([0, 1], (5, 1)), visible_px=np.full(5, 38.0), weight_px=np.full(5, 38.0), found=each[0],
+        chance=np.full(5, 0.05), shows=np.full(5, 0.9), log_odds=np.zeros(5), expected=np.zeros(5),
+        in_light=np.where(each[0] > 0.5, 1.0, -1.0)[:, None],
+    )  # fmt: skip
+    support = SampleSupport(found, np.ones(n), np.full(n, 0.05), np.ones(n), np.full(n, -1))
+    moving = find_moving_surfaces(samples, (np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros((0, 3))))
+    return EdgePredictions(samples, moving, beside, runs), support
+
+
+@pytest.mark.parametrize(
+    ("shift", "wider"), [((0.0, 0.0), 0.0), ((0.3, -0.2), 0.1), ((-0.4, 0.1), -0.25), ((0.0, 0.0), 2.0)]
+)
+def test_a_bore_lies_where_its_rim_is_found(shift: tuple[float, float], wider: float) -> None:
+    edges, _ = rim(np.array(shift), wider)
+    scene = SimpleNamespace(
+        vertices=np.zeros((3, 3)), triangles=np.array([[0, 1, 2]] * 2), triangle_surface=np.arange(2),
+        surface_occurrence=np.zeros(2, np.int64),
+    )  # fmt: skip
+    stored = cast(StoredScene, SimpleNamespace(scene=scene, surface_no=np.arange(2)))
+    one = np.zeros(1, np.int64)
+    items = Items(
+        ["feature"], one, one, one - 1, ["bore"], ["through_hole"], np.ones(1), np.full(1, np.nan), one, one + 1,
+        np.array([False, True]),
+    )  # fmt: skip
+    found = assess_surfaces(edges, stored, items, 1, P)
+    # Outward of a bore is toward its axis.
+    assert found.inward.tolist() == [False, True]
+    assert found.mm[1] == pytest.approx(-wider, abs=1e-3)
+    np.testing.assert_allclose(found.shift[1], [*shift, 0.0], atol=1e-3)
+    assert np.isnan(found.mm[0])  # the plate moves no edge of the rim
+    np.testing.assert_allclose(found.middle, 0, atol=1e-9)
+    np.testing.assert_allclose(found.normal, [[0, 0, 1], [0, 0, 0]], atol=1e-9)
+    assert found.distinct_px.tolist() == [190.0, 190.0]
+    assert found.moved.tolist() == [False, wider == 2.0]
+    # All of the rim may be drawn .2 px off, at 3 px a mm; its middle is known by the rest, to .2 px a side.
+    assert found.sigma[1] == pytest.approx(0.2 / 3, rel=0.05)
+    if wider < 1:
+        assert found.shift_sigma[1] == pytest.approx(0.2 / 3, rel=0.05)
+        assert found.log_odds[1] <= 0
+
+
+def test_a_displacement_is_weighed_against_in_place_and_what_is_tried() -> None:
+    """A rim 2 mm wider: the log odds of all five edges there against none in place, less log(2 15 / 1)."""
+    edges, _ = rim(np.zeros(2), 2.0)
+    mm, log_odds = seek_moved(edges, 2, 1, NOT_OPPOSED, P)
+    assert mm.tolist() == [0.0, -2.0]
+    n = 190
+    carried = np.arange(n), np.ones(n, np.int64), edges.samples.run
+    chance, shows = np.full(5, 0.05), np.full(5, 0.9)
+    rate = np.full(n, -3.0)
+    there, here = (
+        weighed(edges.beside, carried, rate, np.zeros(n), chance, shows, place, 28 - 1.2)[0].sum()
+        for place in (-2.0, 0.0)
+    )
+    assert log_odds[1] == pytest.approx(there - here - math.log(30), rel=1e-6)
+    # Bounds: a face opposite lies 1.5 mm and a bit behind.
+    wall = FacePairs(
+        np.zeros(1, np.int64), np.array([1]), np.array([0]), np.array([2.5]), np.array([1]), np.array([99.0])
+    )
+    assert seek_moved(edges, 2, 1, wall, P)[0].tolist() == [0.0, -1.5]
+
+
+def test_smaller_displacements_than_edges_are_blunt_are_none() -> None:
+    """Of .7 mm; and of 1 mm where that is .6 px."""
+    edges, _ = rim(np.zeros(2), 0.7)
+    assert abs(seek_moved(edges, 2, 1, NOT_OPPOSED, P)[0][1]) in (0.0, 0.75)
+    far = replace(edges.samples, px_per_mm=edges.samples.px_per_mm * 0.2)
+    moving = MovingSurfaces(edges.moving.sample, edges.moving.side, edges.moving.surface, edges.moving.rate * 0.2)
+    blunt = replace(edges, samples=far, moving=moving, beside=replace(edges.beside, offset=np.full(190, 0.6)))
+    assert (
+        abs(seek_moved(blunt, 2, 1, NOT_OPPOSED, P)[0][1]) >= 1.33 or not seek_moved(blunt, 2, 1, NOT_OPPOSED, P)[0][1]
+    )
+
+
+@pytest.mark.parametrize("half", [False, True])
+def test_only_what_bends_around_is_shifted_aside(half: bool) -> None:
+    """Of half a rim a shift and a width are not told apart: all is taken for a displacement outward."""
+    edges, _ = rim(np.array([0.3, 0.0]), 0.0)
+    weight = np.where(half & (np.arange(190) >= 95), 0.0, 1.0)
+    found, closed = measure_moved(
+        replace(edges, beside=replace(edges.beside, weight=weight)), np.array([1]), np.zeros(2), P
+    )
+    assert closed.tolist() == [not half]
+    if half:
+        assert np.abs(found.x[0, :3]).max() < 0.01
+    else:
+        np.testing.assert_allclose(found.x[0], [0.3, 0, 0, 0], atol=1e-3)
+    assert found.agree[0] == pytest.approx(weight.sum() / 20, rel=0.2)
