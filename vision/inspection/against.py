@@ -106,7 +106,7 @@ class Recognition(NamedTuple):
     variants: list[VariantEvidence]
 
 
-class _Chosen(NamedTuple):
+class Chosen(NamedTuple):
     """The variant of an object that was localised, and how its variants rank there."""
 
     candidate: Candidate
@@ -114,7 +114,7 @@ class _Chosen(NamedTuple):
     variants: list[VariantEvidence]
 
 
-class _Start(NamedTuple):
+class Start(NamedTuple):
     """Where a variant could be."""
 
     candidate: Candidate
@@ -164,11 +164,11 @@ def recognise(locator: Locator, among: Sequence[Candidate]) -> Recognition:
     in the variant that has most evidence at its pose; others are shown beside it where they explain other edges.
     """
     starts = _join(locator, among)
-    chosen = [_choose_variant(locator, start, starts) for start in _find_worthy(starts, locator)]
+    chosen = [_choose_variant(locator, start, starts) for start in find_worthy(starts, locator.p.most_objects)]
     shown = max(chosen, key=lambda it: _rank(it.located.found))
     considered = {start.candidate: ComparedObject(start.candidate, start.score) for start in starts}
     for it in chosen:
-        for one, state in _judge_variants(it, _judge(locator, it.located, shown.located), among).items():
+        for one, state in judge_variants(it, judge(it.located, shown.located, locator.p), among).items():
             considered[one] = replace(considered[one], state=state)
         considered[it.candidate] = _add_pose(considered[it.candidate], it.located.found)
     order = ("shown", "alike", "outdone", "refused", "left")
@@ -200,25 +200,25 @@ def record_comparisons(write: Writer, considered: Sequence[ComparedObject]) -> N
     )
 
 
-def _join(locator: Locator, among: Sequence[Candidate]) -> list[_Start]:
+def _join(locator: Locator, among: Sequence[Candidate]) -> list[Start]:
     """Where each of some variants could be, the best explained first."""
     starts = []
     for one in among:
         own = replace(locator, world_id=one.world_id, world=one.world)
         target = select_parts(own.scenes, one.world_id, one.world, own.seen.rig, None, own.p.selection)
-        starts.append(_Start(one, own, target, own.join(target.stored.scene, None)))
+        starts.append(Start(one, own, target, own.join(target.stored.scene, None)))
     return sorted(starts, key=lambda start: -(start.score or 0.0))
 
 
-def _find_worthy(starts: Sequence[_Start], locator: Locator) -> list[_Start]:
-    """Of the objects whose joins explain most, the best variant; starts: the best first."""
-    of_object: dict[str, _Start] = {}
+def find_worthy(starts: Sequence[Start], most: int) -> list[Start]:
+    """Of the objects, `most` of them, whose joins explain most, the best variant; starts: the best first."""
+    of_object: dict[str, Start] = {}
     for start in starts:
         of_object.setdefault(start.candidate.name, start)
     best = list(of_object.values())
     least = LEAST_SHARE * (best[0].score or 0.0)
     worthy = [start for start in best if start.score is not None and start.score >= least]
-    return worthy[: locator.p.most_objects] or best[:1]
+    return worthy[:most] or best[:1]
 
 
 def _rank(found: Localisation) -> tuple[bool, float]:
@@ -226,35 +226,35 @@ def _rank(found: Localisation) -> tuple[bool, float]:
     return found.verdict.verdict != "refused", -np.inf if found.best is None else -found.best.cost
 
 
-def _choose_variant(locator: Locator, start: _Start, starts: Sequence[_Start]) -> _Chosen:
+def _choose_variant(locator: Locator, start: Start, starts: Sequence[Start]) -> Chosen:
     """The variant of an object that has most evidence at the pose found, located anew where it is another."""
     located = start.locate()
     own = {s.candidate.object_variant_id: s for s in starts if s.candidate.name == start.candidate.name}
     if located.found.verdict.verdict == "refused" or len(own) < 2:
-        return _Chosen(start.candidate, located, [])
+        return Chosen(start.candidate, located, [])
     ranked = weigh_variants(locator.run, located.target, locator.seen, located.found, None, locator.p)
     locator.run.step("variants")
     likeliest = own[ranked[0].object_variant_id]
     again = located if likeliest is start else likeliest.locate()
     if likeliest is start or again.found.verdict.verdict == "refused":
-        return _Chosen(start.candidate, located, ranked)
+        return Chosen(start.candidate, located, ranked)
     object_no = int(again.target.stored.occurrence_id[0]) >> 28
     placed = likeliest.candidate.object_variant_id
     ranked = [replace(v, object_no=object_no, placed=v.object_variant_id == placed) for v in ranked]
-    return _Chosen(likeliest.candidate, again, ranked)
+    return Chosen(likeliest.candidate, again, ranked)
 
 
-def _judge(locator: Locator, located: Location, shown: Location) -> str:
+def judge(located: Location, shown: Location, p: InspectionParameters) -> str:
     """What is to be thought of an object that was localised beside the best."""
     if located.found.best is None or shown.found.best is None or located.found.verdict.verdict == "refused":
         return "refused"
-    if located is shown or _share_edges(located.found, shown.found) < locator.p.same_edges:
+    if located is shown or share_edges(located.found, shown.found) < p.same_edges:
         return "shown"
     both = HypothesisTable.of([shown.found.best, located.found.best])
-    return "alike" if len(find_standing(both, locator.p.localisation.verdict)) > 1 else "outdone"
+    return "alike" if len(find_standing(both, p.localisation.verdict)) > 1 else "outdone"
 
 
-def _judge_variants(it: _Chosen, state: str, among: Sequence[Candidate]) -> dict[Candidate, str]:
+def judge_variants(it: Chosen, state: str, among: Sequence[Candidate]) -> dict[Candidate, str]:
     """What is to be thought of an object's variants that were weighed, by what is thought of the one localised."""
     states = {it.candidate: state}
     best = max((v.log_odds for v in it.variants), default=0.0)
@@ -271,7 +271,7 @@ def _add_pose(it: ComparedObject, found: Localisation) -> ComparedObject:
     return replace(it, verdict=found.verdict.verdict, posterior=found.verdict.posterior, object_from_rig=pose)
 
 
-def _share_edges(one: Localisation, other: Localisation) -> float:
+def share_edges(one: Localisation, other: Localisation) -> float:
     """The share of the edges found by one that another found too."""
     edges, others = (
         {(name, *xy) for name, view in found.views.items() for xy in view.measurements.position.tolist()}

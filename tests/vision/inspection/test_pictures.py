@@ -1,0 +1,82 @@
+"""What is said of pictures before they are looked at: limits from both sides, and blur that is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+from vision.extraction.rows import Primitives
+from vision.inspection.pictures import (
+    Fault,
+    PictureParameters,
+    Quality,
+    describe,
+    doubt_pictures,
+    find_faults,
+    measure_blur,
+)
+from vision.localisation.verdict import Verdict
+
+FINE = Quality(edges=20.0, blur_px=0.8, saturated=0.01, stale_run=None)
+
+
+@pytest.mark.parametrize(
+    ("quality", "words", "refuses"),
+    [
+        (FINE, None, False),
+        (replace(FINE, stale_run=9), "camera left was given the picture that the other camera was given", True),
+        (replace(FINE, stale_run=4), "camera left shows the picture of run 4, and the other camera another", True),
+        (replace(FINE, edges=0.99), "camera left shows next to nothing: 0.99 edge elements", True),
+        (replace(FINE, edges=1.0), None, False),
+        (replace(FINE, blur_px=2.5), None, False),
+        (replace(FINE, blur_px=2.6), "the picture of camera left is blurred: its edges are spread by 2.6 px", False),
+        (replace(FINE, blur_px=3.6), "the picture of camera left is blurred", True),
+        (replace(FINE, blur_px=float("nan")), None, False),
+        (replace(FINE, saturated=0.2), None, False),
+        (replace(FINE, saturated=0.25), "the picture of camera left is overexposed: 25% of it", False),
+        (replace(FINE, saturated=0.51), "the picture of camera left is overexposed: 51% of it", True),
+    ],
+)
+def test_pictures_are_doubted_from_their_limits_on(quality: Quality, words: str | None, refuses: bool) -> None:
+    found = find_faults({"left": quality, "right": FINE}, 9, PictureParameters())
+    if words is None:
+        assert found == []
+    else:
+        (fault,) = found
+        assert fault.camera == "left"
+        assert fault.words.startswith(words)
+        assert fault.refuses == refuses
+    among = find_faults({"a": replace(FINE, stale_run=9), "b": FINE, "c": FINE}, 9, PictureParameters())
+    assert "the picture that another camera was given" in among[0].words
+
+
+def test_what_refuses_a_picture_refuses_the_pose_and_is_said_first() -> None:
+    verdict = Verdict("ambiguous", "two poses", 0.6, ["two poses"], 1.0, 0.1, "x")
+    noted, grave = Fault("a", "blurred a little", False), Fault("b", "covered", True)
+    assert doubt_pictures(verdict, [noted]) is verdict
+    found = doubt_pictures(verdict, [noted, grave])
+    assert (found.verdict, found.reason, found.missing) == ("refused", "covered; two poses", ["covered", "two poses"])
+    assert found.posterior == 0.6
+
+
+@pytest.mark.parametrize("sigma", [0.8, 1.5, 3.0])
+@pytest.mark.parametrize("contrast", [60.0, 160.0])
+def test_blur_is_the_sigma_of_straight_edges(sigma: float, contrast: float) -> None:
+    y, x = np.mgrid[0:240, 0:320]
+    board = 40 + contrast * ((x // 40 + y // 40) % 2 == 0)
+    grey = gaussian_filter(board.astype(float), sigma)
+    assert measure_blur(grey) == pytest.approx(sigma, abs=0.13)
+    assert measure_blur(grey.T) == pytest.approx(sigma, abs=0.13)
+    assert np.isnan(measure_blur(np.full((240, 320), 90.0)))
+
+
+def test_a_picture_is_described_by_its_pixels() -> None:
+    grey = np.full((100, 200), 120.0)
+    grey[:30, :100] = 255
+    found = describe(grey, cast(Primitives, SimpleNamespace(elements=SimpleNamespace(x=np.zeros(50)))), 3)
+    assert (found.edges, found.saturated, found.stale_run) == (2.5, 0.15, 3)
