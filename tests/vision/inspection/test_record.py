@@ -3,38 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-import relmodel
 from relmodel.app.api import OpenStore
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import matrices
-from tests.reading import load
+from tests.vision.inspection.conftest import DEMO, Done
 from vision.cameras.cameras import perturbation
 from vision.cameras.files import read_prior, read_rig
-from vision.inspection.inspection import Inspection
 from vision.inspection.inspection_parameters import DEFAULTS
 from vision.localisation.measurements import correct_rig
-
-DEMO = Path(__file__).parents[3] / "examples/demo"
-Done = tuple[OpenStore, Inspection]
-
-
-@pytest.fixture(scope="module")
-def done(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Done]:
-    file = tmp_path_factory.mktemp("inspected") / "cell.duckdb"
-    relmodel.create(file).close()
-    with relmodel.open(file, read_only=False) as store:
-        load(store, DEMO / "bulkhead_A.step.gz", name="bulkhead", variant="A")
-        store.place(DEMO / "world.yaml")
-        pictures = {name: DEMO / f"pair_00_{name}.png" for name in ("left", "right")}
-        rig, prior = DEMO / "pair_00_rig.yaml", DEMO / "pair_00_prior.yaml"
-        yield store, store.inspect(rig=rig, pictures=pictures, prior=prior, serial="SN-1", operator="me")
 
 
 def rows(store: OpenStore, statement: str) -> list[tuple[Any, ...]]:
@@ -50,7 +31,7 @@ def poses(store: OpenStore, table: str, order: str, **keys: Any) -> Floats:
 def test_the_pose_is_the_truth_and_what_is_stored_is_what_is_answered(done: Done) -> None:
     store, answer = done
     truth = json.loads((DEMO / "pair_00_truth.json").read_text())
-    world_from_rig = np.array(truth["world_from_rig"] if "world_from_rig" in truth else truth["T_world_cam_left"])
+    world_from_rig = np.array(truth["world_from_rig"])
     assert answer.world_from_rig is not None
     assert answer.covariance is not None
     off = perturbation(answer.world_from_rig, world_from_rig)
