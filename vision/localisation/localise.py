@@ -301,9 +301,9 @@ def localise(
     """
     clock, rig, pictures = Clock(), seen.rig, seen.pictures
     points = {name: collect_edge_points(pictures[name], camera) for name, camera in rig.cameras.items()}
-    odds = {name: _partner_odds(pictures[name], has) for name, has in seen.partnered.items()}
+    odds = {name: partner_odds(pictures[name], has) for name, has in seen.partnered.items()}
     indexes = {name: EdgeIndex(own, odds.get(name, 0.0)) for name, own in points.items()}
-    starts = _keep_worthy(starts or Perturbations(np.zeros((0, 6)), np.zeros(0)), prior)
+    starts = keep_worthy(starts or Perturbations(np.zeros((0, 6)), np.zeros(0)), prior)
     is_scanned = not len(starts.score) and not prior.is_open
     if prior.is_open:
         near = select_samples(scene, rig, perturb(prior.world_from_rig, starts.delta), SELECT_PX)
@@ -326,7 +326,7 @@ def localise(
         hypotheses = [h for h in hypotheses if _is_determined(h, prior)]
     clock.lap("refine")
     if not hypotheses:
-        nothing = _say_why_nothing(rig, prior, len(starts.score) > 0)
+        nothing = say_why_nothing(rig, prior, len(starts.score) > 0)
         unknown = Verdict("refused", nothing, 0.0, [nothing], prior.sigma_translation_mm, prior.sigma_rotation, "all")
         return Localisation(unknown, None, [], [], [], [], rig, indexes, {}, clock.laps)
     hypotheses, standing, motions = _order(hypotheses, scene, p)
@@ -369,7 +369,7 @@ def _order(
     return ordered, find_standing(HypothesisTable.of(ordered), p.verdict), motions
 
 
-def _say_why_nothing(rig: Rig, prior: Prior, is_joined: bool) -> str:
+def say_why_nothing(rig: Rig, prior: Prior, is_joined: bool) -> str:
     """Why there is no pose, where a join gave starts or none."""
     if not prior.is_open:
         return "no arc of the model is in view near the prior"
@@ -388,7 +388,7 @@ def _is_determined(h: RefinedPose, prior: Prior) -> bool:
     return bool((left > 0).all() and left.max() < MAX_PRIOR_SHARE)
 
 
-def _keep_worthy(starts: Perturbations, prior: Prior) -> Perturbations:
+def keep_worthy(starts: Perturbations, prior: Prior) -> Perturbations:
     """Starts that explain enough beside the best, and under a prior enough for its volume not to be scanned; their
     stage says what became of each."""
     worthy = starts.score >= LEAST_SHARE * starts.score.max(initial=0.0)
@@ -398,7 +398,7 @@ def _keep_worthy(starts: Perturbations, prior: Prior) -> Perturbations:
     return replace(starts, stages=[replace(stage, rule=rule) for stage in starts.stages]).take(worthy)
 
 
-def _partner_odds(picture: Primitives, partnered: Bools) -> Floats:
+def partner_odds(picture: Primitives, partnered: Bools) -> Floats:
     """Of each edge element (n,), the log odds that its arc's partner in stereo, or the lack of one, gives."""
     odds = np.zeros(len(picture.elements.arc))
     of_arcs = picture.elements.arc >= 0

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -20,10 +23,11 @@ from tests.vision.localisation.scenes import (
     picture,
     stereo_rig,
 )
-from vision.cameras.cameras import Camera, Prior, Rig, perturbation
+from vision.cameras.cameras import Camera, Prior, Rig, perturb, perturbation
 from vision.extraction.extract import extract
 from vision.extraction.rows import Primitives, make_primitives
-from vision.localisation.localise import Localisation, localise
+from vision.localisation.hypotheses import Perturbations, Stage
+from vision.localisation.localise import Localisation, keep_worthy, localise, partner_odds, say_why_nothing
 from vision.localisation.views import Observation
 from vision.scene import Scene
 
@@ -181,3 +185,83 @@ def test_rendered_pair(data_dir: Path, part: str, prior: str, verdict: str) -> N
     best = min(errors, key=lambda e: float(e[:3].max())) if verdict == "ambiguous" else errors[0]
     assert best[:3].max() < 0.5
     assert best[3:].max() < np.radians(0.03)
+
+
+def test_starts_go_on_that_explain_half_of_what_the_best_does() -> None:
+    """Under a prior those too that explain enough for its volume not to be scanned."""
+    stage = Stage("join", np.zeros((3, 6)), np.array([0.8, 0.4, 0.39]), ["goes_on"] * 3, 9)
+    starts = Perturbations(np.arange(18.0).reshape(3, 6), np.array([0.8, 0.4, 0.39]), [stage], enough=0.5)
+    some = keep_worthy(starts, Prior.open(np.eye(4)))
+    assert some.score.tolist() == [0.8, 0.4]
+    assert some.delta.tolist() == starts.delta[:2].tolist()
+    assert some.stages[0].rule == ["goes_on", "goes_on", "little_evidence"]
+    few = keep_worthy(starts, Prior.isotropic(np.eye(4), 5.0, 0.01))
+    assert few.score.tolist() == [0.8]
+    assert few.stages[0].rule == ["goes_on", "little_evidence", "little_evidence"]
+    enough = replace(starts, enough=0.8)
+    assert keep_worthy(enough, Prior.isotropic(np.eye(4), 5.0, 0.01)).score.tolist() == [0.8]
+
+
+def test_elements_of_arcs_with_a_partner_are_likelier_of_the_object() -> None:
+    picture = SimpleNamespace(elements=SimpleNamespace(arc=np.array([1, -1, 0, 2, 1])))
+    found = partner_odds(cast(Primitives, picture), np.array([False, True, True]))
+    assert found.tolist() == [1.1, 0.0, -0.63, 1.1, 1.1]
+
+
+@pytest.mark.parametrize(
+    ("cameras", "open_", "joined", "words"),
+    [
+        (("left", "right"), False, False, "no arc of the model is in view near the prior"),
+        (
+            ("left", "right"),
+            True,
+            True,
+            "the edges of the pictures speak against each pose that the circles and straight",
+        ),
+        (("left", "right"), True, False, "too few circles and straight edges of the pictures lie to each other"),
+        (
+            ("left",),
+            True,
+            True,
+            "the edges of the picture speak against each pose that the circles give: give a prior or",
+        ),
+        (("left",), True, False, "too few circles of the picture lie to each other"),
+    ],
+)
+def test_why_there_is_no_pose_is_said(cameras: tuple[str, ...], open_: bool, joined: bool, words: str) -> None:
+    prior = Prior.open(np.eye(4)) if open_ else Prior.isotropic(np.eye(4), 5.0, 0.01)
+    assert say_why_nothing(stereo_rig().only(*cameras), prior, joined).startswith(words)
+
+
+def test_the_world_and_the_order_and_names_of_cameras_do_not_matter() -> None:
+    """The blocks elsewhere, turned, by cameras in the other order: the same pose of the same left camera, as sure."""
+    found, (scene, truth), rig = blocks_found(), shown("blocks"), stereo_rig()
+    moved = perturb(np.eye(4), np.array([900.0, -300, 70, 0.8, -0.5, 1.9]))
+
+    def carried(points: Floats) -> Floats:
+        return points @ moved[:3, :3].T + moved[:3, 3]
+
+    ways = ("vertex_normals", "sample_tangent", "sample_normal_a", "sample_normal_b")
+    elsewhere = replace(
+        scene,
+        vertices=carried(scene.vertices),
+        sample_point=carried(scene.sample_point),
+        **{name: getattr(scene, name) @ moved[:3, :3].T for name in ways},
+    )
+    names = {"b": "right", "a": "left"}
+    cameras = {new: rig.cameras[old] for new, old in names.items()}
+    renamed = Rig(cameras, {new: rig.rig_from_camera[old] for new, old in names.items()})
+    primitives = {new: seen("blocks")[old] for new, old in names.items()}
+    greys = {new: pictures("blocks")[old] for new, old in names.items()}
+    prior = off(truth, 20.0, np.radians(2), 2)
+    again = localise(
+        elsewhere, Observation(renamed, primitives, greys), replace(prior, world_from_rig=moved @ prior.world_from_rig)
+    )
+    assert found.best is not None
+    assert again.best is not None
+    assert again.verdict.verdict == found.verdict.verdict == "accepted"
+    apart = perturbation(moved @ found.best.world_from_rig, again.best.world_from_rig)
+    assert apart @ np.linalg.solve(found.best.covariance, apart) < 0.3
+    np.testing.assert_allclose(again.verdict.sigma_mm, found.verdict.sigma_mm, rtol=0.1)
+    np.testing.assert_allclose(again.best.support.by_camera[::-1], found.best.support.by_camera, rtol=0.05)
+    assert again.verdict.posterior == pytest.approx(found.verdict.posterior, abs=0.01)
