@@ -168,7 +168,7 @@ def test_balls_and_turned_boxes_that_only_just_reach_a_corner(filled: Filled, le
 @pytest.mark.parametrize("level", ["part", "arc"])
 def test_balls_and_views_one_by_one(filled: Filled, level: str) -> None:
     oracle, rng = filled.oracle, np.random.default_rng(3)
-    some = rng.choice(thick(oracle.corners[level]), 24, replace=False)
+    some = rng.choice(thick(oracle.corners[level]), 10, replace=False)
     looks = views(rng, oracle.corners[level][some, 3])
     balls = [v for v in beside_corners(oracle.corners[level][some], rng, -1.0) if isinstance(v, Sphere)]
     expected = [oracle.in_view(view, level) for view in looks] + [oracle.in_solid(ball, level) for ball in balls]
@@ -176,7 +176,7 @@ def test_balls_and_views_one_by_one(filled: Filled, level: str) -> None:
     answers = [{(row[2], row[1]) for row in rows} for rows in rows_of(filled.target, statements)]
     assert answers == expected
     assert in_process(filled, level, [*looks, *balls], 0) == expected
-    assert sum(map(bool, expected)) > 20
+    assert sum(map(bool, expected)) > 8
 
 
 @pytest.mark.parametrize("level", ["part", "feature"])
@@ -198,7 +198,7 @@ def test_nearest_and_wholly_within(filled: Filled, level: str) -> None:
             assert [row[2] for row in rows] == pytest.approx(np.sort(away)[:count])
             known = dict(zip(oracle.key[level], away.tolist(), strict=True))
             assert all(known[path, no] == pytest.approx(distance) for path, no, distance in rows)
-        for i in rng.choice(len(low), 30):
+        for i in rng.choice(len(low), 8):
             for grown in (STEP, -STEP):
                 bounds = np.concatenate([low[i] - STEP, high[i] + STEP])
                 bounds[rng.integers(3)] += STEP - grown
