@@ -63,6 +63,7 @@ BESIDE = {  # folder or file of code: folders of tests
     "queries/find": ["tests/find"],
     "queries/matching": ["tests/vision/matching", "tests/vision/relations"],
 }
+NAMED = {"schema": "long_parts", "queries/find": "long_parts"}  # whose tests are not named like the files
 LATER = ("vision/presence/states.py", "vision/localisation/verdict.py")  # told apart: their account is made anew
 TEST_SECONDS, CALL_SECONDS, MOST_SECONDS = 20.0, 120.0, 90.0
 LEAST, LEAST_OF_FOLDER = 0.85, 0.70
@@ -397,6 +398,7 @@ def time_tests(copy: Copy, folders: set[str]) -> dict[str, dict[str, float]]:
 def tests_beside(file: str, seconds: dict[str, dict[str, float]]) -> list[str]:
     """The tests beside a file that take no longer than TEST_SECONDS together, those named like it first."""
     stem = Path(file).stem.removesuffix("_kernels").removesuffix("_parameters")
+    stem = next((name for folder, name in NAMED.items() if file.startswith(folder)), stem)
     folders = next(tests for name, tests in BESIDE.items() if file == name or file.startswith(f"{name}/"))
     all_of = {test: time for folder in folders for test, time in seconds.get(folder, {}).items()}
     chosen, total = [], 0.0

@@ -39,12 +39,16 @@ class Placed:
 class SyntheticModel:
     """Random shapes with boxes of elements inside, and a tree of assemblies of them; `fill` writes it to a store."""
 
-    def __init__(self, seed: int, *, shapes: int = 5, elements: int = 30, groups: int = 4, parts: int = 6) -> None:
+    def __init__(
+        self, seed: int, *, shapes: int = 5, elements: int = 30, groups: int = 4, parts: int = 6, longer: float = 1.0
+    ) -> None:
+        """longer: how many times as long as drawn each shape is along one axis, the next shape along the next."""
         self.rng = np.random.default_rng(seed)
         self.shape_boxes = np.empty((shapes, 6))
         self.elements: list[dict[str, npt.NDArray[np.float64]]] = []
         for shape in range(shapes):
             half = self.rng.uniform(2, 20, 3)
+            half[shape % 3] *= longer
             self.shape_boxes[shape] = [*-half, *half]
             boxes = {}
             for level in LEVELS:

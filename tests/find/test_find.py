@@ -116,7 +116,7 @@ def random_boxes(oracle: Oracle, count: int, seed: int) -> list[Box]:
 
 def random_views(count: int, seed: int) -> list[Frustum]:
     rng = np.random.default_rng(seed)
-    matrix = np.array([[900.0, 0, 319.5], [0, 900, 239.5], [0, 0, 1]])
+    matrix = np.array([[700.0, 150, 380.0], [0, 950, 210.0], [0, 0, 1]])
     views = []
     for _ in range(count):
         pose = np.eye(4)

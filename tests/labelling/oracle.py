@@ -115,6 +115,14 @@ def programme_cost(problem: MatchingProblem) -> int:
     return round(solved.fun)
 
 
+def relaxed_cost(problem: MatchingProblem) -> float:
+    """Optimal cost of the linear relaxation by HiGHS."""
+    cost, constraints, _ = integer_programme(problem)
+    solved = milp(cost, constraints=constraints, bounds=Bounds(0, 1))
+    assert solved.status == 0
+    return float(solved.fun)
+
+
 Rows = dict[str, dict[str, Any]]
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from relmodel.labelling.problem import labelling_cost, matching_problem
+from relmodel.labelling.problem import MatchingProblem, labelling_cost, matching_problem
 from relmodel.labelling.solve import lay_stars, solve
 from tests.labelling.oracle import enumerated_cost, random_problem
 from tests.labelling.scenes import scene
+from tests.labelling.test_branch_and_bound import problems
 
 
 def test_the_strongest_star_is_laid_down_with_what_it_confirms() -> None:
@@ -45,3 +46,39 @@ def test_it_finds_what_a_prior_gates() -> None:
         matched = label >= 0
         assert np.mean(label[matched] == s.truth[matched]) > 0.9
         assert np.mean(label[s.truth >= 0] == s.truth[s.truth >= 0]) > 0.8
+
+
+def stars_by_hand(problem: MatchingProblem) -> list[int]:
+    """The same by loops over candidates (unit, label)."""
+    rows = list(zip(problem.candidate_unit.tolist(), problem.candidate_label.tolist(), strict=True))
+    gains: dict[tuple[int, int], int] = {}
+    for (i, j), gain in zip(problem.compatibility.tolist(), problem.savings.sum(axis=1).tolist(), strict=True):
+        gains[i, j] = gains[j, i] = gain
+    price = problem.null_cost[problem.candidate_unit] - problem.candidate_cost
+    alone = (price - problem.weight_out[problem.candidate_unit]).tolist()
+    still_open, laid = set(range(len(rows))), set[int]()
+
+    def strength(c: int) -> int:
+        best: list[dict[int, int]] = [{}, {}]
+        for d in still_open | laid if c in still_open | laid else set():
+            for kept, key in zip(best, rows[d], strict=True):
+                kept[key] = max(kept.get(key, 0), gains.get((c, d), 0))
+        return min(sum(kept.values()) for kept in best)
+
+    while True:
+        strong = {c: strength(c) for c in still_open}
+        still_open &= {c for c, value in strong.items() if alone[c] + value > 0}
+        if not still_open:
+            break
+        best = max(still_open, key=lambda c: (sum(gains.get((c, d), 0) for d in laid), strong[c], alone[c], -c))
+        laid.add(best)
+        still_open = {c for c in still_open if rows[c][0] != rows[best][0]}
+        if problem.injective:
+            still_open = {c for c in still_open if rows[c][1] != rows[best][1]}
+    taken = dict(rows[c] for c in laid)
+    return [taken.get(unit, -1) for unit in range(problem.units)]
+
+
+def test_stars_are_laid_as_by_loops() -> None:
+    for problem in problems(40, 9):
+        assert lay_stars(problem)[0].tolist() == stars_by_hand(problem)

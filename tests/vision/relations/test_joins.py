@@ -160,47 +160,53 @@ def test_joins_are_what_loops_find_on_both_engines(fresh_store: str, seed: int, 
 
 
 def test_arcs_beside_each_other_are_what_brute_force_finds() -> None:
+    """Elements of another extraction or of no arc, and points of another run or view, count for nothing."""
     rng = np.random.default_rng(5)
     arc = np.sort(rng.integers(0, 6, 200))
-    place = rng.uniform(0, 60, (200, 2)).round(2)
+    place = rng.uniform(-30, 30, (200, 2)).round(2)
     turn = rng.uniform(0, 2 * np.pi, 200)
     view_arc = np.sort(rng.integers(0, 5, 120))
-    point, way = rng.uniform(0, 60, (120, 2)).round(2), rng.uniform(0, 2 * np.pi, 120)
+    point, way, sigma = (
+        rng.uniform(-30, 30, (120, 2)).round(2),
+        rng.uniform(0, 2 * np.pi, 120),
+        rng.integers(1, 8, 120) / 8,
+    )
+    point[60:70] = point[50:60]  # as near: the first counts
     normal, direction = (np.round(np.stack([np.cos(t), np.sin(t)], axis=1), 3) for t in (turn, way))
+    elements, points = (np.repeat(np.arange(count), 2) for count in (200, 120))
+    other = np.tile([0, 1], 200)
+    masked = np.ma.masked_array(arc[elements], (other == 1) & (elements % 2 == 1))
     workspace = open_workspace()
     with workspace.write() as connection:
         workspace.append(
             connection,
             "edge_element",
             {
-                "extraction_id": 3, "edge_element_no": np.arange(200), "x": place[:, 0], "y": place[:, 1],
-                "normal_x": normal[:, 0], "normal_y": normal[:, 1], "contrast": 9.0, "width": 1.0, "sigma": 0.1,
-                "image_arc_no": arc,
+                "extraction_id": 3 + other * (elements % 2 == 0), "edge_element_no": elements + 500 * other,
+                "x": place[elements, 0] + other, "y": place[elements, 1], "normal_x": normal[elements, 0],
+                "normal_y": normal[elements, 1], "contrast": 9.0, "width": 1.0, "sigma": 0.1, "image_arc_no": masked,
             },
         )  # fmt: skip
         workspace.append(
             connection,
             "view_point",
             {
-                "run_id": 0, "view_no": 1, "view_arc_no": view_arc, "point_no": np.arange(120), "x": point[:, 0],
-                "y": point[:, 1], "direction_x": direction[:, 0], "direction_y": direction[:, 1], "sigma": 0.25,
+                "run_id": other[:240] * (points % 2), "view_no": 1 + other[:240] * (points % 2 == 0),
+                "view_arc_no": view_arc[points], "point_no": points + 500 * other[:240],
+                "x": point[points, 0] + other[:240], "y": point[points, 1], "direction_x": direction[points, 0],
+                "direction_y": direction[points, 1], "sigma": sigma[points],
             },
         )  # fmt: skip
         found = workspace.columns(
             connection, "matching/arc_pairs", extraction_id=3, run_id=0, view_no=1, reach=7.0, max_along=4.0
         )
     expected = brute_force(arc, place, normal, view_arc, point, direction, 7.0, 4.0)
-    got = {
-        (int(a), int(v)): i for i, (a, v) in enumerate(zip(found["image_arc_no"], found["view_arc_no"], strict=True))
-    }
-    assert set(got) == set(expected)
-    for key, (count, residual, angle, first, last) in expected.items():
-        i = got[key]
-        assert found["elements"][i] == count
-        assert found["residual"][i] == pytest.approx(residual, abs=1e-3)
-        assert found["angle"][i] == pytest.approx(angle, abs=1e-5)
-        assert (found["first_point"][i], found["last_point"][i]) == (first, last)
-        assert found["sigma"][i] == pytest.approx(0.25)
+    assert list(zip(found["image_arc_no"], found["view_arc_no"], strict=True)) == sorted(expected)
+    for i, ((image_arc, _), (count, *values, rows)) in enumerate(sorted(expected.items())):
+        assert (found["elements"][i], found["of_elements"][i]) == (count, np.sum(arc == image_arc))
+        got = [found[name][i] for name in ("residual", "across", "angle", "sigma")]
+        assert got == pytest.approx([*values, float(np.mean(sigma[rows]))], abs=2e-5)
+        assert (found["first_point"][i], found["last_point"][i]) == (min(rows), max(rows))
 
 
 def brute_force(
@@ -212,7 +218,7 @@ def brute_force(
     direction: Floats,
     reach: float,
     max_along: float,
-) -> dict[tuple[int, int], tuple[int, float, float, int, int]]:
+) -> dict[tuple[int, int], tuple[int, float, float, float, list[int]]]:
     hits: dict[tuple[int, int], list[tuple[float, float, int]]] = {}
     for e in range(len(arc)):
         for v in np.unique(view_arc).tolist():
@@ -230,9 +236,9 @@ def brute_force(
         key: (
             len(rows),
             math.sqrt(sum(r[0] ** 2 for r in rows) / len(rows)),
+            sum(r[0] for r in rows) / len(rows),
             sum(r[1] for r in rows) / len(rows),
-            min(r[2] for r in rows),
-            max(r[2] for r in rows),
+            [r[2] for r in rows],
         )
         for key, rows in hits.items()
     }

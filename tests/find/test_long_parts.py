@@ -1,0 +1,209 @@
+"""Parts ten times as long as wide along each axis, on many pages, in bodies turned each way: SQL against brute force.
+
+Volumes that only just reach a side of a part's box, or only just do not, tell a reach that is too short along one axis
+from the right one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import duckdb
+import numpy as np
+import pytest
+
+from relmodel.arrays import Floats, Ints
+from relmodel.find.find import LEVELS
+from relmodel.find.indexes import KINDS, WorldIndex
+from relmodel.find.volumes import Box, Frustum, OrientedBox, Sphere, Volume
+from relmodel.geometry.transforms import rotation_matrix
+from relmodel.store import Store
+from relmodel.world import place_world
+from tests.find.test_find import Answer, Oracle, paths, random_views
+from tests.find.test_many_volumes_in_sql import row_of
+from tests.find.test_sql_clients import add_camera, call, rows_of
+from tests.synthetic_model import SyntheticModel, write_world
+
+STEP = 1e-5  # mm by which volumes reach a box, or do not: more than rounding
+TURNS = [np.zeros(3), np.array([np.pi / 2, 0, 0]), np.array([0, np.pi / 2, 0]), np.array([0.4, -1.1, 0.7])]
+
+
+def pose(turn: Floats, at: Floats) -> Floats:
+    out = np.eye(4)
+    out[:3, :3], out[:3, 3] = rotation_matrix(turn), at
+    return out
+
+
+PLACES = {f"{i}": pose(turn, np.array([0, 700.0 * i, -300.0 * i])) for i, turn in enumerate(TURNS)}
+
+
+@dataclass(frozen=True)
+class Filled:
+    """A store, closed, with its truth, the identity of a camera in it, and an index of each kind."""
+
+    target: str
+    oracle: Oracle
+    camera: int
+    indexes: list[WorldIndex]
+    paths: dict[int, str]
+
+
+@pytest.fixture(scope="module")
+def filled(new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory) -> Filled:
+    model, target = SyntheticModel(5, shapes=6, elements=4, groups=5, parts=12, longer=12.0), new_store("duckdb")
+    with Store.open(target) as store:
+        model.fill(store)
+        objects: list[dict[str, object]] = [
+            {"object": "thing", "name": name, "world_from_object": place.tolist()} for name, place in PLACES.items()
+        ]
+        place_world(store, write_world(tmp_path_factory.mktemp("long") / "world.yaml", "cell", objects))
+        camera, indexes = add_camera(store), [WorldIndex.load(store, kind=kind) for kind in KINDS]
+        return Filled(target, Oracle(model, PLACES), camera, indexes, paths(store))
+
+
+def beside_sides(low: Floats, high: Floats, rng: np.random.Generator, sign: float) -> list[Box]:
+    """For each of some boxes a plate that begins beside a side of it, at random within that side."""
+    out = []
+    for a, b in zip(low, high, strict=True):
+        axis, up = int(rng.integers(3)), bool(rng.integers(2))
+        least = rng.uniform(a, b)
+        greatest = least + rng.uniform(0, 3, 3)
+        least[axis] = b[axis] + sign * STEP if up else a[axis] - sign * STEP - 1
+        greatest[axis] = least[axis] + 1
+        out.append(Box(*least, *greatest))
+    return out
+
+
+def thick(corners: Floats) -> Ints:
+    """Which placed boxes (n, 8, 3) are neither flat nor lines."""
+    return np.flatnonzero(np.linalg.norm(corners[:, [4, 2, 1]] - corners[:, :1], axis=2).all(axis=1))
+
+
+def beside_corners(corners: Floats, rng: np.random.Generator, sign: float) -> Iterator[Sphere | OrientedBox]:
+    """Beside each of some placed boxes (n, 8, 3) a ball that is nearest to a corner, an edge or a side of it, or a
+    turned box with a side across its farthest corner."""
+    for number, own in enumerate(corners):
+        edges = own[[4, 2, 1]] - own[0]
+        share = rng.choice([0.0, 1.0], 3)
+        share[rng.permutation(3)[: number % 3]] = rng.uniform(0, 1, number % 3)
+        out = np.where((share > 0) & (share < 1), 0.0, np.sign(share - 0.5)) * rng.uniform(0.2, 1, 3)
+        away = out @ (edges / np.linalg.norm(edges, axis=1)[:, None])
+        if number % 2:
+            away *= rng.uniform(1, 30)
+            x, y, z = (own[0] + share @ edges + away).tolist()
+            yield Sphere(x, y, z, float(np.linalg.norm(away)) - sign * STEP)
+        else:
+            turn = rotation_matrix(rng.uniform(-2, 2, 3))
+            half, middle = rng.uniform(1, 20, 3), own[np.argmax(own @ turn[:, 0])]
+            box = np.eye(4)
+            box[:3, :3], box[:3, 3] = turn, middle + turn[:, 0] * (half[0] + sign * STEP)
+            yield OrientedBox(box, half)
+
+
+def views(rng: np.random.Generator, at: Floats) -> list[Frustum]:
+    """Of the camera of `random_views`, each with one of some points before it."""
+    out = []
+    for point, camera in zip(at, random_views(len(at), 6), strict=True):
+        pose = camera.world_from_camera.copy()
+        pose[:3, 3] = point - pose[:3, :3] @ (rng.uniform(-0.3, 0.3, 3) * [1, 1, 0] + [0, 0, 1]) * 200
+        out.append(
+            Frustum(camera.width, camera.height, camera.matrix, pose, *rng.uniform([5, 190], [150, 260]).tolist())
+        )
+    return out
+
+
+def asked(target: str, kind: str, level: str, volumes: Sequence[Volume]) -> list[Answer]:
+    """What SQL answers to a table of volumes."""
+    element = "-1" if level == "part" else f"{level}_no"
+    answers: list[Answer] = [set() for _ in volumes]
+    with duckdb.connect(target) as connection:
+        rows = [row_of(number, volume) for number, volume in enumerate(volumes)]
+        numbers = ", ".join(f"{name} DOUBLE" for name in rows[0] if name not in ("volume_no", "half_spaces"))
+        connection.execute(f"CREATE TEMP TABLE asked (volume_no INTEGER, half_spaces DOUBLE[], {numbers})")
+        places = ", ".join("?" * len(rows[0]))
+        connection.executemany(f"INSERT INTO asked VALUES ({places})", [list(row.values()) for row in rows])  # noqa: S608
+        question = f"SELECT volume_no, path, {element} FROM {level}s_in_{kind}('asked')"  # noqa: S608
+        for number, path, no in connection.execute(question).fetchall():
+            assert (path, no) not in answers[number]
+            answers[number].add((path, no))
+    return answers
+
+
+def in_process(filled: Filled, level: str, volumes: Sequence[Volume], kind: int) -> list[Answer]:
+    answers: list[Answer] = [set() for _ in volumes]
+    for number, occurrence, no in zip(
+        *(c.tolist() for c in filled.indexes[kind].in_volumes(volumes, level)), strict=True
+    ):
+        answers[number].add((filled.paths[occurrence], no))
+    return answers
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_boxes_that_only_just_reach_a_side(filled: Filled, level: str) -> None:
+    oracle, rng = filled.oracle, np.random.default_rng(1)
+    some = rng.choice(len(oracle.key[level]), 150, replace=False)
+    for sign in (-1.0, 1.0):
+        boxes = beside_sides(oracle.low[level][some], oracle.high[level][some], rng, sign)
+        expected = [oracle.in_box(box, level) for box in boxes]
+        reached = [oracle.key[level][i] in answer for i, answer in zip(some.tolist(), expected, strict=True)]
+        assert all(reached) if sign < 0 else not any(reached)
+        assert asked(filled.target, "boxes", level, boxes) == expected
+        for kind in range(len(KINDS)):
+            assert in_process(filled, level, boxes, kind) == expected
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_balls_and_turned_boxes_that_only_just_reach_a_corner(filled: Filled, level: str) -> None:
+    oracle, rng = filled.oracle, np.random.default_rng(2)
+    some = rng.choice(thick(oracle.corners[level]), 120, replace=False)
+    for sign in (-1.0, 1.0):
+        volumes = list(beside_corners(oracle.corners[level][some], rng, sign))
+        expected = [oracle.in_solid(volume, level) for volume in volumes]
+        reached = [oracle.key[level][i] in answer for i, answer in zip(some.tolist(), expected, strict=True)]
+        assert sum(reached) > 100 if sign < 0 else not any(reached)
+        assert asked(filled.target, "volumes", level, volumes) == expected
+        assert in_process(filled, level, volumes, 0) == expected
+
+
+@pytest.mark.parametrize("level", ["part", "arc"])
+def test_balls_and_views_one_by_one(filled: Filled, level: str) -> None:
+    oracle, rng = filled.oracle, np.random.default_rng(3)
+    some = rng.choice(thick(oracle.corners[level]), 10, replace=False)
+    looks = views(rng, oracle.corners[level][some, 3])
+    balls = [v for v in beside_corners(oracle.corners[level][some], rng, -1.0) if isinstance(v, Sphere)]
+    expected = [oracle.in_view(view, level) for view in looks] + [oracle.in_solid(ball, level) for ball in balls]
+    statements = [call(volume, level, filled.camera) for volume in [*looks, *balls]]
+    answers = [{(row[2], row[1]) for row in rows} for rows in rows_of(filled.target, statements)]
+    assert answers == expected
+    assert in_process(filled, level, [*looks, *balls], 0) == expected
+    assert sum(map(bool, expected)) > 8
+
+
+@pytest.mark.parametrize("level", ["part", "feature"])
+def test_nearest_and_wholly_within(filled: Filled, level: str) -> None:
+    """A feature is as far as the farther of its box and its part's, on each axis."""
+    oracle, rng = filled.oracle, np.random.default_rng(4)
+    of_part = {path: i for i, (path, _) in enumerate(oracle.key["part"])}
+    own = [of_part[path] for path, _ in oracle.key[level]]
+    low, high = oracle.low[level], oracle.high[level]
+    part_low, part_high = oracle.low["part"][own], oracle.high["part"][own]
+    element = "-1" if level == "part" else "feature_no"
+    with duckdb.connect(filled.target) as connection:
+        for count in (1, 3, 11, 40, 300):
+            at = rng.uniform(low.min(axis=0), high.max(axis=0))
+            beyond = np.maximum.reduce([low - at, at - high, part_low - at, at - part_high, 0 * low])
+            away = np.linalg.norm(beyond, axis=1)
+            question = f"SELECT path, {element}, distance_mm FROM nearest_{level}s(?, ?, ?, {count})"  # noqa: S608
+            rows = connection.execute(question, at.tolist()).fetchall()
+            assert [row[2] for row in rows] == pytest.approx(np.sort(away)[:count])
+            known = dict(zip(oracle.key[level], away.tolist(), strict=True))
+            assert all(known[path, no] == pytest.approx(distance) for path, no, distance in rows)
+        for i in rng.choice(len(low), 8):
+            for grown in (STEP, -STEP):
+                bounds = np.concatenate([low[i] - STEP, high[i] + STEP])
+                bounds[rng.integers(3)] += STEP - grown
+                inside = (low >= bounds[:3]).all(axis=1) & (high <= bounds[3:]).all(axis=1)
+                question = f"SELECT path, {element} FROM {level}s_within_box(?, ?, ?, ?, ?, ?)"  # noqa: S608
+                found = set(connection.execute(question, bounds.tolist()).fetchall())
+                assert found == {oracle.key[level][k] for k in np.flatnonzero(inside)}
+                assert (oracle.key[level][i] in found) == (grown > 0)
