@@ -268,18 +268,21 @@ def circle_on(value: Floats, points: Floats) -> Floats:
     their mean square distance, then the covariance (3, 3) of the centre on the plane and radius for unit noise, in
     space."""
     d = np.column_stack([points - [30, -20], np.ones(len(points))]) @ value
-    space = place(*points.T, d).T
+    space = place(points[:, 0], points[:, 1], d).T
     middle = space.mean(axis=0)
     axes = np.linalg.svd(space - middle)[2]
     flat = (space - middle) @ axes[:2].T
     start = np.append(flat.mean(axis=0), np.ptp(flat) / 2)
-    fit = least_squares(
-        lambda q: np.linalg.norm(flat - q[:2], axis=1) - q[2], start, xtol=1e-15, ftol=1e-15, gtol=1e-15
-    )
+
+    def off(q: Floats) -> Floats:
+        return np.asarray(np.linalg.norm(flat - q[:2], axis=1) - q[2])
+
+    fit = least_squares(off, start, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    jacobian = np.asarray(fit.jac, float)
     basis = np.zeros((7, 3))
     basis[:3, :2], basis[6, 2] = axes[:2].T, 1.0
     normal = axes[2] * np.sign(axes[2, 2])
-    unit = basis @ np.linalg.inv(fit.jac.T @ fit.jac) @ basis.T
+    unit = basis @ np.linalg.inv(jacobian.T @ jacobian) @ basis.T
     of_pixel = (
         np.linalg.norm(np.diff(space, axis=0), axis=1).sum() / np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
     )
