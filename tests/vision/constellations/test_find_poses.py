@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -9,9 +13,11 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Floats
-from relmodel.geometry.transforms import rotation_matrix
-from tests.vision.constellations.test_join import circles
-from vision.cameras.cameras import Prior, perturb
+from relmodel.geometry.transforms import MATRIX_COLUMNS, rotation_matrix
+from relmodel.store import Store
+from tests.vision.constellations.test_join import OBJECT, circles, keep
+from tests.vision.constellations.test_one_picture import CAMERA, before_the_camera, picture_of
+from vision.cameras.cameras import Prior, Rig, perturb
 from vision.constellations.elements import Circles, JoinedPairs
 from vision.constellations.find_poses import (
     ModelArcs,
@@ -20,6 +26,8 @@ from vision.constellations.find_poses import (
     best_distinct,
     candidates,
     count_alike,
+    find_poses,
+    find_poses_of_one_picture,
     sample_scene,
     solve_poses,
 )
@@ -197,5 +205,112 @@ def test_relations_are_counted_in_either_order_and_candidates_told_from_the_prio
     np.testing.assert_allclose(found.delta[0], 0, atol=1e-9)
 
 
-def test_exact_circles_have_no_covariance() -> None:
-    assert not Circles.exact(np.zeros((2, 3)), np.zeros((2, 3)), np.ones(2)).covariance.any()
+WORLD = perturb(np.eye(4), np.array([[900.0, -400, 300, 0.9, -0.5, 0.7]]))[0]
+
+
+class World:
+    """A store of which one thing is known besides: the object of the circles is the one inspected, and its edges."""
+
+    def __init__(self, store: Store, edges: Floats) -> None:
+        self.store, self.edges = store, edges
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.store, name)
+
+    def columns(self, connection: Any, name: str, **given: Any) -> Any:
+        if name == "constellations/objects":
+            assert given == {"world_id": 3}
+            return {"object_id": np.array([OBJECT])} | dict(zip(MATRIX_COLUMNS, WORLD[:3].reshape(12, 1), strict=True))
+        if name == "constellations/lines":
+            assert given == {"object_id": OBJECT, "least_length": 12.0, "most": 200}
+            return {f"{end}_{axis}": self.edges[:, 3 * e + a]
+                    for e, end in enumerate(("start", "end")) for a, axis in enumerate("xyz")}  # fmt: skip
+        return self.store.columns(connection, name, **given)
+
+
+@pytest.fixture
+def store(duckdb_template: Path, tmp_path: Path) -> Iterator[Store]:
+    with Store.open(str(shutil.copy(duckdb_template, tmp_path / "cell.duckdb"))) as opened:
+        yield opened
+
+
+def test_ellipses_of_one_picture_tell_where_the_rig_is(store: Store) -> None:
+    """With no prior, with one beside the truth, and with one that rules it out."""
+    seen = before_the_camera(14, 6)
+    camera_from_object = perturb(np.eye(4), np.array([[20.0, -30, 50, 0.3, 0.2, -1.0]]))[0]
+    back = np.linalg.inv(camera_from_object)
+    model = Circles.exact(seen.centre @ back[:3, :3].T + back[:3, 3], seen.normal @ back[:3, :3].T, seen.radius)
+    keep(store, model)
+    mounted = perturb(np.eye(4), np.array([[50.0, 10, -70, 0.1, -0.4, 0.2]]))[0]
+    rig = Rig({"one": CAMERA}, {"one": mounted})
+    truth = WORLD @ back @ np.linalg.inv(mounted)
+    known = cast(Store, World(store, np.zeros((0, 6))))
+    with store.read() as connection:
+        for off in (None, [12.0, -9, 15, 0.01, 0.02, -0.01], [400.0, 0, 0, 0, 0, 0]):
+            prior = None if off is None else Prior.isotropic(perturb(truth, np.array([off]))[0], 20.0, 0.03)
+            found = find_poses_of_one_picture(known, connection, rig, 3, picture_of(seen, CAMERA), prior)
+            if off and off[0] > 100:
+                assert len(found.candidates.score) == 0
+                continue
+            best = perturb(found.prior.world_from_rig, found.candidates.delta[:1])[0]
+            np.testing.assert_allclose(best @ mounted, truth @ mounted, atol=0.02)
+            assert (np.diff(found.candidates.score) <= 0).all()
+            assert found.candidates.score[0] > found.candidates.enough == 30.0
+            assert found.prior.is_open == (off is None)
+
+
+@pytest.mark.parametrize("kind", ["circles", "lines", "both"])
+def test_circles_or_straight_edges_in_space_tell_where_the_rig_is(store: Store, kind: str) -> None:
+    """Lines are joined where circles explain too little: here one of them is true, and all others are elsewhere."""
+    model, box = circles(16, 6), np.array([60.0, 90, 40])
+    frame_of_box = frame(box)
+    samples, arc = frame_of_box.sample_point, frame_of_box.sample_arc
+    edges = np.array([[*(samples[arc == k][0] - 0.5 * t), *(samples[arc == k][-1] + 0.5 * t)]
+                      for k in range(12) for t in [frame_of_box.sample_tangent[arc == k][0]]])  # fmt: skip
+    keep(store, model)
+    truth = perturb(np.eye(4), np.array([[300.0, 200, -700, 0.4, 0.9, -0.3]]))[0]
+    rig_from_object = np.linalg.inv(truth) @ WORLD
+    turn, shift = rig_from_object[:3, :3], rig_from_object[:3, 3]
+    t = np.linspace(0, 2 * np.pi, 60, endpoint=False)[:, None]
+    rows: list[Any] = []
+    points, tangents, arcs = [samples], [frame_of_box.sample_tangent], [arc]
+    for c, n, r in zip(model.centre, model.normal, model.radius, strict=True):
+        u = np.cross(n, [0.3, 0.5, -0.8])
+        u /= np.linalg.norm(u)
+        v = np.cross(n, u)
+        points.append(c + r * (np.cos(t) * u + np.sin(t) * v))
+        tangents.append(-np.sin(t) * u + np.cos(t) * v)
+        arcs.append(np.full(60, 12 + len(rows)))
+        place = turn @ c + shift + (0 if kind == "circles" else 500 * np.random.default_rng(len(rows)).normal(size=3))
+        rows.append((1, place + turn @ (r * u), place + turn @ (r * u), place, turn @ (r * u), turn @ (r * v), 1.0))
+    if kind != "circles":
+        rows = rows if kind == "both" else []
+        rows += [(0, turn @ e[:3] + shift, turn @ e[3:] + shift, NO, NO, NO, 1.0) for e in edges]
+    found_arcs = space(*rows)
+    sure = np.tile(np.diag([0.04] * 3 + [1e-4] * 3 + [0.04]), (len(rows), 1, 1))
+    object.__setattr__(found_arcs, "conics", replace(found_arcs.conics, covariance=sure))
+    object.__setattr__(found_arcs, "covariance", np.tile(0.01 * np.eye(6), (len(rows), 1, 1)))
+    point, tangent = np.concatenate(points) @ WORLD[:3, :3].T + WORLD[:3, 3], np.concatenate(tangents) @ WORLD[:3, :3].T
+    made: dict[Any, Any] = {}
+    scene = cast(Scene, SimpleNamespace(
+        reference_samples=np.arange(len(point)), sample_cosine=np.zeros(len(point)), sample_length=np.ones(len(point)),
+        sample_point=point, sample_tangent=tangent, sample_arc=np.concatenate(arcs),
+        once=lambda key, make: made.setdefault(key, make()),
+    ))  # fmt: skip
+    known = cast(Store, World(store, edges))
+    with store.read() as connection:
+        for off in (None, [12.0, -9, 15, 0.01, 0.02, -0.01], [900.0, 0, 0, 0, 0, 0]):
+            prior = None if off is None else Prior.isotropic(perturb(truth, np.array([off]))[0], 20.0, 0.03)
+            found = find_poses(known, connection, scene, 3, found_arcs, prior)
+            poses = perturb(found.prior.world_from_rig, found.candidates.delta)
+            near = np.abs((poses - truth) @ np.append(shift, 1)).max(axis=1) < 2
+            assert near.any() == (not off or off[0] < 100)
+            if near.any() and kind != "both":
+                # A box on its head looks the same: of circles the true pose is the best.
+                assert near[0] or kind == "lines"
+                assert found.candidates.score[0] > 0.9
+                assert found.candidates.enough == 0.15
+            assert (np.diff(found.candidates.score) <= 0).all()
+            assert set(found.relations) == ({"circles"} if kind == "circles" and near.any() else {"circles", "lines"})
+            alike = [np.asarray(r["alike"]) for r in found.relations.values()]
+            assert max(a.max(initial=0) for a in alike) > 0
