@@ -240,7 +240,8 @@ def rough(seed: int) -> tuple[ImageCurves, Areas]:
     centre[3, n - k :] = [0.3, 2.1, 1.9, 2.0, 0.2, 0.4]
     drawn = replace(
         drawn, sigma=rng.uniform(0.05, 0.9, n), end_sigma=rng.uniform(0.02, 3, n),
-        angle_sigma=rng.uniform(0.001, 0.05, n), salience=drawn.salience * rng.choice([0.01, 0.1, 0.2, 1], n), centre_x=centre[0], centre_y=centre[1],
+        angle_sigma=rng.uniform(0.001, 0.05, n), salience=drawn.salience * rng.choice([0.01, 0.1, 0.2, 1], n),
+        centre_x=centre[0], centre_y=centre[1],
         radius=centre[2], centre_sigma=centre[3], radius_sigma=0.5 * centre[3],
     )  # fmt: skip
     squares = [
@@ -301,9 +302,9 @@ def by_loops(drawn: ImageCurves, areas: Areas) -> dict[tuple[int, int, int], lis
     chords = [p[-1] - p[0] for p in points]
     straight = []
     for p, chord, own in zip(points, chords, salience, strict=False):
-        length = max(np.linalg.norm(chord), 1e-9)
+        length = max(float(np.hypot(chord[0], chord[1])), 1e-9)
         bow = np.abs(chord[0] * (p - p[0])[:, 1] - chord[1] * (p - p[0])[:, 0]).max() / length
-        straight.append(length >= 15 and own >= 1 and bow <= 0.04 * length)
+        straight.append(bool(length >= 15 and own >= 1) and bow <= 0.04 * length)
     for a, b in gaps:
         if max(a, b) >= count:
             continue
