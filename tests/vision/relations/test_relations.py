@@ -140,35 +140,6 @@ def test_parallel_lines_know_on_which_side_they_are() -> None:
     assert only(found, NEAR, 0, 1)[2] == pytest.approx(np.arctan2(-19, 10))
 
 
-def test_flat_arcs_count_as_lines_and_bent_ones_do_not() -> None:
-    turn = np.linspace(-0.1, 0.1, 9)
-    flat = np.column_stack([200 * np.sin(turn), 20 - 200 * (1 - np.cos(turn))])
-    bent = np.column_stack([40 * np.sin(5 * turn), 40 - 40 * (1 - np.cos(5 * turn))])
-    found = relate(curves([(-30, 0), (30, 0)], flat, bent), NO_AREAS)
-    parallel = found.kind == PARALLEL
-    assert set(zip(found.a[parallel], found.b[parallel], strict=True)) == {(0, 1), (1, 0)}
-
-
-def test_what_meets() -> None:
-    crossing = [(0.0, 0.0), (60.0, 0.0)], [(30.0, -30.0), (30.0, 30.0)]
-    ending = [(0.0, 3.0), (-40.0, 43.0)]
-    found = relate(curves(*crossing, ending), NO_AREAS)
-    joined = found.kind == JUNCTION
-    assert set(zip(found.a[joined], found.b[joined], strict=True)) == {(0, 2), (2, 0)}
-    gap, spread, angle, turn_spread = only(found, JUNCTION, 0, 2)
-    assert (gap, angle) == pytest.approx((3.0, np.pi / 4))
-    assert spread == pytest.approx(2 * np.sqrt(2))  # both with an end
-    assert turn_spread == pytest.approx(0.01 * np.sqrt(2))
-
-
-def test_circles_about_one_centre_and_of_one_size() -> None:
-    found = relate(circles((50, 50, 30), (50.6, 50.8, 15), (150, 50, 33), (150, 150, 60)), NO_AREAS)
-    assert only(found, CONCENTRIC, 0, 1)[0] == pytest.approx(1.0)
-    assert only(found, EQUAL_RADIUS, 0, 2)[0] == pytest.approx(3.0)
-    assert only(found, EQUAL_RADIUS, 2, 0)[0] == pytest.approx(-3.0)
-    assert np.count_nonzero(np.isin(found.kind, (CONCENTRIC, EQUAL_RADIUS))) == 4
-
-
 def test_a_region_is_as_far_as_its_outline() -> None:
     found = relate(curves([(0, 100), (60, 100)], [(90, 100), (110, 100)]), square(100.0, 100.0, 30.0))
     assert only(found, NEAR, 0, 2)[0] == pytest.approx(10.0)
