@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import permutations
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
+from shapely import LineString, distance
 
 from relmodel.arrays import Floats
 from tests.vision.matching.test_view_units import circle, surfaces, view
@@ -242,3 +244,48 @@ def test_pairs_are_judged_priced_and_struck_as_loops_do() -> None:
         else:
             assert found.arcs.reason[k] == reason
     assert (found.arcs.reason == COVERED).sum() <= 1
+
+
+@pytest.mark.parametrize(
+    ("share", "ratio", "rough", "centred", "rounded"),
+    [
+        (1.0, 1.0, 0.0, True, True),
+        (0.27, 1.0, 0.0, True, True),
+        (0.23, 1.0, 0.0, False, False),  # too little of the way round
+        (1.0, 0.92, 0.0, True, True),
+        (1.0, 0.88, 0.0, True, False),
+        (1.0, 1.0, 0.4, True, True),
+        (1.0, 1.0, 0.7, False, False),
+    ],
+)
+def test_arcs_of_a_view_have_centres_and_radii_where_they_show_enough(
+    share: float, ratio: float, rough: float, centred: bool, rounded: bool
+) -> None:
+    """Beside a circle about the same point, and one of the same size; with the standard deviations that they say."""
+    t = np.linspace(0, 2 * np.pi * share, 2 * int(200 * share), endpoint=share < 1)
+    radial = 50 + rough * np.where(np.arange(len(t)) // 8 % 2, 1, -1)
+    drawn = np.column_stack([200 + radial * np.cos(t), 150 + ratio * radial * np.sin(t)])
+    arcs = view(circle(200, 150, 70), drawn, circle(330, 150, 50 * np.sqrt(ratio)))
+    units = describe_view(arcs, np.full((len(arcs.run), 6), 0.1), replace(BENT, distortion=np.zeros(0)), surfaces())
+    r = {name: np.asarray(values) for name, values in units.relations.items()}
+    spread = np.hypot(0.1 * np.sqrt(6), 0.5)
+    for kind, a, b, there in (("concentric", 0, 1, centred), ("equal_radius", 1, 2, rounded)):
+        at = np.flatnonzero((r["kind"] == kind) & (r["unit_a"] == a) & (r["unit_b"] == b))
+        assert len(at) == there
+        if there:
+            own, other = (1.0, 1 / share) if kind == "concentric" else (1 / share, 1.0)
+            assert r["distance"][at[0]] == pytest.approx(0, abs=0.15)
+            assert r["distance_sigma"][at[0]] == pytest.approx(spread * np.hypot(own, other), rel=0.06)
+
+
+def test_gaps_between_arcs_of_a_view_are_those_of_their_courses() -> None:
+    """Also of a point, which is as long as a pixel."""
+    units, _ = described(replace(BENT, distortion=np.zeros(0)))
+    p = {name: np.asarray(values) for name, values in units.points.items()}
+    lines = [np.column_stack([p["x"], p["y"]])[p["view_arc_no"] == k] for k in range(5)]
+    lines[3] = lines[3] + 0.5 * np.array([[-0.6, -0.8], [0.6, 0.8]])
+    r = {name: np.asarray(values).tolist() for name, values in units.relations.items()}
+    gaps = {(a, b): d for kind, a, b, d in zip(r["kind"], r["unit_a"], r["unit_b"], r["distance"], strict=True)
+            if kind == "near" and max(a, b) < 5}  # fmt: skip
+    expected = {(a, b): distance(LineString(lines[a]), LineString(lines[b])) for a, b in permutations(range(5), 2)}
+    assert gaps == {pair: pytest.approx(gap, abs=0.01) for pair, gap in expected.items() if gap < 140}
