@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import combinations, permutations, product
+from itertools import combinations, product
 
 import numpy as np
 
@@ -57,19 +57,26 @@ def described(lines: Lines, i: int, j: int, turn: tuple[int, int]) -> tuple[floa
     return (di @ dj, (q - p) @ across / np.linalg.norm(across), *stretches)
 
 
-def alike(scene: Lines, model: Lines, distance: float, cosine: float, along: float) -> set[tuple[int, ...]]:
-    """Pairs of edges, and which way those of the scene run, that agree: by loops."""
+def alike(scene: Lines, model: Lines) -> set[tuple[int, ...]]:
+    """Pairs of edges, and which way those of the scene run, that agree: by loops.  What distance and cosine may be off
+    is three standard deviations, within limits; the stretches 6 mm."""
+    sure = relate_lines(scene, EVERY)
+    names = ("unit_a", "unit_b", "distance_sigma", "cosine_sigma")
+    off: dict[tuple[int, int], tuple[float, float]] = {}
+    for i, j, distance, cosine in zip(*(sure[name].tolist() for name in names), strict=True):
+        off[i, j] = off[j, i] = (min(max(3 * distance, 1.5), 8.0), min(max(3 * cosine, 0.03), 0.2))
     stored = {}
     for a, b in combinations(range(len(model)), 2):
         turned = 1 if (model.end[a] - model.start[a]) @ (model.end[b] - model.start[b]) >= 0 else -1
         stored[a, b] = described(model, a, b, (1, turned))
     found: set[tuple[int, ...]] = set()
-    for (i, j), s, t in product(permutations(range(len(scene)), 2), (1, -1), (1, -1)):
+    for (i, j), s, t in product(off, (1, -1), (1, -1)):
         here = described(scene, i, j, (s, t))
         for (a, b), there in stored.items():
-            if here is None or there is None or abs(here[1] - there[1]) > distance or abs(here[0] - there[0]) > cosine:
+            if here is None or there is None or here[0] < -off[i, j][1]:
                 continue
-            if all(here[k] >= there[k] - along and here[k + 1] <= there[k + 1] + along for k in (2, 4)):
+            near = abs(here[1] - there[1]) <= off[i, j][0] and abs(here[0] - there[0]) <= off[i, j][1]
+            if near and all(here[k] >= there[k] - 6 and here[k + 1] <= there[k + 1] + 6 for k in (2, 4)):
                 found.add((i, j, a, b, s, t))
     return found
 
@@ -77,14 +84,13 @@ def alike(scene: Lines, model: Lines, distance: float, cosine: float, along: flo
 def test_the_join_finds_what_loops_find(fresh_store: str) -> None:
     model = edges(14, 1)
     scene = seen(model, 2)
+    scale = np.geomspace(0.1, 30, 14)[:, None, None]
+    scene = Lines(scene.start, scene.end, scene.covariance * scale)
     with Store.open(fresh_store) as store, store.read() as connection:
         joined = join_lines(store, connection, relate_lines(scene, EVERY), model, EVERY)
     rows = set(map(tuple, np.hstack([joined.scene, joined.model, joined.sign]).tolist()))
     assert len(rows) == len(joined.alike)
-    # How far a pair may be off follows from its covariance: between the least allowed and what no pair here exceeds.
-    surely = alike(scene, model, EVERY.least_mm, EVERY.least_cosine, EVERY.along_mm)
-    assert surely <= rows
-    assert rows <= alike(scene, model, EVERY.bin_mm, EVERY.most_cosine, EVERY.along_mm)
+    assert rows == alike(scene, model)
     assert {(i, j, i, j) for i, j in combinations(range(14), 2)} & {row[:4] for row in rows}
 
 
