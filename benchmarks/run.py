@@ -71,6 +71,7 @@ BENCHMARKS = (
     Benchmark("nearest_edge", ("--sets", "demo", "A", "--count", "2"), needs_data=True),
     Benchmark("stated", ("--draws", "1", "--pairs", "2"), needs_data=True),
     Benchmark("without_prior", ("--pairs", "1"), needs_data=True),
+    Benchmark("distances", ("--pairs", "1", "--sets", "A", "--crowds", "0"), needs_data=True),
     Benchmark("ablations", ("--pairs", "1", "--sets", "A", "render_box"), needs_data=True),
     Benchmark("alterations", ("--count", "10")),
     Benchmark("audit_cost", ("--pairs", "00")),

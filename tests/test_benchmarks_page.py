@@ -18,6 +18,8 @@ TOOLS = {
     "altered_models",
     "constellation",
     "displaced_views",
+    "fault_calls",
+    "faults",
     "export_problems",
     "inspection_snapshot",
     "load_snapshot",
