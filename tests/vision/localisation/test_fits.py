@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Floats
-from relmodel.geometry.transforms import skew
 from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig
-from tests.vision.localisation.simulation import Errors, simulate
-from vision.cameras.cameras import CalibrationSigma, Needs, Prior, Rig, perturb, perturbation
+from vision.cameras.cameras import Needs, Prior, Rig, perturb, perturbation
 from vision.localisation.hypotheses import (
     EdgePoints,
     build_evidence,
@@ -67,22 +65,6 @@ def exact_edges(
 def fit(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], prior: Prior, start: Floats) -> RefinedPose:
     indexes = {n: EdgeIndex(edges[n]) for n in rig.cameras}
     return Fit(scene, rig, indexes, build_fine_evidence(rig, edges), prior).refine(start)
-
-
-def test_covariance_holds_the_truth() -> None:
-    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
-    prior = off(truth, 20.0, np.radians(2), 3)
-    distances = []
-    for seed in range(6):
-        rng = np.random.default_rng(seed)
-        edges = exact_edges(truth, rng)
-        start = perturb(truth, rng.normal(0, 1, 6) * np.repeat([0.8, 0.0015], 3))
-        found = fit(scene, rig, edges, prior, start)
-        d = perturbation(found.world_from_rig, truth)
-        assert np.abs(d[:3]).max() < 0.3
-        distances.append(d @ np.linalg.solve(found.covariance, d))
-    # Chi-square of six degrees has mean 6; the covariance also holds shifts of arcs, of which there are none here.
-    assert 0.5 < np.mean(distances) < 9
 
 
 def test_a_part_that_stands_elsewhere_does_not_drag_the_pose() -> None:
@@ -175,20 +157,6 @@ def test_nothing_is_left_out_of_one_rigid_part() -> None:
     assert not found.others
 
 
-def test_tolerance_moves_an_arc_for_all_cameras() -> None:
-    """A second camera sees the same arcs out of place: it tells little more of where they are."""
-    errors = Errors(tolerance_mm=0.3)
-    one, two = (simulate(errors, 5, cameras).refined for cameras in (("left",), ("left", "right")))
-    known = [np.linalg.eigvalsh(compute_middle(h)).min() for h in (one, two)]
-    assert known[1] > 0.75 * known[0]
-
-
-def compute_middle(h: RefinedPose) -> Floats:
-    """Covariance (3, 3) of the point in the middle of what is seen."""
-    to_middle = np.hstack([np.eye(3), -skew(np.median(h.prediction.point, axis=0))])
-    return np.asarray(to_middle @ h.covariance @ to_middle.T)
-
-
 def test_evidence_is_high_on_edges_and_what_is_expected_there() -> None:
     scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
     edges = exact_edges(truth, np.random.default_rng(2))
@@ -240,51 +208,7 @@ def test_jacobians_are_derivatives(turned: float) -> None:
         assert np.allclose(numeric, jacobian[:, :, k], rtol=1e-3, atol=1e-2)
 
 
-@pytest.mark.parametrize(
-    "errors",
-    [
-        Errors(),
-        Errors(arc_px=0.3),
-        Errors(tolerance_mm=0.3),
-        Errors(calibration=CalibrationSigma(0.002, 0.5, 0.3, 0.002)),
-    ],
-    ids=["noise", "arcs", "tolerance", "calibration"],
-)
-def test_stated_errors_are_held_by_the_covariance(errors: Errors) -> None:
-    """benchmarks/uncertainty.py runs 2,000 of these."""
-    distances = np.array([simulate(errors, seed).chi_square for seed in range(4)])
-    # Chi-square of six degrees of freedom: mean 6, one in 1,000 beyond 22.5.
-    assert 1.0 < distances.mean() < 12.0
-    assert distances.max() < 36.0
-
-
-def test_a_calibration_that_is_off_is_not_held_unless_it_is_stated() -> None:
-    sigma = CalibrationSigma(focal=0.005)
-    stated = np.mean([simulate(Errors(calibration=sigma), seed).chi_square for seed in range(2)])
-    unstated = np.mean([simulate(Errors(calibration=sigma), seed, stated=False).chi_square for seed in range(2)])
-    assert stated < 12
-    assert unstated > 5 * stated
-
-
-@pytest.mark.parametrize("cameras", [("left", "right"), ("left",)])
-def test_a_stated_tolerance_leaves_an_exact_model_where_it_is(cameras: tuple[str, ...]) -> None:
-    exact, tolerant = (
-        [simulate(Errors(), seed, cameras, stated_tolerance_mm=mm) for seed in range(3)] for mm in (0.0, 1.0)
-    )
-    assert max(one.off_mm for one in tolerant) < 0.4
-    for a, b in zip(exact, tolerant, strict=True):
-        assert b.refined.evidence > 0.9 * a.refined.evidence
-
-
-def test_a_stated_calibration_brings_the_pose_nearer() -> None:
-    errors = Errors(calibration=CalibrationSigma(0.004, 3.0, 1.5, 0.004))
-    stated, silent = ([simulate(errors, seed, stated=said) for seed in range(4)] for said in (True, False))
-    assert np.mean([one.off_mm for one in stated]) < 0.5 * np.mean([one.off_mm for one in silent])
-    gained = np.mean([one.refined.evidence for one in stated]) / np.mean([one.refined.evidence for one in silent])
-    assert gained > 1.2, "edges are looked for where the solved cameras put them"
-
-
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(3))
 def test_refinement_never_worsens(seed: int) -> None:
     """Like cubes, of which most have stronger edges beside their own: labels, shadows, other things that look alike."""
     rng = np.random.default_rng(seed)
