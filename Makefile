@@ -7,7 +7,7 @@ TESTS := .venv/tests
 BENCH := .venv/bench
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable
 
-.PHONY: demo cell test lint docs house answers bench bench-full clean
+.PHONY: demo cell test test-times lint docs house answers bench bench-full clean
 
 demo: $(RUNS)  ## one inspection of the demonstration bulkhead
 	$(BIN)/relmodel demo
@@ -17,6 +17,9 @@ cell: $(RUNS)  ## the cell of two arms, table and bulkhead, in the store cell.du
 
 test: $(TESTS)  ## all tests; those over the test data too where RELMODEL_TEST_DATA names its folder
 	$(BIN)/python -m pytest --numprocesses auto
+
+test-times: $(TESTS)  ## all tests, and which forty took longest
+	$(BIN)/python -m pytest --numprocesses auto --durations=40
 
 lint: $(TESTS)  ## ruff and mypy
 	$(BIN)/ruff check .

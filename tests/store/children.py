@@ -46,13 +46,36 @@ def use_migrations(folder: Path) -> None:
         module.resource_dir = lambda name: folder if name == "migrations" else resource_dir(name)  # type: ignore[attr-defined]
 
 
-def extract(store: Store, rows: int) -> int:
-    """A run that writes a few rows; its number."""
-    with Run.begin(store, "extract", {}) as run, run.write() as connection:
+def write_images(store: Store, run: Run, rows: int) -> None:
+    """A transaction of a run that writes a few rows."""
+    with run.write() as connection:
         ids = store.new_ids(connection, "image", rows)
         sizes: Columns = {"width": 4, "height": 3, "depth": 8}
         store.append(connection, "image", {"id": ids, "sha256": [str(i) for i in ids], "file_name": "a.png", **sizes})
+
+
+def extract(store: Store, rows: int) -> int:
+    """A run that writes a few rows; its number."""
+    with Run.begin(store, "extract", {}) as run:
+        write_images(store, run, rows)
     return run.id
+
+
+def begin_and_wait(target: str, pipe: Pipe, let_go: bool) -> None:
+    """Be at a run, with the file open or let go, until told otherwise."""
+    with Store.open(target) as store, Run.begin(store, "load", {}) as run:
+        if let_go:
+            store.release()
+        pipe.send(run.id)
+        pipe.recv()
+
+
+def write_for_ever(target: str, pipe: Pipe) -> None:
+    """One transaction of a run after the other, each told."""
+    with Store.open(target) as store, Run.begin(store, "extract", {}) as run:
+        while True:
+            write_images(store, run, 500)
+            pipe.send(500)
 
 
 def extract_for_ever(target: str, pipe: Pipe, runs: int | None = None) -> None:

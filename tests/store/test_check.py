@@ -233,10 +233,10 @@ FAULTS = {
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_fault_is_found(name: str, fresh_store: str) -> None:
+def test_fault_is_found(name: str, duckdb_file: Path) -> None:
     model = plate()
     FAULTS[name](model)
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         fill(store, model)
         with store.read() as connection:
             assert store.rows(connection, f"check/{name}")
@@ -261,27 +261,21 @@ BROKEN = [
 ]
 
 
-@pytest.mark.parametrize(("table", "change", "columns", "parent", "row_count", "key"), BROKEN)
-def test_rows_whose_reference_leads_nowhere_are_found(
-    table: str, change: str, columns: str, parent: str, row_count: int, key: str, fresh_store: str
-) -> None:
+def test_rows_whose_reference_leads_nowhere_are_found(fresh_store: str) -> None:
     """Columns that are null, as surface_b of all arcs here, refer to nothing."""
     with Store.open(fresh_store) as store:
         fill(store, plate())
         with store.write() as connection:
             if store.dialect == "postgresql":  # whose foreign keys are triggers
                 connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
-            connection.exec_driver_sql(f"UPDATE {table} SET {change}")  # noqa: S608
+            for table, change, *_ in BROKEN:
+                connection.exec_driver_sql(f"UPDATE {table} SET {change}")  # noqa: S608
         (found,) = (finding for finding in check(store) if finding.query == "references")
-    assert found.rows == [
-        {
-            "relation": "coedge" if table == "loop" else table,
-            "column_names": columns,
-            "parent": parent,
-            "row_count": row_count,
-            "one_key": key,
-        }
+    names = ("relation", "column_names", "parent", "row_count", "one_key")
+    expected = [
+        dict(zip(names, ("coedge" if table == "loop" else table, *rest), strict=True)) for table, _, *rest in BROKEN
     ]
+    assert sorted(found.rows, key=repr) == sorted(expected, key=repr)
 
 
 def test_every_query_has_a_fault_here() -> None:

@@ -38,7 +38,7 @@ def outcome(target: str, states: list[str], variants: Variants, verdict: str = "
             run.append(connection, "presence", {"run_id": run.id, **seen})
             ids = store.new_ids(connection, "object_variant", len(variants))
             loaded: dict[str, Any] = {"name": "bulkhead", "variant": [name for name, _, _ in variants]}
-            loaded |= {"revision": 1, "object_id": 1, "source_id": 1}
+            loaded |= {"revision": run.id, "object_id": 1, "source_id": 1}
             run.append(connection, "object_variant", {"id": ids, **loaded})
             order = np.argsort([-odds for _, odds, _ in variants])
             weighed: dict[str, Any] = {"log_odds": [variants[k][1] for k in order], "decided": 90}
@@ -48,9 +48,9 @@ def outcome(target: str, states: list[str], variants: Variants, verdict: str = "
         return read_outcome(store, run.id)
 
 
-def test_parts_and_features_that_are_not_as_modelled_are_counted(fresh_store: str) -> None:
+def test_parts_and_features_that_are_not_as_modelled_are_counted(store_of_runs: str) -> None:
     states = ["changed"] * 3 + ["contradicted", "confirmed", "not_confirmed", "not_confirmed", "undecidable"]
-    said = outcome(fresh_store, states, [])
+    said = outcome(store_of_runs, states, [])
     counts = "5 of 8 checked, 3 changed, 1 contradicted, 2 not confirmed, 1 undecidable"
     assert said.words == f"pose usable; part deviates (4 findings); {counts}"
     assert (said.pose_verdict, said.part_verdict, said.mood) == ("usable", "deviates", "bad")
@@ -74,9 +74,9 @@ def test_parts_and_features_that_are_not_as_modelled_are_counted(fresh_store: st
     ],
 )
 def test_what_is_not_checked_never_reads_as_passed(
-    fresh_store: str, verdict: str, confirmed: int, open_: int, words: str, mood: str
+    store_of_runs: str, verdict: str, confirmed: int, open_: int, words: str, mood: str
 ) -> None:
-    said = outcome(fresh_store, ["confirmed"] * confirmed + ["undecidable"] * open_, [], verdict)
+    said = outcome(store_of_runs, ["confirmed"] * confirmed + ["undecidable"] * open_, [], verdict)
     assert (said.words, said.mood, said.is_usable) == (words, mood, verdict == "accepted")
     assert said.unchecked == (open_ if confirmed + open_ else None)
     assert not any(said.has(what) for what in ("changed", "contradicted", "variant"))
@@ -102,9 +102,9 @@ A = ("A", 10.0, 12)
     ],
 )
 def test_another_variant_that_the_pictures_show_is_named(
-    fresh_store: str, variants: Variants, variant: str, evidence: str
+    store_of_runs: str, variants: Variants, variant: str, evidence: str
 ) -> None:
-    said = outcome(fresh_store, ["changed", "confirmed"], variants)
+    said = outcome(store_of_runs, ["changed", "confirmed"], variants)
     assert said.words == f"pose usable; part another variant; 2 of 2 checked, 1 changed; {variant}"
     assert (said.part_verdict, said.mood) == ("another variant", "bad")
     assert said.variant == variant
@@ -128,14 +128,14 @@ def test_another_variant_that_the_pictures_show_is_named(
         ),
     ],
 )
-def test_the_variant_of_the_world_is_no_other(fresh_store: str, variants: Variants, sentence: str) -> None:
-    said = outcome(fresh_store, ["confirmed"], variants)
+def test_the_variant_of_the_world_is_no_other(store_of_runs: str, variants: Variants, sentence: str) -> None:
+    said = outcome(store_of_runs, ["confirmed"], variants)
     assert (said.part_verdict, said.variant, said.has("variant")) == ("as modelled", None, False)
     assert said.variants[0].startswith(sentence)
 
 
-def test_a_variant_weighed_alone_says_nothing(fresh_store: str) -> None:
-    assert outcome(fresh_store, ["confirmed"], [A]).variants == []
+def test_a_variant_weighed_alone_says_nothing(store_of_runs: str) -> None:
+    assert outcome(store_of_runs, ["confirmed"], [A]).variants == []
 
 
 # Rules that a pose passes, and of what it fails only these: statistics, edges expected, and the cause.
@@ -156,9 +156,9 @@ CAUSES: list[tuple[dict[str, float], float, str]] = [
 
 @pytest.mark.parametrize(("failed", "expected", "cause"), CAUSES, ids=lambda value: str(value))
 def test_a_refusal_names_its_likeliest_cause(
-    fresh_store: str, failed: dict[str, float], expected: float, cause: str
+    store_of_runs: str, failed: dict[str, float], expected: float, cause: str
 ) -> None:
-    with Store.open(fresh_store) as store:
+    with Store.open(store_of_runs) as store:
         with Run.begin(store, "inspect", {}) as run, run.write() as connection:
             if store.dialect == "postgresql":
                 connection.exec_driver_sql("SET LOCAL session_replication_role = replica")

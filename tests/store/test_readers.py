@@ -82,16 +82,16 @@ def test_what_fails_beside_a_reader_leaves_nothing(duckdb_file: Path, reader: Ho
 
 def test_two_writers_beside_a_reader_lose_nothing(duckdb_file: Path, reader: Holder) -> None:
     here, there = CHILDREN.Pipe()
-    writers = [CHILDREN.Process(target=extract_for_ever, args=(str(duckdb_file), there, 6)) for _ in range(2)]
+    writers = [CHILDREN.Process(target=extract_for_ever, args=(str(duckdb_file), there, 3)) for _ in range(2)]
     for writer in writers:
         writer.start()
     for writer in writers:
         writer.join()
         assert writer.exitcode == 0
-    told = [here.recv() for _ in range(12)]
-    assert sorted(told) == list(range(1, 13))
+    told = [here.recv() for _ in range(6)]
+    assert sorted(told) == list(range(1, 7))
     assert reader.ask(IMAGES) == "[(0,)]"
-    assert images(duckdb_file) == 12 * 5
+    assert images(duckdb_file) == 6 * 5
 
 
 @pytest.mark.usefixtures("reader")

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import signal
 import time
-from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 
 import numpy as np
@@ -16,26 +14,13 @@ import sqlalchemy as sa
 from relmodel.errors import StoreError
 from relmodel.store import Run, Store, engine, side_files
 from relmodel.store.check import check
-
-SPAWN = multiprocessing.get_context("spawn")
-
+from tests.store.children import CHILDREN, begin_and_wait, write_for_ever, write_images
 
 ANY = {"low": 0, "high": 9999} | dict.fromkeys(("kind", "state", "verdict", "part", "text"))
 
 
 def failing(store: Store) -> dict[str, list[dict[str, object]]]:
     return {finding.query: finding.rows for finding in check(store) if finding.rows}
-
-
-def write_images(store: Store, run: Run, count: int) -> None:
-    with run.write() as connection:
-        ids = store.new_ids(connection, "image", count)
-        digests = [str(i) for i in ids]
-        store.append(
-            connection,
-            "image",
-            {"id": ids, "sha256": digests, "file_name": "a.png", "width": 4, "height": 3, "depth": 8},
-        )
 
 
 def states(store: Store) -> list[str]:
@@ -91,20 +76,12 @@ def test_rows_that_vanish_or_come_from_nowhere_are_found(fresh_store: str) -> No
         ]
 
 
-def begin_and_wait(target: str, pipe: Pipe, let_go: bool) -> None:
-    with Store.open(target) as store, Run.begin(store, "load", {}) as run:
-        if let_go:
-            store.release()
-        pipe.send(run.id)
-        pipe.recv()
-
-
 @pytest.fixture
 def living_run(fresh_store: str, request: pytest.FixtureRequest):  # type: ignore[no-untyped-def]
     """(target, process, run id) of a run that another process is at; with the parameter `let_go` it holds no file."""
-    here, there = SPAWN.Pipe()
+    here, there = CHILDREN.Pipe()
     let_go = getattr(request, "param", "") == "let_go"
-    child = SPAWN.Process(target=begin_and_wait, args=(fresh_store, there, let_go))
+    child = CHILDREN.Process(target=begin_and_wait, args=(fresh_store, there, let_go))
     child.start()
     assert here.poll(600)
     yield fresh_store, child, here.recv()
@@ -177,20 +154,13 @@ def test_own_run_is_left_alone(fresh_store: str) -> None:
         assert states(other) == ["running"]
 
 
-def write_for_ever(target: str, pipe: Pipe) -> None:
-    with Store.open(target) as store, Run.begin(store, "extract", {}) as run:
-        while True:
-            write_images(store, run, 500)
-            pipe.send(500)
-
-
 @pytest.mark.parametrize("delay", np.random.default_rng(4).uniform(0.0, 0.25, 3).round(3).tolist())
 def test_kill_during_writing_leaves_what_was_committed(duckdb_template: Path, tmp_path: Path, delay: float) -> None:
     import shutil
 
     target = str(shutil.copy(duckdb_template, tmp_path / "a.duckdb"))
-    here, there = SPAWN.Pipe()
-    child = SPAWN.Process(target=write_for_ever, args=(target, there))
+    here, there = CHILDREN.Pipe()
+    child = CHILDREN.Process(target=write_for_ever, args=(target, there))
     child.start()
     assert here.poll(600)
     time.sleep(delay)

@@ -71,12 +71,12 @@ def offending(store: Store, *checks: str) -> list[dict[str, Any]]:
     return [row for finding in check(store) if finding.query.startswith(queries) for row in finding.rows]
 
 
-def test_hundreds_of_objects_deep(fresh_store: str, tmp_path: Path) -> None:
+def test_hundreds_of_objects_deep(duckdb_file: Path, tmp_path: Path) -> None:
     depth, rng = 400, np.random.default_rng(0)
     poses = np.tile(np.eye(4), (depth, 1, 1))
     poses[:, :3, :3] = rotation_matrix(rng.uniform(-1, 1, (depth, 3)))
     poses[:, :3, 3] = rng.uniform(-5, 5, (depth, 3))
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         SyntheticModel(1).fill(store)
         ids = assemblies(store, depth)
         nest(store, ids[:-1], ids[1:], poses[:-1])
@@ -130,8 +130,8 @@ def test_cycles_are_refused_and_variants_may_nest(fresh_store: str, tmp_path: Pa
             assert connection.scalar(sa.text("SELECT count(*) FROM world")) == 1
 
 
-def test_instances_share_geometry(fresh_store: str, tmp_path: Path) -> None:
-    with Store.open(fresh_store) as store:
+def test_instances_share_geometry(duckdb_file: Path, tmp_path: Path) -> None:
+    with Store.open(duckdb_file) as store:
         model = SyntheticModel(3)
         model.fill(store)
         before = counts(store)
@@ -179,13 +179,13 @@ def bay(store: Store, folder: Path, joints: dict[str, float]) -> Path:
     return folder / "w.yaml"
 
 
-def test_nested_robots_take_their_joints(fresh_store: str, tmp_path: Path) -> None:
+def test_nested_robots_take_their_joints(duckdb_file: Path, tmp_path: Path) -> None:
     from vision.cameras.files import read_rig
     from vision.cameras.record import record_rig
 
     arm, tool = "cart/left_arm", "cart/left_arm/flange/tool"
     joints = {f"{arm}/travel": 200.0, f"{arm}/tilt_deg": 20.0, f"{arm}/face": 0.7, f"{tool}/tilt": -0.5}
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         place_world(
             store, bay(store, tmp_path, joints), write_rig=lambda r, c, _, path: record_rig(r, c, read_rig(path))
         )

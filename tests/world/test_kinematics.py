@@ -99,7 +99,8 @@ def cell(folder: Path, **change: Any) -> Path:
 
 
 def placed(store_target: str, file: Path) -> None:
-    assert main(["load", str(file.parent / "crane.urdf"), "--object", "crane", "--store", store_target]) == 0
+    with Store.open(store_target) as store:
+        load(store, file.with_name("crane.urdf"), name="crane")
     assert main(["world", str(file), "--store", store_target]) == 0
 
 
@@ -125,11 +126,11 @@ def test_every_link_is_placed_by_its_joints(fresh_store: str, tmp_path: Path) ->
     assert np.abs(moved.world_from_rig - expected).max() < 1e-9
 
 
-def test_a_joint_that_moves_moves_its_robot_only(fresh_store: str, tmp_path: Path) -> None:
+def test_a_joint_that_moves_moves_its_robot_only(duckdb_file: Path, tmp_path: Path) -> None:
     """Of the second revision one robot is written, the other stands as before."""
-    placed(fresh_store, cell(tmp_path))
-    assert main(["world", str(cell(tmp_path, joints={"travel": -200})), "--store", fresh_store]) == 0
-    with Store.open(fresh_store) as store, store.read() as connection:
+    placed(str(duckdb_file), cell(tmp_path))
+    assert main(["world", str(cell(tmp_path, joints={"travel": -200})), "--store", str(duckdb_file)]) == 0
+    with Store.open(duckdb_file) as store, store.read() as connection:
         newest = "SELECT o.* FROM occurrence AS o JOIN current_world AS w ON w.world_id = o.world_id"
         rows = connection.execute(sa.text(newest)).mappings().all()
         wrote = """SELECT DISTINCT p.name FROM placed_body AS b
@@ -144,8 +145,8 @@ def test_a_joint_that_moves_moves_its_robot_only(fresh_store: str, tmp_path: Pat
             assert np.abs(at[f"{name}/{link}"] - (WORLD_FROM[name] @ pose)[:3]).max() < 1e-9
 
 
-def test_wrong_states_and_links_are_refused(fresh_store: str, tmp_path: Path) -> None:
-    with Store.open(fresh_store) as store:
+def test_wrong_states_and_links_are_refused(duckdb_file: Path, tmp_path: Path) -> None:
+    with Store.open(duckdb_file) as store:
         load(store, cell(tmp_path).with_name("crane.urdf"), name="crane")
         for change, said in (
             ({"joints": {"tilt_deg": 70}}, r"cell.yaml: joints of objects\[0\]: joint 'tilt' at .*70 deg.*outside"),
@@ -233,10 +234,10 @@ def test_joints_with_sigmas_share_the_correction(rig: MountedRig) -> None:
 
 
 def test_where_and_back_on_the_command_line(
-    fresh_store: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    duckdb_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    placed(fresh_store, cell(tmp_path))
-    asked = ["where", "head", "--on", "two", "--world", "w", "--store", fresh_store]
+    placed(str(duckdb_file), cell(tmp_path))
+    asked = ["where", "head", "--on", "two", "--world", "w", "--store", str(duckdb_file)]
     capsys.readouterr()
     assert main([*asked, "--set", "travel=120", "--set", "tilt_deg=10", "--sigma-mm", "3"]) == 0
     said = yaml.safe_load(capsys.readouterr().out)

@@ -13,12 +13,12 @@ import yaml
 
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import MATRIX_COLUMNS
-from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
 from relmodel.world.kinematics import correct_base, mounted_rig
 from relmodel.world.placement import WorldReport
+from tests.reading import load
 from tests.world.test_kinematics import MOUNT, RIG, URDF, WORLD_FROM, links_by_hand, transform
 
 Array = npt.NDArray[np.float64]
@@ -115,9 +115,9 @@ def test_mounted_objects_go_where_their_links_go(fresh_store: str, tmp_path: Pat
         assert set(bad) == {"tool"}  # in each revision that has the mount
 
 
-def test_circles_and_second_places_are_refused(fresh_store: str, tmp_path: Path) -> None:
+def test_circles_and_second_places_are_refused(duckdb_file: Path, tmp_path: Path) -> None:
     file = cell(tmp_path)
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         for name in ("crane", "tool"):
             load(store, tmp_path / f"{name}.urdf", name=name)
         said = yaml.safe_load(file.read_text())

@@ -95,9 +95,9 @@ def test_same_content_adds_nothing_and_a_change_is_a_revision(fresh_store: str, 
         assert list(pinned) == [1, 1, 2]
 
 
-def test_unknown_objects_and_cycles_are_refused(fresh_store: str, tmp_path: Path) -> None:
+def test_unknown_objects_and_cycles_are_refused(duckdb_file: Path, tmp_path: Path) -> None:
     model = SyntheticModel(4)
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         model.fill(store, variant="b")
         file = write_world(tmp_path / "w.yaml", "cell", [{"object": "thing"}])
         with pytest.raises(InputError, match=r"thing is not loaded.*thing \(variant b\)"):
@@ -119,7 +119,7 @@ def test_unknown_objects_and_cycles_are_refused(fresh_store: str, tmp_path: Path
         assert count(store, "world") == count(store, "occurrence") == 0
 
 
-def test_mounts_point_at_rigs(fresh_store: str, tmp_path: Path) -> None:
+def test_mounts_point_at_rigs(duckdb_file: Path, tmp_path: Path) -> None:
     (tmp_path / "head.yaml").write_text("one")
     file = tmp_path / "w.yaml"
     file.write_text(
@@ -132,7 +132,7 @@ def test_mounts_point_at_rigs(fresh_store: str, tmp_path: Path) -> None:
         run.append(connection, "rig", {"id": rig_id, "content_key": [path.read_text()]})
         return int(rig_id[0])
 
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         SyntheticModel(6).fill(store)
         with pytest.raises(UsageError, match="mounts rigs"):
             place_world(store, file)
@@ -145,10 +145,10 @@ def test_mounts_point_at_rigs(fresh_store: str, tmp_path: Path) -> None:
         assert place_world(store, file, write_rig=write_rig).revision == 2
 
 
-def test_object_without_parts(fresh_store: str, tmp_path: Path) -> None:
+def test_object_without_parts(duckdb_file: Path, tmp_path: Path) -> None:
     model = SyntheticModel(5)
     model.root.children = []
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         model.fill(store)
         report = place_world(store, write_world(tmp_path / "w.yaml", "cell", [{"object": "thing"}]))
         assert (report.objects, report.parts, count(store, "object_page")) == (1, 0, 0)

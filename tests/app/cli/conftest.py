@@ -7,7 +7,7 @@ import json
 import shutil
 from collections.abc import Callable
 from contextlib import redirect_stdout
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -47,6 +47,12 @@ class Pair:
 def pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
     """Pair 00 at half size."""
     return halve("pair_00", tmp_path_factory.mktemp("pair"))
+
+
+@pytest.fixture(scope="session")
+def other_pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
+    """Pair 04, of variant B, at half size."""
+    return halve("pair_04", tmp_path_factory.mktemp("pair"))
 
 
 def halve(stem: str, folder: Path) -> Pair:
@@ -128,20 +134,35 @@ def _made(folder: Path) -> Inspection:
 def minimal(inspection: Inspection, pair: Pair, make_once: Callable[..., Path]) -> Inspection:
     """A copy of that store, in which the pair was inspected once more with its decisions alone kept."""
 
+    return _again(inspection, make_once, "minimal", *pair.options(), "--audit", "minimal")
+
+
+@pytest.fixture(scope="session")
+def left_alone(inspection: Inspection, pair: Pair, make_once: Callable[..., Path]) -> Inspection:
+    """A copy of that store, in which the left picture was inspected by itself."""
+    return _again(inspection, make_once, "left_alone", *pair.options(right=None), "--needs", "5mm,1deg")
+
+
+def _again(inspection: Inspection, make_once: Callable[..., Path], name: str, *options: str) -> Inspection:
     def inspect(folder: Path) -> None:
         store = shutil.copy(inspection.store, folder / "cell.duckdb")
-        answer = inspected(str(store), *pair.options(), "--audit", "minimal")
-        (folder / "answer.json").write_text(json.dumps(answer))
+        (folder / "answer.json").write_text(json.dumps(inspected(str(store), *options)))
 
-    return _made(make_once("minimal", inspect))
+    return _made(make_once(name, inspect))
 
 
 @pytest.fixture(scope="session")
 def postgresql_inspection(
-    new_store: Callable[[str], str], pair: Pair, tmp_path_factory: pytest.TempPathFactory
+    new_store: Callable[[str], str], copy_store: Callable[[str], str], pair: Pair, make_once: Callable[..., Path]
 ) -> Inspection:
-    """The same on PostgreSQL."""
-    target, folder = new_store("postgresql"), tmp_path_factory.mktemp("inspected")
-    overlay = folder / "overlay.png"
-    fill(target, pair, folder)
-    return Inspection(target, inspected(target, *pair.options(overlay=overlay)), overlay)
+    """The same on PostgreSQL: a copy for each worker, as nobody may have open what is copied."""
+
+    def inspect(folder: Path) -> None:
+        target = new_store("postgresql")
+        fill(target, pair, folder)
+        answer = inspected(target, *pair.options(overlay=folder / "overlay.png"))
+        (folder / "answer.json").write_text(json.dumps(answer))
+        (folder / "target").write_text(target)
+
+    folder = make_once("postgresql_inspected", inspect)
+    return replace(_made(folder), store=copy_store((folder / "target").read_text()))

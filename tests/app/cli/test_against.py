@@ -17,7 +17,7 @@ from examples.render.objects import make_object, write_step
 from relmodel.app.cli.main import main
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
-from tests.app.cli.conftest import DEMO, Pair, halve, inspected
+from tests.app.cli.conftest import DEMO, Pair, inspected
 from tests.json_schema import violations
 from tests.reading import load
 from vision.inspection.demonstration import measure_pose_error, read_truth
@@ -37,7 +37,7 @@ class Held:
 
 
 @pytest.fixture(scope="session")
-def held(duckdb_template: Path, pair: Pair, make_once: Callable[..., Path]) -> Held:
+def held(duckdb_template: Path, pair: Pair, other_pair: Pair, make_once: Callable[..., Path]) -> Held:
     """Two variants of the bulkhead, one of them under another name too, and a flange; a pair of
     B held against two of them, one of A against the flange, and a picture of A alone against all."""
 
@@ -49,9 +49,8 @@ def held(duckdb_template: Path, pair: Pair, make_once: Callable[..., Path]) -> H
                 load(opened, DEMO / f"bulkhead_{variant}.step.gz", name="bulkhead", variant=variant)
             load(opened, DEMO / "bulkhead_A.step.gz", name="twin")
             load(opened, folder / "flange.step", name="flange")
-        other = halve("pair_04", folder)
         answers = {
-            "B": inspected(store, *other.options(prior=None), "--against", "flange,bulkhead"),
+            "B": inspected(store, *other_pair.options(prior=None), "--against", "flange,bulkhead"),
             "foreign": inspected(store, *pair.options(prior=None), "--against", "flange"),
             "one": inspected(store, *pair.options(prior=None, right=None), "--against"),
         }
@@ -130,7 +129,7 @@ def test_rows_say_what_was_considered(held: Held, capsys: pytest.CaptureFixture[
                 np.testing.assert_allclose(pose, it["object_from_rig"])
         assert main(["why", str(answer["run"]), "--verdict", *held.options()]) == 0
         assert answer["outcome"]["shown"] in capsys.readouterr().out
-    assert main(["replay", str(held.answers["one"]["run"]), *held.options()]) == 0, capsys.readouterr().out
+    assert main(["replay", str(held.answers["foreign"]["run"]), *held.options()]) == 0, capsys.readouterr().out
     assert main(["check", *held.options()]) == 0, capsys.readouterr().out
 
 

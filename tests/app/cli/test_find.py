@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,13 +22,14 @@ from tests.find.test_find import fill, random_boxes, random_solids
 from tests.store.test_check import plate
 
 
-@pytest.fixture
-def world(fresh_store: str) -> str:
-    """A store with the turned plate: world box [9, 100, 5] to [10, 102, 5]."""
-    with Store.open(fresh_store) as store, Run.begin(store, "load", {}) as run, run.write() as connection:
+@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
+def world(request: pytest.FixtureRequest, new_store: Callable[[str], str]) -> str:
+    """A store with the turned plate: world box [9, 100, 5] to [10, 102, 5].  Tests read it alone."""
+    target = new_store(request.param)
+    with Store.open(target) as store, Run.begin(store, "load", {}) as run, run.write() as connection:
         for name, columns in plate().items():
             store.append(connection, name.partition("/")[0], columns)
-    return fresh_store
+    return target
 
 
 def found(capsys: pytest.CaptureFixture[str], *arguments: str) -> list[dict[str, Any]]:

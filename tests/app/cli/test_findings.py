@@ -20,7 +20,7 @@ from relmodel.errors import InputError
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
 from tests.app.cli.conftest import Pair
-from tests.browser import browser
+from tests.browser import Browser
 from tests.pages import Page
 
 # path below the bulkhead, state, and what the log odds of it there were expected to be
@@ -339,43 +339,42 @@ def store_zones(store: Store) -> list[Any]:
 
 
 @pytest.mark.browser
-def test_nothing_is_cut_and_what_decides_comes_first_at_any_width(target: str, tmp_path: Path) -> None:
+def test_nothing_is_cut_and_what_decides_comes_first_at_any_width(
+    target: str, tmp_path: Path, chromium: Browser
+) -> None:
     with Store.open(target) as store:
         stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)], [(RIB, "thickness", 8.0, 10.5, True)])
     page = tmp_path / "part.html"
     assert main(["report", "--serial", "SN1", "-o", str(page), "--store", target]) == 0
-    with browser() as shown:
-        for width in (420, 1400, 1920):
-            shown.call(
-                "Emulation.setDeviceMetricsOverride", width=width, height=1000, deviceScaleFactor=1, mobile=False
-            )
-            shown.open(page.as_uri())
-            assert not shown.complaints
-            assert shown.run("document.documentElement.scrollWidth") <= width
-            tops = "['.verdict', 'article.finding', '.summary', '#canvas']"
-            tops = f"{tops}.map(s => document.querySelector(s).getBoundingClientRect().top)"
-            assert shown.run(tops) == sorted(shown.run(tops))
-            assert shown.run(tops)[1] < 1000  # on the first screen
-            shown.until(lambda: shown.covered() > 0.002)
-            assert shown.run(UNCUT)
-        shown.run("document.querySelector('[for=tab-tables]').click()")
-        assert shown.run("document.querySelector('article.finding').offsetParent") is None
-        assert shown.run("document.querySelector('.tables .table').offsetParent !== null")
-        # A link opens what it is of, whatever was open.
-        for link, marked in (("finding=2", "bulkhead/BODY/rib 16"), (f"feature=bulkhead/{OTHER}", f"bulkhead/{OTHER}")):
-            shown.run("document.getElementById('tab-tables').checked = true")
-            shown.run(f"location.hash = {link!r}")
-            shown.until(lambda: shown.run("document.getElementById('tab-seen').checked"))
-            assert shown.run("document.querySelector('.linked').dataset.feature") == marked
-            assert -1 <= shown.run("document.querySelector('.linked').getBoundingClientRect().top") < 1000
-        shown.run("location.hash = 'feature=bulkhead/BODY/rib 3'")
-        shown.until(lambda: shown.run("document.querySelector('.linked').closest('details').open"))
-        shown.run("document.querySelectorAll('details').forEach(d => { d.open = false })")
-        shown.run("dispatchEvent(new Event('beforeprint'))")
-        assert shown.run("[...document.querySelectorAll('details.group')].every(d => d.open)")
-        shown.call("Emulation.setEmulatedMedia", media="print")
-        assert shown.run("getComputedStyle(document.querySelector('.sign')).display") == "grid"
-        assert shown.run("document.querySelector('article.finding').offsetParent !== null")
+    for width in (420, 1920):
+        chromium.call("Emulation.setDeviceMetricsOverride", width=width, height=1000, deviceScaleFactor=1, mobile=False)
+        chromium.open(page.as_uri())
+        assert not chromium.complaints
+        assert chromium.run("document.documentElement.scrollWidth") <= width
+        tops = "['.verdict', 'article.finding', '.summary', '#canvas']"
+        tops = f"{tops}.map(s => document.querySelector(s).getBoundingClientRect().top)"
+        assert chromium.run(tops) == sorted(chromium.run(tops))
+        assert chromium.run(tops)[1] < 1000  # on the first screen
+        chromium.until(lambda: chromium.covered() > 0.002)
+        assert chromium.run(UNCUT)
+    chromium.run("document.querySelector('[for=tab-tables]').click()")
+    assert chromium.run("document.querySelector('article.finding').offsetParent") is None
+    assert chromium.run("document.querySelector('.tables .table').offsetParent !== null")
+    # A link opens what it is of, whatever was open.
+    for link, marked in (("finding=2", "bulkhead/BODY/rib 16"), (f"feature=bulkhead/{OTHER}", f"bulkhead/{OTHER}")):
+        chromium.run("document.getElementById('tab-tables').checked = true")
+        chromium.run(f"location.hash = {link!r}")
+        chromium.until(lambda: chromium.run("document.getElementById('tab-seen').checked"))
+        assert chromium.run("document.querySelector('.linked').dataset.feature") == marked
+        assert -1 <= chromium.run("document.querySelector('.linked').getBoundingClientRect().top") < 1000
+    chromium.run("location.hash = 'feature=bulkhead/BODY/rib 3'")
+    chromium.until(lambda: chromium.run("document.querySelector('.linked').closest('details').open"))
+    chromium.run("document.querySelectorAll('details').forEach(d => { d.open = false })")
+    chromium.run("dispatchEvent(new Event('beforeprint'))")
+    assert chromium.run("[...document.querySelectorAll('details.group')].every(d => d.open)")
+    chromium.call("Emulation.setEmulatedMedia", media="print")
+    assert chromium.run("getComputedStyle(document.querySelector('.sign')).display") == "grid"
+    assert chromium.run("document.querySelector('article.finding').offsetParent !== null")
 
 
 # Whether the model touches no border of its canvas.

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -13,18 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 import sqlalchemy as sa
-from PIL import Image
 
 from relmodel.app.cli.main import main
 from relmodel.resources import user_name
 from relmodel.store import Store
 from relmodel.world.kinematics import Carrier
 from tests.app.cli.conftest import DEMO, Inspection, Pair, inspected
-from vision.inspection import locate as locate_module
-from vision.inspection import pictures
 from vision.inspection.demonstration import measure_pose_error, read_truth
 from vision.inspection.inspection_parameters import InspectionParameters
-from vision.localisation.localise import Localisation, localise
 
 TRUTH = read_truth(DEMO / "pair_00_truth.json")
 KEYS = [
@@ -226,32 +220,6 @@ def test_store_is_whole_afterwards(answer: dict[str, Any], store: str, capsys: p
     assert main(["check", "--store", store]) == 0, capsys.readouterr().out
 
 
-def test_same_inspection_gives_same_rows(
-    answer: dict[str, Any], store: str, pair: Pair, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The second from the extractions that the store has, which others may read while it computes."""
-
-    def never(*_: object) -> None:
-        raise AssertionError("extracted again")
-
-    def read_by_others(*given: Any, **named: Any) -> Localisation:
-        read = [sys.executable, "-m", "relmodel", "sql", "--store", store, "SELECT count(*) AS n FROM extraction"]
-        readers.append(subprocess.run(read, capture_output=True, text=True, check=False))
-        return localise(*given, **named)
-
-    readers: list[subprocess.CompletedProcess[str]] = []
-    monkeypatch.setattr(pictures, "extract", never)
-    monkeypatch.setattr(locate_module, "localise", read_by_others)
-    again = inspected(store, *pair.options())
-    assert [(read.returncode, "2" in read.stdout) for read in readers] == [(0, True)]
-    varying = {"run", "timings_s"}
-    assert {k: v for k, v in again.items() if k not in varying} == {k: v for k, v in answer.items() if k not in varying}
-    with Store.open(store, read_only=True) as opened, opened.read() as connection:
-        first = compared(opened, connection, answer["run"])
-        assert all(first.values())
-        assert compared(opened, connection, again["run"]) == first
-
-
 def compared(store: Store, connection: sa.Connection, run: int) -> dict[str, list[str]]:
     """Rows of a run that are the same in any other of the same inputs, by table."""
     found = {}
@@ -262,25 +230,8 @@ def compared(store: Store, connection: sa.Connection, run: int) -> dict[str, lis
     return found
 
 
-def test_a_camera_of_twelve_bits_sees_the_same(
-    answer: dict[str, Any], store: str, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    twelve = {}
-    for name, file in (("left", pair.left), ("right", pair.right)):
-        grey = np.asarray(Image.open(file).convert("L"), float)
-        twelve[name] = tmp_path / f"{name}.png"
-        Image.fromarray(np.rint(grey / 255 * 4095).astype(np.uint16)).save(twelve[name])
-    capsys.readouterr()
-    found = inspected(store, *pair.options(**twelve))
-    notes = [f"{name}.png: 12 of 16 bits are used, as the values show" for name in twelve]
-    assert found["notes"] == notes
-    assert answer["notes"] == []
-    assert found["verdict"] == answer["verdict"] == "accepted"
-    np.testing.assert_allclose(found["world_from_rig"], answer["world_from_rig"], atol=0.1)
-
-
-def test_left_camera_alone_knows_less(answer: dict[str, Any], store: str, pair: Pair) -> None:
-    alone = inspected(store, *pair.options(right=None))
+def test_left_camera_alone_knows_less(answer: dict[str, Any], left_alone: Inspection) -> None:
+    alone = left_alone.answer
     assert alone["verdict"] == "accepted"
     assert list(alone["world_from_camera"]) == ["left"]
     off = measure_pose_error(np.array(alone["world_from_rig"]), TRUTH)

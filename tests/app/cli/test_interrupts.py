@@ -30,9 +30,7 @@ def interrupted_when(ready: Callable[[], bool], words: list[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("verb", "commits"),
-    [("extract", 1), ("inspect", 1), ("inspect", 2), ("stereo", 1)],
-    ids=["extract", "inspect while it extracts", "inspect while it localises", "stereo"],
+    ("verb", "commits"), [("extract", 1), ("inspect", 2)], ids=["while it extracts", "while it localises"]
 )
 def test_an_interrupt_leaves_the_store_as_it_was(
     verb: str, commits: int, bulkhead_template: Path, pair: Pair, tmp_path: Path
@@ -42,11 +40,7 @@ def test_an_interrupt_leaves_the_store_as_it_was(
     shutil.copy(bulkhead_template, store)
     shutil.copy(f"{bulkhead_template}.journal", journal)
     was, lines = content(store), len(journal.read_bytes().splitlines())
-    options = {
-        "extract": [str(pair.left), str(pair.right)],
-        "inspect": pair.options(),
-        "stereo": pair.options(prior=None),
-    }[verb]
+    options = pair.options() if verb == "inspect" else [str(pair.left), str(pair.right)]
     interrupted_when(
         lambda: len(journal.read_bytes().splitlines()) >= lines + commits, [verb, *options, "--store", str(store)]
     )

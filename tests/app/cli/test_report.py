@@ -6,7 +6,7 @@ import base64
 import io
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +27,7 @@ from relmodel.geometry.transforms import matrices
 from relmodel.resources import resource_dir
 from relmodel.store import Run, Store
 from tests.app.cli.conftest import Inspection, Pair
-from tests.browser import COVERED, Browser, browser
+from tests.browser import COVERED, Browser
 from tests.pages import Page, data_of
 from vision.cameras.files import read_rig
 from vision.scene import read_scene
@@ -322,12 +322,6 @@ def test_pages_of_postgresql_are_those_of_duckdb(page: str, postgresql_inspectio
     ours = data_of(page)
     assert other["items"] == ours["items"]
     assert other["scene"]["parts"] == ours["scene"]["parts"]
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Browser]:
-    with browser() as opened:
-        yield opened
 
 
 @pytest.fixture

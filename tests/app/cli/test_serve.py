@@ -34,7 +34,7 @@ from relmodel.resources import resource_dir
 from relmodel.store import Store
 from tests.app.cli.conftest import Inspection, Pair
 from tests.app.cli.test_report import EVIL, changed
-from tests.browser import browser
+from tests.browser import Browser
 from tests.pages import Page, data_of
 
 WEBP = "image/webp"
@@ -61,10 +61,26 @@ def serving(target: str, time_limit_s: float = 60.0) -> Iterator[Server]:
             thread.join()
 
 
-@pytest.fixture(scope="module", params=["inspection", "postgresql_inspection"], ids=["duckdb", "postgresql"])
-def server(request: pytest.FixtureRequest) -> Iterator[Server]:
-    with serving(request.getfixturevalue(request.param).store) as started:
+@pytest.fixture(scope="module")
+def on_duckdb(inspection: Inspection) -> Iterator[Server]:
+    with serving(inspection.store) as started:
         yield started
+
+
+@pytest.fixture(scope="module")
+def on_postgresql(postgresql_inspection: Inspection) -> Iterator[Server]:
+    with serving(postgresql_inspection.store) as started:
+        yield started
+
+
+@pytest.fixture
+def server(request: pytest.FixtureRequest) -> Server:
+    """On DuckDB, and on PostgreSQL besides where a test is of what the engine does (`on_both`)."""
+    started: Server = request.getfixturevalue(getattr(request, "param", "on_duckdb"))
+    return started
+
+
+on_both = pytest.mark.parametrize("server", ["on_duckdb", "on_postgresql"], indirect=True)
 
 
 def asked(
@@ -105,6 +121,7 @@ def rows(server: Server, address: str, **parameters: str) -> list[dict[str, Any]
     return found
 
 
+@on_both
 def test_runs_are_listed_and_filtered(server: Server) -> None:
     everything = rows(server, "/runs")
     assert {r["kind"] for r in everything} == {"load", "world", "inspect"}
@@ -146,6 +163,7 @@ def test_many_runs_are_paged_the_newest_first(inspection: Inspection, copy_store
         assert f'href="/run/{run}"' in page(started, "/", kind="inspect")
 
 
+@on_both
 def test_sizes_and_cameras_are_plotted_over_time(server: Server) -> None:
     measured = rows(server, "/over-time")
     with Store.open(server.target, read_only=True) as store:
@@ -288,6 +306,7 @@ def test_the_world_of_a_box_is_drawn(server: Server) -> None:
     assert float(asked_first["x0"]) < float(asked_first["x1"])
 
 
+@on_both
 def test_two_runs_stand_side_by_side(server: Server) -> None:
     (run,) = (r["run"] for r in rows(server, "/runs", kind="inspect"))
     differences = rows(server, "/compare", a="1", b=str(run))
@@ -342,6 +361,7 @@ def linked(shown: str, ending: str) -> set[str]:
     return {a["href"] for tag, a in Page(shown).elements if tag == "a" and ending in a["href"]}
 
 
+@on_both
 def test_the_tables_of_a_run_are_files(server: Server) -> None:
     (run,) = (r["run"] for r in rows(server, "/runs", kind="inspect"))
     found = tables(server, f"/run/{run}", "matched", "findings")
@@ -505,6 +525,7 @@ def test_every_answer_has_its_policy(server: Server) -> None:
         assert headers["Cross-Origin-Resource-Policy"] == "same-origin"
 
 
+@on_both
 def test_pages_write_nothing_and_reach_nothing_else(server: Server) -> None:
     with Store.open(server.target, read_only=True) as store, only_reading(store, 60):
         with pytest.raises(StoreError, match="reading only"), store.write():
@@ -541,6 +562,7 @@ def test_a_file_is_as_it_was_and_others_write_between(inspection: Inspection, co
         assert asked(started, "/runs")[0] == 200
 
 
+@on_both
 def test_a_page_that_takes_too_long_is_stopped(server: Server) -> None:
     long = {
         "duckdb": "SELECT count(*) FROM range(1000000) AS a, range(1000000) AS b WHERE (a.range * b.range) % 7 = 3",
@@ -596,49 +618,51 @@ def test_a_port_that_is_taken_is_told(server: Server) -> None:
 
 
 @pytest.mark.browser
-def test_new_runs_appear_by_themselves(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+def test_new_runs_appear_by_themselves(
+    inspection: Inspection, copy_store: Callable[[str], str], chromium: Browser
+) -> None:
     store = copy_store(inspection.store)
-    with serving(store) as started, browser() as shown:
+    with serving(store) as started:
         before = asked(started, "/newest")[2]
-        shown.open(started.url)
+        chromium.open(started.url)
         with started.turn, duckdb.connect(store) as connection:
             connection.execute("INSERT INTO run SELECT * REPLACE (77 AS id) FROM run WHERE id = 1")
             connection.execute("INSERT INTO run_event SELECT * REPLACE (77 AS run_id) FROM run_event WHERE run_id = 1")
         assert asked(started, "/newest")[2] != before
-        shown.until(lambda: bool(shown.run("Boolean(document.querySelector('a[href=\"/run/77\"]'))")))
-        assert not shown.complaints
+        chromium.until(lambda: bool(chromium.run("Boolean(document.querySelector('a[href=\"/run/77\"]'))")))
+        assert not chromium.complaints
 
 
 @pytest.mark.browser
-def test_a_box_is_drawn_and_asked(inspection: Inspection) -> None:
+def test_a_box_is_drawn_and_asked(inspection: Inspection, chromium: Browser) -> None:
     """A slider moves a face; a click on a part puts the box about it, which then holds the part's own."""
     value = "document.querySelector('.ask [name={}]').value"
-    with serving(inspection.store) as started, browser() as shown:
-        shown.open(started.url + "find?" + urlencode(BOX))
-        shown.run(
+    with serving(inspection.store) as started:
+        chromium.open(started.url + "find?" + urlencode(BOX))
+        chromium.run(
             "(s => { s.value = 1700; s.dispatchEvent(new Event('input')) })(document.querySelector('[data-bound=x0]'))"
         )
-        assert shown.run(value.format("x0")) == "1700"
-        left, top = shown.run("(r => [r.left, r.top])(document.getElementById('canvas').getBoundingClientRect())")
-        u, v = shown.run(DRAWN)
-        shown.mouse("mousePressed", left + u, top + v, 1)
-        shown.mouse("mouseReleased", left + u, top + v)
-        path = shown.run("document.getElementById('model-part').textContent")
-        low_high = [float(shown.run(value.format(name))) for name in BOX]
+        assert chromium.run(value.format("x0")) == "1700"
+        left, top = chromium.run("(r => [r.left, r.top])(document.getElementById('canvas').getBoundingClientRect())")
+        u, v = chromium.run(DRAWN)
+        chromium.mouse("mousePressed", left + u, top + v, 1)
+        chromium.mouse("mouseReleased", left + u, top + v)
+        path = chromium.run("document.getElementById('model-part').textContent")
+        low_high = [float(chromium.run(value.format(name))) for name in BOX]
         with Store.open(started.target, read_only=True) as store, store.read() as connection:
             asked_for = sa.text("SELECT x0, y0, z0, x1, y1, z1 FROM occurrence WHERE path = :path")
             own = connection.execute(asked_for, {"path": path}).one()
         assert all(at <= its for at, its in zip(low_high[:3], own[:3], strict=True))
         assert all(at >= its for at, its in zip(low_high[3:], own[3:], strict=True))
-        shown.run("document.querySelector('.ask button').click()")
-        shown.until(lambda: f"x0={low_high[0]:.0f}" in str(shown.run("location.search")))
-        shown.until(lambda: path in str(shown.run("document.body.textContent")))
-        assert not shown.complaints
+        chromium.run("document.querySelector('.ask button').click()")
+        chromium.until(lambda: f"x0={low_high[0]:.0f}" in str(chromium.run("location.search")))
+        chromium.until(lambda: path in str(chromium.run("document.body.textContent")))
+        assert not chromium.complaints
 
 
 @pytest.mark.browser
-def test_a_browser_shows_its_pages_without_complaint(inspection: Inspection) -> None:
-    with serving(inspection.store) as started, browser() as shown:
+def test_a_browser_shows_its_pages_without_complaint(inspection: Inspection, chromium: Browser) -> None:
+    with serving(inspection.store) as started:
         (run,) = (r["run"] for r in rows(started, "/runs", kind="inspect"))
         for address in (
             "",
@@ -653,12 +677,13 @@ def test_a_browser_shows_its_pages_without_complaint(inspection: Inspection) -> 
             "object/bulkhead?variant=A",
             f"run/{run}",
         ):
-            for wide in (420, 1400, 1920):
-                shown.wide(wide)
-                shown.open(started.url + address)
-                assert not shown.complaints, address
-                assert shown.run("document.documentElement.scrollWidth") <= wide, address
+            chromium.wide(1400)
+            chromium.open(started.url + address)
+            for wide in (1400, 420, 1920):
+                chromium.wide(wide)
+                assert chromium.run("document.documentElement.scrollWidth") <= wide, address
                 if not address and wide == 1920:  # no column of the runs is cut
-                    assert shown.run("(e => e.scrollWidth <= e.clientWidth)(document.querySelector('.long'))")
-            foreign = [u for u in shown.requests if not u.startswith((started.url, "data:"))]
+                    assert chromium.run("(e => e.scrollWidth <= e.clientWidth)(document.querySelector('.long'))")
+            assert not chromium.complaints, address
+            foreign = [u for u in chromium.requests if not u.startswith((started.url, "data:"))]
             assert not foreign

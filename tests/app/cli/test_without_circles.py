@@ -51,25 +51,24 @@ def test_a_box_is_found_by_its_edges_and_its_symmetry_is_said(
     assert main(["init", "--store", store]) == 0
     assert main(["load", str(folder / "model.obj"), "--object", "box", "--unit", "mm", "--store", store]) == 0
     assert main(["world", str(tmp_path / "world.yaml"), "--store", store]) == 0
-    for first, second in ((0, 4), (6, 9)):
-        truth = write_rig(tmp_path / "rig.yaml", [frames[first], frames[second]])
-        pictures = [f"{n}={folder / frames[at]['image']}" for n, at in (("left", first), ("right", second))]
-        answer = inspected(
-            store, "--rig", str(tmp_path / "rig.yaml"), *pictures,
-            "--needs", "5mm,2deg",
-        )  # fmt: skip
-        assert answer["verdict"] == "accepted", answer["reason"]
-        assert "symmetric" in answer["reason"]
-        # Each of the four poses that look alike is in the answer once.
-        listed = np.array([answer["world_from_rig"], *answer["equivalent"]])
-        assert len(listed) == 4
-        corner = np.linalg.inv(truth)[:, 3]
-        apart = [[np.linalg.norm((pose - turned(turn) @ truth) @ corner) for turn in TURNS] for pose in listed]
-        assert sorted(np.argmin(apart, axis=1).tolist()) == [0, 1, 2, 3]
-        assert np.min(apart, axis=1).max() < 2.0
+    truth = write_rig(tmp_path / "rig.yaml", [frames[0], frames[4]])
+    pictures = [f"{n}={folder / frames[at]['image']}" for n, at in (("left", 0), ("right", 4))]
+    answer = inspected(
+        store, "--rig", str(tmp_path / "rig.yaml"), *pictures,
+        "--needs", "5mm,2deg",
+    )  # fmt: skip
+    assert answer["verdict"] == "accepted", answer["reason"]
+    assert "symmetric" in answer["reason"]
+    # Each of the four poses that look alike is in the answer once.
+    listed = np.array([answer["world_from_rig"], *answer["equivalent"]])
+    assert len(listed) == 4
+    corner = np.linalg.inv(truth)[:, 3]
+    apart = [[np.linalg.norm((pose - turned(turn) @ truth) @ corner) for turn in TURNS] for pose in listed]
+    assert sorted(np.argmin(apart, axis=1).tolist()) == [0, 1, 2, 3]
+    assert np.min(apart, axis=1).max() < 2.0
     with Store.open(store, read_only=True) as opened, opened.read() as connection:
         question = "SELECT count(*) FROM solved_pose WHERE kind = 'equivalent'"
-        assert connection.exec_driver_sql(question).scalar_one() == 6
+        assert connection.exec_driver_sql(question).scalar_one() == 3
     assert main(["replay", str(answer["run"]), "--store", store]) == 0, capsys.readouterr().out
     assert main(["check", "--store", store]) == 0, capsys.readouterr().out
     capsys.readouterr()

@@ -11,7 +11,7 @@ import sqlalchemy as sa
 
 from relmodel.app.cli.main import main
 from relmodel.store import Store
-from tests.browser import browser
+from tests.browser import Browser
 from tests.pages import Page, data_of
 from tests.parts.solids import box, cylinder
 from tests.variants.composed import Item, pose, store_items
@@ -114,22 +114,19 @@ def test_a_wrong_call_is_told(target: str, tmp_path: Path, capsys: pytest.Captur
 
 
 @pytest.mark.browser
-def test_a_browser_shows_both_without_complaint(target: str, tmp_path: Path) -> None:
-    with browser() as shown:
-        for options in (["--object", "thing", "--variant", "B"], ["--diff", "A", "B", "--object", "thing"]):
-            made(target, tmp_path, *options)
-            shown.open((tmp_path / "page.html").as_uri())
-            assert not shown.complaints
-            assert len(shown.requests) == 1
-            shown.run("document.querySelector('[data-item]').click()")
-            assert shown.run("document.querySelectorAll('[aria-pressed=true]').length") == 1
-            shown.until(lambda: shown.covered() > 0.02)
-            shown.wide(420)
-            assert shown.run("document.documentElement.scrollWidth") <= 420
-            shown.wide(718, "print")  # A4 between the margins that browsers leave
-            right = "Math.max(...[...document.querySelectorAll('table')].map(t => t.getBoundingClientRect().right))"
-            assert shown.run(right) <= 718
-            assert shown.run(
-                "[...document.querySelectorAll('details.sql, .hint, #filter')].every(e => !e.offsetHeight)"
-            )
-            shown.wide(1400)
+def test_a_browser_shows_both_without_complaint(target: str, tmp_path: Path, chromium: Browser) -> None:
+    for options in (["--object", "thing", "--variant", "B"], ["--diff", "A", "B", "--object", "thing"]):
+        made(target, tmp_path, *options)
+        chromium.open((tmp_path / "page.html").as_uri())
+        assert not chromium.complaints
+        assert len(chromium.requests) == 1
+        chromium.run("document.querySelector('[data-item]').click()")
+        assert chromium.run("document.querySelectorAll('[aria-pressed=true]').length") == 1
+        chromium.until(lambda: chromium.covered() > 0.02)
+        chromium.wide(420)
+        assert chromium.run("document.documentElement.scrollWidth") <= 420
+        chromium.wide(718, "print")  # A4 between the margins that browsers leave
+        right = "Math.max(...[...document.querySelectorAll('table')].map(t => t.getBoundingClientRect().right))"
+        assert chromium.run(right) <= 718
+        assert chromium.run("[...document.querySelectorAll('details.sql, .hint, #filter')].every(e => !e.offsetHeight)")
+        chromium.wide(1400)
