@@ -152,8 +152,10 @@ def call_find(folder: Path) -> Any:
         boxes = np.stack([everything[name] for name in ("x0", "y0", "z0", "x1", "y1", "z1")], axis=1).astype(float)
         for kind in ("rtree", "grid", "octree", "rangetree"):
             index = build(kind, boxes)
-            answers.append([*index.in_boxes(boxes[::3] + 5.0), index.any_in_box(boxes[0] + 1e4)])
-            answers.append(WorldIndex.load(store, kind=kind).in_volumes(volumes, "surface"))
+            pairs = np.stack(index.in_boxes(boxes[::3] + 5.0))  # in any order
+            answers.append([pairs[:, np.lexsort(pairs)], index.any_in_box(boxes[0] + 1e4)])
+            met = np.stack(WorldIndex.load(store, kind=kind).in_volumes(volumes, "surface"))
+            answers.append(met[:, np.lexsort(met)])
     with duckdb.connect(str(folder / "demo.duckdb")) as connection:
         connection.execute(ASKED)
         return [answers, [connection.execute(statement).fetchall() for statement in VOLUMES]]

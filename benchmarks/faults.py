@@ -358,13 +358,18 @@ class Copy:
         return made
 
 
-def answers_kept(copy: Copy) -> Path:
-    """The folder of what calls answer without a fault, and of the stores that they begin with, made once a product."""
-    listed = subprocess.run(["git", "ls-files", "-z", *PRODUCT], cwd=HERE, capture_output=True, check=True).stdout
+def digest_of(*folders: str) -> str:
+    """Hash of the files of some folders that git tracks."""
+    listed = subprocess.run(["git", "ls-files", "-z", *folders], cwd=HERE, capture_output=True, check=True).stdout
     digest = hashlib.sha256()
     for name in sorted(listed.decode().split("\0")):
         digest.update(name.encode() + ((HERE / name).read_bytes() if (HERE / name).is_file() else b""))
-    kept = HERE / "build/faults" / digest.hexdigest()[:16]
+    return digest.hexdigest()[:16]
+
+
+def answers_kept(copy: Copy) -> Path:
+    """The folder of what calls answer without a fault, and of the stores that they begin with, made once a product."""
+    kept = HERE / "build/faults" / digest_of(*PRODUCT)
     if (kept / "answers.json").exists():
         return kept
     kept.mkdir(parents=True, exist_ok=True)
@@ -380,10 +385,14 @@ def answers_kept(copy: Copy) -> Path:
     return kept
 
 
-def time_tests(copy: Copy, folders: set[str]) -> dict[str, dict[str, float]]:
-    """Seconds of each test of some folders, by folder."""
+def time_tests(copy: Copy, kept: Path, folders: set[str]) -> dict[str, dict[str, float]]:
+    """Seconds of each test of some folders that pass, by folder; measured once a product and folder, and kept."""
     found: dict[str, dict[str, float]] = {}
     for folder in sorted(folder for folder in folders if (copy.place / folder).is_dir()):
+        file = kept / f"times-{digest_of(folder)}.json"
+        if file.exists():
+            found[folder] = json.loads(file.read_text())
+            continue
         report = copy.place.parent / "junit.xml"
         copy.run("-m", "pytest", "-q", "-p", "no:cacheprovider", f"--junitxml={report}", folder, seconds=1200)
         cases = ElementTree.parse(report).iter("testcase")
@@ -392,6 +401,7 @@ def time_tests(copy: Copy, folders: set[str]) -> dict[str, dict[str, float]]:
             for case in cases
             if case.find("failure") is None and case.find("error") is None
         }
+        file.write_text(json.dumps(found[folder]))
     return found
 
 
@@ -428,14 +438,11 @@ def evaluate(fault: Fault, copy: Copy, kept: Path, answers: dict[str, Answer], t
             return "does not run"
         if all(answers[name].digest == it.digest for name, it in found.items()):
             return "changes nothing"
-        status, _ = (
-            copy.run("-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests, seconds=MOST_SECONDS)
-            if tests
-            else (0, "")
-        )
-    return (
-        "caught" if status in (1, 2, 4) else "survived"
-    )  # 4: a file of tests cannot be read, so its tests are not found
+        if not tests:
+            return "survived"
+        status, _ = copy.run("-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests, seconds=MOST_SECONDS)
+    # It may break a file of tests, so that its tests are not found (4), or make one run on and on (None).
+    return "survived" if status == 0 else "caught"
 
 
 def main() -> int:
@@ -476,7 +483,7 @@ def measure(folder: Path, given: argparse.Namespace) -> list[tuple[Fault, str]]:
     for faults in waiting.values():
         drawn.shuffle(faults)
     seconds = time_tests(
-        first, {test for label, faults in waiting.items() for f in faults[:1] for test in tests_of(label)}
+        first, kept, {test for label, faults in waiting.items() for f in faults[:1] for test in tests_of(label)}
     )
     copies.put(first)
     for number in range(1, given.jobs):
