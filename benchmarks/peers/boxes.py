@@ -246,9 +246,11 @@ class Vtk(Peer):
         corners = np.arange(2 * len(boxes) + 1)
         lines.SetData(*(numpy_to_vtkIdTypeArray(ids, deep=True) for ids in (corners[::2], corners[:-1])))
         data = vtkPolyData()
-        data.SetPoints(self.points), data.SetLines(lines)
+        data.SetPoints(self.points)
+        data.SetLines(lines)
         self.tree = vtkStaticCellLocator()
-        self.tree.SetDataSet(data), self.tree.BuildLocator()
+        self.tree.SetDataSet(data)
+        self.tree.BuildLocator()
 
     def one(self, box: Floats) -> Any:
         self.tree.FindCellsWithinBounds(box[[0, 3, 1, 4, 2, 5]].tolist(), self.found)
