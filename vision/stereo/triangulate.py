@@ -356,10 +356,9 @@ def _fit(seen: _Disparities, middle: Floats, prior: Floats) -> tuple[Floats, Flo
     k, group, value, sigma = len(prior), seen.pair, seen.disparity, seen.sigma
     design = np.column_stack([seen.place - middle[group], np.ones(len(group)), seen.shift])
     weight = sigma**-2.0
-    fit, spread = np.zeros((k, 4)), np.zeros((k, 4, 4))
-    count = np.bincount(group, minlength=k)
+    fit, spread, count = np.zeros((k, 4)), np.zeros((k, 4, 4)), np.bincount(group, minlength=k)
     for _ in range(_ROUNDS):
-        weighted = weight[:, None] * design
+        weighted = weight[:, None] * design  # first: free arcs are nearly singular, and feel the order of products
         normal = sum_by_group(group, weighted[:, :, None] * design[:, None], k)
         moment = sum_by_group(group, weighted * value[:, None], k)
         normal[:, np.arange(4), np.arange(4)] += prior

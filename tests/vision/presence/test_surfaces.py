@@ -9,10 +9,10 @@ from typing import cast
 
 import numpy as np
 import pytest
-from scipy.special import betaln
 
 from relmodel.arrays import Bools, Floats, Ints
 from tests.vision.presence.test_elements_beside import samples_at, unit
+from tests.vision.presence.test_samples import log_odds_of
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DEFAULTS
 from vision.presence.samples import EdgeRuns, Nearby, SampleSupport
@@ -33,15 +33,6 @@ from vision.scene import StoredScene
 P = DEFAULTS
 NO_FACE, NO_MM = np.zeros(0, np.int64), np.zeros(0)
 NOT_OPPOSED = FacePairs(NO_FACE, NO_FACE, NO_FACE, NO_MM, NO_FACE, NO_MM)
-
-
-def log_odds_of(found: float, n: float, chance: float, share: float) -> float:
-    def likelihood(a: float, b: float) -> float:
-        return math.exp(betaln(a + found * n, b + (1 - found) * n) - betaln(a, b))
-
-    shown, partly, nothing = likelihood(6.0, 0.7), likelihood(1, 1), likelihood(6 * chance, 6 * (1 - chance))
-    there = share * shown + (1 - share) * (0.4 * partly + 0.6 * nothing)
-    return math.log(there / (0.9 * nothing + 0.1 * partly))
 
 
 def weighed(
