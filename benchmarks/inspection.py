@@ -253,7 +253,7 @@ def _row(name: str, kind: str, store: Store, truth: Truth, **given: Any) -> dict
     processor, clock = time.process_time(), time.perf_counter()
     answer = inspect(store, Task(**given))
     took = time.process_time() - processor, time.perf_counter() - clock
-    pose: Floats | None = answer.hypotheses[0][0] if answer.hypotheses else None
+    pose: Floats | None = answer.hypotheses[0]["world_from_rig"] if answer.hypotheses else None
     off = None if pose is None else measure_pose_error(pose, truth)
     status = Path("/proc/self/statm")
     pages = int(status.read_text().split()[1]) if status.exists() else 0

@@ -42,7 +42,7 @@ from vision.localisation.localise import Localisation, localise
 from vision.localisation.views import ModelView, Observation, view_model
 from vision.localisation.visibility import find_parts_in_view
 from vision.matching import MatchedView, MatchingParameters
-from vision.presence.report import describe
+from vision.presence.report import describe, tabulate_presence
 from vision.presence.states import Presence, assess
 from vision.scene import Scene, StoredScene
 
@@ -257,7 +257,7 @@ def measure(case: Case, stored: StoredScene, kept: Path) -> dict[str, Any]:
     began = time.process_time()
     presence = assess(stored, Observation(trial.rig, pictures, trial.pictures), found, view, parts, matched)
     seconds = time.process_time() - began
-    said = describe(presence)
+    said = describe(tabulate_presence(presence))
     box = _measure_boxes(stored.scene, presence, case.world_from_object)
     for item, own, kind in zip(said["items"], box.tolist(), presence.items.kind, strict=True):
         item.update(box=[round(v, 2) for v in own], kind=kind)

@@ -127,10 +127,10 @@ def _inspect(store: Store, rig: Path, file: Path, seen: tuple[str, ...]) -> tupl
     took = process_time() - started
     named = {state: [] for state in ("shown", "alike")}  # type: dict[str, list[tuple[str, str]]]
     for it in answer.considered:
-        named.get(it.state, []).append((it.candidate.name, it.candidate.variant))
+        named.get(it["state"], []).append((it["object"], it["variant"]))
     right = named["shown"] == [] if truth.there is None else truth.there in named["shown"] + named["alike"]
     right &= len({name for name, _ in named["shown"]}) <= 1
-    by_object = {it.candidate.name: it.score or 0.0 for it in reversed(answer.considered)}
+    by_object = {it["object"]: it["score"] or 0.0 for it in reversed(answer.considered)}
     scores = [*sorted(by_object.values(), reverse=True), np.nan][:2]
     words = [" ".join("".join(one) for one in named[state]) for state in ("shown", "alike")]
     errors: tuple[float | None, ...] = None, None, None

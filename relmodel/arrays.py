@@ -203,6 +203,12 @@ def fields_of(it: object, names: str) -> dict[str, Any]:
     return {name: getattr(it, name) for name in names.split()}
 
 
+def list_rows(columns: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Columns as rows; nulls as the columns have them."""
+    plain = (np.ma.asarray(column).tolist() for column in columns.values())
+    return [dict(zip(columns, row, strict=True)) for row in zip(*plain, strict=True)]
+
+
 def column_array(values: Sequence[Any]) -> npt.NDArray[Any]:
     """Values of a column as an array: nulls are NaN among numbers and None among others, lists are arrays."""
     kinds = {type(value) for value in values}

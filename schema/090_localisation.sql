@@ -17,6 +17,7 @@ CREATE TABLE inspection (  -- localisation: What an inspection run was given, im
     posterior DOUBLE PRECISION NOT NULL,  -- probability that the best hypothesis is the right one
     covariance DOUBLE PRECISION[],  -- covariance of the best hypothesis, as prior_covariance; null where there is none
     singular_values DOUBLE PRECISION[],  -- singular values of its refinement with 1 mrad scaled against 1 mm; null likewise
+    weakest TEXT,  -- the directions in which it is known worst, in words; null likewise
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
@@ -24,6 +25,15 @@ CREATE TABLE inspection (  -- localisation: What an inspection run was given, im
     CHECK (needs_translation_mm > 0 AND needs_rotation > 0),
     CHECK (verdict IN ('accepted', 'ambiguous', 'refused')),
     CHECK (posterior BETWEEN 0 AND 1)
+);
+
+CREATE TABLE inspection_sentence (  -- localisation: What an inspection says beside its verdict.
+    run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
+    sentence_no INTEGER NOT NULL,  -- ordinal in the run, from 0
+    kind TEXT NOT NULL,  -- missing (for the pose to be accepted) or note (what was taken for given that the inputs do not say)
+    sentence TEXT NOT NULL,  -- one sentence
+    PRIMARY KEY (run_id, sentence_no),
+    CHECK (kind IN ('missing', 'note'))
 );
 
 CREATE TABLE inspection_image (  -- localisation: The images of an inspection, one a camera, and the view of the model that is predicted for it at the pose found.
@@ -213,6 +223,7 @@ CREATE TABLE joint_correction (  -- localisation: The joints with which the base
     prior_sigma DOUBLE PRECISION,  -- standard deviation of that, rad or mm; null where the joint is fixed, or follows another
     value DOUBLE PRECISION NOT NULL,  -- its corrected value, rad or mm
     sigma DOUBLE PRECISION,  -- standard deviation of that, rad or mm; null where the joint is fixed, or follows another
+    unit TEXT NOT NULL,  -- of all these, mm or rad
     PRIMARY KEY (run_id, joint),
     CHECK (prior_sigma > 0 AND sigma > 0),
     CHECK ((prior_sigma IS NULL) = (sigma IS NULL))

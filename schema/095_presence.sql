@@ -103,8 +103,8 @@ CREATE TABLE variant_evidence (  -- localisation: What the pictures say at the p
     log_odds DOUBLE PRECISION NOT NULL,  -- natural logarithm of the odds of its visible edges, of each there against not there, summed
     against INTEGER NOT NULL,  -- how many of its parts and features in view differ from it
     decided INTEGER NOT NULL,  -- how many of its parts and features in view are decided at all
-    distinguished_by TEXT,  -- paths of parts and features that distinguish it from the likeliest variant of the object: they differ from this one, and
-        -- are right or absent in that one; worst first, five at most; null where there are none
+    distinguished_by TEXT[],  -- paths of parts and features that distinguish it from the likeliest variant of the object: they differ from this one,
+        -- and are right or absent in that one; worst first; null where there are none
     PRIMARY KEY (run_id, rank_no),
     UNIQUE (run_id, object_no, object_variant_id),
     CHECK (against >= 0 AND against <= decided)

@@ -11,7 +11,8 @@ CREATE VIEW found_variant (  -- localisation: Which variant of an inspected obje
     evidence  -- what says so, one sentence
 ) AS
 WITH ranked AS (
-    SELECT e.run_id, e.object_no, e.rank_no, e.placed, e.against, e.decided, e.distinguished_by, v.name,
+    SELECT e.run_id, e.object_no, e.rank_no, e.placed, e.against, e.decided, v.name,
+        array_to_string(e.distinguished_by[1:5], ', ') AS distinguished_by,
         CASE v.variant WHEN '' THEN '(unnamed)' ELSE v.variant END AS variant,
         max(e.log_odds) OVER (PARTITION BY e.run_id, e.object_no) - e.log_odds AS nats_less
     FROM variant_evidence AS e

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from relmodel.world.kinematics import Carrier
     from relmodel.world.placement import WorldReport
     from vision.cameras.images import Pictures
-    from vision.inspection.inspection import Inspection
+    from vision.inspection.answer import Inspection
     from vision.planning import Plan, PlanOptions
     from vision.scene import Scenes
 

@@ -162,6 +162,7 @@ _TRANSFORMS = {
     "hypothesis": "world_from_rig",
     "camera": "rig_from_camera",
     "base_correction": "world_from_base",
+    "considered_object": "object_from_rig",
 }
 # What every row says of its origin.
 _CARRIED = ("store_id", "cell", "run")

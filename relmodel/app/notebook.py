@@ -15,7 +15,7 @@ from PIL import Image
 from relmodel.drawing.draw import draw_over, read_image, side_by_side
 from relmodel.names import visible
 from relmodel.store import Store
-from vision.inspection.inspection import Inspection
+from vision.inspection.answer import Inspection
 
 _WIDTH = 1600  # px: a wide screen, and some 2 MB
 

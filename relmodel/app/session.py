@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from relmodel.world.kinematics import Carrier
     from vision.cameras.cameras import Needs
     from vision.cameras.images import Pictures
-    from vision.inspection.inspection import Inspection
+    from vision.inspection.answer import Inspection
     from vision.scene import Scenes
 
 

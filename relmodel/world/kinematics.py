@@ -185,6 +185,11 @@ class MountedRig:
         values = self.tree.values({**own, **given}, f"joints of {self.carrier}")
         return replace(self, joints=values, object_from_link=self.tree.poses(values)[self.link or self.tree.root])
 
+    def unit(self, joint: str) -> str:
+        """Unit of a joint's values: mm or rad."""
+        kinds = {} if self.tree is None else {it.name: it.kind for it in self.tree.joints}
+        return "mm" if kinds[joint] == "prismatic" else "rad"
+
     def sigmas(self, given: Mapping[str, float]) -> dict[str, float]:
         """Standard deviations of joints, rad or mm, from those given; a name with `_deg` gives one in degrees.
 
@@ -330,6 +335,8 @@ class Correction:
             "covariance": self.covariance.tolist(),
             "joints": self.joints,
             "joint_sigmas": self.joint_sigmas,
+            "stated_joints": {name: self.mounted.joints[name] for name in self.joints},
+            "joint_units": {name: self.mounted.unit(name) for name in self.joints},
         }
 
 

@@ -10,7 +10,7 @@ import pytest
 from relmodel.arrays import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
-from vision.inspection.inspection import Outcome, read_outcome
+from vision.inspection.answer import Outcome, read_outcome
 from vision.inspection.record import _numbers
 from vision.localisation.localisation_parameters import VerdictParameters
 

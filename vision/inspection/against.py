@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from relmodel.arrays import Floats, fields_of
+from relmodel.arrays import Floats
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
@@ -20,14 +20,14 @@ from vision.inspection.locate import Location, Locator, Target, select_parts
 from vision.localisation.localise import LEAST_SHARE, Localisation
 from vision.localisation.verdict import HypothesisTable, Verdict, find_standing
 from vision.localisation.views import Observation
-from vision.presence.report import VariantEvidence, assess_variant, rank, rank_failures, weigh_variant
+from vision.presence.report import VariantEvidence, assess_variant, rank, rank_failures, tabulate_items, weigh_variant
 from vision.presence.states import Presence
 from vision.scene import read_variant_scene
 
 
 def is_to_be_weighed(presence: Presence, asked: bool | None) -> bool:
     """Whether variants are weighed: as asked, where nothing was said if a part or feature is not as the model says."""
-    return bool(len(rank_failures(presence))) if asked is None else asked
+    return bool(len(rank_failures(tabulate_items(presence)))) if asked is None else asked
 
 
 def weigh_variants(
@@ -92,10 +92,6 @@ class ComparedObject:
     verdict: str | None = None
     posterior: float | None = None
     object_from_rig: Floats | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        named = {"object": self.candidate.name, "variant": self.candidate.variant}
-        return named | fields_of(self, "state score verdict posterior object_from_rig")
 
 
 class Recognition(NamedTuple):

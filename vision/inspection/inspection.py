@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -10,12 +9,11 @@ from typing import Any, NamedTuple
 
 from sqlalchemy import Connection
 
-from relmodel.arrays import Floats, fields_of
+from relmodel.arrays import fields_of
 from relmodel.drawing.draw import check_crops, check_writable, write_crops, write_overlay
 from relmodel.errors import UsageError
 from relmodel.find.find import world_named
 from relmodel.labelling.solve import check_mode
-from relmodel.printing import finite
 from relmodel.resources import user_name
 from relmodel.store import Run, Store
 from relmodel.store.runs import record_digests
@@ -35,13 +33,13 @@ from vision.cameras.record import find_rig
 from vision.extraction import extract as extraction
 from vision.inspection.against import (
     Candidate,
-    ComparedObject,
     Recognition,
     is_to_be_weighed,
     place_candidates,
     recognise,
     weigh_variants,
 )
+from vision.inspection.answer import Inspection, read_inspection
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.inspection.locate import Locator, Target, match_views, select_parts
 from vision.inspection.pictures import doubt_pictures, extract_pictures, find_faults, measure_quality, return_memory
@@ -50,72 +48,12 @@ from vision.localisation.localise import Localisation
 from vision.localisation.views import Observation, view_model
 from vision.localisation.visibility import find_parts_in_view
 from vision.matching import MatchedView
-from vision.presence.report import VariantEvidence, describe
-from vision.presence.states import Presence, assess
+from vision.presence.states import assess
 from vision.scene import Scenes
 from vision.stereo.epipolar import choose_pair
 from vision.stereo.match import StereoMatches, check_method, match_stereo
 
 NOT_AS_MODELLED = ("changed", "contradicted", "variant", "unchecked")
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """A row of the view `inspection_outcome`, with the sentences of `found_variant`.
-
-    verdict, pose_verdict, part_verdict, mood: as the view has them.  findings, checked, in_view, changed, contradicted,
-    not_confirmed, undecidable: how many parts and features in view are so; None where the pose is refused.  variant:
-    that the pictures show another variant than the world has; None where they do not, or none was weighed.  words: all
-    of it, as "pose usable; part deviates (4 findings); 5 of 8 checked, ...".  variants: of each object of which several
-    variants were weighed which one is shown, and what says so.  shown: which of the objects that the pictures were
-    compared with they show; None where a world was given.  cause: why the pose is most likely not accepted, as
-    the view `why_verdict_cause` says, and refusal: that in a sentence and what to do next in another; nothing where it
-    is accepted.
-    """
-
-    verdict: str
-    pose_verdict: str
-    part_verdict: str
-    mood: str
-    findings: int | None
-    checked: int | None
-    in_view: int | None
-    changed: int | None
-    contradicted: int | None
-    not_confirmed: int | None
-    undecidable: int | None
-    variant: str | None
-    words: str
-    variants: list[str]
-    shown: str | None
-    cause: str | None
-    refusal: list[str]
-
-    @property
-    def unchecked(self) -> int | None:
-        """How many parts and features in view are not confirmed or undecidable."""
-        return None if self.in_view is None else self.in_view - (self.checked or 0)
-
-    @property
-    def is_usable(self) -> bool:
-        return self.pose_verdict == "usable"
-
-    def has(self, what: str) -> bool:
-        """Whether one of NOT_AS_MODELLED is there."""
-        return bool(getattr(self, what))
-
-    def to_json(self) -> dict[str, Any]:
-        return {**asdict(self), "unchecked": self.unchecked}
-
-
-def read_outcome(store: Store, run: int) -> Outcome:
-    """The outcome of an inspection that came to a verdict."""
-    with store.read() as connection:
-        (row,) = store.rows(connection, "run/outcome", run=run)
-        variants = [r.sentence for r in store.rows(connection, "why/verdict/15_variants", run=run)]
-        refusal = [r.sentence for r in store.rows(connection, "why/verdict/11_cause", run=run)]
-        (shown, *_) = [r.sentence for r in store.rows(connection, "why/verdict/12_against", run=run)] or [None]
-    return Outcome(**row._mapping, variants=variants, shown=shown, refusal=refusal)
 
 
 def parse_not_as_modelled(given: str, option: str) -> list[str]:
@@ -137,80 +75,6 @@ KERNELS = (
     "vision.presence.kernels",
 )
 PACKAGES = ("duckdb", "embreex", "numba", "numpy", "opencv-python-headless", "scipy", "sqlalchemy")
-
-
-@dataclass(frozen=True)
-class Inspection:
-    """The answer of an inspection; transforms are 4x4, mm, of the best hypothesis whatever the verdict, and None only
-    where nothing is in view.
-
-    outcome: whether the pose may be used and how the part is, as the store has it.
-    posterior: probability that the best hypothesis is the right one.  missing: what was missing for acceptance, a
-    sentence each.  needs: how exactly the pose was needed.  sigma_mm, sigma_rad: standard deviations of the pose along
-    the worst directions, of the point in the middle of what is seen and of rotation; weakest: those directions.
-    covariance: (6, 6) of a right perturbation of world_from_rig in the rig's frame, t mm then r rad.
-    base_correction: what the pose says of the object that the world mounts the rig on; None where it is not accepted or
-    the rig not mounted.
-    presence: evidence for what is in view; None where the pose is refused.
-    variants: evidence for each loaded variant of the inspected objects, the likeliest first, where it was weighed.
-    considered: the loaded objects that the pictures were compared with where no world was given, what is shown first;
-    all else is then of the first, in a world where it stands alone at its origin.
-    selection: the placed parts that any pose which the prior leaves open could show, all where there is none; nothing
-    else was considered.
-    hypotheses: (world_from_rig, cost) of the poses considered, the best first.  equivalent: poses of the rig, beside
-    the best, from which a symmetric model looks the same.
-    notes: what was taken for given that the inputs do not say, of the pictures and of the prior, a sentence each.
-    """
-
-    run: int
-    outcome: Outcome
-    reason: str
-    posterior: float
-    missing: list[str]
-    needs: Needs
-    sigma_mm: float
-    sigma_rad: float
-    weakest: str
-    world_from_rig: Floats | None
-    world_from_camera: dict[str, Floats | None]
-    covariance: Floats | None
-    base_correction: Correction | None
-    parts_in_view: list[dict[str, Any]]
-    presence: Presence | None
-    variants: list[VariantEvidence]
-    considered: list[ComparedObject]
-    selection: Selection
-    hypotheses: list[tuple[Floats, float]]
-    equivalent: list[Floats]
-    notes: list[str]
-    timings_s: dict[str, float] = field(compare=False)
-
-    @property
-    def verdict(self) -> str:
-        """accepted, ambiguous or refused: of the pose."""
-        return self.outcome.verdict
-
-    def to_json(self) -> dict[str, Any]:
-        """The answer in plain lists and numbers, under the names of the fields; of the selection, how many."""
-        mm, rad = self.needs.translation_mm, self.needs.rotation
-        said = {
-            **fields_of(self, "run verdict"),
-            "outcome": self.outcome.to_json(),
-            **fields_of(self, "reason posterior missing"),
-            "needs": {"translation_mm": mm, "rotation_deg": math.degrees(rad)},
-            "sigma": {"translation_mm": self.sigma_mm, "rotation_deg": math.degrees(self.sigma_rad)},
-            **fields_of(self, "weakest world_from_rig world_from_camera covariance"),
-            "base_correction": None if self.base_correction is None else self.base_correction.to_json(),
-            "parts_in_view": self.parts_in_view,
-            "presence": None if self.presence is None else describe(self.presence),
-            "variants": [variant.to_json() for variant in self.variants],
-            "considered": [it.to_json() for it in self.considered],
-            "selection": {"parts": len(self.selection.shown), "superfluous": self.selection.superfluous},
-            "hypotheses": [{"world_from_rig": pose, "cost": cost} for pose, cost in self.hypotheses],
-            **fields_of(self, "equivalent notes"),
-            "timings_s": {name: round(seconds, 4) for name, seconds in self.timings_s.items()},
-        }
-        return finite(said)  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -297,7 +161,8 @@ def inspect(
     ):
         inputs = _read_inputs(task, files, parameters)
         run.step("read")
-        answer = carry_out(scenes or Scenes(store), run, request, inputs, parameters)
+        carry_out(scenes or Scenes(store), run, request, inputs, parameters)
+        answer = read_inspection(store, run.id)
         greys = {name: inputs.pictures[name].grey for name in answer.world_from_camera}
         if task.overlay is not None:
             write_overlay(task.overlay, store, run.id, greys)
@@ -395,8 +260,8 @@ def _select(
 
 def carry_out(
     scenes: Scenes, run: Run, request: InspectionRequest, inputs: Inputs, parameters: InspectionParameters
-) -> Inspection:
-    """Inspect what was read, within a run."""
+) -> None:
+    """Inspect what was read, within a run, and record it."""
     store, pictures, p = scenes.store, inputs.pictures, parameters
     known = _select(scenes, run, request, inputs, p)
     run.step("select")
@@ -454,6 +319,9 @@ def carry_out(
         most = None if request.variants else p.most_variants
         variants = weigh_variants(run, location.target, seen, found, presence, p, most)
         run.step("variants")
+    notes += describe_reading(pictures[name] for name in seen.pictures)
+    if inputs.prior is None and known.mounted is not None:
+        notes.append(f"no prior was given: the rig is taken to be where {known.mounted.base} has it")
     result = Result(
         serial=request.serial,
         rig=inputs.rig,
@@ -469,12 +337,9 @@ def carry_out(
         presence=presence,
         variants=variants,
         considered=considered,
+        notes=notes,
     )
     run.conclude(_Record(result, seen.rig, p, request.full_audit))
-    notes += describe_reading(pictures[name] for name in seen.pictures)
-    if inputs.prior is None and known.mounted is not None:
-        notes.append(f"no prior was given: the rig is taken to be where {known.mounted.base} has it")
-    return _answer(run, result, read_outcome(store, run.id), notes)
 
 
 @dataclass(frozen=True)
@@ -516,24 +381,3 @@ def _correction(mounted: MountedRig | None, carrier: Carrier, found: Localisatio
         return None
     known = fields_of(carrier, "joint_sigmas base_covariance")
     return correct_base(mounted, found.best.world_from_rig, found.best.covariance, **known)
-
-
-def _answer(run: Run, it: Result, outcome: Outcome, notes: list[str]) -> Inspection:
-    found, best, verdict = it.found, it.found.best, it.found.verdict
-    return Inspection(
-        run=run.id,
-        outcome=outcome,
-        **fields_of(verdict, "reason posterior missing sigma_mm sigma_rad weakest"),
-        world_from_rig=best.world_from_rig if best else None,
-        world_from_camera={
-            name: best.world_from_rig @ found.rig.rig_from_camera[name] if best else None for name in found.rig.cameras
-        },
-        covariance=best.covariance if best else None,
-        base_correction=it.correction,
-        parts_in_view=[] if it.parts is None else it.parts.rows(),
-        **fields_of(it, "needs presence variants considered selection"),
-        hypotheses=[(h.world_from_rig, h.cost) for h in found.hypotheses],
-        equivalent=found.equivalent,
-        notes=notes,
-        timings_s=run.seconds,
-    )

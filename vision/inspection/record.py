@@ -43,7 +43,7 @@ class Result:
 
     serial: of the physical part, where one was given; prior: where the rig was thought to be; pictures, quality and
     matched: by camera; parts and presence: None where nothing is in view or the pose is refused; variants: where they
-    were weighed; considered: where no world was given.
+    were weighed; considered: where no world was given; notes: what was taken for given that the inputs do not say.
     """
 
     serial: str | None
@@ -60,6 +60,7 @@ class Result:
     presence: Presence | None
     variants: list[VariantEvidence]
     considered: list[ComparedObject]
+    notes: list[str]
 
     @property
     def found(self) -> Localisation:
@@ -134,8 +135,11 @@ def _record_verdict(write: Writer, it: Result, rig_id: int) -> None:
         needs_rotation=it.needs.rotation,
         covariance=Ragged.pack([best.covariance if best else None]),
         singular_values=Ragged.pack([_singular_values(best) if best else None]),
+        weakest=verdict.weakest if best else None,
         **fields_of(verdict, "verdict reason posterior"),
     )
+    said = [("missing", words) for words in verdict.missing] + [("note", words) for words in it.notes]
+    write("inspection_sentence", sentence_no=np.arange(len(said)), **by_column("kind sentence", said))
     write("selected_part", **fields_of(it.selection, "occurrence_id shown"))
 
 
@@ -199,6 +203,7 @@ def _record_correction(write: Writer, it: Correction) -> None:
         prior_sigma=[it.prior_sigmas.get(name) for name in names],
         value=[it.joints[name] for name in names],
         sigma=[it.joint_sigmas.get(name) for name in names],
+        unit=[it.mounted.unit(name) for name in names],
     )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import radians
-from typing import Any
 
 import numpy as np
 
@@ -357,14 +356,6 @@ class PartsInView:
     @property
     def level(self) -> list[str]:
         return ["part" if number == PART else "feature" for number in self.feature_no]
-
-    def rows(self) -> list[dict[str, Any]]:
-        """path, level and visible_share of each."""
-        share = np.round(self.visible / self.covered, 4).tolist()
-        return [
-            {"path": path, "level": level, "visible_share": s}
-            for path, level, s in zip(self.path, self.level, share, strict=True)
-        ]
 
 
 def find_parts_in_view(

@@ -4,21 +4,21 @@ store.
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Mapping
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import ColumnValues, Ints, fields_of
+from relmodel.arrays import ColumnValues, Ints, Ragged, fields_of, list_rows
 from relmodel.store.runs import Writer
 from vision.localisation.localise import Localisation
 from vision.localisation.views import Observation, view_model
 from vision.localisation.visibility import find_parts_in_view
 from vision.presence.displaced import unit_of
-from vision.presence.items import KINDS, NONE, REGION, Appearance
+from vision.presence.items import KINDS, NONE, Appearance
 from vision.presence.presence_parameters import PresenceParameters
 from vision.presence.states import (
     CHANGED,
@@ -37,84 +37,77 @@ from vision.scene import StoredScene
 
 # From what to look at first to what needs no look.
 SEVERITY = (CONTRADICTED, CHANGED, NOT_CONFIRMED, UNDECIDABLE, CONFIRMED)
+FAILING = (CONTRADICTED, CHANGED, NOT_CONFIRMED)
 # What is known to be as modelled or not.
 CHECKED = (CONTRADICTED, CHANGED, CONFIRMED)
 _MOST_SAID = 12
 
 
-def rank_failures(presence: Presence) -> Ints:
-    """Parts and features that are not as the model says, worst first: by state, then by evidence.  A part that
-    fails by its features alone is left out: they stand for it."""
-    shown = (np.array(presence.items.level) != "surface") & (presence.reason != OF_FEATURE)
-    rows = np.flatnonzero(shown & ~np.isin(presence.state, (CONFIRMED, UNDECIDABLE)))
-    place = np.argsort(SEVERITY)[presence.state[rows]]
-    evidence = np.fmax(-presence.evidence.log_odds.sum(axis=1), np.nan_to_num(presence.moved_log_odds))[rows]
-    return np.asarray(rows[np.lexsort((-evidence, place))])
+def rank_failures(rows: Mapping[str, Any]) -> Ints:
+    """Parts and features that are not as the model says, worst first: by state, then by evidence; of the columns of the
+    table `presence`.  A part that fails by its features alone is left out: they stand for it."""
+    level, state, reason, log_odds, moved = (
+        np.asarray(rows[name]) for name in ("level", "state", "reason", "log_odds", "moved_log_odds")
+    )
+    place = np.argmax(state[:, None] == [STATES[s] for s in SEVERITY], axis=1)
+    failing = np.isin(place, [SEVERITY.index(s) for s in FAILING])
+    shown = np.flatnonzero(failing & (level != "surface") & (reason != REASONS[OF_FEATURE]))
+    evidence = np.fmax(-log_odds, np.nan_to_num(moved))[shown]
+    return np.asarray(shown[np.lexsort((-evidence, place[shown]))])
 
 
-def summarise(presence: Presence) -> list[str]:
-    """A sentence on how much was checked, one for each of the worst, and one on what the model does not account for."""
+def summarise(presence: Mapping[str, Any]) -> list[str]:
+    """A sentence on how much was checked, one for each of the worst, and one on what the model does not account for; of
+    what `describe` gives."""
     words = []
     for name in ("part", "feature"):
-        found = count_states(presence, name)
+        found = presence["checked"][name]
         counted = [f"{found[STATES[s]]} {STATES[s].replace('_', ' ')}" for s in SEVERITY if found[STATES[s]]]
         words.append(f"checked {found['checked']} of {found['of']} {name}s in view: {', '.join(counted) or 'none'}")
-    failures = rank_failures(presence)
-    words += [f"  {_describe_failure(presence, int(row))}" for row in failures[:_MOST_SAID]]
+    items, failures = {item["path"]: item for item in presence["items"]}, presence["look_at"]
+    words += [f"  {_describe_failure(items[path])}" for path in failures[:_MOST_SAID]]
     if len(failures) > _MOST_SAID:
         words.append(f"  and {len(failures) - _MOST_SAID} more")
-    regions = int(np.sum(presence.signs.unexplained.kind == REGION))
-    count = {"region": regions, "edge": len(presence.signs.unexplained) - regions}
+    regions = sum(it["kind"] == "region" for it in presence["unexplained"])
+    count = {"region": regions, "edge": len(presence["unexplained"]) - regions}
     counted = [f"{n} {what}{'s' * (n > 1)}" for what, n in count.items() if n]
     return (
         [*words, f"{' and '.join(counted)} in the pictures that the model does not account for"] if counted else words
     )
 
 
-def count_states(presence: Presence, level: str) -> dict[str, int]:
+def count_states(states: Sequence[str]) -> dict[str, int]:
     """How many parts, features or surfaces are checked, of how many, and in each state."""
-    n = np.bincount(presence.state[np.array(presence.items.level) == level], minlength=len(STATES)).tolist()
-    return {"checked": sum(n[s] for s in CHECKED), "of": sum(n), **dict(zip(STATES, n, strict=True))}
+    n = Counter(states)
+    return {"checked": sum(n[STATES[s]] for s in CHECKED), "of": len(states), **{name: n[name] for name in STATES}}
 
 
-def _describe_failure(presence: Presence, row: int) -> str:
-    state, path = STATES[presence.state[row]].replace("_", " "), presence.items.path[row]
-    sizes, what = presence.measures, np.array(presence.measures.what)
-    mine = np.flatnonzero((sizes.item == row) & (what != "distance"))
-    counted = {sizes.what[k]: (sizes.value[k], sizes.sigma[k]) for k in mine.tolist()}
-    surely = {sizes.what[k] for k in mine[sizes.changed[mine]].tolist()}
-    if "displacement" in counted:
-        (far, sigma), (turn, turn_sigma) = counted["displacement"], counted["turn"]
-        along = ", ".join(f"{counted[name][0]:.1f}" for name in ("dx", "dy", "dz"))
-        turned = f"turned by {turn:.1f} degrees, sigma {turn_sigma:.1g}; " if "turn" in surely else ""
-        where = f"its middle lies {far:.1f} mm from its place, sigma {sigma:.1g}: {along} along x, y, z"
+def _describe_failure(item: Mapping[str, Any]) -> str:
+    path, state = item["path"], item["state"].replace("_", " ")
+    sizes = {it["what"]: it for it in item["measured"]}
+    if "displacement" in sizes:
+        far, turn = sizes["displacement"], sizes["turn"]
+        along = ", ".join(f"{sizes[name]['value']:.1f}" for name in ("dx", "dy", "dz"))
+        turned = f"turned by {turn['value']:.1f} degrees, sigma {turn['sigma']:.1g}; " if turn["changed"] else ""
+        where = f"its middle lies {far['value']:.1f} mm from its place, sigma {far['sigma']:.1g}: {along} along x, y, z"
         return f"{path}: {state}, {turned}{where}"
-    for k in mine[sizes.changed[mine] & (what[mine] != "offset")].tolist():
-        words = f"{sizes.value[k]:.2f} mm, not {sizes.nominal[k]:.6g}, sigma {sizes.sigma[k]:.2g}"
-        return f"{path}: {state}, {sizes.what[k]} {words}"
-    if np.isfinite(presence.moved_mm[row]) and presence.state[row] == CHANGED:
-        far, sigma = presence.moved_mm[row], presence.moved_sigma_mm[row]
-        return f"{path}: {state}, a face of it lies {abs(far):.2f} mm {'out' if far > 0 else 'in'}, sigma {sigma:.2g}"
-    return f"{path}: {state}, {REASONS[presence.reason[row]]}"
+    for it in item["measured"]:
+        if it["changed"] and it["what"] != "offset":
+            words = f"{it['value']:.2f} mm, not {it['nominal']:.6g}, sigma {it['sigma']:.2g}"
+            return f"{path}: {state}, {it['what']} {words}"
+    moved = item["moved"]
+    if moved is not None and item["state"] == STATES[CHANGED]:
+        way = "out" if moved["mm"] > 0 else "in"
+        return f"{path}: {state}, a face of it lies {abs(moved['mm']):.2f} mm {way}, sigma {moved['sigma_mm']:.2g}"
+    return f"{path}: {state}, {item['reason']}"
 
 
-def tabulate(it: Presence) -> dict[str, dict[str, Any]]:
+def tabulate_presence(it: Presence) -> dict[str, dict[str, Any]]:
     """The rows of an assessment: of each of its tables the columns but the run and the placed part."""
-    items, evidence, sizes, more = it.items, vars(it.evidence), it.measures, it.signs.unexplained
+    evidence, sizes, more = vars(it.evidence), it.measures, it.signs.unexplained
     count, cameras = it.evidence.log_odds.shape
     return {
-        "presence": {
-            "item_no": np.arange(count),
-            **fields_of(items, "level path"),
-            "feature_no": np.ma.masked_equal(items.feature_no, NONE),
-            "surface_no": np.ma.masked_equal(items.surface_no, NONE),
-            "state": [STATES[s] for s in it.state],
-            "qif": [QIF[s] for s in it.state],
-            "reason": [REASONS[r] for r in it.reason],
-            **{name: values.sum(axis=1) for name, values in evidence.items()},
-            "visible_pixels": items.visible_px,
-            **fields_of(it, "moved_mm moved_sigma_mm moved_log_odds"),
-        },
+        "presence": tabulate_items(it),
         "presence_camera": {
             "item_no": np.repeat(np.arange(count), cameras),
             "camera": it.cameras * count,
@@ -140,9 +133,26 @@ def tabulate(it: Presence) -> dict[str, dict[str, Any]]:
     }
 
 
-def describe(presence: Presence) -> dict[str, Any]:
-    """Everything in plain lists and numbers, from its rows; items parts first, then features and surfaces."""
-    rows = {name: _list_rows(columns) for name, columns in tabulate(presence).items()}
+def tabulate_items(it: Presence) -> dict[str, Any]:
+    """The rows of its parts, features and surfaces: the columns of the table `presence` likewise."""
+    return {
+        "item_no": np.arange(len(it.state)),
+        **fields_of(it.items, "level path"),
+        "feature_no": np.ma.masked_equal(it.items.feature_no, NONE),
+        "surface_no": np.ma.masked_equal(it.items.surface_no, NONE),
+        "state": [STATES[s] for s in it.state],
+        "qif": [QIF[s] for s in it.state],
+        "reason": [REASONS[r] for r in it.reason],
+        **{name: values.sum(axis=1) for name, values in vars(it.evidence).items()},
+        "visible_pixels": it.items.visible_px,
+        **fields_of(it, "moved_mm moved_sigma_mm moved_log_odds"),
+    }
+
+
+def describe(tables: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """What an assessment says in plain lists and numbers, from the columns of its tables; items parts first, then
+    features and surfaces."""
+    rows = {name: list_rows(columns) for name, columns in tables.items()}
     items = rows["presence"]
     seen, sizes = defaultdict(list), defaultdict(list)
     for row in rows["presence_camera"]:
@@ -150,8 +160,11 @@ def describe(presence: Presence) -> dict[str, Any]:
     for row in rows["measured_size"]:
         sizes[row["item_no"]].append(row)
     return {
-        "checked": {name: count_states(presence, name) for name in ("part", "feature", "surface")},
-        "look_at": [presence.items.path[row] for row in rank_failures(presence).tolist()],
+        "checked": {
+            level: count_states([row["state"] for row in items if row["level"] == level])
+            for level in ("part", "feature", "surface")
+        },
+        "look_at": [items[row]["path"] for row in rank_failures(tables["presence"]).tolist()] if items else [],
         "items": [
             {
                 **{name: row[name] for name in ("path", "level", "state", "qif", "reason")},
@@ -180,10 +193,10 @@ def describe(presence: Presence) -> dict[str, Any]:
                         "around": round(one["around_grey"], 1),
                         "like": round(one["like_grey"], 1),
                         "log_odds": round(one["appearance_log_odds"], 2),
-                        "stopped": one["stopped"],
+                        "stopped": bool(one["stopped"]),
                     }
                     for one in seen[row["item_no"]]
-                    if one["stopped"] is not None
+                    if _is_known(one["inside_grey"])
                 ],
             }
             for row in items
@@ -191,7 +204,7 @@ def describe(presence: Presence) -> dict[str, Any]:
         "distances": [
             {
                 "from": items[row["item_no"]]["path"],
-                "to": items[row["other_item_no"]]["path"],
+                "to": items[int(row["other_item_no"])]["path"],
                 **_rounded(row, _SIZE, 4),
                 "changed": row["changed"],
             }
@@ -200,7 +213,8 @@ def describe(presence: Presence) -> dict[str, Any]:
         ],
         "unexplained": [
             {
-                **{name: row[name] for name in ("camera", "kind", "image_arc_no", "region_no")},
+                **{name: row[name] for name in ("camera", "kind")},
+                **{n: int(row[n]) if _is_known(row[n]) else None for n in ("image_arc_no", "region_no")},
                 "box": [round(row[name], 1) for name in ("u0", "v0", "u1", "v1")],
                 **_rounded(row, "length contrast", 1),
                 "beyond": row["beyond"],
@@ -213,9 +227,8 @@ def describe(presence: Presence) -> dict[str, Any]:
 _SIZE = "nominal value sigma"
 
 
-def _list_rows(columns: Mapping[str, Any]) -> list[dict[str, Any]]:
-    plain = (np.ma.asarray(column).tolist() for column in columns.values())
-    return [dict(zip(columns, row, strict=True)) for row in zip(*plain, strict=True)]
+def _is_known(value: float | None) -> bool:
+    return value is not None and value == value  # a store's null is NaN among numbers
 
 
 def _rounded(row: Mapping[str, Any], names: str, digits: int) -> dict[str, float]:
@@ -243,11 +256,6 @@ class VariantEvidence:
     decided: int
     distinguished_by: list[str]
 
-    def to_json(self) -> dict[str, Any]:
-        named = {"object": self.name, "variant": self.variant, "placed": self.placed}
-        counted = {"log_odds": round(self.log_odds, 3), "against": self.against, "of": self.decided}
-        return {**named, **counted, "distinguished_by": self.distinguished_by}
-
 
 def assess_variant(
     variant: Mapping[str, Any], stored: StoredScene, seen: Observation, found: Localisation, p: PresenceParameters
@@ -264,7 +272,7 @@ def assess_variant(
 def weigh_variant(variant: Mapping[str, Any], presence: Presence) -> VariantEvidence:
     """The evidence for a variant from what is there and what is not at its place."""
     decided = (np.array(presence.items.level) != "surface") & (presence.state != UNDECIDABLE)
-    failures = [presence.items.path[row] for row in rank_failures(presence).tolist()]
+    failures = [presence.items.path[row] for row in rank_failures(tabulate_items(presence)).tolist()]
     return VariantEvidence(
         int(variant["object_no"]), str(variant["name"]), str(variant["variant"]), int(variant["object_variant_id"]),
         bool(variant["placed"]), float(np.sum(presence.signs.runs.log_odds)), len(failures),
@@ -283,12 +291,11 @@ def rank(variants: list[VariantEvidence]) -> list[VariantEvidence]:
 
 
 _WEIGHED = ("object_no", "object_variant_id", "placed", "log_odds", "against", "decided")
-MOST_DISTINGUISHING = 5  # parts and features named, of those that distinguish two variants
 
 
 def record_presence(write: Writer, stored: StoredScene, it: Presence) -> None:
     """Append all rows of an assessment; write: as `Run.writer`."""
-    for table, columns in tabulate(it).items():
+    for table, columns in tabulate_presence(it).items():
         own = {"occurrence_id": stored.occurrence_id[it.items.occurrence]} if table == "presence" else {}
         write(table, **own, **columns)
 
@@ -319,5 +326,5 @@ def record_variants(write: Writer, ranked: list[VariantEvidence]) -> None:
         "variant_evidence",
         rank_no=np.arange(len(ranked)),
         **{name: [getattr(v, name) for v in ranked] for name in _WEIGHED},
-        distinguished_by=[", ".join(v.distinguished_by[:MOST_DISTINGUISHING]) or None for v in ranked],
+        distinguished_by=Ragged.pack([v.distinguished_by or None for v in ranked], object),
     )

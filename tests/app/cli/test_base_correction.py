@@ -106,7 +106,14 @@ def test_rows_and_json_say_the_same(answer: dict[str, Any], store: str) -> None:
     assert [row[f"turn_{c}"] for c in "xyz"] == said["turn_rad"]
     assert list(row["covariance"]) == np.ravel(said["covariance"]).tolist()
     assert row["robot"] == ""
-    held = {"joint": "travel", "stated_value": TRAVEL, "value": TRAVEL, "prior_sigma": None, "sigma": None}
+    held = {
+        "joint": "travel",
+        "stated_value": TRAVEL,
+        "value": TRAVEL,
+        "prior_sigma": None,
+        "sigma": None,
+        "unit": "mm",
+    }
     assert rows(store, "joint_correction", answer["run"]) == [{"run_id": answer["run"], **held}]
     assert main(["check", "--store", store]) == 0
 

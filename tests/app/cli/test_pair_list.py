@@ -146,7 +146,7 @@ def test_a_session_sees_a_new_revision_of_the_world(
                     assert len(scenes) == count
             store.set("bulkhead", "checked", "yes", variant="A")  # any run may have changed what is in view, but these
     assert first.to_json()["covariance"] != second.to_json()["covariance"]
-    assert second.sigma_mm > first.sigma_mm
+    assert second.sigma["translation_mm"] > first.sigma["translation_mm"]
     assert alone.to_json()["needs"] == {"translation_mm": 5.0, "rotation_deg": pytest.approx(2.0)}
     one, other = ({k: v for k, v in it.to_json().items() if k not in {*VARYING, "needs"}} for it in (alone, second))
     assert one == other

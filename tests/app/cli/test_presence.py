@@ -26,18 +26,19 @@ from relmodel.loading.load import load
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.store.check import check
-from tests.app.cli.conftest import DEMO, Inspection, halve, inspected
+from tests.app.cli.conftest import DEMO, halve, inspected
+from tests.app.cli.conftest import Inspection as InspectedStore
 from tests.app.cli.test_serve import rows, serving
 from tests.pages import Page
-from vision.inspection import inspection
-from vision.inspection.inspection import read_outcome
+from vision.inspection import Inspection, inspection
+from vision.inspection.answer import read_outcome
 from vision.presence.presence_parameters import DEFAULTS
 
 Answer = dict[str, Any]
 
 
 @pytest.fixture(scope="module")
-def done(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, inspection.Inspection]:
+def done(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Inspection]:
     """A store with variant A where variant B stands, inspected, with crops, overlay and a copy beside it; and the
     answer."""
     folder = tmp_path_factory.mktemp("presence")
@@ -53,7 +54,7 @@ def done(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) -> t
     )
     answers = []
 
-    def inspect(*given: Any, **named: Any) -> inspection.Inspection:
+    def inspect(*given: Any, **named: Any) -> Inspection:
         answers.append(inspection.inspect(*given, **named))
         return answers[0]
 
@@ -66,17 +67,17 @@ def done(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) -> t
 
 
 @pytest.fixture(scope="module")
-def folder(done: tuple[Path, inspection.Inspection]) -> Path:
+def folder(done: tuple[Path, Inspection]) -> Path:
     return done[0]
 
 
 @pytest.fixture(scope="module")
-def found(done: tuple[Path, inspection.Inspection]) -> inspection.Inspection:
+def found(done: tuple[Path, Inspection]) -> Inspection:
     return done[1]
 
 
 @pytest.fixture(scope="module")
-def answer(found: inspection.Inspection) -> Answer:
+def answer(found: Inspection) -> Answer:
     read: Answer = json.loads(json.dumps(found.to_json()))
     return read
 
@@ -274,7 +275,7 @@ def test_the_outcome_counts_what_is_not_as_modelled(answer: Answer) -> None:
 
 
 def test_the_outcome_stands_wherever_the_verdict_stands(
-    answer: Answer, found: inspection.Inspection, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    answer: Answer, found: Inspection, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     target, run, said = str(folder / "copy.duckdb"), answer["run"], answer["outcome"]
     (evidence,) = said["variants"]
@@ -312,7 +313,7 @@ def test_the_outcome_stands_wherever_the_verdict_stands(
 
 
 def test_one_row_altered_is_followed_everywhere(
-    answer: Answer, found: inspection.Inspection, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    answer: Answer, found: Inspection, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A row under the outcome is altered: nothing above an answer keeps a verdict of its own."""
     target, run, page = str(tmp_path / "altered.duckdb"), answer["run"], tmp_path / "run.html"
@@ -342,7 +343,7 @@ def test_one_row_altered_is_followed_everywhere(
 def test_an_accepted_pose_fails_on_what_is_asked(
     words: str | None,
     status: int,
-    found: inspection.Inspection,
+    found: Inspection,
     folder: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
@@ -355,9 +356,7 @@ def test_an_accepted_pose_fails_on_what_is_asked(
         assert capsys.readouterr().err.strip().endswith("give some of changed,contradicted,variant,unchecked")
 
 
-def test_what_is_not_there_fails_nothing(
-    found: inspection.Inspection, folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_not_there_fails_nothing(found: Inspection, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As it would end with the right model; a refused pose keeps its status."""
     good = replace(found.outcome, changed=0, contradicted=0, checked=9, in_view=12, variant=None)
     for verdict, words, status in (
@@ -404,7 +403,7 @@ def test_the_overlay_shows_states_where_cameras_see_them(folder: Path) -> None:
 @pytest.mark.parametrize("engine", ["inspection", "postgresql_inspection"])
 def test_both_engines_answer_from_the_rows(request: pytest.FixtureRequest, engine: str) -> None:
     """The right model: what is counted as contradicted is what the rows say, and no variant was asked for."""
-    done: Inspection = request.getfixturevalue(engine)
+    done: InspectedStore = request.getfixturevalue(engine)
     said = {}
     with Store.open(done.store) as store, store.read() as connection:
         for name in ("contradicted_features", "diameter_over_time", "variants_seen"):

@@ -10,7 +10,7 @@ import pytest
 import relmodel
 from relmodel.app.api import OpenStore
 from tests.reading import load
-from vision.inspection.inspection import Inspection
+from vision.inspection import Inspection
 
 DEMO = Path(__file__).parents[3] / "examples/demo"
 Done = tuple[OpenStore, Inspection]

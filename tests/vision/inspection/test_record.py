@@ -98,7 +98,7 @@ def test_costs_add_up(done: Done) -> None:
         assert number == other
         assert cost == pytest.approx(distance**2 / 2 - evidence - outlines)
         assert ratio == pytest.approx(gathered / expected)
-        assert answer.hypotheses[number][1] == cost
+        assert answer.hypotheses[number]["cost"] == cost
     prior = read_prior(DEMO / "pair_00_prior.yaml")
     assert answer.world_from_rig is not None
     assert found[0][2] == pytest.approx(prior.distance(answer.world_from_rig), rel=1e-6)

@@ -186,7 +186,7 @@ def test_parts_and_features_are_seen_by_all_cameras_together() -> None:
         pixels = sum(float(m.rays.weight[np.isin(m.surface, list(surfaces))].sum()) for m in view.maps.values())
         assert found.visible[row] == pytest.approx(pixels)
     # The block hides some of the plate, nothing hides the block.
-    share = [row["visible_share"] for row in found.rows()]
+    share = found.visible / found.covered
     assert share[0] < 0.97
     assert share[1] == pytest.approx(1.0, abs=0.02)
     away: Floats = np.diag([1.0, -1, -1, 1])

@@ -7,8 +7,15 @@ from typing import Any, cast
 
 import numpy as np
 
-from vision.presence.displaced import Measures
-from vision.presence.report import VariantEvidence, count_states, rank, rank_failures, summarise, weigh_variant
+from vision.presence.report import (
+    VariantEvidence,
+    describe,
+    rank,
+    rank_failures,
+    summarise,
+    tabulate_items,
+    weigh_variant,
+)
 from vision.presence.states import (
     CHANGED,
     CONFIRMED,
@@ -22,46 +29,34 @@ from vision.presence.states import (
 STATES = [CONFIRMED, CHANGED, CHANGED, NOT_CONFIRMED, CONTRADICTED, UNDECIDABLE, CONTRADICTED, CHANGED, NOT_CONFIRMED]
 LEVELS = ["part", "feature", "feature", "feature", "feature", "feature", "surface", "part", "feature"]
 
+MEASURED = ("expected_log_odds", "edge_px", "distinct_px", "supported_px", "region_px")
 
-def presence(sizes: list[tuple[int, str, float, float, float, bool]]) -> Presence:
-    item, what, nominal, value, sigma, changed = (list(c) for c in zip(*sizes, strict=True)) if sizes else ([],) * 6
+
+def presence() -> Presence:
     count = len(STATES)
-    measures = Measures(
-        np.array(item, np.int64), np.full(len(item), -1), what, np.array(nominal, float), np.array(value, float),
-        np.array(sigma, float), np.array(changed, bool),
-    )  # fmt: skip
     log_odds = np.stack([[9.0, -2, -1, -1, -9, 0, -9, 3, -3.0], np.full(count, -0.5)], axis=1)
     known: dict[str, Any] = {
-        "items": SimpleNamespace(level=LEVELS, path=[f"it/{k}" for k in range(count)]),
+        "items": SimpleNamespace(
+            level=LEVELS,
+            path=[f"it/{k}" for k in range(count)],
+            feature_no=np.zeros(count),
+            surface_no=np.zeros(count),
+            visible_px=np.ones(count),
+        ),
         "state": np.array(STATES),
         "reason": np.where(np.arange(count) == 7, OF_FEATURE, 0),
-        "evidence": SimpleNamespace(log_odds=log_odds),
+        "evidence": SimpleNamespace(log_odds=log_odds, **dict.fromkeys(MEASURED, np.ones((count, 2)))),
         "moved_log_odds": np.array([np.nan, 1, 7, np.nan, np.nan, np.nan, np.nan, np.nan, np.nan]),
         "moved_mm": np.array([np.nan, np.nan, -1.25, *[np.nan] * 6]),
         "moved_sigma_mm": np.full(count, 0.125),
-        "measures": measures,
-        "signs": SimpleNamespace(
-            unexplained=SimpleNamespace(kind=np.array([3, 0, 3]), __len__=lambda: 3),
-            runs=SimpleNamespace(log_odds=[1.5, 2]),
-        ),
+        "signs": SimpleNamespace(runs=SimpleNamespace(log_odds=[1.5, 2])),
     }
     return cast(Presence, SimpleNamespace(**known))
 
 
 def test_failures_are_ranked_by_state_and_then_by_evidence() -> None:
     """Faces are left out, and the part that fails by its features: they stand for it."""
-    assert rank_failures(presence([])).tolist() == [4, 2, 1, 8, 3]
-
-
-def test_states_are_counted_by_level() -> None:
-    found = count_states(presence([]), "feature")
-    assert (found["checked"], found["of"]) == (3, 6 + 0)
-    assert (found["changed"], found["not_confirmed"], found["contradicted"], found["undecidable"]) == (2, 2, 1, 1)
-
-
-class Some(SimpleNamespace):
-    def __len__(self) -> int:
-        return 3
+    assert rank_failures(tabulate_items(presence())).tolist() == [4, 2, 1, 8, 3]
 
 
 def test_each_failure_is_said_in_a_sentence() -> None:
@@ -74,9 +69,16 @@ def test_each_failure_is_said_in_a_sentence() -> None:
         (4, "turn", 0.0, 20.0, 2.0, True),
         (3, "thickness", 2.0, 9.0, 9.0, False),
     ]
-    it = presence(sizes)
-    it.signs.unexplained = cast(Any, Some(kind=np.array([3, 0, 3])))  # type: ignore[misc]
-    words = summarise(it)
+    names = ["item_no", "what", "nominal", "value", "sigma", "changed"]
+    measured = dict(zip(names, map(list, zip(*sizes, strict=True)), strict=True)) | {"unit": ["mm"] * 7}
+    more: dict[str, Any] = dict.fromkeys(
+        ["u0", "v0", "u1", "v1", "length", "contrast", "image_arc_no", "region_no", "beyond"], [0.0] * 3
+    )
+    more |= {"kind": ["region", "closed", "region"], "camera": ["left"] * 3}
+    tables = {"presence": tabulate_items(presence()), "measured_size": measured, "unexplained": more}
+    said = describe({**tables, "presence_camera": {"item_no": []}})
+    assert said["look_at"] == ["it/4", "it/2", "it/1", "it/8", "it/3"]
+    words = summarise(said)
     assert words[0] == "checked 2 of 2 parts in view: 1 changed, 1 confirmed"
     assert words[1] == "checked 3 of 6 features in view: 1 contradicted, 2 changed, 2 not confirmed, 1 undecidable"
     turned = "turned by 20.0 degrees, sigma 2; its middle lies 5.0 mm from its place, sigma 0.5: 3.0, -4.0, 0.0"
@@ -106,10 +108,6 @@ def test_the_likeliest_variant_comes_first_and_others_by_what_they_alone_have_wr
 
 def test_a_variant_is_weighed_by_all_its_edges() -> None:
     row = {"object_no": 2, "name": "it", "variant": "B", "object_variant_id": 7, "placed": True}
-    found = weigh_variant(row, presence([]))
+    found = weigh_variant(row, presence())
     assert (found.log_odds, found.against, found.decided, found.placed) == (3.5, 5, 7, True)
     assert found.distinguished_by == ["it/4", "it/2", "it/1", "it/8", "it/3"]
-    assert found.to_json() == {
-        "object": "it", "variant": "B", "placed": True, "log_odds": 3.5, "against": 5, "of": 7,
-        "distinguished_by": found.distinguished_by,
-    }  # fmt: skip

@@ -36,7 +36,6 @@ from relmodel.printing import WIDTH, json_text, print_rows
 from relmodel.progress import Progress
 
 if TYPE_CHECKING:
-    from relmodel.world.kinematics import Correction
     from vision.inspection import Inspection
 
 DIFFERS = 5
@@ -285,7 +284,7 @@ def _status(answer: Inspection, fail_on: Sequence[str]) -> int:
 
 def print_answer(answer: Inspection, form: str) -> None:
     """The whole answer as JSON, or the parts in view as a table or CSV, then pose and verdict in words."""
-    from vision.presence.report import describe, summarise
+    from vision.presence.report import summarise
 
     if form == "json":
         print(json_text(answer.to_json()))
@@ -294,23 +293,23 @@ def print_answer(answer: Inspection, form: str) -> None:
     rows: list[list[Any]] = [[part[name] for name in names] for part in answer.parts_in_view]
     if answer.presence is not None:
         names += ["state", "reason"]
-        states = {item["path"]: item for item in describe(answer.presence)["items"]}
+        states = {item["path"]: item for item in answer.presence["items"]}
         said = [states.get(row[0], {}) for row in rows]  # nothing of parts that are no reference
         rows = [[*row, item.get("state"), item.get("reason")] for row, item in zip(rows, said, strict=True)]
     print_rows(names, rows, form, width=WIDTH)
     sys.stdout.flush()  # where both go to one file, what follows stands last
     for words in answer.notes:
         say(words)
-    unseen = answer.selection.superfluous
+    unseen = answer.selection["superfluous"]
     beyond = f"; {unseen} of them are shown by no pose sampled about the prior" if unseen else ""
-    say(f"{len(answer.selection.shown)} parts of the world were looked for{beyond}")
+    say(f"{answer.selection['parts']} parts of the world were looked for{beyond}")
     if answer.world_from_rig is not None:
         if not answer.outcome.is_usable:
             say(f"the best hypothesis, not accepted (probability {answer.posterior:.1%}):")
         for row in answer.world_from_rig[:3]:
             say("  ".join(f"{value:14.6f}" for value in row))
-        degrees = math.degrees(2 * answer.sigma_rad)
-        say(f"known to {2 * answer.sigma_mm:.2g} mm and {degrees:.2g} degrees (two sigma); worst: {answer.weakest}")
+        mm, degrees = (2 * sigma for sigma in answer.sigma.values())
+        say(f"known to {mm:.2g} mm and {degrees:.2g} degrees (two sigma); worst: {answer.weakest}")
     for words in () if answer.base_correction is None else _correction_words(answer.base_correction):
         say(words)
     for words in () if answer.presence is None else (*summarise(answer.presence), *answer.outcome.variants):
@@ -323,22 +322,22 @@ def print_answer(answer: Inspection, form: str) -> None:
     say(f"run {answer.run}: {answer.outcome.words}")
 
 
-def _correction_words(it: Correction) -> list[str]:
+def _correction_words(it: dict[str, Any]) -> list[str]:
     """A line of the base and one of each corrected joint: mm, degrees, two sigma along the worst axis."""
     import numpy as np
 
-    x, y, z = it.shift
+    x, y, z = it["shift_mm"]
     mm, radians = (
-        2 * np.sqrt(np.linalg.eigvalsh(block)[-1]) for block in (it.covariance[:3, :3], it.covariance[3:, 3:])
+        2 * np.sqrt(np.linalg.eigvalsh(block)[-1]) for block in (it["covariance"][:3, :3], it["covariance"][3:, 3:])
     )
     lines = [
-        f"the base of {it.mounted.base} stands {math.hypot(x, y, z):.2f} mm ({x:+.2f} {y:+.2f} {z:+.2f} along the "
-        f"world's axes) and {np.degrees(np.linalg.norm(it.turn)):.3f} degrees from where the world has it: known to "
-        f"{mm:.2g} mm and {np.degrees(radians):.2g} degrees (two sigma)"
+        f"the base of {it['carrier']} stands {math.hypot(x, y, z):.2f} mm ({x:+.2f} {y:+.2f} {z:+.2f} along the "
+        f"world's axes) and {math.degrees(math.hypot(*it['turn_rad'])):.3f} degrees from where the world has it: known "
+        f"to {mm:.2g} mm and {np.degrees(radians):.2g} degrees (two sigma)"
     ]
-    kinds = {} if it.mounted.tree is None else {joint.name: joint.kind for joint in it.mounted.tree.joints}
-    for name, sigma in it.joint_sigmas.items():
-        unit, factor = ("mm", 1.0) if kinds[name] == "prismatic" else ("degrees", math.degrees(1))
-        found, stated, known = (factor * value for value in (it.joints[name], it.mounted.joints[name], 2 * sigma))
-        lines.append(f"joint {name} at {found:.6g} {unit}, not {stated:.6g}: known to {known:.2g} {unit} (two sigma)")
+    for name, sigma in it["joint_sigmas"].items():
+        unit, factor = ("mm", 1.0) if it["joint_units"][name] == "mm" else ("degrees", math.degrees(1))
+        found, stated = (factor * it[of][name] for of in ("joints", "stated_joints"))
+        words = f"joint {name} at {found:.6g} {unit}, not {stated:.6g}"
+        lines.append(f"{words}: known to {2 * factor * sigma:.2g} {unit} (two sigma)")
     return lines
