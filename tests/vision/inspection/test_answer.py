@@ -46,8 +46,8 @@ class Rows:
     def add(self, table: str, columns: Mapping[str, Any]) -> None:
         """What a table needs and is not given is 1, or a word."""
         needed = self.connection.execute(NEEDED, {"table": table})
-        given = {name: FILLED.get(kind, 1) for name, kind in needed}
-        own = {"run_id": self.run.id} if "run_id" in given else {}
+        given: dict[str, Any] = {name: FILLED.get(kind, 1) for name, kind in needed}
+        own: dict[str, Any] = {"run_id": self.run.id} if "run_id" in given else {}
         self.run.append(self.connection, table, {**given, **own, **columns})
 
 
