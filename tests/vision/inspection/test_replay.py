@@ -8,31 +8,30 @@ import sqlalchemy as sa
 from tests.vision.inspection.conftest import Done
 from vision.inspection.replay import replay
 
-ALTERED = (
-    ("edge_measurement", "UPDATE edge_measurement SET sigma = sigma + 0.25 WHERE view_no = 1 AND measurement_no = 7"),
-    ("threshold", "UPDATE threshold SET value = value + 1 WHERE name = 'states.least_px'"),
-    ("hypothesis", "DELETE FROM hypothesis WHERE hypothesis_no = (SELECT max(hypothesis_no) FROM hypothesis)"),
-    ("part_in_view", "UPDATE part_in_view SET path = 'other' WHERE in_view_no = 0"),
-)
+ALTERED = {  # which row of a table, and what becomes of it
+    "edge_measurement": ("view_no = 1 AND measurement_no = 7", {"sigma": sa.literal_column("sigma + 0.25")}),
+    "threshold": ("name = 'states.least_px'", {"value": sa.literal_column("value + 1")}),
+    "hypothesis": ("hypothesis_no = 0", None),
+    "part_in_view": ("in_view_no = 0", {"path": "other"}),
+}
 
 
 def test_each_altered_row_is_told_and_no_other(done: Done) -> None:
     store, answer = done
-    again = replay(store, answer.run)
-    assert again.agrees
-    assert again.others == []
-    assert all(row.rows == row.again > 0 for row in again.outcomes)
-    assert {"view_arc", "correspondence", "presence", "unit_relation", "search_pose"} <= {
-        r.relation for r in again.outcomes
-    }
-    with store.read() as connection:
-        kept = {name: connection.execute(sa.select(store.table(name))).all() for name, _ in ALTERED}
-    for _, statement in ALTERED:
-        with store.write() as connection:
-            connection.exec_driver_sql(statement)
+    kept = {}
+    with store.write() as connection:
+        for name, (where, change) in ALTERED.items():
+            table, row = store.table(name), sa.text(where)
+            kept[name] = connection.execute(sa.select(table).where(row)).one()._asdict()
+            change_of = sa.delete(table) if change is None else sa.update(table).values(change)
+            connection.execute(change_of.where(row))
     try:
-        found = {row.relation: row for row in replay(store, answer.run).outcomes if row.differing}
-        assert set(found) == {name for name, _ in ALTERED}
+        again = replay(store, answer.run)
+        assert (again.agrees, again.others) == (False, [])
+        known = {row.relation: row for row in again.outcomes if row.rows > 0 < row.again}
+        assert {"view_arc", "correspondence", "presence", "unit_relation", "search_pose"} < set(known)
+        found = {name: row for name, row in known.items() if row.differing}
+        assert set(found) == set(ALTERED)
         assert (found["edge_measurement"].differing, found["edge_measurement"].column) == (1, "sigma")
         assert found["edge_measurement"].difference == pytest.approx(0.25)
         assert (found["threshold"].differing, found["threshold"].column) == (1, "value")
@@ -41,6 +40,6 @@ def test_each_altered_row_is_told_and_no_other(done: Done) -> None:
         assert (found["part_in_view"].column, found["part_in_view"].difference) == ("path", None)
     finally:
         with store.write() as connection:
-            for name, rows in kept.items():
-                connection.execute(sa.delete(store.table(name)))
-                connection.execute(sa.insert(store.table(name)), [dict(row._mapping) for row in rows])
+            for name, (where, _) in ALTERED.items():
+                connection.execute(sa.delete(store.table(name)).where(sa.text(where)))
+                connection.execute(sa.insert(store.table(name)).values(kept[name]))
