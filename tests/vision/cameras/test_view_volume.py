@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -57,8 +58,10 @@ def points_seen(camera: Camera, world_from_camera: np.ndarray, points: np.ndarra
     return np.asarray(between & inside)
 
 
-@pytest.mark.parametrize("lens", LENSES)
-def test_no_part_with_a_point_in_the_picture_is_left_out(lens: str, fresh_store: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("lens", "engine"), [*((lens, "duckdb") for lens in LENSES), ("tilted", "postgresql")])
+def test_no_part_with_a_point_in_the_picture_is_left_out(
+    lens: str, engine: str, new_store: Callable[[str], str], tmp_path: Path
+) -> None:
     """In Python and in SQL, which give the same rows; a view without the lens's distortion would leave some out."""
     camera = Camera(640, 480, MATRIX, np.array(LENSES[lens]))
     rig = Rig({"only": camera}, {"only": np.eye(4)})
@@ -70,8 +73,8 @@ def test_no_part_with_a_point_in_the_picture_is_left_out(lens: str, fresh_store:
     for part in placed:
         low, high = np.split(model.shape_boxes[part.shape], 2)
         clouds.append((low + within * (high - low)) @ part.world_from_part[:3, :3].T + part.world_from_part[:3, 3])
-    poses = looking_around(12, 2)
-    with Store.open(fresh_store) as store:
+    poses, target = looking_around(12, 2), new_store(engine)
+    with Store.open(target) as store:
         fill(store, tmp_path)
         with Run.begin(store, "inspect", {}) as run, run.write() as connection:
             record_rig(run, connection, rig)
@@ -82,7 +85,7 @@ def test_no_part_with_a_point_in_the_picture_is_left_out(lens: str, fresh_store:
     for pose in poses:
         numbers = ", ".join(f"CAST({x!r} AS DOUBLE PRECISION)" for x in [*pose[:3].ravel().tolist(), NEAR, FAR])
         statements.append(f"SELECT path FROM parts_in_view({camera_id}, {numbers}) ORDER BY occurrence_id")  # noqa: S608
-    answers = rows_of(fresh_store, statements)
+    answers = rows_of(target, statements)
     seen_at_all = missed_without = 0
     for pose, answer, expected, undistorted in zip(poses, answers, found, plain, strict=True):
         listed = [row[0] for row in answer]
@@ -95,12 +98,12 @@ def test_no_part_with_a_point_in_the_picture_is_left_out(lens: str, fresh_store:
     assert missed_without > 0 or lens == "cushion"  # which shows less than a pinhole would
 
 
-def test_superfluous_parts_are_counted_against_sampled_views(fresh_store: str, tmp_path: Path) -> None:
+def test_superfluous_parts_are_counted_against_sampled_views(duckdb_file: Path, tmp_path: Path) -> None:
     camera = Camera(640, 480, MATRIX, np.array(LENSES["barrel"]))
     other = np.eye(4)
     other[0, 3] = 120
     rig = Rig({"left": camera, "right": Camera(640, 480, MATRIX)}, {"left": np.eye(4), "right": other})
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         oracle: Oracle = fill(store, tmp_path)
         for pose, sigma in zip(looking_around(3, 5), (0.5, 4.0, 10.0), strict=True):
             prior = Prior.isotropic(pose, sigma, sigma / 1000)

@@ -81,10 +81,9 @@ def test_a_fillet_gives_a_ridge_and_a_sharp_step_none() -> None:
     assert len(extract(step(0.3, 0.0, fillet.shape) + noise).ridge_arcs) == 0
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_labels_of_hills_are_those_of_their_exact_derivatives(seed: int) -> None:
+def test_labels_of_hills_are_those_of_their_exact_derivatives() -> None:
     size, sigma = 72, 2.0
-    land = random_landscape(np.random.default_rng(seed), size)
+    land = random_landscape(np.random.default_rng(0), size)
     y, x = np.mgrid[:size, :size].astype(np.float64)
     image = land.jet(np.column_stack([x.ravel(), y.ravel()]))[0].reshape(size, size)
     truth, clear = labels_of(land.smoothed(sigma), size, min_slope=0.5, min_bend=0.3, margin=0.1)
