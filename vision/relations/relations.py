@@ -19,7 +19,7 @@ from relmodel.store import sql
 from relmodel.store.database import Database
 from relmodel.store.engine import connect
 
-# Chosen on left and right pictures of seven rendered pairs, reported on seven others (benchmarks/results/extraction.md).
+# Chosen on left and right pictures of seven rendered pairs, on seven others (benchmarks/results/extraction.md).
 
 
 @dataclass(frozen=True)
