@@ -164,25 +164,6 @@ def answer(found: dict[str, npt.NDArray[Any]]) -> Answer:
     return set(zip(found["path"].tolist(), found["element_no"].tolist(), strict=True))
 
 
-def test_in_process_equals_brute_force(filled: tuple[Store, Oracle]) -> None:
-    store, oracle = filled
-    index, path = WorldIndex.load(store), paths(store)
-    found_any = 0
-    for level in LEVELS:
-        for box in random_boxes(oracle, 400, 1):
-            ids, numbers = index.in_volume(box, level)
-            found = {(path[i], n) for i, n in zip(ids.tolist(), numbers.tolist(), strict=True)}
-            assert len(found) == len(ids)
-            assert found == oracle.in_box(box, level)
-            found_any += bool(found)
-        for view in random_views(60, 2):
-            ids, numbers = index.in_volume(view, level)
-            found = {(path[i], n) for i, n in zip(ids.tolist(), numbers.tolist(), strict=True)}
-            assert found == oracle.in_view(view, level)
-            found_any += bool(found)
-    assert found_any > 400
-
-
 @pytest.mark.parametrize("level", LEVELS)
 def test_every_volume_by_every_kind(filled: tuple[Store, Oracle], level: str) -> None:
     """In process and in SQL, one by one and as a table of volumes of all kinds."""
@@ -210,15 +191,6 @@ def test_every_volume_by_every_kind(filled: tuple[Store, Oracle], level: str) ->
     for name, same in (("volume_no", number), ("occurrence_id", ids), ("element_no", elements)):
         assert np.array_equal(found[name], same), name
     assert len(WorldIndex.load(store).in_volumes([], level)[0]) == len(in_volumes(store, [], level=level)["path"]) == 0
-
-
-@pytest.mark.parametrize("level", LEVELS)
-def test_sql_equals_brute_force(filled: tuple[Store, Oracle], level: str) -> None:
-    store, oracle = filled
-    for box in random_boxes(oracle, 40, 3):
-        assert answer(in_volume(store, box, level=level)) == oracle.in_box(box, level)
-    for view in random_views(10, 4):
-        assert answer(in_volume(store, view, level=level)) == oracle.in_view(view, level)
 
 
 def test_empty_and_whole(fresh_store: str, tmp_path: Path) -> None:

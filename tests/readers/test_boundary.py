@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from relmodel.model.validation import _surface_gaps
-from tests.readers.test_exact import assert_edges_equal, assert_pcurves_equal
+from tests.parts.step_parts import compound
+from tests.readers.test_exact import assert_edges_equal, assert_loops_close, assert_pcurves_equal
 
 pytest.importorskip("OCP")
 
@@ -22,18 +23,6 @@ def moved(shape: Any, angle: float, *shift: float) -> Any:
     turn.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(1, 2, 3)), angle)
     push.SetTranslation(gp_Vec(*shift))
     return shape.Moved(TopLoc_Location(turn)).Moved(TopLoc_Location(push))
-
-
-def compound(*shapes: Any) -> Any:
-    from OCP.BRep import BRep_Builder
-    from OCP.TopoDS import TopoDS_Compound
-
-    out = TopoDS_Compound()
-    builder = BRep_Builder()
-    builder.MakeCompound(out)
-    for shape in shapes:
-        builder.Add(out, shape)
-    return out
 
 
 def solids() -> list[Any]:
@@ -67,7 +56,15 @@ def faces_of_every_curve() -> list[Any]:
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
     from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_gp_Pnt2d
     from OCP.Geom import Geom_BezierCurve, Geom_CylindricalSurface, Geom_Hyperbola, Geom_OffsetCurve, Geom_Parabola
-    from OCP.Geom2d import Geom2d_BezierCurve, Geom2d_Ellipse, Geom2d_Line, Geom2d_OffsetCurve, Geom2d_TrimmedCurve
+    from OCP.Geom2d import (
+        Geom2d_BezierCurve,
+        Geom2d_Circle,
+        Geom2d_Ellipse,
+        Geom2d_Line,
+        Geom2d_OffsetCurve,
+        Geom2d_TrimmedCurve,
+    )
+    from OCP.Geom2dConvert import Geom2dConvert
     from OCP.gp import gp_Ax2, gp_Ax2d, gp_Ax3, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d
 
     axes = gp_Ax2(gp_Pnt(1, 2, 3), gp_Dir(0, 0, 1))
@@ -101,6 +98,10 @@ def faces_of_every_curve() -> list[Any]:
     base = Geom2d_TrimmedCurve(Geom2d_Line(gp_Pnt2d(2.5, 0.0), gp_Dir2d(-1.0, 0.0)), 0.0, 2.0)
     sides = [BRepBuilderAPI_MakeEdge(curve, cylinder).Edge() for curve in (bent, base)]
     out.append(BRepBuilderAPI_MakeFace(cylinder, BRepBuilderAPI_MakeWire(*sides).Wire()).Face())
+    ring = Geom2d_Circle(gp_Ax2d(gp_Pnt2d(3, 0), gp_Dir2d(1, 0)), 0.5)
+    for closed in (ring, oval, Geom2dConvert.CurveToBSplineCurve_s(ring)):  # the last is rational and periodic
+        wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(closed, cylinder).Edge()).Wire()
+        out.append(BRepBuilderAPI_MakeFace(cylinder, wire).Face())
     return out
 
 
@@ -139,14 +140,7 @@ def assert_boundary(shape: Any) -> None:
     assert (faces.Extent(), edges.Extent()) == (len(got.surfaces["kind"]), len(got.arcs["kind"]))
     assert_edges_equal(edges, got)
     assert_pcurves_equal(faces, edges, got)
-    co = got.coedges
-    start, end = (np.stack([got.arcs[f"{n}_{a}"] for a in "xyz"], axis=1)[co["arc_no"]] for n in ("start", "end"))
-    back = co["reversed"][:, None]
-    tail, head = np.where(back, end, start), np.where(back, start, end)
-    keys = list(zip(co["surface_no"].tolist(), co["loop_no"].tolist(), strict=True))
-    for key in set(keys):
-        own = [i for i, k in enumerate(keys) if k == key]
-        assert np.abs(head[own] - np.roll(tail[own], -1, axis=0)).max() < 1e-6
+    assert_loops_close(got, 1e-6)
 
 
 def test_solids_in_places_of_their_own() -> None:
@@ -173,32 +167,3 @@ def test_every_kind_of_curve() -> None:
 def test_a_wire_out_of_order() -> None:
     assert_boundary(shuffled())
     assert_boundary(shuffled().Reversed())
-
-
-def test_pcurves_of_every_kind_are_read() -> None:
-    """Faces of a cylinder, r = 4 mm, within a circle, an oval run clockwise, and a rational periodic spline of one."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
-    from OCP.Geom import Geom_CylindricalSurface
-    from OCP.Geom2d import Geom2d_Circle, Geom2d_Ellipse
-    from OCP.Geom2dConvert import Geom2dConvert
-    from OCP.gp import gp_Ax2d, gp_Ax3, gp_Dir2d, gp_Pnt2d
-
-    from relmodel.readers.step import shape as step_shape
-    from tests.parts.step_parts import compound
-
-    cylinder = Geom_CylindricalSurface(gp_Ax3(), 4.0)
-    circle = Geom2d_Circle(gp_Ax2d(gp_Pnt2d(1, 0), gp_Dir2d(1, 0)), 0.5)
-    oval = Geom2d_Ellipse(gp_Ax2d(gp_Pnt2d(3, 0), gp_Dir2d(1, 1)), 0.8, 0.3, False)
-    spline = Geom2dConvert.CurveToBSplineCurve_s(Geom2d_Circle(gp_Ax2d(gp_Pnt2d(5, 0), gp_Dir2d(1, 0)), 0.5))
-    faces = []
-    for curve in (circle, oval, spline):
-        wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve, cylinder).Edge()).Wire()
-        faces.append(BRepBuilderAPI_MakeFace(cylinder, wire).Face())
-    shape = step_shape.extract(compound(*faces))
-    p = shape.pcurves
-    circle, oval_, free = (p["kind"].index(kind) for kind in ("circle", "ellipse", "spline"))
-    assert (p["radius"][circle], p["direct"][circle]) == (0.5, True)
-    assert (p["radius"][oval_], p["radius2"][oval_], p["direct"][oval_]) == (0.8, 0.3, False)
-    assert p["periodic"][free]
-    assert len(p["poles"][free]) == 2 * len(p["weights"][free])
-    assert len(set(p["weights"][free])) > 1

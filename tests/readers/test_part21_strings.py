@@ -8,9 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from relmodel.readers.step import part21
 from relmodel.readers.step.part21 import Instances, decoded, in_utf8
-from tests.parts.step_parts import loaded, write_product
 from tests.readers.test_step_properties import write_pair
 from tests.reading import read_here
 
@@ -35,21 +33,6 @@ from tests.reading import read_here
 )
 def test_directives(written: bytes, meant: str) -> None:
     assert decoded(written) == meant
-
-
-def test_names_are_decoded_by_the_kernel_and_in_the_text_alike(tmp_path: Path) -> None:
-    from tests.parts.solids import box
-
-    pytest.importorskip("OCP")
-    called, number = r"St\X\FCtze \X2\03B103B2\X0\ it''s", r"N\X2\2116\X0\7"
-    path = write_product(tmp_path / "named.step", box((0, 0, 0), (30, 20, 10)), "PLATE")
-    text = path.read_text().replace("PRODUCT('PLATE','PLATE'", f"PRODUCT('{number}','{called}'")
-    path.write_text(text.replace("ADVANCED_FACE(''", r"ADVANCED_FACE('\X2\0394\X0\ seat'", 1))
-    (part,) = (model := loaded(path)).parts
-    assert (part.name, part.number) == ("Stütze αβ it's", "N№7")
-    assert part21.product_numbers(Instances(path.read_bytes())) == {"Stütze αβ it's": "N№7"}
-    names = [name for name in model.shapes[part.shape].surfaces["name"] if name]
-    assert names == ["Δ seat"]
 
 
 def test_parameters_are_decoded() -> None:

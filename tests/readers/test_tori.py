@@ -106,12 +106,3 @@ def test_a_line_revolved_has_the_sizes_of_what_it_is() -> None:
             assert rows["radius"][0] == pytest.approx(5 + (origin - CENTRE) @ AXIS - 2)
         else:
             assert (origin - CENTRE) @ AXIS == pytest.approx(2)
-
-
-def test_surfaces_that_only_look_like_tori_are_none() -> None:
-    from tests.parts import splined_parts
-
-    lofted = extracted(splined_parts.generate(2)).surfaces
-    free = np.asarray(lofted["kind"]) == "spline"
-    assert free.any()
-    assert "torus" not in np.asarray(lofted["recognised_kind"])[free]

@@ -147,9 +147,17 @@ def test_triangles_of_trimmed_round_faces_meet_and_keep_to_the_solid(name: str) 
     ],
 )
 def test_triangles_of_a_file_meet(data_dir: Path, name: str) -> None:
-    mesh = loaded(data_dir / name).shapes[0].mesh
+    shape = loaded(data_dir / name).shapes[0]
+    mesh = shape.mesh
     assert is_closed(mesh)
     assert facing(mesh).min() > 0  # none lies on its face
+    corner = mesh.vertices[mesh.triangles]
+    twice = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    volume = np.einsum("nd,nd->n", corner[:, 0], twice).sum() / 6
+    assert volume == pytest.approx(shape.volume, abs=mesh.chord_mm * float(np.sum(shape.surfaces["area"])))
+    area = np.bincount(mesh.triangle_surfaces, np.linalg.norm(twice, axis=1) / 2, len(shape.surfaces["area"]))
+    assert area == pytest.approx(shape.surfaces["area"], rel=0.02, abs=0.5)
+    assert np.linalg.norm(mesh.normals, axis=1) == pytest.approx(np.ones(len(mesh.normals)), abs=1e-5)
 
 
 def test_a_mesh_that_is_open_or_far_off_is_a_finding_and_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
