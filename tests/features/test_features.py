@@ -28,7 +28,6 @@ from relmodel.readers.step import shape as step_shape
 from tests.features.feature_scores import score
 from tests.features.golden_features import score_bulkhead
 from tests.parts.brackets_and_drums import foundry
-from tests.parts.composed_parts import generate
 from tests.parts.flanges_and_housings import Work, toolroom
 from tests.parts.machining_features import vocabulary
 from tests.parts.open_cuts_and_rows import plate_with_open_cuts
@@ -290,7 +289,7 @@ def test_random_plates() -> None:
 
 
 SEEDS: dict[Callable[[int], Part | Work], range] = {  # families that were held out when the recogniser was written
-    generate: range(8), workshop: range(8), toolroom: range(8), foundry: range(6, 14), vocabulary: range(8),
+    workshop: range(8), toolroom: range(8), foundry: range(6, 14), vocabulary: range(8),
     welded: range(3), plate_with_open_cuts: range(4),
 }  # fmt: skip
 ROLLED = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])  # x to y, y to z, z to x

@@ -36,9 +36,6 @@ Floats = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
 Rng = np.random.Generator
 
-CELL = 60.0
-BORDER = 40.0
-BORE = 200.0  # longer than any part is thick
 THIN_WEB = 0.2  # a web is what is left under a floor, where it is no thicker than this share of the floor's width
 
 

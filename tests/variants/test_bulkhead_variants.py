@@ -1,4 +1,4 @@
-"""The demonstration's six variants: what each adds to a store, and how each differs from others.
+"""Variants of the demonstration: what each adds to a store, and how each differs from others.
 
 What is true comes from elsewhere: parts, holes and pockets from the design that the files were made from, surfaces
 from the CAD kernel's own integrals over the faces of the files.
@@ -25,9 +25,9 @@ from examples.bulkhead.features import CLIP_THICKNESS, all_features, changes
 from tests.loading.test_load import row_counts
 from tests.reading import load
 from tests.variants.composed import differences
-from tests.variants.conftest import EXAMPLES, Bulkheads, step_file
+from tests.variants.conftest import EXAMPLES, LOADED, Bulkheads, step_file
 
-PAIRS = ["AB", "AD", "BE", "CE", "DF", "FB"]
+PAIRS = ["AB", "AD", "BE"]
 Floats = npt.NDArray[np.float64]
 
 
@@ -113,8 +113,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_each_variant_adds_the_surfaces_that_no_variant_had(bulkheads: Bulkheads, folder: Path) -> None:
-    for n, variant in enumerate("BCDEF", start=1):
-        body, earlier = kernel_faces(variant, folder), [kernel_faces(v, folder) for v in "ABCDEF"[:n]]
+    for n, variant in enumerate(LOADED[1:], start=1):
+        body, earlier = kernel_faces(variant, folder), [kernel_faces(v, folder) for v in LOADED[:n]]
         regions, rows = (
             {j for other in earlier for _, j in same_faces(other, body, curves=exact)} for exact in (False, True)
         )
@@ -127,7 +127,7 @@ def test_each_variant_adds_the_surfaces_that_no_variant_had(bulkheads: Bulkheads
 
 def test_a_reload_adds_nothing(bulkheads: Bulkheads) -> None:
     counts = row_counts(bulkheads.store)
-    again = load(bulkheads.store, step_file("C"), name="bulkhead", variant="C")
+    again = load(bulkheads.store, step_file("B"), name="bulkhead", variant="B")
     assert (again.status, again.surfaces_added, again.arcs_added) == ("unchanged", 0, 0)
     assert row_counts(bulkheads.store) == counts
 

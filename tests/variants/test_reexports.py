@@ -77,9 +77,9 @@ def test_other_settings_of_the_writer_change_nothing(store: Store, tmp_path: Pat
     from OCP.Interface import Interface_Static
     from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
-    from tests.parts.composed_parts import generate
+    from tests.parts.turned_parts import workshop
 
-    body = generate(9).body
+    body = workshop(2).body
 
     def write(path: Path, **settings: int) -> Path:
         writer = STEPControl_Writer()
