@@ -35,7 +35,7 @@ from tests.parts.plates_with_bosses import welded
 from tests.parts.random_cuts import crowd
 from tests.parts.solids import Part, prism
 from tests.parts.step_parts import loaded
-from tests.parts.turned_parts import workshop
+from tests.parts.turned_parts import lever, workshop
 
 Z = gp_Dir(0, 0, 1)
 
@@ -289,7 +289,7 @@ def test_random_plates() -> None:
 
 
 SEEDS: dict[Callable[[int], Part | Work], range] = {  # families that were held out when the recogniser was written
-    workshop: range(8), toolroom: range(8), foundry: range(6, 14), vocabulary: range(8),
+    workshop: range(8), lever: range(2), toolroom: range(8), foundry: range(6, 14), vocabulary: range(8),
     welded: range(3), plate_with_open_cuts: range(4),
 }  # fmt: skip
 ROLLED = np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])  # x to y, y to z, z to x

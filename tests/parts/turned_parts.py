@@ -18,6 +18,27 @@ def workshop(seed: int) -> Part:
     return turned((disc, shaft)[seed % 2](rng), rng)
 
 
+def lever(seed: int) -> Part:
+    """A block with a lug at each end, the bore through it, and a blind hole."""
+    rng = np.random.default_rng(seed)
+    t = uniform(rng, 20, 30)
+    part = Part(box((0, 0, 0), (100, 80, t)))
+    for root, side in ((0.0, -1), (100.0, 1)):
+        thick, r = uniform(rng, 8, 15), uniform(rng, 12, 25)
+        low, x, bore = (t - thick) / 2, root + side * (r + uniform(rng, 5, 20)), r * uniform(rng, 0.3, 0.6)
+        ends = sorted((root - 5 * side, x))
+        arm = Part(box((ends[0], 40 - r, low), (ends[1], 40 + r, low + thick)))
+        arm.fuse(cylinder((x, 40, low), r, thick))
+        part.fuse(arm.body)
+        part.cut(cylinder((x, 40, low - 1), bore, thick + 2))
+        mouths = ((x, 40.0, low + thick), (x, 40.0, low))
+        part.know("through_hole", mouths, diameter=2 * bore, depth=thick)
+        part.know("lug", mouths, bore_diameter=2 * bore, width=2 * r, thickness=thick)
+    part.cut(cylinder((50, 40, t - 8), 6, 20))
+    part.know("blind_hole", (50, 40, t), diameter=12, depth=8)
+    return part
+
+
 def disc(rng: Rng) -> Part:
     """A turned blank with seats around its middle."""
     r, t = uniform(rng, 70, 90), uniform(rng, 18, 40)
