@@ -220,7 +220,7 @@ def test_touching_counts(filled: tuple[Store, Oracle]) -> None:
     for level in LEVELS:
         found = in_volume(store, everything, level=level)
         boxes = np.stack([found[name] for name in BOX], axis=1)
-        for row in range(0, len(boxes), max(1, len(boxes) // 15)):
+        for row in range(0, len(boxes), max(1, len(boxes) // 6)):
             key = (int(found["occurrence_id"][row]), int(found["element_no"][row]))
             for axis in range(3):
                 for side in (0, 3):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -83,11 +84,14 @@ def test_distances_of_meshes() -> None:
         assert abs(got - truth) < 0.15  # what flat triangles miss
 
 
-@pytest.fixture
-def cubes(fresh_store: str, tmp_path: Path) -> str:
-    with Store.open(fresh_store) as store:
-        fill(store, tmp_path)
-    return fresh_store
+@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
+def cubes(
+    request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
+) -> str:
+    target = new_store(request.param)
+    with Store.open(target) as store:
+        fill(store, tmp_path_factory.mktemp("cubes"))
+    return target
 
 
 def test_nearest_parts(cubes: str, capsys: pytest.CaptureFixture[str]) -> None:
