@@ -13,7 +13,7 @@ from math import cos, pi, sin
 import numpy as np
 
 from tests.parts.brackets_and_drums import UP, chance, placed, rod, u
-from tests.parts.flanges_and_housings import Work
+from tests.parts.housings_and_shafts import Work
 from tests.parts.solids import Point, Rng, box, obround, prism
 
 LENGTH, WIDTH, HEIGHT = 260.0, 160.0, 30.0
