@@ -65,10 +65,7 @@ def add_camera(store: Store, view: Frustum | None = None) -> int:
     camera |= {"view_u0": -0.5, "view_v0": -0.5, "view_u1": view.width - 0.5, "view_v1": view.height - 0.5}
     with store.write() as connection:
         camera_id = int(store.new_ids(connection, "camera", 1)[0])
-        lens: dict[str, Any] = {
-            "content_key": f"c{camera_id}",
-            "distortion": Ragged.pack([[0.0]]),
-        }
+        lens: dict[str, Any] = {"content_key": f"c{camera_id}", "distortion": Ragged.pack([[0.0]])}
         store.append(connection, "camera", {"id": [camera_id], **camera, **lens})
     return camera_id
 

@@ -18,17 +18,7 @@ from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
 
 from tests.parts.curved_parts import revolved
 from tests.parts.housings_and_shafts import Work
-from tests.parts.solids import (
-    Point,
-    Rng,
-    between,
-    box,
-    cone,
-    cylinder,
-    fillet,
-    obround,
-    prism,
-)
+from tests.parts.solids import Point, Rng, between, box, cone, cylinder, fillet, obround, prism
 
 UP: Point = (0.0, 0.0, 1.0)
 DOWN: Point = (0.0, 0.0, -1.0)

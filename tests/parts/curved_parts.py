@@ -10,16 +10,7 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolyg
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol, BRepPrimAPI_MakeSphere, BRepPrimAPI_MakeTorus
 from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt
 
-from tests.parts.solids import (
-    Part,
-    Point,
-    Rng,
-    box,
-    cone,
-    cylinder,
-    fillet,
-    turned,
-)
+from tests.parts.solids import Part, Point, Rng, box, cone, cylinder, fillet, turned
 
 
 def generate(seed: int) -> Any:

@@ -96,10 +96,5 @@ def _bolt_circle(work: Work, rng: Rng) -> None:
         work.drill(100 + ring * cos(a), 80 + ring * sin(a), r, HEIGHT, 0.0)
     holes = places - len(left_out)
     work.note(
-        "circular_pattern",
-        (100, 80, HEIGHT),
-        (100, 80, 0),
-        count=holes,
-        pattern_diameter=2 * ring,
-        hole_diameter=2 * r,
+        "circular_pattern", (100, 80, HEIGHT), (100, 80, 0), count=holes, pattern_diameter=2 * ring, hole_diameter=2 * r
     )

@@ -7,9 +7,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from OCP.BRepBuilderAPI import (
-    BRepBuilderAPI_Transform,
-)
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
 from OCP.gp import gp_Trsf
 
 from tests.parts.solids import Point

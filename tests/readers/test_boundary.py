@@ -29,12 +29,7 @@ def solids() -> list[Any]:
     """A ball, a cone with its tip, a ring, a filleted box, cut obliquely: seams, degenerate edges, conics, splines."""
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
     from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
-    from OCP.BRepPrimAPI import (
-        BRepPrimAPI_MakeBox,
-        BRepPrimAPI_MakeCone,
-        BRepPrimAPI_MakeSphere,
-        BRepPrimAPI_MakeTorus,
-    )
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeSphere, BRepPrimAPI_MakeTorus
     from OCP.TopAbs import TopAbs_ShapeEnum
     from OCP.TopExp import TopExp_Explorer
     from OCP.TopoDS import TopoDS

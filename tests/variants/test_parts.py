@@ -78,11 +78,7 @@ def test_a_part_is_moved_by_its_pose(store: Store) -> None:
     motion = pose((3, -4, 12), (0.1, -0.2, 0.25))
     far = pose((900, 0, 0))
     before = [Item("ONE", body, pose((50, 60, 70))), Item("TWO", body, pose()), Item("GONE", body, pose((0, 400, 0)))]
-    after = [
-        Item("ONE", body, motion @ before[0].pose),
-        Item("TWO", body, far),
-        Item("NEW", body, pose((0, 400, 5e3))),
-    ]
+    after = [Item("ONE", body, motion @ before[0].pose), Item("TWO", body, far), Item("NEW", body, pose((0, 400, 5e3)))]
     rows = {r["object_path_a"] or r["object_path_b"]: r for r in parts(store, before, after)}
     assert {p: r["status"] for p, r in rows.items()} == {
         "ONE": "moved",

@@ -44,11 +44,7 @@ class Plate:
     def body(self) -> Any:
         low, high = (
             (-PITCH / 2, -PITCH / 2, 0.0),
-            (
-                (self.cells[0] - 0.5) * PITCH,
-                (self.cells[1] - 0.5) * PITCH,
-                self.thickness,
-            ),
+            ((self.cells[0] - 0.5) * PITCH, (self.cells[1] - 0.5) * PITCH, self.thickness),
         )
         part = Part(box(low, high))
         t = self.thickness
