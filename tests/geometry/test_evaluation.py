@@ -8,36 +8,40 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_int
+from OCP.Geom import (
+    Geom_BezierCurve,
+    Geom_BSplineCurve,
+    Geom_Circle,
+    Geom_ConicalSurface,
+    Geom_CylindricalSurface,
+    Geom_Ellipse,
+    Geom_Hyperbola,
+    Geom_Line,
+    Geom_Parabola,
+    Geom_Plane,
+    Geom_SphericalSurface,
+    Geom_ToroidalSurface,
+    Geom_TrimmedCurve,
+)
+from OCP.GeomConvert import GeomConvert
+from OCP.gp import gp_Ax3, gp_Dir, gp_Pnt
 
 from relmodel.geometry.splines import Basis
 from relmodel.geometry.surfaces import Surfaces
-
-pytest.importorskip("OCP")
+from relmodel.readers.step.geometry import CurveRows, SurfaceRows
 
 Array = npt.NDArray[np.float64]
 SHARES = np.linspace(0, 1, 13)
 
 
 def kernel_frame(seed: int) -> Any:
-    from OCP.gp import gp_Ax3, gp_Dir, gp_Pnt
-
     r = np.random.default_rng(seed)
     return gp_Ax3(gp_Pnt(*r.uniform(-50, 50, 3).tolist()), gp_Dir(*r.normal(size=3)), gp_Dir(*r.normal(size=3)))
 
 
 def kernel_curves() -> list[tuple[Any, float, float]]:
     """Every kind of curve with an interval, b-splines clamped, unclamped, rational and periodic."""
-    from OCP.Geom import (
-        Geom_BezierCurve,
-        Geom_Circle,
-        Geom_Ellipse,
-        Geom_Hyperbola,
-        Geom_Line,
-        Geom_Parabola,
-        Geom_TrimmedCurve,
-    )
-    from OCP.GeomConvert import GeomConvert
-
     frame = kernel_frame(1).Ax2()
     ellipse = Geom_Ellipse(frame, 7.0, 3.0)
     periodic = GeomConvert.CurveToBSplineCurve_s(ellipse)
@@ -59,9 +63,6 @@ def kernel_curves() -> list[tuple[Any, float, float]]:
 
 
 def points_array(count: int, seed: int) -> Any:
-    from OCP.collections import Array1_gp_Pnt
-    from OCP.gp import gp_Pnt
-
     poles = Array1_gp_Pnt(1, count)
     for i, p in enumerate(np.random.default_rng(seed).uniform(-20, 20, (count, 3)).tolist()):
         poles.SetValue(i + 1, gp_Pnt(*p))
@@ -69,9 +70,6 @@ def points_array(count: int, seed: int) -> Any:
 
 
 def free_periodic_curve(degree: int, count: int, rational: bool = False) -> Any:
-    from OCP.collections import Array1_double, Array1_int
-    from OCP.Geom import Geom_BSplineCurve
-
     knots, multiplicities, weights = Array1_double(1, count + 1), Array1_int(1, count + 1), Array1_double(1, count)
     for i in range(count + 1):
         knots.SetValue(i + 1, float(i))
@@ -82,8 +80,6 @@ def free_periodic_curve(degree: int, count: int, rational: bool = False) -> Any:
 
 
 def test_lengths_and_boxes_hold_a_fine_polyline() -> None:
-    from relmodel.readers.step.geometry import CurveRows
-
     rows = CurveRows()
     for one in kernel_curves():
         rows.add(*one)
@@ -99,14 +95,6 @@ def test_lengths_and_boxes_hold_a_fine_polyline() -> None:
 
 
 def kernel_surfaces() -> list[tuple[Any, tuple[float, float, float, float]]]:
-    from OCP.Geom import (
-        Geom_ConicalSurface,
-        Geom_CylindricalSurface,
-        Geom_Plane,
-        Geom_SphericalSurface,
-        Geom_ToroidalSurface,
-    )
-
     left_handed = kernel_frame(3)
     left_handed.YReverse()
     turn = (0.3, 5.0, -0.7, 1.1)
@@ -120,8 +108,6 @@ def kernel_surfaces() -> list[tuple[Any, tuple[float, float, float, float]]]:
 
 
 def rows_of(made: list[tuple[Any, tuple[float, float, float, float]]]) -> Surfaces:
-    from relmodel.readers.step.geometry import CurveRows, SurfaceRows
-
     rows = SurfaceRows(CurveRows(), SurfaceRows(CurveRows()))
     for surface, domain in made:
         rows.add(surface, domain)

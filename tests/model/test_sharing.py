@@ -8,6 +8,21 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Curve
+from OCP.BRepBuilderAPI import (
+    BRepBuilderAPI_MakeEdge,
+    BRepBuilderAPI_MakeFace,
+    BRepBuilderAPI_MakeWire,
+    BRepBuilderAPI_Transform,
+)
+from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert as Convert
+from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+from OCP.collections import Array1_gp_Pnt
+from OCP.GeomAPI import GeomAPI_PointsToBSpline
+from OCP.gp import gp_Pnt, gp_Trsf, gp_Vec
+from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
+from OCP.TopoDS import TopoDS
 
 from relmodel.model.content_keys import share
 from relmodel.model.model import Assembly, Instance, Model, Part, Shape
@@ -18,7 +33,6 @@ from tests.parts.step_parts import compound, write_product
 from tests.reading import shared
 
 Floats = npt.NDArray[np.float64]
-pytest.importorskip("OCP")
 
 
 def handed(shift: float = 0.0, radius: float = 2.0) -> Any:
@@ -35,13 +49,6 @@ def bolt() -> Any:
 
 def bent() -> Any:
     """A block under a curve, as b-splines throughout."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert as Convert
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
-    from OCP.collections import Array1_gp_Pnt
-    from OCP.GeomAPI import GeomAPI_PointsToBSpline
-    from OCP.gp import gp_Pnt, gp_Vec
-
     points = Array1_gp_Pnt(1, 5)
     for i, (x, z) in enumerate([(0.0, 3.0), (4.0, 6.0), (9.0, 5.0), (15.0, 7.0), (20.0, 2.0)]):
         points.SetValue(i + 1, gp_Pnt(x, 0, z))
@@ -73,9 +80,6 @@ def motion(axis: tuple[float, float, float], angle: float, shift: tuple[float, f
 
 def moved(shape: Any, matrix: Floats, mirror: bool = False) -> Any:
     """A copy with geometry of its own."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-    from OCP.gp import gp_Pnt, gp_Trsf
-
     trsf, turn = gp_Trsf(), gp_Trsf()
     turn.SetValues(*matrix[:3].ravel().tolist())
     if mirror:
@@ -97,8 +101,6 @@ def write_flat(shapes: list[Any], path: Path) -> None:
 
 def write_products(shapes: list[Any], path: Path) -> None:
     """Every solid as a product of its own."""
-    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
-
     writer = STEPControl_Writer()
     for shape in shapes:
         writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
@@ -151,10 +153,6 @@ def corners(shape: Shape, pose: Floats) -> Floats:
 
 
 def kernel_corners(solid: Any) -> Floats:
-    from OCP.BRep import BRep_Tool
-    from OCP.BRepAdaptor import BRepAdaptor_Curve
-    from OCP.TopoDS import TopoDS
-
     edges = faces.edge_map(faces.face_map(solid))
     each = [TopoDS.Edge(edges.FindKey(i)) for i in range(1, edges.Extent() + 1)]
     assert not any(BRep_Tool.Degenerated_s(edge) for edge in each)

@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
-from OCP.gp import gp_Pnt
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
+from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 
 from tests.parts.curved_parts import revolved
 from tests.parts.solids import Point, Rng, box, cone, cylinder
@@ -55,8 +57,6 @@ class Work:
             self.body = BRepAlgoAPI_Cut(self.body, tool).Shape()
 
     def add(self, *more: Any) -> None:
-        from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
-
         for one in more:
             self.body = BRepAlgoAPI_Fuse(self.body, one).Shape()
         unify = ShapeUpgrade_UnifySameDomain(self.body, True, True, False)
@@ -152,9 +152,6 @@ def cam_disc(rng: Rng) -> Work:
 
 
 def _spun(body: Any, angle: float) -> Any:
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-    from OCP.gp import gp_Ax1, gp_Dir, gp_Trsf
-
     turn = gp_Trsf()
     turn.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), angle)
     return BRepBuilderAPI_Transform(body, turn, True).Shape()

@@ -19,7 +19,7 @@ def workshop(seed: int) -> Part:
 
 
 def lever(seed: int) -> Part:
-    """A block with a lug at each end, the bore through it, and a blind hole."""
+    """A block with a lug at each end, the bore through it, and a row of holes."""
     rng = np.random.default_rng(seed)
     t = uniform(rng, 20, 30)
     part = Part(box((0, 0, 0), (100, 80, t)))
@@ -34,8 +34,10 @@ def lever(seed: int) -> Part:
         mouths = ((x, 40.0, low + thick), (x, 40.0, low))
         part.know("through_hole", mouths, diameter=2 * bore, depth=thick)
         part.know("lug", mouths, bore_diameter=2 * bore, width=2 * r, thickness=thick)
-    part.cut(cylinder((50, 40, t - 8), 6, 20))
-    part.know("blind_hole", (50, 40, t), diameter=12, depth=8)
+    for x in (20.0, 35.0, 50.0, 65.0):
+        part.cut(cylinder((x, 20, -1), 3, t + 2))
+        part.know("through_hole", ((x, 20.0, t), (x, 20.0, 0.0)), diameter=6, depth=t)
+    part.know("linear_pattern", ((42.5, 20.0, t), (42.5, 20.0, 0.0)), count=4, pitch=15, hole_diameter=6)
     return part
 
 

@@ -5,20 +5,42 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pytest
+from OCP.BRep import BRep_Builder
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.BRepBuilderAPI import (
+    BRepBuilderAPI_MakeEdge,
+    BRepBuilderAPI_MakeFace,
+    BRepBuilderAPI_MakePolygon,
+    BRepBuilderAPI_MakeWire,
+)
+from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeSphere, BRepPrimAPI_MakeTorus
+from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_gp_Pnt2d
+from OCP.Geom import Geom_BezierCurve, Geom_CylindricalSurface, Geom_Hyperbola, Geom_OffsetCurve, Geom_Parabola
+from OCP.Geom2d import (
+    Geom2d_BezierCurve,
+    Geom2d_Circle,
+    Geom2d_Ellipse,
+    Geom2d_Line,
+    Geom2d_OffsetCurve,
+    Geom2d_TrimmedCurve,
+)
+from OCP.Geom2dConvert import Geom2dConvert
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax2d, gp_Ax3, gp_Dir, gp_Dir2d, gp_Pln, gp_Pnt, gp_Pnt2d, gp_Trsf, gp_Vec
+from OCP.TopAbs import TopAbs_ShapeEnum
+from OCP.TopExp import TopExp_Explorer
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS, TopoDS_Iterator, TopoDS_Wire
 
 from relmodel.model.validation import _surface_gaps
+from relmodel.readers.step import shape as step_shape
+from relmodel.readers.step.faces import edge_map, face_map
 from tests.parts.step_parts import compound
 from tests.readers.test_exact import assert_edges_equal, assert_loops_close, assert_pcurves_equal
-
-pytest.importorskip("OCP")
 
 
 def moved(shape: Any, angle: float, *shift: float) -> Any:
     """The shape in a place of its own, its geometry untouched."""
-    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
-    from OCP.TopLoc import TopLoc_Location
-
     turn, push = gp_Trsf(), gp_Trsf()
     turn.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(1, 2, 3)), angle)
     push.SetTranslation(gp_Vec(*shift))
@@ -27,13 +49,6 @@ def moved(shape: Any, angle: float, *shift: float) -> Any:
 
 def solids() -> list[Any]:
     """A ball, a cone with its tip, a ring, a filleted box, cut obliquely: seams, degenerate edges, conics, splines."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeSphere, BRepPrimAPI_MakeTorus
-    from OCP.TopAbs import TopAbs_ShapeEnum
-    from OCP.TopExp import TopExp_Explorer
-    from OCP.TopoDS import TopoDS
-
     box = BRepPrimAPI_MakeBox(10.0, 8.0, 6.0).Shape()
     fillet = BRepFilletAPI_MakeFillet(box)
     walk = TopExp_Explorer(box, TopAbs_ShapeEnum.TopAbs_EDGE)
@@ -48,20 +63,6 @@ def solids() -> list[Any]:
 
 def faces_of_every_curve() -> list[Any]:
     """Faces of planes within parabolas, hyperbolas, Bezier and offset curves; of cylinders within trimmed pcurves."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
-    from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_gp_Pnt2d
-    from OCP.Geom import Geom_BezierCurve, Geom_CylindricalSurface, Geom_Hyperbola, Geom_OffsetCurve, Geom_Parabola
-    from OCP.Geom2d import (
-        Geom2d_BezierCurve,
-        Geom2d_Circle,
-        Geom2d_Ellipse,
-        Geom2d_Line,
-        Geom2d_OffsetCurve,
-        Geom2d_TrimmedCurve,
-    )
-    from OCP.Geom2dConvert import Geom2dConvert
-    from OCP.gp import gp_Ax2, gp_Ax2d, gp_Ax3, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d
-
     axes = gp_Ax2(gp_Pnt(1, 2, 3), gp_Dir(0, 0, 1))
     poles, weights = Array1_gp_Pnt(1, 4), Array1_double(1, 4)
     for i, (x, y) in enumerate([(0.0, 0.0), (1.0, 3.0), (4.0, 3.0), (5.0, 0.0)]):
@@ -102,11 +103,6 @@ def faces_of_every_curve() -> list[Any]:
 
 def shuffled() -> Any:
     """A face whose wire holds its edges in another order than they follow each other."""
-    from OCP.BRep import BRep_Builder
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
-    from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
-    from OCP.TopoDS import TopoDS_Iterator, TopoDS_Wire
-
     polygon = BRepBuilderAPI_MakePolygon()
     for x, y in [(0.0, 0.0), (4.0, 0.0), (5.0, 3.0), (2.0, 4.0), (-1.0, 2.0)]:
         polygon.Add(gp_Pnt(x, y, 0.0))
@@ -126,9 +122,6 @@ def shuffled() -> Any:
 
 def assert_boundary(shape: Any) -> None:
     """As the kernel says: which faces and edges, every curve and pcurve; loops run head to tail."""
-    from relmodel.readers.step import shape as step_shape
-    from relmodel.readers.step.faces import edge_map, face_map
-
     got = step_shape.extract(shape)
     faces = face_map(shape)
     edges = edge_map(faces)
@@ -147,8 +140,6 @@ def test_solids_in_places_of_their_own() -> None:
 
 
 def test_every_kind_of_curve() -> None:
-    from relmodel.readers.step import shape as step_shape
-
     faces = faces_of_every_curve()
     offset = faces.pop(4)
     for face in faces:

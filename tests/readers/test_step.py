@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
 
 from relmodel.errors import InputError
 from relmodel.readers import ReadOptions, read
@@ -98,8 +99,6 @@ def test_counting_is_not_fooled_by_strings_and_comments(tmp_path: Path) -> None:
 )
 def test_numbers_that_are_not_finite_are_refused(radius: str, said: str, tmp_path: Path) -> None:
     """The kernel takes a circle without a radius for an edge without a length, and would go on without it."""
-    pytest.importorskip("OCP")
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
 
     path = write_product(tmp_path / "post.step", BRepPrimAPI_MakeCylinder(4.0, 20.0).Shape(), "post, NaN, 1.E400")
     text = path.read_text()

@@ -5,16 +5,23 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert, BRepBuilderAPI_Transform
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakeSphere
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf
 
+from relmodel.arrays import take
 from relmodel.errors import InputError
 from relmodel.features import recognise
 from relmodel.find.find import world_named
+from relmodel.model.content_keys import model_keys, share
 from relmodel.model.model import Pmi, Shape
 from relmodel.readers.step.part21 import Instances, TypedValue, measure
 from relmodel.store import Store
@@ -118,10 +125,6 @@ def test_pmi_is_of_surfaces_that_have_what_it_says(data_dir: Path, name: str) ->
 def test_pmi_of_a_shape_that_lists_its_surfaces_in_another_order(tmp_path: Path, duckdb_file: Path) -> None:
     """The same box, once written from a turned copy of itself, is one shape: PMI stays with its face."""
     # The order in the store is that of the first file; `write_pmi` looks it up by content.
-    from dataclasses import replace
-
-    from relmodel.arrays import take
-    from relmodel.model.content_keys import model_keys
 
     path = write_product(tmp_path / "box.step", bracket_with_sheet_and_line(), "bracket")
     model = shared(path)
@@ -247,8 +250,6 @@ def test_what_is_no_material_is_left_out(tmp_path: Path, fresh_store: str) -> No
 
 
 def test_wrappers_of_one_body_are_collapsed(tmp_path: Path) -> None:
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
-
     box = BRepPrimAPI_MakeBox(30.0, 20.0, 10.0).Shape()
     wrapped = compound(compound(compound(box)))
     path = write_product(tmp_path / "wrapped.step", wrapped, "bracket", as_assembly=True)
@@ -260,8 +261,6 @@ def test_wrappers_of_one_body_are_collapsed(tmp_path: Path) -> None:
 
 
 def test_names_of_faces_in_the_file(tmp_path: Path) -> None:
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
-
     maker = BRepPrimAPI_MakeBox(30.0, 20.0, 10.0)
     named = {"seat": maker.TopFace(), "datum A": maker.BottomFace()}
     path = write_product(tmp_path / "box.step", maker.Shape(), "box", names=named)
@@ -272,8 +271,6 @@ def test_names_of_faces_in_the_file(tmp_path: Path) -> None:
 
 def test_units_of_length(tmp_path: Path) -> None:
     """A unit with a name of its own is as long as the file says; one that nothing tells of is refused."""
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
-
     path = write_product(tmp_path / "box.step", BRepPrimAPI_MakeBox(30.0, 20.0, 10.0).Shape(), "box")
     text = path.read_text()
     millimetre = "( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.) )"
@@ -296,16 +293,6 @@ def test_units_of_length(tmp_path: Path) -> None:
 
 def test_what_is_stored_as_splines_is_recognised(tmp_path: Path) -> None:
     """A block with a bore, a cone and a part of a sphere cut out, all turned into b-splines."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
-    from OCP.BRepPrimAPI import (
-        BRepPrimAPI_MakeBox,
-        BRepPrimAPI_MakeCone,
-        BRepPrimAPI_MakeCylinder,
-        BRepPrimAPI_MakeSphere,
-    )
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-
     up = gp_Dir(0, 0, 1)
     part = BRepPrimAPI_MakeBox(60.0, 40.0, 20.0).Shape()
     for tool in (
@@ -333,14 +320,6 @@ def test_what_is_stored_as_splines_is_recognised(tmp_path: Path) -> None:
 
 
 def test_pmi_goes_along_where_congruent_shapes_become_one(tmp_path: Path) -> None:
-    from dataclasses import replace
-
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
-    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
-
-    from relmodel.model.content_keys import share
-
     turn = gp_Trsf()
     turn.SetRotation(gp_Ax1(gp_Pnt(70, 0, 0), gp_Dir(1, 2, 3)), 1.0)
     box = BRepPrimAPI_MakeBox(30.0, 20.0, 10.0).Shape()

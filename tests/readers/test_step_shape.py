@@ -6,15 +6,33 @@ from typing import Any
 
 import numpy as np
 import pytest
+from OCP.BRep import BRep_Tool
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.BRepBuilderAPI import (
+    BRepBuilderAPI_MakeEdge,
+    BRepBuilderAPI_MakeFace,
+    BRepBuilderAPI_MakeWire,
+    BRepBuilderAPI_NurbsConvert,
+    BRepBuilderAPI_Sewing,
+    BRepBuilderAPI_Transform,
+)
+from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert as Convert
+from OCP.BRepGProp import BRepGProp_Face
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism, BRepPrimAPI_MakeWedge
+from OCP.GC import GC_MakeArcOfCircle
+from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax3, gp_Cylinder, gp_Dir, gp_Elips, gp_Pln, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.TopoDS import TopoDS
 
 from relmodel.model.model import Shape
-
-pytest.importorskip("OCP")
+from relmodel.readers.step import geometry
+from relmodel.readers.step import shape as step_shape
+from relmodel.readers.step.document import _rigid, _scaled
+from relmodel.readers.step.faces import face_map
+from relmodel.readers.step.geometry import matrix
 
 
 def extracted(shape: Any) -> Shape:
-    from relmodel.readers.step import shape as step_shape
-
     return step_shape.extract(shape)
 
 
@@ -25,10 +43,6 @@ def mesh_volume(shape: Shape) -> float:
 
 @pytest.mark.parametrize("factor", [1.0, -1.0, 2.0, -2.5])
 def test_a_mirrored_or_scaled_shape_stays_the_right_way_out(factor: float) -> None:
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeWedge
-
-    from relmodel.readers.step.document import _scaled
-
     wedge = BRepPrimAPI_MakeWedge(4.0, 3.0, 2.0, 1.0).Shape()  # 4 wide below, 1 above, 3 high, 2 deep
     shape = extracted(_scaled(wedge, factor))
     volume = (4 + 1) / 2 * 3 * 2 * abs(factor) ** 3
@@ -45,11 +59,6 @@ def test_a_mirrored_or_scaled_shape_stays_the_right_way_out(factor: float) -> No
 
 
 def test_a_placement_with_a_mirror_is_split_into_rigid_and_scale() -> None:
-    from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
-
-    from relmodel.readers.step.document import _rigid
-    from relmodel.readers.step.geometry import matrix
-
     trsf, turn, shift = gp_Trsf(), gp_Trsf(), gp_Trsf()
     trsf.SetMirror(gp_Ax2(gp_Pnt(1, 2, 3), gp_Dir(1, 1, 0)))
     turn.SetRotation(gp_Ax1(gp_Pnt(3, 0, 1), gp_Dir(0, 1, 2)), 0.7)
@@ -63,17 +72,6 @@ def test_a_placement_with_a_mirror_is_split_into_rigid_and_scale() -> None:
 
 def test_a_cusp_is_convex_where_there_is_material_in_it_and_concave_where_there_is_none() -> None:
     """A face tangent to another that it runs back along: the normals are opposed whatever lies between."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepBuilderAPI import (
-        BRepBuilderAPI_MakeEdge,
-        BRepBuilderAPI_MakeFace,
-        BRepBuilderAPI_MakeWire,
-        BRepBuilderAPI_Transform,
-    )
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakePrism
-    from OCP.GC import GC_MakeArcOfCircle
-    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
-
     half = np.sqrt(0.5)
     corners = [gp_Pnt(*xyz) for xyz in ((0, 0, 0), (10, 0, 0), (6, 4, 0), (0, 4, 0))]
     # About (10, 4) from (10, 0) back to (6, 4).
@@ -95,12 +93,6 @@ def test_a_cusp_is_convex_where_there_is_material_in_it_and_concave_where_there_
 
 
 def test_a_recogniser_that_throws_recognises_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
-    from OCP.gp import gp_Dir
-
-    from relmodel.readers.step import geometry
-
     class Throwing:
         def __init__(self, shape: Any) -> None:
             del shape
@@ -119,10 +111,6 @@ def test_a_recogniser_that_throws_recognises_nothing(monkeypatch: pytest.MonkeyP
 @pytest.mark.parametrize(("major", "minor"), [(0.9, 0.4), (30.0, 1.5), (500.0, 499.0)])
 def test_an_ellipse_of_any_size_is_recognised(major: float, minor: float) -> None:
     """The kernel throws where the form that it fills in has a greater minor radius than the ellipse found."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert as Convert
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Elips, gp_Pnt
-
     oval = gp_Elips(gp_Ax2(gp_Pnt(1, 2, 3), gp_Dir(1, 2, 2)), major, minor)
     wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(oval).Edge()).Wire()
     shape = extracted(Convert(BRepBuilderAPI_MakeFace(wire).Face()).Shape())
@@ -133,15 +121,6 @@ def test_an_ellipse_of_any_size_is_recognised(major: float, minor: float) -> Non
 
 def test_free_edges_of_an_open_sheet_have_two_sides() -> None:
     """A rectangle that goes over into a quarter of a tube, without anything at its ends: normals are the kernel's."""
-    from OCP.BRep import BRep_Tool
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_Sewing
-    from OCP.BRepGProp import BRepGProp_Face
-    from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
-    from OCP.gp import gp_Ax3, gp_Cylinder, gp_Dir, gp_Pln, gp_Pnt, gp_Vec
-    from OCP.TopoDS import TopoDS
-
-    from relmodel.readers.step.faces import face_map
-
     sewing = BRepBuilderAPI_Sewing(1e-6)
     sewing.Add(BRepBuilderAPI_MakeFace(gp_Pln(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), 0.0, 30.0, 0.0, 20.0).Face())
     tube = gp_Cylinder(gp_Ax3(gp_Pnt(0, 0, 10), gp_Dir(0, 1, 0), gp_Dir(0, 0, -1)), 10.0)

@@ -17,7 +17,7 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel import resources
-from relmodel.errors import InputError, StoreError
+from relmodel.errors import InputError, StoreError, TransientError
 from relmodel.store import Run, Store, database, sql
 from relmodel.store.check import check
 from tests.store.children import CHILDREN, begin_and_wait
@@ -317,8 +317,6 @@ class answer_lost:  # noqa: N801
         return self.transaction.__enter__()
 
     def __exit__(self, *error: Any) -> None:
-        from relmodel.errors import TransientError
-
         self.transaction.__exit__(*error)
         if error[0] is None:
             raise TransientError("the connection was lost")

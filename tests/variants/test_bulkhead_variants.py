@@ -19,6 +19,15 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import sqlalchemy as sa
+from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
+from OCP.BRepGProp import BRepGProp
+from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
+from OCP.GProp import GProp_GProps
+from OCP.STEPControl import STEPControl_Reader
+from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_SOLID
+from OCP.TopExp import TopExp
+from OCP.TopoDS import TopoDS
+from scipy.spatial import cKDTree
 
 from examples.bulkhead.design import BASES, CLIP_BOLTS, VARIANTS
 from examples.bulkhead.features import CLIP_THICKNESS, all_features, changes
@@ -61,15 +70,6 @@ class Faces:
 
 @cache
 def kernel_faces(variant: str, folder: Path) -> Faces:
-    from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
-    from OCP.BRepGProp import BRepGProp
-    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
-    from OCP.GProp import GProp_GProps
-    from OCP.STEPControl import STEPControl_Reader
-    from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_SOLID
-    from OCP.TopExp import TopExp
-    from OCP.TopoDS import TopoDS
-
     def inside(shape: Any, kind: Any) -> list[Any]:
         found = ShapeMap()
         TopExp.MapShapes_s(shape, kind, found)
@@ -99,8 +99,6 @@ def kernel_faces(variant: str, folder: Path) -> Faces:
 
 def same_faces(a: Faces, b: Faces, *, curves: bool = False) -> set[tuple[int, int]]:
     """Faces of one region; with `curves`, those whose boundary runs by the same parameters too."""
-    from scipy.spatial import cKDTree
-
     x, y = (np.hstack([f.region, f.curves]) if curves else f.region for f in (a, b))
     found = cKDTree(x).sparse_distance_matrix(cKDTree(y), 1e-3, output_type="ndarray")
     pairs = zip(found["i"].tolist(), found["j"].tolist(), strict=True)

@@ -11,6 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
+from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Vec
+from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
 from relmodel.errors import UsageError
 from relmodel.store import Store
@@ -24,12 +29,6 @@ Point = tuple[float, float]
 
 def write_plate(path: Path, outline: Sequence[Point], holes: Sequence[tuple[float, float, float]], shift: Any) -> Path:
     """A prism 10 mm thick over an outline with through holes (x, y, radius), all of it moved by `shift`."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Vec
-    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
-
     x0, y0, z0 = shift
     polygon = BRepBuilderAPI_MakePolygon()
     for x, y in outline:

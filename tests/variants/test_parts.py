@@ -9,6 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf
 
 from relmodel.store import Store
 from tests.parts.solids import box, cylinder
@@ -34,8 +37,6 @@ def parts(store: Store, before: list[Item], after: list[Item]) -> list[dict[str,
 
 def bent() -> Any:
     """A solid without symmetry: three legs of unlike length, and a hole."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
-
     legs = [box((0, 0, 0), (60, 10, 8)), box((0, 0, 0), (12, 40, 8)), box((0, 0, 0), (12, 10, 25))]
     body = BRepAlgoAPI_Fuse(BRepAlgoAPI_Fuse(legs[0], legs[1]).Shape(), legs[2]).Shape()
     return BRepAlgoAPI_Cut(body, cylinder((45, 5, -1), 3, 20)).Shape()
@@ -109,8 +110,6 @@ def test_a_body_in_other_coordinates_is_moved_and_not_changed(store: Store, seed
 
 def test_a_mirror_image_is_another_part(store: Store) -> None:
     left = bent()
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf
 
     mirror = gp_Trsf()
     mirror.SetMirror(gp_Ax2(gp_Pnt(30, 0, 0), gp_Dir(1, 0, 0)))
@@ -122,8 +121,6 @@ def test_a_mirror_image_is_another_part(store: Store) -> None:
 
 
 def test_a_part_that_is_renamed_and_changed_is_still_a_pair(store: Store) -> None:
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-
     plain = box((0, 0, 0), (80, 50, 6))
     drilled = BRepAlgoAPI_Cut(plain, cylinder((30, 20, -1), 4, 10)).Shape()
     store_items(store, "A", [Item("PLATE", plain, pose((7, 8, 9)), "N-1")])

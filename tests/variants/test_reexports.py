@@ -11,11 +11,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.Interface import Interface_Static
+from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
 from relmodel.model.model import Model
 from relmodel.store import Store
 from tests.loading.test_load import row_counts
+from tests.parts.solids import box, cylinder
 from tests.parts.step_parts import loaded, write_product
+from tests.parts.turned_parts import workshop
 from tests.reading import load
 from tests.variants.composed import differences, keep
 from tests.variants.conftest import step_file
@@ -71,11 +76,6 @@ def test_an_export_with_other_numbers_and_order_differs_in_nothing(store: Store,
 
 
 def test_other_settings_of_the_writer_change_nothing(store: Store, tmp_path: Path) -> None:
-    from OCP.Interface import Interface_Static
-    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
-
-    from tests.parts.turned_parts import workshop
-
     body = workshop(2).body
 
     def write(path: Path, **settings: int) -> Path:
@@ -102,9 +102,6 @@ def test_other_settings_of_the_writer_change_nothing(store: Store, tmp_path: Pat
 
 def test_noise_is_told_from_changes_on_both_engines(fresh_store: str, tmp_path: Path) -> None:
     """Of a noisy export with one hole a little wider only what touches the hole is new, and the next one is like it."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-
-    from tests.parts.solids import box, cylinder
 
     def export(name: str, radius: float, seed: int) -> Model:
         body = BRepAlgoAPI_Cut(box((0, 0, 0), (60, 40, 8)), cylinder((13, 17, -1), 6, 10)).Shape()
