@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,10 @@ from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from relmodel.world import place_world
 from tests.synthetic_model import BOX, SyntheticModel, write_world
+
+if TYPE_CHECKING:
+    from tests.find.conftest import Filled
+
 
 Answer = set[tuple[str, int]]
 
@@ -97,12 +101,10 @@ def fill(store: Store, folder: Path, seed: int = 7) -> Oracle:
     return Oracle(model, PLACES)
 
 
-@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def filled(
-    request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[tuple[Store, Oracle]]:
-    with Store.open(new_store(request.param)) as store:
-        yield store, fill(store, tmp_path_factory.mktemp("find"))
+@pytest.fixture
+def asked(filled: Filled) -> Iterator[Store]:
+    with Store.open(filled.target) as store:
+        yield store
 
 
 def random_boxes(oracle: Oracle, count: int, seed: int) -> list[Box]:
@@ -165,9 +167,9 @@ def answer(found: dict[str, npt.NDArray[Any]]) -> Answer:
 
 
 @pytest.mark.parametrize("level", LEVELS)
-def test_every_volume_by_every_kind(filled: tuple[Store, Oracle], level: str) -> None:
+def test_every_volume_by_every_kind(asked: Store, filled: Filled, level: str) -> None:
     """In process and in SQL, one by one and as a table of volumes of all kinds."""
-    store, oracle = filled
+    store, oracle = asked, filled.oracle
     path = paths(store)
     solids: list[Any] = random_solids(oracle, 150, 8)
     covariance = np.diag(np.repeat([4.0, 0.02], 3) ** 2)
@@ -212,9 +214,9 @@ def test_empty_and_whole(fresh_store: str, tmp_path: Path) -> None:
             assert connection.exec_driver_sql(named.format("other")).scalar() == 0
 
 
-def test_touching_counts(filled: tuple[Store, Oracle]) -> None:
+def test_touching_counts(asked: Store) -> None:
     """A face that just reaches a box's face is in it; one step of floating point further it is not."""
-    store, _ = filled
+    store = asked
     index = WorldIndex.load(store)
     everything = Box(-2000, -2000, -2000, 2000, 2000, 2000)
     for level in LEVELS:
@@ -239,8 +241,8 @@ def test_touching_counts(filled: tuple[Store, Oracle]) -> None:
                     assert (key in keys) is expected
 
 
-def test_rows_to_print(filled: tuple[Store, Oracle]) -> None:
-    store, oracle = filled
+def test_rows_to_print(asked: Store, filled: Filled) -> None:
+    store, oracle = asked, filled.oracle
     box = Box(-250, -250, -250, 250, 250, 250)
     rows = find_rows(store, box)
     assert {path for path, level, *_ in rows if level == "part"} == {p for p, _ in oracle.in_box(box, "part")}

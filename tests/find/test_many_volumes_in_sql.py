@@ -4,9 +4,8 @@ point, against brute force."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -15,7 +14,11 @@ import sqlalchemy as sa
 from relmodel.find.find import LEVELS, in_volumes
 from relmodel.find.volumes import Volume
 from relmodel.store import Store
-from tests.find.test_find import Oracle, fill, random_boxes, random_solids, random_views
+from tests.find.test_find import fill, random_boxes, random_solids, random_views
+
+if TYPE_CHECKING:
+    from tests.find.conftest import Filled
+
 
 _NUMBERS = ("x0", "y0", "z0", "x1", "y1", "z1", "ball_x", "ball_y", "ball_z", "ball_radius")
 _COLUMNS = ", ".join(
@@ -33,18 +36,9 @@ def row_of(number: int, volume: Volume) -> dict[str, Any]:
     }
 
 
-@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def filled(
-    request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
-) -> tuple[str, Oracle]:
-    target = new_store(request.param)
-    with Store.open(target) as store:
-        return target, fill(store, tmp_path_factory.mktemp("many"))
-
-
-def test_tables_of_volumes(filled: tuple[str, Oracle]) -> None:
-    target, oracle = filled
-    with Store.open(target) as store:
+def test_tables_of_volumes(filled: Filled) -> None:
+    oracle = filled.oracle
+    with Store.open(filled.target) as store:
         boxes: list[Volume] = [*random_boxes(oracle, 30, 3)]
         volumes: list[Volume] = [*boxes[:4], *random_solids(oracle, 16, 4), *random_views(10, 5)]
         with store.engine.connect() as connection:
@@ -75,10 +69,10 @@ def test_tables_of_volumes(filled: tuple[str, Oracle]) -> None:
 
 
 @pytest.mark.parametrize("level", ["part", "feature"])
-def test_within_a_box_and_nearest_to_a_point(filled: tuple[str, Oracle], level: str) -> None:
+def test_within_a_box_and_nearest_to_a_point(filled: Filled, level: str) -> None:
     """A feature is as far as the farther of its box and its part's, on each axis."""
-    target, oracle = filled
-    with Store.open(target) as store:
+    oracle = filled.oracle
+    with Store.open(filled.target) as store:
         of_part = {path: i for i, (path, _) in enumerate(oracle.key["part"])}
         own = [of_part[path] for path, _ in oracle.key[level]]
         low, high = oracle.low[level], oracle.high[level]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +19,7 @@ from relmodel.find.find import in_volumes, nearest_parts
 from relmodel.find.volumes import Box, OrientedBox, Sphere, Volume
 from relmodel.geometry.transforms import hull_triangles, rotation_matrix
 from relmodel.store import Store
-from tests.find.volume_cases import CORNER, FAR, HALF, fill
+from tests.find.volume_cases import CORNER, FAR, HALF
 
 
 def poses_of(rng: np.random.Generator, count: int) -> Floats:
@@ -82,16 +81,6 @@ def test_distances_of_meshes() -> None:
         body, first = np.concatenate([ball + 500.0, ball + at]), np.array([0, len(ring)])
         (got,) = distances(body, True, np.eye(4)[None], np.zeros(1, np.int64), ring, first, np.array([solid]))
         assert abs(got - truth) < 0.15  # what flat triangles miss
-
-
-@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def cubes(
-    request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
-) -> str:
-    target = new_store(request.param)
-    with Store.open(target) as store:
-        fill(store, tmp_path_factory.mktemp("cubes"))
-    return target
 
 
 def test_nearest_parts(cubes: str, capsys: pytest.CaptureFixture[str]) -> None:

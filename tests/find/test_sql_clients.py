@@ -5,10 +5,8 @@ from __future__ import annotations
 import csv
 import subprocess
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -18,7 +16,10 @@ from relmodel.arrays import Ragged
 from relmodel.find.find import LEVELS
 from relmodel.find.volumes import Box, Frustum, Sphere, Volume
 from relmodel.store import Store
-from tests.find.test_find import Oracle, fill, random_boxes, random_solids, random_views
+from tests.find.test_find import Oracle, random_boxes, random_solids, random_views
+
+if TYPE_CHECKING:
+    from tests.find.conftest import Filled
 
 
 def rows_of(target: str, statements: list[str]) -> list[list[tuple[Any, ...]]]:
@@ -85,24 +86,6 @@ def call(volume: Volume, level: str, camera_id: int) -> str:
         values = f"{camera_id}, {values}"
     element = "-1" if level == "part" else f"{level}_no"
     return f"SELECT occurrence_id, {element}, path, name, x0, y1 FROM {level}s_in_{kind}({values}) ORDER BY 1, 2"  # noqa: S608
-
-
-@dataclass(frozen=True)
-class Filled:
-    """A store with a world and a camera: its name, its truth, and the camera's identity."""
-
-    target: str
-    oracle: Oracle
-    camera: int
-
-
-@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def filled(
-    request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
-) -> Filled:
-    target = new_store(request.param)
-    with Store.open(target) as store:
-        return Filled(target, fill(store, tmp_path_factory.mktemp("clients")), add_camera(store))
 
 
 def test_clients_and_programs_get_the_rows_of_find(filled: Filled) -> None:
