@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.parts.seat_operations import work
-from tests.parts.seats import FAR, Rng, seat, uniform
+from tests.parts.seat_operations import FAR, Rng, seat, uniform, work
 from tests.parts.solids import Part, box, chamfer, cylinder, obround, turned
 
 
