@@ -7,7 +7,9 @@ import numpy.typing as npt
 import pytest
 
 from relmodel.errors import UsageError
-from relmodel.find.indexes import KINDS, build
+from relmodel.find.indexes import KINDS, PackedRTree, build
+from relmodel.find.volumes import Box, Frustum, OrientedBox, Sphere, Volume, VolumeTable
+from relmodel.geometry.transforms import rotation_matrix
 
 Floats = npt.NDArray[np.float64]
 
@@ -62,12 +64,38 @@ def test_equal_to_brute_force(kind: str, case: str, count: int) -> None:
     asked = asked_of(boxes, 120)
     asked[-1] = [-1e5, -1e5, -1e5, 1e5, 1e5, 1e5]
     expected = [met(boxes, box) for box in asked]
-    numbers, found = index.in_boxes(asked)
-    assert np.all(np.diff(numbers) >= 0)
-    assert [sorted(found[numbers == i].tolist()) for i in range(len(asked))] == expected
+    volumes = VolumeTable.of([Box(*box) for box in asked])
+    for numbers, found in (index.in_boxes(asked), index.in_volumes(volumes)):
+        assert np.all(np.diff(numbers) >= 0)
+        assert [sorted(found[numbers == i].tolist()) for i in range(len(asked))] == expected
     assert [index.any_in_box(box) for box in asked] == [bool(e) for e in expected]
+    if isinstance(index, PackedRTree):
+        assert index.any_in_boxes(asked).tolist() == [bool(e) for e in expected]
     assert len(index) == count
     assert index.nbytes >= boxes.nbytes
+
+
+@pytest.mark.parametrize("kind", KINDS[1:])
+def test_volumes_as_the_rtree(kind: str) -> None:
+    boxes = boxes_of("clustered", 3000)
+    rng = np.random.default_rng(2)
+    volumes: list[Volume] = []
+    for point in rng.choice(boxes[:, :3], 40):
+        x, y, z = point.tolist()
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = rotation_matrix(rng.uniform(-2, 2, 3)), point
+        matrix = np.array([[500.0, 0, 319.5], [0, 500, 239.5], [0, 0, 1]])
+        volumes += [
+            Sphere(x, y, z, 30),
+            OrientedBox(pose, rng.uniform(5, 60, 3)),
+            Frustum(640, 480, matrix, pose, 1, 200),
+        ]
+    table = VolumeTable.of(volumes)
+    pairs = [
+        sorted(zip(*(c.tolist() for c in build(k, boxes).in_volumes(table)), strict=True)) for k in ("rtree", kind)
+    ]
+    assert pairs[0] == pairs[1]
+    assert len(pairs[0]) > 1000
 
 
 def test_unknown_kind() -> None:

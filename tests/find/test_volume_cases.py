@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+import sqlalchemy as sa
+
 from relmodel.find.find import in_volume, in_volumes
+from relmodel.find.indexes import KINDS, WorldIndex
 from relmodel.find.parquet import export_parts
+from relmodel.find.volumes import Box, Frustum, Sphere
 from relmodel.store import Store
 from tests.find.test_parquet import duckdb_rows, occurrences, placed_parts, write_questions
+from tests.find.test_sql_clients import add_camera, call, rows_of
 from tests.find.volume_cases import CASES, letters
 
 NAMES = [name for name, _, _ in CASES]
@@ -22,6 +28,27 @@ def test_queries_of_the_store(cubes: str) -> None:
     assert dict(zip(NAMES, one_by_one, strict=True)) == dict(zip(NAMES, WANTED, strict=True))
     for number, wanted in enumerate(WANTED):
         assert letters(together["path"][together["volume_no"] == number].tolist()) == wanted, NAMES[number]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_indexes_in_process(cubes: str, kind: str) -> None:
+    with Store.open(cubes) as store:
+        index = WorldIndex.load(store, kind=kind)
+        with store.read() as connection:
+            path = {row.id: row.path for row in connection.execute(sa.text("SELECT id, path FROM occurrence"))}
+    for name, volume, wanted in CASES:
+        occurrence, _ = index.in_volume(volume)
+        assert letters([path[i] for i in occurrence.tolist()]) == wanted, name
+
+
+def test_functions_of_the_database(cubes: str) -> None:
+    """Boxes, balls and views have functions that any client calls."""
+    with Store.open(cubes) as store:
+        cameras = {name: add_camera(store, volume) for name, volume, _ in CASES if isinstance(volume, Frustum)}
+    asked = [case for case in CASES if isinstance(case[1], Box | Sphere | Frustum)]
+    answers = rows_of(cubes, [call(volume, "part", cameras.get(name, 0)) for name, volume, _ in asked])
+    for (name, _, wanted), rows in zip(asked, answers, strict=True):
+        assert letters([row[2] for row in rows]) == wanted, name
 
 
 def test_parquet_files(cubes: str, tmp_path: Path) -> None:
