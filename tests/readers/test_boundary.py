@@ -32,7 +32,8 @@ from OCP.TopExp import TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Iterator, TopoDS_Wire
 
-from relmodel.model.validation import _surface_gaps
+from relmodel.geometry.surfaces import Pcurves
+from relmodel.model.measures import curves_of, surfaces_of
 from relmodel.readers.step import shape as step_shape
 from relmodel.readers.step.faces import edge_map, face_map
 from tests.parts.step_parts import compound
@@ -147,7 +148,12 @@ def test_every_kind_of_curve() -> None:
     assert_boundary(compound(*(moved(face, 0.9, 10.0 * i, 0.0, 3.0) for i, face in enumerate(faces))))
     got = step_shape.extract(offset)
     assert got.pcurves["kind"] == ["spline", "spline"]  # an offset pcurve becomes one near to it
-    assert _surface_gaps(got).max() < 1e-3
+    curves, pcurves = curves_of(got), Pcurves(got.pcurves)
+    for row, arc in enumerate(got.coedges["arc_no"].tolist()):
+        t = np.linspace(curves.t0[arc], curves.t1[arc], 9)
+        uv = pcurves.evaluate(np.full(9, row), t)[0]
+        away = surfaces_of(got).evaluate(np.zeros(9, int), *uv.T).points - curves.evaluate(np.full(9, arc), t)[0]
+        assert np.linalg.norm(away, axis=1).max() < 1e-3
 
 
 def test_a_wire_out_of_order() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,6 @@ from relmodel.arrays import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
 from vision.inspection.inspection import Outcome, read_outcome
-from vision.inspection.record import _numbers
 from vision.localisation.localisation_parameters import VerdictParameters
 
 Variants = list[tuple[str, float, int]]  # name, log odds, and how many items differ from it; the first is placed
@@ -174,7 +174,8 @@ def test_a_refusal_names_its_likeliest_cause(
             given |= {"prior_covariance": pose, "covariance": pose, **matrix_columns(np.eye(4)[None])}
             said: dict[str, Any] = {"verdict": "refused", "reason": "so", "posterior": 0.3}
             run.append(connection, "inspection", {"run_id": [run.id], **given, **said})
-            limits = dict(_numbers(VerdictParameters())) | {"needs_translation_mm": 3.0, "needs_rotation": 0.01}
+            limits = {n: v for n, v in asdict(VerdictParameters()).items() if isinstance(v, int | float)}
+            limits |= {"needs_translation_mm": 3.0, "needs_rotation": 0.01}
             columns: dict[str, Any] = {"name": list(limits), "value": np.array(list(limits.values()))}
             run.append(connection, "threshold", {"run_id": run.id, "decision": ["verdict"] * len(limits), **columns})
             weighed = PASSED | failed
