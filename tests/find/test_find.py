@@ -102,9 +102,9 @@ def fill(store: Store, folder: Path, seed: int = 7) -> Oracle:
 
 
 @pytest.fixture
-def asked(filled: Filled) -> Iterator[Store]:
-    with Store.open(filled.target) as store:
-        yield store
+def store(filled: Filled) -> Iterator[Store]:
+    with Store.open(filled.target) as opened:
+        yield opened
 
 
 def random_boxes(oracle: Oracle, count: int, seed: int) -> list[Box]:
@@ -167,9 +167,9 @@ def answer(found: dict[str, npt.NDArray[Any]]) -> Answer:
 
 
 @pytest.mark.parametrize("level", LEVELS)
-def test_every_volume_by_every_kind(asked: Store, filled: Filled, level: str) -> None:
+def test_every_volume_by_every_kind(store: Store, filled: Filled, level: str) -> None:
     """In process and in SQL, one by one and as a table of volumes of all kinds."""
-    store, oracle = asked, filled.oracle
+    oracle = filled.oracle
     path = paths(store)
     solids: list[Any] = random_solids(oracle, 150, 8)
     covariance = np.diag(np.repeat([4.0, 0.02], 3) ** 2)
@@ -214,9 +214,8 @@ def test_empty_and_whole(fresh_store: str, tmp_path: Path) -> None:
             assert connection.exec_driver_sql(named.format("other")).scalar() == 0
 
 
-def test_touching_counts(asked: Store) -> None:
+def test_touching_counts(store: Store) -> None:
     """A face that just reaches a box's face is in it; one step of floating point further it is not."""
-    store = asked
     index = WorldIndex.load(store)
     everything = Box(-2000, -2000, -2000, 2000, 2000, 2000)
     for level in LEVELS:
@@ -241,8 +240,8 @@ def test_touching_counts(asked: Store) -> None:
                     assert (key in keys) is expected
 
 
-def test_rows_to_print(asked: Store, filled: Filled) -> None:
-    store, oracle = asked, filled.oracle
+def test_rows_to_print(store: Store, filled: Filled) -> None:
+    oracle = filled.oracle
     box = Box(-250, -250, -250, 250, 250, 250)
     rows = find_rows(store, box)
     assert {path for path, level, *_ in rows if level == "part"} == {p for p, _ in oracle.in_box(box, "part")}
