@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
 from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
@@ -20,7 +19,6 @@ from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 from tests.parts.curved_parts import revolved
 from tests.parts.solids import Point, Rng, box, cone, cylinder
 
-Floats = npt.NDArray[np.float64]
 UP: Point = (0.0, 0.0, 1.0)
 
 

@@ -99,7 +99,6 @@ def test_counting_is_not_fooled_by_strings_and_comments(tmp_path: Path) -> None:
 )
 def test_numbers_that_are_not_finite_are_refused(radius: str, said: str, tmp_path: Path) -> None:
     """The kernel takes a circle without a radius for an edge without a length, and would go on without it."""
-
     path = write_product(tmp_path / "post.step", BRepPrimAPI_MakeCylinder(4.0, 20.0).Shape(), "post, NaN, 1.E400")
     text = path.read_text()
     assert not shared(path).findings

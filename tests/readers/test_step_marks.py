@@ -125,7 +125,6 @@ def test_pmi_is_of_surfaces_that_have_what_it_says(data_dir: Path, name: str) ->
 def test_pmi_of_a_shape_that_lists_its_surfaces_in_another_order(tmp_path: Path, duckdb_file: Path) -> None:
     """The same box, once written from a turned copy of itself, is one shape: PMI stays with its face."""
     # The order in the store is that of the first file; `write_pmi` looks it up by content.
-
     path = write_product(tmp_path / "box.step", bracket_with_sheet_and_line(), "bracket")
     model = shared(path)
     top = int(np.argmax(np.asarray(model.shapes[0].surfaces["centroid_z"])))

@@ -77,7 +77,6 @@ PROPERTIES = """#9204=(MASS_UNIT()NAMED_UNIT(*)SI_UNIT(.KILO.,.GRAM.));
 
 def write_pair(path: Path) -> Path:
     """An assembly of two boxes, "pair", whose product has a revision and a mass."""
-
     document = TDocStd_Document(TCollection_ExtendedString("test"))
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     pair = tool.NewShape()
