@@ -10,7 +10,7 @@ import numpy as np
 
 from relmodel.features import Feature, recognise
 from relmodel.readers.step import shape as step_shape
-from tests.parts.flanges_and_housings import Made, Work
+from tests.parts.housings_and_shafts import Made, Work
 from tests.parts.solids import Floats, Known, Part
 
 NEAR = 0.05  # mm, and rad and share of a dimension

@@ -6,6 +6,12 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
+import trimesh
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
+from scipy.optimize import linprog
 
 from relmodel.errors import UsageError
 from relmodel.find.exact_kernels import meet_volumes
@@ -14,6 +20,7 @@ from relmodel.find.volumes import Box, Frustum, OrientedBox, Sphere, Volume, Vol
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from relmodel.world import place_world
+from tests.reading import load
 from tests.synthetic_model import write_world
 
 
@@ -74,8 +81,6 @@ def random_triangles(rng: np.random.Generator, count: int) -> tuple[np.ndarray, 
 
 def test_triangles_against_linear_programs() -> None:
     """A triangle meets a polyhedron if weights of its corners exist that lie in all half-spaces."""
-    from scipy.optimize import linprog
-
     rng = np.random.default_rng(0)
     volumes = random_volumes(rng, 600)
     triangles, transforms, corners = random_triangles(rng, len(volumes))
@@ -97,8 +102,6 @@ def test_triangles_against_linear_programs() -> None:
 
 
 def test_triangles_against_balls() -> None:
-    import trimesh
-
     rng = np.random.default_rng(1)
     triangles, transforms, corners = random_triangles(rng, 2000)
     placed = np.column_stack([rng.uniform(-10, 10, (2000, 3)), 10 ** rng.uniform(0, 1.2, 2000)])
@@ -125,13 +128,6 @@ def plate(
 ) -> Iterator[Store]:
     """A plate [0, 100] x [0, 60] x [0, 20] with a hole of radius 10 through (50, 30), turned by 90 degrees about z and
     moved by (1000, 0, 0): (x, y, z) of the plate is (1000 - y, x, z) of the world."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
-
-    from tests.reading import load
-
     folder = tmp_path_factory.mktemp("exact")
     axis = gp_Ax2(gp_Pnt(50, 30, -1), gp_Dir(0, 0, 1))
     body = BRepAlgoAPI_Cut(

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,10 @@ from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from relmodel.world import place_world
 from tests.synthetic_model import BOX, SyntheticModel, write_world
+
+if TYPE_CHECKING:
+    from tests.find.conftest import Filled
+
 
 Answer = set[tuple[str, int]]
 
@@ -97,12 +101,10 @@ def fill(store: Store, folder: Path, seed: int = 7) -> Oracle:
     return Oracle(model, PLACES)
 
 
-@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def filled(
-    request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[tuple[Store, Oracle]]:
-    with Store.open(new_store(request.param)) as store:
-        yield store, fill(store, tmp_path_factory.mktemp("find"))
+@pytest.fixture
+def store(filled: Filled) -> Iterator[Store]:
+    with Store.open(filled.target) as opened:
+        yield opened
 
 
 def random_boxes(oracle: Oracle, count: int, seed: int) -> list[Box]:
@@ -164,29 +166,10 @@ def answer(found: dict[str, npt.NDArray[Any]]) -> Answer:
     return set(zip(found["path"].tolist(), found["element_no"].tolist(), strict=True))
 
 
-def test_in_process_equals_brute_force(filled: tuple[Store, Oracle]) -> None:
-    store, oracle = filled
-    index, path = WorldIndex.load(store), paths(store)
-    found_any = 0
-    for level in LEVELS:
-        for box in random_boxes(oracle, 400, 1):
-            ids, numbers = index.in_volume(box, level)
-            found = {(path[i], n) for i, n in zip(ids.tolist(), numbers.tolist(), strict=True)}
-            assert len(found) == len(ids)
-            assert found == oracle.in_box(box, level)
-            found_any += bool(found)
-        for view in random_views(60, 2):
-            ids, numbers = index.in_volume(view, level)
-            found = {(path[i], n) for i, n in zip(ids.tolist(), numbers.tolist(), strict=True)}
-            assert found == oracle.in_view(view, level)
-            found_any += bool(found)
-    assert found_any > 400
-
-
 @pytest.mark.parametrize("level", LEVELS)
-def test_every_volume_by_every_kind(filled: tuple[Store, Oracle], level: str) -> None:
+def test_every_volume_by_every_kind(store: Store, filled: Filled, level: str) -> None:
     """In process and in SQL, one by one and as a table of volumes of all kinds."""
-    store, oracle = filled
+    oracle = filled.oracle
     path = paths(store)
     solids: list[Any] = random_solids(oracle, 150, 8)
     covariance = np.diag(np.repeat([4.0, 0.02], 3) ** 2)
@@ -212,15 +195,6 @@ def test_every_volume_by_every_kind(filled: tuple[Store, Oracle], level: str) ->
     assert len(WorldIndex.load(store).in_volumes([], level)[0]) == len(in_volumes(store, [], level=level)["path"]) == 0
 
 
-@pytest.mark.parametrize("level", LEVELS)
-def test_sql_equals_brute_force(filled: tuple[Store, Oracle], level: str) -> None:
-    store, oracle = filled
-    for box in random_boxes(oracle, 40, 3):
-        assert answer(in_volume(store, box, level=level)) == oracle.in_box(box, level)
-    for view in random_views(10, 4):
-        assert answer(in_volume(store, view, level=level)) == oracle.in_view(view, level)
-
-
 def test_empty_and_whole(fresh_store: str, tmp_path: Path) -> None:
     with Store.open(fresh_store) as store:
         assert len(in_volume(store, Box(0, 0, 0, 1, 1, 1))["path"]) == 0  # a store without a world
@@ -240,15 +214,14 @@ def test_empty_and_whole(fresh_store: str, tmp_path: Path) -> None:
             assert connection.exec_driver_sql(named.format("other")).scalar() == 0
 
 
-def test_touching_counts(filled: tuple[Store, Oracle]) -> None:
+def test_touching_counts(store: Store) -> None:
     """A face that just reaches a box's face is in it; one step of floating point further it is not."""
-    store, _ = filled
     index = WorldIndex.load(store)
     everything = Box(-2000, -2000, -2000, 2000, 2000, 2000)
     for level in LEVELS:
         found = in_volume(store, everything, level=level)
         boxes = np.stack([found[name] for name in BOX], axis=1)
-        for row in range(0, len(boxes), max(1, len(boxes) // 15)):
+        for row in range(0, len(boxes), max(1, len(boxes) // 6)):
             key = (int(found["occurrence_id"][row]), int(found["element_no"][row]))
             for axis in range(3):
                 for side in (0, 3):
@@ -267,8 +240,8 @@ def test_touching_counts(filled: tuple[Store, Oracle]) -> None:
                     assert (key in keys) is expected
 
 
-def test_rows_to_print(filled: tuple[Store, Oracle]) -> None:
-    store, oracle = filled
+def test_rows_to_print(store: Store, filled: Filled) -> None:
+    oracle = filled.oracle
     box = Box(-250, -250, -250, 250, 250, 250)
     rows = find_rows(store, box)
     assert {path for path, level, *_ in rows if level == "part"} == {p for p, _ in oracle.in_box(box, "part")}

@@ -7,8 +7,8 @@ import numpy.typing as npt
 import pytest
 
 from relmodel.errors import UsageError
-from relmodel.find.indexes import KINDS, build
-from relmodel.find.volumes import Frustum, OrientedBox, Sphere, Volume, VolumeTable
+from relmodel.find.indexes import KINDS, PackedRTree, build
+from relmodel.find.volumes import Box, Frustum, OrientedBox, Sphere, Volume, VolumeTable
 from relmodel.geometry.transforms import rotation_matrix
 
 Floats = npt.NDArray[np.float64]
@@ -64,10 +64,13 @@ def test_equal_to_brute_force(kind: str, case: str, count: int) -> None:
     asked = asked_of(boxes, 120)
     asked[-1] = [-1e5, -1e5, -1e5, 1e5, 1e5, 1e5]
     expected = [met(boxes, box) for box in asked]
-    numbers, found = index.in_boxes(asked)
-    assert np.all(np.diff(numbers) >= 0)
-    assert [sorted(found[numbers == i].tolist()) for i in range(len(asked))] == expected
+    volumes = VolumeTable.of([Box(*box) for box in asked])
+    for numbers, found in (index.in_boxes(asked), index.in_volumes(volumes)):
+        assert np.all(np.diff(numbers) >= 0)
+        assert [sorted(found[numbers == i].tolist()) for i in range(len(asked))] == expected
     assert [index.any_in_box(box) for box in asked] == [bool(e) for e in expected]
+    if isinstance(index, PackedRTree):
+        assert index.any_in_boxes(asked).tolist() == [bool(e) for e in expected]
     assert len(index) == count
     assert index.nbytes >= boxes.nbytes
 

@@ -5,7 +5,7 @@ point, against brute force."""
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -15,6 +15,10 @@ from relmodel.find.find import LEVELS, in_volumes
 from relmodel.find.volumes import Volume
 from relmodel.store import Store
 from tests.find.test_find import fill, random_boxes, random_solids, random_views
+
+if TYPE_CHECKING:
+    from tests.find.conftest import Filled
+
 
 _NUMBERS = ("x0", "y0", "z0", "x1", "y1", "z1", "ball_x", "ball_y", "ball_z", "ball_radius")
 _COLUMNS = ", ".join(
@@ -32,9 +36,9 @@ def row_of(number: int, volume: Volume) -> dict[str, Any]:
     }
 
 
-def test_tables_of_volumes(fresh_store: str, tmp_path: Path) -> None:
-    with Store.open(fresh_store) as store:
-        oracle = fill(store, tmp_path)
+def test_tables_of_volumes(filled: Filled) -> None:
+    oracle = filled.oracle
+    with Store.open(filled.target) as store:
         boxes: list[Volume] = [*random_boxes(oracle, 30, 3)]
         volumes: list[Volume] = [*boxes[:4], *random_solids(oracle, 16, 4), *random_views(10, 5)]
         with store.engine.connect() as connection:
@@ -65,10 +69,10 @@ def test_tables_of_volumes(fresh_store: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("level", ["part", "feature"])
-def test_within_a_box_and_nearest_to_a_point(fresh_store: str, tmp_path: Path, level: str) -> None:
+def test_within_a_box_and_nearest_to_a_point(filled: Filled, level: str) -> None:
     """A feature is as far as the farther of its box and its part's, on each axis."""
-    with Store.open(fresh_store) as store:
-        oracle = fill(store, tmp_path)
+    oracle = filled.oracle
+    with Store.open(filled.target) as store:
         of_part = {path: i for i, (path, _) in enumerate(oracle.key["part"])}
         own = [of_part[path] for path, _ in oracle.key[level]]
         low, high = oracle.low[level], oracle.high[level]

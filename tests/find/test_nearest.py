@@ -19,7 +19,7 @@ from relmodel.find.find import in_volumes, nearest_parts
 from relmodel.find.volumes import Box, OrientedBox, Sphere, Volume
 from relmodel.geometry.transforms import hull_triangles, rotation_matrix
 from relmodel.store import Store
-from tests.find.volume_cases import CORNER, FAR, HALF, fill
+from tests.find.volume_cases import CORNER, FAR, HALF
 
 
 def poses_of(rng: np.random.Generator, count: int) -> Floats:
@@ -81,13 +81,6 @@ def test_distances_of_meshes() -> None:
         body, first = np.concatenate([ball + 500.0, ball + at]), np.array([0, len(ring)])
         (got,) = distances(body, True, np.eye(4)[None], np.zeros(1, np.int64), ring, first, np.array([solid]))
         assert abs(got - truth) < 0.15  # what flat triangles miss
-
-
-@pytest.fixture
-def cubes(fresh_store: str, tmp_path: Path) -> str:
-    with Store.open(fresh_store) as store:
-        fill(store, tmp_path)
-    return fresh_store
 
 
 def test_nearest_parts(cubes: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,12 +14,12 @@ from relmodel.find.indexes import WorldIndex, placed_parts, world_boxes
 from relmodel.find.volumes import Box
 from relmodel.geometry.curves import boxes_of
 from relmodel.geometry.transforms import rotation_matrix
-from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
 from tests.find.test_parquet import duckdb_rows, expected, write_questions
 from tests.find.test_sql_clients import rows_of
+from tests.reading import load
 from tests.synthetic_model import write_world
 
 KEY = ("volume_no", "occurrence_id", "element_no")

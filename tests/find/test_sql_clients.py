@@ -5,19 +5,21 @@ from __future__ import annotations
 import csv
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 import relmodel
 from relmodel.arrays import Ragged
-from relmodel.find.find import LEVELS, in_volume
+from relmodel.find.find import LEVELS
 from relmodel.find.volumes import Box, Frustum, Sphere, Volume
 from relmodel.store import Store
-from tests.find.test_find import Oracle, fill, random_boxes, random_solids, random_views
+from tests.find.test_find import Oracle, random_boxes, random_solids, random_views
+
+if TYPE_CHECKING:
+    from tests.find.conftest import Filled
 
 
 def rows_of(target: str, statements: list[str]) -> list[list[tuple[Any, ...]]]:
@@ -64,10 +66,7 @@ def add_camera(store: Store, view: Frustum | None = None) -> int:
     camera |= {"view_u0": -0.5, "view_v0": -0.5, "view_u1": view.width - 0.5, "view_v1": view.height - 0.5}
     with store.write() as connection:
         camera_id = int(store.new_ids(connection, "camera", 1)[0])
-        lens: dict[str, Any] = {
-            "content_key": f"c{camera_id}",
-            "distortion": Ragged.pack([[0.0]]),
-        }
+        lens: dict[str, Any] = {"content_key": f"c{camera_id}", "distortion": Ragged.pack([[0.0]])}
         store.append(connection, "camera", {"id": [camera_id], **camera, **lens})
     return camera_id
 
@@ -89,46 +88,22 @@ def call(volume: Volume, level: str, camera_id: int) -> str:
     return f"SELECT occurrence_id, {element}, path, name, x0, y1 FROM {level}s_in_{kind}({values}) ORDER BY 1, 2"  # noqa: S608
 
 
-@pytest.mark.parametrize("level", LEVELS)
-def test_clients_get_the_rows_of_find(fresh_store: str, tmp_path: Path, level: str) -> None:
-    with Store.open(fresh_store) as store:
-        volumes = questions(fill(store, tmp_path))
-        camera_id = add_camera(store)
-    with relmodel.open(fresh_store) as asked:
-        found = [asked.in_volume(volume, level=level) for volume in volumes]
-        together = asked.in_volumes(volumes, level=level)
-    assert together["path"].tolist() == [path for rows in found for path in rows["path"]]
-    answers = rows_of(fresh_store, [call(volume, level, camera_id) for volume in volumes])
-    assert sum(bool(answer) for answer in answers) > 5
-    for volume, expected, answer in zip(volumes, found, answers, strict=True):
-        assert answer == list(zip(*(expected[name].tolist() for name in WANTED), strict=True)), volume
-    assert any(isinstance(v, Box) for v in volumes)
-
-
-def test_programs_print_the_rows_of_find(fresh_store: str, tmp_path: Path) -> None:
-    with Store.open(fresh_store) as store:
-        volumes = questions(fill(store, tmp_path))[3:12]
-        camera_id = add_camera(store)
-        rows = []
+def test_clients_and_programs_get_the_rows_of_find(filled: Filled) -> None:
+    """Those of `relmodel.open`, by the driver of each engine, and as its own program prints them."""
+    volumes, rows, statements = questions(filled.oracle)[2:14], [], []
+    with relmodel.open(filled.target) as asked:
         for level in LEVELS:
-            for volume in volumes:
-                found = in_volume(store, volume, level=level)
-                rows += list(zip(*(found[name].tolist() for name in WANTED), strict=True))
-    said = printed_rows(fresh_store, [call(volume, level, camera_id) for level in LEVELS for volume in volumes])
-    assert len(rows) > 100
+            found = asked.in_volumes(volumes, level=level)
+            rows.append(list(zip(found["volume_no"].tolist(), *(found[n].tolist() for n in WANTED), strict=True)))
+            statements += [call(volume, level, filled.camera) for volume in volumes]
+    wanted = [row[1:] for level in rows for row in level]
+    answers = rows_of(filled.target, statements)
+    assert [row for answer in answers for row in answer] == wanted
+    assert len(wanted) > 100
+    assert {type(volume) for volume in volumes} == {Box, Sphere, Frustum}
     kinds = (int, int, str, str, float, float)
-    assert [tuple(kind(word) for kind, word in zip(kinds, row, strict=True)) for row in said] == rows
-
-
-@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def filled(
-    request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
-) -> tuple[str, int]:
-    """A store with a world and a camera: its name, and the camera's identity."""
-    target = new_store(request.param)
-    with Store.open(target) as store:
-        fill(store, tmp_path_factory.mktemp("clients"))
-        return target, add_camera(store)
+    said = printed_rows(filled.target, statements)
+    assert [tuple(kind(word) for kind, word in zip(kinds, row, strict=True)) for row in said] == wanted
 
 
 LOOK = "1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0"  # the first camera, at the origin
@@ -147,8 +122,8 @@ LOOK = "1, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0"  # the first camera, at the origi
         (f"features_in_view({LOOK}, -1.5, 10)", "view has no depth"),
     ],
 )
-def test_volumes_that_are_none_are_refused(asked: str, said: str, filled: tuple[str, int]) -> None:
-    target, _ = filled
+def test_volumes_that_are_none_are_refused(asked: str, said: str, filled: Filled) -> None:
+    target = filled.target
     with pytest.raises(Exception, match=said):
         rows_of(target, [f"SELECT * FROM {asked}"])  # noqa: S608
     unknown_camera = LOOK.replace("1,", "7,", 1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -15,21 +14,11 @@ from relmodel.find.volumes import Box, Frustum, Sphere
 from relmodel.store import Store
 from tests.find.test_parquet import duckdb_rows, occurrences, placed_parts, write_questions
 from tests.find.test_sql_clients import add_camera, call, rows_of
-from tests.find.volume_cases import CASES, fill, letters
+from tests.find.volume_cases import CASES, letters
 
 NAMES = [name for name, _, _ in CASES]
 VOLUMES = [volume for _, volume, _ in CASES]
 WANTED = [parts for _, _, parts in CASES]
-
-
-@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def cubes(
-    request: pytest.FixtureRequest, new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
-) -> str:
-    target = new_store(request.param)
-    with Store.open(target) as store:
-        fill(store, tmp_path_factory.mktemp("cubes"))
-    return target
 
 
 def test_queries_of_the_store(cubes: str) -> None:

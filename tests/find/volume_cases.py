@@ -14,9 +14,9 @@ import numpy as np
 from relmodel.arrays import Floats
 from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere, Volume
 from relmodel.geometry.transforms import rotation_matrix
-from relmodel.loading.load import load
 from relmodel.store import Store
 from relmodel.world import place_world
+from tests.reading import load
 from tests.synthetic_model import write_world
 
 HALF, FAR = 5.0, 100.0

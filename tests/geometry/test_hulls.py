@@ -31,7 +31,7 @@ def test_what_lies_farthest_out_is_kept(points: Floats) -> None:
     found = outermost(points)
     assert len(found) <= len(points) / 2
     assert {tuple(point) for point in found.tolist()} <= {tuple(point) for point in points.tolist()}
-    directions = np.random.default_rng(2).normal(size=(3000, 3))
+    directions = np.random.default_rng(2).normal(size=(300, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     reach = (points @ directions.T).max(axis=0)
     assert (found @ directions.T).max(axis=0) == pytest.approx(reach, abs=1e-11)

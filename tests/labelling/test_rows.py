@@ -31,12 +31,7 @@ def store(fresh_store: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
             image: dict[str, Any] = {"sha256": ["1"], "file_name": ["x.png"], "width": [1], "height": [1], "depth": [8]}
             run.append(connection, "image", {"id": [1], **image})
             extraction: dict[str, Any] = {"image_id": [1], "content_key": ["1"], "parameters": ["{}"], "version": ["1"]}
-            extraction |= {
-                "bits": [8],
-                "bits_from": ["file"],
-                "grey_dark": [0.0],
-                "grey_bright": [255.0],
-            }
+            extraction |= {"bits": [8], "bits_from": ["file"], "grey_dark": [0.0], "grey_bright": [255.0]}
             run.append(connection, "extraction", {"id": [1], **extraction})
             run.append(connection, "unit_set", {"id": [1], "kind": "extraction", "extraction_id": [1]})
             for number, (problem, nodes) in enumerate(problems):

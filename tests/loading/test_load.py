@@ -261,9 +261,10 @@ def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(
 ) -> None:
     pytest.importorskip("OCP")
     from relmodel.readers.step import shape as step_shape
-    from tests.readers.test_exact import compound, faces_of_rare_kinds
+    from tests.parts.step_parts import compound
+    from tests.readers.test_exact import faces_of_rare_kinds
 
-    shape = step_shape.extract(compound(faces_of_rare_kinds()))
+    shape = step_shape.extract(compound(*faces_of_rare_kinds()))
     assembly = Assembly("root", (Instance("sheet", "part", 0, np.eye(4)),))
     parts = (Part("1", "sheet", 0),)
     model = Model("STEP", None, "millimetre", 1.0, (shape,), parts, (assembly,), 0, None, 14, "test")

@@ -8,17 +8,31 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Curve
+from OCP.BRepBuilderAPI import (
+    BRepBuilderAPI_MakeEdge,
+    BRepBuilderAPI_MakeFace,
+    BRepBuilderAPI_MakeWire,
+    BRepBuilderAPI_Transform,
+)
+from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert as Convert
+from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+from OCP.collections import Array1_gp_Pnt
+from OCP.GeomAPI import GeomAPI_PointsToBSpline
+from OCP.gp import gp_Pnt, gp_Trsf, gp_Vec
+from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
+from OCP.TopoDS import TopoDS
 
-from relmodel.model import content_keys
-from relmodel.model.model import Model, Shape
+from relmodel.model.content_keys import share
+from relmodel.model.model import Assembly, Instance, Model, Part, Shape
 from relmodel.readers.step import faces
 from relmodel.readers.step import shape as step_shape
 from tests.features.test_features import box, cut, cylinder
-from tests.readers.test_exact import compound
+from tests.parts.step_parts import compound, write_product
 from tests.reading import shared
 
 Floats = npt.NDArray[np.float64]
-pytest.importorskip("OCP")
 
 
 def handed(shift: float = 0.0, radius: float = 2.0) -> Any:
@@ -34,14 +48,24 @@ def bolt() -> Any:
 
 
 def bent() -> Any:
-    """A block under a spline, as b-splines throughout."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
-    from OCP.gp import gp_Vec
+    """A block under a curve, as b-splines throughout."""
+    points = Array1_gp_Pnt(1, 5)
+    for i, (x, z) in enumerate([(0.0, 3.0), (4.0, 6.0), (9.0, 5.0), (15.0, 7.0), (20.0, 2.0)]):
+        points.SetValue(i + 1, gp_Pnt(x, 0, z))
+    wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(GeomAPI_PointsToBSpline(points).Curve()).Edge())
+    for x0, z0, x1, z1 in ((20, 2, 20, 0), (20, 0, 0, 0), (0, 0, 0, 3)):
+        wire.Add(BRepBuilderAPI_MakeEdge(gp_Pnt(x0, 0, z0), gp_Pnt(x1, 0, z1)).Edge())
+    return Convert(
+        BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(wire.Wire(), True).Face(), gp_Vec(1, 8, 0)).Shape()
+    ).Shape()
 
-    from tests.readers.test_mass_properties import profile
 
-    return BRepBuilderAPI_NurbsConvert(BRepPrimAPI_MakePrism(profile()[0], gp_Vec(1, 8, 0)).Shape()).Shape()
+def ring() -> Any:
+    """Twelve holes in a disc, which fits in many ways; but one hole is deeper."""
+    out = cylinder(0, 0, 0, 40, 10)
+    for i in range(12):
+        out = cut(out, moved(cylinder(30, 0, 5 if i else 4.5, 3, 20), motion((0, 0, 1), i * np.pi / 6, (0, 0, 0))))
+    return out
 
 
 def motion(axis: tuple[float, float, float], angle: float, shift: tuple[float, float, float]) -> Floats:
@@ -56,9 +80,6 @@ def motion(axis: tuple[float, float, float], angle: float, shift: tuple[float, f
 
 def moved(shape: Any, matrix: Floats, mirror: bool = False) -> Any:
     """A copy with geometry of its own."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-    from OCP.gp import gp_Pnt, gp_Trsf
-
     trsf, turn = gp_Trsf(), gp_Trsf()
     turn.SetValues(*matrix[:3].ravel().tolist())
     if mirror:
@@ -75,23 +96,11 @@ def random_motions(count: int, seed: int) -> list[Floats]:
 
 def write_flat(shapes: list[Any], path: Path) -> None:
     """One product whose one shape is a compound of plain solids."""
-    from OCP.STEPCAFControl import STEPCAFControl_Writer
-    from OCP.STEPControl import STEPControl_StepModelType
-    from OCP.TCollection import TCollection_ExtendedString
-    from OCP.TDocStd import TDocStd_Document
-    from OCP.XCAFDoc import XCAFDoc_DocumentTool
-
-    document = TDocStd_Document(TCollection_ExtendedString("flat"))
-    XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).AddShape(compound(shapes), False)
-    writer = STEPCAFControl_Writer()
-    writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs)
-    writer.Write(str(path))
+    write_product(path, compound(*shapes), "flat")
 
 
 def write_products(shapes: list[Any], path: Path) -> None:
     """Every solid as a product of its own."""
-    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
-
     writer = STEPControl_Writer()
     for shape in shapes:
         writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
@@ -109,9 +118,11 @@ def test_copies_are_one_shape_and_mirror_images_and_near_twins_are_not(write: An
     label += [3, 3, 1]
     made += [moved(handed(shift=1e-3), motions[4]), moved(handed(radius=2.001), motions[5])]
     label += [4, 5]
+    made += [ring(), moved(ring(), motions[6])]
+    label += [6, 6]
     write(made, tmp_path / "flat.step")
     model = shared(tmp_path / "flat.step")
-    assert len(model.shapes) == 6
+    assert len(model.shapes) == 7
     placed = leaves(model)
     assert len(placed) == len(made)
     of = [shape for shape, _ in placed]
@@ -142,34 +153,21 @@ def corners(shape: Shape, pose: Floats) -> Floats:
 
 
 def kernel_corners(solid: Any) -> Floats:
-    from OCP.TopoDS import TopoDS
-
-    from tests.readers.test_step import start_of
-
     edges = faces.edge_map(faces.face_map(solid))
-    return in_order(np.array([start_of(TopoDS.Edge(edges.FindKey(i))) for i in range(1, edges.Extent() + 1)]))
+    each = [TopoDS.Edge(edges.FindKey(i)) for i in range(1, edges.Extent() + 1)]
+    assert not any(BRep_Tool.Degenerated_s(edge) for edge in each)
+    curves = [BRepAdaptor_Curve(edge) for edge in each]
+    return in_order(np.array([curve.Value(curve.FirstParameter()).Coord() for curve in curves]))
 
 
 def in_order(points: Floats) -> Floats:
     return points[np.argsort(np.round(points @ [0.123, 0.456, 0.789], 4), kind="stable")]
 
 
-def test_a_part_of_many_symmetries_is_found_and_the_faces_are_told(tmp_path: Path) -> None:
-    """A ring of twelve holes, whose landmarks fit in many ways; but one hole is deeper."""
-    turn = [motion((0, 0, 1), i * np.pi / 6, (0, 0, 0)) for i in range(12)]
-    ring = cylinder(0, 0, 0, 40, 10)
-    for i, m in enumerate(turn):
-        ring = cut(ring, moved(cylinder(30, 0, 5 if i else 4.5, 3, 20), m))
-    pose = random_motions(1, 3)[0]
-    first, other = (step_shape.extract(s) for s in (ring, moved(ring, pose)))
-    found = content_keys._fit(content_keys._elements(first), content_keys._elements(other))
-    assert found is not None
-    assert found[0] == pytest.approx(pose, abs=1e-8)
-    faces, edges = len(first.surfaces["kind"]), len(first.arcs["kind"])
-    assert found[1][:faces].tolist() == list(range(faces))
-    assert sorted(found[1].tolist()) == list(range(faces + edges))
-
-
-def test_named_and_coloured_faces_keep_shapes_apart() -> None:
-    plain, named = (step_shape.extract(handed(), {"name": names}) for names in ({}, {1: "datum A"}))
-    assert content_keys._counts(plain) != content_keys._counts(named)
+def test_named_faces_keep_shapes_apart() -> None:
+    for name, count in (("datum A", 2), ("", 1)):
+        plain, named = (step_shape.extract(handed(), {"name": names}) for names in ({}, {1: name} if name else {}))
+        placed = tuple(Instance(str(i), "part", i, np.eye(4)) for i in range(2))
+        parts = (Part("a", "a", 0), Part("b", "b", 1))
+        model = Model("STEP", None, "mm", 1.0, (plain, named), parts, (Assembly("", placed),), 0, None, 0, "test")
+        assert len(share(model).shapes) == count

@@ -14,7 +14,7 @@ import numpy as np
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 
 from tests.parts.brackets_and_drums import UP, bore, chance, fused, moved, placed, rod, twist_drill, u
-from tests.parts.flanges_and_housings import Work
+from tests.parts.housings_and_shafts import Work
 from tests.parts.solids import Floats, Rng, between, box, chamfer, cylinder, fillet, obround, prism
 
 LENGTH, WIDTH, HEIGHT = 260.0, 100.0, 50.0

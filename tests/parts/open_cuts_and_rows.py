@@ -13,7 +13,7 @@ from math import cos, pi, sin
 import numpy as np
 
 from tests.parts.brackets_and_drums import UP, chance, placed, rod, u
-from tests.parts.flanges_and_housings import Work
+from tests.parts.housings_and_shafts import Work
 from tests.parts.solids import Point, Rng, box, obround, prism
 
 LENGTH, WIDTH, HEIGHT = 260.0, 160.0, 30.0
@@ -96,10 +96,5 @@ def _bolt_circle(work: Work, rng: Rng) -> None:
         work.drill(100 + ring * cos(a), 80 + ring * sin(a), r, HEIGHT, 0.0)
     holes = places - len(left_out)
     work.note(
-        "circular_pattern",
-        (100, 80, HEIGHT),
-        (100, 80, 0),
-        count=holes,
-        pattern_diameter=2 * ring,
-        hole_diameter=2 * r,
+        "circular_pattern", (100, 80, HEIGHT), (100, 80, 0), count=holes, pattern_diameter=2 * ring, hole_diameter=2 * r
     )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tests.parts.brackets_and_drums import DOWN, UP, along, bore, chance, fused, moved, placed, rod, twist_drill, u
-from tests.parts.flanges_and_housings import Work
+from tests.parts.housings_and_shafts import Work
 from tests.parts.solids import Floats, Rng, box, cone, cylinder, fillet, obround, prism
 
 LENGTH, WIDTH, TOP = 240.0, 160.0, 22.0

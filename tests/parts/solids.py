@@ -11,22 +11,11 @@ import numpy.typing as npt
 from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
-from OCP.BRepBuilderAPI import (
-    BRepBuilderAPI_MakeEdge,
-    BRepBuilderAPI_MakeFace,
-    BRepBuilderAPI_MakePolygon,
-    BRepBuilderAPI_MakeWire,
-    BRepBuilderAPI_Transform,
-)
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon, BRepBuilderAPI_Transform
 from OCP.BRepFilletAPI import BRepFilletAPI_MakeChamfer, BRepFilletAPI_MakeFillet
-from OCP.BRepPrimAPI import (
-    BRepPrimAPI_MakeBox,
-    BRepPrimAPI_MakeCone,
-    BRepPrimAPI_MakeCylinder,
-    BRepPrimAPI_MakePrism,
-)
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
 from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
-from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Elips, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
 from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 from OCP.TopAbs import TopAbs_EDGE
 from OCP.TopExp import TopExp
@@ -36,9 +25,6 @@ Floats = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
 Rng = np.random.Generator
 
-CELL = 60.0
-BORDER = 40.0
-BORE = 200.0  # longer than any part is thick
 THIN_WEB = 0.2  # a web is what is left under a floor, where it is no thicker than this share of the floor's width
 
 
@@ -155,12 +141,6 @@ def obround(low: Point, length: float, width: float, height: float) -> Any:
     return part.body
 
 
-def ellipse(foot: Point, major: float, minor: float, height: float) -> Any:
-    curve = gp_Elips(gp_Ax2(gp_Pnt(*foot), gp_Dir(0, 0, 1)), major, minor)
-    wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve).Edge()).Wire()
-    return BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(wire).Face(), gp_Vec(0, 0, height)).Shape()
-
-
 def turned(part: Part, rng: Rng) -> Part:
     spin, shift = gp_Trsf(), gp_Trsf()
     axis = rng.normal(size=3)
@@ -174,9 +154,3 @@ def turned(part: Part, rng: Rng) -> Part:
 
     body = BRepBuilderAPI_Transform(part.body, move, True).Shape()
     return Part(body, [replace(f, at=tuple(moved(p) for p in f.at)) for f in part.features])
-
-
-def drill(part: Part, x: float, y: float, r: float, t: float, z: float = 0.0) -> None:
-    x, y = float(x), float(y)
-    part.cut(cylinder((x, y, z - 1), r, t + 2))
-    part.know("through_hole", ((x, y, z + t), (x, y, z)), diameter=2 * r, depth=t)

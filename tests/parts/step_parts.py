@@ -6,6 +6,18 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from OCP.BRep import BRep_Builder
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
+from OCP.Interface import Interface_Static
+from OCP.STEPCAFControl import STEPCAFControl_Writer
+from OCP.TCollection import TCollection_ExtendedString
+from OCP.TDataStd import TDataStd_Name
+from OCP.TDocStd import TDocStd_Document
+from OCP.TopoDS import TopoDS_Compound
+from OCP.XCAFDoc import XCAFDoc_DocumentTool
+
 from relmodel.model.model import Model
 from tests.reading import shared
 
@@ -17,9 +29,6 @@ def loaded(path: Path) -> Model:
 
 
 def compound(*shapes: Any) -> Any:
-    from OCP.BRep import BRep_Builder
-    from OCP.TopoDS import TopoDS_Compound
-
     builder, whole = BRep_Builder(), TopoDS_Compound()
     builder.MakeCompound(whole)
     for shape in shapes:
@@ -31,13 +40,6 @@ def write_product(
     path: Path, shape: Any, name: str, *, as_assembly: bool = False, names: dict[str, Any] | None = None
 ) -> Path:
     """Write one product; `names` are those of sub-shapes, each by its name."""
-    from OCP.Interface import Interface_Static
-    from OCP.STEPCAFControl import STEPCAFControl_Writer
-    from OCP.TCollection import TCollection_ExtendedString
-    from OCP.TDataStd import TDataStd_Name
-    from OCP.TDocStd import TDocStd_Document
-    from OCP.XCAFDoc import XCAFDoc_DocumentTool
-
     document = TDocStd_Document(TCollection_ExtendedString("test"))
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     label = tool.AddShape(shape, as_assembly)
@@ -53,10 +55,6 @@ def write_product(
 
 def bracket_with_sheet_and_line() -> Any:
     """A box of 30 x 20 x 10 mm, beside it a rectangle of 40 x 25 mm at z = 50 and a line of 30 mm above that."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
-    from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
-
     sheet = BRepBuilderAPI_MakeFace(gp_Pln(gp_Pnt(0, 0, 50), gp_Dir(0, 0, 1)), 0.0, 40.0, 0.0, 25.0).Face()
     line = BRepBuilderAPI_MakeEdge(gp_Pnt(0, 0, 60), gp_Pnt(0, 0, 90)).Edge()
     return compound(BRepPrimAPI_MakeBox(30.0, 20.0, 10.0).Shape(), sheet, line)

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.parts.seat_operations import work
-from tests.parts.seats import FAR, Rng, seat, uniform
+from tests.parts.seat_operations import FAR, Rng, seat, uniform, work
 from tests.parts.solids import Part, box, chamfer, cylinder, obround, turned
 
 
@@ -16,6 +15,29 @@ def workshop(seed: int) -> Part:
     """The part of a seed."""
     rng = np.random.default_rng([77, seed])
     return turned((disc, shaft)[seed % 2](rng), rng)
+
+
+def lever(seed: int) -> Part:
+    """A block with a lug at each end, the bore through it, and a row of holes."""
+    rng = np.random.default_rng(seed)
+    t = uniform(rng, 20, 30)
+    part = Part(box((0, 0, 0), (100, 80, t)))
+    for root, side in ((0.0, -1), (100.0, 1)):
+        thick, r = uniform(rng, 8, 15), uniform(rng, 12, 25)
+        low, x, bore = (t - thick) / 2, root + side * (r + uniform(rng, 5, 20)), r * uniform(rng, 0.3, 0.6)
+        ends = sorted((root - 5 * side, x))
+        arm = Part(box((ends[0], 40 - r, low), (ends[1], 40 + r, low + thick)))
+        arm.fuse(cylinder((x, 40, low), r, thick))
+        part.fuse(arm.body)
+        part.cut(cylinder((x, 40, low - 1), bore, thick + 2))
+        mouths = ((x, 40.0, low + thick), (x, 40.0, low))
+        part.know("through_hole", mouths, diameter=2 * bore, depth=thick)
+        part.know("lug", mouths, bore_diameter=2 * bore, width=2 * r, thickness=thick)
+    for x in (20.0, 35.0, 50.0, 65.0):
+        part.cut(cylinder((x, 20, -1), 3, t + 2))
+        part.know("through_hole", ((x, 20.0, t), (x, 20.0, 0.0)), diameter=6, depth=t)
+    part.know("linear_pattern", ((42.5, 20.0, t), (42.5, 20.0, 0.0)), count=4, pitch=15, hole_diameter=6)
+    return part
 
 
 def disc(rng: Rng) -> Part:

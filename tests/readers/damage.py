@@ -22,12 +22,7 @@ OF_RUNS = {"run", "run_input", "run_event", "load_report", "load_finding", "ledg
 
 # Sentences of a refusal, and what they show.
 _REFUSALS = {
-    "before the kernel": (
-        "is not a STEP file",
-        "is cut off",
-        "holds no face",
-        "not a finite number",
-    ),
+    "before the kernel": ("is not a STEP file", "is cut off", "holds no face", "not a finite number"),
     "kernel failed": ("could not be read", "kernel does not start", "unit of length"),
     "child killed": ("crashed",),
     "over a limit": ("was stopped", "GB of memory: split"),

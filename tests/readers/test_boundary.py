@@ -5,51 +5,51 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import pytest
+from OCP.BRep import BRep_Builder
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.BRepBuilderAPI import (
+    BRepBuilderAPI_MakeEdge,
+    BRepBuilderAPI_MakeFace,
+    BRepBuilderAPI_MakePolygon,
+    BRepBuilderAPI_MakeWire,
+)
+from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeSphere, BRepPrimAPI_MakeTorus
+from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_gp_Pnt2d
+from OCP.Geom import Geom_BezierCurve, Geom_CylindricalSurface, Geom_Hyperbola, Geom_OffsetCurve, Geom_Parabola
+from OCP.Geom2d import (
+    Geom2d_BezierCurve,
+    Geom2d_Circle,
+    Geom2d_Ellipse,
+    Geom2d_Line,
+    Geom2d_OffsetCurve,
+    Geom2d_TrimmedCurve,
+)
+from OCP.Geom2dConvert import Geom2dConvert
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax2d, gp_Ax3, gp_Dir, gp_Dir2d, gp_Pln, gp_Pnt, gp_Pnt2d, gp_Trsf, gp_Vec
+from OCP.TopAbs import TopAbs_ShapeEnum
+from OCP.TopExp import TopExp_Explorer
+from OCP.TopLoc import TopLoc_Location
+from OCP.TopoDS import TopoDS, TopoDS_Iterator, TopoDS_Wire
 
-from relmodel.model.validation import _surface_gaps
-from tests.readers.test_exact import assert_edges_equal, assert_pcurves_equal
-
-pytest.importorskip("OCP")
+from relmodel.geometry.surfaces import Pcurves
+from relmodel.model.measures import curves_of, surfaces_of
+from relmodel.readers.step import shape as step_shape
+from relmodel.readers.step.faces import edge_map, face_map
+from tests.parts.step_parts import compound
+from tests.readers.test_exact import assert_edges_equal, assert_loops_close, assert_pcurves_equal
 
 
 def moved(shape: Any, angle: float, *shift: float) -> Any:
     """The shape in a place of its own, its geometry untouched."""
-    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
-    from OCP.TopLoc import TopLoc_Location
-
     turn, push = gp_Trsf(), gp_Trsf()
     turn.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(1, 2, 3)), angle)
     push.SetTranslation(gp_Vec(*shift))
     return shape.Moved(TopLoc_Location(turn)).Moved(TopLoc_Location(push))
 
 
-def compound(*shapes: Any) -> Any:
-    from OCP.BRep import BRep_Builder
-    from OCP.TopoDS import TopoDS_Compound
-
-    out = TopoDS_Compound()
-    builder = BRep_Builder()
-    builder.MakeCompound(out)
-    for shape in shapes:
-        builder.Add(out, shape)
-    return out
-
-
 def solids() -> list[Any]:
     """A ball, a cone with its tip, a ring, a filleted box, cut obliquely: seams, degenerate edges, conics, splines."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
-    from OCP.BRepPrimAPI import (
-        BRepPrimAPI_MakeBox,
-        BRepPrimAPI_MakeCone,
-        BRepPrimAPI_MakeSphere,
-        BRepPrimAPI_MakeTorus,
-    )
-    from OCP.TopAbs import TopAbs_ShapeEnum
-    from OCP.TopExp import TopExp_Explorer
-    from OCP.TopoDS import TopoDS
-
     box = BRepPrimAPI_MakeBox(10.0, 8.0, 6.0).Shape()
     fillet = BRepFilletAPI_MakeFillet(box)
     walk = TopExp_Explorer(box, TopAbs_ShapeEnum.TopAbs_EDGE)
@@ -64,12 +64,6 @@ def solids() -> list[Any]:
 
 def faces_of_every_curve() -> list[Any]:
     """Faces of planes within parabolas, hyperbolas, Bezier and offset curves; of cylinders within trimmed pcurves."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
-    from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_gp_Pnt2d
-    from OCP.Geom import Geom_BezierCurve, Geom_CylindricalSurface, Geom_Hyperbola, Geom_OffsetCurve, Geom_Parabola
-    from OCP.Geom2d import Geom2d_BezierCurve, Geom2d_Ellipse, Geom2d_Line, Geom2d_OffsetCurve, Geom2d_TrimmedCurve
-    from OCP.gp import gp_Ax2, gp_Ax2d, gp_Ax3, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d
-
     axes = gp_Ax2(gp_Pnt(1, 2, 3), gp_Dir(0, 0, 1))
     poles, weights = Array1_gp_Pnt(1, 4), Array1_double(1, 4)
     for i, (x, y) in enumerate([(0.0, 0.0), (1.0, 3.0), (4.0, 3.0), (5.0, 0.0)]):
@@ -101,16 +95,15 @@ def faces_of_every_curve() -> list[Any]:
     base = Geom2d_TrimmedCurve(Geom2d_Line(gp_Pnt2d(2.5, 0.0), gp_Dir2d(-1.0, 0.0)), 0.0, 2.0)
     sides = [BRepBuilderAPI_MakeEdge(curve, cylinder).Edge() for curve in (bent, base)]
     out.append(BRepBuilderAPI_MakeFace(cylinder, BRepBuilderAPI_MakeWire(*sides).Wire()).Face())
+    ring = Geom2d_Circle(gp_Ax2d(gp_Pnt2d(3, 0), gp_Dir2d(1, 0)), 0.5)
+    for closed in (ring, oval, Geom2dConvert.CurveToBSplineCurve_s(ring)):  # the last is rational and periodic
+        wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(closed, cylinder).Edge()).Wire()
+        out.append(BRepBuilderAPI_MakeFace(cylinder, wire).Face())
     return out
 
 
 def shuffled() -> Any:
     """A face whose wire holds its edges in another order than they follow each other."""
-    from OCP.BRep import BRep_Builder
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
-    from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
-    from OCP.TopoDS import TopoDS_Iterator, TopoDS_Wire
-
     polygon = BRepBuilderAPI_MakePolygon()
     for x, y in [(0.0, 0.0), (4.0, 0.0), (5.0, 3.0), (2.0, 4.0), (-1.0, 2.0)]:
         polygon.Add(gp_Pnt(x, y, 0.0))
@@ -130,23 +123,13 @@ def shuffled() -> Any:
 
 def assert_boundary(shape: Any) -> None:
     """As the kernel says: which faces and edges, every curve and pcurve; loops run head to tail."""
-    from relmodel.readers.step import shape as step_shape
-    from relmodel.readers.step.faces import edge_map, face_map
-
     got = step_shape.extract(shape)
     faces = face_map(shape)
     edges = edge_map(faces)
     assert (faces.Extent(), edges.Extent()) == (len(got.surfaces["kind"]), len(got.arcs["kind"]))
     assert_edges_equal(edges, got)
     assert_pcurves_equal(faces, edges, got)
-    co = got.coedges
-    start, end = (np.stack([got.arcs[f"{n}_{a}"] for a in "xyz"], axis=1)[co["arc_no"]] for n in ("start", "end"))
-    back = co["reversed"][:, None]
-    tail, head = np.where(back, end, start), np.where(back, start, end)
-    keys = list(zip(co["surface_no"].tolist(), co["loop_no"].tolist(), strict=True))
-    for key in set(keys):
-        own = [i for i, k in enumerate(keys) if k == key]
-        assert np.abs(head[own] - np.roll(tail[own], -1, axis=0)).max() < 1e-6
+    assert_loops_close(got, 1e-6)
 
 
 def test_solids_in_places_of_their_own() -> None:
@@ -158,8 +141,6 @@ def test_solids_in_places_of_their_own() -> None:
 
 
 def test_every_kind_of_curve() -> None:
-    from relmodel.readers.step import shape as step_shape
-
     faces = faces_of_every_curve()
     offset = faces.pop(4)
     for face in faces:
@@ -167,38 +148,14 @@ def test_every_kind_of_curve() -> None:
     assert_boundary(compound(*(moved(face, 0.9, 10.0 * i, 0.0, 3.0) for i, face in enumerate(faces))))
     got = step_shape.extract(offset)
     assert got.pcurves["kind"] == ["spline", "spline"]  # an offset pcurve becomes one near to it
-    assert _surface_gaps(got).max() < 1e-3
+    curves, pcurves = curves_of(got), Pcurves(got.pcurves)
+    for row, arc in enumerate(got.coedges["arc_no"].tolist()):
+        t = np.linspace(curves.t0[arc], curves.t1[arc], 9)
+        uv = pcurves.evaluate(np.full(9, row), t)[0]
+        away = surfaces_of(got).evaluate(np.zeros(9, int), *uv.T).points - curves.evaluate(np.full(9, arc), t)[0]
+        assert np.linalg.norm(away, axis=1).max() < 1e-3
 
 
 def test_a_wire_out_of_order() -> None:
     assert_boundary(shuffled())
     assert_boundary(shuffled().Reversed())
-
-
-def test_pcurves_of_every_kind_are_read() -> None:
-    """Faces of a cylinder, r = 4 mm, within a circle, an oval run clockwise, and a rational periodic spline of one."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
-    from OCP.Geom import Geom_CylindricalSurface
-    from OCP.Geom2d import Geom2d_Circle, Geom2d_Ellipse
-    from OCP.Geom2dConvert import Geom2dConvert
-    from OCP.gp import gp_Ax2d, gp_Ax3, gp_Dir2d, gp_Pnt2d
-
-    from relmodel.readers.step import shape as step_shape
-    from tests.parts.step_parts import compound
-
-    cylinder = Geom_CylindricalSurface(gp_Ax3(), 4.0)
-    circle = Geom2d_Circle(gp_Ax2d(gp_Pnt2d(1, 0), gp_Dir2d(1, 0)), 0.5)
-    oval = Geom2d_Ellipse(gp_Ax2d(gp_Pnt2d(3, 0), gp_Dir2d(1, 1)), 0.8, 0.3, False)
-    spline = Geom2dConvert.CurveToBSplineCurve_s(Geom2d_Circle(gp_Ax2d(gp_Pnt2d(5, 0), gp_Dir2d(1, 0)), 0.5))
-    faces = []
-    for curve in (circle, oval, spline):
-        wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(curve, cylinder).Edge()).Wire()
-        faces.append(BRepBuilderAPI_MakeFace(cylinder, wire).Face())
-    shape = step_shape.extract(compound(*faces))
-    p = shape.pcurves
-    circle, oval_, free = (p["kind"].index(kind) for kind in ("circle", "ellipse", "spline"))
-    assert (p["radius"][circle], p["direct"][circle]) == (0.5, True)
-    assert (p["radius"][oval_], p["radius2"][oval_], p["direct"][oval_]) == (0.8, 0.3, False)
-    assert p["periodic"][free]
-    assert len(p["poles"][free]) == 2 * len(p["weights"][free])
-    assert len(set(p["weights"][free])) > 1

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import numpy as np
+from OCP.Bnd import Bnd_Box
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeSphere, BRepPrimAPI_MakeTorus
+from OCP.collections import Array2_gp_Pnt
+from OCP.Geom import Geom_OffsetSurface
+from OCP.Geom2d import Geom2d_Circle
+from OCP.GeomAPI import GeomAPI_PointsToBSplineSurface
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax2d, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d, gp_Trsf
+
+from relmodel.readers.step import shape as step_shape
+from relmodel.readers.step.faces import face_map
 
 
 def test_boxes_of_spheres_and_tori_whole_and_cut() -> None:
-    from OCP.Bnd import Bnd_Box
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepBndLib import BRepBndLib
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeSphere, BRepPrimAPI_MakeTorus
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-
-    from relmodel.readers.step import shape as step_shape
-    from relmodel.readers.step.faces import face_map
-
     rng = np.random.default_rng(4)
     faces = same = 0
-    for _ in range(8):
+    for _ in range(3):
         axes = gp_Ax2(gp_Pnt(*rng.uniform(-50, 50, 3)), gp_Dir(*rng.normal(size=3)))
         turn = float(rng.uniform(0.5, 6.0))
         for maker in (
@@ -46,21 +50,12 @@ def test_boxes_of_spheres_and_tori_whole_and_cut() -> None:
                     assert (np.array(box[3:]) < kernel[3:] + 1e-4).all()
                     assert np.abs(box - np.concatenate([mine.min(0), mine.max(0)])).max() < 2 * got.mesh.chord_mm
                     faces += 1
-    assert faces > 60
+    assert faces > 22
     assert same >= faces - 1
 
 
 def test_boxes_of_free_faces_that_bulge_within_their_trims() -> None:
     """A hilly spline, and the same offset and turned, cut by a circle: held by what is found on a fine grid within."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
-    from OCP.collections import Array2_gp_Pnt
-    from OCP.Geom import Geom_OffsetSurface
-    from OCP.Geom2d import Geom2d_Circle
-    from OCP.GeomAPI import GeomAPI_PointsToBSplineSurface
-    from OCP.gp import gp_Ax1, gp_Ax2d, gp_Dir, gp_Dir2d, gp_Pnt, gp_Pnt2d, gp_Trsf
-
-    from relmodel.readers.step import shape as step_shape
-
     rng = np.random.default_rng(8)
     for case in range(3):
         # Over the offset of many steep hills the kernel takes ten seconds to integrate.

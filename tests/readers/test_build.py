@@ -131,6 +131,27 @@ def test_what_is_placed_and_not_there_is_a_finding(tmp_path: Path) -> None:
     assert "gone.model" in model.findings[1].message
 
 
+def test_parts_by_number_and_mirror_images(tmp_path: Path) -> None:
+    """Two items of one part number, and one of the same mirrored, which is a shape of its own."""
+    objects = box(1, (1, 2, 3), 'name="L"') + made_of(
+        2, 'objectid="1"', f'objectid="1" {moved(50, 0, 0)}', attributes='name="pair"'
+    )
+    objects += made_of(3, 'objectid="2" transform="1 0 0 0 1 0 0 0 -1 0 0 -9"', attributes='name="mirrored"')
+    items = f'<item objectid="2" partnumber="P"/><item objectid="2" partnumber="P" {moved(0, 0, 90)}/>'
+    path = package(tmp_path, model_file(objects, items + '<item objectid="3"/>', unit="inch"))
+    found = boxes_of(path)
+    assert list(found) == ["P#0/L#0", "P#0/L#1", "P#1/L#0", "P#1/L#1", "mirrored/pair/L#0", "mirrored/pair/L#1"]
+    assert found["P#1/L#1"][1] == pytest.approx(25.4 * np.array([50, 0, 90, 51, 2, 93]))
+    assert found["mirrored/pair/L#1"][1] == pytest.approx(25.4 * np.array([50, 0, -12, 51, 2, -9]))
+    assert len(read_mesh(path).shapes) == 2
+
+
+def test_an_archive_that_places_too_much_is_refused(tmp_path: Path) -> None:
+    doubled = "".join(made_of(i, *[f'objectid="{i - 1}"'] * 2) for i in range(2, 30))
+    with pytest.raises(InputError, match="places more than 100000 objects"):
+        read_mesh(package(tmp_path, model_file(box(1, (1, 1, 1)) + doubled, '<item objectid="29"/>')))
+
+
 def test_files_that_contain_each_other_are_refused(tmp_path: Path) -> None:
     root = model_file(made_of(1, 'objectid="1" p:path="/3D/Objects/a.model"'), '<item objectid="1"/>')
     a = model_file(made_of(1, 'objectid="1" p:path="/3D/3dmodel.model"'))

@@ -58,11 +58,7 @@ def altered(path: Path, pattern: str, new: str, to: Path) -> Path:
     [
         (r"#12 *=", "#999999=", "refers to #12, which it does not hold"),
         (r"#12 *=", "#12=NIL();#12=", "defines #12 more than once"),
-        (
-            r"#\d+ *= *CONTEXT_DEPENDENT_SHAPE_REPRESENTATION[^;]*;",
-            "",
-            "does not place 1 of 13 components",
-        ),
+        (r"#\d+ *= *CONTEXT_DEPENDENT_SHAPE_REPRESENTATION[^;]*;", "", "does not place 1 of 13 components"),
     ],
 )
 def test_damage_that_the_text_shows(data_dir: Path, tmp_path: Path, pattern: str, new: str, said: str) -> None:
@@ -77,19 +73,9 @@ def test_damage_that_the_text_shows(data_dir: Path, tmp_path: Path, pattern: str
 @pytest.mark.parametrize(
     ("name", "pattern", "new", "said"),
     [
-        (
-            "cube-in.step",
-            r"(#46 = CARTESIAN_POINT\('',\(0\.,0\.,)39",
-            r"\g<1>38",
-            {"open_loop": (25.4, 0.17320508)},
-        ),
+        ("cube-in.step", r"(#46 = CARTESIAN_POINT\('',\(0\.,0\.,)39", r"\g<1>38", {"open_loop": (25.4, 0.17320508)}),
         ("cube-in.step", r"(#55 = CARTESIAN_POINT\('',\()0", r"\g<1>8", {"edge_off_face": (203.2, 0.17320508)}),
-        (
-            "io1-tu-203.stp",
-            r"VOLUME_MEASURE\(78177",
-            "VOLUME_MEASURE(79177",
-            {"stated_volume": (998.18, 390.9)},
-        ),
+        ("io1-tu-203.stp", r"VOLUME_MEASURE\(78177", "VOLUME_MEASURE(79177", {"stated_volume": (998.18, 390.9)}),
         (
             "as1-tu-203.stp",
             r"#\d+ *= *CONTEXT_DEPENDENT_SHAPE_REPRESENTATION[^;]*;",

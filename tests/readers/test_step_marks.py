@@ -5,15 +5,23 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert, BRepBuilderAPI_Transform
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakeSphere
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf
 
+from relmodel.arrays import take
 from relmodel.errors import InputError
+from relmodel.features import recognise
 from relmodel.find.find import world_named
+from relmodel.model.content_keys import model_keys, share
 from relmodel.model.model import Pmi, Shape
 from relmodel.readers.step.part21 import Instances, TypedValue, measure
 from relmodel.store import Store
@@ -114,38 +122,9 @@ def test_pmi_is_of_surfaces_that_have_what_it_says(data_dir: Path, name: str) ->
             assert not one.datums
 
 
-@pytest.mark.data
-def test_sql_questions_pmi(data_dir: Path, fresh_store: str) -> None:
-    path = data_dir / "step" / PMI_FILES[0]
-    with Store.open(fresh_store) as store:
-        load(store, path, name="case")
-        load(store, path, name="case")
-        assert not [f for f in check(store) if f.rows]
-        with store.read() as connection:
-            tight = connection.exec_driver_sql(
-                "SELECT p.value, count(*) FROM part_pmi AS p JOIN part_pmi_surface AS s USING (part_id, pmi_no)"
-                " JOIN shape_surface AS u ON u.shape_id = s.shape_id AND u.surface_no = s.surface_no"
-                " JOIN surface AS f ON f.id = u.surface_id"
-                " WHERE p.kind = 'dimension' AND p.type = 'diameter' AND p.upper_limit - p.lower_limit < 0.16"
-                " AND f.recognised_kind = 'cylinder' GROUP BY p.value"
-            ).all()
-            assert [tuple(row) for row in tight] == [(20.0, 4)]
-            to_a = connection.exec_driver_sql(
-                "SELECT count(*) FROM part_pmi AS p JOIN part_pmi_datum AS d USING (part_id, pmi_no)"
-                " WHERE p.kind = 'tolerance' AND d.letter = 'A' AND d.precedence = 1"
-            ).scalar_one()
-            assert to_a == 5
-            assert len(connection.execute(store.table("part_pmi").select()).all()) == 21
-
-
 def test_pmi_of_a_shape_that_lists_its_surfaces_in_another_order(tmp_path: Path, duckdb_file: Path) -> None:
     """The same box, once written from a turned copy of itself, is one shape: PMI stays with its face."""
     # The order in the store is that of the first file; `write_pmi` looks it up by content.
-    from dataclasses import replace
-
-    from relmodel.arrays import take
-    from relmodel.model.content_keys import model_keys
-
     path = write_product(tmp_path / "box.step", bracket_with_sheet_and_line(), "bracket")
     model = shared(path)
     top = int(np.argmax(np.asarray(model.shapes[0].surfaces["centroid_z"])))
@@ -253,19 +232,6 @@ def test_layers_and_colours_are_those_of_the_text(data_dir: Path) -> None:
     assert sg1.colour == "#" + "".join(f"{round(255 * float(x)):02x}" for x in rgb)
 
 
-@pytest.mark.data
-def test_sheets_beside_solids_are_left_out_and_said(data_dir: Path) -> None:
-    path = data_dir / "step/nist_ctc_02_asme1_ap242.stp"
-    model = loaded(path)
-    assert [model.shapes[part.shape].kind for part in model.parts] == ["solid"]
-    assert len(model.shapes) == 1
-    left = sum(f.value or 0.0 for f in model.findings if f.kind == "left_out")
-    assert left == model.faces_loaded - len(model.shapes[0].surfaces["kind"]) > 0
-    assert len([f for f in model.findings if f.kind == "left_out"]) > 0
-    for name in ("io1-tu-203.stp", "nist_ctc_01_asme1_ap203.stp"):  # with lines of construction
-        assert len(loaded(data_dir / "step" / name).parts) == 1
-
-
 def test_what_is_no_material_is_left_out(tmp_path: Path, fresh_store: str) -> None:
     path = write_product(tmp_path / "bracket.step", bracket_with_sheet_and_line(), "bracket")
     (tmp_path / "world.yaml").write_text("world: w\nobjects:\n  - {object: bracket, name: b}\n")
@@ -283,8 +249,6 @@ def test_what_is_no_material_is_left_out(tmp_path: Path, fresh_store: str) -> No
 
 
 def test_wrappers_of_one_body_are_collapsed(tmp_path: Path) -> None:
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
-
     box = BRepPrimAPI_MakeBox(30.0, 20.0, 10.0).Shape()
     wrapped = compound(compound(compound(box)))
     path = write_product(tmp_path / "wrapped.step", wrapped, "bracket", as_assembly=True)
@@ -296,8 +260,6 @@ def test_wrappers_of_one_body_are_collapsed(tmp_path: Path) -> None:
 
 
 def test_names_of_faces_in_the_file(tmp_path: Path) -> None:
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
-
     maker = BRepPrimAPI_MakeBox(30.0, 20.0, 10.0)
     named = {"seat": maker.TopFace(), "datum A": maker.BottomFace()}
     path = write_product(tmp_path / "box.step", maker.Shape(), "box", names=named)
@@ -308,8 +270,6 @@ def test_names_of_faces_in_the_file(tmp_path: Path) -> None:
 
 def test_units_of_length(tmp_path: Path) -> None:
     """A unit with a name of its own is as long as the file says; one that nothing tells of is refused."""
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
-
     path = write_product(tmp_path / "box.step", BRepPrimAPI_MakeBox(30.0, 20.0, 10.0).Shape(), "box")
     text = path.read_text()
     millimetre = "( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.) )"
@@ -330,18 +290,8 @@ def test_units_of_length(tmp_path: Path) -> None:
         shared(path)
 
 
-def test_what_is_stored_as_splines_is_recognised(tmp_path: Path, duckdb_file: Path) -> None:
+def test_what_is_stored_as_splines_is_recognised(tmp_path: Path) -> None:
     """A block with a bore, a cone and a part of a sphere cut out, all turned into b-splines."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
-    from OCP.BRepPrimAPI import (
-        BRepPrimAPI_MakeBox,
-        BRepPrimAPI_MakeCone,
-        BRepPrimAPI_MakeCylinder,
-        BRepPrimAPI_MakeSphere,
-    )
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-
     up = gp_Dir(0, 0, 1)
     part = BRepPrimAPI_MakeBox(60.0, 40.0, 20.0).Shape()
     for tool in (
@@ -356,33 +306,19 @@ def test_what_is_stored_as_splines_is_recognised(tmp_path: Path, duckdb_file: Pa
     assert set(shape.surfaces["kind"]) == {"spline"}
     recognised = Counter(map(str, shape.surfaces["recognised_kind"]))
     assert recognised == {"plane": 7, "cylinder": 1, "cone": 1, "sphere": 1}  # the seventh at the end of the cone
-    with Store.open(duckdb_file) as store:
-        load(store, path, name="block")
-        with store.read() as connection:
-            rows = connection.execute(store.table("surface").select()).all()
-            bore = [r for r in rows if r.recognised_kind == "cylinder"]
-            assert [(r.kind, r.radius, abs(r.axis_z_z)) for r in bore] == [
-                ("spline", pytest.approx(6), pytest.approx(1))
-            ]
-            sphere = [r for r in rows if r.recognised_kind == "sphere"]
-            assert [(r.kind, r.radius) for r in sphere] == [("spline", pytest.approx(5))]
-            cone = [r for r in rows if r.recognised_kind == "cone"]
-            assert [abs(r.semi_angle) for r in cone] == [pytest.approx(np.arctan(5 / 15))]
-            arcs = connection.execute(store.table("arc").select()).all()
-            assert {"line", "circle"} <= {a.recognised_kind for a in arcs}
-            holes = connection.exec_driver_sql("SELECT kind FROM feature_class").scalars().all()
-            assert "through_hole" in holes
+    for kind, name, size in (
+        ("cylinder", "radius", 6),
+        ("sphere", "radius", 5),
+        ("cone", "semi_angle", np.arctan(1 / 3)),
+    ):
+        row = list(shape.surfaces["recognised_kind"]).index(kind)
+        assert abs(shape.surfaces[name][row]) == pytest.approx(size)
+        assert kind == "sphere" or abs(shape.surfaces["axis_z_z"][row]) == pytest.approx(1)
+    assert {"line", "circle"} <= set(shape.arcs["recognised_kind"])
+    assert "through_hole" in {feature.kind for feature in recognise(shape)}
 
 
 def test_pmi_goes_along_where_congruent_shapes_become_one(tmp_path: Path) -> None:
-    from dataclasses import replace
-
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
-    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
-
-    from relmodel.model.content_keys import share
-
     turn = gp_Trsf()
     turn.SetRotation(gp_Ax1(gp_Pnt(70, 0, 0), gp_Dir(1, 2, 3)), 1.0)
     box = BRepPrimAPI_MakeBox(30.0, 20.0, 10.0).Shape()

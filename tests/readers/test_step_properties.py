@@ -5,7 +5,14 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import pytest
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+from OCP.gp import gp_Trsf, gp_Vec
+from OCP.STEPCAFControl import STEPCAFControl_Writer
+from OCP.TCollection import TCollection_ExtendedString
+from OCP.TDataStd import TDataStd_Name
+from OCP.TDocStd import TDocStd_Document
+from OCP.TopLoc import TopLoc_Location
+from OCP.XCAFDoc import XCAFDoc_DocumentTool
 
 from relmodel.store import Store
 from tests.readers.test_contained import with_text
@@ -70,16 +77,6 @@ PROPERTIES = """#9204=(MASS_UNIT()NAMED_UNIT(*)SI_UNIT(.KILO.,.GRAM.));
 
 def write_pair(path: Path) -> Path:
     """An assembly of two boxes, "pair", whose product has a revision and a mass."""
-    pytest.importorskip("OCP")
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
-    from OCP.gp import gp_Trsf, gp_Vec
-    from OCP.STEPCAFControl import STEPCAFControl_Writer
-    from OCP.TCollection import TCollection_ExtendedString
-    from OCP.TDataStd import TDataStd_Name
-    from OCP.TDocStd import TDocStd_Document
-    from OCP.TopLoc import TopLoc_Location
-    from OCP.XCAFDoc import XCAFDoc_DocumentTool
-
     document = TDocStd_Document(TCollection_ExtendedString("test"))
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     pair = tool.NewShape()

@@ -6,15 +6,33 @@ from typing import Any
 
 import numpy as np
 import pytest
+from OCP.BRep import BRep_Tool
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.BRepBuilderAPI import (
+    BRepBuilderAPI_MakeEdge,
+    BRepBuilderAPI_MakeFace,
+    BRepBuilderAPI_MakeWire,
+    BRepBuilderAPI_NurbsConvert,
+    BRepBuilderAPI_Sewing,
+    BRepBuilderAPI_Transform,
+)
+from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert as Convert
+from OCP.BRepGProp import BRepGProp_Face
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism, BRepPrimAPI_MakeWedge
+from OCP.GC import GC_MakeArcOfCircle
+from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax3, gp_Cylinder, gp_Dir, gp_Elips, gp_Pln, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.TopoDS import TopoDS
 
 from relmodel.model.model import Shape
-
-pytest.importorskip("OCP")
+from relmodel.readers.step import geometry
+from relmodel.readers.step import shape as step_shape
+from relmodel.readers.step.document import _rigid, _scaled
+from relmodel.readers.step.faces import face_map
+from relmodel.readers.step.geometry import matrix
 
 
 def extracted(shape: Any) -> Shape:
-    from relmodel.readers.step import shape as step_shape
-
     return step_shape.extract(shape)
 
 
@@ -25,10 +43,6 @@ def mesh_volume(shape: Shape) -> float:
 
 @pytest.mark.parametrize("factor", [1.0, -1.0, 2.0, -2.5])
 def test_a_mirrored_or_scaled_shape_stays_the_right_way_out(factor: float) -> None:
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeWedge
-
-    from relmodel.readers.step.document import _scaled
-
     wedge = BRepPrimAPI_MakeWedge(4.0, 3.0, 2.0, 1.0).Shape()  # 4 wide below, 1 above, 3 high, 2 deep
     shape = extracted(_scaled(wedge, factor))
     volume = (4 + 1) / 2 * 3 * 2 * abs(factor) ** 3
@@ -45,11 +59,6 @@ def test_a_mirrored_or_scaled_shape_stays_the_right_way_out(factor: float) -> No
 
 
 def test_a_placement_with_a_mirror_is_split_into_rigid_and_scale() -> None:
-    from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
-
-    from relmodel.readers.step.document import _rigid
-    from relmodel.readers.step.geometry import matrix
-
     trsf, turn, shift = gp_Trsf(), gp_Trsf(), gp_Trsf()
     trsf.SetMirror(gp_Ax2(gp_Pnt(1, 2, 3), gp_Dir(1, 1, 0)))
     turn.SetRotation(gp_Ax1(gp_Pnt(3, 0, 1), gp_Dir(0, 1, 2)), 0.7)
@@ -61,90 +70,8 @@ def test_a_placement_with_a_mirror_is_split_into_rigid_and_scale() -> None:
     assert rigid @ np.diag([factor, factor, factor, 1.0]) == pytest.approx(matrix(whole))
 
 
-def test_a_spline_is_called_by_what_it_is() -> None:
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
-
-    shape = extracted(BRepBuilderAPI_NurbsConvert(BRepPrimAPI_MakeCylinder(5.0, 12.0).Shape()).Shape())
-    assert set(shape.surfaces["kind"]) == {"spline"}
-    assert sorted(shape.surfaces["recognised_kind"]) == ["cylinder", "plane", "plane"]
-    side = shape.surfaces["recognised_kind"].index("cylinder")
-    assert shape.surfaces["radius"][side] == pytest.approx(5.0)
-    axis = [shape.surfaces[f"axis_z_{a}"][side] for a in "xyz"]
-    assert np.abs(axis) == pytest.approx([0, 0, 1], abs=1e-6)
-    assert sorted(shape.arcs["recognised_kind"]) == ["circle", "circle", "line"]
-    assert shape.volume == pytest.approx(np.pi * 25 * 12, rel=1e-6)
-
-
-def test_a_hole_is_an_inner_loop_and_concave_nowhere_convex_at_its_rim() -> None:
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-
-    box = BRepPrimAPI_MakeBox(40.0, 30.0, 10.0).Shape()
-    drill = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(12, 11, 4), gp_Dir(0, 0, 1)), 3.0, 20.0).Shape()
-    shape = extracted(BRepAlgoAPI_Cut(box, drill).Shape())  # blind, 6 deep
-    assert shape.volume == pytest.approx(40 * 30 * 10 - np.pi * 9 * 6)
-    kinds = np.array(shape.surfaces["kind"])
-    bore = int(np.flatnonzero(kinds == "cylinder")[0])
-    assert shape.surfaces["reversed"][bore]
-    convexity = np.array(shape.arcs["convexity"])
-    circles = np.flatnonzero(np.array(shape.arcs["kind"]) == "circle")
-    height = shape.arcs["origin_z"][circles]
-    assert convexity[circles[np.argmax(height)]] == "convex"
-    assert convexity[circles[np.argmin(height)]] == "concave"
-    assert np.count_nonzero(convexity == "seam") == 1
-    inner = ~shape.loops["outer_loop"]
-    assert np.count_nonzero(inner) == 1
-    top = int(shape.loops["surface_no"][inner][0])
-    rim = (shape.coedges["surface_no"] == top) & (shape.coedges["loop_no"] == 1)
-    assert shape.coedges["arc_no"][rim].tolist() == [circles[np.argmax(height)]]
-    assert {bore, top} == {
-        shape.arcs["surface_a"][circles[np.argmax(height)]],
-        shape.arcs["surface_b"][circles[np.argmax(height)]],
-    }
-
-
-def test_areas_centroids_and_volumes_are_exact() -> None:
-    from OCP.BRepPrimAPI import (
-        BRepPrimAPI_MakeCone,
-        BRepPrimAPI_MakeCylinder,
-        BRepPrimAPI_MakeSphere,
-        BRepPrimAPI_MakeTorus,
-    )
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-
-    frame = gp_Ax2(gp_Pnt(30, -20, 50), gp_Dir(1, 2, 2))
-    pi = np.pi
-    for solid, volume, area in (
-        (BRepPrimAPI_MakeCylinder(frame, 5.0, 12.0), 300 * pi, 170 * pi),
-        (BRepPrimAPI_MakeCone(frame, 6.0, 0.0, 8.0), 96 * pi, (36 + 60) * pi),
-        (BRepPrimAPI_MakeSphere(frame, 7.0), 4 / 3 * 343 * pi, 4 * 49 * pi),
-        (BRepPrimAPI_MakeTorus(frame, 9.0, 2.0), 2 * pi**2 * 9 * 4, 4 * pi**2 * 18),
-    ):
-        shape = extracted(solid.Shape())
-        assert shape.volume == pytest.approx(volume, rel=1e-10)
-        assert np.sum(shape.surfaces["area"]) == pytest.approx(area, rel=1e-10)
-    # Half a ball: its round face has its centroid half-way up, its volume is exact too.
-    half = extracted(BRepPrimAPI_MakeSphere(4.0, 0.0, pi / 2, 2 * pi).Shape())
-    ball = list(half.surfaces["kind"]).index("sphere")
-    assert [half.surfaces[f"centroid_{a}"][ball] for a in "xyz"] == pytest.approx([0, 0, 2], abs=1e-9)
-    assert half.volume == pytest.approx(2 / 3 * pi * 64, rel=1e-10)
-
-
 def test_a_cusp_is_convex_where_there_is_material_in_it_and_concave_where_there_is_none() -> None:
     """A face tangent to another that it runs back along: the normals are opposed whatever lies between."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepBuilderAPI import (
-        BRepBuilderAPI_MakeEdge,
-        BRepBuilderAPI_MakeFace,
-        BRepBuilderAPI_MakeWire,
-        BRepBuilderAPI_Transform,
-    )
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakePrism
-    from OCP.GC import GC_MakeArcOfCircle
-    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
-
     half = np.sqrt(0.5)
     corners = [gp_Pnt(*xyz) for xyz in ((0, 0, 0), (10, 0, 0), (6, 4, 0), (0, 4, 0))]
     # About (10, 4) from (10, 0) back to (6, 4).
@@ -166,12 +93,6 @@ def test_a_cusp_is_convex_where_there_is_material_in_it_and_concave_where_there_
 
 
 def test_a_recogniser_that_throws_recognises_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
-    from OCP.gp import gp_Dir
-
-    from relmodel.readers.step import geometry
-
     class Throwing:
         def __init__(self, shape: Any) -> None:
             del shape
@@ -190,10 +111,6 @@ def test_a_recogniser_that_throws_recognises_nothing(monkeypatch: pytest.MonkeyP
 @pytest.mark.parametrize(("major", "minor"), [(0.9, 0.4), (30.0, 1.5), (500.0, 499.0)])
 def test_an_ellipse_of_any_size_is_recognised(major: float, minor: float) -> None:
     """The kernel throws where the form that it fills in has a greater minor radius than the ellipse found."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert as Convert
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Elips, gp_Pnt
-
     oval = gp_Elips(gp_Ax2(gp_Pnt(1, 2, 3), gp_Dir(1, 2, 2)), major, minor)
     wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(oval).Edge()).Wire()
     shape = extracted(Convert(BRepBuilderAPI_MakeFace(wire).Face()).Shape())
@@ -204,15 +121,6 @@ def test_an_ellipse_of_any_size_is_recognised(major: float, minor: float) -> Non
 
 def test_free_edges_of_an_open_sheet_have_two_sides() -> None:
     """A rectangle that goes over into a quarter of a tube, without anything at its ends: normals are the kernel's."""
-    from OCP.BRep import BRep_Tool
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_Sewing
-    from OCP.BRepGProp import BRepGProp_Face
-    from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
-    from OCP.gp import gp_Ax3, gp_Cylinder, gp_Dir, gp_Pln, gp_Pnt, gp_Vec
-    from OCP.TopoDS import TopoDS
-
-    from relmodel.readers.step.faces import face_map
-
     sewing = BRepBuilderAPI_Sewing(1e-6)
     sewing.Add(BRepBuilderAPI_MakeFace(gp_Pln(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), 0.0, 30.0, 0.0, 20.0).Face())
     tube = gp_Cylinder(gp_Ax3(gp_Pnt(0, 0, 10), gp_Dir(0, 1, 0), gp_Dir(0, 0, -1)), 10.0)

@@ -6,38 +6,31 @@ from typing import Any
 
 import numpy as np
 import pytest
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_NurbsConvert
+from OCP.Geom import Geom_Circle, Geom_Line, Geom_SurfaceOfRevolution, Geom_ToroidalSurface
+from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax3, gp_Dir, gp_Pnt
 
 from relmodel.geometry.curves import vectors
 from relmodel.model.measures import surfaces_of
 from relmodel.model.model import Shape
-
-pytest.importorskip("OCP")
+from relmodel.readers.step import shape as step_shape
 
 CENTRE, AXIS = np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 2.0]) / 3
 NEAR_MM = 1e-3  # what recognition allows
 
 
 def extracted(shape: Any) -> Shape:
-    from relmodel.readers.step import shape as step_shape
-
     return step_shape.extract(shape)
 
 
 def revolved(curve: Any, first: float, last: float) -> Any:
     """The face that a curve sweeps about the axis, .2 to 2 rad."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
-    from OCP.Geom import Geom_SurfaceOfRevolution
-    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt
-
     axis = gp_Ax1(gp_Pnt(*CENTRE), gp_Dir(*AXIS))
     return BRepBuilderAPI_MakeFace(Geom_SurfaceOfRevolution(curve, axis), 0.2, 2.0, first, last, 1e-7).Face()
 
 
 def circle(along: float, across: float, aside: float, radius: float) -> Any:
     """A circle in a plane along the axis; `aside` is how far from it that plane lies."""
-    from OCP.Geom import Geom_Circle
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-
     x = np.array([0.0, 1.0, -1.0]) / np.sqrt(2)
     y = np.cross(AXIS, x)
     middle = CENTRE + along * AXIS + across * x + aside * y
@@ -52,10 +45,6 @@ def circle(along: float, across: float, aside: float, radius: float) -> Any:
 def test_a_spline_that_is_a_torus_is_recognised(
     major: float, minor: float, around: tuple[float, float], tube: tuple[float, float]
 ) -> None:
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_NurbsConvert
-    from OCP.Geom import Geom_ToroidalSurface
-    from OCP.gp import gp_Ax3, gp_Dir, gp_Pnt
-
     surface = Geom_ToroidalSurface(gp_Ax3(gp_Pnt(*CENTRE), gp_Dir(*AXIS)), major, minor)
     face = BRepBuilderAPI_MakeFace(surface, *around, *tube, 1e-7).Face()
     rows = extracted(BRepBuilderAPI_NurbsConvert(face).Shape()).surfaces
@@ -87,9 +76,6 @@ def test_a_circle_revolved_is_a_torus_as_far_as_it_is_one(aside: float) -> None:
 
 
 def test_a_line_revolved_has_the_sizes_of_what_it_is() -> None:
-    from OCP.Geom import Geom_Line
-    from OCP.gp import gp_Dir, gp_Pnt
-
     x = np.array([0.0, 1.0, -1.0]) / np.sqrt(2)
     start = gp_Pnt(*(CENTRE + 5 * x + 2 * AXIS))
     for along, kind in ((AXIS, "cylinder"), (AXIS + x, "cone"), (x, "plane")):
@@ -106,12 +92,3 @@ def test_a_line_revolved_has_the_sizes_of_what_it_is() -> None:
             assert rows["radius"][0] == pytest.approx(5 + (origin - CENTRE) @ AXIS - 2)
         else:
             assert (origin - CENTRE) @ AXIS == pytest.approx(2)
-
-
-def test_surfaces_that_only_look_like_tori_are_none() -> None:
-    from tests.parts import splined_parts
-
-    lofted = extracted(splined_parts.generate(2)).surfaces
-    free = np.asarray(lofted["kind"]) == "spline"
-    assert free.any()
-    assert "torus" not in np.asarray(lofted["recognised_kind"])[free]

@@ -9,6 +9,20 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+import trimesh
+from OCP.BRep import BRep_Tool
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+from OCP.BRepBuilderAPI import BRepBuilderAPI_GTransform
+from OCP.BRepPrimAPI import (
+    BRepPrimAPI_MakeBox,
+    BRepPrimAPI_MakeCone,
+    BRepPrimAPI_MakeCylinder,
+    BRepPrimAPI_MakeSphere,
+    BRepPrimAPI_MakeTorus,
+)
+from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
+from OCP.gp import gp_Ax2, gp_Dir, gp_GTrsf, gp_Mat, gp_Pnt, gp_XYZ
+from OCP.TopoDS import TopoDS
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -75,16 +89,6 @@ def facing(mesh: Mesh) -> npt.NDArray[np.float64]:
 
 def cut_solids() -> dict[str, Any]:
     """Solids whose curved faces are trimmed by others, and have holes."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_GTransform
-    from OCP.BRepPrimAPI import (
-        BRepPrimAPI_MakeBox,
-        BRepPrimAPI_MakeCone,
-        BRepPrimAPI_MakeCylinder,
-        BRepPrimAPI_MakeSphere,
-        BRepPrimAPI_MakeTorus,
-    )
-    from OCP.gp import gp_Ax2, gp_Dir, gp_GTrsf, gp_Mat, gp_Pnt, gp_XYZ
 
     def drilled(body: Any, x: float, y: float, z: float, along: tuple[float, float, float], radius: float) -> Any:
         axis = gp_Ax2(gp_Pnt(x, y, z), gp_Dir(*along))
@@ -112,11 +116,6 @@ def cut_solids() -> dict[str, Any]:
 
 @pytest.mark.parametrize("name", ["ball", "ring", "pin", "egg", "taper", "tip"])
 def test_triangles_of_trimmed_round_faces_meet_and_keep_to_the_solid(name: str) -> None:
-    from OCP.BRep import BRep_Tool
-    from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
-    from OCP.gp import gp_Pnt
-    from OCP.TopoDS import TopoDS
-
     solid = cut_solids()[name]
     keys = face_map(solid)
     shape = step_shape.extract(solid)
@@ -147,14 +146,20 @@ def test_triangles_of_trimmed_round_faces_meet_and_keep_to_the_solid(name: str) 
     ],
 )
 def test_triangles_of_a_file_meet(data_dir: Path, name: str) -> None:
-    mesh = loaded(data_dir / name).shapes[0].mesh
+    shape = loaded(data_dir / name).shapes[0]
+    mesh = shape.mesh
     assert is_closed(mesh)
     assert facing(mesh).min() > 0  # none lies on its face
+    corner = mesh.vertices[mesh.triangles]
+    twice = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    volume = np.einsum("nd,nd->n", corner[:, 0], twice).sum() / 6
+    assert volume == pytest.approx(shape.volume, abs=mesh.chord_mm * float(np.sum(shape.surfaces["area"])))
+    area = np.bincount(mesh.triangle_surfaces, np.linalg.norm(twice, axis=1) / 2, len(shape.surfaces["area"]))
+    assert area == pytest.approx(shape.surfaces["area"], rel=0.02, abs=0.5)
+    assert np.linalg.norm(mesh.normals, axis=1) == pytest.approx(np.ones(len(mesh.normals)), abs=1e-5)
 
 
 def test_a_mesh_that_is_open_or_far_off_is_a_finding_and_costs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
-
     def missing_one(faces: list[Any], chord: float) -> list[tuple[Any, Any]]:
         return [(None, place) if i == 0 else (one, place) for i, (one, place) in enumerate(made(faces, chord))]
 
@@ -180,8 +185,6 @@ def test_a_mesh_that_is_open_or_far_off_is_a_finding_and_costs_nothing(monkeypat
 
 def test_closedness_against_trimesh() -> None:
     """Of composed parts as they are, and with triangles taken out."""
-    import trimesh
-
     for seed in range(3):
         mesh = composed(seed).mesh
         for left in (mesh.triangles, mesh.triangles[5:], mesh.triangles[::2]):

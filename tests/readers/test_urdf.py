@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 import sqlalchemy as sa
+import trimesh
 from scipy.spatial.transform import Rotation
 
 from relmodel.errors import InputError
@@ -75,8 +77,6 @@ def test_links_joints_and_primitives(tmp_path: Path) -> None:
 
 
 def test_meshes_are_scaled_shared_and_stay_in_the_folder(tmp_path: Path) -> None:
-    import trimesh
-
     (tmp_path / "meshes").mkdir()
     trimesh.creation.box((100, 200, 300)).export(tmp_path / "meshes" / "block.stl")  # in mm
     trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "meshes" / "block.glb")
@@ -102,8 +102,6 @@ def test_meshes_are_scaled_shared_and_stay_in_the_folder(tmp_path: Path) -> None
 @pytest.mark.parametrize("package", ["arm", "tools"])
 def test_meshes_of_packages_are_found_from_any_folder(folder: str, package: str, tmp_path: Path) -> None:
     """Of the package that the file lies in, whatever its folder is called, and of one beside it."""
-    import trimesh
-
     for root, name in (("arm_description", "arm"), ("tools", "tools")):
         (tmp_path / root / "meshes").mkdir(parents=True)
         (tmp_path / root / "package.xml").write_text(f"<package format='3'><name>{name}</name></package>")
@@ -117,8 +115,6 @@ def test_meshes_of_packages_are_found_from_any_folder(folder: str, package: str,
 
 def test_a_robot_of_meshes_leaves_nothing_unused(fresh_store: str, tmp_path: Path) -> None:
     """A file of one mesh is that part in its link; one of several is an assembly there."""
-    import trimesh
-
     block = trimesh.creation.box((0.1, 0.2, 0.3))
     block.export(tmp_path / "one.stl")
     several = trimesh.Scene([block, trimesh.creation.box((0.3, 0.3, 0.1))])
@@ -189,8 +185,6 @@ def test_bad_robots_are_refused(body: str, said: str, tmp_path: Path) -> None:
 )
 def test_odd_geometry_is_left_out_and_that_for_collisions_stands_in(geometry: str, said: str, tmp_path: Path) -> None:
     """Of the collisions, too, what is odd is left out; where nothing is left the link is empty."""
-    import trimesh
-
     trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "part.stl")
     odd = f"<geometry>{geometry}</geometry>"
     good = '<geometry><mesh filename="part.stl"/></geometry>'
@@ -245,8 +239,6 @@ def test_names_of_other_namespaces_are_passed_over(prefix: str, tmp_path: Path) 
 
 
 def test_findings_of_a_mesh_are_those_of_the_robot(tmp_path: Path) -> None:
-    import trimesh
-
     (tmp_path / "part.stl").write_bytes(trimesh.creation.box((1, 1, 1)).export(file_type="stl") + b"\0\0")
     model = read_urdf(written(tmp_path, visual('<mesh filename="part.stl"/>')))
     assert [(f.kind, f.value) for f in model.findings] == [("left_out", 2.0)]
@@ -280,10 +272,6 @@ def test_a_mesh_behind_a_link_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_load_notes_the_meshes_it_read(tmp_path: Path, duckdb_file: Path) -> None:
-    import hashlib
-
-    import trimesh
-
     trimesh.creation.box((1, 2, 3)).export(tmp_path / "block.stl")
     path = written(tmp_path, visual('<mesh filename="block.stl"/>'))
     with Store.open(duckdb_file) as store:

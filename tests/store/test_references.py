@@ -10,8 +10,7 @@ import psycopg
 import pytest
 import sqlalchemy as sa
 
-from relmodel.store import Run, Store, sql
-from relmodel.store.check import check
+from relmodel.store import Store
 
 
 def references(store: Store) -> Sequence[sa.Row[Any]]:
@@ -44,16 +43,6 @@ def test_only_postgresql_refuses_a_row_whose_reference_leads_nowhere(fresh_store
             store.append(connection, "run_input", row)
 
 
-def test_a_parent_goes_in_the_transaction_of_its_children(fresh_store: str) -> None:
-    with Store.open(fresh_store) as store:
-        with Run.begin(store, "load", {}, inputs={"model": ("a.stl", "0")}):
-            pass
-        with store.write() as connection:
-            for table in ("run_input", "run_event", "run"):
-                assert connection.execute(store.table(table).delete()).rowcount > 0
-        assert "references" not in {found.query for found in check(store) if found.rows}
-
-
 def test_parents_come_first(fresh_store: str) -> None:
     with Store.open(fresh_store) as store:
         names = sorted(sa.inspect(store.engine).get_table_names(), reverse=True)
@@ -74,34 +63,3 @@ def test_every_identity_refers_to_something(fresh_store: str) -> None:
     identities = {(table, name) for table, name in names if name.endswith("_id") and keys[table]}
     assert len(identities) > 80
     assert {name for _, name in identities - refers} == {"occurrence_id"}
-
-
-def test_the_comments_say_level_standing_and_reference() -> None:
-    script = """CREATE TABLE coedge (  -- surface, redundant: A use of an arc: one by a loop
-    -- that it bounds.
-    surface_id BIGINT, arc_id BIGINT,
-    turn INTEGER,  -- REFERENCES loop (surface_id, loop_no): the loop
-    PRIMARY KEY (surface_id)
-);
-"""
-    relation = {"relation": "coedge", "level": "surface", "standing": "redundant"}
-    reference = {
-        **{"relation": "coedge", "reference_no": 0, "column_names": ["surface_id", "turn"]},
-        **{"parent": "loop", "parent_columns": ["surface_id", "loop_no"]},
-    }
-    assert sql.catalogue(script) == ([relation], [reference])
-
-
-@pytest.mark.parametrize(
-    ("head", "column"),
-    [
-        ("A use of an arc.", "id BIGINT  -- the arc"),
-        ("surface, view: A use of an arc.", "id BIGINT  -- the arc"),
-        ("surface: A use of an arc.", "id BIGINT  -- REFERENCES arc: the arc"),
-        ("surface: A use of an arc.", "id BIGINT  -- the arc, REFERENCES arc (id)"),
-        ("surface: A use of an arc.", "a BIGINT, b BIGINT  -- REFERENCES arc (id): the arcs"),
-    ],
-)
-def test_a_comment_that_says_it_in_another_way_is_refused(head: str, column: str) -> None:
-    with pytest.raises(ValueError, match="coedge"):
-        sql.catalogue(f"CREATE TABLE coedge (  -- {head}\n    {column}\n);\n")

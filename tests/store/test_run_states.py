@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import multiprocessing
 import os
 import shutil
 import signal
 import subprocess
 from contextlib import AbstractContextManager
 from datetime import UTC, datetime
-from multiprocessing.connection import Connection as Pipe
 from pathlib import Path
 from threading import Timer
 from typing import Any
@@ -19,11 +17,11 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel import resources
-from relmodel.errors import InputError, StoreError
+from relmodel.errors import InputError, StoreError, TransientError
 from relmodel.store import Run, Store, database, sql
 from relmodel.store.check import check
+from tests.store.children import CHILDREN, begin_and_wait
 
-SPAWN = multiprocessing.get_context("spawn")
 CHECKOUT = Path(__file__).parents[2]
 
 
@@ -113,15 +111,9 @@ def test_a_run_that_fails_says_at_which_step(fresh_store: str) -> None:
         assert not [f.query for f in check(store) if f.rows]
 
 
-def begin_and_wait(target: str, pipe: Pipe) -> None:
-    with Store.open(target) as store, Run.begin(store, "load", {}) as run:
-        pipe.send(run.id)
-        pipe.recv()
-
-
 def test_a_reader_sees_that_a_run_was_killed(fresh_store: str) -> None:
-    here, there = SPAWN.Pipe()
-    child = SPAWN.Process(target=begin_and_wait, args=(fresh_store, there))
+    here, there = CHILDREN.Pipe()
+    child = CHILDREN.Process(target=begin_and_wait, args=(fresh_store, there, False))
     child.start()
     assert here.poll(600)
     run = here.recv()
@@ -325,8 +317,6 @@ class answer_lost:  # noqa: N801
         return self.transaction.__enter__()
 
     def __exit__(self, *error: Any) -> None:
-        from relmodel.errors import TransientError
-
         self.transaction.__exit__(*error)
         if error[0] is None:
             raise TransientError("the connection was lost")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import time
 from pathlib import Path
@@ -14,6 +15,7 @@ import sqlalchemy as sa
 from relmodel.errors import StoreError
 from relmodel.store import Run, Store, engine, side_files
 from relmodel.store.check import check
+from relmodel.store.side_files import mark_dead_runs
 from tests.store.children import CHILDREN, begin_and_wait, write_for_ever, write_images
 
 ANY = {"low": 0, "high": 9999} | dict.fromkeys(("kind", "state", "verdict", "part", "text"))
@@ -109,8 +111,6 @@ def test_run_whose_process_was_killed_is_found_dead(living_run) -> None:  # type
 
 def _wait_for_server(store: Store) -> None:
     """PostgreSQL takes a moment to see that a client has gone."""
-    from relmodel.store.side_files import mark_dead_runs
-
     for _ in range(100):
         if states(store) == ["killed"] or store.dialect == "duckdb":
             return
@@ -156,8 +156,6 @@ def test_own_run_is_left_alone(fresh_store: str) -> None:
 
 @pytest.mark.parametrize("delay", np.random.default_rng(4).uniform(0.0, 0.25, 3).round(3).tolist())
 def test_kill_during_writing_leaves_what_was_committed(duckdb_template: Path, tmp_path: Path, delay: float) -> None:
-    import shutil
-
     target = str(shutil.copy(duckdb_template, tmp_path / "a.duckdb"))
     here, there = CHILDREN.Pipe()
     child = CHILDREN.Process(target=write_for_ever, args=(target, there))
@@ -183,8 +181,6 @@ def test_kill_during_writing_leaves_what_was_committed(duckdb_template: Path, tm
 
 
 def test_log_cut_short_is_noticed(duckdb_template: Path, tmp_path: Path) -> None:
-    import shutil
-
     target = tmp_path / "a.duckdb"
     shutil.copy(duckdb_template, target)
     cut = tmp_path / "cut.duckdb"

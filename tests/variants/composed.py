@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import sqlalchemy as sa
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+from OCP.gp import gp_Trsf
 
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.loading.write import LoadReport
@@ -41,9 +43,6 @@ def pose(shift: npt.ArrayLike = (0, 0, 0), turn: npt.ArrayLike = (0, 0, 0)) -> P
 
 def carried(body: Any, move: Pose) -> Any:
     """The body in other coordinates, as a file without assemblies has it."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-    from OCP.gp import gp_Trsf
-
     transform = gp_Trsf()
     transform.SetValues(*move[:3].ravel().tolist())
     return BRepBuilderAPI_Transform(body, transform, True).Shape()

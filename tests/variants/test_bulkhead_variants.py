@@ -1,4 +1,4 @@
-"""The demonstration's six variants: what each adds to a store, and how each differs from others.
+"""Variants of the demonstration: what each adds to a store, and how each differs from others.
 
 What is true comes from elsewhere: parts, holes and pockets from the design that the files were made from, surfaces
 from the CAD kernel's own integrals over the faces of the files.
@@ -19,6 +19,15 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 import sqlalchemy as sa
+from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.BRepGProp import BRepGProp
+from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
+from OCP.GProp import GProp_GProps
+from OCP.STEPControl import STEPControl_Reader
+from OCP.TopAbs import TopAbs_FACE, TopAbs_SOLID
+from OCP.TopExp import TopExp
+from OCP.TopoDS import TopoDS
+from scipy.spatial import cKDTree
 
 from examples.bulkhead.design import BASES, CLIP_BOLTS, VARIANTS
 from examples.bulkhead.features import CLIP_THICKNESS, all_features, changes
@@ -27,7 +36,7 @@ from tests.reading import load
 from tests.variants.composed import differences
 from tests.variants.conftest import EXAMPLES, Bulkheads, step_file
 
-PAIRS = ["AB", "AD", "BE", "CE", "DF", "FB"]
+PAIRS = ["AB", "AD", "BE"]
 Floats = npt.NDArray[np.float64]
 
 
@@ -56,20 +65,10 @@ class Faces:
 
     kinds: list[str]
     region: Floats  # (n, 8) root of the area, centre of mass, length and centre of mass of the boundary
-    curves: Floats  # (n, 3) sums over the curves of the boundary that say where their parameters begin
 
 
 @cache
 def kernel_faces(variant: str, folder: Path) -> Faces:
-    from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
-    from OCP.BRepGProp import BRepGProp
-    from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher as ShapeMap
-    from OCP.GProp import GProp_GProps
-    from OCP.STEPControl import STEPControl_Reader
-    from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_SOLID
-    from OCP.TopExp import TopExp
-    from OCP.TopoDS import TopoDS
-
     def inside(shape: Any, kind: Any) -> list[Any]:
         found = ShapeMap()
         TopExp.MapShapes_s(shape, kind, found)
@@ -81,7 +80,7 @@ def kernel_faces(variant: str, folder: Path) -> Faces:
     reader.ReadFile(str(plain))
     reader.TransferRoots()
     body = max((inside(s, TopAbs_FACE) for s in inside(reader.OneShape(), TopAbs_SOLID)), key=len)
-    kinds, region, curves = [], [], []
+    kinds, region = [], []
     for face in body:
         area, line = GProp_GProps(), GProp_GProps()
         BRepGProp.SurfaceProperties_s(face, area)
@@ -89,20 +88,12 @@ def kernel_faces(variant: str, folder: Path) -> Faces:
         c, b = area.CentreOfMass(), line.CentreOfMass()
         kinds.append(BRepAdaptor_Surface(TopoDS.Face(face)).GetType().name)
         region.append([np.sqrt(area.Mass()), c.X(), c.Y(), c.Z(), line.Mass(), b.X(), b.Y(), b.Z()])
-        ends = [
-            (e.FirstParameter(), e.LastParameter())
-            for e in map(BRepAdaptor_Curve, map(TopoDS.Edge, inside(face, TopAbs_EDGE)))
-        ]
-        curves.append([len(ends), sum(s + t for s, t in ends), sum(s * s + t * t for s, t in ends)])
-    return Faces(kinds, np.array(region), np.array(curves))
+    return Faces(kinds, np.array(region))
 
 
-def same_faces(a: Faces, b: Faces, *, curves: bool = False) -> set[tuple[int, int]]:
-    """Faces of one region; with `curves`, those whose boundary runs by the same parameters too."""
-    from scipy.spatial import cKDTree
-
-    x, y = (np.hstack([f.region, f.curves]) if curves else f.region for f in (a, b))
-    found = cKDTree(x).sparse_distance_matrix(cKDTree(y), 1e-3, output_type="ndarray")
+def same_faces(a: Faces, b: Faces) -> set[tuple[int, int]]:
+    """Faces of one region."""
+    found = cKDTree(a.region).sparse_distance_matrix(cKDTree(b.region), 1e-3, output_type="ndarray")
     pairs = zip(found["i"].tolist(), found["j"].tolist(), strict=True)
     return {(i, j) for i, j in pairs if a.kinds[i] == b.kinds[j]}
 
@@ -112,22 +103,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("kernel")
 
 
-def test_each_variant_adds_the_surfaces_that_no_variant_had(bulkheads: Bulkheads, folder: Path) -> None:
-    for n, variant in enumerate("BCDEF", start=1):
-        body, earlier = kernel_faces(variant, folder), [kernel_faces(v, folder) for v in "ABCDEF"[:n]]
-        regions, rows = (
-            {j for other in earlier for _, j in same_faces(other, body, curves=exact)} for exact in (False, True)
-        )
-        report = bulkheads.reports[variant]
-        # A line that the kernel begins elsewhere is another function, and the surface that it bounds another row.
-        assert report.surfaces_added == len(body.kinds) - len(rows), variant
-        assert len(regions - rows) <= 14
-        assert report.shapes_added == 1
-
-
 def test_a_reload_adds_nothing(bulkheads: Bulkheads) -> None:
     counts = row_counts(bulkheads.store)
-    again = load(bulkheads.store, step_file("C"), name="bulkhead", variant="C")
+    again = load(bulkheads.store, step_file("B"), name="bulkhead", variant="B")
     assert (again.status, again.surfaces_added, again.arcs_added) == ("unchanged", 0, 0)
     assert row_counts(bulkheads.store) == counts
 

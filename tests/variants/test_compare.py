@@ -11,6 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
+from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
+from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Vec
+from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
 from relmodel.errors import UsageError
 from relmodel.store import Store
@@ -18,19 +23,12 @@ from relmodel.store.check import check
 from relmodel.variants.compare import compare
 from tests.reading import load
 from tests.variants.composed import differences
-from tests.variants.conftest import EXAMPLES, Bulkheads
 
 Point = tuple[float, float]
 
 
 def write_plate(path: Path, outline: Sequence[Point], holes: Sequence[tuple[float, float, float]], shift: Any) -> Path:
     """A prism 10 mm thick over an outline with through holes (x, y, radius), all of it moved by `shift`."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Vec
-    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
-
     x0, y0, z0 = shift
     polygon = BRepBuilderAPI_MakePolygon()
     for x, y in outline:
@@ -121,61 +119,6 @@ def test_a_comparison_is_made_once_and_of_itself_finds_nothing(duckdb_file: Path
         first = compare(store, ("plate", "A"), ("plate", "A"))
         assert first.counts == {("part", "identical"): 1}
         assert compare(store, ("plate", "A"), ("plate", "A")) == first
-
-
-@pytest.fixture(scope="module")
-def demo(bulkheads: Bulkheads) -> list[dict[str, Any]]:
-    """Differences between the demonstration bulkhead's variants A and B."""
-    return differences(bulkheads.store, "A", "B", "bulkhead")
-
-
-def test_the_differences_are_those_of_the_generators_history(demo: list[dict[str, Any]]) -> None:
-    listed = json.loads((EXAMPLES / "bulkhead/golden/changes_A_to_B.json").read_text())
-    tables = [json.loads((EXAMPLES / f"bulkhead/golden/bulkhead_{v}.json").read_text()) for v in "AB"]
-
-    components = [{c["name"]: c for c in t["components"]} for t in tables]
-    parts = {r["object_path_a"] or r["object_path_b"]: r["status"] for r in demo if r["level"] == "part"}
-    assert (
-        {n for n, s in parts.items() if s == "added"}
-        == components[1].keys() - components[0].keys()
-        == {"BUSHING_LUG_7"}
-    )
-    assert (
-        {n for n, s in parts.items() if s == "removed"} == components[0].keys() - components[1].keys() == {"BOLT_F13"}
-    )
-    assert {n.partition("/")[0] for n, s in parts.items() if s == "moved"} == {"CLIP_2"}
-    assert [n for n, s in parts.items() if s == "changed"] == ["BODY"]
-
-    def near(row: dict[str, Any], box: list[float]) -> bool:
-        middle = [(box[k] + box[3 + k]) / 2 for k in range(3)]
-        return float(np.linalg.norm(np.subtract([row[c] for c in "xyz"], middle))) < 0.1
-
-    holes = [r for r in demo if r["level"] == "feature" and r["kind"] in ("through_hole", "blind_hole")]
-    expected = {"removed": "removed", "added": "added"}
-    found, moves = [], []
-    for change in (c for c in listed if c["kind"].endswith("_hole")):
-        (row,) = (r for r in holes if near(r, change["box"]) and r["status"] != "identical")
-        moved = "centre" in change.get("values", {})
-        assert row["status"] == expected.get(change["change"], "moved" if moved else "changed"), change["name"]
-        if moved:
-            moves.append((change["values"]["centre"], row))
-        found.append(row)
-    # Equal holes have no names: the two of the clip's bolts are paired by the shortest way.
-    assert len(moves) == 2
-    assert sorted([round(r["x"], 6), round(r["y"], 6)] for _, r in moves) == sorted(c["after"] for c, _ in moves)
-    came_from = sorted([round(r["x"] - r["dx"], 6), round(r["y"] - r["dy"], 6)] for _, r in moves)
-    assert came_from == sorted(c["before"] for c, _ in moves)
-    # Beyond the holes of the list only the new lug's bore has come.
-    others = [r for r in holes if r["status"] != "identical" and r not in found]
-    assert [(r["status"], round(r["x"]), round(r["y"])) for r in others] == [("added", 600, -58)]
-
-    # Every pocket of the list differs, and no pocket that is not on it has moved or has other dimensions.
-    pockets = [r for r in demo if r["level"] == "feature" and r["kind"] == "pocket"]
-    on_list = [c["box"] for c in listed if c["kind"] == "pocket"]
-    for row in pockets:
-        if row["status"] in ("changed", "moved"):
-            assert any(abs(row["x"] - (b[0] + b[3]) / 2) < 1 and abs(row["y"] - (b[1] + b[4]) / 2) < 1 for b in on_list)
-    assert len([r for r in pockets if r["status"] == "changed"]) >= 5
 
 
 @pytest.mark.data
