@@ -132,7 +132,6 @@ def demonstrated(
     (tmp_path / "tool.yaml").write_text("points: [[-10, -10, 0], [10, -10, 0], [0, 10, 0], [0, 0, 60]]\n")
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("RELMODEL_STORE", raising=False)
-    monkeypatch.setattr("vision.planning._STEP", 1.5)  # a plan looks at fewer views
 
 
 @pytest.fixture

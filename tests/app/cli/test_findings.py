@@ -289,15 +289,10 @@ def test_stops_that_failed_or_were_pruned_are_counted_with_the_reason(
     assert f"run {broken}, failed: the lens fell off" in text
     assert f"run {gone}, pruned: run {by} removed what it found" in text
     assert f"run {open_pose}, not found: so" in text
-    assert main(["check", "--report", str(page), "--store", target]) == 0
-    for run, words in ((gone, f"Pruned run {by} removed what it found"), (broken, "Failed the lens fell off")):
-        assert main(["report", str(run), "-o", str(page), "--store", target]) == 0
-        text = " ".join(Page(page.read_text()).text.split())
-        assert words in text
-        assert "serial SN1" in text
-    capsys.readouterr()
-    assert main(["runs", "--text", "pruned by", "--format", "json", "--store", target]) == 0
-    assert [row["run"] for row in json.loads(capsys.readouterr().out)] == [gone]
+    assert main(["report", str(gone), "-o", str(page), "--store", target]) == 0
+    text = " ".join(Page(page.read_text()).text.split())
+    assert f"Pruned run {by} removed what it found" in text
+    assert "serial SN1" in text
 
 
 def test_a_part_of_which_no_stop_came_to_an_answer_is_reported(
@@ -320,8 +315,8 @@ def test_the_headline_counts_what_was_accepted(target: str) -> None:
         run = stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)])
     said = []
     decisions = [(1, "accepted", "A. Meier"), (2, "accepted", "B. Roth"), (2, "accepted", "A. Meier")]
-    for finding, decision, by in [*decisions, (1, "rejected", "B. Roth")]:
-        with Store.open(target) as store:
+    with Store.open(target) as store:
+        for finding, decision, by in [*decisions, (1, "rejected", "B. Roth")]:
             decide(store, str(run), finding, decision, by, "so")
             said += asked(store, "SELECT outcome FROM inspection_outcome WHERE run_id = :run", run=run)
             assert headline(store)[0][0].partition(";")[0] == said[-1][0].split("; ")[1]
@@ -346,33 +341,30 @@ def test_nothing_is_cut_and_what_decides_comes_first_at_any_width(
         stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)], [(RIB, "thickness", 8.0, 10.5, True)])
     page = tmp_path / "part.html"
     assert main(["report", "--serial", "SN1", "-o", str(page), "--store", target]) == 0
-    for width in (420, 1920):
-        chromium.call("Emulation.setDeviceMetricsOverride", width=width, height=1000, deviceScaleFactor=1, mobile=False)
-        chromium.open(page.as_uri())
-        assert not chromium.complaints
+    chromium.open(page.as_uri())
+    assert not chromium.complaints
+    for width in (1920, 420):
+        chromium.wide(width)
         assert chromium.run("document.documentElement.scrollWidth") <= width
         tops = "['.verdict', 'article.finding', '.summary', '#canvas']"
-        tops = f"{tops}.map(s => document.querySelector(s).getBoundingClientRect().top)"
-        assert chromium.run(tops) == sorted(chromium.run(tops))
-        assert chromium.run(tops)[1] < 1000  # on the first screen
-        chromium.until(lambda: chromium.covered() > 0.002)
-        assert chromium.run(UNCUT)
+        found = chromium.run(f"{tops}.map(s => document.querySelector(s).getBoundingClientRect().top)")
+        assert found == sorted(found)
+        assert found[1] < 1000  # on the first screen
+    chromium.until(lambda: chromium.covered() > 0.002)
+    assert chromium.run(UNCUT)
+    # A link opens what it is of, whatever was open.
     chromium.run("document.querySelector('[for=tab-tables]').click()")
     assert chromium.run("document.querySelector('article.finding').offsetParent") is None
-    assert chromium.run("document.querySelector('.tables .table').offsetParent !== null")
-    # A link opens what it is of, whatever was open.
-    for link, marked in (("finding=2", "bulkhead/BODY/rib 16"), (f"feature=bulkhead/{OTHER}", f"bulkhead/{OTHER}")):
-        chromium.run("document.getElementById('tab-tables').checked = true")
-        chromium.run(f"location.hash = {link!r}")
-        chromium.until(lambda: chromium.run("document.getElementById('tab-seen').checked"))
-        assert chromium.run("document.querySelector('.linked').dataset.feature") == marked
-        assert -1 <= chromium.run("document.querySelector('.linked').getBoundingClientRect().top") < 1000
+    chromium.run(f"location.hash = 'feature=bulkhead/{OTHER}'")
+    chromium.until(lambda: chromium.run("document.getElementById('tab-seen').checked"))
+    assert chromium.run("document.querySelector('.linked').dataset.feature") == f"bulkhead/{OTHER}"
     chromium.run("location.hash = 'feature=bulkhead/BODY/rib 3'")
     chromium.until(lambda: chromium.run("document.querySelector('.linked').closest('details').open"))
+    # On paper all is open, and there is a place to sign.
     chromium.run("document.querySelectorAll('details').forEach(d => { d.open = false })")
     chromium.run("dispatchEvent(new Event('beforeprint'))")
     assert chromium.run("[...document.querySelectorAll('details.group')].every(d => d.open)")
-    chromium.call("Emulation.setEmulatedMedia", media="print")
+    chromium.wide(718, "print")
     assert chromium.run("getComputedStyle(document.querySelector('.sign')).display") == "grid"
     assert chromium.run("document.querySelector('article.finding').offsetParent !== null")
 

@@ -40,7 +40,7 @@ def test_an_interrupt_leaves_the_store_as_it_was(bulkhead_template: Path, pair: 
     now = content(store)
     changed = {name for name in now if now[name] != was[name]}
     assert {"extraction", "image_arc"} <= changed
-    of_pictures = ("image", "extraction", "edge_", "unit", "unit_", "camera", "rig", "row_digest", "ellipse")
+    of_pictures = ("image", "extraction", "edge_", "unit", "unit_", "camera", "rig", "row_digest", "ellipse", "region_")
     assert not [name for name in changed if not name.startswith(of_pictures)]
     with duckdb.connect(str(store), read_only=True) as connection:
         ended = connection.sql("SELECT kind, state, message FROM run_summary ORDER BY run_id DESC LIMIT 1").fetchall()
