@@ -100,8 +100,7 @@ def test_poses_agree(number: str) -> None:
     assert 0.1 < angle < 4 * np.sqrt(3) * sigma["rotation_deg"]
 
 
-@pytest.mark.parametrize("number", PAIRS)
-@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize(("number", "side"), [(number, SIDES[int(number) % 2]) for number in PAIRS])
 def test_holes_are_dark_where_they_project(number: str, side: str) -> None:
     truth, _, _ = pair(number)
     image = cv2.imread(str(DEMO / f"pair_{number}_{side}.png"), cv2.IMREAD_UNCHANGED)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ import sqlalchemy as sa
 
 from relmodel.app.cli.main import main
 from relmodel.store import Run, Store
+from tests.app.cli.conftest import DEMO
 from tests.conftest import make_reader
 
 
@@ -221,3 +223,12 @@ def test_check_prints_what_offends(fresh_store: str, capsys: pytest.CaptureFixtu
         store.append(connection, "feature_class", {"id": [1], "content_key": ["k"], "kind": ["pocket"]})
     assert main(["check", "--store", fresh_store]) == 1
     assert "feature_class" in capsys.readouterr().out
+
+
+def test_a_world_says_whether_it_is_new(
+    bulkhead_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    store = str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
+    for said in ("added", "unchanged"):
+        assert main(["world", str(DEMO / "world.yaml"), "--store", store]) == 0
+        assert f"demo_cell, revision 2: {said}" in capsys.readouterr().err

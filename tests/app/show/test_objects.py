@@ -234,16 +234,3 @@ def test_what_lies_behind_is_hidden(bracket: str, tmp_path: Path, capsys: pytest
     assert through == [255, 255, 255]
     assert blind == boss == plain
     assert not named
-
-
-def test_a_picture_shows_the_outline(target: str, tmp_path: Path) -> None:
-    out = tmp_path / "p.png"
-    assert main(["show", "thing", "--variant", "X", "--store", target, "--picture", str(out), "--view", "front"]) == 0
-    shown = np.asarray(Image.open(out).convert("L"))[:-26] < 250  # without the line of the legend
-    wide = np.flatnonzero(shown.any(axis=0))
-    # Seen along z: the turned box is at most 0.2 sin 0.6 + 0.1 cos 0.6 wide, and the two overlap nowhere.
-    half = (0.1 * np.cos(0.6) + 0.2 * np.sin(0.6)) / 2
-    width = 0.05 + 0.5 + half
-    step = (wide[-1] - wide[0] + 1) / width
-    area = 2 * 0.1 * 0.2 + np.pi * 0.02**2
-    assert shown.sum() == pytest.approx(area * step**2, rel=0.02)
