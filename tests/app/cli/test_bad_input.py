@@ -37,9 +37,7 @@ OF_RUNS = {"run", "run_input", "run_event", "load_report", "ledger"}
 @pytest.fixture(scope="module")
 def store(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
     """One store for all: each test shows that it is as it was."""
-    file = tmp_path_factory.mktemp("bad") / "cell.duckdb"
-    shutil.copy(bulkhead_template, file)
-    return str(file)
+    return str(shutil.copy(bulkhead_template, tmp_path_factory.mktemp("bad") / "cell.duckdb"))
 
 
 def counts(store: str) -> dict[str, int]:
@@ -50,27 +48,41 @@ def counts(store: str) -> dict[str, int]:
         return dict(connection.execute(each).fetchall())
 
 
-def assert_only_failed(store: str, before: dict[str, int], said: str) -> None:
-    """The store is as it was, but for a run that failed with the sentence that was printed."""
-    after = counts(store)
-    assert {table for table in after if after[table] != before[table]} <= OF_RUNS
-    with duckdb.connect(store, read_only=True) as connection:
-        ended = "SELECT e.state, e.message FROM run_event AS e WHERE e.kind = 'ended' ORDER BY e.run_id DESC LIMIT 1"
-        state, message = connection.execute(ended).fetchall()[0]
-    assert state == "failed"
-    assert said.partition(": ")[2].rstrip("\n") == visible(message)
+class Refuse:
+    """Gives the one sentence with which the command line refuses a call; the store is as it was, but for a run that
+    failed with that sentence where one had begun."""
+
+    def __init__(self, store: str, capsys: pytest.CaptureFixture[str]) -> None:
+        self.store, self._capsys = store, capsys
+
+    def __call__(self, *words: str | Path, status: int = 3, run: bool = True, store: str | None = None) -> str:
+        of, given = store or self.store, list(map(str, words))
+        before = counts(of) if run else {}
+        self._capsys.readouterr()
+        named = [] if "--store" in given or given[0] == "rig" else ["--store", of]
+        assert main([*given, *named]) == status
+        out, said = self._capsys.readouterr()
+        assert (out, said.count("\n")) == ("", 1), said
+        assert said.startswith(f"relmodel {given[0]}: ")
+        assert not said.rstrip().endswith(".")
+        if run:
+            self._check(of, before, said)
+        return said
+
+    def _check(self, store: str, before: dict[str, int], said: str) -> None:
+        after = counts(store)
+        changed = {table for table in after if after[table] != before[table]}
+        assert changed <= OF_RUNS
+        if changed:
+            with duckdb.connect(store, read_only=True) as connection:
+                ended = "SELECT state, message FROM run_event WHERE kind = 'ended' ORDER BY run_id DESC LIMIT 1"
+                ((state, message),) = connection.execute(ended).fetchall()
+            assert (state, visible(message)) == ("failed", said.partition(": ")[2].rstrip("\n"))
 
 
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str, status: int = 3) -> str:
-    """The sentence with which the command line refuses a call."""
-    capsys.readouterr()
-    assert main(arguments) == status
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert said.err.count("\n") == 1, said.err
-    assert said.err.startswith(f"relmodel {arguments[0]}: ")
-    assert not said.err.rstrip().endswith(".")
-    return said.err
+@pytest.fixture
+def refuse(store: str, capsys: pytest.CaptureFixture[str]) -> Refuse:
+    return Refuse(store, capsys)
 
 
 def changed(given: Given, place: str, value: object) -> Given:
@@ -121,23 +133,12 @@ BAD_VALUES: list[tuple[str, str, Any, str]] = [
 
 
 @pytest.mark.parametrize(("kind", "place", "value", "says"), BAD_VALUES)
-def test_a_bad_value(
-    kind: str,
-    place: str,
-    value: Any,
-    says: str,
-    store: str,
-    pair: Pair,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    before, file = counts(store), tmp_path / f"{kind}.yaml"
+def test_a_bad_value(kind: str, place: str, value: Any, says: str, refuse: Refuse, pair: Pair, tmp_path: Path) -> None:
+    file = tmp_path / f"{kind}.yaml"
     given = {"rig": pair.rig, "prior": pair.prior, "world": yaml.safe_load((DEMO / "world.yaml").read_text())}[kind]
     file.write_text(yaml.safe_dump(changed(given, place, value)))
-    words = ["world", str(file)] if kind == "world" else ["inspect", *pair.options(**{kind: file})]
-    said = refused(capsys, *words, "--store", store)
+    said = refuse("world", file) if kind == "world" else refuse("inspect", *pair.options(**{kind: file}))
     assert says in said
-    assert_only_failed(store, before, said)
 
 
 LONG = "x" * 300
@@ -147,7 +148,6 @@ LONG = "x" * 300
     "words",
     [
         "init --store NAME.duckdb",
-        "check --store NAME.duckdb",
         "sql --store NAME/cell.duckdb SELECT",
         "load NAME.step",
         "world NAME.yaml",
@@ -162,31 +162,17 @@ LONG = "x" * 300
         "sql --file NAME.sql",
     ],
 )
-def test_a_name_too_long_for_a_file(words: str, store: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    before = counts(store)
-    of_store = [] if "--store" in words or words.startswith("rig") else ["--store", store]
-    said = refused(capsys, *words.replace("NAME", str(tmp_path / LONG)).split(), *of_store)
-    assert "File name too long" in said
-    after = counts(store)
-    assert {table for table in after if after[table] != before[table]} <= OF_RUNS
+def test_a_name_too_long_for_a_file(words: str, refuse: Refuse, tmp_path: Path) -> None:
+    assert "File name too long" in refuse(*words.replace("NAME", str(tmp_path / LONG)).split())
 
 
-def test_a_name_too_long_for_a_store(store: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_names_that_no_store_holds(refuse: Refuse, tmp_path: Path) -> None:
     part, world = tmp_path / "part.obj", tmp_path / "world.yaml"
     part.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     world.write_text(f"world: {LONG}\nobjects: [{{object: bulkhead, variant: A}}]\n")
-    before = counts(store)
-    for words in (["load", part, "--unit", "mm", "--object", "轴" * 86], ["world", world]):
-        said = refused(capsys, *map(str, words), "--store", store)
-        assert "over 255 bytes: shorten it" in said
-        assert_only_failed(store, before, said)
-
-
-def test_a_name_that_is_not_utf_8(store: str, capsys: pytest.CaptureFixture[str]) -> None:
-    before = counts(store)
-    said = refused(capsys, "load", os.fsdecode(b"tr\xe4ger.step") + "🔩.step", "--store", store, status=2)
-    assert "is not in UTF-8" in said
-    assert counts(store) == before
+    assert "over 255 bytes: shorten it" in refuse("load", part, "--unit", "mm", "--object", "轴" * 86)
+    assert "over 255 bytes: shorten it" in refuse("world", world)
+    assert "is not in UTF-8" in refuse("load", os.fsdecode(b"tr\xe4ger.step") + "🔩.step", status=2)
 
 
 def test_an_object_has_the_whole_stem_of_its_file_for_a_name() -> None:
@@ -207,25 +193,13 @@ NO_YAML = [b"cameras:\n\tleft: 1\n", b"a: \xff\xfe", b"a: 2020-99-99\n", b"[" * 
 
 
 @pytest.mark.parametrize("content", NO_YAML, ids=[repr(c[:12]) for c in NO_YAML])
-def test_files_that_are_no_yaml(
-    content: bytes, store: str, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    before, file = counts(store), tmp_path / "bad.yaml"
+def test_files_that_are_no_yaml(content: bytes, refuse: Refuse, pair: Pair, tmp_path: Path) -> None:
+    file = tmp_path / "bad.yaml"
     file.write_bytes(content)
     option = ("rig", "prior")[NO_YAML.index(content) % 2]
-    said = refused(capsys, "inspect", "--store", store, *pair.options(**{option: file}))
-    assert f"the {option} file" in said
-    assert_only_failed(store, before, said)
-    said = refused(capsys, "world", str(file), "--store", store)
-    assert str(file) in said
-    assert_only_failed(store, before, said)
-
-
-def test_a_rig_file_that_is_not_there(
-    store: str, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "none.yaml"
-    assert f"there is no rig file {file}" in refused(capsys, "inspect", "--store", store, *pair.options(rig=file))
+    assert f"the {option} file" in refuse("inspect", *pair.options(**{option: file}))
+    assert str(file) in refuse("world", file)
+    assert f"there is no rig file {tmp_path / 'none'}" in refuse("inspect", *pair.options(rig=tmp_path / "none"))
 
 
 def beyond_all_bounds() -> bytes:
@@ -250,19 +224,13 @@ BAD_PICTURES: list[tuple[Callable[[Path, Path], object], str]] = [
 
 @pytest.mark.parametrize(("make", "says"), BAD_PICTURES, ids=[says for _, says in BAD_PICTURES])
 def test_bad_picture(
-    make: Callable[[Path, Path], object],
-    says: str,
-    store: str,
-    pair: Pair,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    make: Callable[[Path, Path], object], says: str, refuse: Refuse, pair: Pair, tmp_path: Path
 ) -> None:
-    before, file = counts(store), tmp_path / "bad.png"
+    file = tmp_path / "bad.png"
     make(pair.right, file)
-    said = refused(capsys, "inspect", "--store", store, *pair.options(right=file))
+    said = refuse("inspect", *pair.options(right=file))
     assert says in said
     assert str(file) in said
-    assert_only_failed(store, before, said)
 
 
 def test_empty_picture_is_refused_by_verdict(dark: Inspection, pair: Pair) -> None:
@@ -291,16 +259,12 @@ PACKED = (DEMO / "bulkhead_A.step.gz").read_bytes()
         ("none.step", None, "there is no file"),
     ],
 )
-def test_bad_step(
-    name: str, content: bytes | None, says: str, store: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    before, file = counts(store), tmp_path / name
+def test_bad_step(name: str, content: bytes | None, says: str, refuse: Refuse, tmp_path: Path) -> None:
     if content is not None:
-        file.write_bytes(content)
-    said = refused(capsys, "load", str(file), "--object", "bulkhead", "--variant", "A", "--store", store)
+        (tmp_path / name).write_bytes(content)
+    said = refuse("load", tmp_path / name, "--object", "bulkhead", "--variant", "A")
     assert says in said
     assert name in said
-    assert_only_failed(store, before, said)
 
 
 def a_device(to: Path) -> None:
@@ -330,99 +294,63 @@ NO_FILES: list[tuple[str, Callable[[Path], None], str]] = [
 
 @pytest.mark.parametrize(("words", "make", "says"), NO_FILES, ids=[f"{w}-{m.__name__}" for w, m, _ in NO_FILES])
 def test_what_is_no_file_or_may_never_end_is_not_read(
-    words: str,
-    make: Callable[[Path], None],
-    says: str,
-    store: str,
-    pair: Pair,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    words: str, make: Callable[[Path], None], says: str, refuse: Refuse, pair: Pair, tmp_path: Path
 ) -> None:
     """Least of all for its digest, which a run keeps of what it was given."""
-    before = counts(store)
     verb, *given = words.replace("given", str(tmp_path / "given")).split()
     file = next(Path(word) for word in given if word.startswith(str(tmp_path)))
     make(file)
-    options = pair.options(**{given[0].removeprefix("--"): file}) if verb == "inspect" else given
-    said = refused(capsys, verb, *options, "--store", store)
+    said = refuse(verb, *(pair.options(**{given[0].removeprefix("--"): file}) if verb == "inspect" else given))
     assert str(file) in said
     assert says in said
-    if verb in ("load", "world", "inspect", "extract"):
-        assert_only_failed(store, before, said)
-    else:
-        assert counts(store) == before
 
 
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["load", "none.step", "--time-limit", "nan"], "--time-limit is nan: give seconds, above 0"),
-        (["load", "none.step", "--time-limit", "-1"], "--time-limit is -1: give seconds, above 0"),
-        (["diff", "A", "A", "--object", "bulkhead", "--reach", "nan"], "the reach is nan: give mm, 0 or more"),
-        (["diff", "A", "A", "--object", "bulkhead", "--reach", "-5"], "the reach is -5: give mm, 0 or more"),
+        ("load none.step --time-limit nan", "--time-limit is nan: give seconds, above 0"),
+        ("load none.step --time-limit -1", "--time-limit is -1: give seconds, above 0"),
+        ("diff A A --object bulkhead --reach nan", "the reach is nan: give mm, 0 or more"),
+        ("diff A A --object bulkhead --reach -5", "the reach is -5: give mm, 0 or more"),
+        ("inspect PAIR --overlay none/a.png", "there is no folder"),
+        ("inspect PAIR --overlay a.xyz", "has no picture suffix"),
+        ("inspect PAIR --overlay .", "has no picture suffix"),
+        (
+            "inspect PAIR --overlay a.png --audit minimal",
+            "a minimal audit leaves out",
+        ),
+        ("inspect PAIR --crops crops --audit minimal", "a minimal audit leaves out"),
+        ("inspect PAIR --world attic", "demo_cell"),
     ],
 )
-def test_numbers_out_of_range_are_wrong_use(
-    words: list[str], says: str, store: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    before = counts(store)
-    assert main([*words, "--store", store]) == 2
-    assert says in capsys.readouterr().err
-    assert counts(store) == before
+def test_what_cannot_be_done_is_told_first(words: str, says: str, refuse: Refuse, pair: Pair) -> None:
+    status = 3 if "--overlay" in words and "--audit" not in words else 2
+    assert says in refuse(*words.replace("PAIR", " ".join(pair.options())).split(), status=status)
 
 
-def test_stores_without_a_world(
-    duckdb_template: Path, store: str, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = str(tmp_path / "empty.duckdb")
-    shutil.copy(duckdb_template, file)
-    before = counts(file)
-    assert "holds no world" in refused(capsys, "inspect", "--store", file, *pair.options(), status=2)
-    assert counts(file) == before
-    other = refused(capsys, "inspect", "--store", store, "--world", "attic", *pair.options(), status=2)
-    assert "demo_cell" in other
-
-
-def test_stores_that_are_none(pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert "in memory only" in refused(capsys, "inspect", "--store", ":memory:", *pair.options())
+def test_stores_that_are_none(duckdb_file: Path, refuse: Refuse, pair: Pair, tmp_path: Path) -> None:
     file = tmp_path / "cell.duckdb"
-    assert "there is no store" in refused(capsys, "inspect", "--store", str(file), *pair.options())
+
+    def said(store: str | Path) -> str:
+        return refuse("inspect", "--store", store, *pair.options(), run=False)
+
+    assert "in memory only" in said(":memory:")
+    assert "there is no store" in said(file)
     assert not file.exists()
     for content in (b"not a database", b"", bytes(100_000)):
         file.write_bytes(content)
-        assert "is not a relmodel store" in refused(capsys, "inspect", "--store", str(file), *pair.options())
+        assert "is not a relmodel store" in said(file)
         assert file.read_bytes() == content
     file.unlink()
     duckdb.connect(str(file)).close()
-    assert "is not a relmodel store" in refused(capsys, "inspect", "--store", str(file), *pair.options())
+    assert "is not a relmodel store" in said(file)
+    assert "holds no world" in refuse("inspect", *pair.options(), status=2, store=str(duckdb_file))
 
 
-def test_store_held_by_another_process(
-    store: str, pair: Pair, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_store_held_by_another_process(refuse: Refuse, pair: Pair, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
-    with held(store, read_only=False) as holder:
-        said = refused(capsys, "inspect", "--store", store, *pair.options())
-    assert f"in use by process {holder.pid}" in said
-
-
-def test_overlay_that_cannot_be_written_is_told_first(
-    store: str, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    before = counts(store)
-    (tmp_path / "folder.png").mkdir()
-    for name, says in (
-        ("none/a.png", "there is no folder"),
-        ("a.xyz", "has no picture suffix"),
-        ("folder.png", "cannot be written"),
-    ):
-        said = refused(capsys, "inspect", "--store", store, *pair.options(overlay=tmp_path / name))
-        assert says in said
-    for option in ({"overlay": tmp_path / "a.png"}, {"crops": tmp_path / "crops"}):  # there would be no rows to draw
-        given = pair.options(**option)
-        said = refused(capsys, "inspect", "--store", store, *given, "--audit", "minimal", status=2)
-        assert "a minimal audit leaves out" in said
-    assert counts(store) == before
+    with held(refuse.store, read_only=False) as holder:
+        assert f"in use by process {holder.pid}" in refuse("inspect", *pair.options(), run=False)
 
 
 def out_of_memory(store: Store) -> None:
@@ -450,11 +378,7 @@ def test_database_that_fails_in_use_is_one_sentence(fresh_store: str) -> None:
 
 
 @pytest.mark.usefixtures("reads_here")
-def test_journal_that_cannot_be_written_is_one_sentence(
-    duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    file = tmp_path / "cell.duckdb"
-    shutil.copy(duckdb_template, file)
-    Path(f"{file}.journal").mkdir()
-    said = refused(capsys, "load", str(DEMO / "bulkhead_A.step.gz"), "--object", "bulkhead", "--store", str(file))
-    assert "journal" in said
+def test_journal_that_cannot_be_written_is_one_sentence(duckdb_file: Path, refuse: Refuse) -> None:
+    Path(f"{duckdb_file}.journal").mkdir()
+    load = ["load", DEMO / "bulkhead_A.step.gz", "--object", "bulkhead", "--store", duckdb_file]
+    assert "journal" in refuse(*load, run=False)

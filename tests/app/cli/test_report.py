@@ -82,26 +82,6 @@ def test_every_arc_is_drawn_once_with_its_fate(read: Page, inspection: Inspectio
         assert f"rejected: {reason}" in read.text
 
 
-def test_parts_and_features_are_linked_to_their_arcs(page: str, read: Page, inspection: Inspection) -> None:
-    items = data_of(page)["items"]
-    buttons = [a for tag, a in read.elements if tag == "button" and "data-item" in a]
-    (in_view,) = asked(inspection.store, "SELECT count(*) FROM part_in_view")
-    assert len(items) == len(buttons) == in_view[0]
-    ids = {a["id"] for _, a in read.elements if "id" in a}
-    assert {arc for item in items for arc in item["arcs"]} <= ids
-    parts = asked(
-        inspection.store,
-        "SELECT count(*) FROM part_in_view JOIN view_arc USING (run_id, occurrence_id) WHERE level = 'part'",
-    )
-    assert sum(len(item["arcs"]) for item in items if item["surfaces"] is None) == parts[0][0]
-    surfaces = asked(
-        inspection.store,
-        "SELECT count(*) FROM part_in_view p JOIN occurrence o ON o.id = p.occurrence_id "
-        "JOIN feature_surface f ON f.shape_id = o.shape_id AND f.feature_no = p.feature_no",
-    )
-    assert sum(len(item["surfaces"]) for item in items if item["surfaces"] is not None) == surfaces[0][0]
-
-
 def test_a_page_fetches_nothing_and_stays_small(page: str, read: Page) -> None:
     for tag, attributes in read.elements:
         assert tag not in ("link", "iframe", "object", "embed", "base")
@@ -150,36 +130,6 @@ def test_what_was_checked_is_said(read: Page, inspection: Inspection) -> None:
     ((arcs, regions),) = asked(inspection.store, "SELECT count(image_arc_no), count(region_no) FROM unexplained")
     assert len(read.with_class("arc", "unexplained")) == arcs
     assert len(read.with_class("region", "unexplained")) == regions
-
-
-def test_what_is_not_as_modelled_comes_first(
-    inspection: Inspection, copy_store: Callable[[str], str], tmp_path: Path
-) -> None:
-    ((path,),) = asked(
-        inspection.store,
-        "SELECT max(path) FROM presence WHERE state = 'confirmed' AND path LIKE '%through_hole%'",
-    )
-    store = changed(
-        copy_store(inspection.store),
-        "UPDATE presence SET state = 'contradicted', qif = 'FAIL' WHERE path = $given",
-        given=path,
-    )
-    page = written(store, tmp_path)
-    found = Page(page)
-    lists = page[page.index('<li class="finding">') :].replace("<wbr>", "")
-    assert lists.index(f'">{path}</span>') < lists.index('<li class="part">')
-    ((around,),) = asked(
-        store,
-        "SELECT count(DISTINCT (a.view_no, a.view_arc_no)) FROM presence p JOIN occurrence o ON o.id = p.occurrence_id "
-        "JOIN view_arc a ON a.occurrence_id = o.id "
-        "JOIN feature_surface f ON f.shape_id = o.shape_id AND f.feature_no = p.feature_no "
-        "LEFT JOIN shape_arc h ON h.shape_id = o.shape_id AND h.arc_no = a.arc_no "
-        "WHERE p.state = 'contradicted' AND f.surface_no IN (h.surface_a, h.surface_b, a.surface_no)",
-    )
-    assert len(found.with_class("model", "state-contradicted")) == around > 0
-    first = data_of(page)["items"][0]
-    assert len(first["arcs"]) == around
-    assert first["surfaces"]
 
 
 def test_error_ellipses_are_what_poses_drawn_at_random_give(inspection: Inspection, pair: Pair) -> None:
@@ -476,19 +426,6 @@ def test_the_model_is_drawn_and_turns_and_is_there_in_every_frame(shown: Browser
     )
     shown.until(lambda: abs(shown.covered() - before) < 1e-4)
     assert not shown.complaints
-
-
-@pytest.mark.browser
-def test_it_is_dark_where_dark_is_preferred(shown: Browser) -> None:
-    def brightness() -> float:
-        with Image.open(io.BytesIO(shown.picture())) as picture:
-            return float(np.asarray(picture.convert("L"))[:20, -200:].mean())
-
-    shown.prefer("light")
-    shown.until(lambda: brightness() > 200)
-    shown.prefer("dark")
-    shown.until(lambda: brightness() < 60)
-    shown.prefer("light")
 
 
 @pytest.mark.browser

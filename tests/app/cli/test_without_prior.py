@@ -76,26 +76,6 @@ def test_the_pose_is_found_wherever_the_pair_was_taken_and_rows_say_that_there_w
     assert joined[0][0] >= 1
 
 
-def test_a_relation_in_space_holds_what_its_circles_hold(found: Inspection) -> None:
-    """Distances between the stored centres, and what the stored covariances leave of them along the line."""
-    question = """
-        SELECT r.distance, r.distance_sigma, r.alike, a.centre_x, a.centre_y, a.centre_z, b.centre_x, b.centre_y,
-            b.centre_z, a.conic_covariance, b.conic_covariance, a.edge_probability
-        FROM space_relation AS r
-        JOIN triangulated_unit AS a USING (run_id, problem_no) JOIN triangulated_unit AS b USING (run_id, problem_no)
-        WHERE r.run_id = :run AND r.kind = 'circles' AND a.unit_no = r.unit_a AND b.unit_no = r.unit_b"""
-    with Store.open(found.store, read_only=True) as store, store.read() as connection:
-        rows = connection.execute(sa.text(question), {"run": found.answer["run"]}).all()
-    assert sum(row.alike > 0 for row in rows) > 20
-    assert min(row.alike for row in rows) == 0
-    for row in rows:
-        line = np.array(row[6:9]) - np.array(row[3:6])
-        assert row.distance == pytest.approx(np.linalg.norm(line))
-        both = sum(np.array(covariance).reshape(7, 7)[:3, :3] for covariance in row[9:11])
-        assert row.distance_sigma == pytest.approx(np.sqrt(line @ both @ line) / row.distance)
-        assert 0 < row.edge_probability < 1
-
-
 def test_every_page_of_it_is_made(found: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     where = ["--store", found.store]
     run = str(found.answer["run"])
