@@ -112,35 +112,6 @@ def test_holes_are_open_and_their_rims_are_metal(loaded: tuple[str, dict[str, An
                 assert state(x + radius * c, y + radius * s, z) == expected, hole["name"]
 
 
-def test_pocket_floors_are_where_the_table_says(loaded: tuple[str, dict[str, Any], Any]) -> None:
-    """A pocket without rounded floor has one plane face at its level, of its box."""
-    from OCP.Bnd import Bnd_Box
-    from OCP.BRepAdaptor import BRepAdaptor_Surface
-    from OCP.BRepBndLib import BRepBndLib
-    from OCP.GeomAbs import GeomAbs_Plane
-    from OCP.TopAbs import TopAbs_FACE
-    from OCP.TopExp import TopExp_Explorer
-    from OCP.TopoDS import TopoDS
-
-    variant, parts, _ = loaded
-    floors = []
-    explorer = TopExp_Explorer(parts["BULKHEAD_BODY"], TopAbs_FACE)
-    while explorer.More():
-        face = TopoDS.Face(explorer.Current())
-        surface = BRepAdaptor_Surface(face)
-        if surface.GetType() == GeomAbs_Plane and abs(surface.Plane().Axis().Direction().Z()) > 1 - 1e-9:
-            box = Bnd_Box()
-            BRepBndLib.AddOptimal_s(face, box, False, False)
-            low, high = box.CornerMin(), box.CornerMax()
-            floors.append((surface.Plane().Location().Z(), (low.X(), low.Y(), high.X(), high.Y())))
-        explorer.Next()
-    pockets = [f for f in golden(variant)["features"] if f["kind"] == "pocket" and not f["floor_radius"]]
-    assert len(pockets) > 45
-    for pocket in pockets:
-        of_pocket = pytest.approx([pocket["box"][i] for i in (0, 1, 3, 4)], abs=2e-3)
-        assert sum(abs(z - pocket["floor_z"]) < 1e-6 and b == of_pocket for z, b in floors) == 1, pocket["name"]
-
-
 def test_the_change_list_is_the_difference_of_the_tables() -> None:
     before, after = ({f["name"]: f for f in golden(v)["features"]} for v in "AB")
     listed = {

@@ -35,12 +35,6 @@ OF_MATCHING = {
         SELECT 1 FROM assignment AS a WHERE a.run_id = compatibility.run_id AND a.problem_no = compatibility.problem_no
             AND a.unit_no = unit_a AND a.label_no = label_a)""": {(1, COMPATIBILITY)},
     "UPDATE compatibility SET saves = saves + 1 WHERE problem_no = 0 AND unit_a % 5 = 0": {(0, COMPATIBILITY)},
-    """INSERT INTO compatibility (run_id, problem_no, unit_a, label_a, unit_b, label_b, saves)
-    SELECT a.run_id, a.problem_no, min(a.unit_no), min(a.label_no), max(b.unit_no), min(b.label_no), 1
-    FROM candidate AS a JOIN candidate AS b ON b.run_id = a.run_id AND b.problem_no = a.problem_no
-    WHERE a.problem_no = 1 AND NOT EXISTS (SELECT 1 FROM problem_relation AS r WHERE r.run_id = a.run_id
-        AND r.problem_no = a.problem_no AND r.unit_no = a.unit_no AND r.neighbour_no = b.unit_no)
-        AND a.unit_no < b.unit_no GROUP BY a.run_id, a.problem_no""": {(1, COMPATIBILITY)},
     "UPDATE problem_tolerance SET nats = 3 * nats WHERE problem_no = 0": {
         (0, RELATION), (0, COMPATIBILITY), (0, TOLERANCE),
     },

@@ -216,6 +216,7 @@ BAD_PICTURES: list[tuple[Callable[[Path, Path], object], str]] = [
     (lambda good, to: to.write_text("hello"), "not a picture"),
     (lambda good, to: to.write_bytes(b""), "not a picture"),
     (lambda good, to: to.write_bytes(good.read_bytes()[:9999]), "cannot be read"),
+    (lambda good, to: Image.open(good).convert("RGB").convert("LAB").save(to, "TIFF"), "coded as LAB"),
     (lambda good, to: Image.open(good).crop((0, 0, 320, 240)).save(to), "is 320x240 but its camera 640x480"),
     (lambda good, to: Image.open(good).convert("F").save(to, "TIFF"), "neither grey nor colour of 8 or 16 bits"),
     (lambda good, to: to.write_bytes(beyond_all_bounds()), "cannot be read"),

@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 import sqlalchemy as sa
@@ -69,42 +68,6 @@ def test_tiny_and_blank_pictures_are_one_region(
     Image.fromarray(np.full(shape, values, np.uint8)).save(tmp_path / "small.png")
     found = counts(capsys, str(tmp_path / "small.png"))
     assert (found["arcs"], found["regions"], found["topography"]) == (0, 1, shape[0] * shape[1])
-
-
-@pytest.mark.parametrize(
-    ("name", "sentence"),
-    [
-        ("none.png", "check its name"),
-        ("empty.png", "not a picture in a known format"),
-        ("text.png", "not a picture in a known format"),
-        ("cut.png", "cannot be read"),
-        ("cut.jpg", "cannot be read"),
-        ("cut.tif", "cannot be read"),
-        ("cutdeep.png", "cannot be read"),
-        ("float.tif", "coded as F"),
-        ("lab.tif", "coded as LAB"),
-    ],
-)
-def test_what_is_no_picture_is_one_sentence(
-    name: str, sentence: str, square: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    grey, path = Image.open(square), tmp_path / name
-    if name.startswith("cut"):
-        if name == "cutdeep.png":
-            cv2.imwrite(str(path), np.dstack([np.asarray(grey).astype(np.uint16) * 257] * 3))
-        else:
-            grey.save(path)
-        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    elif name == "float.tif":
-        Image.fromarray(np.asarray(grey).astype(np.float32)).save(path)
-    elif name == "lab.tif":
-        grey.convert("RGB").convert("LAB").save(path)
-    elif name != "none.png":
-        path.write_text("" if name == "empty.png" else "hello")
-    assert main(["extract", str(path)]) == 3
-    error = capsys.readouterr().err
-    assert sentence in error
-    assert error.count("\n") == 1
 
 
 def test_a_picture_that_cannot_be_written_is_told_first(square: Path, tmp_path: Path) -> None:

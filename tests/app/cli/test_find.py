@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sqlalchemy as sa
-import trimesh
 import yaml
 
 import relmodel
@@ -47,45 +45,6 @@ def test_box(world: str, capsys: pytest.CaptureFixture[str]) -> None:
     # The edge from (2, 0) to (2, 1) in the plate is the one at y = 102 in the world.
     arcs = found(capsys, "--store", world, "--box", "9.5", "101.9", "4", "9.6", "103", "6", "--level", "arc")
     assert len(arcs) == 1
-
-
-def test_the_nearest_of_any_level(bulkhead_template: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Against the distance of the point from all triangles of the bulkhead's parts, by trimesh."""
-    at, target = np.array([1675.0, -460, 975]), str(bulkhead_template)
-    asked = "SELECT id, path, shape_id, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23 FROM occurrence"
-    features, surfaces, parts = dict[tuple[str, str], float](), dict[tuple[str, int], float](), dict[str, float]()
-    with Store.open(target, read_only=True) as store, store.read() as connection:
-        placed = connection.execute(sa.text(f"{asked} WHERE kind = 'part'")).all()
-        shapes = sorted({int(row.shape_id) for row in placed})
-        meshes = {int(row.shape_id): row for row in store.rows(connection, "scene/meshes", shape_ids=shapes)}
-        named = "SELECT shape_id, name, surface_no FROM feature JOIN feature_surface USING (shape_id, feature_no)"
-        of_features = connection.execute(sa.text(named)).all()
-    for row in placed:
-        mesh, pose = meshes[int(row.shape_id)], np.array(row[3:]).reshape(3, 4)
-        corners = np.reshape(mesh.vertices, (-1, 3)) @ pose[:, :3].T + pose[:, 3]
-        triangles = corners[np.reshape(mesh.triangles, (-1, 3))]
-        nearest = trimesh.triangles.closest_point(triangles, np.broadcast_to(at, (len(triangles), 3)))
-        away = np.linalg.norm(nearest - at, axis=1)
-        parts[row.path] = float(away.min())
-        of_surface = np.asarray(mesh.triangle_surfaces)
-        for number in np.unique(of_surface).tolist():
-            surfaces[row.path, number] = float(away[of_surface == number].min())
-        for shape_id, name, number in of_features:
-            if shape_id == row.shape_id and (row.path, number) in surfaces:
-                key = row.path, name
-                features[key] = min(features.get(key, np.inf), surfaces[row.path, number])
-    for level, truth in (("part", parts), ("feature", features), ("surface", surfaces)):
-        point = ["--near-to", *map(str, at.tolist()), "--count", "7"]
-        got = found(capsys, "--store", target, *point, "--level", level)
-        assert [row["distance_mm"] for row in got] == pytest.approx(sorted(truth.values())[:7], abs=1e-6)
-        if level == "feature":
-            assert [features[row["path"], row["name"]] for row in got] == pytest.approx(
-                [row["distance_mm"] for row in got], abs=1e-6
-            )
-    near = found(capsys, "--store", target, "--near-to-part", "bulkhead/CLIP_1/CLIP", "--level", "feature")
-    assert [row["path"] != "bulkhead/CLIP_1/CLIP" for row in near] == [True] * 5
-    (arc,) = found(capsys, "--store", target, *point[:4], "--level", "arc", "--count", "1")
-    assert arc["distance_mm"] >= min(surfaces.values()) - 1e-6
 
 
 @pytest.mark.parametrize(
@@ -141,21 +100,6 @@ def test_camera(world: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert seen_from(9.5, down=False) == []
     assert seen_from(14.9, down=True) == ["a/b/c"], "half the view is 5 mm wide at 100 mm"
     assert seen_from(15.2, down=True) == []
-
-
-def test_a_prior_says_how_much_more_the_widened_view_holds(
-    world: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    rig, prior = tmp_path / "rig.yaml", tmp_path / "prior.yaml"
-    camera = {"width": 100, "height": 80, "matrix": [[1000, 0, 49.5], [0, 1000, 39.5], [0, 0, 1]]}
-    rig.write_text(yaml.safe_dump({"cameras": {"only": camera | {"rig_from_camera": np.eye(4).tolist()}}}))
-    world_from_rig = np.diag([1.0, -1, -1, 1])
-    for x, expected in ((9.5, "1 parts by their boxes; 0 of them are shown by none of 200"), (90, "0 parts")):
-        world_from_rig[:3, 3] = x, 101, 105
-        said = {"world_from_rig": world_from_rig.tolist(), "sigma": {"translation_mm": 0.1, "rotation_deg": 0.01}}
-        prior.write_text(yaml.safe_dump(said))
-        assert main(["find", "--store", world, "--camera", str(rig), "--prior", str(prior)]) == 0
-        assert f"the widened view contains {expected}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

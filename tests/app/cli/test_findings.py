@@ -16,7 +16,6 @@ from relmodel.app.audit import Pruning, prune, run_named
 from relmodel.app.cli.main import main
 from relmodel.app.decide import decide
 from relmodel.arrays import Ragged
-from relmodel.errors import InputError
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
 from tests.app.cli.conftest import Pair
@@ -293,21 +292,6 @@ def test_stops_that_failed_or_were_pruned_are_counted_with_the_reason(
     text = " ".join(Page(page.read_text()).text.split())
     assert f"Pruned run {by} removed what it found" in text
     assert "serial SN1" in text
-
-
-def test_a_part_of_which_no_stop_came_to_an_answer_is_reported(
-    target: str, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    ended_otherwise(target, InputError("no light: switch it on"))
-    page = tmp_path / "part.html"
-    assert main(["report", "--serial", "SN1", "-o", str(page), "--store", target]) == 0
-    text = " ".join(Page(page.read_text()).text.split())
-    assert "Part not enough seen; 0 of 1 stops usable: one failed" in text
-    assert "failed: no light: switch it on" in text
-    assert main(["report", "-o", str(page), "--store", target]) == 2
-    assert "holds no inspection" in capsys.readouterr().err
-    assert main(["plan", "--serial", "SN1", "--rig", str(pair.rig_file), "--store", target]) == 2
-    assert "and came to an answer" in capsys.readouterr().err
 
 
 def test_the_headline_counts_what_was_accepted(target: str) -> None:

@@ -29,7 +29,6 @@ from relmodel.errors import missing_library
 from relmodel.loading.load import load
 from relmodel.printing import finite, print_rows, print_tables
 from relmodel.store import Store
-from tests.conftest import make_reader
 
 EVIL = "a\x1b[31mred\x07\x9b2J\u202eb\x7f"
 SEEN = r"a\x1b[31mred\x07\x9b2J\u202eb\x7f"
@@ -244,18 +243,6 @@ def test_json_has_null_for_numbers_that_are_not_finite(tmp_path: Path) -> None:
     listed = pa.table({"store_id": ["s"], "list": [[1.0, float("nan")]]})
     (file,) = write_tables({"t": listed}, tmp_path, "csv")
     assert strictly(cells(file.read_text())[1][1]) == [1.0, None]
-
-
-def test_a_statement_gives_json_whatever_its_numbers(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
-    target = make_reader(fresh_store)
-    number = "CAST('{}' AS DOUBLE PRECISION)".format
-    query = f"SELECT {number('nan')} AS a, ARRAY[1, {number('-inf')}] AS b, {number('inf')} AS c, 2.5 AS d"
-    assert main(["sql", query, "--format", "json", "--store", target]) == 0
-    assert strictly(capsys.readouterr().out) == [{"a": None, "b": [1.0, None], "c": None, "d": 2.5}]
-    if "://" not in fresh_store:
-        query = "SELECT {'x': 'inf'::DOUBLE, 'y': MAP {2.5: 'nan'::FLOAT}} AS a, 1 / 0 AS b"
-        assert main(["sql", query, "--format", "json", "--store", target]) == 0
-        assert strictly(capsys.readouterr().out) == [{"a": {"x": None, "y": {"2.5": None}}, "b": None}]
 
 
 def test_a_missing_library_is_said_with_its_package(

@@ -115,23 +115,6 @@ def test_the_model_is_the_stored_mesh(page: str, inspection: Inspection) -> None
     assert {p["path"] for p in scene["parts"]} == paths
 
 
-def test_what_was_checked_is_said(read: Page, inspection: Inspection) -> None:
-    for level, count, checked in asked(
-        inspection.store,
-        "SELECT level, count(*), count(*) FILTER (state <> 'undecidable') FROM presence "
-        "WHERE level <> 'surface' GROUP BY level",
-    ):
-        assert f"{level}s checked" in read.text
-        assert f"{checked} of {count}" in read.text
-    (arcs,) = asked(
-        inspection.store, "SELECT count(*) FROM view_arc WHERE occurrence_id IN (SELECT occurrence_id FROM presence)"
-    )
-    assert sum("state-" in a.get("class", "") for a in read.with_class("model")) == arcs[0]
-    ((arcs, regions),) = asked(inspection.store, "SELECT count(image_arc_no), count(region_no) FROM unexplained")
-    assert len(read.with_class("arc", "unexplained")) == arcs
-    assert len(read.with_class("region", "unexplained")) == regions
-
-
 def test_error_ellipses_are_what_poses_drawn_at_random_give(inspection: Inspection, pair: Pair) -> None:
     rig = read_rig(pair.rig_file)
     with Store.open(inspection.store, read_only=True) as store, store.read() as connection:

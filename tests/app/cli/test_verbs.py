@@ -119,19 +119,6 @@ def test_sql_prints_rows_in_each_form(asked_store: str, capsys: pytest.CaptureFi
     assert capsys.readouterr().out.split()[0] == "relation"
 
 
-def test_values_are_printed_as_they_are(asked_store: str, capsys: pytest.CaptureFixture[str]) -> None:
-    query = (
-        "SELECT '007' AS word, CAST(1234.56789 AS DOUBLE PRECISION) AS number, CAST(1.5 AS NUMERIC(6, 2)) AS decimal,"
-        " ARRAY[1, 2] AS list, CAST('2026-01-02' AS DATE) AS day, CAST(NULL AS INTEGER) AS nothing"
-    )
-    assert printed(capsys, "sql", "--store", asked_store, query) == [
-        {"word": "007", "number": 1234.56789, "decimal": 1.5, "list": [1, 2], "day": "2026-01-02", "nothing": None}
-    ]
-    assert main(["sql", "--store", asked_store, query]) == 0
-    line = capsys.readouterr().out.splitlines()[2]
-    assert line.split()[:2] == ["007", "1234.568"]
-
-
 def test_sql_reads_stdin(asked_store: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO("SELECT ':a' AS colon, '%s' AS percent"))
     assert printed(capsys, "sql", "--store", asked_store) == [{"colon": ":a", "percent": "%s"}]

@@ -6,24 +6,19 @@ import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow.csv
 import pyarrow.parquet
 import pytest
 import trimesh
-from PIL import Image
 
 from relmodel.app.cli.main import main
-from relmodel.drawing.draw import KINDS as COLOURS
 from relmodel.model.model import Assembly, Instance, Model, Part
 from relmodel.readers.mesh.shape import shape_from_triangles
 from relmodel.store import Store
-from tests.parts.solids import Part as PlainPart
-from tests.parts.solids import box, cylinder
 from tests.reading import load, store_model
-from tests.variants.composed import Item, pose, store_items
+from tests.variants.composed import pose
 
 
 @pytest.fixture(scope="module")
@@ -191,46 +186,3 @@ def store_rack(store: Store) -> None:
     top = Assembly("RACK", (*frames, *(Instance(f"B_{i}", "part", 2 + i, np.eye(4)) for i in range(300))))
     model = Model("GLB", None, "mm", 1.0, (shape,), (post, bolt, *others), (frame, top), 1, None, 0, "test")
     store_model(store, model, "rack")
-
-
-@pytest.fixture(scope="module")
-def bracket(duckdb_template: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A store with a block of 60 x 40 x 20 mm with a through hole, a blind one and a boss."""
-    file = tmp_path_factory.mktemp("bracket") / "s.duckdb"
-    shutil.copy(duckdb_template, file)
-    part = PlainPart(box((0, 0, 0), (60, 40, 20)))
-    part.cut(cylinder((15, 20, -1), 6, 30), cylinder((45, 12, 10), 4, 30))
-    part.fuse(cylinder((45, 30, 20), 5, 8))
-    with Store.open(file) as store:
-        store_items(store, "X", [Item("BLOCK", part.body, pose())], "block")
-    return str(file)
-
-
-def test_what_lies_behind_is_hidden(bracket: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """From the front the through hole is white, the blind one and the boss have their colours; from behind neither."""
-    shown = {}
-    for view in ("front", "back"):
-        file = tmp_path / f"{view}.png"
-        command = ["show", "block", "--variant", "X", "--store", bracket, "--picture", str(file), "--view", view]
-        assert main(command) == 0
-        said = capsys.readouterr().err
-        picture = np.asarray(Image.open(file).convert("RGB"))
-        scale = 1600 / (60 * 1.04)
-
-        def pixel(x: float, y: float, scale: float = scale, view: str = view, picture: Any = picture) -> list[int]:
-            column = x if view == "front" else 60 - x
-            found: list[int] = picture[round((40 - y + 1.2) * scale), round((column + 1.2) * scale)].tolist()
-            return found
-
-        shown[view] = (pixel(15, 20), pixel(45, 12), pixel(45, 30), pixel(30, 5), "boss #" in said)
-    through, blind, boss, plain, named = shown["front"]
-    assert through == [255, 255, 255]
-    assert named
-    ratios = [np.array(c) / COLOURS[k] for c, k in ((blind, "blind_hole"), (boss, "boss"), (plain, "body"))]
-    for ratio in ratios:  # a colour, shaded
-        assert np.ptp(ratio) < 0.02
-        assert 0.5 < ratio.mean() <= 1
-    through, blind, boss, plain, named = shown["back"]
-    assert through == [255, 255, 255]
-    assert blind == boss == plain
-    assert not named
