@@ -21,6 +21,7 @@ from relmodel.app.cli.verbs.inspect import print_answer
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from tests.app.cli.slider import TRAVEL, write_world
+from tests.given import CopyStore, MakeOnce, NewStore
 from tests.reading import load
 from vision.inspection.inspection import Inspection as Answer
 
@@ -85,7 +86,7 @@ def fill(target: str, pair: Pair, folder: Path) -> None:
 
 
 @pytest.fixture(scope="session")
-def bulkhead_template(duckdb_template: Path, pair: Pair, make_once: Callable[..., Path]) -> Path:
+def bulkhead_template(duckdb_template: Path, pair: Pair, make_once: MakeOnce) -> Path:
     """A DuckDB store with the bulkhead placed, to be copied: reading its STEP file takes seconds."""
 
     def place(folder: Path) -> None:
@@ -131,7 +132,7 @@ class Inspection:
     overlay: Path
 
 
-def inspect_once(make_once: Callable[..., Path], name: str, begin: Callable[[Path], str], *options: str) -> Inspection:
+def inspect_once(make_once: MakeOnce, name: str, begin: Callable[[Path], str], *options: str) -> Inspection:
     """One inspection for all tests that ask what it left, in the store that `begin` puts into the folder."""
 
     def inspect(folder: Path) -> None:
@@ -154,14 +155,14 @@ def copied(store: str | Path) -> Callable[[Path], str]:
 
 
 @pytest.fixture(scope="session")
-def inspection(bulkhead_template: Path, pair: Pair, make_once: Callable[..., Path]) -> Inspection:
+def inspection(bulkhead_template: Path, pair: Pair, make_once: MakeOnce) -> Inspection:
     """Accepted, with a prior, by a rig that a carriage carries."""
     return inspect_once(make_once, "inspected", copied(bulkhead_template), *pair.options(overlay="FOLDER/overlay.png"))
 
 
 @pytest.fixture(scope="session")
 def minimal(
-    inspection: Inspection, pair: Pair, make_once: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory
+    inspection: Inspection, pair: Pair, make_once: MakeOnce, tmp_path_factory: pytest.TempPathFactory
 ) -> Inspection:
     """A copy of that store, in which the pair was inspected once more by cameras of other names, which come in another
     order, with its decisions alone kept."""
@@ -173,7 +174,7 @@ def minimal(
 
 
 @pytest.fixture(scope="session")
-def left_alone(inspection: Inspection, pair: Pair, make_once: Callable[..., Path]) -> Inspection:
+def left_alone(inspection: Inspection, pair: Pair, make_once: MakeOnce) -> Inspection:
     """A copy of that store, in which the left picture was inspected by itself, the joint of the carriage said to stand
     elsewhere."""
     joint = ["--set", f"travel={TRAVEL + 6}", "--joint-sigma", "travel=4"]
@@ -183,7 +184,7 @@ def left_alone(inspection: Inspection, pair: Pair, make_once: Callable[..., Path
 
 
 @pytest.fixture(scope="session")
-def dark(inspection: Inspection, pair: Pair, make_once: Callable[..., Path]) -> Inspection:
+def dark(inspection: Inspection, pair: Pair, make_once: MakeOnce) -> Inspection:
     """A copy of that store, in which a lens cap was inspected: refused."""
 
     def begin(folder: Path) -> str:
@@ -194,9 +195,7 @@ def dark(inspection: Inspection, pair: Pair, make_once: Callable[..., Path]) -> 
 
 
 @pytest.fixture(scope="session")
-def postgresql_inspection(
-    new_store: Callable[[str], str], copy_store: Callable[[str], str], pair: Pair, make_once: Callable[..., Path]
-) -> Inspection:
+def postgresql_inspection(new_store: NewStore, copy_store: CopyStore, pair: Pair, make_once: MakeOnce) -> Inspection:
     """The first on PostgreSQL: a copy for each worker, as nobody may have open what is copied."""
 
     def begin(folder: Path) -> str:

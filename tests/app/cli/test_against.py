@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from relmodel.app.cli.main import main
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 from tests.app.cli.conftest import DEMO, Pair, inspected
+from tests.given import Capsys, CopyStore, MakeOnce
 from tests.json_schema import violations
 from tests.reading import load
 from vision.inspection.demonstration import measure_pose_error, read_truth
@@ -37,7 +37,7 @@ class Held:
 
 
 @pytest.fixture(scope="session")
-def held(duckdb_template: Path, pair: Pair, other_pair: Pair, make_once: Callable[..., Path]) -> Held:
+def held(duckdb_template: Path, pair: Pair, other_pair: Pair, make_once: MakeOnce) -> Held:
     """Two variants of the bulkhead, one of them under another name too, and a flange; a pair of B held against two of
     them, and pictures of A alone against the flange and against all."""
 
@@ -114,7 +114,7 @@ def test_the_same_body_under_two_names_is_not_told_apart(held: Held) -> None:
     check_pose(answer, "pair_00")
 
 
-def test_rows_say_what_was_considered(held: Held, capsys: pytest.CaptureFixture[str]) -> None:
+def test_rows_say_what_was_considered(held: Held, capsys: Capsys) -> None:
     schema = json.loads((CHECKOUT / "docs/json/inspect.schema.json").read_text())
     for answer in held.answers.values():
         assert violations(answer, schema) == []
@@ -132,7 +132,7 @@ def test_rows_say_what_was_considered(held: Held, capsys: pytest.CaptureFixture[
     assert main(["check", *held.options()]) == 0, capsys.readouterr().out
 
 
-def test_the_store_has_no_world_of_its_own_by_that(held: Held, pair: Pair, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_store_has_no_world_of_its_own_by_that(held: Held, pair: Pair, capsys: Capsys) -> None:
     """What stands alone is no world that anybody placed, and is placed once."""
     assert main(["inspect", *pair.options(prior=None), *held.options()]) == 2
     assert "the store holds no world" in capsys.readouterr().err
@@ -153,12 +153,7 @@ def test_the_store_has_no_world_of_its_own_by_that(held: Held, pair: Pair, capsy
     ],
 )
 def test_wrong_use_is_one_sentence(
-    options: list[str],
-    words: str,
-    held: Held,
-    pair: Pair,
-    copy_store: Callable[[str], str],
-    capsys: pytest.CaptureFixture[str],
+    options: list[str], words: str, held: Held, pair: Pair, copy_store: CopyStore, capsys: Capsys
 ) -> None:
     assert main(["inspect", *pair.options(prior=None), *options, "--store", copy_store(held.store)]) == 2
     said = capsys.readouterr().err

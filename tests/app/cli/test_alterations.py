@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +10,7 @@ from benchmarks.alterations import alter, measure
 from relmodel.store import Store
 from relmodel.store.check import check
 from tests.app.cli.conftest import Inspection
+from tests.given import CopyStore
 
 
 def test_alterations_are_noticed(inspection: Inspection, tmp_path: Path) -> None:
@@ -18,9 +18,7 @@ def test_alterations_are_noticed(inspection: Inspection, tmp_path: Path) -> None
     assert [one for one in found if one.noticed_by == "nobody"] == []
 
 
-def test_alterations_are_noticed_on_postgresql(
-    postgresql_inspection: Inspection, copy_store: Callable[[str], str]
-) -> None:
+def test_alterations_are_noticed_on_postgresql(postgresql_inspection: Inspection, copy_store: CopyStore) -> None:
     with Store.open(copy_store(postgresql_inspection.store)) as store:
         assert not any(finding.rows for finding in check(store))
         found = alter(store, postgresql_inspection.answer["run"], "unit_relation", np.random.default_rng(1))
@@ -54,7 +52,7 @@ OF_MATCHING = {
 }  # fmt: skip
 
 
-def test_what_matching_goes_by_is_worked_out_anew(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+def test_what_matching_goes_by_is_worked_out_anew(inspection: Inspection, copy_store: CopyStore) -> None:
     """By the query that knows nothing of the digests of what was written."""
     with Store.open(copy_store(inspection.store)) as store:
         with store.read() as connection:

@@ -25,6 +25,7 @@ from relmodel.readers.formats import stem_of
 from relmodel.store import Store, engine
 from relmodel.world.world_file import read_world_file
 from tests.app.cli.conftest import DEMO, Inspection, Pair
+from tests.given import Capsys
 from tests.holding import held
 from vision.cameras.rig_file import read_yaml
 
@@ -52,7 +53,7 @@ class Refuse:
     """Gives the one sentence with which the command line refuses a call; the store is as it was, but for a run that
     failed with that sentence where one had begun."""
 
-    def __init__(self, store: str, capsys: pytest.CaptureFixture[str]) -> None:
+    def __init__(self, store: str, capsys: Capsys) -> None:
         self.store, self._capsys = store, capsys
 
     def __call__(self, *words: str | Path, status: int = 3, run: bool = True, store: str | None = None) -> str:
@@ -81,7 +82,7 @@ class Refuse:
 
 
 @pytest.fixture
-def refuse(store: str, capsys: pytest.CaptureFixture[str]) -> Refuse:
+def refuse(store: str, capsys: Capsys) -> Refuse:
     return Refuse(store, capsys)
 
 
@@ -316,10 +317,7 @@ def test_what_is_no_file_or_may_never_end_is_not_read(
         ("inspect PAIR --overlay none/a.png", "there is no folder"),
         ("inspect PAIR --overlay a.xyz", "has no picture suffix"),
         ("inspect PAIR --overlay .", "has no picture suffix"),
-        (
-            "inspect PAIR --overlay a.png --audit minimal",
-            "a minimal audit leaves out",
-        ),
+        ("inspect PAIR --overlay a.png --audit minimal", "a minimal audit leaves out"),
         ("inspect PAIR --crops crops --audit minimal", "a minimal audit leaves out"),
         ("inspect PAIR --world attic", "demo_cell"),
     ],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ from relmodel.geometry.transforms import MATRIX_COLUMNS
 from relmodel.store import Store
 from tests.app.cli.conftest import DEMO, Inspection, Pair
 from tests.app.cli.slider import BASE, TRAVEL, carriage, carriage_from_rig, write_world
+from tests.given import Capsys, CopyStore
 from vision.inspection.demonstration import read_truth
 
 Array = npt.NDArray[np.float64]
@@ -91,11 +91,7 @@ def test_a_pose_that_is_not_accepted_corrects_nothing(dark: Inspection) -> None:
 
 
 def test_what_cannot_be_corrected_is_said_before_anything_is_written(
-    inspection: Inspection,
-    copy_store: Callable[[str], str],
-    pair: Pair,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    inspection: Inspection, copy_store: CopyStore, pair: Pair, tmp_path: Path, capsys: Capsys
 ) -> None:
     target = copy_store(inspection.store)
 
@@ -117,7 +113,7 @@ def test_what_cannot_be_corrected_is_said_before_anything_is_written(
 
 
 def test_where_says_of_an_answer_what_the_inspection_said(
-    inspection: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    inspection: Inspection, tmp_path: Path, capsys: Capsys
 ) -> None:
     (tmp_path / "answer.json").write_text(json.dumps(inspection.answer))
     assert main(["where", "head", "--found", str(tmp_path / "answer.json"), "--store", inspection.store]) == 0

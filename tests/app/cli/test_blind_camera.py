@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -13,6 +12,7 @@ import sqlalchemy as sa
 from relmodel.app.cli.main import main
 from relmodel.store import Store
 from tests.app.cli.conftest import DEMO, Inspection, Pair, inspected
+from tests.given import CopyStore
 from vision.cameras.images import read_picture
 from vision.inspection.demonstration import measure_pose_error, read_truth
 
@@ -51,7 +51,7 @@ def test_a_camera_that_does_not_see_what_the_other_sees_refuses_the_pose(
 
 
 def test_a_picture_of_an_earlier_run_is_stale_beside_a_new_one(
-    inspection: Inspection, copy_store: Callable[[str], str], pair: Pair, tmp_path: Path
+    inspection: Inspection, copy_store: CopyStore, pair: Pair, tmp_path: Path
 ) -> None:
     store, first = copy_store(inspection.store), inspection.answer
     with Store.open(store, read_only=True) as opened, opened.read() as connection:

@@ -14,6 +14,7 @@ import yaml
 import relmodel
 from relmodel.app.cli.main import main
 from tests.app.cli.conftest import DEMO, Inspection, Pair
+from tests.given import Capsys
 from vision.inspection.demonstration import measure_pose_error, read_truth
 
 
@@ -91,7 +92,7 @@ def test_a_wrong_name_is_one_sentence(
     bulkhead_template: Path,
     pair: Pair,
     tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capsys,
 ) -> None:
     store = str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
     words = [word.format(left=pair.left, right=pair.right) for word in pictures]

@@ -25,6 +25,7 @@ from relmodel.app.cli.main import main, parser
 from relmodel.find.find import in_volumes
 from relmodel.store import Store
 from tests.app.cli.conftest import DEMO, Inspection, Pair
+from tests.given import Capsys, NewStore
 from vision.inspection import inspection as inspection_module
 
 CHECKOUT = Path(__file__).parents[3]
@@ -173,7 +174,7 @@ def was_run(words: list[str]) -> bool:
     return there
 
 
-def run_shell_blocks(page: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def run_shell_blocks(page: str, capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every block in order."""
     run = [words for block in shell_blocks(page) for words in commands(block)]
     assert run
@@ -237,10 +238,7 @@ def test_every_block_is_run() -> None:
 @pytest.mark.usefixtures("demonstrated")
 @pytest.mark.parametrize("page", RUN_HERE, ids=lambda page: str(page.stem))
 def test_commands_run(
-    page: Path,
-    served: Callable[[str], str],
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    page: Path, served: Callable[[str], str], capsys: Capsys, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text = page.read_text()
     run_shell_blocks(served(text), capsys, monkeypatch)
@@ -250,7 +248,7 @@ def test_commands_run(
 
 
 @pytest.mark.usefixtures("demonstrated")
-def test_sql_of_volume_queries_runs(new_store: Callable[[str], str]) -> None:
+def test_sql_of_volume_queries_runs(new_store: NewStore) -> None:
     """On both engines; in the demonstration's world there is something in each volume."""
     (block,) = (block for language, block in _BLOCK.findall(volume_queries()) if language == "sql")
     statements = [s for s in re.sub(r"--.*", "", block).split(";") if s.strip()]
@@ -266,7 +264,7 @@ def volume_queries() -> str:
 
 
 @pytest.mark.usefixtures("demonstrated")
-def test_python_of_volume_queries_runs(capsys: pytest.CaptureFixture[str]) -> None:
+def test_python_of_volume_queries_runs(capsys: Capsys) -> None:
     page = volume_queries()
     said: dict[str, Any] = {}
     exec(next(block for language, block in _BLOCK.findall(page) if language == "python"), said)
@@ -276,7 +274,7 @@ def test_python_of_volume_queries_runs(capsys: pytest.CaptureFixture[str]) -> No
 
 
 @pytest.mark.usefixtures("demonstrated")
-def test_python_page_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_python_page_runs(capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its blocks in order, as one program; what it inspects again is not worked out again."""
     said, answers, inspect = dict[str, Any](), list[Any](), inspection_module.inspect
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import gzip
 import json
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +17,13 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.geometry.transforms import matrices
-from relmodel.model.measures import spread_samples
 from relmodel.resources import resource_dir
 from relmodel.store import Store, sql
 from relmodel.store.ask import ask
 from relmodel.variants.compare import compare
 from tests.app.cli.conftest import Inspection, Pair
 from tests.app.cli.slider import BASE
+from tests.given import CopyStore
 from tests.reading import load
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -37,7 +37,7 @@ def by_kind(variant: str, *kinds: str) -> list[dict[str, Any]]:
 
 
 @pytest.fixture(scope="module", params=["inspection", "postgresql_inspection"], ids=["duckdb", "postgresql"])
-def store(request: pytest.FixtureRequest, copy_store: Callable[[str], str]) -> Iterator[Store]:
+def store(request: pytest.FixtureRequest, copy_store: CopyStore) -> Iterator[Store]:
     inspected: Inspection = request.getfixturevalue(request.param)
     with Store.open(copy_store(inspected.store)) as opened:
         load(opened, EXAMPLES / "demo/bulkhead_B.step.gz", name="bulkhead", variant="B")
@@ -151,7 +151,6 @@ def plain_rows(store: Store, table: str, run: int) -> list[dict[str, Any]]:
 
 
 def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> None:
-    """Matched model arcs are where the image arcs are when NumPy projects them by the renderer's exact pose."""
     truth = json.loads((EXAMPLES / "demo/pair_00_truth.json").read_text())
     answers: dict[str, list[dict[str, Any]]] = {}
     for name in ("matched_arcs", "rejected_arcs", "parts_in_view", "where_was_the_rig", "how_far_off_was_the_base"):
@@ -172,49 +171,11 @@ def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> N
         assert sum(r["pixels"] for r in rejected) == pytest.approx(sum(own[no]["length"] for no in left))
         assert all(r["reason"] for r in rejected)
 
-    # Where the matched ones are.
-    samples = {
-        (r["shape_id"], r["arc_no"]): spread_samples([r["points"]], np.array([r["sample_count"]]), 3)
-        for r in columns(store, "shape_arc_sample")
-    }
-    shape_of_part = {r["id"]: r["shape_id"] for r in columns(store, "part")}
-    placed = {r["path"]: r for r in columns(store, "occurrence")}
-    rig = np.array(truth["world_from_rig"])
-    off = []
-    for row in answers["matched_arcs"]:
-        if row["view_kind"] != "sharp":
-            continue
-        part = placed[row["path"]]
-        world_from_part = matrices({c: np.array([part[c]]) for c in part if c[:1] == "m" and c[1:].isdigit()})[0]
-        points = samples[shape_of_part[part["part_id"]], row["arc_no"]]
-        camera = pair.rig["cameras"][row["camera"]]
-        world_from_camera = rig @ np.array(camera.get("rig_from_camera", np.eye(4)))
-        seen = np.linalg.inv(world_from_camera) @ world_from_part
-        xyz = points @ seen[:3, :3].T + seen[:3, 3]
-        pixels = (xyz @ np.array(camera["matrix"]).T)[:, :2] / xyz[:, 2:]
-        arc = arcs[extraction[row["camera"]], row["image_arc_no"]]
-        ends = np.array([[arc["start_x"], arc["start_y"]], [arc["end_x"], arc["end_y"]]])
-        # An image arc may run on beyond its model arc, along the next one in line: the ends of that are prolonged.
-        first, last = (end / np.linalg.norm(end) for end in (pixels[0] - pixels[1], pixels[-1] - pixels[-2]))
-        pixels = np.vstack([pixels[0] + 100 * first, pixels, pixels[-1] + 100 * last])
-        a, b = pixels[:-1, None], pixels[1:, None]
-        along = np.clip(((ends - a) * (b - a)).sum(-1) / np.maximum(((b - a) ** 2).sum(-1), 1e-12), 0, 1)
-        off.append(np.linalg.norm(a + along[..., None] * (b - a) - ends, axis=-1).min(0).mean())
-    assert len(off) > 50
-    assert np.median(off) < 0.7
-    assert np.mean(np.array(off) < 3) > 0.9
-
-    # What is in view, against the renderer's rays at full size.
     views = {f"bulkhead/{p['path']}": [p[c] for c in ("left", "right") if c in p] for p in truth["parts_in_view"]}
-    share = {
-        path: sum(v["visible_px"] for v in seen) / sum(v["unoccluded_px"] for v in seen)
-        for path, seen in views.items()
-        if sum(v["visible_px"] for v in seen) > 1000
-    }
-    named = {r["path"]: r["share"] for r in answers["parts_in_view"]}
-    assert {p for p, s in share.items() if s > 0.55} <= named.keys()
-    assert not {p for p, s in share.items() if s < 0.45} & named.keys()
-    assert named["bulkhead/BODY"] == pytest.approx(share["bulkhead/BODY"], abs=0.02)
+    large = {path: seen for path, seen in views.items() if sum(v["visible_px"] for v in seen) > 1000}
+    open_ = {path for path, seen in large.items() if all(v["visible_share"] > 0.6 for v in seen)}
+    assert open_ <= {r["path"] for r in answers["parts_in_view"]}
+    rig = np.array(truth["world_from_rig"])
 
     (pose,) = answers["where_was_the_rig"]
     assert pose["verdict"] == "accepted"
@@ -334,24 +295,7 @@ def test_the_answers_about_the_exact_model_are_true(store: Store) -> None:
     assert {r["surface_no"]: r["edge_mm"] for r in openings} == pytest.approx(dict(edges))
 
 
-def test_the_tolerances_of_a_face_are_those_stated(store: Store) -> None:
-    assert answered(store, "tolerances_of_faces") == []  # the file of the bulkhead states none
-    body = next(r for r in columns(store, "part") if r["shape_id"] == body_shape(store))
-    own = {"part_id": body["id"], "pmi_no": 0}
-    stated = {"kind": "tolerance", "type": "position", "name": "", "value": 0.1, "unit": "mm"}
-    datums = [own | {"precedence": i + 1, "letter": letter} for i, letter in enumerate("BA")]
-    face = own | {"shape_id": body["shape_id"], "surface_no": 7, "role": "feature"}
-    with store.engine.connect() as connection:
-        for table, rows in (("part_pmi", [own | stated]), ("part_pmi_datum", datums), ("part_pmi_surface", [face])):
-            connection.execute(store.table(table).insert(), rows)
-        question = (resource_dir("queries") / "examples/tolerances_of_faces.sql").read_text()
-        (told,) = connection.execute(sa.text(question)).mappings()
-        connection.rollback()
-    assert (told["variant"], told["number"], told["surface_no"]) == ("A", body["number"], 7)
-    assert (told["type"], told["value"], told["unit"], told["datums"]) == ("position", 0.1, "mm", "B, A")
-
-
-def test_other_inspections_mislead_nobody(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+def test_other_inspections_mislead_nobody(inspection: Inspection, copy_store: CopyStore) -> None:
     """One that failed is no answer to what the newest found; refused ones and other rigs are no drift of a camera."""
     files = {file.stem: file.read_text() for file in (resource_dir("queries") / "examples").glob("*.sql")}
     of_newest = {name: text for name, text in files.items() if "newest inspection" in text}
@@ -383,9 +327,7 @@ def test_other_inspections_mislead_nobody(inspection: Inspection, copy_store: Ca
         assert [r.rig_id for r in found] == sorted(r.rig_id for r in found)
 
 
-def test_the_body_of_a_variant_is_that_of_its_newest_revision(
-    inspection: Inspection, copy_store: Callable[[str], str]
-) -> None:
+def test_the_body_of_a_variant_is_that_of_its_newest_revision(inspection: Inspection, copy_store: CopyStore) -> None:
     texts = [file.read_text() for file in (resource_dir("queries") / "examples").glob("*.sql")]
     with Store.open(copy_store(inspection.store)) as store, store.write() as connection:
 

@@ -10,6 +10,7 @@ from PIL import Image
 
 from relmodel.app.cli.main import main
 from relmodel.store import Store
+from tests.given import Capsys
 from vision.extraction.extract import STAGES
 
 
@@ -33,16 +34,14 @@ def test_every_stage_has_a_picture(stage: str, square: Path, tmp_path: Path) -> 
         assert len(set(picture.crop((0, 0, 128, 96)).get_flattened_data())) > 1
 
 
-def counts(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, int]:
+def counts(capsys: Capsys, *arguments: str) -> dict[str, int]:
     capsys.readouterr()
     assert main(["extract", *arguments, "--format", "json"]) == 0
     return {row["stage"]: row["found"] for row in json.loads(capsys.readouterr().out)}
 
 
 @pytest.mark.parametrize("kind", ["tiff16", "png16", "png10", "rgba", "palette", "jpeg"])
-def test_depth_and_colour_change_nothing(
-    kind: str, square: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_depth_and_colour_change_nothing(kind: str, square: Path, tmp_path: Path, capsys: Capsys) -> None:
     grey = np.asarray(Image.open(square))
     other = tmp_path / ("other.jpg" if kind == "jpeg" else "other.tif" if kind.startswith("tiff") else "other.png")
     if kind[-2:].isdigit():
@@ -62,7 +61,7 @@ def test_depth_and_colour_change_nothing(
     [((1, 1), "white"), ((1, 200), "noise"), ((200, 1), "black"), ((5, 5), "noise"), ((64, 64), "noise")],
 )
 def test_tiny_and_blank_pictures_are_one_region(
-    shape: tuple[int, int], kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    shape: tuple[int, int], kind: str, tmp_path: Path, capsys: Capsys
 ) -> None:
     values = {"black": 0, "white": 255, "noise": np.random.default_rng(1).integers(0, 255, shape)}[kind]
     Image.fromarray(np.full(shape, values, np.uint8)).save(tmp_path / "small.png")
@@ -75,7 +74,7 @@ def test_a_picture_that_cannot_be_written_is_told_first(square: Path, tmp_path: 
     assert main(["extract", str(square), "--picture", str(tmp_path / "nowhere" / "arcs.png")]) == 3
 
 
-def test_a_mask_bounds_what_is_looked_at(square: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_mask_bounds_what_is_looked_at(square: Path, tmp_path: Path, capsys: Capsys) -> None:
     mask = np.zeros((96, 128), np.uint8)
     mask[:, :60] = 255  # the left side, and half of the upper and lower
     Image.fromarray(mask).save(tmp_path / "mask.png")
@@ -101,9 +100,7 @@ def test_rows_reach_the_store(square: Path, fresh_store: str) -> None:
         assert (count("extraction"), count("image_arc")) == (1, 4)
 
 
-def test_bits_of_a_camera_are_said_and_stored(
-    square: Path, fresh_store: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bits_of_a_camera_are_said_and_stored(square: Path, fresh_store: str, tmp_path: Path, capsys: Capsys) -> None:
     grey = np.asarray(Image.open(square))
     Image.fromarray(grey.astype(np.uint16) * 16).save(tmp_path / "twelve.png")
     pictures = [str(square), str(tmp_path / "twelve.png")]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +16,12 @@ from relmodel.find.find import LEVELS
 from relmodel.find.volumes import Box, Polyhedron, Sphere, Volume
 from relmodel.store import Run, Store
 from tests.find.test_find import fill, random_boxes, random_solids
+from tests.given import Capsys, NewStore
 from tests.store.test_check import plate
 
 
 @pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def world(request: pytest.FixtureRequest, new_store: Callable[[str], str]) -> str:
+def world(request: pytest.FixtureRequest, new_store: NewStore) -> str:
     """A store with the turned plate: world box [9, 100, 5] to [10, 102, 5].  Tests read it alone."""
     target = new_store(request.param)
     with Store.open(target) as store, Run.begin(store, "load", {}) as run, run.write() as connection:
@@ -30,14 +30,14 @@ def world(request: pytest.FixtureRequest, new_store: Callable[[str], str]) -> st
     return target
 
 
-def found(capsys: pytest.CaptureFixture[str], *arguments: str) -> list[dict[str, Any]]:
+def found(capsys: Capsys, *arguments: str) -> list[dict[str, Any]]:
     capsys.readouterr()
     assert main(["find", *arguments, "--format", "json"]) == 0
     rows: list[dict[str, Any]] = json.loads(capsys.readouterr().out)
     return rows
 
 
-def test_box(world: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_box(world: str, capsys: Capsys) -> None:
     rows = found(capsys, "--store", world, "--box", "9.5", "101", "4", "9.6", "101.5", "6")
     assert [(r["path"], r["level"]) for r in rows] == [("a/b/c", "part")]
     assert [rows[0][k] for k in ("x0", "y0", "z0", "x1", "y1", "z1")] == pytest.approx([9, 100, 5, 10, 102, 5])
@@ -58,12 +58,7 @@ def test_box(world: str, capsys: pytest.CaptureFixture[str]) -> None:
     ],
 )
 def test_where_nothing_is_the_nearest_part_is_named(
-    world: str,
-    volume: str,
-    away: float,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    world: str, volume: str, away: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
     """By closed forms: the plate reaches over x 9 to 10, y 100 to 102 at z 5."""
     monkeypatch.chdir(tmp_path)
@@ -75,7 +70,7 @@ def test_where_nothing_is_the_nearest_part_is_named(
     assert said.err == f"nothing is there: the nearest part is a/b/c, {away:.1f} mm away\n"
 
 
-def test_a_part_without_such_an_element_there_is_named(world: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_part_without_such_an_element_there_is_named(world: str, capsys: Capsys) -> None:
     inside = ["find", "--box", "9.4", "100.9", "5", "9.6", "101.1", "5", "--store", world]
     assert main([*inside, "--level", "arc"]) == 0
     assert capsys.readouterr().err == "no arc lies there, but the part a/b/c reaches into it\n"
@@ -83,7 +78,7 @@ def test_a_part_without_such_an_element_there_is_named(world: str, capsys: pytes
     assert capsys.readouterr().err == "no part lies there wholly, but the part a/b/c reaches into it\n"
 
 
-def test_camera(world: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_camera(world: str, tmp_path: Path, capsys: Capsys) -> None:
     """A camera 100 mm above the plate that looks down sees it; one that looks up does not."""
     rig, pose = tmp_path / "rig.yaml", tmp_path / "pose.yaml"
     camera = {"width": 100, "height": 80, "matrix": [[1000, 0, 49.5], [0, 1000, 39.5], [0, 0, 1]]}
@@ -124,7 +119,7 @@ def test_wrong_use(
     bulkhead_template: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capsys,
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("bad.yaml").write_text("half_spaces: 3\n")
@@ -134,7 +129,7 @@ def test_wrong_use(
     assert answer.count("\n") == 1
 
 
-def test_rows_are_those_of_in_volume(fresh_store: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_rows_are_those_of_in_volume(fresh_store: str, tmp_path: Path, capsys: Capsys) -> None:
     """Of every level, to the last bit; the volumes are typed as a person types them."""
     questions: list[tuple[list[str], str, dict[str, Any]]] = []
     with Store.open(fresh_store) as store:

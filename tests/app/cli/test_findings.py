@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
 from tests.app.cli.conftest import Pair
 from tests.browser import Browser
+from tests.given import Capsys, CopyStore
 from tests.pages import Page
 
 # path below the bulkhead, state, and what the log odds of it there were expected to be
@@ -28,7 +29,7 @@ Size = tuple[str, str, float, float, bool]  # path, what, nominal, value, whethe
 
 
 @pytest.fixture
-def target(bulkhead_template: Path, tmp_path: Path, copy_store: Callable[[str], str]) -> str:
+def target(bulkhead_template: Path, tmp_path: Path, copy_store: CopyStore) -> str:
     return copy_store(str(bulkhead_template))
 
 
@@ -111,9 +112,7 @@ def test_a_boss_that_is_gone_with_its_bore_is_one_finding(target: str) -> None:
     with Store.open(target) as store:
         gone = stop(store, [(path, "contradicted", 9.0) for path in (boss, bore, hole)])
         wider = stop(
-            store,
-            [(boss, "contradicted", 9.0), (bore, "changed", 9.0)],
-            [(bore, "diameter", 10.0, 12.0, True)],
+            store, [(boss, "contradicted", 9.0), (bore, "changed", 9.0)], [(bore, "diameter", 10.0, 12.0, True)]
         )
         lead = "SELECT path, together FROM finding WHERE run_id = :run ORDER BY path"
         one, both = asked(store, lead, run=gone), asked(store, lead, run=wider)
@@ -263,7 +262,7 @@ def newest(target: str) -> int:
 
 
 def test_stops_that_failed_or_were_pruned_are_counted_with_the_reason(
-    target: str, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    target: str, pair: Pair, tmp_path: Path, capsys: Capsys
 ) -> None:
     with Store.open(target) as store:
         good = stop(store, [(RIB, "confirmed", 9.0)])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from relmodel.resources import user_name
 from relmodel.store import Store
 from relmodel.world.kinematics import Carrier
 from tests.app.cli.conftest import DEMO, Inspection, Pair, inspected
+from tests.given import CopyStore
 from vision.inspection.demonstration import measure_pose_error, read_truth
 from vision.inspection.inspection_parameters import InspectionParameters
 
@@ -123,7 +123,7 @@ def test_left_camera_alone_knows_less(answer: dict[str, Any], left_alone: Inspec
 
 
 def test_more_than_the_pictures_can_tell_is_refused_with_the_pose(
-    inspection: Inspection, copy_store: Callable[[str], str], pair: Pair, tmp_path: Path
+    inspection: Inspection, copy_store: CopyStore, pair: Pair, tmp_path: Path
 ) -> None:
     """A prior by its covariance, as an inspection answers it, and an accuracy that nothing reaches."""
     prior = tmp_path / "prior.json"

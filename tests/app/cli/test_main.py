@@ -11,6 +11,7 @@ import pytest
 
 from relmodel.app.cli import main as frame
 from relmodel.app.cli.main import VERBS, main
+from tests.given import Capsys
 
 HEAVY = {"numpy", "sqlalchemy", "duckdb", "alembic", "cv2", "OCP", "trimesh", "numba", "scipy", "pyarrow", "shapely"}
 
@@ -21,7 +22,7 @@ def test_help_imports_nothing_heavy() -> None:
     assert not HEAVY & {name.partition(".")[0] for name in done.stdout.split()}
 
 
-def test_help_lists_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_lists_every_verb(capsys: Capsys) -> None:
     with pytest.raises(SystemExit) as ended:
         main(["--help"])
     assert ended.value.code == 0
@@ -30,7 +31,7 @@ def test_help_lists_every_verb(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_verb_help_shows_an_example(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_verb_help_shows_an_example(verb: str, capsys: Capsys) -> None:
     with pytest.raises(SystemExit) as ended:
         main([verb, "--help"])
     said = capsys.readouterr().out
@@ -41,14 +42,14 @@ def test_verb_help_shows_an_example(verb: str, capsys: pytest.CaptureFixture[str
     assert "--store" in said
 
 
-def test_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+def test_version_is_printed(capsys: Capsys) -> None:
     with pytest.raises(SystemExit) as ended:
         main(["--version"])
     assert ended.value.code == 0
     assert capsys.readouterr().out.startswith("relmodel ")
 
 
-def test_wrong_use_is_2(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wrong_use_is_2(capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("RELMODEL_STORE", raising=False)
     assert main(["check"]) == 2
     assert "RELMODEL_STORE" in capsys.readouterr().err
@@ -79,7 +80,7 @@ def test_reader_that_leaves_early_is_no_error(duckdb_template: Path) -> None:
     assert printing.wait() == 0
 
 
-def test_places_that_cannot_hold_a_store_are_3(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_places_that_cannot_hold_a_store_are_3(tmp_path: Path, capsys: Capsys) -> None:
     for target, cure in (
         (str(tmp_path / "none" / "a.duckdb"), "make it, or name another place"),
         (str(tmp_path), "Is a directory"),
@@ -93,7 +94,7 @@ def test_places_that_cannot_hold_a_store_are_3(tmp_path: Path, capsys: pytest.Ca
         assert "secret" not in said
 
 
-def test_quiet_prints_data_and_errors_only(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_quiet_prints_data_and_errors_only(tmp_path: Path, capsys: Capsys) -> None:
     store = str(tmp_path / "a.duckdb")
     assert main(["init", "--store", store]) == 0
     assert capsys.readouterr().err

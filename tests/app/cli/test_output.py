@@ -29,6 +29,7 @@ from relmodel.errors import missing_library
 from relmodel.loading.load import load
 from relmodel.printing import finite, print_rows, print_tables
 from relmodel.store import Store
+from tests.given import Capsys
 
 EVIL = "a\x1b[31mred\x07\x9b2J\u202eb\x7f"
 SEEN = r"a\x1b[31mred\x07\x9b2J\u202eb\x7f"
@@ -39,7 +40,7 @@ def cells(text: str) -> list[list[str]]:
     return list(csv.reader(io.StringIO(text, newline="")))
 
 
-def test_tables_round_to_what_numbers_mean_and_programs_get_all(capsys: pytest.CaptureFixture[str]) -> None:
+def test_tables_round_to_what_numbers_mean_and_programs_get_all(capsys: Capsys) -> None:
     rows = [
         (1850.123456789, 1.23456789e-5, 7, [0.123456789, 1e3], datetime(2026, 1, 2, 3, 4, 5, 678901)),
         (-0.000012345678, 9.87654321e-6, None, [float("nan")], None),
@@ -82,7 +83,7 @@ def test_rows_are_printed_as_they_come(form: str) -> None:
         assert cells(out.getvalue())[1:] == [[str(v) for v in row] for row in kept]
 
 
-def test_a_table_that_is_too_wide_is_folded_and_loses_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_table_that_is_too_wide_is_folded_and_loses_nothing(capsys: Capsys) -> None:
     paths = [f"bulkhead/BOLT_DUCT_A_{i:02}/through_hole {i}" for i in range(20)]
     rows = [(path, 1234.5, "lorem ipsum " * i, "undecidable") for i, path in enumerate(paths)]
     print_rows(("path", "mm", "why", "state"), rows, "table", width=80)
@@ -97,7 +98,7 @@ def test_a_table_that_is_too_wide_is_folded_and_loses_nothing(capsys: pytest.Cap
     assert [line.count("x") for line in capsys.readouterr().out.splitlines()[2:]] == [48, 48, 48, 6]
 
 
-def test_tables_show_the_beginning_of_what_is_long(capsys: pytest.CaptureFixture[str]) -> None:
+def test_tables_show_the_beginning_of_what_is_long(capsys: Capsys) -> None:
     row = ("x" * 100_001, b"y" * 1_000_000, [7] * 1_000_000, "x" * 100_000)
     print_rows(["text", "bytes", "list", "short"], [row], "table")
     said = capsys.readouterr().out
@@ -109,7 +110,7 @@ def test_tables_show_the_beginning_of_what_is_long(capsys: pytest.CaptureFixture
     assert len(capsys.readouterr().out) > 100_001
 
 
-def test_control_characters_are_seen_and_do_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+def test_control_characters_are_seen_and_do_nothing(capsys: Capsys) -> None:
     for form in ("table", "csv"):
         print_rows([EVIL], [(EVIL,), ("plain é 漢 name",)], form)
         said = capsys.readouterr().out
@@ -123,7 +124,7 @@ def test_control_characters_are_seen_and_do_nothing(capsys: pytest.CaptureFixtur
     assert "\x9b" not in said
 
 
-def test_a_name_in_a_message_steers_no_terminal(duckdb_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_name_in_a_message_steers_no_terminal(duckdb_file: Path, capsys: Capsys) -> None:
     """Of a file that is loaded, and of one that is refused."""
     folder = duckdb_file.parent
     for content, status in (("", 3), (None, 0)):
@@ -138,7 +139,7 @@ def test_a_name_in_a_message_steers_no_terminal(duckdb_file: Path, capsys: pytes
     assert SEEN in capsys.readouterr().out
 
 
-def test_no_text_in_csv_is_a_formula(capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_text_in_csv_is_a_formula(capsys: Capsys) -> None:
     rows = [(text, number) for text, number in zip(FORMULAS, (-1.5, -2, 3, 4, 5, 6, 7), strict=True)]
     print_rows(["=name", "-number"], [*rows, ("a=b", None)], "csv")
     assert cells(capsys.readouterr().out) == [
@@ -148,7 +149,7 @@ def test_no_text_in_csv_is_a_formula(capsys: pytest.CaptureFixture[str]) -> None
     ]
 
 
-def test_exported_tables_hold_no_formula(duckdb_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_exported_tables_hold_no_formula(duckdb_file: Path, capsys: Capsys) -> None:
     folder = duckdb_file.parent
     trimesh.creation.box((1, 2, 3)).export(folder / "box.stl")
     with Store.open(duckdb_file) as store:
@@ -178,7 +179,7 @@ def test_a_mesh_without_its_texture_says_nothing_of_it(duckdb_file: Path) -> Non
 
 
 def test_what_nobody_foresaw_is_a_sentence_and_4(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def broken(*_: object) -> None:
         raise RuntimeError(f"a bug at {EVIL}\nand more")
@@ -245,9 +246,7 @@ def test_json_has_null_for_numbers_that_are_not_finite(tmp_path: Path) -> None:
     assert strictly(cells(file.read_text())[1][1]) == [1.0, None]
 
 
-def test_a_missing_library_is_said_with_its_package(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_missing_library_is_said_with_its_package(monkeypatch: pytest.MonkeyPatch, capsys: Capsys) -> None:
     """As Debian 12 has them."""
     for library, package in (
         ("libGL.so.1", "libgl1"),

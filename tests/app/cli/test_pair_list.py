@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from relmodel.store import Store
 from tests.app.cli.conftest import Inspection, Pair
 from tests.app.cli.slider import write_world
 from tests.app.cli.test_inspect import compared
+from tests.given import Capsys, CopyStore
 from vision.scene import read_scene
 
 VARYING = {"run", "timings_s"}
@@ -75,7 +75,7 @@ def test_the_worst_status_is_that_of_the_list() -> None:
 @pytest.mark.parametrize(
     "words", [[], ["--rig", "rig.yaml"], ["--list", "pairs.csv", "left=a.png"]], ids=["neither", "no picture", "both"]
 )
-def test_a_call_names_one_pair_or_a_list(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_call_names_one_pair_or_a_list(words: list[str], capsys: Capsys) -> None:
     assert main(["inspect", *words, "--store", "no.duckdb"]) == 2
     assert "--list" in capsys.readouterr().err
 
@@ -83,9 +83,9 @@ def test_a_call_names_one_pair_or_a_list(words: list[str], capsys: pytest.Captur
 def test_a_list_answers_as_one_by_one_and_a_failed_pair_leaves_the_others(
     inspection: Inspection,
     pair: Pair,
-    copy_store: Callable[[str], str],
+    copy_store: CopyStore,
     tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capsys,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """From the extractions that the store has."""
@@ -119,11 +119,7 @@ def test_a_list_answers_as_one_by_one_and_a_failed_pair_leaves_the_others(
 
 
 def test_a_session_sees_a_new_revision_of_the_world(
-    left_alone: Inspection,
-    pair: Pair,
-    copy_store: Callable[[str], str],
-    monkeypatch: pytest.MonkeyPatch,
-    tmp_path: Path,
+    left_alone: Inspection, pair: Pair, copy_store: CopyStore, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """Of edges that are less exact, the pose is less sure; before, it is what the command found."""
     given: dict[str, Any] = {"pictures": {"left": pair.left}, "prior": pair.prior_file}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -16,15 +15,12 @@ from relmodel.store import Store
 from tests.app.cli.conftest import Pair
 from tests.app.cli.slider import BASE, carriage, carriage_from_rig
 from tests.app.cli.test_findings import stop
+from tests.given import Capsys, CopyStore
 from vision.cameras.files import read_needs, read_prior
 
 
 def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
-    bulkhead_template: Path,
-    pair: Pair,
-    tmp_path: Path,
-    copy_store: Callable[[str], str],
-    capsys: pytest.CaptureFixture[str],
+    bulkhead_template: Path, pair: Pair, tmp_path: Path, copy_store: CopyStore, capsys: Capsys
 ) -> None:
     target = copy_store(str(bulkhead_template))
     call = ["plan", "--rig", str(pair.rig_file), "--store", target, "--format", "json"]
@@ -76,7 +72,7 @@ def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
     ],
 )
 def test_what_cannot_be_planned_is_refused(
-    words: list[str], sentence: str, bulkhead_template: Path, pair: Pair, capsys: pytest.CaptureFixture[str]
+    words: list[str], sentence: str, bulkhead_template: Path, pair: Pair, capsys: Capsys
 ) -> None:
     assert main(["plan", *words, "--rig", str(pair.rig_file), "--store", str(bulkhead_template)]) == 2
     assert sentence in capsys.readouterr().err

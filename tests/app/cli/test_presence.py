@@ -30,6 +30,7 @@ from relmodel.store import Store
 from relmodel.store.check import check
 from tests.app.cli.conftest import DEMO, Inspection, halve, inspected_and_kept
 from tests.app.cli.test_serve import rows, serving
+from tests.given import Capsys
 from tests.pages import Page
 from vision.inspection import inspection
 from vision.inspection.inspection import read_outcome
@@ -299,7 +300,7 @@ def test_an_accepted_pose_fails_on_what_is_asked(
     found: inspection.Inspection,
     folder: Path,
     monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    capsys: Capsys,
 ) -> None:
     said = replace(found, outcome=replace(found.outcome, **outcome))
     monkeypatch.setattr("vision.inspection.inspect", lambda *_, **__: said)
@@ -341,7 +342,7 @@ def test_the_overlay_shows_states_where_cameras_see_them(folder: Path) -> None:
 
 
 def test_findings_come_first_with_what_each_camera_shows(
-    answer: Answer, store: Store, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    answer: Answer, store: Store, folder: Path, tmp_path: Path, capsys: Capsys
 ) -> None:
     """The hole of 88 mm for 104: its size and limit, its own link, and crops that show it in both cameras."""
     with store.read() as connection:
@@ -370,7 +371,7 @@ def test_findings_come_first_with_what_each_camera_shows(
         assert abs(v - v0 - height / 2) < height / 4
 
 
-def test_decisions_are_kept_shown_and_sealed(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_decisions_are_kept_shown_and_sealed(folder: Path, tmp_path: Path, capsys: Capsys) -> None:
     target, page = str(shutil.copy(folder / "copy.duckdb", tmp_path / "cell.duckdb")), tmp_path / "run.html"
     decide = ["--by", "A. Meier", "--store", target, "--note"]
     assert main(["accept", "2", *decide, "as agreed <b>"]) == 0

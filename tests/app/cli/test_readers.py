@@ -14,6 +14,7 @@ from relmodel.app.cli.main import main
 from relmodel.store import Store, engine
 from tests.app.cli.conftest import Inspection, Pair
 from tests.app.cli.test_progress import calls
+from tests.given import Capsys
 from tests.holding import Holder, held
 from vision.inspection import pictures
 from vision.presence.states import assess
@@ -43,11 +44,7 @@ def rows(store: str) -> dict[str, list[str]]:
 
 
 def test_a_reader_and_then_a_writer_cost_an_inspection_nothing_but_time(
-    store: str,
-    pair: Pair,
-    inspection: Inspection,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    store: str, pair: Pair, inspection: Inspection, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
     """A reader sees what was there when it came; what a writer keeps from being recorded is kept, and recorded by the
     next command that writes: all rows are those of an inspection that nobody hindered."""

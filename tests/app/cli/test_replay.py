@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 import sqlalchemy as sa
 import yaml
 
@@ -16,6 +14,7 @@ from relmodel.app.cli.main import main
 from relmodel.store import Store
 from tests.app.cli.conftest import DEMO, Inspection, Pair
 from tests.app.cli.slider import write_world
+from tests.given import Capsys, CopyStore
 from tests.json_schema import violations
 from tests.reading import load
 
@@ -29,7 +28,7 @@ def altered(target: str, *statements: str) -> str:
     return target
 
 
-def replayed(store: str, run: int, capsys: pytest.CaptureFixture[str]) -> tuple[int, dict[str, Any], str]:
+def replayed(store: str, run: int, capsys: Capsys) -> tuple[int, dict[str, Any], str]:
     """Exit status, the rows printed by relation, which are as the schema says, and what was said."""
     capsys.readouterr()
     status = main(["replay", str(run), "--store", store, "--format", "json"])
@@ -40,7 +39,7 @@ def replayed(store: str, run: int, capsys: pytest.CaptureFixture[str]) -> tuple[
     return status, {row["relation"]: row for row in rows}, words
 
 
-def test_all_comes_out_again(postgresql_inspection: Inspection, capsys: pytest.CaptureFixture[str]) -> None:
+def test_all_comes_out_again(postgresql_inspection: Inspection, capsys: Capsys) -> None:
     """On PostgreSQL; what DuckDB gives again, the test below and those of `tests/vision/inspection` compare."""
     inspection = postgresql_inspection
     run = inspection.answer["run"]
@@ -57,9 +56,7 @@ def test_all_comes_out_again(postgresql_inspection: Inspection, capsys: pytest.C
     assert {"edge_element", "unit_relation"} <= set(rows)
 
 
-def test_without_pictures_nothing_is_made_again(
-    inspection: Inspection, copy_store: Callable[[str], str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_without_pictures_nothing_is_made_again(inspection: Inspection, copy_store: CopyStore, capsys: Capsys) -> None:
     """Which is said, as it is of runs that inspected nothing; labellings are proved from their rows all the same."""
     store, run = altered(copy_store(inspection.store), "DELETE FROM image_blob"), str(inspection.answer["run"])
     refused = {run: f"so that run {run} cannot be made again", "1": "of kind load", "99": "there is no run 99"}
@@ -72,11 +69,7 @@ def test_without_pictures_nothing_is_made_again(
 
 
 def test_a_run_that_kept_decisions_alone_is_made_again(
-    minimal: Inspection,
-    pair: Pair,
-    copy_store: Callable[[str], str],
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    minimal: Inspection, pair: Pair, copy_store: CopyStore, tmp_path: Path, capsys: Capsys
 ) -> None:
     """What was altered is told; what has changed since is named and not failed: another version of a package, other
     code, another revision of the world, and a variant that was loaded later."""

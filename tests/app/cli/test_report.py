@@ -6,7 +6,6 @@ import base64
 import io
 import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +26,7 @@ from relmodel.geometry.transforms import matrices
 from relmodel.store import Run, Store
 from tests.app.cli.conftest import Inspection, Pair
 from tests.browser import COVERED, Browser
+from tests.given import Capsys, CopyStore
 from tests.pages import Page, data_of
 from vision.cameras.files import read_rig
 from vision.scene import read_scene
@@ -158,9 +158,7 @@ def changed(store: str, *statements: str, given: str = "") -> str:
 
 
 @pytest.fixture(scope="module")
-def evil_page(
-    inspection: Inspection, copy_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFactory
-) -> str:
+def evil_page(inspection: Inspection, copy_store: CopyStore, tmp_path_factory: pytest.TempPathFactory) -> str:
     """The page of a run whose names are all an attempt to run a script."""
     store = changed(
         copy_store(inspection.store),
@@ -190,9 +188,7 @@ def test_names_cannot_bring_elements(evil_page: str, read: Page) -> None:
     assert all(path.endswith(EVIL) for path in paths)
 
 
-def test_a_refused_run_says_why(
-    inspection: Inspection, pair: Pair, copy_store: Callable[[str], str], tmp_path: Path
-) -> None:
+def test_a_refused_run_says_why(inspection: Inspection, pair: Pair, copy_store: CopyStore, tmp_path: Path) -> None:
     store = changed(
         copy_store(inspection.store),
         "UPDATE inspection SET verdict = 'refused', reason = 'too little evidence'",
@@ -230,7 +226,7 @@ def test_loads_and_worlds_have_pages(inspection: Inspection, tmp_path: Path) -> 
         assert ("What was loaded" in text) == (kind == "load")
 
 
-def test_what_is_not_there_is_said(duckdb_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_not_there_is_said(duckdb_file: Path, tmp_path: Path, capsys: Capsys) -> None:
     options = ["-o", str(tmp_path / "x.html"), "--store", str(duckdb_file)]
     assert main(["report", "7", *options]) == 2
     assert "there is no run 7" in capsys.readouterr().err

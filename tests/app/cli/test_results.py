@@ -7,7 +7,6 @@ import csv
 import json
 import struct
 from collections import Counter
-from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,7 @@ from relmodel.app.cli.main import main
 from relmodel.arrays import Floats
 from relmodel.store import Store, sql
 from tests.app.cli.conftest import Inspection
+from tests.given import Capsys, CopyStore
 from vision.cameras.files import read_prior
 
 WORDS = {"confirmed": "as modelled", "changed": "not as modelled", "contradicted": "not as modelled"}
@@ -42,7 +42,7 @@ def identity_of(target: str) -> tuple[str, str]:
     return store_id, cell
 
 
-def test_json_says_what_was_answered(inspected: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_says_what_was_answered(inspected: Inspection, tmp_path: Path, capsys: Capsys) -> None:
     out = tmp_path / "run.json"
     assert main(["export", "--run", "last", "-o", str(out), "--store", inspected.store]) == 0
     said, answer = json.loads(out.read_text()), inspected.answer
@@ -190,7 +190,7 @@ def test_qif_has_what_was_checked_and_measured(inspected: Inspection, tmp_path: 
 
 
 def test_tables_of_another_store_are_not_replaced(
-    inspection: Inspection, copy_store: Callable[[str], str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    inspection: Inspection, copy_store: CopyStore, tmp_path: Path, capsys: Capsys
 ) -> None:
     other = copy_store(inspection.store)
     assert main(["init", "--cell", "other", "--store", other]) == 0
@@ -254,9 +254,7 @@ def test_glb_has_world_rig_and_cameras(inspected: Inspection, tmp_path: Path) ->
         np.testing.assert_allclose(pixels, wanted.reshape(-1, 2), atol=1e-3)
 
 
-def test_what_is_no_inspection_is_refused(
-    inspection: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_is_no_inspection_is_refused(inspection: Inspection, tmp_path: Path, capsys: Capsys) -> None:
     for words, said in (
         (["--run", "1", "-o", "a.json"], "is not an inspection"),
         (["--run", "first", "-o", "a.json"], "names no run"),

@@ -10,7 +10,7 @@ import json
 import re
 import socket
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -34,6 +34,7 @@ from relmodel.store import Store
 from tests.app.cli.conftest import Inspection, Pair
 from tests.app.cli.test_report import EVIL, changed
 from tests.browser import Browser
+from tests.given import CopyStore
 from tests.pages import Page, data_of
 
 WEBP = "image/webp"
@@ -135,7 +136,7 @@ def test_runs_are_listed_and_filtered(server: Server) -> None:
         assert f'href="/run/{r["run"]}"' in shown
 
 
-def test_many_runs_are_paged_the_newest_first(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+def test_many_runs_are_paged_the_newest_first(inspection: Inspection, copy_store: CopyStore) -> None:
     store = copy_store(inspection.store)
     more = "SELECT r.* REPLACE (100 + n.k AS {key}) FROM {table} AS r, range(400) AS n(k) WHERE r.{key} = 1"
     with duckdb.connect(store) as connection:
@@ -221,7 +222,7 @@ def test_objects_are_shown_by_picture_name_and_revision(server: Server) -> None:
     assert 0.2 < solid.mean() < 0.8
 
 
-def test_a_physical_part_is_shown_by_all_its_stops(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+def test_a_physical_part_is_shown_by_all_its_stops(inspection: Inspection, copy_store: CopyStore) -> None:
     """Names bring no elements, and no formulas."""
     store = changed(
         copy_store(inspection.store),
@@ -310,9 +311,7 @@ def test_two_runs_stand_side_by_side(server: Server) -> None:
     assert 'name="b"' in page(server, "/compare")
 
 
-def test_of_several_worlds_one_is_chosen(
-    inspection: Inspection, copy_store: Callable[[str], str], tmp_path: Path
-) -> None:
+def test_of_several_worlds_one_is_chosen(inspection: Inspection, copy_store: CopyStore, tmp_path: Path) -> None:
     store, second = copy_store(inspection.store), tmp_path / "second.yaml"
     second.write_text("world: annex\nobjects:\n- {object: bulkhead, variant: A, name: spare}\n")
     assert main(["world", str(second), "--store", store]) == 0
@@ -471,12 +470,7 @@ def test_another_name_for_this_address_is_refused(server: Server, host: str) -> 
 
 
 def test_only_named_queries_are_asked(server: Server) -> None:
-    for address in (
-        "/question/../check/orphans",
-        "/question/%2e%2e%2fcheck%2forphans",
-        "/question/loads;",
-        "/query",
-    ):
+    for address in ("/question/../check/orphans", "/question/%2e%2e%2fcheck%2forphans", "/question/loads;", "/query"):
         assert asked(server, address)[0] in (400, 404)
     for name in ("sql", "query", "q"):
         assert asked(server, "/question/loads", **{name: "SELECT 1"})[0] == 400
@@ -521,7 +515,7 @@ def test_pages_write_nothing_and_reach_nothing_else(server: Server) -> None:
                 connection.execute(sa.text(statement))
 
 
-def test_a_file_is_as_it_was_and_others_write_between(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+def test_a_file_is_as_it_was_and_others_write_between(inspection: Inspection, copy_store: CopyStore) -> None:
     target = copy_store(inspection.store)
     before = hashlib.sha256(Path(target).read_bytes()).hexdigest()
     with serving(target) as started:
@@ -573,9 +567,7 @@ def test_a_port_that_is_taken_is_told(server: Server) -> None:
 
 
 @pytest.mark.browser
-def test_new_runs_appear_by_themselves(
-    inspection: Inspection, copy_store: Callable[[str], str], chromium: Browser
-) -> None:
+def test_new_runs_appear_by_themselves(inspection: Inspection, copy_store: CopyStore, chromium: Browser) -> None:
     store = copy_store(inspection.store)
     with serving(store) as started:
         before = asked(started, "/newest")[2]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from relmodel.readers import urdf
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
+from tests.given import Capsys, NewStore
 from tests.reading import store_model
 from tests.synthetic_model import write_world
 
@@ -93,7 +93,7 @@ def test_what_the_file_states_becomes_attributes(target: str) -> None:
     assert asked(target, query) == [(3, "tolerance", "flatness", 0.05, "mm", "A, B")]
 
 
-def test_what_a_person_sets_counts_and_is_kept(target: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_a_person_sets_counts_and_is_kept(target: str, capsys: Capsys) -> None:
     def set_one(*words: str) -> str:
         of = () if "--world" in words else ("--variant", "A")
         assert main(["set", *words, *of, "--store", target]) == 0
@@ -155,7 +155,7 @@ def test_what_is_set_stays_with_what_stays(target: str, tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def boxes(new_store: Callable[[str], str]) -> str:
+def boxes(new_store: NewStore) -> str:
     """One store for all: each test shows that it is as it was."""
     target = new_store("duckdb")
     with Store.open(target) as store:
@@ -192,9 +192,7 @@ def boxes(new_store: Callable[[str], str]) -> str:
         (("thing/inner", "role", "fixture"), "role is read from the world file"),
     ],
 )
-def test_nonsense_is_refused_in_one_sentence(
-    boxes: str, words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_nonsense_is_refused_in_one_sentence(boxes: str, words: tuple[str, ...], said: str, capsys: Capsys) -> None:
     before = asked(boxes, "SELECT count(*) FROM attribute_log")
     assert main(["set", *words, "--variant", "A", "--store", boxes]) == 2
     answer = capsys.readouterr().err

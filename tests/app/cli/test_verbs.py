@@ -18,9 +18,10 @@ from relmodel.app.cli.main import main
 from relmodel.store import Run, Store
 from tests.app.cli.conftest import DEMO
 from tests.conftest import make_reader
+from tests.given import Capsys
 
 
-def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> list[dict[str, Any]]:
+def printed(capsys: Capsys, *arguments: str) -> list[dict[str, Any]]:
     capsys.readouterr()
     assert main([*arguments, "--format", "json"]) == 0
     rows: list[dict[str, Any]] = json.loads(capsys.readouterr().out)
@@ -33,7 +34,7 @@ def asked_store(fresh_store: str) -> str:
     return make_reader(fresh_store)
 
 
-def test_schema_has_every_column_with_a_comment(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_schema_has_every_column_with_a_comment(fresh_store: str, capsys: Capsys) -> None:
     columns = printed(capsys, "schema", "--columns", "--store", fresh_store)
     assert all(column["comment"] for column in columns)
     with Store.open(fresh_store) as store:
@@ -58,7 +59,7 @@ ARGUMENTS = {
 }
 
 
-def test_schema_of_a_function_says_what_each_argument_is(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_schema_of_a_function_says_what_each_argument_is(fresh_store: str, capsys: Capsys) -> None:
     with Store.open(fresh_store) as store, store.read() as connection:
         found = connection.exec_driver_sql(ARGUMENTS[store.dialect]).fetchall()
     taken = {name: (list(arguments), types) for name, arguments, types in found if name in FUNCTIONS}
@@ -75,7 +76,7 @@ def test_schema_of_a_function_says_what_each_argument_is(fresh_store: str, capsy
         assert all("mm" in comment or "rotation" in comment for comment in numbers)
 
 
-def test_schema_is_a_line_a_relation_and_a_function(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_schema_is_a_line_a_relation_and_a_function(fresh_store: str, capsys: Capsys) -> None:
     entries = printed(capsys, "schema", "--store", fresh_store)
     assert all(entry["comment"] for entry in entries)
     names = [entry["relation"] for entry in entries]
@@ -87,7 +88,7 @@ def test_schema_is_a_line_a_relation_and_a_function(fresh_store: str, capsys: py
     assert functions == FUNCTIONS
 
 
-def test_schema_of_one_relation_is_in_full(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_schema_of_one_relation_is_in_full(fresh_store: str, capsys: Capsys) -> None:
     rows = {row["column"]: row for row in printed(capsys, "schema", "loop", "--store", fresh_store)}
     assert (rows["loop_no"]["key"], rows["outer_loop"]["key"]) == (True, False)
     assert rows["surface_id"]["refers_to"] == "surface (id)"
@@ -95,15 +96,13 @@ def test_schema_of_one_relation_is_in_full(fresh_store: str, capsys: pytest.Capt
     assert "did you mean loop?" in capsys.readouterr().err
 
 
-def test_schema_needs_no_store(
-    duckdb_file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_schema_needs_no_store(duckdb_file: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("RELMODEL_STORE", raising=False)
     there = {(e["relation"], e["comment"]) for e in printed(capsys, "schema", "--store", str(duckdb_file))}
     assert {(e["relation"], e["comment"]) for e in printed(capsys, "schema")} == there
 
 
-def test_sql_prints_rows_in_each_form(asked_store: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_sql_prints_rows_in_each_form(asked_store: str, capsys: Capsys, tmp_path: Path) -> None:
     query = "SELECT relation, NULL AS nothing FROM sds_relation WHERE relation IN ('arc', 'loop') ORDER BY relation"
     rows = printed(capsys, "sql", "--store", asked_store, query)
     assert rows == [{"relation": "arc", "nothing": None}, {"relation": "loop", "nothing": None}]
@@ -119,7 +118,7 @@ def test_sql_prints_rows_in_each_form(asked_store: str, capsys: pytest.CaptureFi
     assert capsys.readouterr().out.split()[0] == "relation"
 
 
-def test_sql_reads_stdin(asked_store: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sql_reads_stdin(asked_store: str, capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO("SELECT ':a' AS colon, '%s' AS percent"))
     assert printed(capsys, "sql", "--store", asked_store) == [{"colon": ":a", "percent": "%s"}]
 
@@ -157,7 +156,7 @@ REFUSED = (
 )
 
 
-def test_sql_refuses_what_is_wrong_or_writes(asked_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_sql_refuses_what_is_wrong_or_writes(asked_store: str, capsys: Capsys) -> None:
     for statement in REFUSED:
         assert main(["sql", "--store", asked_store, statement]) == 3, statement
         said = capsys.readouterr()
@@ -177,9 +176,7 @@ OUT_OF_REACH = (
 )
 
 
-def test_sql_on_duckdb_reaches_no_file_and_no_setting(
-    duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_sql_on_duckdb_reaches_no_file_and_no_setting(duckdb_template: Path, tmp_path: Path, capsys: Capsys) -> None:
     (tmp_path / "in.csv").write_text("a\n1\n")
     for statement in OUT_OF_REACH:
         assert main(["sql", "--store", str(duckdb_template), statement.format(folder=tmp_path)]) == 3, statement
@@ -187,7 +184,7 @@ def test_sql_on_duckdb_reaches_no_file_and_no_setting(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in.csv"]
 
 
-def test_runs_lists_states_and_filters(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_runs_lists_states_and_filters(fresh_store: str, capsys: Capsys) -> None:
     with Store.open(fresh_store) as store:
         with Run.begin(store, "load", {}):
             pass
@@ -203,7 +200,7 @@ def test_runs_lists_states_and_filters(fresh_store: str, capsys: pytest.CaptureF
     assert [r["kind"] for r in printed(capsys, "runs", "--store", fresh_store, "--kind", "world")] == ["world"]
 
 
-def test_check_prints_what_offends(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_prints_what_offends(fresh_store: str, capsys: Capsys) -> None:
     assert main(["check", "--store", fresh_store]) == 0
     assert capsys.readouterr().out == ""
     with Store.open(fresh_store) as store, store.write() as connection:
@@ -212,9 +209,7 @@ def test_check_prints_what_offends(fresh_store: str, capsys: pytest.CaptureFixtu
     assert "feature_class" in capsys.readouterr().out
 
 
-def test_a_world_says_whether_it_is_new(
-    bulkhead_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_world_says_whether_it_is_new(bulkhead_template: Path, tmp_path: Path, capsys: Capsys) -> None:
     store = str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
     for said in ("added", "unchanged"):
         assert main(["world", str(DEMO / "world.yaml"), "--store", store]) == 0

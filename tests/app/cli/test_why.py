@@ -17,6 +17,7 @@ from relmodel.errors import UsageError
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from tests.app.cli.conftest import Inspection
+from tests.given import Capsys
 
 
 @pytest.fixture(scope="module", params=["inspection", "postgresql_inspection"], ids=["duckdb", "postgresql"])
@@ -96,7 +97,7 @@ def test_verdict_pose_and_parts_are_explained(inspection: Inspection) -> None:
     ],
 )
 def test_what_there_is_not_is_wrong_use(
-    words: tuple[str, ...], says: str, inspection: Inspection, capsys: pytest.CaptureFixture[str]
+    words: tuple[str, ...], says: str, inspection: Inspection, capsys: Capsys
 ) -> None:
     call = [str(inspection.answer["run"]) if word == "RUN" else word for word in words]
     assert main(["why", *call, "--store", inspection.store]) == 2
@@ -109,9 +110,7 @@ def by_name(found: list[Difference], section: str) -> dict[str, Difference]:
     return {one.name: one for one in found if one.section == section}
 
 
-def test_a_run_is_named_alike_everywhere(
-    inspection: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_run_is_named_alike_everywhere(inspection: Inspection, tmp_path: Path, capsys: Capsys) -> None:
     run, page = str(inspection.answer["run"]), ["-o", str(tmp_path / "page.html")]
 
     def said(*words: str, status: int = 0) -> tuple[str, str]:
@@ -127,7 +126,7 @@ def test_a_run_is_named_alike_everywhere(
 
 
 def test_runs_that_differ_in_nothing_and_in_what_was_asked(
-    inspection: Inspection, left_alone: Inspection, capsys: pytest.CaptureFixture[str]
+    inspection: Inspection, left_alone: Inspection, capsys: Capsys
 ) -> None:
     target, answer, other = left_alone.store, inspection.answer, left_alone.answer
     a, b = answer["run"], other["run"]

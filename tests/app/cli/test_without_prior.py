@@ -21,6 +21,7 @@ from relmodel.resources import resource_dir
 from relmodel.store import Store
 from tests.app.cli.conftest import DEMO, Inspection, Pair, inspect_once, inspected
 from tests.app.cli.slider import BASE
+from tests.given import Capsys, MakeOnce
 from tests.json_schema import violations
 from vision.cameras.record import read_recorded_rig
 from vision.constellations.find_poses import find_poses, find_poses_of_one_picture
@@ -46,7 +47,7 @@ def floor(template: Path) -> Callable[[Path], str]:
 
 
 @pytest.fixture(scope="session")
-def found(bulkhead_template: Path, pair: Pair, make_once: Callable[..., Path]) -> Inspection:
+def found(bulkhead_template: Path, pair: Pair, make_once: MakeOnce) -> Inspection:
     """The pair inspected without a prior, by a rig that nothing carries."""
     given = [*pair.options(prior=None), "--world", "floor"]
     return inspect_once(make_once, "without_prior", floor(bulkhead_template), *given)
@@ -76,7 +77,7 @@ def test_the_pose_is_found_wherever_the_pair_was_taken_and_rows_say_that_there_w
     assert joined[0][0] >= 1
 
 
-def test_every_page_of_it_is_made(found: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_page_of_it_is_made(found: Inspection, tmp_path: Path, capsys: Capsys) -> None:
     where = ["--store", found.store]
     run = str(found.answer["run"])
     assert main(["replay", run, *where]) == 0
@@ -94,7 +95,7 @@ def test_every_page_of_it_is_made(found: Inspection, tmp_path: Path, capsys: pyt
 
 
 def test_the_joints_of_what_carries_the_rig_are_a_prior_and_the_scan_needs_no_circles(
-    bulkhead_template: Path, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    bulkhead_template: Path, pair: Pair, tmp_path: Path, capsys: Capsys
 ) -> None:
     """The slider of the world carries the rig; the circles of the model are gone, so that poses about the prior are
     looked through."""
@@ -127,7 +128,7 @@ def rules_of(store: str) -> dict[str, bool]:
 
 @pytest.mark.parametrize("believed", [False, True])
 def test_a_prior_that_the_pictures_contradict_is_said_to(
-    believed: bool, bulkhead_template: Path, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    believed: bool, bulkhead_template: Path, pair: Pair, tmp_path: Path, capsys: Capsys
 ) -> None:
     """It has the rig 150 mm from where it is, and sure to 10 mm."""
     pose = np.array(read_truth(DEMO / "pair_00_truth.json").world_from_rig)
@@ -184,7 +185,7 @@ def test_the_pose_comes_from_stored_relations(cameras: str, request: pytest.Fixt
 
 
 def test_a_pair_whose_circles_lie_as_none_of_the_model_is_refused(
-    bulkhead_template: Path, pair: Pair, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    bulkhead_template: Path, pair: Pair, tmp_path: Path, capsys: Capsys
 ) -> None:
     store = floor(bulkhead_template)(tmp_path)
     with Store.open(store) as opened, opened.write() as connection:
@@ -208,7 +209,7 @@ def test_a_pair_whose_circles_lie_as_none_of_the_model_is_refused(
 
 @pytest.fixture(scope="session")
 def one_picture(
-    bulkhead_template: Path, pair: Pair, make_once: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory
+    bulkhead_template: Path, pair: Pair, make_once: MakeOnce, tmp_path_factory: pytest.TempPathFactory
 ) -> Inspection:
     """The left picture alone, without a prior, by a calibration of OpenCV: the only camera of a rig needs no name, and
     one whose file does not say the size of pictures has that of the one given."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +16,7 @@ from relmodel.app.cli.main import main
 from relmodel.model.model import Assembly, Instance, Model, Part
 from relmodel.readers.mesh.shape import shape_from_triangles
 from relmodel.store import Store
+from tests.given import Capsys, NewStore
 from tests.reading import load, store_model
 from tests.variants.composed import pose
 
@@ -38,10 +38,7 @@ def scene() -> trimesh.Scene:
 
 @pytest.fixture(scope="module", params=["duckdb", "postgresql"])
 def target(
-    request: pytest.FixtureRequest,
-    new_store: Callable[[str], str],
-    tmp_path_factory: pytest.TempPathFactory,
-    scene: trimesh.Scene,
+    request: pytest.FixtureRequest, new_store: NewStore, tmp_path_factory: pytest.TempPathFactory, scene: trimesh.Scene
 ) -> str:
     """A store with the scene, which no test writes to."""
     target, file = new_store(request.param), tmp_path_factory.mktemp("scene") / "scene.glb"
@@ -51,7 +48,7 @@ def target(
     return target
 
 
-def test_show_prints_the_tree(target: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_show_prints_the_tree(target: str, capsys: Capsys) -> None:
     assert main(["show", "thing", "--variant", "X", "--store", target, "--format", "json"]) == 0
     rows = json.loads(capsys.readouterr().out)
     assert rows[0]["parts"] == 3
@@ -73,9 +70,7 @@ def test_glb_keeps_sharing_and_place(target: str, tmp_path: Path, scene: trimesh
     assert again.volume == pytest.approx(scene.volume, rel=1e-6)
 
 
-def test_what_has_no_geometry_is_not_exported(
-    duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_has_no_geometry_is_not_exported(duckdb_template: Path, tmp_path: Path, capsys: Capsys) -> None:
     target = str(tmp_path / "store.duckdb")
     shutil.copy(duckdb_template, target)
     (tmp_path / "bare.urdf").write_text('<robot name="bare"><link name="a"/></robot>')
@@ -97,7 +92,7 @@ def test_what_has_no_geometry_is_not_exported(
     ],
 )
 def test_a_place_that_takes_no_file_is_told(
-    words: list[str], said: str, status: int, target: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    words: list[str], said: str, status: int, target: str, tmp_path: Path, capsys: Capsys
 ) -> None:
     (tmp_path / "taken").write_text("")
     verb, option, name = words
@@ -152,7 +147,7 @@ def test_tables_hold_what_the_object_has(target: str, tmp_path: Path) -> None:
         assert sum(r["area"] for r in boxes) == pytest.approx(2 * (20000 + 5000 + 10000) + 2 * np.pi * 400, rel=3e-3)
 
 
-def test_equal_siblings_are_one_line(capsys: pytest.CaptureFixture[str], duckdb_template: Path, tmp_path: Path) -> None:
+def test_equal_siblings_are_one_line(capsys: Capsys, duckdb_template: Path, tmp_path: Path) -> None:
     """An assembly of 40 equal frames of 51 posts and a bolt, and 300 bolts of other names beside them."""
     shutil.copy(duckdb_template, tmp_path / "s.duckdb")
     arguments = ["show", "rack", "--store", str(tmp_path / "s.duckdb")]
