@@ -13,6 +13,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from importlib.util import find_spec
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 from urllib.request import urlopen
@@ -91,6 +92,7 @@ SERVER = "postgresql+psycopg://host/cell"
 # Pages whose blocks need stores of their own and run elsewhere: the six variants, and a store to be copied.
 ELSEWHERE = {"variants": "tests/variants/test_page.py", "store": "tests/app/cli/test_backup.py"}
 RUN_HERE = [page for page in PAGES if shell_blocks(page.read_text()) and page.stem not in ELSEWHERE]
+RUN_HERE.sort(key=lambda page: page.stem != "tutorial")  # first: what it inspects, it goes on with
 
 
 @pytest.fixture
@@ -126,7 +128,6 @@ def demonstrated(
         (tmp_path / name).symlink_to(DEMO / shipped)
     for file in (pair.left, pair.right, pair.rig_file):
         (tmp_path / file.name).symlink_to(file)
-    (tmp_path / "pairs.csv").write_text("left,prior\nleft.png,prior.yaml\n")  # of one camera: sooner
     (tmp_path / "faces.yaml").write_text(
         "half_spaces: [[1, 0, 0, 1700], [0, 1, 0, -440], [0, 0, 1, 990], [-1, -1, -1, -2130]]\n"
     )
@@ -155,16 +156,14 @@ _READING = ("why", "replay", "check", "rig", "sql", "report", "export", "runs", 
 
 
 def was_run(words: list[str]) -> bool:
-    """Whether a page before said the same: of inspections, of the same pictures, prior and part; what else they may be
-    asked for, the other tests ask."""
-    if words[1] == "inspect":
-        given = [
-            word for at, word in enumerate(words) if "=" in word or words[at - 1] in ("--rig", "--prior", "--list")
-        ]
-        read = [str(Path(word.rpartition("=")[2]).resolve()) for word in given]
-        said = shlex.join([*sorted(read), "--serial" if "--serial" in words else ""])
-    elif words[1] == "plan" and "--object" in words:  # as in test_plan.py
+    """Whether a page before said the same, or a test elsewhere does.  Of inspections: of the same pictures and prior."""
+    if words[1] == "inspect" and "--list" in words:  # as in test_pair_list.py
         return True
+    if words[1] == "plan" and "--object" in words:  # as in test_plan.py
+        return True
+    if words[1] == "inspect":
+        given = [word for before, word in pairwise(words) if "=" in word or before in ("--rig", "--prior")]
+        said = shlex.join(sorted(str(Path(word.rpartition("=")[2]).resolve()) for word in given))
     elif words[1] in _READING and ("--store" not in words or "demo/cell.duckdb" in words):
         said = shlex.join(words)
     else:

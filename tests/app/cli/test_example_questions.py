@@ -137,10 +137,10 @@ def test_the_answers_are_those_of_independent_lists(store: Store) -> None:
     assert {(n, kind): count for n, kind, count in answers["neighbours_of_a_face"]} == beside
     top = {n for n, f in faces.items() if f["recognised_kind"] == "plane" and f["z0"] > 60 - 1e-6}
     assert {r[0] for r in answers["faces_at_a_height"]} == top
-    around = {
-        n for n, f in faces.items() if f["axis_z_z"] and np.hypot(f["origin_x"] + 1170, f["origin_y"] - 330) < 1e-3
-    }
-    datum = {n for n in around if min(abs((faces[n]["radius"] or 0) - r) for r in (9, 15)) < 1e-6}
+    round_ = {n: f for n, f in faces.items() if f["recognised_kind"] in ("cylinder", "cone")}
+    upright = {n: f for n, f in round_.items() if abs(f["axis_z_z"]) > 1 - 1e-9}
+    around = {n for n, f in upright.items() if np.hypot(f["origin_x"] + 1170, f["origin_y"] - 330) < 1e-3}
+    datum = {n for n in around if min(abs(faces[n]["radius"] - radius) for radius in (9, 15)) < 1e-6}
     answered = {r[0] for r in answers["faces_coaxial_with_a_hole"]}
     assert datum
     assert around - datum <= answered <= around

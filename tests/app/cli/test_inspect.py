@@ -76,7 +76,7 @@ def test_the_run_says_what_was_asked_and_how_long_its_steps_took(inspection: Ins
         steps = sa.text("SELECT name FROM run_event WHERE run_id = :run AND kind = 'step' ORDER BY event_no")
         said = connection.execute(steps, {"run": answer["run"]}).scalars().all()
         query = sa.text("SELECT parameters FROM run WHERE id = :run")
-        recorded = json.loads(connection.execute(query, {"run": answer["run"]}).scalar_one())
+        recorded = connection.execute(query, {"run": answer["run"]}).scalar_one()
         selected = connection.execute(sa.text("SELECT count(*), count(*) FILTER (NOT shown) FROM selected_part")).one()
     assert said == list(answer["timings_s"])
     call = {

@@ -21,7 +21,7 @@ def interrupted_when(ready: Callable[[], bool], words: list[str]) -> None:
     """Run the program, send it SIGINT as soon as it is ready for that, and check how it ends."""
     with subprocess.Popen([sys.executable, "-m", "relmodel", *words], stderr=subprocess.PIPE, text=True) as process:
         while process.poll() is None and not ready():
-            time.sleep(0.002)
+            time.sleep(0.02)
         process.send_signal(signal.SIGINT)
         _, said = process.communicate()
     assert said == f"relmodel {words[0]}: {INTERRUPTED}\n"
