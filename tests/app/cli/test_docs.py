@@ -156,10 +156,9 @@ _READING = ("why", "replay", "check", "rig", "sql", "report", "export", "runs", 
 
 
 def was_run(words: list[str]) -> bool:
-    """Whether a page before said the same, or a test elsewhere does.  Of inspections: of the same pictures and prior."""
-    if words[1] == "inspect" and "--list" in words:  # as in test_pair_list.py
-        return True
-    if words[1] == "plan" and "--object" in words:  # as in test_plan.py
+    """Whether a page before said the same, of the same pictures and prior, or a test elsewhere says it."""
+    by_their_tests = {"inspect": "--list", "plan": "--object", "replay": "--store"}
+    if by_their_tests.get(words[1]) in words:
         return True
     if words[1] == "inspect":
         given = [word for before, word in pairwise(words) if "=" in word or before in ("--rig", "--prior")]

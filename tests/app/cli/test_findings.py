@@ -60,19 +60,13 @@ def stop(
         named |= {"state": [state for _, state, _ in seen], "expected_log_odds": [odds for _, _, odds in seen]}
         numbers: dict[str, Any] = {"run_id": run.id, "item_no": np.arange(len(seen)), **dict.fromkeys(evidence, 1.0)}
         run.append(connection, "presence", numbers | named)
-        item = [[path for path, _, _ in seen].index(path) for path, *_ in sizes]
-        what, nominal, value, changed = ([size[k] for size in sizes] for k in (1, 2, 3, 4))
-        measured: dict[str, Any] = {
-            "what": what,
-            "nominal": nominal,
-            "value": value,
-            "changed": changed,
-            "sigma": 0.1,
-            "unit": "mm",
-        }
         if sizes:
-            numbers = {"run_id": run.id, "measure_no": np.arange(len(sizes)), "item_no": item}
-            run.append(connection, "measured_size", numbers | measured)
+            paths = [path for path, _, _ in seen]
+            path, what, nominal, value, changed = map(list, zip(*sizes, strict=True))
+            measured: dict[str, Any] = {"what": what, "nominal": nominal, "value": value, "changed": changed}
+            measured |= {"sigma": 0.1, "unit": "mm"}
+            measured |= {"item_no": [paths.index(it) for it in path], "measure_no": np.arange(len(sizes))}
+            run.append(connection, "measured_size", {"run_id": run.id, **measured})
     return run.id
 
 
