@@ -157,7 +157,7 @@ _READING = ("why", "replay", "check", "rig", "sql", "report", "export", "runs", 
 
 def was_run(words: list[str]) -> bool:
     """Whether a page before said the same, of the same pictures and prior, or a test elsewhere says it."""
-    by_their_tests = {"inspect": "--list", "plan": "--object", "replay": "--store"}
+    by_their_tests = {"inspect": "--list", "plan": "--rig", "replay": "--store"}
     if by_their_tests.get(words[1]) in words:
         return True
     if words[1] == "inspect":
