@@ -40,33 +40,12 @@ def counts(capsys: Capsys, *arguments: str) -> dict[str, int]:
     return {row["stage"]: row["found"] for row in json.loads(capsys.readouterr().out)}
 
 
-@pytest.mark.parametrize("kind", ["tiff16", "png16", "png10", "rgba", "palette", "jpeg"])
-def test_depth_and_colour_change_nothing(kind: str, square: Path, tmp_path: Path, capsys: Capsys) -> None:
-    grey = np.asarray(Image.open(square))
-    other = tmp_path / ("other.jpg" if kind == "jpeg" else "other.tif" if kind.startswith("tiff") else "other.png")
-    if kind[-2:].isdigit():
-        most = 2 ** int(kind[-2:]) - 1
-        Image.fromarray(np.rint(grey / 200 * most).astype(np.uint16)).save(other)
-    elif kind == "jpeg":
-        Image.fromarray(grey).save(other, quality=100)
-    else:
-        Image.fromarray(grey).convert({"rgba": "RGBA", "palette": "P"}[kind]).save(other)
-    expected, found = counts(capsys, str(square)), counts(capsys, str(other))
-    assert found["arcs"] == expected["arcs"] == 4
-    assert found["regions"] == expected["regions"] == 2
-
-
-@pytest.mark.parametrize(
-    ("shape", "kind"),
-    [((1, 1), "white"), ((1, 200), "noise"), ((200, 1), "black"), ((5, 5), "noise"), ((64, 64), "noise")],
-)
-def test_tiny_and_blank_pictures_are_one_region(
-    shape: tuple[int, int], kind: str, tmp_path: Path, capsys: Capsys
-) -> None:
-    values = {"black": 0, "white": 255, "noise": np.random.default_rng(1).integers(0, 255, shape)}[kind]
-    Image.fromarray(np.full(shape, values, np.uint8)).save(tmp_path / "small.png")
-    found = counts(capsys, str(tmp_path / "small.png"))
-    assert (found["arcs"], found["regions"], found["topography"]) == (0, 1, shape[0] * shape[1])
+@pytest.mark.parametrize("shape", [(1, 1), (1, 200), (200, 1), (64, 64)])
+def test_tiny_and_blank_pictures_are_one_region(shape: tuple[int, int], tmp_path: Path, capsys: Capsys) -> None:
+    for values in (np.array(255), np.random.default_rng(1).integers(0, 255, shape)):
+        Image.fromarray(np.full(shape, values, np.uint8)).save(tmp_path / "small.png")
+        found = counts(capsys, str(tmp_path / "small.png"))
+        assert (found["arcs"], found["regions"], found["topography"]) == (0, 1, shape[0] * shape[1])
 
 
 def test_a_picture_that_cannot_be_written_is_told_first(square: Path, tmp_path: Path) -> None:

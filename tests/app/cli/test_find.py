@@ -6,16 +6,11 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 import yaml
 
-import relmodel
 from relmodel.app.cli.main import main
-from relmodel.find.find import LEVELS
-from relmodel.find.volumes import Box, Polyhedron, Sphere, Volume
 from relmodel.store import Run, Store
-from tests.find.test_find import fill, random_boxes, random_solids
 from tests.given import Capsys, NewStore
 from tests.store.test_check import plate
 
@@ -78,25 +73,6 @@ def test_a_part_without_such_an_element_there_is_named(world: str, capsys: Capsy
     assert capsys.readouterr().err == "no part lies there wholly, but the part a/b/c reaches into it\n"
 
 
-def test_camera(world: str, tmp_path: Path, capsys: Capsys) -> None:
-    """A camera 100 mm above the plate that looks down sees it; one that looks up does not."""
-    rig, pose = tmp_path / "rig.yaml", tmp_path / "pose.yaml"
-    camera = {"width": 100, "height": 80, "matrix": [[1000, 0, 49.5], [0, 1000, 39.5], [0, 0, 1]]}
-    camera["distortion"] = {"model": "opencv", "coefficients": [0.1, 0, 0, 0]}
-    rig.write_text(yaml.safe_dump({"cameras": {"only": camera | {"rig_from_camera": np.eye(4).tolist()}}}))
-
-    def seen_from(x: float, *, down: bool) -> list[str]:
-        world_from_rig = np.diag([1.0, -1, -1, 1] if down else [1.0, 1, 1, 1])
-        world_from_rig[:3, 3] = x, 101, 105
-        pose.write_text(yaml.safe_dump({"world_from_rig": world_from_rig.tolist()}))
-        return [str(r["path"]) for r in found(capsys, "--store", world, "--camera", str(rig), "--at", str(pose))]
-
-    assert seen_from(9.5, down=True) == ["a/b/c"]
-    assert seen_from(9.5, down=False) == []
-    assert seen_from(14.9, down=True) == ["a/b/c"], "half the view is 5 mm wide at 100 mm"
-    assert seen_from(15.2, down=True) == []
-
-
 @pytest.mark.parametrize(
     ("words", "status", "said"),
     [
@@ -127,27 +103,3 @@ def test_wrong_use(
     answer = capsys.readouterr().err
     assert said in answer
     assert answer.count("\n") == 1
-
-
-def test_rows_are_those_of_in_volume(fresh_store: str, tmp_path: Path, capsys: Capsys) -> None:
-    """Of every level, to the last bit; the volumes are typed as a person types them."""
-    questions: list[tuple[list[str], str, dict[str, Any]]] = []
-    with Store.open(fresh_store) as store:
-        oracle = fill(store, tmp_path)
-    with relmodel.open(fresh_store) as asked_store:
-        volumes: list[Volume] = [*random_boxes(oracle, 2, 50), *random_solids(oracle, 3, 51)]
-        for number, volume in enumerate(volumes):
-            if isinstance(volume, Box):
-                typed = ["--box", *map(repr, volume.bounds.tolist())]
-            elif isinstance(volume, Sphere):
-                typed = ["--sphere", *map(repr, np.asarray(volume.ball).tolist())]
-            else:
-                faces = tmp_path / f"faces_{number}.yaml"
-                faces.write_text(yaml.safe_dump({"half_spaces": volume.planes.tolist()}))
-                typed, volume = ["--polyhedron", str(faces)], Polyhedron(volume.planes)
-            questions += [(typed, level, asked_store.in_volume(volume, level=level)) for level in LEVELS]
-    for typed, level, asked in questions:
-        rows = found(capsys, "--store", fresh_store, *typed, "--level", level)
-        expected = zip(*(asked[name].tolist() for name in ("path", "name", "x0", "z1")), strict=True)
-        assert sorted((r["path"], r["name"], r["x0"], r["z1"]) for r in rows) == sorted(expected)
-    assert sum(len(asked["path"]) for *_, asked in questions) > 20

@@ -26,8 +26,6 @@ from relmodel.app.cli.main import main
 from relmodel.app.serve.pages import PLOTS, question_names, read_question
 from relmodel.app.serve.server import Server, StoppedError, only_reading
 from relmodel.errors import StoreError, UsageError
-from relmodel.find.find import find_rows
-from relmodel.find.volumes import Box
 from relmodel.printing import plain
 from relmodel.resources import resource_dir
 from relmodel.store import Store
@@ -383,16 +381,6 @@ def test_pages_of_one_table_are_files_and_say_so(server: Server) -> None:
 
 def json_of(value: Any) -> Any:
     return json.loads(json.dumps(value, default=plain))
-
-
-def test_a_box_holds_what_find_finds(server: Server) -> None:
-    for level in ("part", "feature"):
-        found = rows(server, "/find", level=level, **BOX)
-        with Store.open(server.target, read_only=True) as store:
-            expected = find_rows(store, Box(*map(float, BOX.values())), level=level)
-        assert [(r["path"], r["name"]) for r in found] == [(path, name) for path, _, name, *_ in expected]
-        assert found
-    assert "Give the least" in page(server, "/find")
 
 
 def test_every_question_is_answered_and_takes_its_parameters(server: Server) -> None:

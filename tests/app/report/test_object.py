@@ -27,6 +27,7 @@ def plate(*holes: tuple[float, float, float]) -> Any:
     return body
 
 
+on_duckdb = pytest.mark.parametrize("target", ["duckdb"], indirect=True)
 EVIL = "</script><img src=x onerror=alert(1)>"
 
 
@@ -103,6 +104,7 @@ def test_a_diff_shows_what_is_new_moved_and_gone(target: str, tmp_path: Path) ->
     assert "8 mm" in Page(text).text
 
 
+@on_duckdb
 def test_a_wrong_call_is_told(target: str, tmp_path: Path, capsys: Capsys) -> None:
     out = ["-o", str(tmp_path / "x.html"), "--store", target]
     assert main(["report", "--object", "thing", *out]) == 2
@@ -113,6 +115,7 @@ def test_a_wrong_call_is_told(target: str, tmp_path: Path, capsys: Capsys) -> No
     assert list(tmp_path.iterdir()) == []
 
 
+@on_duckdb
 @pytest.mark.browser
 def test_a_browser_shows_both_without_complaint(target: str, tmp_path: Path, chromium: Browser) -> None:
     for options in (["--object", "thing", "--variant", "B"], ["--diff", "A", "B", "--object", "thing"]):

@@ -79,6 +79,7 @@ def test_what_has_no_geometry_is_not_exported(duckdb_template: Path, tmp_path: P
     assert "bare has no geometry to write" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("target", ["duckdb"], indirect=True)
 @pytest.mark.parametrize(
     ("words", "said", "status"),
     [
