@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
+import numpy.typing as npt
 import sqlalchemy as sa
 
 from relmodel.app.cli.main import main
@@ -17,7 +19,7 @@ from vision.cameras.images import read_picture
 from vision.inspection.demonstration import measure_pose_error, read_truth
 
 
-def write(file: Path, grey: np.ndarray) -> Path:  # type: ignore[type-arg]
+def write(file: Path, grey: npt.NDArray[Any]) -> Path:
     cv2.imwrite(str(file), np.clip(np.round(grey), 0, 255).astype(np.uint8))
     return file
 

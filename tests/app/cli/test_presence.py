@@ -229,11 +229,8 @@ def test_the_outcome_stands_wherever_the_verdict_stands(
     answer: Answer, found: inspection.Inspection, folder: Path, tmp_path: Path
 ) -> None:
     """And where a row under it is altered, all say so: nothing above an answer keeps a verdict of its own."""
-    target, run, said = (
-        str(shutil.copy(folder / "copy.duckdb", tmp_path / "cell.duckdb")),
-        answer["run"],
-        answer["outcome"],
-    )
+    target, run, said = str(tmp_path / "cell.duckdb"), answer["run"], answer["outcome"]
+    shutil.copy(folder / "copy.duckdb", target)
     told, (evidence,) = everywhere(target, run, found, tmp_path), said["variants"]
     assert told["terminal"].splitlines()[-1] == f"run {run}: {said['words']}"  # a terminal shows the end
     assert {name for name, words in told.items() if said["words"][1:] not in words} == {"serve", "runs"}
