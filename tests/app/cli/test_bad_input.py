@@ -96,8 +96,8 @@ def changed(given: Given, place: str, value: object) -> Given:
     if value is None:
         del inner[last]
     else:
-        key: Any = int(last) if isinstance(inner, list) else last
-        inner[key] = value(inner[key]) if callable(value) else value
+        at: Any = int(last) if isinstance(inner, list) else last
+        inner[at] = value(inner[at]) if callable(value) else value
     return out
 
 
@@ -379,5 +379,5 @@ def test_database_that_fails_in_use_is_one_sentence(fresh_store: str) -> None:
 @pytest.mark.usefixtures("reads_here")
 def test_journal_that_cannot_be_written_is_one_sentence(duckdb_file: Path, refuse: Refuse) -> None:
     Path(f"{duckdb_file}.journal").mkdir()
-    load = ["load", DEMO / "bulkhead_A.step.gz", "--object", "bulkhead", "--store", duckdb_file]
+    load = ("load", DEMO / "bulkhead_A.step.gz", "--object", "bulkhead", "--store", duckdb_file)
     assert "journal" in refuse(*load, run=False)

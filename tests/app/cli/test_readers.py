@@ -16,7 +16,7 @@ from tests.app.cli.conftest import Inspection, Pair
 from tests.app.cli.test_progress import calls
 from tests.given import Capsys
 from tests.holding import Holder, held
-from vision.inspection import pictures
+from vision.extraction.extract import extract
 from vision.presence.states import assess
 
 __all__ = ["calls"]
@@ -48,7 +48,7 @@ def test_a_reader_and_then_a_writer_cost_an_inspection_nothing_but_time(
 ) -> None:
     """A reader sees what was there when it came; what a writer keeps from being recorded is kept, and recorded by the
     next command that writes: all rows are those of an inspection that nobody hindered."""
-    held, extract, one_at_a_time = list[Holder](), pictures.extract, Lock()
+    held, one_at_a_time = list[Holder](), Lock()
 
     def read_and_extract(*given: Any) -> Any:
         with one_at_a_time:

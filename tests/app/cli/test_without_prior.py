@@ -164,7 +164,7 @@ def find_again(store: Store, run: int, *changes: str) -> Floats:
         pictures = [read_primitives(store, connection, it.extraction_id) for it in seen]
         if len(pictures) == 1:
             return find_poses_of_one_picture(store, connection, rig, world, pictures[0])[1].score
-        scene, matched = read_scene(store, connection, world).scene, match_stereo(rig, *pictures)
+        scene, matched = read_scene(store, connection, world).scene, match_stereo(rig, pictures[0], pictures[1])
         return find_poses(store, connection, scene, world, matched.triangulated)[1].score
 
 
