@@ -39,7 +39,7 @@ class Held:
 @pytest.fixture(scope="session")
 def held(duckdb_template: Path, pair: Pair, other_pair: Pair, make_once: MakeOnce) -> Held:
     """Two variants of the bulkhead, one of them under another name too, and a flange; a pair of B held against two of
-    them, and pictures of A alone against the flange and against all."""
+    them, and a picture of A against the flange."""
 
     def inspect(folder: Path) -> None:
         store = str(shutil.copy(duckdb_template, folder / "cell.duckdb"))
@@ -52,7 +52,6 @@ def held(duckdb_template: Path, pair: Pair, other_pair: Pair, make_once: MakeOnc
         answers = {
             "B": inspected(store, *other_pair.options(prior=None), "--against", "flange,bulkhead"),
             "foreign": inspected(store, *pair.options(prior=None, right=None), "--against", "flange"),
-            "one": inspected(store, *pair.options(prior=None, right=None), "--against"),
         }
         (folder / "answers.json").write_text(json.dumps(answers))
 
@@ -100,18 +99,6 @@ def test_none_of_what_is_asked_for(held: Held) -> None:
     assert states_of(answer) == {("flange", ""): "refused"}
     assert answer["outcome"]["shown"] == "the pictures show none of these surely: flange"
     assert answer["presence"] is None
-
-
-def test_the_same_body_under_two_names_is_not_told_apart(held: Held) -> None:
-    """By one picture, which shows nothing of what tells its variants apart: all are named, and where they are."""
-    answer = held.answers["one"]
-    assert answer["verdict"] == "ambiguous"
-    assert answer["outcome"]["cause"] == "alike"
-    states = states_of(answer)
-    assert states.pop(("flange", "")) in ("left", "refused")
-    assert list(states.values()) == ["shown", "alike", "alike"]
-    assert " explains the same edges about as well" in answer["reason"]
-    check_pose(answer, "pair_00")
 
 
 def test_rows_say_what_was_considered(held: Held, capsys: Capsys) -> None:

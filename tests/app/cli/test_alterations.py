@@ -14,7 +14,7 @@ from tests.given import CopyStore
 
 
 def test_alterations_are_noticed(inspection: Inspection, tmp_path: Path) -> None:
-    found = measure(Path(inspection.store), inspection.answer["run"], 2, 3, tmp_path)
+    found = measure(Path(inspection.store), inspection.answer["run"], 1, 3, tmp_path)
     assert [one for one in found if one.noticed_by == "nobody"] == []
 
 

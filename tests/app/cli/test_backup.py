@@ -34,7 +34,7 @@ def block(language: str) -> str:
     return str(found)
 
 
-@pytest.fixture(scope="module", params=["by program", "without options", "restored"])
+@pytest.fixture(scope="module", params=["by program", "restored"])
 def both(
     request: pytest.FixtureRequest, inspection: Inspection, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, Path]:
@@ -44,13 +44,9 @@ def both(
     programs = Path(sys.executable).parent
     commands = {
         "by program": [str(programs / "duckdb"), "-bail"],
-        "without options": [str(programs / "duckdb"), "-bail"],
         "restored": ["sh", "-e"],
     }
     typed = block("sh" if request.param == "restored" else "sql")
-    if request.param == "without options":
-        typed = re.sub(r"'copied.duckdb' AS new \(.*\)", "'copied.duckdb' AS new", typed)
-        assert "BLOCK_SIZE" not in typed
     environment = {"PATH": f"{programs}:/usr/bin:/bin", "HOME": str(folder)}
     done = subprocess.run(
         commands[request.param], input=typed, cwd=folder, env=environment, capture_output=True, text=True
