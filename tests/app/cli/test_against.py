@@ -125,7 +125,7 @@ def test_the_store_has_no_world_of_its_own_by_that(held: Held, pair: Pair, capsy
     assert "the store holds no world" in capsys.readouterr().err
     with Store.open(held.store, read_only=True) as store, store.read() as connection:
         assert connection.scalar(sa.text("SELECT count(*) FROM current_world")) == 0
-        assert connection.scalar(sa.text("SELECT count(*) FROM world")) == 4
+        assert connection.scalar(sa.text("SELECT count(*) FROM world")) == 3
 
 
 @pytest.mark.parametrize(

@@ -62,10 +62,10 @@ def stop(
         run.append(connection, "presence", numbers | named)
         if sizes:
             paths = [path for path, _, _ in seen]
-            path, what, nominal, value, changed = map(list, zip(*sizes, strict=True))
+            places, what, nominal, value, changed = map(list, zip(*sizes, strict=True))
             measured: dict[str, Any] = {"what": what, "nominal": nominal, "value": value, "changed": changed}
             measured |= {"sigma": 0.1, "unit": "mm"}
-            measured |= {"item_no": [paths.index(it) for it in path], "measure_no": np.arange(len(sizes))}
+            measured |= {"item_no": [paths.index(path) for path in places], "measure_no": np.arange(len(sizes))}
             run.append(connection, "measured_size", {"run_id": run.id, **measured})
     return run.id
 

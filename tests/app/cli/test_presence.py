@@ -171,8 +171,8 @@ def test_questions_about_what_is_there_are_answered(answer: Answer, store: Store
     assert diameter["diameter"] == pytest.approx(88, abs=max(3 * diameter["sigma"], 0.5))
     assert diameter["changed"]
     with store.read() as connection:
-        text = (resource_dir("queries") / "examples/thresholds_of_findings.sql").read_text()
-        named = {r.threshold: r.threshold_value for r in connection.execute(sa.text(text))}
+        question = (resource_dir("queries") / "examples/thresholds_of_findings.sql").read_text()
+        named = {r.threshold: r.threshold_value for r in connection.execute(sa.text(question))}
     assert len(named) >= 3
     assert all(value == getattr(DEFAULTS.states, name.removeprefix("states.")) for name, value in named.items())
 
