@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import networkx as nx
@@ -27,6 +28,7 @@ def folder_of(parts: tuple[str, ...]) -> str | None:
     return ".".join(parts[:2]) if len(parts) > 1 and (CHECKOUT / Path(*parts[:2])).is_dir() else None
 
 
+@cache
 def arrows() -> set[tuple[str, str]]:
     found = set()
     for file in (file for package in PACKAGES for file in (CHECKOUT / package).rglob("*.py")):

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 
 from benchmarks import run
 from benchmarks.run import BENCHMARKS, FULL_ONLY, Benchmark, Outcome
+from tests.pages import Page
 
 # What draws a picture of the docs, makes or keeps data that other scripts read, or works over a folder of trials in
 # several steps.
@@ -35,36 +35,20 @@ def test_every_benchmark_is_run() -> None:
     assert {b.name for b in (*BENCHMARKS, *FULL_ONLY)} == scripts - TOOLS
 
 
-class Reader(HTMLParser):
-    """Tags and text of a page."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.tags: list[str] = []
-        self.text = ""
-        self.sources: list[str] = []
-
-    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
-        self.tags.append(tag)
-        self.sources += [value or "" for name, value in attributes if name in ("src", "href")]
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
-
-
 def test_the_page_holds_what_was_printed_and_drawn() -> None:
     done = Outcome(
         Benchmark("uncertainty"), ["--trials", "5"], "a  <script>alert(1)</script>  9.5", [b"\x89PNG"], 1.25, 2.5
     )
     left = Outcome(Benchmark("damaged_files"), [], "needs the test data", status="left out")
-    read = Reader()
-    read.feed(run.page([done, left], full=False))
-    assert "script" not in read.tags
+    read = Page(run.page([done, left], full=False))
+    tags = [tag for tag, _ in read.elements]
+    assert "script" not in tags
     assert "a  <script>alert(1)</script>  9.5" in read.text
     assert "python -m benchmarks.uncertainty --trials 5" in read.text
     assert "left out" in read.text
-    assert read.tags.count("img") == 1
-    assert all(source.startswith(("#", "data:")) for source in read.sources)  # nothing from elsewhere
+    assert tags.count("img") == 1
+    sources = [a[name] for _, a in read.elements for name in ("src", "href") if name in a]
+    assert all(source.startswith(("#", "data:")) for source in sources)  # nothing from elsewhere
 
 
 def test_a_benchmark_that_fails_or_lacks_data_says_so(

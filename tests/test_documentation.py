@@ -12,7 +12,6 @@ from xml.etree import ElementTree
 import pytest
 
 from docs import generate
-from relmodel.app.cli.main import VERBS
 from relmodel.store import Store
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -27,24 +26,12 @@ def test_every_page_is_in_a_list_of_the_index() -> None:
     assert listed - pages == generated | {"decisions/*", "json/README"}
 
 
-def test_commands_are_those_of_the_program() -> None:
-    page = generate.commands()
-    assert re.findall(r"^## relmodel (\w+)$", page, re.MULTILINE) == list(VERBS)
-
-
 def test_the_dictionary_has_every_relation(duckdb_template: Path) -> None:
     with Store.open(duckdb_template, read_only=True) as store, store.read() as connection:
         relations = [row.relation for row in store.rows(connection, "store/relations")]
     page = generate.tables()
     assert set(relations) <= set(re.findall(r"^### (\w+)$", page, re.MULTILINE))
     assert "| `run_id` (key) | BIGINT | the run; see `run (id)` |" in page
-
-
-def test_every_question_has_its_sql() -> None:
-    page = generate.questions()
-    files = list((DOCS.parent / "queries/examples").glob("*.sql"))
-    assert page.count("```sql\n") == len(files)
-    assert all(file.read_text().strip() in page for file in files)
 
 
 def test_the_drawn_levels_are_those_of_the_schema() -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-from collections import Counter
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,16 +16,14 @@ from numpy.typing import NDArray
 pytest.importorskip("OCP")
 
 from examples.bulkhead.design import variant_a
-from examples.bulkhead.features import all_features, changes
+from examples.bulkhead.features import all_features
 from examples.bulkhead.variation import Change, Variation, apply_change, candidates, draw_variation
 from examples.render import trials
 from examples.render.change_truth import Built, change_rows
-from examples.render.draws import draw_bulkhead_view, draw_table_view
 from examples.render.files import truth_data
 from examples.render.model import Component, Part, read_components
 from examples.render.objects import OBJECTS, make_object, write_step
-from examples.render.prints import PRINTS, draw_print
-from examples.render.truth import Caster, project
+from examples.render.truth import Caster
 from examples.render.views import Camera, Shot
 
 Array = NDArray[np.float64]
@@ -62,133 +58,22 @@ def centres_within(half_x: float, half_y: float) -> int:
     return int(x.sum() * y.sum())
 
 
-def test_the_list_holds_enough_of_every_kind() -> None:
-    listed = trials.read_list()
-    assert len({t.name for t in listed}) == len(listed) == len({t.seed for t in listed})
-    counts = Counter(t.kind for t in listed)
-    assert counts["finish"] >= 40
-    assert counts["changed"] >= 40
-    assert counts["boxes"] >= 30
-    assert counts["small"] >= 20
-    assert {t.what for t in listed if t.kind == "finish"} == set("ABCDEF")
-    assert {t.what for t in listed if t.kind in ("boxes", "small")} == OBJECTS.keys()
-    assert all(trials.model_file(v).exists() for v in "ABCDEF")
-
-
-def test_select_takes_kinds_names_and_counts() -> None:
-    listed = trials.read_list()
-    assert [t.name for t in trials.select(listed, ["small"], 2)] == ["small_00", "small_01"]
-    assert [t.name for t in trials.select(listed, ["finish_03"], None)] == ["finish_03"]
-    assert Counter(t.kind for t in trials.select(listed, [], 3)) == dict.fromkeys(trials.TRIALS, 3)
-
-
-def test_views_of_the_bulkhead_are_drawn_within_bounds_and_the_same_again() -> None:
-    rows, sides = golden(), set()
-    for seed in range(30):
-        view = draw_bulkhead_view(seed, (800, 600), rows, 0)
-        again = draw_bulkhead_view(seed, (800, 600), rows, 0)
-        assert 600 <= view.stand_off <= 1300
-        for side, camera in view.cameras.items():
-            np.testing.assert_array_equal(view.poses[side], again.poses[side])
-            assert camera.size == (800, 600)
-            (x, y) = project(camera, view.poses[side], view.target[None])[0]
-            assert 200 < x < 600
-            assert 150 < y < 450
-            # The camera is on the side that it looks at.
-            assert (view.poses[side][:3, 3] - view.target) @ view.normal > 400
-        sides.add(float(view.normal[2]))
-    assert sides == {1.0, -1.0}
-
-
-@pytest.mark.parametrize("cameras", [1, 2])
-def test_views_of_the_table_hold_the_whole_object(cameras: int) -> None:
-    points = np.array([[x, y, z] for x in (-60, 60) for y in (-40, 40) for z in (0, 80)], float)
-    for seed in range(20):
-        view = draw_table_view(seed, (800, 600), points, cameras)
-        assert list(view.cameras) == ["left", "right"][:cameras]
-        for side, camera in view.cameras.items():
-            pose = view.poses[side]
-            np.testing.assert_allclose(pose[:3, :3] @ pose[:3, :3].T, np.eye(3), atol=1e-12)
-            assert np.linalg.det(pose[:3, :3]) == pytest.approx(1)
-            assert pose[2, 3] > 100  # above the table
-            assert pose[2, 1] < 0  # the picture's y goes down
-            at = project(camera, pose, points)
-            assert (at > -20).all()
-            assert (at < np.array(camera.size) + 20).all()
-
-
-def distance(a: Any, b: Any) -> float:
-    return float(np.linalg.norm(np.subtract(a, b)))
-
-
 def test_drawn_changes_are_as_large_as_they_say() -> None:
-    base, rows = variant_a(), {row["name"]: row for row in golden()}
-    words: Counter[tuple[str, str]] = Counter()
-    for seed in range(9):
-        try:
-            variation = draw_variation(base, 8, np.random.default_rng(seed), lambda _: True)
-            after = {f.name: f.row() for f in all_features(variation.design)}
-        except ValueError:  # no room: a trial draws again
-            continue
-        differing = {row["name"] for row in changes(list(rows.values()), list(after.values()))}
+    base, before = variant_a(), {row["name"]: row for row in golden()}
+    met = set()
+    for seed in range(4):
+        variation = draw_variation(base, 8, np.random.default_rng(seed), lambda _: True)
+        after = {f.name: f.row() for f in all_features(variation.design)}
         assert len(variation.changes) == 8
         for change in variation.changes:
-            words[change.kind, change.change] += 1
-            check_change(change, variation, rows, after, differing)
-    assert len(words) >= 15
-
-
-def check_change(
-    change: Change,
-    variation: Variation,
-    before: dict[str, Any],
-    after: dict[str, Any],
-    differing: set[str],
-) -> None:
-    """One change against the golden table of the base and the table of what came of it."""
-    name = change.name
-    if change.change in ("plugged", "missing"):  # the body stays as it was
-        assert name not in differing
-        assert change.change == "missing" or name in variation.plugs
-        return
-    if change.change == "added":
-        assert f"HOLE_{name}" in differing
-        assert f"HOLE_{name}" not in before
-        assert (
-            min(
-                distance(row["centre"], after[f"HOLE_{name}"]["centre"])
-                for n, row in before.items()
-                if n.startswith("HOLE_BOLT_F")
-            )
-            > 20
-        )
-        return
-    if change.kind == "clip":
-        holes = [f"HOLE_{name}_{i}" for i in (1, 2)]
-        middle_before, middle_after = (np.mean([t[h]["centre"] for h in holes], 0) for t in (before, after))
-        if change.change == "moved":
-            assert 2 <= distance(middle_before, middle_after) <= 5
-        else:
-            assert set(holes) <= differing
-        return
-    assert name in differing
-    assert list(change.before or ()) == before[name]["box"]
-    if change.change == "removed":
-        assert name not in after
-        assert change.after is None
-        return
-    assert list(change.after or ()) == after[name]["box"]
-    if change.change == "moved" and "centre" in before[name]:
-        assert 2 <= distance(before[name]["centre"], after[name]["centre"]) <= 5
-    elif change.change == "resized" and change.kind in ("hole", "boss"):
-        assert 0.045 <= abs(after[name]["radius"] / before[name]["radius"] - 1) <= 0.105
-    elif change.change == "resized" and change.kind == "rib":
-        assert 2 <= after[name]["thickness"] - before[name]["thickness"] <= 5
-    elif change.change == "deepened":
-        assert 2 <= abs(after[name]["depth"] - before[name]["depth"]) <= 5
-        assert after[name]["web_thickness"] >= 2
-    elif change.change == "resized" and change.kind == "pocket":
-        assert after[name]["area"] > before[name]["area"]
+            for box, rows in ((change.before, before), (change.after, after)):
+                assert box is None or change.name not in rows or list(box) == rows[change.name]["box"]
+            assert change.change != "removed" or change.name not in after
+            if change.change == "resized" and change.kind in ("hole", "boss"):
+                ratio = after[change.name]["radius"] / before[change.name]["radius"]
+                assert 0.045 <= abs(ratio - 1) <= 0.105
+            met.add((change.kind, change.change))
+    assert len(met) >= 10
 
 
 def test_a_plugged_hole_and_a_missing_bolt_change_components_not_the_body() -> None:
@@ -241,21 +126,6 @@ def test_changed_pixels_are_counted_where_the_surface_differs() -> None:
     assert beside["left"]["differing_px"] == 0
 
 
-def test_the_opening_of_a_hole_is_a_disk() -> None:
-    """Nothing hides a hole of radius 25 whose near mouth is 380 mm away: pixels within 25 * 400 / 380."""
-    view = from_above(400.0)
-    far_off = cuboid("FLOOR", (-150, -110, -60), (150, 110, -50))
-    built = Built(variant_a(), [far_off], Caster([far_off]))
-    box = (-25.0, -25.0, 10.0, 25.0, 25.0, 20.0)
-    row, _ = change_rows((Change("LH", "hole", "removed", {}, box, None),), built, built, view)
-    x, y = np.meshgrid(np.arange(320) - 159.5, np.arange(240) - 119.5)
-    assert row["left"]["model_px"] == int((np.hypot(x, y) < 25 * 400 / 380).sum())
-    covered = Built(variant_a(), [cuboid("LID", (0, -110, 100), (150, 110, 110))], Caster([]))
-    covered = replace(covered, caster=Caster(covered.components))
-    row, _ = change_rows((Change("LH", "hole", "removed", {}, box, None),), covered, covered, view)
-    assert row["left"]["model_px"] == int(((np.hypot(x, y) < 25 * 400 / 380) & (x < 0)).sum())
-
-
 @pytest.mark.parametrize("what", sorted(OBJECTS))
 def test_objects_stand_on_the_table_and_are_written_as_step(what: str, tmp_path: Path) -> None:
     shapes, placed = make_object(what, np.random.default_rng([5, 14]))
@@ -265,17 +135,6 @@ def test_objects_stand_on_the_table_and_are_written_as_step(what: str, tmp_path:
     points = np.concatenate(Caster(components).vertices)
     assert points[:, 2].min() == pytest.approx(0, abs=0.02)
     assert 15 < np.ptp(points, axis=0).max() < 330
-
-
-@pytest.mark.parametrize("kind", [*PRINTS, "mixed"])
-def test_prints_show_and_are_the_same_again(kind: str) -> None:
-    for seed in range(5):
-        sheet, again = (draw_print(kind, 120.0, 80.0, np.random.default_rng(seed)) for _ in range(2))
-        np.testing.assert_array_equal(sheet, again)
-        assert sheet.shape == (480, 720)
-        assert sheet.min() >= 0.03
-        assert sheet.max() <= 0.9
-        assert np.ptp(np.percentile(sheet, [0.5, 99.5])) > 0.1
 
 
 def test_the_files_of_a_trial_agree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,7 @@ import io
 import json
 import shutil
 from collections.abc import Callable
-from contextlib import redirect_stdout
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,11 +15,15 @@ import pytest
 import yaml
 from PIL import Image
 
+import vision.inspection
 from relmodel.app.cli.main import main
+from relmodel.app.cli.verbs.inspect import print_answer
 from relmodel.resources import resource_dir
 from relmodel.store import Store
-from tests.app.cli.slider import write_world
+from tests.app.cli.slider import TRAVEL, write_world
+from tests.given import CopyStore, MakeOnce, NewStore
 from tests.reading import load
+from vision.inspection.inspection import Inspection as Answer
 
 DEMO = resource_dir("demo")
 
@@ -82,7 +86,7 @@ def fill(target: str, pair: Pair, folder: Path) -> None:
 
 
 @pytest.fixture(scope="session")
-def bulkhead_template(duckdb_template: Path, pair: Pair, make_once: Callable[..., Path]) -> Path:
+def bulkhead_template(duckdb_template: Path, pair: Pair, make_once: MakeOnce) -> Path:
     """A DuckDB store with the bulkhead placed, to be copied: reading its STEP file takes seconds."""
 
     def place(folder: Path) -> None:
@@ -101,68 +105,103 @@ def inspected(store: str, *options: str) -> dict[str, Any]:
     return answer
 
 
+def inspected_and_kept(store: str, *options: str) -> tuple[dict[str, Any], Answer]:
+    """The same, and the answer itself."""
+    kept: list[Answer] = []
+    inspect = vision.inspection.inspect
+
+    def keep(*given: Any, **named: Any) -> Answer:
+        kept.append(inspect(*given, **named))
+        return kept[0]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vision.inspection.inspect", keep)
+        return inspected(store, *options), kept[0]
+
+
 @dataclass(frozen=True)
 class Inspection:
-    """A store in which the pair was inspected, the answer, and the overlay that was drawn.
+    """A store in which the pair was inspected, the answer as JSON and in words, and the overlay that was drawn.
 
     Tests that write to the store do so to a copy (`copy_store`).
     """
 
     store: str
     answer: dict[str, Any]
+    words: str
     overlay: Path
 
 
-@pytest.fixture(scope="session")
-def inspection(bulkhead_template: Path, pair: Pair, make_once: Callable[..., Path]) -> Inspection:
-    """One inspection for all tests that ask what it left."""
+def inspect_once(make_once: MakeOnce, name: str, begin: Callable[[Path], str], *options: str) -> Inspection:
+    """One inspection for all tests that ask what it left, in the store that `begin` puts into the folder."""
 
     def inspect(folder: Path) -> None:
-        store = shutil.copy(bulkhead_template, folder / "cell.duckdb")
-        answer = inspected(str(store), *pair.options(overlay=folder / "overlay.png"))
-        (folder / "answer.json").write_text(json.dumps(answer))
+        store, said = begin(folder), io.StringIO()
+        own = [word.replace("FOLDER", str(folder)) for word in options]
+        answer, kept = inspected_and_kept(store, *own)
+        with redirect_stdout(said), redirect_stderr(said):
+            print_answer(kept, "table")
+        for file, text in {"answer.json": json.dumps(answer), "words": said.getvalue(), "target": store}.items():
+            (folder / file).write_text(text)
 
-    return _made(make_once("inspected", inspect))
-
-
-def _made(folder: Path) -> Inspection:
+    folder = make_once(name, inspect)
     answer = json.loads((folder / "answer.json").read_text())
-    return Inspection(str(folder / "cell.duckdb"), answer, folder / "overlay.png")
+    return Inspection(str(folder / "cell.duckdb"), answer, (folder / "words").read_text(), folder / "overlay.png")
+
+
+def copied(store: str | Path) -> Callable[[Path], str]:
+    """What begins with a copy of a store."""
+    return lambda folder: str(shutil.copy(store, folder / "cell.duckdb"))
 
 
 @pytest.fixture(scope="session")
-def minimal(inspection: Inspection, pair: Pair, make_once: Callable[..., Path]) -> Inspection:
-    """A copy of that store, in which the pair was inspected once more with its decisions alone kept."""
-
-    return _again(inspection, make_once, "minimal", *pair.options(), "--audit", "minimal")
-
-
-@pytest.fixture(scope="session")
-def left_alone(inspection: Inspection, pair: Pair, make_once: Callable[..., Path]) -> Inspection:
-    """A copy of that store, in which the left picture was inspected by itself."""
-    return _again(inspection, make_once, "left_alone", *pair.options(right=None), "--needs", "5mm,1deg")
-
-
-def _again(inspection: Inspection, make_once: Callable[..., Path], name: str, *options: str) -> Inspection:
-    def inspect(folder: Path) -> None:
-        store = shutil.copy(inspection.store, folder / "cell.duckdb")
-        (folder / "answer.json").write_text(json.dumps(inspected(str(store), *options)))
-
-    return _made(make_once(name, inspect))
+def inspection(bulkhead_template: Path, pair: Pair, make_once: MakeOnce) -> Inspection:
+    """Accepted, with a prior, by a rig that a carriage carries."""
+    return inspect_once(make_once, "inspected", copied(bulkhead_template), *pair.options(overlay="FOLDER/overlay.png"))
 
 
 @pytest.fixture(scope="session")
-def postgresql_inspection(
-    new_store: Callable[[str], str], copy_store: Callable[[str], str], pair: Pair, make_once: Callable[..., Path]
+def minimal(
+    inspection: Inspection, pair: Pair, make_once: MakeOnce, tmp_path_factory: pytest.TempPathFactory
 ) -> Inspection:
-    """The same on PostgreSQL: a copy for each worker, as nobody may have open what is copied."""
+    """A copy of that store, in which the pair was inspected once more by cameras of other names, which come in another
+    order, with its decisions alone kept."""
+    rig = tmp_path_factory.mktemp("named") / "named.yaml"
+    cameras = {"prior": pair.rig["cameras"]["left"], "below": pair.rig["cameras"]["right"]}
+    rig.write_text(yaml.safe_dump({"cameras": cameras}, sort_keys=False))
+    given = [f"below={pair.right}", "--rig", str(rig), "--prior", str(pair.prior_file), f"prior={pair.left}"]
+    return inspect_once(make_once, "minimal", copied(inspection.store), *given, "--audit", "minimal")
 
-    def inspect(folder: Path) -> None:
+
+@pytest.fixture(scope="session")
+def left_alone(inspection: Inspection, pair: Pair, make_once: MakeOnce) -> Inspection:
+    """A copy of that store, in which the left picture was inspected by itself, the joint of the carriage said to stand
+    elsewhere."""
+    joint = ["--set", f"travel={TRAVEL + 6}", "--joint-sigma", "travel=4"]
+    base = ["--base-sigma-mm", "2", "--base-sigma-deg", "0.3"]
+    given = [*pair.options(right=None), "--needs", "5mm,1deg", *joint, *base]
+    return inspect_once(make_once, "left_alone", copied(inspection.store), *given)
+
+
+@pytest.fixture(scope="session")
+def dark(inspection: Inspection, pair: Pair, make_once: MakeOnce) -> Inspection:
+    """A copy of that store, in which a lens cap was inspected: refused."""
+
+    def begin(folder: Path) -> str:
+        Image.new("L", (640, 480), 7).save(folder / "dark.png")
+        return copied(inspection.store)(folder)
+
+    return inspect_once(make_once, "dark", begin, *pair.options(left="FOLDER/dark.png", right=None))
+
+
+@pytest.fixture(scope="session")
+def postgresql_inspection(new_store: NewStore, copy_store: CopyStore, pair: Pair, make_once: MakeOnce) -> Inspection:
+    """The first on PostgreSQL: a copy for each worker, as nobody may have open what is copied."""
+
+    def begin(folder: Path) -> str:
         target = new_store("postgresql")
         fill(target, pair, folder)
-        answer = inspected(target, *pair.options(overlay=folder / "overlay.png"))
-        (folder / "answer.json").write_text(json.dumps(answer))
-        (folder / "target").write_text(target)
+        return target
 
-    folder = make_once("postgresql_inspected", inspect)
-    return replace(_made(folder), store=copy_store((folder / "target").read_text()))
+    made = inspect_once(make_once, "postgresql_inspected", begin, *pair.options(overlay="FOLDER/overlay.png"))
+    return replace(made, store=copy_store((made.overlay.parent / "target").read_text()))

@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 import sqlalchemy as sa
@@ -11,7 +10,7 @@ from PIL import Image
 
 from relmodel.app.cli.main import main
 from relmodel.store import Store
-from vision.cameras.images import read_picture
+from tests.given import Capsys
 from vision.extraction.extract import STAGES
 
 
@@ -35,85 +34,18 @@ def test_every_stage_has_a_picture(stage: str, square: Path, tmp_path: Path) -> 
         assert len(set(picture.crop((0, 0, 128, 96)).get_flattened_data())) > 1
 
 
-def counts(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, int]:
+def counts(capsys: Capsys, *arguments: str) -> dict[str, int]:
     capsys.readouterr()
     assert main(["extract", *arguments, "--format", "json"]) == 0
     return {row["stage"]: row["found"] for row in json.loads(capsys.readouterr().out)}
 
 
-@pytest.mark.parametrize("kind", ["tiff16", "png16", "tiff12", "png10", "rgb", "rgba", "palette", "jpeg"])
-def test_depth_and_colour_change_nothing(
-    kind: str, square: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    grey = np.asarray(Image.open(square))
-    other = tmp_path / ("other.jpg" if kind == "jpeg" else "other.tif" if kind.startswith("tiff") else "other.png")
-    if kind[-2:].isdigit():
-        most = 2 ** int(kind[-2:]) - 1
-        Image.fromarray(np.rint(grey / 200 * most).astype(np.uint16)).save(other)
-    elif kind == "jpeg":
-        Image.fromarray(grey).save(other, quality=100)
-    else:
-        Image.fromarray(grey).convert({"rgb": "RGB", "rgba": "RGBA", "palette": "P"}[kind]).save(other)
-    expected, found = counts(capsys, str(square)), counts(capsys, str(other))
-    assert found["arcs"] == expected["arcs"] == 4
-    assert found["regions"] == expected["regions"] == 2
-
-
-@pytest.mark.parametrize("suffix", ["png", "tif"])
-def test_deep_colour_keeps_its_depth(suffix: str, square: Path, tmp_path: Path) -> None:
-    grey = np.asarray(Image.open(square)).astype(np.uint16) * 16  # twelve bits' worth: eight of them would be coarse
-    path = tmp_path / f"deep.{suffix}"
-    cv2.imwrite(str(path), np.dstack([grey * 4, grey * 2, grey]))  # blue, green, red
-    picture = read_picture(path)
-    assert picture.depth == 16
-    np.testing.assert_allclose(picture.grey, grey * (0.114 * 4 + 0.587 * 2 + 0.299) / 257)
-
-
-@pytest.mark.parametrize("shape", [(1, 1), (1, 200), (200, 1), (5, 5), (12, 12), (64, 64)])
-@pytest.mark.parametrize("kind", ["black", "white", "noise"])
-def test_tiny_and_blank_pictures_are_one_region(
-    shape: tuple[int, int], kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    values = {"black": 0, "white": 255, "noise": np.random.default_rng(1).integers(0, 255, shape)}[kind]
-    Image.fromarray(np.full(shape, values, np.uint8)).save(tmp_path / "small.png")
-    found = counts(capsys, str(tmp_path / "small.png"))
-    assert (found["arcs"], found["regions"], found["topography"]) == (0, 1, shape[0] * shape[1])
-
-
-@pytest.mark.parametrize(
-    ("name", "sentence"),
-    [
-        ("none.png", "check its name"),
-        ("empty.png", "not a picture in a known format"),
-        ("text.png", "not a picture in a known format"),
-        ("cut.png", "cannot be read"),
-        ("cut.jpg", "cannot be read"),
-        ("cut.tif", "cannot be read"),
-        ("cutdeep.png", "cannot be read"),
-        ("float.tif", "coded as F"),
-        ("lab.tif", "coded as LAB"),
-    ],
-)
-def test_what_is_no_picture_is_one_sentence(
-    name: str, sentence: str, square: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    grey, path = Image.open(square), tmp_path / name
-    if name.startswith("cut"):
-        if name == "cutdeep.png":
-            cv2.imwrite(str(path), np.dstack([np.asarray(grey).astype(np.uint16) * 257] * 3))
-        else:
-            grey.save(path)
-        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    elif name == "float.tif":
-        Image.fromarray(np.asarray(grey).astype(np.float32)).save(path)
-    elif name == "lab.tif":
-        grey.convert("RGB").convert("LAB").save(path)
-    elif name != "none.png":
-        path.write_text("" if name == "empty.png" else "hello")
-    assert main(["extract", str(path)]) == 3
-    error = capsys.readouterr().err
-    assert sentence in error
-    assert error.count("\n") == 1
+@pytest.mark.parametrize("shape", [(1, 1), (1, 200), (200, 1), (64, 64)])
+def test_tiny_and_blank_pictures_are_one_region(shape: tuple[int, int], tmp_path: Path, capsys: Capsys) -> None:
+    for values in (np.array(255), np.random.default_rng(1).integers(0, 255, shape)):
+        Image.fromarray(np.full(shape, values, np.uint8)).save(tmp_path / "small.png")
+        found = counts(capsys, str(tmp_path / "small.png"))
+        assert (found["arcs"], found["regions"], found["topography"]) == (0, 1, shape[0] * shape[1])
 
 
 def test_a_picture_that_cannot_be_written_is_told_first(square: Path, tmp_path: Path) -> None:
@@ -121,7 +53,7 @@ def test_a_picture_that_cannot_be_written_is_told_first(square: Path, tmp_path: 
     assert main(["extract", str(square), "--picture", str(tmp_path / "nowhere" / "arcs.png")]) == 3
 
 
-def test_a_mask_bounds_what_is_looked_at(square: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_mask_bounds_what_is_looked_at(square: Path, tmp_path: Path, capsys: Capsys) -> None:
     mask = np.zeros((96, 128), np.uint8)
     mask[:, :60] = 255  # the left side, and half of the upper and lower
     Image.fromarray(mask).save(tmp_path / "mask.png")
@@ -147,9 +79,7 @@ def test_rows_reach_the_store(square: Path, fresh_store: str) -> None:
         assert (count("extraction"), count("image_arc")) == (1, 4)
 
 
-def test_bits_of_a_camera_are_said_and_stored(
-    square: Path, fresh_store: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bits_of_a_camera_are_said_and_stored(square: Path, fresh_store: str, tmp_path: Path, capsys: Capsys) -> None:
     grey = np.asarray(Image.open(square))
     Image.fromarray(grey.astype(np.uint16) * 16).save(tmp_path / "twelve.png")
     pictures = [str(square), str(tmp_path / "twelve.png")]

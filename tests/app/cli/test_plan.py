@@ -3,49 +3,24 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-import sqlalchemy as sa
 
 import relmodel
 from relmodel.app.cli.main import main
 from relmodel.app.cli.options import read_pairs
-from relmodel.resources import resource_dir
 from relmodel.store import Store
-from tests.app.cli.conftest import Inspection, Pair
+from tests.app.cli.conftest import Pair
 from tests.app.cli.slider import BASE, carriage, carriage_from_rig
 from tests.app.cli.test_findings import stop
-from vision.cameras.files import read_needs, read_prior, read_rig
-from vision.planning import LEAST_PX, PlanOptions, _items, _left, predict_distinct_px
-from vision.scene import read_scene
-
-DECIDED = ("confirmed", "changed", "contradicted")
-
-
-def test_what_a_view_would_check_is_what_an_inspection_from_there_decides(inspection: Inspection, pair: Pair) -> None:
-    truth = json.loads((resource_dir("demo") / "pair_00_truth.json").read_text())
-    with Store.open(inspection.store) as store, store.read() as connection:
-        rows, world = _left(store, connection, PlanOptions(object="bulkhead"))
-        stored = read_scene(store, connection, world)
-        asked = "SELECT path, state FROM presence WHERE level <> 'surface'"
-        state = {row.path: row.state for row in connection.execute(sa.text(asked))}
-    items = _items(stored, rows)
-    px = predict_distinct_px(stored, read_rig(pair.rig_file), items, np.array(truth["world_from_rig"]))
-    decided = np.array([state.get(path) in DECIDED for path in items.path])
-    assert decided.sum() > 40
-    assert decided[px >= LEAST_PX].mean() >= 0.85
-    assert decided[px < 30].mean() <= 0.01
+from tests.given import Capsys, CopyStore
+from vision.cameras.files import read_needs, read_prior
 
 
 def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
-    bulkhead_template: Path,
-    pair: Pair,
-    tmp_path: Path,
-    copy_store: Callable[[str], str],
-    capsys: pytest.CaptureFixture[str],
+    bulkhead_template: Path, pair: Pair, tmp_path: Path, copy_store: CopyStore, capsys: Capsys
 ) -> None:
     target = copy_store(str(bulkhead_template))
     call = ["plan", "--rig", str(pair.rig_file), "--store", target, "--format", "json"]
@@ -97,7 +72,7 @@ def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
     ],
 )
 def test_what_cannot_be_planned_is_refused(
-    words: list[str], sentence: str, bulkhead_template: Path, pair: Pair, capsys: pytest.CaptureFixture[str]
+    words: list[str], sentence: str, bulkhead_template: Path, pair: Pair, capsys: Capsys
 ) -> None:
     assert main(["plan", *words, "--rig", str(pair.rig_file), "--store", str(bulkhead_template)]) == 2
     assert sentence in capsys.readouterr().err

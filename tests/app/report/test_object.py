@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import sqlalchemy as sa
 from relmodel.app.cli.main import main
 from relmodel.store import Store
 from tests.browser import Browser
+from tests.given import Capsys, NewStore
 from tests.pages import Page, data_of
 from tests.parts.solids import box, cylinder
 from tests.variants.composed import Item, pose, store_items
@@ -27,11 +27,12 @@ def plate(*holes: tuple[float, float, float]) -> Any:
     return body
 
 
+on_duckdb = pytest.mark.parametrize("target", ["duckdb"], indirect=True)
 EVIL = "</script><img src=x onerror=alert(1)>"
 
 
 @pytest.fixture(scope="module", params=["duckdb", "postgresql"])
-def target(request: pytest.FixtureRequest, new_store: Callable[[str], str]) -> str:
+def target(request: pytest.FixtureRequest, new_store: NewStore) -> str:
     """Two variants of a plate with pegs: a hole gone, another new; a peg moved, one gone, one new."""
     target = new_store(request.param)
     peg = cylinder((0, 0, 0), 4, 30)
@@ -103,7 +104,8 @@ def test_a_diff_shows_what_is_new_moved_and_gone(target: str, tmp_path: Path) ->
     assert "8 mm" in Page(text).text
 
 
-def test_a_wrong_call_is_told(target: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@on_duckdb
+def test_a_wrong_call_is_told(target: str, tmp_path: Path, capsys: Capsys) -> None:
     out = ["-o", str(tmp_path / "x.html"), "--store", target]
     assert main(["report", "--object", "thing", *out]) == 2
     assert "name one of its variants: A, B" in capsys.readouterr().err
@@ -113,6 +115,7 @@ def test_a_wrong_call_is_told(target: str, tmp_path: Path, capsys: pytest.Captur
     assert list(tmp_path.iterdir()) == []
 
 
+@on_duckdb
 @pytest.mark.browser
 def test_a_browser_shows_both_without_complaint(target: str, tmp_path: Path, chromium: Browser) -> None:
     for options in (["--object", "thing", "--variant", "B"], ["--diff", "A", "B", "--object", "thing"]):

@@ -4,26 +4,21 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow.csv
 import pyarrow.parquet
 import pytest
 import trimesh
-from PIL import Image
 
 from relmodel.app.cli.main import main
-from relmodel.drawing.draw import KINDS as COLOURS
 from relmodel.model.model import Assembly, Instance, Model, Part
 from relmodel.readers.mesh.shape import shape_from_triangles
 from relmodel.store import Store
-from tests.parts.solids import Part as PlainPart
-from tests.parts.solids import box, cylinder
+from tests.given import Capsys, NewStore
 from tests.reading import load, store_model
-from tests.variants.composed import Item, pose, store_items
+from tests.variants.composed import pose
 
 
 @pytest.fixture(scope="module")
@@ -43,10 +38,7 @@ def scene() -> trimesh.Scene:
 
 @pytest.fixture(scope="module", params=["duckdb", "postgresql"])
 def target(
-    request: pytest.FixtureRequest,
-    new_store: Callable[[str], str],
-    tmp_path_factory: pytest.TempPathFactory,
-    scene: trimesh.Scene,
+    request: pytest.FixtureRequest, new_store: NewStore, tmp_path_factory: pytest.TempPathFactory, scene: trimesh.Scene
 ) -> str:
     """A store with the scene, which no test writes to."""
     target, file = new_store(request.param), tmp_path_factory.mktemp("scene") / "scene.glb"
@@ -56,7 +48,7 @@ def target(
     return target
 
 
-def test_show_prints_the_tree(target: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_show_prints_the_tree(target: str, capsys: Capsys) -> None:
     assert main(["show", "thing", "--variant", "X", "--store", target, "--format", "json"]) == 0
     rows = json.loads(capsys.readouterr().out)
     assert rows[0]["parts"] == 3
@@ -78,9 +70,7 @@ def test_glb_keeps_sharing_and_place(target: str, tmp_path: Path, scene: trimesh
     assert again.volume == pytest.approx(scene.volume, rel=1e-6)
 
 
-def test_what_has_no_geometry_is_not_exported(
-    duckdb_template: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_has_no_geometry_is_not_exported(duckdb_template: Path, tmp_path: Path, capsys: Capsys) -> None:
     target = str(tmp_path / "store.duckdb")
     shutil.copy(duckdb_template, target)
     (tmp_path / "bare.urdf").write_text('<robot name="bare"><link name="a"/></robot>')
@@ -89,6 +79,7 @@ def test_what_has_no_geometry_is_not_exported(
     assert "bare has no geometry to write" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("target", ["duckdb"], indirect=True)
 @pytest.mark.parametrize(
     ("words", "said", "status"),
     [
@@ -102,7 +93,7 @@ def test_what_has_no_geometry_is_not_exported(
     ],
 )
 def test_a_place_that_takes_no_file_is_told(
-    words: list[str], said: str, status: int, target: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    words: list[str], said: str, status: int, target: str, tmp_path: Path, capsys: Capsys
 ) -> None:
     (tmp_path / "taken").write_text("")
     verb, option, name = words
@@ -157,7 +148,7 @@ def test_tables_hold_what_the_object_has(target: str, tmp_path: Path) -> None:
         assert sum(r["area"] for r in boxes) == pytest.approx(2 * (20000 + 5000 + 10000) + 2 * np.pi * 400, rel=3e-3)
 
 
-def test_equal_siblings_are_one_line(capsys: pytest.CaptureFixture[str], duckdb_template: Path, tmp_path: Path) -> None:
+def test_equal_siblings_are_one_line(capsys: Capsys, duckdb_template: Path, tmp_path: Path) -> None:
     """An assembly of 40 equal frames of 51 posts and a bolt, and 300 bolts of other names beside them."""
     shutil.copy(duckdb_template, tmp_path / "s.duckdb")
     arguments = ["show", "rack", "--store", str(tmp_path / "s.duckdb")]
@@ -191,59 +182,3 @@ def store_rack(store: Store) -> None:
     top = Assembly("RACK", (*frames, *(Instance(f"B_{i}", "part", 2 + i, np.eye(4)) for i in range(300))))
     model = Model("GLB", None, "mm", 1.0, (shape,), (post, bolt, *others), (frame, top), 1, None, 0, "test")
     store_model(store, model, "rack")
-
-
-@pytest.fixture(scope="module")
-def bracket(duckdb_template: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A store with a block of 60 x 40 x 20 mm with a through hole, a blind one and a boss."""
-    file = tmp_path_factory.mktemp("bracket") / "s.duckdb"
-    shutil.copy(duckdb_template, file)
-    part = PlainPart(box((0, 0, 0), (60, 40, 20)))
-    part.cut(cylinder((15, 20, -1), 6, 30), cylinder((45, 12, 10), 4, 30))
-    part.fuse(cylinder((45, 30, 20), 5, 8))
-    with Store.open(file) as store:
-        store_items(store, "X", [Item("BLOCK", part.body, pose())], "block")
-    return str(file)
-
-
-def test_what_lies_behind_is_hidden(bracket: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """From the front the through hole is white, the blind one and the boss have their colours; from behind neither."""
-    shown = {}
-    for view in ("front", "back"):
-        file = tmp_path / f"{view}.png"
-        command = ["show", "block", "--variant", "X", "--store", bracket, "--picture", str(file), "--view", view]
-        assert main(command) == 0
-        said = capsys.readouterr().err
-        picture = np.asarray(Image.open(file).convert("RGB"))
-        scale = 1600 / (60 * 1.04)
-
-        def pixel(x: float, y: float, scale: float = scale, view: str = view, picture: Any = picture) -> list[int]:
-            column = x if view == "front" else 60 - x
-            found: list[int] = picture[round((40 - y + 1.2) * scale), round((column + 1.2) * scale)].tolist()
-            return found
-
-        shown[view] = (pixel(15, 20), pixel(45, 12), pixel(45, 30), pixel(30, 5), "boss #" in said)
-    through, blind, boss, plain, named = shown["front"]
-    assert through == [255, 255, 255]
-    assert named
-    ratios = [np.array(c) / COLOURS[k] for c, k in ((blind, "blind_hole"), (boss, "boss"), (plain, "body"))]
-    for ratio in ratios:  # a colour, shaded
-        assert np.ptp(ratio) < 0.02
-        assert 0.5 < ratio.mean() <= 1
-    through, blind, boss, plain, named = shown["back"]
-    assert through == [255, 255, 255]
-    assert blind == boss == plain
-    assert not named
-
-
-def test_a_picture_shows_the_outline(target: str, tmp_path: Path) -> None:
-    out = tmp_path / "p.png"
-    assert main(["show", "thing", "--variant", "X", "--store", target, "--picture", str(out), "--view", "front"]) == 0
-    shown = np.asarray(Image.open(out).convert("L"))[:-26] < 250  # without the line of the legend
-    wide = np.flatnonzero(shown.any(axis=0))
-    # Seen along z: the turned box is at most 0.2 sin 0.6 + 0.1 cos 0.6 wide, and the two overlap nowhere.
-    half = (0.1 * np.cos(0.6) + 0.2 * np.sin(0.6)) / 2
-    width = 0.05 + 0.5 + half
-    step = (wide[-1] - wide[0] + 1) / width
-    area = 2 * 0.1 * 0.2 + np.pi * 0.02**2
-    assert shown.sum() == pytest.approx(area * step**2, rel=0.02)
