@@ -23,7 +23,7 @@ from relmodel.store import Store
 from tests.app.cli.slider import TRAVEL, write_world
 from tests.given import CopyStore, MakeOnce, NewStore
 from tests.reading import load
-from vision.inspection.inspection import Inspection as Answer
+from vision.inspection import Inspection as Answer
 
 DEMO = resource_dir("demo")
 

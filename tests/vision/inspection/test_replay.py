@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 import sqlalchemy as sa
 
 from tests.vision.inspection.conftest import Done
 from vision.inspection.replay import replay
 
-ALTERED = {  # which row of a table, and what becomes of it
+ALTERED: dict[str, tuple[str, dict[str, Any] | None]] = {  # which row of a table, and what becomes of it
     "edge_measurement": ("view_no = 1 AND measurement_no = 7", {"sigma": sa.literal_column("sigma + 0.25")}),
     "threshold": ("name = 'states.least_px'", {"value": sa.literal_column("value + 1")}),
     "hypothesis": ("hypothesis_no = 0", None),
