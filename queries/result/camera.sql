@@ -10,4 +10,4 @@ JOIN inspection AS n ON n.run_id = i.run_id
 JOIN rig_camera AS k ON k.rig_id = n.rig_id AND k.name = i.camera
 JOIN camera AS c ON c.id = k.camera_id
 WHERE i.run_id = :run_id
-ORDER BY i.camera
+ORDER BY i.camera_no
