@@ -27,7 +27,7 @@ from tests.given import Capsys
 INTERRUPTED = "interrupted: what was finished before is kept, and the store is otherwise as it was"
 # Python ends by the signal itself where it broke off an import that makes code: a shell reports 130 for both.
 INTERRUPTED_STATUSES = (130, -signal.SIGINT)
-LONG = ("load", "world", "export", "diff")
+LONG = ("load", "world", "diff", "export")
 
 
 class Terminal(io.StringIO):

@@ -163,5 +163,5 @@ def test_runs_that_differ_in_nothing_and_in_what_was_asked(
     lines = said()
     assert max(map(len, lines)) <= 100
     sizes = [len([one for one in found if one.section == name]) for name in {one.section for one in found}]
-    left_out = sum(map(int, re.findall(r"\.\.\. and (\d+) more: --all", "\n".join(lines))))
+    left_out = sum(map(int, re.findall(r"\.\.\. and (\d+) more:\s+--all", "\n".join(lines))))
     assert left_out == sum(max(0, size - 6) for size in sizes) > 0
