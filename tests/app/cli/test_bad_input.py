@@ -84,7 +84,8 @@ class Refuse:
 
 
 @pytest.fixture
-def refuse(store: str, capsys: Capsys) -> Refuse:
+def refuse(store: str, capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> Refuse:
+    monkeypatch.setattr("relmodel.app.session.compile_behind", lambda say: None)  # which says so, once a machine
     return Refuse(store, capsys)
 
 

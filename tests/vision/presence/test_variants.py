@@ -15,9 +15,13 @@ from vision.presence.states import CHANGED, CONFIRMED, UNDECIDABLE, Presence
 def presence(*state: int) -> Presence:
     """A part, a feature and a surface in these states."""
     evidence = SimpleNamespace(log_odds=np.zeros((3, 1)))
-    items = SimpleNamespace(level=["part", "feature", "surface"])
-    known = {"items": items, "state": np.array(state), "reason": np.zeros(3), "evidence": evidence}
-    return cast(Presence, SimpleNamespace(**known, moved_log_odds=np.zeros(3)))
+    none = np.zeros(3)
+    items = SimpleNamespace(
+        level=["part", "feature", "surface"], path=["a", "b", "c"], feature_no=none, surface_no=none, visible_px=none
+    )
+    known = {"items": items, "state": np.array(state), "reason": np.zeros(3, int), "evidence": evidence}
+    moved = dict.fromkeys(("moved_mm", "moved_sigma_mm", "moved_log_odds"), none)
+    return cast(Presence, SimpleNamespace(**known, **moved))
 
 
 @pytest.mark.parametrize(
