@@ -69,12 +69,10 @@ BENCHMARKS = (
     Benchmark("extraction_cost", needs_data=True),
     Benchmark("stereo_methods", ("--pairs", "A0", "C1"), needs_data=True),
     Benchmark("nearest_edge", ("--sets", "demo", "A", "--count", "2"), needs_data=True),
-    Benchmark("stated", ("--draws", "1", "--pairs", "2"), needs_data=True),
     Benchmark("without_prior", ("--pairs", "1"), needs_data=True),
     Benchmark("distances", ("--pairs", "1", "--sets", "A", "--crowds", "0"), needs_data=True),
     Benchmark("ablations", ("--pairs", "1", "--sets", "A", "render_box"), needs_data=True),
     Benchmark("alterations", ("--count", "10")),
-    Benchmark("audit_cost", ("--pairs", "00")),
     Benchmark("scale_out", ("--parts", "10000", "--engines", "duckdb", "postgresql")),
     Benchmark("damaged_files", ("1", "4"), needs_data=True),
 )
