@@ -1,4 +1,4 @@
-"""The bulkhead as the STEP file has it: components with their names and places, meshes with exact normals, edges."""
+"""The bulkhead as the STEP file has it: components with their names and places, meshes with exact normals."""
 
 from __future__ import annotations
 
@@ -11,19 +11,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from OCP.BRep import BRep_Tool
-from OCP.BRepAdaptor import BRepAdaptor_Curve, BRepAdaptor_Surface
+from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
-from OCP.collections import IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher, Sequence_TDF_Label
-from OCP.GCPnts import GCPnts_UniformAbscissa
-from OCP.gp import gp_Pnt, gp_Pnt2d, gp_Vec
+from OCP.collections import Sequence_TDF_Label
+from OCP.gp import gp_Pnt, gp_Vec
 from OCP.IFSelect import IFSelect_RetDone
 from OCP.STEPCAFControl import STEPCAFControl_Reader
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDF import TDF_Label
 from OCP.TDocStd import TDocStd_Document
-from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_REVERSED
-from OCP.TopExp import TopExp
+from OCP.TopAbs import TopAbs_FACE, TopAbs_REVERSED
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS
 from OCP.XCAFApp import XCAFApp_Application
@@ -45,7 +43,6 @@ class Part:
     normals: Array
     triangles: NDArray[np.int64]
     face: NDArray[np.int64]
-    edges: list[tuple[Array, Array, Array]]  # points and the normals of both faces at them, (k, 3) each
 
 
 @dataclass
@@ -57,7 +54,7 @@ class Component:
     object_from_part: Array
 
 
-def read_components(path: Path, edges: bool = False) -> list[Component]:
+def read_components(path: Path) -> list[Component]:
     """The components of a STEP file (gzipped or not), in the file's order; a part alone is called by its product."""
     document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
     XCAFApp_Application.GetApplication_s().InitDocument(document)
@@ -79,7 +76,7 @@ def read_components(path: Path, edges: bool = False) -> list[Component]:
         if not XCAFDoc_ShapeTool.IsAssembly_s(label):
             product = _name(label)
             if product not in parts:
-                parts[product] = tessellate(product, XCAFDoc_ShapeTool.GetShape_s(label), edges)
+                parts[product] = tessellate(product, XCAFDoc_ShapeTool.GetShape_s(label))
             out.append(Component("/".join(names or [product]), parts[product], place))
             return
         components = Sequence_TDF_Label()
@@ -118,13 +115,10 @@ def _normals(surface: Any, uv: list[tuple[float, float]], flip: bool) -> Array:
     return -out if flip else out
 
 
-def tessellate(name: str, shape: Any, edges: bool = False) -> Part:
-    """The mesh of one product's shape, and with `edges` the samples along them."""
+def tessellate(name: str, shape: Any) -> Part:
+    """The mesh of one product's shape."""
     BRepMesh_IncrementalMesh(shape, CHORD_MM, False, TURN_RAD, False)
     vertices, normals, triangles, numbers = [], [], [], []
-    index = IndexedMap_TopoDS_Shape_TopTools_ShapeMapHasher()
-    TopExp.MapShapes_s(shape, TopAbs_EDGE, index)
-    of_edge: dict[int, list[Any]] = {}
     count = 0
     for number, item in enumerate(explore(shape, TopAbs_FACE)):
         face = TopoDS.Face(item)
@@ -138,29 +132,5 @@ def tessellate(name: str, shape: Any, edges: bool = False) -> Part:
         triangles.append(corner[:, ::-1] if flip else corner)
         numbers.append(np.full(len(points), number))
         count += len(points)
-        for edge in explore(face, TopAbs_EDGE) if edges else ():
-            of_edge.setdefault(index.FindIndex(edge), []).append((TopoDS.Edge(edge), face))
-    sampled = [_edge(*uses) for uses in of_edge.values() if len(uses) == 2 and not BRep_Tool.Degenerated_s(uses[0][0])]
     mesh = np.concatenate(vertices), np.concatenate(normals), np.concatenate(triangles), np.concatenate(numbers)
-    return Part(name, *mesh, sampled)
-
-
-def _edge(first: Any, second: Any, spacing: float = 2.0) -> tuple[Array, Array, Array]:
-    curve = BRepAdaptor_Curve(first[0])
-    places = GCPnts_UniformAbscissa(curve, spacing)
-    if places.IsDone() and places.NbPoints() > 3:
-        parameters = [places.Parameter(i) for i in range(1, places.NbPoints() + 1)]
-    else:
-        parameters = list(np.linspace(curve.FirstParameter(), curve.LastParameter(), 5))
-    points = [curve.Value(t) for t in parameters]
-    normals = []
-    for edge, face in (first, second):
-        low, high = BRepAdaptor_Curve(edge).FirstParameter(), BRepAdaptor_Curve(edge).LastParameter()
-        flat = BRep_Tool.CurveOnSurface_s(edge, face, low, high)
-        uv = []
-        for t in parameters:
-            p = gp_Pnt2d()
-            flat.D0(t, p)
-            uv.append((p.X(), p.Y()))
-        normals.append(_normals(BRepAdaptor_Surface(face), uv, face.Orientation() == TopAbs_REVERSED))
-    return np.array([[p.X(), p.Y(), p.Z()] for p in points]), normals[0], normals[1]
+    return Part(name, *mesh)

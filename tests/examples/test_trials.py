@@ -40,7 +40,7 @@ def cuboid(name: str, low: tuple[float, float, float], high: tuple[float, float,
     corners = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)], float)
     quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
     triangles = np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
-    part = Part(name, corners, np.zeros((8, 3)), triangles, np.zeros(8, int), [])
+    part = Part(name, corners, np.zeros((8, 3)), triangles, np.zeros(8, int))
     return Component(name, part, np.eye(4))
 
 
