@@ -148,16 +148,18 @@ CREATE TABLE rig_camera (  -- world: The cameras of a rig.
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- rig_from_camera
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
     m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,
-    sigma_focal DOUBLE PRECISION,  -- standard deviation of the focal length, as a share of it; this and the next three are null where the rig does
+    sigma_focal DOUBLE PRECISION,  -- standard deviation of the focal length, as a share of it; this and the next four are null where the rig does
         -- not say how well the camera is known
     sigma_centre_px DOUBLE PRECISION,  -- the same of the principal point along each axis, px
     sigma_translation_mm DOUBLE PRECISION,  -- the same of where the camera sits in the rig, along each axis of the camera, mm
     sigma_rotation DOUBLE PRECISION,  -- the same about each axis, rad
+    sigma_radial DOUBLE PRECISION,  -- the same of the first coefficient of radial distortion
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6),
-    CHECK (sigma_focal >= 0 AND sigma_centre_px >= 0 AND sigma_translation_mm >= 0 AND sigma_rotation >= 0),
+    CHECK (sigma_focal >= 0 AND sigma_centre_px >= 0 AND sigma_translation_mm >= 0 AND sigma_rotation >= 0
+        AND sigma_radial >= 0),
     PRIMARY KEY (rig_id, name)
 );
 

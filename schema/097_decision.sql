@@ -38,7 +38,7 @@ CREATE TABLE camera_unknown (  -- localisation: What was solved of each camera a
     run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
     camera TEXT NOT NULL,  -- name of the camera in the rig
     name TEXT NOT NULL,  -- response (px at a contrast of the whole range), centre_u, centre_v (px), focal (share), and place in the rig: x, y, z
-        -- (mm), rx, ry, rz (rad)
+        -- (mm), rx, ry, rz (rad), and radial, what is added to the first coefficient of distortion
     value DOUBLE PRECISION NOT NULL,  -- as solved
     expected DOUBLE PRECISION NOT NULL,  -- as expected before
     sigma DOUBLE PRECISION NOT NULL,  -- standard deviation before; 0: exact, and not solved

@@ -136,7 +136,7 @@ LEFT JOIN (
 CREATE VIEW why_verdict (  -- localisation: The rules of a verdict, each with what was found and what that was compared with; accepted is what passes all.
     run_id,  -- the run
     rule_no,  -- ordinal of the rule
-    rule,  -- likely, prior, apart, translation, rotation, rivals, share or cameras
+    rule,  -- likely, prior, apart, translation, rotation, rivals, share, cameras or calibration
     value,  -- what was found: probability, sigmas, mm, degrees or how many
     gate,  -- what that was compared with, in the same unit
     holds,  -- whether the pose passes
@@ -158,6 +158,7 @@ WITH statistic AS (
         max(CASE name WHEN 'sigma_rad' THEN value END) AS sigma_rad,
         max(CASE name WHEN 'likely' THEN value END) AS likely,
         max(CASE name WHEN 'rivals' THEN value END) AS rivals,
+        max(CASE name WHEN 'calibration' THEN value END) AS calibration,
         min(CASE WHEN starts_with(name, 'sees ') THEN value END) AS sees
     FROM verdict_statistic
     GROUP BY run_id
@@ -167,6 +168,7 @@ criterion AS (
         max(CASE name WHEN 'searched_rarity' THEN value END) AS searched_rarity,
         max(CASE name WHEN 'max_sigma' THEN value END) AS max_sigma,
         max(CASE name WHEN 'max_apart_sigma' THEN value END) AS max_apart,
+        max(CASE name WHEN 'max_calibration_sigma' THEN value END) AS max_calibration,
         max(CASE name WHEN 'least_share_anywhere' THEN value END) AS least_share,
         max(CASE name WHEN 'least_camera_odds' THEN value END) AS least_odds,
         max(CASE name WHEN 'needs_translation_mm' THEN value END) AS needs_mm,
@@ -174,6 +176,13 @@ criterion AS (
     FROM threshold
     WHERE decision = 'verdict'
     GROUP BY run_id
+),
+-- What of the cameras the pictures show least as the rig's file has it.
+misfit AS (
+    SELECT run_id, camera, name, value - expected AS off,
+        row_number() OVER (PARTITION BY run_id ORDER BY abs(value - expected) / sigma DESC, camera, name) AS place
+    FROM camera_unknown
+    WHERE sigma > CASE WHEN name IN ('centre_u', 'centre_v') THEN 0.02 ELSE 0 END AND name <> 'response'
 ),
 rule AS (
     SELECT s.run_id, 0 AS rule_no, 'likely' AS rule, s.likely AS value, h.min_posterior AS gate,
@@ -230,6 +239,20 @@ rule AS (
             CAST(h.least_odds AS NUMERIC(18, 1)), ' are needed')
     FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
     WHERE s.sees IS NOT NULL
+    UNION ALL
+    SELECT s.run_id, 8, 'calibration', s.calibration, h.max_calibration, s.calibration <= h.max_calibration,
+        concat('what the pictures show of the cameras lies up to ', CAST(s.calibration AS NUMERIC(18, 1)),
+            ' sigma from the rig''s file, and ', CAST(h.max_calibration AS NUMERIC(18, 1)), ' are allowed: of ', m.camera, ' ',
+            CASE
+                WHEN m.name = 'focal' THEN concat('the focal length by ', CAST(100 * m.off AS NUMERIC(18, 2)), ' percent')
+                WHEN m.name = 'radial' THEN concat('the radial distortion by ', CAST(m.off AS NUMERIC(18, 4)))
+                WHEN m.name IN ('centre_u', 'centre_v') THEN concat('the principal point by ', CAST(m.off AS NUMERIC(18, 1)),
+                    ' px along ', right(m.name, 1))
+                WHEN m.name IN ('x', 'y', 'z') THEN concat('the place by ', CAST(m.off AS NUMERIC(18, 2)), ' mm along ', m.name)
+                ELSE concat('the turn by ', CAST(degrees(m.off) AS NUMERIC(18, 3)), ' degrees about ', right(m.name, 1))
+            END)
+    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
+    JOIN misfit AS m ON m.run_id = s.run_id AND m.place = 1
 )
 SELECT r.run_id, r.rule_no, r.rule, r.value, r.gate, r.holds, p.verdict, r.sentence
 FROM rule AS r
@@ -248,7 +271,8 @@ WITH failed AS (
         max(CASE rule WHEN 'prior' THEN sentence END) AS prior, max(CASE rule WHEN 'apart' THEN sentence END) AS apart,
         string_agg(CASE WHEN rule IN ('translation', 'rotation') THEN sentence END, '; ' ORDER BY rule_no) AS precise,
         max(CASE rule WHEN 'rivals' THEN sentence END) AS rivals, max(CASE rule WHEN 'share' THEN sentence END) AS share,
-        max(CASE rule WHEN 'cameras' THEN sentence END) AS cameras
+        max(CASE rule WHEN 'cameras' THEN sentence END) AS cameras,
+        max(CASE rule WHEN 'calibration' THEN sentence END) AS calibration
     FROM why_verdict
     WHERE NOT holds
     GROUP BY run_id
@@ -305,14 +329,17 @@ most AS (
     ) AS t ON t.run_id = s.run_id
 ),
 judged AS (
-    SELECT i.run_id, f.likely, f.prior, f.apart, f.precise, f.rivals, f.share, f.cameras, u.cameras AS pictures, i.reason,
+    SELECT i.run_id, f.likely, f.prior, f.apart, f.precise, f.rivals, f.share, f.cameras,
+        f.calibration, u.cameras AS pictures, i.reason,
         CASE
             WHEN u.run_id IS NOT NULL THEN 'picture'
             WHEN i.covariance IS NULL AND i.m00 IS NULL THEN 'nothing'
             WHEN i.covariance IS NULL THEN 'prior'
             WHEN f.cameras IS NOT NULL AND s.best > 0 THEN 'camera'
             WHEN f.likely IS NOT NULL AND m.odds < m.needed THEN 'little'
-            WHEN f.likely IS NOT NULL OR f.share IS NOT NULL THEN 'object'
+            WHEN f.likely IS NOT NULL THEN 'object'
+            WHEN f.calibration IS NOT NULL THEN 'calibration'
+            WHEN f.share IS NOT NULL THEN 'object'
             WHEN f.prior IS NOT NULL THEN 'prior'
             WHEN f.rivals IS NOT NULL THEN 'repeats'
             WHEN f.apart IS NOT NULL THEN 'calibration'
@@ -336,7 +363,7 @@ SELECT j.run_id, j.cause,
         WHEN 'prior' THEN CASE WHEN j.prior IS NULL THEN 'the prior looks past the object'
             ELSE concat('the prior does not hold: ', j.prior) END
         WHEN 'repeats' THEN concat('what is in view repeats in the object: ', j.rivals)
-        WHEN 'calibration' THEN concat('the rig is not as its file says: ', j.apart)
+        WHEN 'calibration' THEN concat('the rig is not as its file says: ', coalesce(j.calibration, j.apart))
         WHEN 'precision' THEN concat('the pose is not known as well as asked: ', j.precise)
         WHEN 'alike' THEN concat('what is in view is alike in several loaded objects or variants: ', j.reason)
     END AS likely_cause,
@@ -349,9 +376,9 @@ SELECT j.run_id, j.cause,
         WHEN 'prior' THEN CASE WHEN j.prior IS NULL THEN 'correct the prior or where the world has the object, or inspect without --prior'
             ELSE 'correct the prior, or trust the pictures with --believe-pictures' END
         WHEN 'repeats' THEN 'move the rig until an end of the object or something that does not repeat is in view, or give a prior that rules the others out'
-        WHEN 'calibration' THEN 'calibrate the rig again, or state in its sigma how well it is known'
+        WHEN 'calibration' THEN 'give the pictures as the camera took them, neither scaled nor cropped; calibrate the rig again, or state in its sigma how well it is known'
         WHEN 'alike' THEN 'move the rig until what distinguishes them is in view'
-        WHEN 'precision' THEN 'ask for less with --needs, move nearer, or add the second camera'
+        WHEN 'precision' THEN 'ask for less with --needs, move nearer, add a camera, or state in the rig''s sigma how well it is calibrated'
     END AS advice
 FROM judged AS j;
 

@@ -152,6 +152,7 @@ PASSED |= {"chance_level": -4.0, "chance_scale": 2.0}
 CAUSES: list[tuple[dict[str, float], float, str]] = [
     ({"rivals": 2.0}, 900.0, "repeats"),
     ({"apart": 9.0}, 900.0, "calibration"),
+    ({"calibration": 9.6, "share": 0.4, "prior_sigma": 12.0}, 900.0, "calibration"),
     ({"sigma_mm": 4.0}, 900.0, "precision"),
     ({"likely": 0.3}, 900.0, "object"),
     ({"likely": 0.3}, 3.0, "little"),
@@ -184,7 +185,15 @@ def test_a_refusal_names_its_likeliest_cause(
             support = dict.fromkeys(("evidence", "found", "length_px"), 1.0) | {"expected": expected}
             key: dict[str, Any] = {"run_id": [run.id], "hypothesis_no": 0, "camera": ["left"]}
             run.append(connection, "hypothesis_support", key | support)
+            known: dict[str, Any] = {"run_id": run.id, "camera": "left", "expected": [0.25, 0.0, 0.0]}
+            known |= {
+                "name": ["response", "centre_u", "focal"],
+                "value": [9.0, 9.0, 0.048],
+                "sigma": [0.25, 0.02, 0.005],
+            }
+            run.append(connection, "camera_unknown", known)
         found = read_outcome(store, run.id)
     assert found.cause == cause
+    assert ("of left the focal length by 4.80 percent" in found.refusal[0]) == ("calibration" in failed)
     assert found.refusal[0].startswith("likely cause: ")
     assert found.refusal[1].startswith("next: ")

@@ -224,14 +224,16 @@ class Camera:
 class CalibrationSigma:
     """Standard deviations of one camera's calibration; zero: exact.
 
-    focal: of the focal length, as a share of it; centre_px: of the principal point along each axis;
-    translation_mm, rotation: of where the camera sits in the rig, along and about each axis of the camera (mm, rad).
+    focal: of the focal length, as a share of it; centre_px: of the principal point along each axis; translation_mm,
+    rotation: of where the camera sits in the rig, along and about each axis of the camera (mm, rad); radial: of the
+    first coefficient of radial distortion.
     """
 
     focal: float = 0.0
     centre_px: float = 0.0
     translation_mm: float = 0.0
     rotation: float = 0.0
+    radial: float = 0.0
 
 
 @dataclass(frozen=True)

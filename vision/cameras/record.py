@@ -24,7 +24,7 @@ from vision.cameras.files import read_rig, rig_inputs
 from vision.cameras.images import Picture
 
 # The columns of `CalibrationSigma`, in its order.
-_SIGMA = ("sigma_focal", "sigma_centre_px", "sigma_translation_mm", "sigma_rotation")
+_SIGMA = ("sigma_focal", "sigma_centre_px", "sigma_translation_mm", "sigma_rotation", "sigma_radial")
 
 
 def record_picture(run: Run, connection: Connection, picture: Picture, *, keep_bytes: bool) -> int:
@@ -74,7 +74,13 @@ def record_rig(run: Run, connection: Connection, rig: Rig) -> int:
                     "name": name,
                     "camera_id": camera_id,
                     **matrix_columns(rig.rig_from_camera[name]),
-                    **dict(zip(_SIGMA, astuple(rig.sigma[name]) if name in rig.sigma else (None,) * 4, strict=True)),
+                    **dict(
+                        zip(
+                            _SIGMA,
+                            astuple(rig.sigma[name]) if name in rig.sigma else (None,) * len(_SIGMA),
+                            strict=True,
+                        )
+                    ),
                 },
             )
 

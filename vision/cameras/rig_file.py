@@ -93,7 +93,13 @@ def rigid(matrix: Floats, path: Path, name: str) -> Floats:
 # The project's own rig file: everything that a rig holds, in mm, under names.
 
 # A calibration less sure than this is none.
-MOST_CALIBRATION_SIGMA = {"focal_px": 100.0, "centre_px": 50.0, "translation_mm": 20.0, "rotation_deg": 2.0}
+MOST_CALIBRATION_SIGMA = {
+    "focal_px": 100.0,
+    "centre_px": 50.0,
+    "translation_mm": 20.0,
+    "rotation_deg": 2.0,
+    "radial": 0.5,
+}
 DISTORTION_SIZES = (0, 4, 5, 8, 12, 14)
 
 
@@ -150,6 +156,7 @@ def write_rig_file(rig: Rig, path: Path) -> None:
                 "centre_px": s.centre_px,
                 "translation_mm": s.translation_mm,
                 "rotation_deg": float(np.degrees(s.rotation)),
+                "radial": s.radial,
             }
         entries[name] = entry
     path.write_text(
@@ -177,6 +184,7 @@ def _calibration_sigma(entry: dict[str, Any], matrix: Floats, path: Path, where:
         values["centre_px"],
         values["translation_mm"],
         float(np.radians(values["rotation_deg"])),
+        values["radial"],
     )
 
 

@@ -23,7 +23,7 @@ from vision.inspection.locate import Location
 from vision.inspection.pictures import Quality, SeenPicture
 from vision.localisation.hypotheses import Stage
 from vision.localisation.localise import Localisation, View
-from vision.localisation.measurements import describe_unknowns
+from vision.localisation.measurements import UNKNOWNS, describe_unknowns
 from vision.localisation.refine import Explanation, LastStep, RefinedPose
 from vision.localisation.views import KINDS, NO_RUN, SILHOUETTE
 from vision.localisation.visibility import PART, PartsInView
@@ -278,10 +278,6 @@ def record_match(
     }
     for table, found in tables.items():
         write(table, problem_no=FIRST_OF_VIEWS + view_no, **found)
-
-
-# A camera's own unknowns in the order of `CameraUnknowns`.
-UNKNOWNS = ("response", "centre_u", "centre_v", "focal", "x", "y", "z", "rx", "ry", "rz")
 
 
 def record_decisions(

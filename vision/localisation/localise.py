@@ -341,7 +341,7 @@ def localise(
     single = {name: solver.solve_single_camera(name, best.world_from_rig) for name in names}
     solved = correct_rig(rig, best.camera_unknowns)
     elsewhere = gather_elsewhere(near, solved, best.prediction, fine, solver.greys, best.world_from_rig, p)
-    verdict = decide(hypotheses, standing, single, elsewhere, needs, p.verdict)
+    verdict = decide(hypotheses, standing, single, elsewhere, rig, needs, p.verdict)
     clock.lap("verdict")
     views = {name: _view(scene, solved, name, best, indexes[name]) for name in rig.cameras}
     clock.lap("view")

@@ -19,12 +19,14 @@ from vision.localisation.hypotheses import (
     project_with_jacobians,
 )
 
-# A camera has ten unknowns: how far its response moves edges toward their dark side (px at a contrast of the whole
-# range of grey), the principal point (px, 2), the focal length (as a share of it), and a right perturbation of its
-# place in the rig (t mm, r rad). The rig says how well each is known; what is exact stays out of the solution.
+# A camera has eleven unknowns: how far its response moves edges toward their dark side (px at a contrast of the whole
+# range of grey), the principal point (px, 2), the focal length (as a share of it), a right perturbation of its place in
+# the rig (t mm, r rad), and what is to be added to its first coefficient of radial distortion. The rig says how well
+# each is known; what is exact stays out of the solution.
 
-
-COUNT = 10
+COUNT = 11
+UNKNOWNS = ("response", "centre_u", "centre_v", "focal", "x", "y", "z", "rx", "ry", "rz", "radial")
+RESPONSE, CENTRE, FOCAL, PLACE, RADIAL = 0, slice(1, 3), 3, slice(4, 10), 10
 
 
 MIN_COSINE = 0.94  # of the greatest angle between a predicted arc and an edge element
@@ -47,9 +49,9 @@ OFFSET_PX = 0.4  # standard deviation of edges about the arcs they belong to, be
 
 @dataclass(frozen=True)
 class CameraUnknowns:
-    """Expected values and standard deviations (c, 10) of the cameras' own unknowns; sigma zero: exact.
+    """Expected values and standard deviations (c, 11) of the cameras' own unknowns; sigma zero: exact.
 
-    considered (10 c, k): k errors that are not solved for but that the covariance holds (Schmidt, 1966), one standard
+    considered (11 c, k): k errors that are not solved for but that the covariance holds (Schmidt, 1966), one standard
     deviation each: of a rig that does not say how well it is known, all principal points off alike, as where files
     disagree on what pixel (0, 0) is the centre of.
     """
@@ -60,7 +62,7 @@ class CameraUnknowns:
 
     @property
     def precision(self) -> Floats:
-        """Inverse variances (10 c,); one for what is exact, which no measurement moves."""
+        """Inverse variances (11 c,); one for what is exact, which no measurement moves."""
         return np.where(self.sigma > 0, self.sigma, 1.0).ravel() ** -2.0
 
 
@@ -68,14 +70,14 @@ def describe_unknowns(rig: Rig) -> CameraUnknowns:
     """The unknowns of a rig's cameras, in its order."""
     mean, sigma = np.zeros((2, len(rig.cameras), COUNT))
     considered = np.zeros((len(rig.cameras), COUNT, 2))
-    mean[:, 0] = RESPONSE_PX
+    mean[:, RESPONSE] = RESPONSE_PX
     for number, name in enumerate(rig.cameras):
-        stated = rig.sigma.get(name, CalibrationSigma())
-        sigma[number, 0] = RESPONSE_SIGMA_PX
-        sigma[number, 1:3] = max(stated.centre_px, CALIBRATION_PX)
-        sigma[number, 3] = stated.focal
-        sigma[number, 4:7] = stated.translation_mm
-        sigma[number, 7:] = stated.rotation
+        known = rig.sigma.get(name, CalibrationSigma())
+        sigma[number, RESPONSE] = RESPONSE_SIGMA_PX
+        sigma[number, CENTRE] = max(known.centre_px, CALIBRATION_PX)
+        sigma[number, FOCAL] = known.focal
+        sigma[number, PLACE] = np.repeat([known.translation_mm, known.rotation], 3)
+        sigma[number, RADIAL] = known.radial
         if name not in rig.sigma:
             considered[number, [1, 2], [0, 1]] = CONVENTION_PX
     return CameraUnknowns(mean, sigma, considered.reshape(-1, 2))
@@ -84,42 +86,54 @@ def describe_unknowns(rig: Rig) -> CameraUnknowns:
 def differentiate(
     prediction: Prediction, delta: Floats, rows: Ints, pixel: Floats, normal: Floats, response: Floats, sigma: Floats
 ) -> Floats:
-    """Derivatives (k, 10) of the predicted place along the normals (k, 2) by the unknowns of the camera that the `rows`
+    """Derivatives (k, 11) of the predicted place along the normals (k, 2) by the unknowns of the camera that the `rows`
     (k,) of the prediction belong to; `pixel` (k, 2) where they are, `response` (k,) what moves them by its response;
-    zero for what `sigma` (10,) has as exact."""
+    zero for what `sigma` (11,) has as exact."""
     out = np.zeros((len(rows), COUNT))
-    out[:, 0] = response
-    out[:, 1:3] = normal
-    if sigma[3] > 0:
-        centre = prediction.matrix[prediction.view[rows], :, 2]
-        out[:, 3] = np.einsum("ni,ni->n", normal, pixel - centre)
-    if (sigma[4:] > 0).any():
+    out[:, RESPONSE] = response
+    out[:, CENTRE] = normal
+    if sigma[FOCAL] > 0 or sigma[RADIAL] > 0:
+        away, square = _from_centre(prediction.matrix[prediction.view[rows]], pixel)
+        out[:, FOCAL] = np.einsum("ni,ni->n", normal, away)
+        out[:, RADIAL] = out[:, FOCAL] * square
+    if (sigma[PLACE] > 0).any():
         point, flow = flow_in_camera(prediction, delta, rows)
         out[:, 4:7] = -np.einsum("ni,nij->nj", normal, flow)
-        out[:, 7:] = np.einsum("ni,nij->nj", normal, flow @ skew(point))
+        out[:, 7:10] = np.einsum("ni,nij->nj", normal, flow @ skew(point))
     return np.asarray(out * (sigma > 0))
 
 
+def _from_centre(matrix: Floats, pixel: Floats) -> tuple[Floats, Floats]:
+    """How far pixels (n, 2) lie from the principal point, px (n, 2), and the square of the tangent of their angle from
+    the axis (n,); matrix (n, 2, 3)."""
+    away = pixel - matrix[:, :, 2]
+    return away, np.asarray(((away / matrix[:, [0, 1], [0, 1]]) ** 2).sum(axis=1))
+
+
 def shift_pixels(prediction: Prediction, delta: Floats, pixel: Floats, own: Floats) -> Floats:
-    """How far (n, 2) px the cameras' unknowns (c, 10), all but their responses, move the samples' pixels (n, 2)."""
+    """How far (n, 2) px the cameras' unknowns (c, 11), all but their responses, move the samples' pixels (n, 2)."""
     of = own[prediction.view]
-    centre = prediction.matrix[prediction.view, :, 2]
-    out = of[:, 1:3] + of[:, 3:4] * (pixel - centre)
-    if own[:, 4:].any():
+    away, square = _from_centre(prediction.matrix[prediction.view], pixel)
+    out = of[:, CENTRE] + (of[:, FOCAL] + of[:, RADIAL] * square)[:, None] * away
+    if own[:, PLACE].any():
         point, flow = flow_in_camera(prediction, delta)
-        out += np.einsum("nij,nj->ni", flow, np.cross(point, of[:, 7:]) - of[:, 4:7])
+        out += np.einsum("nij,nj->ni", flow, np.cross(point, of[:, 7:10]) - of[:, 4:7])
     return np.asarray(out)
 
 
 def correct_rig(rig: Rig, own: Floats) -> Rig:
-    """The rig as the cameras' unknowns (c, 10) say that it is."""
+    """The rig as the cameras' unknowns (c, 11) say that it is."""
     cameras, poses = {}, {}
     for (name, camera), values in zip(rig.cameras.items(), own, strict=True):
         matrix = camera.matrix.copy()
-        matrix[[0, 1], [0, 1]] *= 1 + values[3]
-        matrix[:2, 2] += values[1:3]
-        cameras[name] = replace(camera, matrix=matrix)
-        poses[name] = perturb(rig.rig_from_camera[name], values[4:])
+        matrix[[0, 1], [0, 1]] *= 1 + values[FOCAL]
+        matrix[:2, 2] += values[CENTRE]
+        distortion = camera.distortion
+        if values[RADIAL] != 0:  # of the pixels freed of the file's distortion, so that to first order both add up
+            distortion = np.concatenate([distortion, np.zeros(max(4 - len(distortion), 0))])
+            distortion[0] += values[RADIAL]
+        cameras[name] = replace(camera, matrix=matrix, distortion=distortion)
+        poses[name] = perturb(rig.rig_from_camera[name], values[PLACE])
     return Rig(cameras, poses, rig.sigma)
 
 
@@ -196,7 +210,7 @@ def measure(
     votes: Bools,
 ) -> Measurements:
     """Edge measurements of a prediction whose pose is perturbed by `delta` (6,), given the cameras' `own` unknowns (c,
-    10), and which samples vote (n,); limits: reach along the normals and scale of the robust loss, px."""
+    11), and which samples vote (n,); limits: reach along the normals and scale of the robust loss, px."""
     pixel, jacobian = project_with_jacobians(prediction, delta)
     direction = project_directions(prediction, delta)
     normal = np.stack([-direction[:, 1], direction[:, 0]], axis=1)

@@ -149,7 +149,7 @@ class Explanation:
 
 @dataclass(frozen=True)
 class LastStep:
-    """What the last step of a refinement set out from: the pose and the cameras' unknowns (c, 10) at which the pictures
+    """What the last step of a refinement set out from: the pose and the cameras' unknowns (c, 11) at which the pictures
     were looked at; the covariance (6, 6) of what was measured there; and the explanations that are joined to it."""
 
     world_from_rig: Floats
@@ -160,7 +160,7 @@ class LastStep:
 
 @dataclass(frozen=True, eq=False)
 class RefinedPose:
-    """A refined pose, its covariance (6, 6), each camera's own unknowns (c, 10), and what it rests on.
+    """A refined pose, its covariance (6, 6), each camera's own unknowns (c, 11), and what it rests on.
 
     excluded (o,): which of the scene's occurrences are left out because they are not where the model says.
     prior_sigma: its distance from the prior, NaN where nothing is known beforehand.  outlines: the greys beside the

@@ -68,7 +68,7 @@ class Support:
 def measure_support(
     prediction: Prediction, m: Measurements, own: Floats, fields: list[Evidence], indexes: list[EdgeIndex], moved: Ints
 ) -> Support:
-    """What a prediction gathers at its own pose, where `m` was measured with the cameras' `own` unknowns (c, 10).
+    """What a prediction gathers at its own pose, where `m` was measured with the cameras' `own` unknowns (c, 11).
 
     moved (n,): the occurrence of each sample that may lie elsewhere, -1 for those that are where the model says."""
     pixel, _ = project_with_jacobians(prediction)

@@ -13,6 +13,7 @@ from relmodel.geometry.transforms import skew
 from vision.cameras.cameras import Needs, Prior, Rig
 from vision.localisation.hypotheses import Fields, Prediction, gather_evidence, project_with_jacobians
 from vision.localisation.localisation_parameters import ElsewhereParameters, LocalisationParameters, VerdictParameters
+from vision.localisation.measurements import CALIBRATION_PX, RESPONSE, UNKNOWNS, describe_unknowns
 from vision.localisation.refine import RefinedPose
 from vision.localisation.support import GreyGrid, measure_shifted_outlines, mix_over_arcs
 from vision.scene import Scene
@@ -327,6 +328,7 @@ def decide(
     standing: Ints,
     by_camera: Mapping[str, RefinedPose],
     elsewhere: Elsewhere,
+    rig: Rig,
     needs: Needs,
     p: VerdictParameters,
 ) -> Verdict:
@@ -340,8 +342,55 @@ def decide(
         elsewhere.together,
         compute_precision(best.covariance, best.middle),
         int(best.excluded.sum()),
+        find_misfit(rig, best.camera_unknowns),
     )
     return judge(HypothesisTable.of(hypotheses), standing, evidence, needs, p)
+
+
+@dataclass(frozen=True)
+class Misfit:
+    """By how many standard deviations the pictures show something of a camera otherwise than the rig's file has it, and
+    that in words."""
+
+    sigmas: float
+    words: str
+
+
+_DIFFERS = {
+    "centre_u": ("the principal point that {0} shows lies {1:.1f} px {2} the file's", 1.0, ("right of", "left of")),
+    "centre_v": ("the principal point that {0} shows lies {1:.1f} px {2} the file's", 1.0, ("below", "above")),
+    "focal": ("the focal length that {0} shows is {1:.2g} % {2} than the file's", 100.0, ("greater", "less")),
+    "radial": ("the radial distortion that {0} shows is {1:.2g} {2} than the file's", 1.0, ("greater", "less")),
+}
+_MOVED = {
+    **{axis: (f"{{0}} sits {{1:.2g}} mm from its place in the rig along its {axis} axis", 1.0) for axis in AXES},
+    **{
+        f"r{axis}": (f"{{0}} is turned by {{1:.2g}} degrees about its {axis} axis in the rig", 180 / math.pi)
+        for axis in AXES
+    },
+}
+
+
+def find_misfit(rig: Rig, own: Floats) -> Misfit | None:
+    """What of the cameras' unknowns (c, 11) lies most standard deviations from what the rig's file says; None where it
+    does not say how well anything is known."""
+    unknowns = describe_unknowns(rig)
+    known = unknowns.sigma > CALIBRATION_PX * np.isin(UNKNOWNS, ["centre_u", "centre_v"])
+    known[:, RESPONSE] = False
+    known &= np.isin(list(rig.cameras), list(rig.sigma))[:, None]
+    if not known.any():
+        return None
+    off = own - unknowns.mean
+    sigmas = np.where(known, np.abs(off) / np.where(known, unknowns.sigma, 1.0), 0.0)
+    number, of = np.unravel_index(int(np.argmax(sigmas)), sigmas.shape)
+    camera, name, by = list(rig.cameras)[number], UNKNOWNS[of], float(off[number, of])
+    if name in _DIFFERS:
+        words, unit, ways = _DIFFERS[name]
+        said, ask = words.format(camera, unit * abs(by), ways[by < 0]), "is its picture scaled or cropped?"
+    else:
+        words, unit = _MOVED[name]
+        said, ask = words.format(camera, unit * abs(by)), "was the camera moved?"
+    return Misfit(float(sigmas[number, of]), f"{said}, {sigmas[number, of]:.0f} sigma: {ask}")
 
 
 @dataclass(frozen=True)
@@ -350,7 +399,8 @@ class PoseEvidence:
 
     agreement: share of the edges found that lie on the model's; by_camera: what each of several cameras gathers at the
     pose it gives by itself, and support: at the best pose; chance: what poses elsewhere gather; precision: as
-    `compute_precision` gives it; excluded: how many placed parts it leaves out."""
+    `compute_precision` gives it; excluded: how many placed parts it leaves out; misfit: what of the cameras differs
+    most from the rig's file, None where that does not say how well anything is known."""
 
     agreement: float
     by_camera: Sequence[float]
@@ -358,6 +408,7 @@ class PoseEvidence:
     chance: Chance
     precision: tuple[float, float, str]
     excluded: int
+    misfit: Misfit | None = None
 
 
 def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p: VerdictParameters) -> Verdict:
@@ -408,6 +459,8 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
     missing += blind.values()
     if not stats.apart <= p.max_apart_sigma:
         missing.append(f"the cameras disagree by {stats.apart:.0f} sigma: check the rig's calibration")
+    if it.misfit is not None and it.misfit.sigmas > p.max_calibration_sigma:
+        missing.append(it.misfit.words)
     if not (2 * sigma_mm <= needs.translation_mm and 2 * sigma_rad <= needs.rotation):
         missing.append(
             f"the pose is known to {2 * sigma_mm:.2g} mm and {np.degrees(2 * sigma_rad):.2g} degrees (two sigma; "
@@ -436,6 +489,8 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
         "rivals": float(len(standing) - 1),
         "excluded": float(it.excluded),
     }
+    if it.misfit is not None:
+        weighed["calibration"] = it.misfit.sigmas
     for name, camera in support.items():
         weighed[f"agreement {name}"] = camera.agreement
         weighed[f"chance_level {name}"] = camera.chance.level

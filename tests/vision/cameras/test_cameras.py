@@ -219,7 +219,7 @@ def test_calibration_sigmas_are_rows(fresh_store: str) -> None:
     camera = Camera(640, 480, np.array([[700.0, 0, 320], [0, 700, 240], [0, 0, 1]]))
     cameras = {"left": camera, "right": camera}
     poses = {"left": np.eye(4), "right": perturb(np.eye(4), np.array([90.0, 0, 0, 0, 0, 0]))}
-    stated = CalibrationSigma(0.001, 0.4, 0.1, 0.0002)
+    stated = CalibrationSigma(0.001, 0.4, 0.1, 0.0002, 0.01)
     with Store.open(fresh_store) as store:
         with Run.begin(store, "inspect", {}) as run, run.write() as connection:
             exact = record_rig(run, connection, Rig(cameras, poses))
@@ -228,10 +228,11 @@ def test_calibration_sigmas_are_rows(fresh_store: str) -> None:
             assert find_rig(store, connection, rig) == other != exact
         with store.read() as connection:
             table = store.table("rig_camera")
-            columns = [table.c[f"sigma_{name}"] for name in ("focal", "centre_px", "translation_mm", "rotation")]
+            names = ("focal", "centre_px", "translation_mm", "rotation", "radial")
+            columns = [table.c[f"sigma_{name}"] for name in names]
             asked = sa.select(table.c.rig_id, table.c.name, *columns).order_by(table.c.rig_id, table.c.name)
             rows = [tuple(row) for row in connection.execute(asked)]
-    none = (None,) * 4
+    none = (None,) * 5
     assert rows == [
         (exact, "left", *none),
         (exact, "right", *none),
@@ -313,7 +314,7 @@ def test_rigs_of_rows_are_what_the_rows_say() -> None:
         "distortion": [np.zeros(0), np.array([0.1, 0.2, 0.3, 0.4])],
         **dict(zip(MATRIX_COLUMNS, poses[:, :3].reshape(2, 12).T, strict=True)),
         **{name: np.array([k + 1.0, np.nan]) for k, name in enumerate(
-            ("sigma_focal", "sigma_centre_px", "sigma_translation_mm", "sigma_rotation"))},
+            ("sigma_focal", "sigma_centre_px", "sigma_translation_mm", "sigma_rotation", "sigma_radial"))},
     }  # fmt: skip
     found = read_recorded_rig(rows)
     for k, (name, camera) in enumerate(found.cameras.items()):
@@ -323,4 +324,4 @@ def test_rigs_of_rows_are_what_the_rows_say() -> None:
         np.testing.assert_array_equal(camera.matrix, own)
         np.testing.assert_array_equal(camera.distortion, rows["distortion"][k])
         np.testing.assert_allclose(found.rig_from_camera[name], poses[k])
-    assert found.sigma == {"a": CalibrationSigma(1, 2, 3, 4)}
+    assert found.sigma == {"a": CalibrationSigma(1, 2, 3, 4, 5)}

@@ -255,7 +255,7 @@ def test_the_direction_that_parallel_edges_leave_open_is_named() -> None:
     axis = "xyz"[int(np.argmax(np.abs(along)))]
     assert weakest.startswith(f"shift along {axis}")
     elsewhere = Elsewhere(Chance(0.0, 1.0), [])
-    verdict = decide([found], np.array([0]), {}, elsewhere, Needs(5.0, 0.02), DEFAULTS.verdict)
+    verdict = decide([found], np.array([0]), {}, elsewhere, rig, Needs(5.0, 0.02), DEFAULTS.verdict)
     assert verdict.verdict == "refused"
     assert any(weakest in sentence for sentence in verdict.missing)
 

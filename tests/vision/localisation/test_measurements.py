@@ -53,22 +53,22 @@ def test_the_mean_of_an_arc_counts_no_more_than_its_shift_allows() -> None:
     np.testing.assert_allclose((held.jacobian**2).sum() / sigma**2, weight.sum(), rtol=1e-12)
 
 
-UNKNOWNS = np.array([0.3, 1.2, -0.8, 0.004, 0.5, -0.4, 0.7, 0.003, -0.002, 0.004])
+UNKNOWNS = np.array([0.3, 1.2, -0.8, 0.004, 0.5, -0.4, 0.7, 0.003, -0.002, 0.004, 0.02])
 
 
 @pytest.mark.parametrize("view", [0, 1])
 def test_unknowns_move_pixels_as_a_corrected_rig_does(view: int) -> None:
     """`shift_pixels` and `differentiate` against projections by the rig that `correct_rig` makes."""
     rig, p, delta = scene_of_two()
-    own = np.zeros((2, 10))
+    own = np.zeros((2, 11))
     pixel = project_with_jacobians(p, delta)[0]
     rows = np.flatnonzero(p.view == view)
     direction = project_directions(p, delta)[rows]
     normal = np.stack([-direction[:, 1], direction[:, 0]], axis=1)
     response = np.linspace(-1, 1, len(rows))
-    found = differentiate(p, delta, rows, pixel[rows], normal, response, np.ones(10))
+    found = differentiate(p, delta, rows, pixel[rows], normal, response, np.ones(11))
     np.testing.assert_array_equal(found[:, 0], response)
-    for k in range(1, 10):
+    for k in range(1, 11):
         own[view] = 0
         own[view, k] = step = 1e-4 * UNKNOWNS[k]
         solved = correct_rig(rig, own)
@@ -78,8 +78,8 @@ def test_unknowns_move_pixels_as_a_corrected_rig_does(view: int) -> None:
         moved = camera.project(points)[0] - pixel[rows]
         np.testing.assert_allclose(shift_pixels(p, delta, pixel, own)[rows], moved, rtol=3e-3, atol=2e-7)
         np.testing.assert_allclose(found[:, k], np.einsum("ni,ni->n", normal, moved) / step, rtol=3e-3, atol=0.02)
-    exact = differentiate(p, delta, rows, pixel[rows], normal, response, np.eye(10)[2])
-    assert not exact[:, np.arange(10) != 2].any()
+    exact = differentiate(p, delta, rows, pixel[rows], normal, response, np.eye(11)[2])
+    assert not exact[:, np.arange(11) != 2].any()
 
 
 def scene_of_two() -> tuple[Rig, Prediction, Floats]:
@@ -90,17 +90,17 @@ def scene_of_two() -> tuple[Rig, Prediction, Floats]:
 
 def test_what_a_rig_states_is_how_well_its_cameras_are_known() -> None:
     rig = stereo_rig()
-    stated = Rig(rig.cameras, rig.rig_from_camera, {"right": CalibrationSigma(0.003, 0.5, 0.2, 0.001)})
+    stated = Rig(rig.cameras, rig.rig_from_camera, {"right": CalibrationSigma(0.003, 0.5, 0.2, 0.001, 0.01)})
     found = describe_unknowns(stated)
-    assert found.mean.tolist() == [[0.25] + [0.0] * 9] * 2
-    assert found.sigma[0].tolist() == [0.25, 0.02, 0.02, 0, 0, 0, 0, 0, 0, 0]
-    assert found.sigma[1].tolist() == [0.25, 0.5, 0.5, 0.003, 0.2, 0.2, 0.2, 0.001, 0.001, 0.001]
+    assert found.mean.tolist() == [[0.25] + [0.0] * 10] * 2
+    assert found.sigma[0].tolist() == [0.25, 0.02, 0.02, 0, 0, 0, 0, 0, 0, 0, 0]
+    assert found.sigma[1].tolist() == [0.25, 0.5, 0.5, 0.003, 0.2, 0.2, 0.2, 0.001, 0.001, 0.001, 0.01]
     # Of a camera of which nothing is said all principal points may be off alike, half a pixel at most.
-    expected = np.zeros((2, 10, 2))
+    expected = np.zeros((2, 11, 2))
     expected[0, 1, 0] = expected[0, 2, 1] = 0.3
-    np.testing.assert_array_equal(found.considered, expected.reshape(20, 2))
+    np.testing.assert_array_equal(found.considered, expected.reshape(22, 2))
     np.testing.assert_allclose(found.precision[:4], [16, 2500, 2500, 1])
-    assert found.precision[13] == pytest.approx(1 / 0.003**2)
+    assert found.precision[14] == pytest.approx(1 / 0.003**2)
 
 
 @pytest.mark.parametrize("tolerance_mm", [0.0, 0.3])
@@ -134,7 +134,7 @@ def test_measurements_are_those_of_each_sample(tolerance_mm: float) -> None:
         )[0]
         offset = normal @ (points.position[at] - pixel[i]) - by_camera @ own[view]
         assert m.offset[i] == pytest.approx(offset)
-        np.testing.assert_allclose(m.jacobian[i, 6 + 10 * view : 16 + 10 * view], by_camera)
+        np.testing.assert_allclose(m.jacobian[i, 6 + 11 * view : 17 + 11 * view], by_camera)
         np.testing.assert_allclose(m.jacobian[i, :6], normal @ jacobian[i])
         weight[i] = votes[i] / (1 + (offset - m.shift[i]) ** 2) ** 2
     np.testing.assert_allclose(m.weight, weight)

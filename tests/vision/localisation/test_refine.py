@@ -81,7 +81,7 @@ def test_a_fit_ends_where_the_objective_is_least() -> None:
     moves = fit.unknowns.sigma.ravel() > 0
     taken = np.concatenate([perturbation(pose, found.world_from_rig), (found.camera_unknowns - own).ravel()])
     least = objective(taken)
-    assert objective(np.zeros(26)) > least
+    assert objective(np.zeros(28)) > least
     for k in np.flatnonzero(np.concatenate([np.ones(6, bool), moves])):
         for sign in (-1.0, 1.0):
             step = taken.copy()
@@ -93,7 +93,7 @@ def test_a_fit_ends_where_the_objective_is_least() -> None:
 def test_the_covariance_is_that_of_independent_stretches_arcs_and_priors(tolerance_mm: float) -> None:
     fit, truth = problem(Errors(arc_px=0.2), tolerance_mm)
     found = fit.solve(truth, np.zeros(10, bool))
-    m, p, n = found.measurements, found.prediction, 26
+    m, p, n = found.measurements, found.prediction, 28
     held, unknowns = hold_shifts(m, p), fit.unknowns
     w = m.weight / m.sigma**2
     hessian = np.einsum("n,ni,nj->ij", w, held.jacobian, held.jacobian)
@@ -246,11 +246,11 @@ def test_what_was_measured_is_told_in_the_world() -> None:
         at = np.linalg.inv(pose @ fit.rig.rig_from_camera[name])
         pixel, _ = camera.project(rows.world @ at[:3, :3].T + at[:3, 3])
         np.testing.assert_allclose(pixel, m.pixel[own], atol=1e-6)
-        response = m.jacobian[own, 6 + 10 * number]
+        response = m.jacobian[own, 6 + 11 * number]
         np.testing.assert_array_equal(rows.response, response)
         others = (
             rows.residual
-            + m.jacobian[own][:, 6 + 10 * number : 16 + 10 * number] @ found.last_step.camera_unknowns[number]
+            + m.jacobian[own][:, 6 + 11 * number : 17 + 11 * number] @ found.last_step.camera_unknowns[number]
         )
         np.testing.assert_allclose(np.einsum("ni,ni->n", rows.position - pixel, rows.normal), others, atol=1e-6)
         mine = rows.view_arc >= 0

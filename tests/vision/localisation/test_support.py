@@ -50,7 +50,7 @@ def test_support_is_gathered_over_arcs_and_cameras(tolerance_mm: float) -> None:
     edges = draw_edges(scene, rig, truth, Errors(), np.random.default_rng(2))
     indexes, fields = [EdgeIndex(edges[name]) for name in rig.cameras], build_fine_evidence(rig, edges)
     p = predict(scene, rig, perturb(truth, np.array([0.4, -0.3, 0.5, 0, 0.001, 0])), 300)
-    own = describe_unknowns(rig).mean + np.array([0, 0.4, -0.3, 0.001, 0, 0, 0, 0, 0, 0])
+    own = describe_unknowns(rig).mean + np.array([0, 0.4, -0.3, 0.001, 0, 0, 0, 0, 0, 0, 0])
     m = measure(p, indexes, np.zeros(6), describe_unknowns(rig), own, (3.0, 0.7), np.ones(len(p.arc), bool))
     nowhere = np.full(len(p.arc), -1)
     found = measure_support(p, m, own, list(fields), indexes, nowhere)

@@ -7,14 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vision.cameras.cameras import Needs
+from tests.vision.localisation.scenes import stereo_rig
+from vision.cameras.cameras import CalibrationSigma, Needs, Rig
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.verdict import (
     CameraSupport,
     Chance,
     HypothesisTable,
+    Misfit,
     PoseEvidence,
     compute_disagreement,
+    find_misfit,
     find_standing,
     judge,
 )
@@ -138,3 +141,45 @@ def test_cameras_disagree_by_what_they_gain_apart(
     own: tuple[float, float], joint: tuple[float, float], sigma: float
 ) -> None:
     assert compute_disagreement(own, joint, DEFAULTS.verdict) == pytest.approx(sigma)
+
+
+STATED = CalibrationSigma(focal=0.001, centre_px=0.5, translation_mm=0.2, rotation=0.001, radial=0.01)
+
+
+@pytest.mark.parametrize(
+    ("unknown", "by", "sigmas", "words"),
+    [
+        (1, 3.0, 6.0, "the principal point that right shows lies 3.0 px right of the file's, 6 sigma: "),
+        (2, -2.5, 5.0, "the principal point that right shows lies 2.5 px above the file's, 5 sigma: "),
+        (3, 0.048, 48.0, "the focal length that right shows is 4.8 % greater than the file's, 48 sigma: is its"),
+        (3, -0.005, 5.0, "the focal length that right shows is 0.5 % less than the file's, 5 sigma: "),
+        (5, 1.0, 5.0, "right sits 1 mm from its place in the rig along its y axis, 5 sigma: was the camera moved?"),
+        (9, -0.005, 5.0, "right is turned by 0.29 degrees about its z axis in the rig, 5 sigma: was"),
+        (10, 0.05, 5.0, "the radial distortion that right shows is 0.05 greater than the file's, 5 sigma: "),
+    ],
+)
+def test_what_the_pictures_show_otherwise_than_the_file_is_said(
+    unknown: int, by: float, sigmas: float, words: str
+) -> None:
+    """Of a camera of which nothing is stated nothing is said, nor of the response."""
+    rig = stereo_rig()
+    rig = Rig(rig.cameras, rig.rig_from_camera, {"right": STATED})
+    own = np.zeros((2, 11))
+    own[:, 0], own[0, 1:], own[1, unknown] = 9.0, 5.0, by
+    found = find_misfit(rig, own)
+    assert found is not None
+    assert found.sigmas == pytest.approx(sigmas)
+    assert found.words.startswith(words)
+    assert find_misfit(stereo_rig(), own) is None
+    exact = Rig(rig.cameras, rig.rig_from_camera, dict.fromkeys(rig.cameras, CalibrationSigma()))
+    assert find_misfit(exact, own) is None
+
+
+@pytest.mark.parametrize(("sigmas", "verdict"), [(3.9, "accepted"), (4.1, "refused")])
+def test_a_calibration_that_does_not_hold_refuses_the_pose(sigmas: float, verdict: str) -> None:
+    one = np.ones(1)
+    gathered = HypothesisTable(one, 2000 * one, 1e3 * one, 1e3 * one, 105 * one, one, 0 * one, one < 0, np.nan * one)
+    evidence = PoseEvidence(0.9, [], {}, LITTLE, (0.01, 1e-5, "x"), 0, Misfit(sigmas, "so and so"))
+    found = judge(gathered, np.array([0]), evidence, Needs(1.0, 0.01), DEFAULTS.verdict)
+    assert (found.verdict, found.missing) == (verdict, [] if verdict == "accepted" else ["so and so"])
+    assert found.weighed["calibration"] == sigmas
