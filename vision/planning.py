@@ -84,11 +84,7 @@ def usual_distance(rig: Rig, size: Floats) -> float:
 
 
 def lay_grid(
-    scene: Scene,
-    occurrences: Ints,
-    rig: Rig,
-    distance_mm: float | None = None,
-    floor: GroundPlane | None = None,
+    scene: Scene, occurrences: Ints, rig: Rig, distance_mm: float | None = None, floor: GroundPlane | None = None
 ) -> PoseGrid:
     """The poses at a distance from the surface of placed parts, `usual_distance` where none is given, no camera too
     near to anything.
@@ -127,11 +123,7 @@ def lay_grid(
 
 
 def look_from(
-    scene: Scene,
-    occurrences: Ints,
-    rig: Rig,
-    poses: Floats,
-    floor: GroundPlane | None = None,
+    scene: Scene, occurrences: Ints, rig: Rig, poses: Floats, floor: GroundPlane | None = None
 ) -> tuple[PoseGrid, Ints]:
     """Those of some poses (n, 4, 4) of a rig from which the middle of its view lies on placed parts, and which those
     are; no camera too near to anything."""

@@ -225,12 +225,7 @@ def _unshifted(half_spaces: Floats) -> Floats:
 
 @kernel("UniTuple(i8[::1], 2)(f8[:, :, ::1], i8, f8[:, ::1], f8[:, ::1], i8[::1], f8[:, ::1])")
 def entries_in_volumes(
-    nodes: Floats,
-    leaves: int,
-    bounds: Floats,
-    half_spaces: Floats,
-    start: Ints,
-    balls: Floats,
+    nodes: Floats, leaves: int, bounds: Floats, half_spaces: Floats, start: Ints, balls: Floats
 ) -> tuple[Ints, Ints]:
     """Pairs (number of the volume, number of the entry) of a table of volumes: entries not wholly outside any
     half-space, nor the ball: two arrays, by volume."""

@@ -79,9 +79,7 @@ def _least_two(
                 second[u] = reduced[c]
 
 
-@kernel(
-    "void(i8[::1], i8[::1], i8[::1], i8[::1], b1[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1])",
-)
+@kernel("void(i8[::1], i8[::1], i8[::1], i8[::1], b1[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1], i8[::1])")
 def price(
     first: Ints,
     candidate_unit: Ints,

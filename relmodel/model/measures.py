@@ -155,13 +155,7 @@ def adjacency(normals: ArcNormals) -> Table:
     surface = np.append(normals.surface, -1)
     surface_a, surface_b = surface[a], surface[b]
     convexity = np.select(
-        [
-            curves.kind == "degenerate",
-            b < 0,
-            surface_a == surface_b,
-            np.abs(angle) < SMOOTH,
-            angle > 0,
-        ],
+        [curves.kind == "degenerate", b < 0, surface_a == surface_b, np.abs(angle) < SMOOTH, angle > 0],
         ["degenerate", "free", "seam", "smooth", "convex"],
         "concave",
     )

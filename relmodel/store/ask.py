@@ -73,12 +73,7 @@ def ask_arrow(store: Store, statement: str, *, time_limit_s: float = TIME_LIMIT_
 
 @contextmanager
 def _asking(
-    store: Store,
-    statement: str,
-    time_limit_s: float,
-    *,
-    confined: bool,
-    overdue: Callable[[], object] | None = None,
+    store: Store, statement: str, time_limit_s: float, *, confined: bool, overdue: Callable[[], object] | None = None
 ) -> Iterator[tuple[Any, list[str], Iterator[Row]]]:
     """The driver's cursor, names and rows of a statement's result."""
     if not 0 < time_limit_s <= _LONGEST_S:

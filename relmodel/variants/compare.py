@@ -44,12 +44,7 @@ class Comparison:
 
 
 def compare(
-    store: Store,
-    before: tuple[str, str],
-    after: tuple[str, str],
-    *,
-    reach: float = REACH,
-    progress: Progress = silent,
+    store: Store, before: tuple[str, str], after: tuple[str, str], *, reach: float = REACH, progress: Progress = silent
 ) -> Comparison:
     """Compare the newest revisions of two variants, given as (name, variant): a run of kind `diff`, made once.
 

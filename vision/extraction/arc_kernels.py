@@ -253,13 +253,7 @@ def segment(
 
 @kernel("void(f8[::1], f8[::1], f8[::1], i4[::1], i4[::1], f8[::1], f8[:, ::1])")
 def fit_arcs(
-    x: Floats,
-    y: Floats,
-    weight: Floats,
-    offsets: Ints32,
-    kinds: Ints32,
-    moments: Floats,
-    out: Floats,
+    x: Floats, y: Floats, weight: Floats, offsets: Ints32, kinds: Ints32, moments: Floats, out: Floats
 ) -> None:
     """Final fit of each arc `offsets[i] : offsets[i + 1]`, worked in `moments` (9,): (n, 8) of
 

@@ -129,14 +129,7 @@ def _correlate(source: Floats32, centre: int, step: int, taps: Floats32, sign: n
 
 @helper
 def _correlate_two(
-    source: Floats32,
-    centre: int,
-    step: int,
-    taps: Floats32,
-    others: Floats32,
-    odd: bool,
-    out: Floats32,
-    out2: Floats32,
+    source: Floats32, centre: int, step: int, taps: Floats32, others: Floats32, odd: bool, out: Floats32, out2: Floats32
 ) -> None:
     """The same with two kernels, both even or both odd: these share the sums or differences about the centre."""
     here, w0, v0 = source[centre:], taps[0], others[0]
@@ -189,15 +182,7 @@ def moments(grey: Floats32, width: int, first: int, taps: Floats32, down: Floats
 
 @kernel("void(f8[::1], f8[::1], f8[::1], f8[::1], i4[::1], i4[:, ::1], f8[::1], f8[:, ::1], i4[:, ::1])")
 def best_links(
-    x: Floats,
-    y: Floats,
-    nx: Floats,
-    ny: Floats,
-    pixel: Ints32,
-    at: Ints32,
-    limits: Floats,
-    least: Floats,
-    best: Ints32,
+    x: Floats, y: Floats, nx: Floats, ny: Floats, pixel: Ints32, at: Ints32, limits: Floats, least: Floats, best: Ints32
 ) -> None:
     """The best element ahead of each along its tangent (-ny, nx), and the best behind: `best` (2, n), at first -1.
 

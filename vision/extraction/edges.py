@@ -198,11 +198,7 @@ def to_grey(image: npt.ArrayLike) -> Floats:
 
 
 def detect_edges(
-    image: npt.ArrayLike,
-    sigma: float = 1.4,
-    p: EdgeParameters = _EDGES,
-    *,
-    noise: Floats | None = None,
+    image: npt.ArrayLike, sigma: float = 1.4, p: EdgeParameters = _EDGES, *, noise: Floats | None = None
 ) -> EdgeElements:
     """Edge elements of a grey image (rows, columns) at facet scale `sigma` px, thinned to one per edge and pixel.
 

@@ -48,10 +48,7 @@ from vision.relations.relations import Relations
 
 VERSION = "17"  # raised whenever equal pictures and parameters give other primitives than before
 # The kernels of an extraction.
-KERNELS = (
-    "vision.relations.gap_kernels",
-    *(f"vision.extraction.{name}_kernels" for name in ("arc", "edge", "region")),
-)
+KERNELS = ("vision.relations.gap_kernels", *(f"vision.extraction.{name}_kernels" for name in ("arc", "edge", "region")))
 
 
 @dataclass(frozen=True)

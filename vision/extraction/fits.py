@@ -207,13 +207,7 @@ def fit_free_curves(
 
 
 def _fit(
-    x: Floats,
-    y: Floats,
-    sigma: Floats,
-    weight: Floats,
-    half_spread: float,
-    scale: float,
-    p: FittingParameters,
+    x: Floats, y: Floats, sigma: Floats, weight: Floats, half_spread: float, scale: float, p: FittingParameters
 ) -> tuple[Floats, Floats]:
     """Deviations (5, m) of the members of one curve, and its covariance at its stations."""
     place = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])

@@ -328,13 +328,7 @@ def _chords(arcs: Arcs, point: Indices) -> Floats:
 
 
 def find_ends_that_meet(
-    grey: Floats,
-    arcs: Arcs,
-    ends: Ends,
-    polylines: Polylines,
-    hit: Indices,
-    way: Floats,
-    p: JunctionParameters,
+    grey: Floats, arcs: Arcs, ends: Ends, polylines: Polylines, hit: Indices, way: Floats, p: JunctionParameters
 ) -> tuple[Indices, Indices, Floats]:
     """Pairs of ends, both ways, and the greater of the distances (px) to where they meet."""
     curve = ends.curve
@@ -365,13 +359,7 @@ def find_ends_that_meet(
 
 
 def find_ends_on_polylines(
-    grey: Floats,
-    arcs: Arcs,
-    ends: Ends,
-    polylines: Polylines,
-    hit: Indices,
-    way: Floats,
-    p: JunctionParameters,
+    grey: Floats, arcs: Arcs, ends: Ends, polylines: Polylines, hit: Indices, way: Floats, p: JunctionParameters
 ) -> tuple[Indices, Indices, Floats]:
     """Ends that meet the polyline of another arc, the place on the polyline, and the distance (px)."""
     end = np.flatnonzero(hit >= 0)
@@ -426,13 +414,7 @@ def _inner(arcs: Arcs, polylines: Polylines, p: JunctionParameters) -> Bools:
 
 
 def _supported(
-    grey: Floats,
-    arcs: Arcs,
-    arc: Indices,
-    at: Indices,
-    curve: OsculatingCircles,
-    along: Floats,
-    p: JunctionParameters,
+    grey: Floats, arcs: Arcs, arc: Indices, at: Indices, curve: OsculatingCircles, along: Floats, p: JunctionParameters
 ) -> Bools:
     """Whether the picture shows, from the ends to `along` px further on, a step of the ends' sign."""
     shown = np.maximum(along - p.blurred, 0.0)

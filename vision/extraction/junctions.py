@@ -96,13 +96,7 @@ def find_junctions(grey: Floats, arcs: Arcs, p: JunctionParameters = _DEFAULTS) 
 
 
 def _merge_meetings(
-    arcs: Arcs,
-    ends: Ends,
-    polylines: Polylines,
-    couples: Indices,
-    end: Indices,
-    met: Indices,
-    p: JunctionParameters,
+    arcs: Arcs, ends: Ends, polylines: Polylines, couples: Indices, end: Indices, met: Indices, p: JunctionParameters
 ) -> Junctions:
     """Junctions of `couples` (n, 2) of ends, of ends `end` at places `met` of polylines, and of polylines that
     cross; those in one place as one."""

@@ -236,13 +236,7 @@ def _totals(grey: Floats, labels: Ints32, depth: Floats32, p: RegionParameters) 
     return out
 
 
-def _merge(
-    grey: Floats,
-    labels: Ints32,
-    mask: Bools,
-    depth: Floats32,
-    p: RegionParameters,
-) -> tuple[Ints32, Floats]:
+def _merge(grey: Floats, labels: Ints32, mask: Bools, depth: Floats32, p: RegionParameters) -> tuple[Ints32, Floats]:
     """The labels, and the totals of the regions, after some rounds of merging on the graph of neighbours."""
     totals = _totals(grey, labels, depth, p)
     borders = sum_borders(labels, mask, _near_loose_ends(mask, p))

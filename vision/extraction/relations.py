@@ -112,10 +112,7 @@ def pack_curves(arcs: Arcs, junctions: Junctions, quality: ArcQuality, parameter
     counts = np.add.reduceat(kept, offsets[:-1], dtype=np.int64) if len(arcs) else np.zeros(0, np.int64)
     packed = np.concatenate([[0], np.cumsum(counts)])
     x, y = polyline.x[kept], polyline.y[kept]
-    for ends, along, across in (
-        (packed[:-1], arcs.start_x, arcs.start_y),
-        (packed[1:] - 1, arcs.end_x, arcs.end_y),
-    ):
+    for ends, along, across in ((packed[:-1], arcs.start_x, arcs.start_y), (packed[1:] - 1, arcs.end_x, arcs.end_y)):
         x[ends[straight]], y[ends[straight]] = along[straight], across[straight]
     centre_variance = 0.5 * (arcs.covariance[:, 0, 0] + arcs.covariance[:, 1, 1])
     circular = arcs.kind == CIRCULAR

@@ -429,12 +429,7 @@ def read_primitives(store: Database, connection: Connection, extraction_id: int)
 
 
 def record_extraction(
-    run: Run,
-    connection: Connection,
-    image_id: int,
-    picture: Picture,
-    parameters: ExtractionParameters,
-    tables: Tables,
+    run: Run, connection: Connection, image_id: int, picture: Picture, parameters: ExtractionParameters, tables: Tables
 ) -> RecordedExtraction:
     """Append all rows of an extraction of image `image_id`; where the store holds the same already, its identities."""
     if not run.is_rehearsal and (found := find_extraction(run.store, connection, picture, parameters)):

@@ -19,19 +19,7 @@ from vision.extraction.segmentation import fit_arcs
 
 
 _DEFAULTS, _ALL = TopographyParameters(), ExtractionParameters()
-LABELS = (
-    "peak",
-    "pit",
-    "saddle",
-    "ridge",
-    "ravine",
-    "inflection",
-    "flat",
-    "slope",
-    "convex",
-    "concave",
-    "saddle_hill",
-)
+LABELS = ("peak", "pit", "saddle", "ridge", "ravine", "inflection", "flat", "slope", "convex", "concave", "saddle_hill")
 _RIDGE, _RAVINE = LABELS.index("ridge"), LABELS.index("ravine")
 
 
@@ -48,11 +36,7 @@ class Ridges(Rows):
     ravine: Bools
 
 
-def label_topography(
-    grey: Floats,
-    noise: Floats,
-    p: TopographyParameters = _DEFAULTS,
-) -> tuple[Bytes, Ridges]:
+def label_topography(grey: Floats, noise: Floats, p: TopographyParameters = _DEFAULTS) -> tuple[Bytes, Ridges]:
     """Index into `LABELS` of every pixel of `grey` (rows, columns; 0..255), by facets of scale `p.scale` px, and the
     ridges and ravines as elements.
 
@@ -96,12 +80,7 @@ def mark_inflections(labels: Bytes, pixels: Ints32) -> None:
 
 
 def _collect_ridges(
-    pixel: Ints32,
-    rows: Floats,
-    grey: Floats,
-    noise: Floats,
-    slope_sigma: float,
-    p: TopographyParameters,
+    pixel: Ints32, rows: Floats, grey: Floats, noise: Floats, slope_sigma: float, p: TopographyParameters
 ) -> Ridges:
     step_x, step_y, across_x, across_y, second = rows
     bend = np.abs(second)
@@ -120,11 +99,7 @@ def _collect_ridges(
     return Ridges(elements, second > 0)
 
 
-def fit_ridge_arcs(
-    ridges: Ridges,
-    shape: tuple[int, int],
-    p: ExtractionParameters = _ALL,
-) -> Arcs:
+def fit_ridge_arcs(ridges: Ridges, shape: tuple[int, int], p: ExtractionParameters = _ALL) -> Arcs:
     """Arcs along ridges, then along ravines, of an image of `shape` (rows, columns).
 
     Fillets show so: no step, but a ridge of grey along them.  `offsets` and `elements` of the arcs refer to

@@ -162,10 +162,7 @@ def read_inspection(store: Store, run: int) -> Inspection:
             reason=row["reason"],
             posterior=row["posterior"],
             missing=said["missing"],
-            needs={
-                "translation_mm": row["needs_translation_mm"],
-                "rotation_deg": math.degrees(row["needs_rotation"]),
-            },
+            needs={"translation_mm": row["needs_translation_mm"], "rotation_deg": math.degrees(row["needs_rotation"])},
             sigma={
                 "translation_mm": weighed.get("sigma_mm", math.inf),
                 "rotation_deg": math.degrees(weighed.get("sigma_rad", math.inf)),

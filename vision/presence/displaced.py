@@ -98,13 +98,7 @@ class PieceEdges(Rows):
 
 
 def list_pieces(
-    scene: Scene,
-    piece_of: Ints,
-    pieces: Ints,
-    samples: Samples,
-    weight: Floats,
-    runs: EdgeRuns,
-    eyes: CameraPoses,
+    scene: Scene, piece_of: Ints, pieces: Ints, samples: Samples, weight: Floats, runs: EdgeRuns, eyes: CameraPoses
 ) -> tuple[PieceEdges, Aspects]:
     """What cameras see of pieces where the model has them, an aspect each."""
     of_sample = piece_of[scene.surface_occurrence[samples.surface[:, 0]]]

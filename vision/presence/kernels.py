@@ -69,14 +69,7 @@ def list_elements(
 
 @kernel("void(i8[::1], i8[::1], f8[::1], i8[::1], f8[::1], b1[:, ::1], f8, f8[::1])")
 def find_nearest(
-    sample: Ints,
-    side: Ints,
-    ahead: Floats,
-    first: Ints,
-    offset: Floats,
-    usable: Bools,
-    reach: float,
-    residual: Floats,
+    sample: Ints, side: Ints, ahead: Floats, first: Ints, offset: Floats, usable: Bools, reach: float, residual: Floats
 ) -> None:
     """Px from each row's sample, moved `ahead` (px along its normal), to the nearest element that is usable for its
     side, nan where none lies within the reach; first, offset, usable: as in `count_found`."""

@@ -209,12 +209,7 @@ def _find_kin(stored: StoredScene, samples: Samples, p: SampleParameters) -> Int
 
 
 def _of_view(
-    stored: StoredScene,
-    rig: Rig,
-    number: int,
-    bounds: tuple[Floats, Floats],
-    world_from_rig: Floats,
-    view: ViewArcs,
+    stored: StoredScene, rig: Rig, number: int, bounds: tuple[Floats, Floats], world_from_rig: Floats, view: ViewArcs
 ) -> Samples:
     name = list(rig.cameras)[number]
     pose = world_from_rig @ rig.rig_from_camera[name]
@@ -278,12 +273,7 @@ class Nearby:
 
 
 def find_nearby(
-    camera: Ints,
-    pixel: Floats,
-    direction: Floats,
-    indexes: list[EdgeIndex],
-    response_px: Floats,
-    p: SampleParameters,
+    camera: Ints, pixel: Floats, direction: Floats, indexes: list[EdgeIndex], response_px: Floats, p: SampleParameters
 ) -> Nearby:
     """The elements near samples, which stand camera by camera; response_px (c,): how far each camera moves an edge of
     the whole range of grey toward its dark side."""

@@ -92,16 +92,7 @@ adjacent."""
 # It knows neither pictures nor models, only curves in px of an image and areas with outlines. Whether two relations
 # agree is decided where they are compared (`relations.py`); here all that might agree are admitted.
 
-KINDS = (
-    "near",
-    "parallel",
-    "junction",
-    "concentric",
-    "equal_radius",
-    "bounds",
-    "adjacent",
-    "surrounds",
-)
+KINDS = ("near", "parallel", "junction", "concentric", "equal_radius", "bounds", "adjacent", "surrounds")
 NEAR, PARALLEL, JUNCTION, CONCENTRIC, EQUAL_RADIUS, BOUNDS, ADJACENT, SURROUNDS = range(len(KINDS))
 _DEFAULTS = RelationParameters()
 

@@ -489,12 +489,7 @@ def describe(crossings: Crossings, p: EpipolarParameters) -> Floats:
 
 
 def match_rows(
-    first_start: Ints,
-    first: Floats,
-    bounds: Floats,
-    second_start: Ints,
-    second: Floats,
-    parameters: EpipolarParameters,
+    first_start: Ints, first: Floats, bounds: Floats, second_start: Ints, second: Floats, parameters: EpipolarParameters
 ) -> Ints:
     """The crossing of the second picture matched to each of the first, -1 for none.
 

@@ -344,12 +344,7 @@ def _solve(
 
 
 def record_stereo(
-    run: Run,
-    connection: Connection,
-    problem_no: int,
-    units_id: int,
-    labels_id: int,
-    matches: StereoMatches,
+    run: Run, connection: Connection, problem_no: int, units_id: int, labels_id: int, matches: StereoMatches
 ) -> None:
     """Append the problem with its candidates, relations, decisions and the tree of the search, and the arcs in space.
 

@@ -68,10 +68,7 @@ def object_page(
         facts=facts,
         items_title="Parts and features",
         legend=[(kind.replace("_", " "), hexadecimal(rgb)) for kind, rgb in kinds.items()],
-        sections=[
-            ("Tree", [tables["tree"]]),
-            ("Features", [tables["object_features"], tables["object_kinds"]]),
-        ],
+        sections=[("Tree", [tables["tree"]]), ("Features", [tables["object_features"], tables["object_kinds"]])],
     )
 
 

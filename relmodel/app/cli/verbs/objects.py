@@ -319,11 +319,7 @@ def export(args: argparse.Namespace) -> int:
         raise UsageError("give an OBJECT or --run RUN and -o FILE or FOLDER, or --parquet FOLDER for the placed parts")
     if args.world is not None and args.parquet is None:
         raise UsageError("--world says whose placed parts --parquet writes: give it with --parquet only")
-    with (
-        open_store(args, read_only=True) as store,
-        store.read() as connection,
-        shown() as progress,
-    ):
+    with open_store(args, read_only=True) as store, store.read() as connection, shown() as progress:
         if args.parquet is not None:
             from relmodel.find.parquet import export_parts
 
