@@ -33,13 +33,7 @@ import numpy as np
 from tabulate import tabulate
 
 from relmodel.arrays import Bools, Bytes, Floats, Ints
-from tests.vision.stereo.rendered import (
-    RenderedPair,
-    find_region_siblings,
-    find_siblings,
-    measure_ends,
-    read_pair,
-)
+from tests.vision.stereo.rendered import RenderedPair, find_region_siblings, find_siblings, measure_ends, read_pair
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import LINE
 from vision.extraction.extract import extract

@@ -118,13 +118,7 @@ class SyntheticModel:
             store.append(
                 connection,
                 "part",
-                {
-                    "id": part_ids,
-                    "content_key": keys,
-                    "number": names,
-                    "name": names,
-                    "shape_id": shape_ids,
-                },
+                {"id": part_ids, "content_key": keys, "number": names, "name": names, "shape_id": shape_ids},
             )
             object_id = self._fill_object(store, connection, self.root, part_ids, tag, {})
             source_id = store.new_ids(connection, "source", 1)

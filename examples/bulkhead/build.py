@@ -215,11 +215,7 @@ def build(variant: str, path: Path) -> dict[str, Any]:
     """Write one variant's STEP file and give its golden table."""
     Message.DefaultMessenger_s().ChangePrinters().Clear()
     design = VARIANTS[variant]()
-    shapes = {
-        "BULKHEAD_BODY": solids.body(design),
-        "BUSHING_25": solids.bushing(),
-        "BOLT_M8": solids.bolt(),
-    }
+    shapes = {"BULKHEAD_BODY": solids.body(design), "BUSHING_25": solids.bushing(), "BOLT_M8": solids.bolt()}
     if design.clips:
         shapes["CLIP"] = solids.clip()
     write_step(design, shapes, path)

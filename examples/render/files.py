@@ -76,12 +76,7 @@ def write_prior(
 
 
 def truth_data(
-    stem: str,
-    head: dict[str, Any],
-    view: Shot,
-    components: list[Component],
-    caster: Caster,
-    world_from_object: Array,
+    stem: str, head: dict[str, Any], view: Shot, components: list[Component], caster: Caster, world_from_object: Array
 ) -> dict[str, Any]:
     """Poses, target and parts in view; pixel counts are exact at pixel centres, without blur."""
     cameras: dict[str, Any] = {}

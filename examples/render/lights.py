@@ -94,8 +94,4 @@ def table(mi: Any, rng: np.random.Generator) -> dict[str, Any]:
     values = np.clip(tone * (1 + contrast * periodic_noise(rng, (1024, 1024), along, across)), 0.01, 0.9)
     texture = {**bitmap(mi, values), "to_uv": mi.ScalarTransform4f().scale([8, 8, 1])}
     scale = mi.ScalarTransform4f().translate([0, 0, -0.05]) @ mi.ScalarTransform4f().scale([2500, 2500, 1])
-    return {
-        "type": "rectangle",
-        "to_world": scale,
-        "bsdf": two_sided(mi, {"type": "diffuse", "reflectance": texture}),
-    }
+    return {"type": "rectangle", "to_world": scale, "bsdf": two_sided(mi, {"type": "diffuse", "reflectance": texture})}

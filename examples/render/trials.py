@@ -118,8 +118,7 @@ def finish_trial(trial: Trial, folder: Path, pictures: bool) -> None:
     components = variant(trial.what)
     caster, rows = Caster(components), variant_features(trial.what)
     view = first_credible(
-        partial(draw_bulkhead_view, trial.seed, trial.size, rows),
-        lambda view: part_share(caster, view) > 0.45,
+        partial(draw_bulkhead_view, trial.seed, trial.size, rows), lambda view: part_share(caster, view) > 0.45
     )
     head = {"model": model_file(trial.what).as_posix(), "model_variant": trial.what}
     write_trial(trial, folder, head, view, components, caster, bulkhead_scene(trial, components), pictures)

@@ -256,9 +256,7 @@ def test_a_store_that_cannot_be_written_is_told_in_a_sentence(tmp_path: Path, fr
             load(store, tmp_path / "box.stl", name="box", unit="mm")
 
 
-def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(
-    fresh_store: str,
-) -> None:
+def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(fresh_store: str) -> None:
     pytest.importorskip("OCP")
     from relmodel.readers.step import shape as step_shape
     from tests.parts.step_parts import compound

@@ -16,9 +16,7 @@ CHECKOUT = Path(__file__).parents[2]
 OF_NO_USER = {"check", "prune"}
 
 # Tables that nothing which a user meets reads, and why they are there all the same.
-WITHOUT_READER = {
-    "row_digest": "relmodel check holds the rows against it: it has no other use",
-}
+WITHOUT_READER = {"row_digest": "relmodel check holds the rows against it: it has no other use"}
 
 
 def relations_read(text: str) -> set[str]:

@@ -42,10 +42,7 @@ def both(
     folder = tmp_path_factory.mktemp("backup")
     shutil.copy(inspection.store, folder / "cell.duckdb")
     programs = Path(sys.executable).parent
-    commands = {
-        "by program": [str(programs / "duckdb"), "-bail"],
-        "restored": ["sh", "-e"],
-    }
+    commands = {"by program": [str(programs / "duckdb"), "-bail"], "restored": ["sh", "-e"]}
     typed = block("sh" if request.param == "restored" else "sql")
     environment = {"PATH": f"{programs}:/usr/bin:/bin", "HOME": str(folder)}
     done = subprocess.run(

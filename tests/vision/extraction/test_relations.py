@@ -10,16 +10,7 @@ from tests.vision.extraction.synthetic import disc, render
 from vision.extraction.arcs import LINE
 from vision.extraction.extract import Extraction, extract
 from vision.extraction.extraction_parameters import EdgeParameters, ExtractionParameters, RegionParameters
-from vision.relations.relations import (
-    ADJACENT,
-    BOUNDS,
-    CONCENTRIC,
-    EQUAL_RADIUS,
-    JUNCTION,
-    NEAR,
-    PARALLEL,
-    SURROUNDS,
-)
+from vision.relations.relations import ADJACENT, BOUNDS, CONCENTRIC, EQUAL_RADIUS, JUNCTION, NEAR, PARALLEL, SURROUNDS
 
 
 def square(half: float) -> Floats:

@@ -8,16 +8,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from vision.inspection.against import (
-    Candidate,
-    Chosen,
-    Start,
-    doubt,
-    find_worthy,
-    judge,
-    judge_variants,
-    share_edges,
-)
+from vision.inspection.against import Candidate, Chosen, Start, doubt, find_worthy, judge, judge_variants, share_edges
 from vision.inspection.inspection_parameters import DEFAULTS
 from vision.inspection.locate import Location
 from vision.localisation.localise import Localisation

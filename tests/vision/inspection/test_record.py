@@ -64,7 +64,7 @@ def test_each_residual_is_that_of_its_model_point(done: Done) -> None:
     solved = {
         (camera, name): value for camera, name, value in rows(store, "SELECT camera, name, value FROM camera_unknown")
     }
-    names = ("response", "centre_u", "centre_v", "focal", "x", "y", "z", "rx", "ry", "rz")
+    names = ("response", "centre_u", "centre_v", "focal", "x", "y", "z", "rx", "ry", "rz", "radial")
     own = np.array([[solved[camera, name] for name in names] for camera in rig.cameras])
     # The unknowns were solved one step beyond the pose at which the pictures were looked at last.
     for view, camera in rows(store, "SELECT view_no, camera FROM inspection_image ORDER BY view_no"):
@@ -168,7 +168,7 @@ def test_thresholds_and_pictures_are_those_of_the_run(done: Done) -> None:
         assert 0 <= saturated < 0.2
         assert stale is None
     expected = rows(store, "SELECT camera, name, expected, sigma FROM camera_unknown ORDER BY camera, name")
-    assert len(expected) == 20
+    assert len(expected) == 22
     told = {(camera, name): (mean, sigma) for camera, name, mean, sigma in expected}
     assert told["left", "response"] == told["right", "response"] == (0.25, 0.25)
     assert told["right", "centre_u"] == told["right", "centre_v"] == (0.0, 0.02)

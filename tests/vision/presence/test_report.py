@@ -16,15 +16,7 @@ from vision.presence.report import (
     tabulate_items,
     weigh_variant,
 )
-from vision.presence.states import (
-    CHANGED,
-    CONFIRMED,
-    CONTRADICTED,
-    NOT_CONFIRMED,
-    OF_FEATURE,
-    UNDECIDABLE,
-    Presence,
-)
+from vision.presence.states import CHANGED, CONFIRMED, CONTRADICTED, NOT_CONFIRMED, OF_FEATURE, UNDECIDABLE, Presence
 
 STATES = [CONFIRMED, CHANGED, CHANGED, NOT_CONFIRMED, CONTRADICTED, UNDECIDABLE, CONTRADICTED, CHANGED, NOT_CONFIRMED]
 LEVELS = ["part", "feature", "feature", "feature", "feature", "feature", "surface", "part", "feature"]
