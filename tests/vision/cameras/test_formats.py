@@ -252,7 +252,7 @@ def test_the_own_file_holds_all(tmp_path: Path) -> None:
     matrix = rig.cameras["b"].matrix + np.array([[0, 0.7, 0], [0, 0, 0], [0, 0, 0]])
     distortion = np.append(rig.cameras["b"].distortion, np.full(6, 1e-3))
     cameras = rig.cameras | {"b": Camera(700, 500, matrix, distortion, 12)}
-    sigma = {"a": CalibrationSigma(0.001, 0.2, 0.3, 0.004)}
+    sigma = {"a": CalibrationSigma(0.001, 0.2, 0.3, 0.004, 0.02)}
     write_rig(Rig(cameras, rig.rig_from_camera, sigma), tmp_path / "rig")
     again = read_rig(tmp_path / "rig")
     for name, camera in cameras.items():
@@ -263,6 +263,7 @@ def test_the_own_file_holds_all(tmp_path: Path) -> None:
     assert again.sigma.keys() == sigma.keys()
     assert again.sigma["a"].focal == pytest.approx(0.001, rel=1e-14)
     assert again.sigma["a"].rotation == pytest.approx(0.004, rel=1e-14)
+    assert again.sigma["a"].radial == 0.02
 
 
 @pytest.mark.parametrize(
