@@ -1,4 +1,4 @@
-"""A browser for all tests of pages: to start one takes a second and more."""
+"""Kernels that are compiled before any test reads what a command says, and a browser for all tests of pages."""
 
 from __future__ import annotations
 
@@ -6,7 +6,17 @@ from collections.abc import Iterator
 
 import pytest
 
+from relmodel.app.session import compile_behind
+from relmodel.compiled import compile_ahead
 from tests.browser import Browser, browser
+from vision.inspection import KERNELS
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiled() -> None:
+    """What is said of that once on a machine is said here."""
+    compile_ahead(KERNELS, lambda words: None)
+    compile_behind(lambda words: None)
 
 
 @pytest.fixture(scope="session")

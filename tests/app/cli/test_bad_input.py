@@ -84,8 +84,7 @@ class Refuse:
 
 
 @pytest.fixture
-def refuse(store: str, capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> Refuse:
-    monkeypatch.setattr("relmodel.app.session.compile_behind", lambda say: None)  # which says so, once a machine
+def refuse(store: str, capsys: Capsys) -> Refuse:
     return Refuse(store, capsys)
 
 
