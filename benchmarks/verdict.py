@@ -143,7 +143,14 @@ def give_prior(trial: Trial, kind: str, seed: int) -> Trial:
     return trial
 
 
-def locate(trial: Trial, models: Models, found: dict[str, Primitives]) -> Localisation | None:
+def look_at(trial: Trial) -> dict[str, Primitives]:
+    """What the pictures of a trial show."""
+    return {name: make_primitives(extract(picture)) for name, picture in trial.pictures.items()}
+
+
+def locate(
+    trial: Trial, models: Models, found: dict[str, Primitives], needs: Needs | None = None
+) -> Localisation | None:
     """What an inspection says of a trial's pose; None where nothing lies where its prior looks."""
     p = inspection_parameters.DEFAULTS
     with models.open(trial.model) as store, Run.begin(store, "inspect", {}) as run:
@@ -151,10 +158,9 @@ def locate(trial: Trial, models: Models, found: dict[str, Primitives]) -> Locali
         if len(found) > 1:
             left, right = found.values()
             stereo = match_stereo(trial.rig, left, right, p.stereo)
-        needs = NEEDS[len(found)]
         scenes = Scenes(store)
         seen = Observation(trial.rig, found, trial.pictures)
-        locator = Locator(run, scenes, 1, "cell", seen, stereo, needs, p)
+        locator = Locator(run, scenes, 1, "cell", seen, stereo, needs or NEEDS[len(found)], p)
         try:
             target = select_parts(scenes, 1, "cell", trial.rig, trial.prior, p.selection)
         except InputError:

@@ -16,6 +16,7 @@ TOOLS = {
     "answers",
     "house",
     "altered_models",
+    "calibration",
     "constellation",
     "fault_calls",
     "faults",

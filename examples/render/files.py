@@ -41,8 +41,14 @@ def write_yaml(path: Path, data: dict[str, Any], comment: str) -> None:
     path.write_text(f"# {comment}\n" + yaml.dump(data, Dumper=_Flow, sort_keys=False, width=200))
 
 
-def write_rig(path: Path, view: Shot) -> None:
-    """The cameras; the rig's frame is the left camera's."""
+# What the rig file of the demonstration says of its calibration, as a good one with a chessboard would: of pictures
+# that are rendered, all of it is exact.
+STATED = {"focal_px": 0.7, "centre_px": 0.3, "translation_mm": 0.05, "rotation_deg": 0.005, "radial": 0.0005}
+EXACT = dict.fromkeys(STATED, 0.0)
+
+
+def write_rig(path: Path, view: Shot, sigma: dict[str, float]) -> None:
+    """The cameras, and how well they are known; the rig's frame is the left camera's."""
 
     def camera(c: Camera, pose: Array) -> dict[str, Any]:
         return {
@@ -60,7 +66,7 @@ def write_rig(path: Path, view: Shot) -> None:
     frame = (
         "cameras; the rig's frame is the left camera's" if len(cameras) == 2 else "camera; the rig's frame is its own"
     )
-    write_yaml(path, {"cameras": cameras}, f"{what}: mm, OpenCV {frame}.")
+    write_yaml(path, {"sigma": sigma, "cameras": cameras}, f"{what}: mm, OpenCV {frame}.")
 
 
 def write_prior(

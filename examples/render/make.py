@@ -13,7 +13,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from examples.render.files import truth_data, write_prior, write_rig, write_truth, write_world
+from examples.render.files import STATED, truth_data, write_prior, write_rig, write_truth, write_world
 from examples.render.lights import Lighting, backdrop, lamps
 from examples.render.model import Component, read_components
 from examples.render.picture import expose, render, renderer
@@ -55,7 +55,7 @@ def write_data(number: str, out: Path, components: list[Component]) -> None:
     head = {"pair": number, "object": "bulkhead", "variant": variant}
     truth = truth_data(stem, head, view, components, Caster(components), place)
     write_truth(out / f"{stem}_truth.json", truth)
-    write_rig(out / f"{stem}_rig.yaml", view)
+    write_rig(out / f"{stem}_rig.yaml", view, STATED)
     write_prior(out / f"{stem}_prior.yaml", view, place, seed)
 
 

@@ -40,7 +40,7 @@ from examples.render.draws import (
     draw_table_view,
     first_credible,
 )
-from examples.render.files import truth_data, write_prior, write_rig, write_truth, write_world
+from examples.render.files import EXACT, truth_data, write_prior, write_rig, write_truth, write_world
 from examples.render.lights import backdrop, lamps, table
 from examples.render.model import Component, Part, read_components, tessellate
 from examples.render.objects import make_object, write_step
@@ -336,7 +336,7 @@ def write_trial(
         **more,
     }
     truth = truth_data(trial.name, head, view, components, caster, place)
-    write_rig(folder / f"{trial.name}_rig.yaml", view)
+    write_rig(folder / f"{trial.name}_rig.yaml", view, EXACT)
     error = (10.0, 3.0) if on_table else (15.0, 1.5)
     write_prior(folder / f"{trial.name}_prior.yaml", view, place, trial.seed, *error)
     placed = {"object": head["object"], "name": head["object"]}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import radians
 from typing import Any
@@ -235,6 +235,25 @@ class CalibrationSigma:
     rotation: float = 0.0
     radial: float = 0.0
 
+    @staticmethod
+    def of_views(reprojection_px: float, views: float, focal_px: float) -> CalibrationSigma:
+        """That of a calibration with a flat board from its error of reprojection, rms px, and the number of its views:
+        30 px of focal length and principal point and .12 of radial distortion for each px over the root of the views,
+        as OpenCV's own deviations are for boards of 54 corners at all distances (`docs/calibration.md`); the turn as
+        the principal point, with which it is nearly one."""
+        each = reprojection_px / views**0.5
+        return CalibrationSigma(30 * each / focal_px, 30 * each, 2 * each, 15 * each / focal_px, 0.12 * each)
+
+    def at(self, rig_from_camera: Floats) -> CalibrationSigma:
+        """That of a camera there (4, 4): one that defines the rig's frame sits in it exactly."""
+        frame = np.array_equal(rig_from_camera, np.eye(4))
+        return replace(self, translation_mm=0.0, rotation=0.0) if frame else self
+
+
+# What a calibration is off by that does not say how well it is known: .2 % of the focal length, as when the lens was
+# focused anew; .7 px; .15 mm and .017 degrees between cameras, as mounts creep and warm.
+USUAL_CALIBRATION = CalibrationSigma(0.002, 0.7, 0.15, 3e-4, 0.002)
+
 
 @dataclass(frozen=True)
 class Rig:
@@ -257,6 +276,10 @@ class Rig:
             {n: self.rig_from_camera[n] for n in names},
             {n: self.sigma[n] for n in names if n in self.sigma},
         )
+
+    def sigma_of(self, name: str) -> CalibrationSigma:
+        """How well a camera is known: as the rig says, else as is usual."""
+        return self.sigma.get(name) or USUAL_CALIBRATION.at(self.rig_from_camera[name])
 
 
 @dataclass(frozen=True)

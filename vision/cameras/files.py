@@ -140,7 +140,7 @@ def _in_mm(rig: Rig, unit_mm: float, path: Path) -> Rig:
             f"{path}: two cameras are only {apart[apart > 0].min():.3g} mm apart, so the file is in another unit: "
             "convert it by relmodel rig convert with --unit"
         )
-    return Rig(rig.cameras, poses)
+    return Rig(rig.cameras, poses, rig.sigma)
 
 
 def read_pose(path: Path | str) -> Floats:

@@ -17,7 +17,7 @@ from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import inverse
 from relmodel.names import MOST_BYTES, read_text
-from vision.cameras.cameras import Camera, Rig
+from vision.cameras.cameras import CalibrationSigma, Camera, Rig
 from vision.cameras.rig_file import member, numbers, pixel_count, rigid
 
 # Keys, with the way to them, that name a lens model; the names of OpenCV's, of all its coefficients or some; words of
@@ -198,7 +198,18 @@ def parse_opencv(data: dict[str, Any], path: Path) -> Rig:
         second_from_first[:3, :3] = _matrix(data, "R", path, (3, 3))
         second_from_first[:3, 3] = _matrix(data, "T", path, (3, 1), (1, 3)).ravel()
         poses["right"] = inverse(rigid(second_from_first, path, "R, T"))
-    return Rig(cameras, poses)
+    return Rig(cameras, poses, _sigma(data, cameras, poses))
+
+
+def _sigma(data: dict[str, Any], cameras: dict[str, Camera], poses: dict[str, Floats]) -> dict[str, CalibrationSigma]:
+    """How well the cameras are known, where the file has an error of reprojection and a number of views, in any of the
+    spellings of OpenCV's samples."""
+    said = {key.lower().replace("_", ""): value for key, value in data.items() if isinstance(value, int | float)}
+    error, views = said.get("avgreprojectionerror"), said.get("nframes", said.get("nrofframes"))
+    if not error or not views:
+        return {}
+    known = {name: CalibrationSigma.of_views(error, views, it.matrix[0, 0]) for name, it in cameras.items()}
+    return {name: it.at(poses[name]) for name, it in known.items()}
 
 
 def _matrix(data: dict[str, Any], key: str, path: Path, *shapes: tuple[int, int]) -> Floats:

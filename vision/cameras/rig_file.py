@@ -4,7 +4,6 @@ sentence where they are wrong.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +99,7 @@ MOST_CALIBRATION_SIGMA = {
     "rotation_deg": 2.0,
     "radial": 0.5,
 }
+BY_VIEWS = ("reprojection_px", "views")  # or what a calibration program prints
 DISTORTION_SIZES = (0, 4, 5, 8, 12, 14)
 
 
@@ -130,10 +130,7 @@ def parse_rig(data: dict[str, Any], path: Path) -> Rig:
         )
         if "sigma" in entry or "sigma" in data:
             given, place = (entry, where) if "sigma" in entry else (data, "")
-            stated = _calibration_sigma(given, matrix, path, place)
-            # Where a camera defines the rig's frame, nothing about its place is uncertain.
-            frame = np.array_equal(poses[str(name)], np.eye(4))
-            sigma[str(name)] = replace(stated, translation_mm=0.0, rotation=0.0) if frame else stated
+            sigma[str(name)] = _calibration_sigma(given, matrix, path, place).at(poses[str(name)])
     return Rig(cameras, poses, sigma)
 
 
@@ -170,9 +167,15 @@ def _calibration_sigma(entry: dict[str, Any], matrix: Floats, path: Path, where:
     """How well a camera of this matrix is known, as `sigma` of an entry says; what it leaves out is exact."""
     given = entry["sigma"]
     names = tuple(MOST_CALIBRATION_SIGMA)
+    if isinstance(given, dict) and set(given) == set(BY_VIEWS):
+        error, views = (float(numbers(given, key, path, f"{where}sigma.", ())) for key in BY_VIEWS)
+        if not (0 < error <= 10 and views >= 3):
+            raise InputError(f"{path}: {where}sigma is of {error:g} px by {views:g} views: give 0 to 10 px, 3 or more")
+        return CalibrationSigma.of_views(error, views, float(matrix[0, 0]))
     if not isinstance(given, dict) or not set(given) <= set(names):
         raise InputError(
-            f"{path}: {where}sigma is not a mapping of {', '.join(names)}: give standard deviations by name"
+            f"{path}: {where}sigma is not a mapping of {', '.join(names)}, or of {' and '.join(BY_VIEWS)}: "
+            "give standard deviations by name"
         )
     values = {}
     for key, most in MOST_CALIBRATION_SIGMA.items():

@@ -14,7 +14,17 @@ from relmodel.arrays import Floats, list_rows
 from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
 from relmodel.printing import finite
 from relmodel.store import Store
+from vision.cameras.cameras import perturb
 from vision.presence.report import describe
+
+PLACE = (
+    "x",
+    "y",
+    "z",
+    "rx",
+    "ry",
+    "rz",
+)  # of a camera's unknowns: what it was moved by in the rig, as `perturb` takes it
 
 
 @dataclass(frozen=True)
@@ -151,6 +161,10 @@ def read_inspection(store: Store, run: int) -> Inspection:
         hypotheses = [_with_pose(it, "world_from_rig", "cost") for it in select("hypothesis", "hypothesis_no")]
         best = hypotheses[0]["world_from_rig"] if hypotheses else None
         cameras = store.rows(connection, "result/camera", run_id=run)
+        moved: dict[str, list[float]] = {}
+        for it in select("camera_unknown", "camera"):
+            if it["name"] in PLACE:
+                moved.setdefault(it["camera"], [0.0] * 6)[PLACE.index(it["name"])] = it["value"]
         used = {it["camera"] for it in select("hypothesis_support", "camera", hypothesis_no=0)}
         shown = [it["shown"] for it in select("selected_part", "occurrence_id")]
         timings: dict[str, float] = {}
@@ -170,7 +184,9 @@ def read_inspection(store: Store, run: int) -> Inspection:
             weakest=row["weakest"],
             world_from_rig=best,
             world_from_camera={
-                c.camera: None if best is None else best @ matrices(c._mapping)
+                c.camera: None
+                if best is None
+                else perturb(best @ matrices(c._mapping), np.array(moved.get(c.camera, [0.0] * 6)))
                 for c in cameras
                 if c.camera in used or not used
             },

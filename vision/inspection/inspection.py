@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
+from math import degrees
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,7 +19,7 @@ from relmodel.resources import user_name
 from relmodel.store import Run, Store
 from relmodel.store.runs import record_digests
 from relmodel.world.kinematics import Carrier, Correction, MountedRig, correct_base, mount_of_rig, predict_covariance
-from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, Selection
+from vision.cameras.cameras import DEFAULT_NEEDS, USUAL_CALIBRATION, Needs, Prior, Rig, Selection
 from vision.cameras.files import read_needs, read_prior
 from vision.cameras.images import (
     Picture,
@@ -320,6 +321,13 @@ def carry_out(
         variants = weigh_variants(run, location.target, seen, found, presence, p, most)
         run.step("variants")
     notes += describe_reading(pictures[name] for name in seen.pictures)
+    if unstated := [name for name in cameras.cameras if name not in cameras.sigma]:
+        it = USUAL_CALIBRATION
+        notes.append(
+            f"the rig's file does not say how well {' and '.join(unstated)} is calibrated: {100 * it.focal:g} % of the "
+            f"focal length, {it.centre_px:g} px, {it.translation_mm:g} mm and {degrees(it.rotation):.2g} degrees are "
+            "taken; state its sigma"
+        )
     if inputs.prior is None and known.mounted is not None:
         notes.append(f"no prior was given: the rig is taken to be where {known.mounted.base} has it")
     result = Result(

@@ -10,7 +10,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, sum_by_group
 from relmodel.geometry.transforms import skew
-from vision.cameras.cameras import CalibrationSigma, Rig, perturb
+from vision.cameras.cameras import Rig, perturb
 from vision.localisation.hypotheses import (
     EdgePoints,
     Prediction,
@@ -37,9 +37,6 @@ TEXTURE_PX = 0.5  # by which texture displaces an edge of its own contrast; less
 RESPONSE_PX = 0.25  # at a contrast of the whole range of grey: how far a response moves edges toward their dark side
 RESPONSE_SIGMA_PX = 0.25  # standard deviation of that, an unknown of each camera
 CALIBRATION_PX = 0.02  # standard deviation of each camera's principal point, two unknowns
-# Standard deviation by which all principal points are off alike, of a rig that does not say how well it is known: half
-# a pixel where two programs count pixel centres differently.
-CONVENTION_PX = 0.3
 # Usual standard deviation by which an arc's image is shifted as a whole, where all of its edges are found; the more in
 # proportion, the fewer are, but for fewer than LEAST_FOUND.
 ARC_SHIFT_PX = 0.06
@@ -49,16 +46,10 @@ OFFSET_PX = 0.4  # standard deviation of edges about the arcs they belong to, be
 
 @dataclass(frozen=True)
 class CameraUnknowns:
-    """Expected values and standard deviations (c, 11) of the cameras' own unknowns; sigma zero: exact.
-
-    considered (11 c, k): k errors that are not solved for but that the covariance holds (Schmidt, 1966), one standard
-    deviation each: of a rig that does not say how well it is known, all principal points off alike, as where files
-    disagree on what pixel (0, 0) is the centre of.
-    """
+    """Expected values and standard deviations (c, 11) of the cameras' own unknowns; sigma zero: exact."""
 
     mean: Floats
     sigma: Floats
-    considered: Floats
 
     @property
     def precision(self) -> Floats:
@@ -69,18 +60,15 @@ class CameraUnknowns:
 def describe_unknowns(rig: Rig) -> CameraUnknowns:
     """The unknowns of a rig's cameras, in its order."""
     mean, sigma = np.zeros((2, len(rig.cameras), COUNT))
-    considered = np.zeros((len(rig.cameras), COUNT, 2))
     mean[:, RESPONSE] = RESPONSE_PX
     for number, name in enumerate(rig.cameras):
-        known = rig.sigma.get(name, CalibrationSigma())
+        known = rig.sigma_of(name)
         sigma[number, RESPONSE] = RESPONSE_SIGMA_PX
         sigma[number, CENTRE] = max(known.centre_px, CALIBRATION_PX)
         sigma[number, FOCAL] = known.focal
         sigma[number, PLACE] = np.repeat([known.translation_mm, known.rotation], 3)
         sigma[number, RADIAL] = known.radial
-        if name not in rig.sigma:
-            considered[number, [1, 2], [0, 1]] = CONVENTION_PX
-    return CameraUnknowns(mean, sigma, considered.reshape(-1, 2))
+    return CameraUnknowns(mean, sigma)
 
 
 def differentiate(

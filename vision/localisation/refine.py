@@ -15,7 +15,6 @@ from vision.localisation.hypotheses import Evidence, Prediction, flow_in_camera,
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.measurements import (
     ARC_SHIFT_PX,
-    CameraUnknowns,
     EdgeIndex,
     Measurements,
     describe_unknowns,
@@ -58,7 +57,6 @@ def compute_covariance(
     prediction: Prediction,
     stretch: Ints,
     hessian: Floats,
-    unknowns: CameraUnknowns,
 ) -> Floats:
     """Covariance (6, 6) of a pose from its measurements, as they are and as `hold_shifts` gives them: that of an
     M-estimator (Huber, 1981) whose measurements err in several ways.
@@ -68,8 +66,7 @@ def compute_covariance(
     says), by a random effect whose variance is common to all arcs and is estimated from how far their mean offsets
     scatter, what the pose has followed taken off (Henderson's analysis of variance).  One arc may lie on another edge
     altogether: how far the pose moves without it counts besides, arc by arc (jackknife).  Where the model has a
-    tolerance, an arc lies elsewhere for all cameras alike.  The priors err by their covariance, and the cameras also by
-    errors that are considered and not solved for.
+    tolerance, an arc lies elsewhere for all cameras alike.  The priors err by their covariance.
     """
     group = prediction.image_of_arc
     weight = m.weight / m.sigma**2
@@ -98,8 +95,6 @@ def compute_covariance(
     variance = max(variance - float(expected.sum() / length.sum()), 0.0)
     meat = scatter.T @ scatter + variance * shift.T @ shift + hessian - data
     meat += _scatter_by_tolerance(held, prediction, weight)
-    considered = unknowns.precision[:, None] * unknowns.considered
-    meat[6:, 6:] += considered @ considered.T
     covariance = (inverse @ meat @ inverse)[:6, :6] + _scatter_without_arcs(held, group, hessian)
     return np.asarray((covariance + covariance.T) / 2)
 
@@ -342,7 +337,7 @@ class Fit:
         hessian, _ = self._normal_equations(held, pose, own)
         return RefinedPose(
             pose,
-            compute_covariance(m, held, prediction, group_by_stretch(prediction), hessian, self.unknowns),
+            compute_covariance(m, held, prediction, group_by_stretch(prediction), hessian),
             own,
             prediction,
             m,

@@ -372,16 +372,15 @@ _MOVED = {
 
 
 def find_misfit(rig: Rig, own: Floats) -> Misfit | None:
-    """What of the cameras' unknowns (c, 11) lies most standard deviations from what the rig's file says; None where it
-    does not say how well anything is known."""
+    """What of the cameras' unknowns (c, 11) lies most standard deviations from what the rig's file says; None where all
+    is exact."""
     unknowns = describe_unknowns(rig)
     known = unknowns.sigma > CALIBRATION_PX * np.isin(UNKNOWNS, ["centre_u", "centre_v"])
     known[:, RESPONSE] = False
-    known &= np.isin(list(rig.cameras), list(rig.sigma))[:, None]
     if not known.any():
         return None
     off = own - unknowns.mean
-    sigmas = np.where(known, np.abs(off) / np.where(known, unknowns.sigma, 1.0), 0.0)
+    sigmas = np.where(known, np.abs(off) / np.where(known, unknowns.sigma, 1.0), -1.0)
     number, of = np.unravel_index(int(np.argmax(sigmas)), sigmas.shape)
     camera, name, by = list(rig.cameras)[number], UNKNOWNS[of], float(off[number, of])
     if name in _DIFFERS:

@@ -246,6 +246,19 @@ def test_one_truth_through_each_format(
     assert_same_pixels(read_rig(tmp_path / "own"), truths)
 
 
+@pytest.mark.parametrize(
+    ("error", "views"), [("avg_reprojection_error", "nframes"), ("Avg_Reprojection_Error", "nr_of_frames")]
+)
+def test_what_opencv_says_of_its_calibration_is_its_sigma(error: str, views: str, tmp_path: Path) -> None:
+    truths = draw(0, 2, 5)
+    text = put_opencv(truths, tmp_path / "cv").read_text()
+    assert read_rig(tmp_path / "cv").sigma == {}
+    (tmp_path / "cv").write_text(f"{text}{error}: 0.32\n{views}: 16\n")
+    sigma = read_rig(tmp_path / "cv").sigma
+    assert sigma["left"] == CalibrationSigma.of_views(0.32, 16, truths[0].intrinsics[0]).at(np.eye(4))
+    assert sigma["right"].translation_mm == pytest.approx(0.16)
+
+
 def test_the_own_file_holds_all(tmp_path: Path) -> None:
     truths = draw(1, 3, 8, one_size=False, own_frame=True)
     rig = make_rig(truths, ["a", "b", "c"])

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import yaml
 
 import relmodel
 from relmodel.app.api import OpenStore
@@ -24,5 +25,8 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Done]:
         load(store, DEMO / "bulkhead_A.step.gz", name="bulkhead", variant="A")
         store.place(DEMO / "world.yaml")
         pictures = {name: DEMO / f"pair_00_{name}.png" for name in ("left", "right")}
-        rig, prior = DEMO / "pair_00_rig.yaml", DEMO / "pair_00_prior.yaml"
+        # A rig that is exact: residuals are then of the cameras as the file has them.
+        rig, prior = file.parent / "rig.yaml", DEMO / "pair_00_prior.yaml"
+        stated = yaml.safe_load((DEMO / "pair_00_rig.yaml").read_text())
+        rig.write_text(yaml.safe_dump(stated | {"sigma": {"centre_px": 0}}))
         yield store, store.inspect(rig=rig, pictures=pictures, prior=prior, serial="SN-1", operator="me")

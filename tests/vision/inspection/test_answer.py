@@ -30,6 +30,7 @@ def turned(angle: float, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Floa
 
 FIRST, SECOND, SAME = turned(0.3, 1, 2, 3), turned(0.6, 4, 5, 6), turned(0.9, 7, 8, 9)
 RIGHT = turned(-0.2, 50)
+MOVED = turned(0.1, 0.5)  # where the right camera sits, as solved
 COVARIANCE = np.diag([1.0, 2, 3, 4, 5, 6]) + 0.5
 
 
@@ -67,6 +68,8 @@ def write(rows: Rows, verdict: str, poses: list[Floats]) -> None:
         "rig_camera", {"rig_id": 1, "name": list(cameras), "camera_id": 1, **matrix_columns(list(cameras.values()))}
     )
     rows.add("inspection_image", {"camera": list(cameras), "camera_no": np.arange(3), "image_id": 1})
+    moved = {"camera": ["right"] * 3, "name": ["x", "rz", "focal"], "value": [0.5, 0.1, 0.2]}
+    rows.add("camera_unknown", {**moved, "expected": 0.0, "sigma": 1.0})
     rows.add("selected_part", {"occurrence_id": np.arange(5), "shown": [True, False, True, True, False]})
     steps = {"name": ["read", "locate", "locate"], "seconds": [0.25, 1.0, 2.00004]}
     rows.add("run_event", {"event_no": np.arange(10, 13), "kind": "step", "happened_at": ["2026-01-01"] * 3, **steps})
@@ -155,7 +158,7 @@ def test_the_pose_and_how_well_it_is_known(found: Inspection) -> None:
     np.testing.assert_allclose(found.world_from_rig, FIRST)  # type: ignore[arg-type]
     np.testing.assert_allclose(found.covariance, COVARIANCE)  # type: ignore[arg-type]
     assert set(found.world_from_camera) == {"left", "right"}  # the blind one was ignored
-    np.testing.assert_allclose(found.world_from_camera["right"], FIRST @ RIGHT)  # type: ignore[arg-type]
+    np.testing.assert_allclose(found.world_from_camera["right"], FIRST @ RIGHT @ MOVED)  # type: ignore[arg-type]
     assert [it["cost"] for it in found.hypotheses] == [-5.5, -4.5]
     np.testing.assert_allclose(found.hypotheses[1]["world_from_rig"], SECOND)
     np.testing.assert_allclose(found.equivalent, [SAME])

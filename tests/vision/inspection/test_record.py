@@ -15,7 +15,7 @@ from tests.vision.inspection.conftest import DEMO, Done
 from vision.cameras.cameras import perturbation
 from vision.cameras.files import read_prior, read_rig
 from vision.inspection.inspection_parameters import DEFAULTS
-from vision.localisation.measurements import correct_rig
+from vision.localisation.measurements import UNKNOWNS, correct_rig
 
 
 def rows(store: OpenStore, statement: str) -> list[tuple[Any, ...]]:
@@ -48,10 +48,7 @@ def test_the_pose_is_the_truth_and_what_is_stored_is_what_is_answered(done: Done
     np.testing.assert_allclose(np.reshape(row[1], (6, 6)), prior.covariance)
     assert row[2:] == ("SN-1", "accepted", answer.posterior, 3.0, pytest.approx(np.radians(0.5)))
     np.testing.assert_allclose(poses(store, "inspection", "run_id"), prior.world_from_rig[None])
-    cameras = read_rig(DEMO / "pair_00_rig.yaml").rig_from_camera
-    solved = dict(rows(store, "SELECT camera || ' ' || name, value FROM camera_unknown"))
-    assert all(solved[f"{name} {axis}"] == 0 for name in cameras for axis in ("x", "y", "z", "rx", "ry", "rz"))
-    for name, rig_from_camera in cameras.items():
+    for name, rig_from_camera in read_rig(DEMO / "pair_00_rig.yaml").rig_from_camera.items():
         found = answer.world_from_camera[name]
         assert found is not None
         np.testing.assert_allclose(found, answer.world_from_rig @ rig_from_camera)
@@ -61,21 +58,18 @@ def test_each_residual_is_that_of_its_model_point(done: Done) -> None:
     store, _ = done
     (start,) = poses(store, "solved_pose", "solved_no", kind="start")
     rig = read_rig(DEMO / "pair_00_rig.yaml")
-    solved = {
-        (camera, name): value for camera, name, value in rows(store, "SELECT camera, name, value FROM camera_unknown")
-    }
-    names = ("response", "centre_u", "centre_v", "focal", "x", "y", "z", "rx", "ry", "rz", "radial")
-    own = np.array([[solved[camera, name] for name in names] for camera in rig.cameras])
+    solved = dict(rows(store, "SELECT camera || ' ' || name, value FROM camera_unknown"))
+    own = np.array([[solved[f"{camera} {name}"] for name in UNKNOWNS] for camera in rig.cameras])
+    cameras = correct_rig(rig, own)
     # The unknowns were solved one step beyond the pose at which the pictures were looked at last.
     for view, camera in rows(store, "SELECT view_no, camera FROM inspection_image ORDER BY view_no"):
         with store.read() as connection:
             measured = store.select(connection, "edge_measurement", order="measurement_no", view_no=view)
         columns = ["world_x", "world_y", "world_z", "normal_u", "normal_v", "u", "v", "residual", "response"]
         found = np.stack([measured[name] for name in columns], axis=1)
-        at = np.linalg.inv(start @ rig.rig_from_camera[camera])
+        at = np.linalg.inv(start @ cameras.rig_from_camera[camera])
         number = list(rig.cameras).index(camera)
-        lens = correct_rig(rig, own).cameras[camera]
-        pixel, _ = lens.project(found[:, :3] @ at[:3, :3].T + at[:3, 3])
+        pixel, _ = cameras.cameras[camera].project(found[:, :3] @ at[:3, :3].T + at[:3, 3])
         np.testing.assert_allclose(np.linalg.norm(found[:, 3:5], axis=1), 1)
         across = np.einsum("ni,ni->n", found[:, 5:7] - pixel, found[:, 3:5])
         np.testing.assert_allclose(across - found[:, 8] * own[number, 0], found[:, 7], atol=0.03)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from relmodel.arrays import Bytes, Floats, Floats32, Ints
-from vision.cameras.cameras import Camera, Prior, Rig, perturb
+from vision.cameras.cameras import CalibrationSigma, Camera, Prior, Rig, perturb
 from vision.scene import Scene
 
 _CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
@@ -91,13 +91,13 @@ def endless_blocks(pitch: float) -> Scene:
 
 
 def stereo_rig() -> Rig:
-    """Two unlike cameras 120 mm apart, turned in a little."""
+    """Two unlike cameras 120 mm apart, turned in a little, exactly known."""
     right = perturb(np.eye(4), np.array([120.0, 2, -3, 0.004, -0.15, 0.01]))
     cameras = {
         "left": Camera(640, 480, np.array([[700.0, 0, 322], [0, 700, 238], [0, 0, 1]])),
         "right": Camera(640, 480, np.array([[705.0, 0, 315], [0, 704, 243], [0, 0, 1]])),
     }
-    return Rig(cameras, {"left": np.eye(4), "right": right})
+    return Rig(cameras, {"left": np.eye(4), "right": right}, dict.fromkeys(cameras, CalibrationSigma()))
 
 
 def above(x: float, y: float, distance: float) -> Floats:
@@ -179,5 +179,6 @@ def bulkhead_rig(truth: dict[str, Any]) -> tuple[Rig, Floats]:
     rig = Rig(
         {s: Camera(width, height, np.array(cameras[s]["K"])) for s in ("left", "right")},
         {"left": np.eye(4), "right": np.array(truth["T_left_right"])},
+        dict.fromkeys(("left", "right"), CalibrationSigma()),
     )
     return rig, np.array(cameras["left"]["T_world_cam"])

@@ -250,7 +250,11 @@ def test_the_world_and_the_order_and_names_of_cameras_do_not_matter() -> None:
     )
     names = {"b": "right", "a": "left"}
     cameras = {new: rig.cameras[old] for new, old in names.items()}
-    renamed = Rig(cameras, {new: rig.rig_from_camera[old] for new, old in names.items()})
+    renamed = Rig(
+        cameras,
+        {new: rig.rig_from_camera[old] for new, old in names.items()},
+        {new: rig.sigma[old] for new, old in names.items()},
+    )
     primitives = {new: seen("blocks")[old] for new, old in names.items()}
     greys = {new: pictures("blocks")[old] for new, old in names.items()}
     prior = off(truth, 20.0, np.radians(2), 2)

@@ -10,6 +10,7 @@ import pytest
 from tests.vision.localisation.scenes import stereo_rig
 from vision.cameras.cameras import CalibrationSigma, Needs, Rig
 from vision.localisation.localisation_parameters import DEFAULTS
+from vision.localisation.measurements import describe_unknowns
 from vision.localisation.verdict import (
     CameraSupport,
     Chance,
@@ -161,9 +162,9 @@ STATED = CalibrationSigma(focal=0.001, centre_px=0.5, translation_mm=0.2, rotati
 def test_what_the_pictures_show_otherwise_than_the_file_is_said(
     unknown: int, by: float, sigmas: float, words: str
 ) -> None:
-    """Of a camera of which nothing is stated nothing is said, nor of the response."""
+    """Nothing is said of what is exact, nor of the response."""
     rig = stereo_rig()
-    rig = Rig(rig.cameras, rig.rig_from_camera, {"right": STATED})
+    rig = Rig(rig.cameras, rig.rig_from_camera, rig.sigma | {"right": STATED})
     own = np.zeros((2, 11))
     own[:, 0], own[0, 1:], own[1, unknown] = 9.0, 5.0, by
     found = find_misfit(rig, own)
@@ -171,8 +172,12 @@ def test_what_the_pictures_show_otherwise_than_the_file_is_said(
     assert found.sigmas == pytest.approx(sigmas)
     assert found.words.startswith(words)
     assert find_misfit(stereo_rig(), own) is None
-    exact = Rig(rig.cameras, rig.rig_from_camera, dict.fromkeys(rig.cameras, CalibrationSigma()))
-    assert find_misfit(exact, own) is None
+    right = find_misfit(rig, describe_unknowns(rig).mean)
+    assert right is not None
+    assert right.sigmas == 0
+    usual = find_misfit(Rig(rig.cameras, rig.rig_from_camera), 0.01 * np.tile(np.arange(11) == 3, (2, 1)))
+    assert usual is not None
+    assert usual.sigmas == pytest.approx(5)
 
 
 @pytest.mark.parametrize(("sigmas", "verdict"), [(3.9, "accepted"), (4.1, "refused")])
