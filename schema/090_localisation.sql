@@ -30,10 +30,11 @@ CREATE TABLE inspection (  -- localisation: What an inspection run was given, im
 CREATE TABLE inspection_sentence (  -- localisation: What an inspection says beside its verdict.
     run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
     sentence_no INTEGER NOT NULL,  -- ordinal in the run, from 0
-    kind TEXT NOT NULL,  -- missing (for the pose to be accepted) or note (what was taken for given that the inputs do not say)
+    kind TEXT NOT NULL,  -- missing (for the pose to be accepted), note (what was taken for given that the inputs do not say) or rig (how the
+        -- pictures say that the rig is, where not as its file says)
     sentence TEXT NOT NULL,  -- one sentence
     PRIMARY KEY (run_id, sentence_no),
-    CHECK (kind IN ('missing', 'note'))
+    CHECK (kind IN ('missing', 'note', 'rig'))
 );
 
 CREATE TABLE inspection_image (  -- localisation: The images of an inspection, one a camera, and the view of the model that is predicted for it at the pose found.
@@ -47,6 +48,7 @@ CREATE TABLE inspection_image (  -- localisation: The images of an inspection, o
     edges DOUBLE PRECISION NOT NULL,  -- edge elements to a thousand pixels: next to none where the camera is covered
     blur_px DOUBLE PRECISION,  -- sigma of the spread of its strong edges, px; null where it has too few
     saturated DOUBLE PRECISION NOT NULL,  -- share of the pixels at the brightest value
+    mosaic DOUBLE PRECISION NOT NULL,  -- grey by which the pixels of one diagonal of two by two differ from the other: of a raw Bayer mosaic
     stale_run_id BIGINT,  -- REFERENCES run (id): an earlier run that had this picture of this camera beside another picture of another; this run where two cameras were
         -- given one picture; null where neither is so
     PRIMARY KEY (run_id, camera),

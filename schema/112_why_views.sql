@@ -280,7 +280,8 @@ WITH failed AS (
 limits AS (
     SELECT run_id, max(CASE name WHEN 'least_edges' THEN value END) AS least_edges,
         max(CASE name WHEN 'most_blur_px' THEN value END) AS most_blur_px,
-        max(CASE name WHEN 'most_saturated' THEN value END) AS most_saturated
+        max(CASE name WHEN 'most_saturated' THEN value END) AS most_saturated,
+        max(CASE name WHEN 'most_mosaic' THEN value END) AS most_mosaic
     FROM threshold
     WHERE decision = 'picture'
     GROUP BY run_id
@@ -290,6 +291,7 @@ unusable AS (
     FROM inspection_image AS i
     JOIN limits AS l ON l.run_id = i.run_id
     WHERE i.stale_run_id IS NOT NULL OR i.edges < l.least_edges OR i.blur_px > l.most_blur_px OR i.saturated > l.most_saturated
+        OR i.mosaic > l.most_mosaic
     GROUP BY i.run_id
 ),
 seeing AS (
@@ -330,9 +332,10 @@ most AS (
 ),
 judged AS (
     SELECT i.run_id, f.likely, f.prior, f.apart, f.precise, f.rivals, f.share, f.cameras,
-        f.calibration, u.cameras AS pictures, i.reason,
+        coalesce(d.sentence, f.calibration) AS calibration, u.cameras AS pictures, i.reason,
         CASE
             WHEN u.run_id IS NOT NULL THEN 'picture'
+            WHEN d.run_id IS NOT NULL THEN 'calibration'
             WHEN i.covariance IS NULL AND i.m00 IS NULL THEN 'nothing'
             WHEN i.covariance IS NULL THEN 'prior'
             WHEN f.cameras IS NOT NULL AND s.best > 0 THEN 'camera'
@@ -351,6 +354,7 @@ judged AS (
     LEFT JOIN unusable AS u ON u.run_id = i.run_id
     LEFT JOIN most AS m ON m.run_id = i.run_id
     LEFT JOIN seeing AS s ON s.run_id = i.run_id
+    LEFT JOIN inspection_sentence AS d ON d.run_id = i.run_id AND d.kind = 'rig'
     WHERE i.verdict <> 'accepted'
 )
 SELECT j.run_id, j.cause,
@@ -368,7 +372,7 @@ SELECT j.run_id, j.cause,
         WHEN 'alike' THEN concat('what is in view is alike in several loaded objects or variants: ', j.reason)
     END AS likely_cause,
     CASE j.cause
-        WHEN 'picture' THEN 'take it again: in focus, exposed so that little of it is white, with nothing before the lens'
+        WHEN 'picture' THEN 'take it again: in focus, exposed so that little of it is white, with nothing before the lens, and demosaiced'
         WHEN 'nothing' THEN 'give a prior, a second picture, or a view with round holes or straight edges of the object'
         WHEN 'camera' THEN 'look at its picture; --ignore-blind-camera answers by the others'
         WHEN 'little' THEN 'move the rig until more of the object is in view, or nearer to it'

@@ -32,7 +32,7 @@ _YAML = {
     "kalibr": formats.parse_kalibr,
 }
 # Formats without a unit of length: mm unless stated otherwise.
-UNITLESS = ("opencv", "colmap")
+UNITLESS = ("rig", "opencv", "colmap")  # whose lengths are mm, unless a unit is given
 
 
 def read_rig(
@@ -137,8 +137,8 @@ def _in_mm(rig: Rig, unit_mm: float, path: Path) -> Rig:
     apart = np.linalg.norm(places[1:] - places[0], axis=1)
     if ((apart > 0) & (apart < LEAST_BASELINE_MM)).any():
         raise InputError(
-            f"{path}: two cameras are only {apart[apart > 0].min():.3g} mm apart, so the file is in another unit: "
-            "convert it by relmodel rig convert with --unit"
+            f"{path}: two cameras are only {apart[apart > 0].min():.3g} mm apart, so the file is in another unit, as "
+            "metres: give its lengths in mm, or convert it by relmodel rig convert with --unit"
         )
     return Rig(rig.cameras, poses, rig.sigma)
 

@@ -51,6 +51,7 @@ from vision.localisation.visibility import find_parts_in_view
 from vision.matching import MatchedView
 from vision.presence.states import assess
 from vision.scene import Scenes
+from vision.stereo.agreement import doubt_rig, find_shared_points
 from vision.stereo.epipolar import choose_pair
 from vision.stereo.match import StereoMatches, check_method, match_stereo
 
@@ -301,6 +302,11 @@ def carry_out(
         blind = dict(location.found.verdict.blind)
         is_located = not (p.ignore_blind_camera and 0 < len(blind) < len(seen.pictures))
     verdict = doubt_pictures(location.found.verdict, [fault for fault in faults if fault.camera in seen.pictures])
+    doubt = None
+    if verdict.weighed.get("likely", 0.0) < p.localisation.verdict.min_posterior:
+        doubt = _doubt_rig(seen)
+        verdict = verdict if doubt is None else verdict.refused(doubt)
+        run.step("doubt")
     location = location._replace(found=replace(location.found, verdict=verdict))
     found, best = location.found, location.found.best
     matched: dict[str, MatchedView] = {}
@@ -324,7 +330,7 @@ def carry_out(
     if unstated := [name for name in cameras.cameras if name not in cameras.sigma]:
         it = USUAL_CALIBRATION
         notes.append(
-            f"the rig's file does not say how well {' and '.join(unstated)} is calibrated: {100 * it.focal:g} % of the "
+            f"the rig's file does not say how well it is calibrated ({', '.join(unstated)}): {100 * it.focal:g} % of the "
             f"focal length, {it.centre_px:g} px, {it.translation_mm:g} mm and {degrees(it.rotation):.2g} degrees are "
             "taken; state its sigma"
         )
@@ -346,8 +352,18 @@ def carry_out(
         variants=variants,
         considered=considered,
         notes=notes,
+        doubt=doubt,
     )
     run.conclude(_Record(result, seen.rig, p, request.full_audit))
+
+
+def _doubt_rig(seen: Observation) -> str | None:
+    """How two pictures that show no pose say that the rig is, where not as its file says."""
+    names = choose_pair(seen.rig) or list(seen.pictures)[:2]
+    if len(names) < 2:
+        return None
+    two = seen.rig.only(*names)
+    return doubt_rig(two, find_shared_points(seen.greys, two))
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import ctypes
 import platform
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from itertools import permutations
 
@@ -51,7 +51,7 @@ def return_memory() -> None:
         allocator.mallopt(_TRIM_THRESHOLD, 2 << 20)
 
 
-# What is the matter with a picture before anything is said of what it shows: stale, covered, blurred, saturated.
+# What is the matter with a picture before anything is said of what it shows: stale, covered, blurred, saturated, raw.
 #
 # Each is a number of a row of `inspection_image`; `find_faults` holds them against `PictureParameters`.
 
@@ -70,6 +70,7 @@ class PictureParameters:
     noted_blur_px: float = 2.5  # the same from which it is said
     most_saturated: float = 0.5  # share of the pixels at the brightest value
     noted_saturated: float = 0.2  # the same from which it is said
+    most_mosaic: float = 1.0  # grey by which pixels differ in a pattern of two by two: no other picture has .02
 
 
 @dataclass(frozen=True)
@@ -77,12 +78,14 @@ class Quality:
     """What a picture is like.
 
     edges: edge elements to a thousand pixels; blur_px: sigma of the spread of its strong edges, NaN where it has none;
-    saturated: share of pixels at the brightest value; stale_run: an earlier run that had this camera's picture beside
-    another one of another camera, this run where another camera was given the same file, else None."""
+    saturated: share of pixels at the brightest value; mosaic: as `measure_mosaic` gives it; stale_run: an earlier run
+    that had this camera's picture beside another one of another camera, this run where another camera was given the
+    same file, else None."""
 
     edges: float
     blur_px: float
     saturated: float
+    mosaic: float
     stale_run: int | None
 
 
@@ -121,6 +124,14 @@ def measure_blur(grey: Floats) -> float:
     return float(np.sqrt(np.quantile(spread, SHARPEST)))
 
 
+def measure_mosaic(grey: Floats) -> float:
+    """By how much grey the pixels of one diagonal of two by two differ from those of the other, in the mean over a
+    picture (rows, columns): the green ones of a Bayer mosaic from red and blue."""
+    rows, columns = (size // 2 * 2 for size in grey.shape)
+    block = grey[:rows, :columns].reshape(rows // 2, 2, columns // 2, 2).mean(axis=(0, 2))
+    return float(abs(block[0, 0] + block[1, 1] - block[0, 1] - block[1, 0]) / 2)
+
+
 def measure_quality(run: int, store: Database, rig: Rig, seen: Mapping[str, SeenPicture]) -> dict[str, Quality]:
     """What the pictures of a run are like, by camera of the rig."""
     stale = _find_stale(run, store, rig, {name: it.picture for name, it in seen.items()})
@@ -130,7 +141,7 @@ def measure_quality(run: int, store: Database, rig: Rig, seen: Mapping[str, Seen
 def describe(grey: Floats, found: Primitives, stale_run: int | None) -> Quality:
     """What a picture is like: its grey (rows, columns), 0..255, and what was extracted from it."""
     edges = 1000 * len(found.elements.x) / grey.size
-    return Quality(edges, measure_blur(grey), float((grey > 254.999).mean()), stale_run)
+    return Quality(edges, measure_blur(grey), float((grey > 254.999).mean()), measure_mosaic(grey), stale_run)
 
 
 def _find_stale(run: int, store: Database, rig: Rig, pictures: Mapping[str, Picture]) -> dict[str, int]:
@@ -170,6 +181,11 @@ def find_faults(quality: Mapping[str, Quality], run: int, p: PictureParameters) 
         if q.edges < p.least_edges:
             words = f"camera {name} shows next to nothing: {q.edges:.2g} edge elements to a thousand pixels "
             faults.append(Fault(name, words + f"({p.least_edges:g} needed): is it covered?", True))
+        if q.mosaic > p.most_mosaic:
+            words = (
+                f"the picture of camera {name} is a raw Bayer mosaic: its pixels differ by {q.mosaic:.0f} grey in a "
+            )
+            faults.append(Fault(name, words + "pattern of two by two: have the camera or its driver demosaic it", True))
         if q.blur_px > p.noted_blur_px:
             words = f"the picture of camera {name} is blurred: its edges are spread by {q.blur_px:.1f} px "
             faults.append(Fault(name, words + f"({p.most_blur_px:g} allowed): focus it", q.blur_px > p.most_blur_px))
@@ -185,8 +201,7 @@ def doubt_pictures(verdict: Verdict, faults: Sequence[Fault]) -> Verdict:
     grave = [fault for fault in faults if fault.refuses]
     if not grave:
         return verdict
-    missing = [*(fault.words for fault in grave), *verdict.missing]
-    return replace(verdict, verdict="refused", reason="; ".join(missing), missing=missing)
+    return verdict.refused(*(fault.words for fault in grave))
 
 
 # The pictures of an inspection with what was extracted from them: from the store where it has it, else made and stored

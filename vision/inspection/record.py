@@ -43,7 +43,8 @@ class Result:
 
     serial: of the physical part, where one was given; prior: where the rig was thought to be; pictures, quality and
     matched: by camera; parts and presence: None where nothing is in view or the pose is refused; variants: where they
-    were weighed; considered: where no world was given; notes: what was taken for given that the inputs do not say.
+    were weighed; considered: where no world was given; notes: what was taken for given that the inputs do not say;
+    doubt: how the pictures say that the rig is, where not as its file says.
     """
 
     serial: str | None
@@ -61,6 +62,7 @@ class Result:
     variants: list[VariantEvidence]
     considered: list[ComparedObject]
     notes: list[str]
+    doubt: str | None
 
     @property
     def found(self) -> Localisation:
@@ -94,6 +96,7 @@ def record_inspection(run: Run, connection: Connection, it: Result, p: PoseProbl
             edges=it.quality[name].edges,
             blur_px=np.ma.masked_invalid([it.quality[name].blur_px]),
             saturated=it.quality[name].saturated,
+            mosaic=it.quality[name].mosaic,
             stale_run_id=it.quality[name].stale_run,
         )
     if full and it.stereo is not None:
@@ -139,6 +142,7 @@ def _record_verdict(write: Writer, it: Result, rig_id: int) -> None:
         **fields_of(verdict, "verdict reason posterior"),
     )
     said = [("missing", words) for words in verdict.missing] + [("note", words) for words in it.notes]
+    said += [("rig", it.doubt)] if it.doubt else []
     write("inspection_sentence", sentence_no=np.arange(len(said)), **by_column("kind sentence", said))
     write("selected_part", **fields_of(it.selection, "occurrence_id shown"))
 

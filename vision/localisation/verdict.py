@@ -139,6 +139,11 @@ class Verdict:
     weighed: dict[str, float] = field(default_factory=dict)
     blind: Mapping[str, str] = field(default_factory=dict)
 
+    def refused(self, *words: str) -> Verdict:
+        """The same, refused for that first."""
+        missing = [*words, *self.missing]
+        return replace(self, verdict="refused", reason="; ".join(missing), missing=missing)
+
 
 @dataclass(frozen=True)
 class HypothesisTable:

@@ -19,10 +19,11 @@ from vision.inspection.pictures import (
     doubt_pictures,
     find_faults,
     measure_blur,
+    measure_mosaic,
 )
 from vision.localisation.verdict import Verdict
 
-FINE = Quality(edges=20.0, blur_px=0.8, saturated=0.01, stale_run=None)
+FINE = Quality(edges=20.0, blur_px=0.8, saturated=0.01, mosaic=0.0, stale_run=None)
 
 
 @pytest.mark.parametrize(
@@ -37,6 +38,8 @@ FINE = Quality(edges=20.0, blur_px=0.8, saturated=0.01, stale_run=None)
         (replace(FINE, blur_px=2.6), "the picture of camera left is blurred: its edges are spread by 2.6 px", False),
         (replace(FINE, blur_px=3.6), "the picture of camera left is blurred", True),
         (replace(FINE, blur_px=float("nan")), None, False),
+        (replace(FINE, mosaic=0.9), None, False),
+        (replace(FINE, mosaic=1.1), "the picture of camera left is a raw Bayer mosaic", True),
         (replace(FINE, saturated=0.2), None, False),
         (replace(FINE, saturated=0.25), "the picture of camera left is overexposed: 25% of it", False),
         (replace(FINE, saturated=0.51), "the picture of camera left is overexposed: 51% of it", True),
@@ -73,6 +76,16 @@ def test_blur_is_the_sigma_of_straight_edges(sigma: float, contrast: float) -> N
     assert measure_blur(grey) == pytest.approx(sigma, abs=0.13)
     assert measure_blur(grey.T) == pytest.approx(sigma, abs=0.13)
     assert np.isnan(measure_blur(np.full((240, 320), 90.0)))
+
+
+@pytest.mark.parametrize("first", [(0, 0), (0, 1), (1, 0), (1, 1)])
+def test_a_mosaic_is_told_by_its_green_pixels(first: tuple[int, int]) -> None:
+    """Whichever pixel is the first, of any size; slopes and edges of one pixel's width are none."""
+    y, x = np.mgrid[0:101, 0:80]
+    plain = 90 + 0.3 * x + 0.2 * y + 40 * (x > 33) + np.random.default_rng(1).normal(0, 2, x.shape)
+    gain = np.array([[0.7, 1.0], [1.0, 0.5]])[(y + first[0]) % 2, (x + first[1]) % 2]
+    assert measure_mosaic(plain) < 0.3
+    assert measure_mosaic(plain * gain) == pytest.approx(plain.mean() * (1 - 0.6), rel=0.02)
 
 
 def test_a_picture_is_described_by_its_pixels() -> None:
