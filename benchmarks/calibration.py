@@ -29,7 +29,9 @@ from benchmarks.verdict import locate, look_at
 from relmodel.arrays import Floats
 from vision.cameras.cameras import CalibrationSigma, Needs, Rig, perturb, perturbation
 from vision.inspection.demonstration import Truth, measure_pose_error
+from vision.inspection.locate import doubt_calibration
 from vision.localisation.localisation_parameters import DEFAULTS
+from vision.localisation.views import Observation
 
 # A file's own word, as of a chessboard seen from twenty sides: .1 % of the focal length.
 STATED = CalibrationSigma(focal=0.001, centre_px=0.5, translation_mm=0.1, rotation=2e-4, radial=0.002)
@@ -138,6 +140,10 @@ def measure(trial: Trial, models: Models) -> dict[str, Any]:
     line["but_needs"] = all(words.startswith("the pose is known to ") for words in verdict.missing)
     line["calibration"] = verdict.weighed.get("calibration", 0.0)
     line["cause"] = line["calibration"] > DEFAULTS.verdict.max_calibration_sigma or "calibration" in verdict.reason
+    if verdict.weighed["likely"] < DEFAULTS.verdict.min_posterior:
+        seen = Observation(trial.rig, found, trial.pictures)
+        line["doubt"] = doubt_calibration(seen, models.scene(trial.model), trial.prior)
+        line["cause"] |= line["doubt"] is not None
     d = perturbation(answer.best.world_from_rig, trial.world_from_rig)
     line["chi"] = float(d @ np.linalg.solve(answer.best.covariance, d))
     truth = Truth("", trial.world_from_rig, trial.target)

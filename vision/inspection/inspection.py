@@ -42,7 +42,7 @@ from vision.inspection.against import (
 )
 from vision.inspection.answer import Inspection, read_inspection
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
-from vision.inspection.locate import Locator, Target, match_views, select_parts
+from vision.inspection.locate import Locator, Target, doubt_calibration, match_views, select_parts
 from vision.inspection.pictures import doubt_pictures, extract_pictures, find_faults, measure_quality, return_memory
 from vision.inspection.record import Result, record_decisions, record_inspection
 from vision.localisation.localise import Localisation
@@ -51,7 +51,6 @@ from vision.localisation.visibility import find_parts_in_view
 from vision.matching import MatchedView
 from vision.presence.states import assess
 from vision.scene import Scenes
-from vision.stereo.agreement import doubt_rig, find_shared_points
 from vision.stereo.epipolar import choose_pair
 from vision.stereo.match import StereoMatches, check_method, match_stereo
 
@@ -304,7 +303,7 @@ def carry_out(
     verdict = doubt_pictures(location.found.verdict, [fault for fault in faults if fault.camera in seen.pictures])
     doubt = None
     if verdict.weighed.get("likely", 0.0) < p.localisation.verdict.min_posterior:
-        doubt = _doubt_rig(seen)
+        doubt = doubt_calibration(seen, location.target.stored.scene, known.prior)
         verdict = verdict if doubt is None else verdict.refused(doubt)
         run.step("doubt")
     location = location._replace(found=replace(location.found, verdict=verdict))
@@ -330,7 +329,7 @@ def carry_out(
     if unstated := [name for name in cameras.cameras if name not in cameras.sigma]:
         it = USUAL_CALIBRATION
         notes.append(
-            f"the rig's file does not say how well it is calibrated ({', '.join(unstated)}): {100 * it.focal:g} % of the "
+            f"the rig's file does not say how well {', '.join(unstated)} were calibrated: {100 * it.focal:g} % of the "
             f"focal length, {it.centre_px:g} px, {it.translation_mm:g} mm and {degrees(it.rotation):.2g} degrees are "
             "taken; state its sigma"
         )
@@ -355,15 +354,6 @@ def carry_out(
         doubt=doubt,
     )
     run.conclude(_Record(result, seen.rig, p, request.full_audit))
-
-
-def _doubt_rig(seen: Observation) -> str | None:
-    """How two pictures that show no pose say that the rig is, where not as its file says."""
-    names = choose_pair(seen.rig) or list(seen.pictures)[:2]
-    if len(names) < 2:
-        return None
-    two = seen.rig.only(*names)
-    return doubt_rig(two, find_shared_points(seen.greys, two))
 
 
 @dataclass(frozen=True)

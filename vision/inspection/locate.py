@@ -18,6 +18,7 @@ from vision.constellations.find_poses import PoseCandidates, find_poses, find_po
 from vision.inspection.inspection_parameters import InspectionParameters
 from vision.localisation.hypotheses import Perturbations
 from vision.localisation.localise import Localisation, localise
+from vision.localisation.magnification import doubt_scale
 from vision.localisation.measurements import correct_rig
 from vision.localisation.refine import RefinedPose
 from vision.localisation.verdict import weigh_against_prior
@@ -25,6 +26,8 @@ from vision.localisation.views import ModelView, Observation, propagate_pose, vi
 from vision.matching import MatchedView, MatchingParameters, describe_view, match_view
 from vision.relations.relations import open_workspace
 from vision.scene import Scene, Scenes, StoredScene
+from vision.stereo.agreement import doubt_rig, find_shared_points
+from vision.stereo.epipolar import choose_pair
 from vision.stereo.match import StereoMatches
 
 
@@ -162,6 +165,16 @@ class Locator:
 
 def _explain_enough(starts: Perturbations) -> bool:
     return bool(len(starts.score)) and float(starts.score.max()) >= starts.enough
+
+
+def doubt_calibration(seen: Observation, scene: Scene, prior: Prior | None) -> str | None:
+    """How pictures that show no pose say that the rig is, where not as its file says."""
+    names = choose_pair(seen.rig) or list(seen.pictures)[:2]
+    if len(names) > 1:
+        two = seen.rig.only(*names)
+        if words := doubt_rig(two, find_shared_points(seen.greys, two)):
+            return words
+    return None if prior is None else doubt_scale(scene, seen, prior)
 
 
 def match_views(
