@@ -172,10 +172,7 @@ class Altered:
                 changes = alter_design(VARIANTS[variant](), trial, placed, file.with_suffix(".gz"), seed)
                 file.write_bytes(gzip.decompress(file.with_suffix(".gz").read_bytes()))
             else:
-                plain = gzip.decompress(own.read_bytes()) if own.suffix == ".gz" else own.read_bytes()
-                file.with_suffix(".plain.step").write_bytes(plain)
-                scene = self.models.scene(trial.model)
-                changes = add_to_model(file.with_suffix(".plain.step"), file, scene, trial, placed, seed)
+                changes = add_to_model(own, file, self.models.scene(trial.model), trial, placed, seed)
             told.write_text(json.dumps(changes))
         rows: list[dict[str, Any]] = json.loads(told.read_text())
         return rows

@@ -11,27 +11,21 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
-from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
-from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 
 from tests.parts.curved_parts import revolved
-from tests.parts.solids import Point, Rng, box, cone, cylinder
+from tests.parts.solids import Known, Part, Point, Rng, box, carried, cone, cylinder
+from tests.poses import pose_of
 
 UP: Point = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
-class Made:
+class Made(Known):
     """A feature as its operation states it: either point is its origin; low and high are the corners of its box.
 
     axis: Z of the frame lies along it either way, and the origin on a line along it through a point.
     """
 
-    kind: str
-    at: tuple[Point, ...]
-    dimensions: dict[str, float]
     out: Point | None = None
     along: Point | None = None
     box: tuple[Point, Point] | None = None
@@ -39,27 +33,13 @@ class Made:
 
 
 @dataclass
-class Work:
-    """silent: kinds that the truth is silent about where it states none of them; perhaps: what may be found or not."""
+class Work(Part):
+    """silent: kinds that the truth is silent about where it states none of them."""
 
-    body: Any
-    features: list[Made] = field(default_factory=list)
+    features: list[Made] = field(default_factory=list)  # type: ignore[assignment]
     silent: frozenset[str] = frozenset(
         ("fillet", "chamfer", "web", "linear_pattern", "circular_pattern", "grid_pattern")
     )
-
-    perhaps: list[Made] = field(default_factory=list)
-
-    def cut(self, *tools: Any) -> None:
-        for tool in tools:
-            self.body = BRepAlgoAPI_Cut(self.body, tool).Shape()
-
-    def add(self, *more: Any) -> None:
-        for one in more:
-            self.body = BRepAlgoAPI_Fuse(self.body, one).Shape()
-        unify = ShapeUpgrade_UnifySameDomain(self.body, True, True, False)
-        unify.Build()
-        self.body = unify.Shape()
 
     def note(
         self,
@@ -96,7 +76,7 @@ def housing(rng: Rng) -> Work:
     a, b, h = u(rng, 60, 75), u(rng, 60, 75), u(rng, 40, 55)
     foot, t = u(rng, 22, 30), u(rng, 9, 14)
     work = Work(box((-a, -b, 0), (a, b, h)))
-    work.add(box((-a - foot, -b, 0), (a + foot, b, t)))
+    work.fuse(box((-a - foot, -b, 0), (a + foot, b, t)))
     for side in (-1.0, 1.0):
         work.note("step", (side * a, 0, (h + t) / 2), (side * (a + foot / 2), 0, t), length=2 * b)
         for y in (-b / 2, b / 2):
@@ -129,7 +109,7 @@ def cam_disc(rng: Rng) -> Work:
         outline = [(ring - half, z), (ring + half, z), (ring + half, t + 1), (ring - half, t + 1)]
         tool = Work(_spun(revolved(outline, sweep), start))
         ends = [(ring * float(np.cos(s)), ring * float(np.sin(s)), z) for s in (start, start + sweep)]
-        tool.add(*(cylinder(e, half, t + 1 - z) for e in ends))
+        tool.fuse(*(cylinder(e, half, t + 1 - z) for e in ends))
         work.cut(tool.body)
         x, y = (ring * float(f(start + sweep / 2)) for f in (np.cos, np.sin))
         work.note(
@@ -150,9 +130,7 @@ def cam_disc(rng: Rng) -> Work:
 
 
 def _spun(body: Any, angle: float) -> Any:
-    turn = gp_Trsf()
-    turn.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), angle)
-    return BRepBuilderAPI_Transform(body, turn, True).Shape()
+    return carried(body, pose_of(turn=(0, 0, angle)))
 
 
 def keyed_shaft(rng: Rng) -> Work:
