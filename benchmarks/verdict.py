@@ -267,20 +267,8 @@ def report(lines: list[dict[str, Any]]) -> None:
              sum(line["at_some_needs"] for line in wrong), np.mean(chi) if chi else None,
              max(chi, default=None))
         )  # fmt: skip
-    heads = (
-        "set",
-        "kind",
-        "cameras",
-        "trials",
-        "right",
-        "accepted",
-        "ambiguous",
-        "by camera alone",
-        "wrong accepted",
-        "at any needs",
-        "chi2",
-        "most",
-    )
+    heads = ("set", "kind", "cameras", "trials", "right", "accepted", "ambiguous", "by camera alone", "wrong accepted",
+             "at any needs", "chi2", "most")  # fmt: skip
     print(tabulate(rows, headers=heads, floatfmt=".1f"))
 
 
