@@ -18,7 +18,7 @@ from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 from relmodel.features import Feature, feature_class_key, recognise, thin
 from relmodel.readers.step import shape as step_shape
 from tests.features.feature_scores import score
-from tests.features.golden_features import score_bulkhead
+from tests.features.golden_features import measures, score_bulkhead
 from tests.parts.brackets_and_drums import foundry
 from tests.parts.housings_and_shafts import toolroom
 from tests.parts.machining_features import vocabulary
@@ -57,10 +57,6 @@ def turned(shape: Any) -> Any:
 def features_of(shape: Any) -> list[Feature]:
     """Features but for what is under the floors and what is left."""
     return [f for f in recognise(step_shape.extract(shape)) if f.kind not in ("web", "body")]
-
-
-def measures(feature: Feature) -> dict[str, float]:
-    return {name: value for name, (value, _) in feature.dimensions.items()}
 
 
 def plate() -> Any:

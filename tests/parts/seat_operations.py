@@ -6,13 +6,22 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from tests.parts.solids import Part, Point, box, carried, cone, cylinder, fillet, obround, prism, round_box
-
-Floats = npt.NDArray[np.float64]
-Rng = np.random.Generator
-
+from tests.parts.solids import (
+    Floats,
+    Part,
+    Point,
+    Rng,
+    box,
+    carried,
+    cone,
+    cylinder,
+    fillet,
+    obround,
+    prism,
+    round_box,
+    uniform,
+)
 
 FAR = 300.0
 
@@ -49,10 +58,6 @@ def seat(origin: Point, z: Point, x: Point, half: tuple[float, float], below: fl
     up, along = np.array(z, float) / np.linalg.norm(z), np.array(x, float) / np.linalg.norm(x)
     pose[:3, 0], pose[:3, 1], pose[:3, 2], pose[:3, 3] = along, np.cross(up, along), up, origin
     return Seat(pose, half, below, safe)
-
-
-def uniform(rng: Rng, low: float, high: float) -> float:
-    return float(rng.uniform(low, high))
 
 
 def countersunk(part: Part, rng: Rng, s: Seat) -> None:

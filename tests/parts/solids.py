@@ -56,6 +56,10 @@ class Part:
         self.features.append(Known(kind, points, dimensions))
 
 
+def uniform(rng: Rng, low: float, high: float) -> float:
+    return float(rng.uniform(low, high))
+
+
 def box(low: Point, high: Point) -> Any:
     return BRepPrimAPI_MakeBox(gp_Pnt(*low), gp_Pnt(*high)).Shape()
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.parts.seat_operations import FAR, Rng, seat, uniform, work
-from tests.parts.solids import Part, box, chamfer, cylinder, obround, turned
+from tests.parts.seat_operations import FAR, seat, work
+from tests.parts.solids import Part, Rng, box, chamfer, cylinder, obround, turned, uniform
 
 
 def workshop(seed: int) -> Part:
