@@ -14,34 +14,32 @@ that (twice); `decided`: parts, features and surfaces that are confirmed or foun
 from __future__ import annotations
 
 import argparse
-import json
-import os
 import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from inspect import signature
-from math import radians, sqrt
+from itertools import islice
+from math import radians
 from pathlib import Path
 from typing import Any, cast
 from unittest.mock import patch
 
 import numpy as np
-import yaml
 from tabulate import tabulate
 
-from benchmarks.trials import draw_prior
-from benchmarks.without_prior import compute_errors, place_part, read_truths, write_rig
-from relmodel.arrays import Floats
-from relmodel.geometry.transforms import inverse
-from relmodel.loading.load import load
-from relmodel.store import Store
-from relmodel.world.placement import place_world
-from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior
-from vision.cameras.images import read_picture
-from vision.inspection import Task, inspect
+from benchmarks.trials import (
+    Models,
+    Trial,
+    compute_error,
+    find_data,
+    inspect_trial,
+    shared_bulkheads,
+    single_pictures,
+)
+from vision.cameras.cameras import DEFAULT_NEEDS, Needs
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.localisation.hypotheses import Perturbations
 from vision.presence.states import assess
@@ -51,73 +49,34 @@ CHAINS = ("whole", "join off", "scan off", "matcher off")
 SINGLE = ("render_box", "photo_cube")
 
 
-@dataclass(frozen=True)
-class Case:
-    """Pictures of a set by camera, what the rig file says, where the rig is thought to be, and where it is."""
-
-    name: str
-    store: Path
-    cameras: dict[str, Any]
-    pictures: dict[str, Path]
-    prior: Prior | None
-    world_from_rig: Floats
-    needs: Needs = DEFAULT_NEEDS
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--pairs", type=int, metavar="N")
     parser.add_argument("--sets", nargs="+", default=["A", "B", "C", *SINGLE], metavar="SET")
     args = parser.parse_args(arguments)
-    data = os.environ.get("RELMODEL_TEST_DATA")
-    if not data:
-        sys.exit("set RELMODEL_TEST_DATA to the folder of the test data")
     found: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
     with tempfile.TemporaryDirectory() as folder:
+        models = Models(Path(folder))
         for name in args.sets:
-            cases = single_pictures if name in SINGLE else pairs
-            for case in cases(Path(data), name, Path(folder), args.pairs):
-                known = "large" if case.prior is not None else "none"
+            for trial in read_set(find_data(), name, models, args.pairs):
+                known = "large" if trial.prior is not None else "none"
                 # Without a prior there is no volume to scan.
-                for chain in CHAINS if case.prior is not None else [c for c in CHAINS if c != "scan off"]:
-                    one = inspect_case(case, chain)
+                for chain in CHAINS if trial.prior is not None else [c for c in CHAINS if c != "scan off"]:
+                    one = measure(trial, models, chain)
                     found.setdefault((name, known, chain), []).append(one)
-                    print(case.name, known, chain, one, flush=True)
+                    print(trial.name, known, chain, one, flush=True)
     print(tabulate([_summarise(*key, them) for key, them in found.items()], headers=HEADERS, floatfmt=".3f"))
     return 0
 
 
-def pairs(data: Path, part: str, folder: Path, count: int | None) -> Iterator[Case]:
-    """Pairs of a bulkhead, each with the prior `large` and without one."""
-    store = folder / f"{part}.duckdb"
-    place_part(store, data / "bulkhead" / part)
-    for truth in read_truths(data / "bulkhead" / part)[:count]:
-        cameras = yaml.safe_load(write_rig(folder / "rig.yaml", truth).read_text())
-        pictures = {side: Path(f"{truth['stem']}_{side}.png") for side in ("left", "right")}
-        stated = truth["priors"]["large"]
-        sigma = (stated["mm"] / sqrt(3), radians(stated["deg"] / sqrt(3)))
-        for prior in (Prior.isotropic(np.array(stated["T_world_cam_left"], float), *sigma), None):
-            true = np.array(truth["cameras"]["left"]["T_world_cam"])
-            yield Case(f"{part}{truth['pair']}", store, cameras, pictures, prior, true)
-
-
-def single_pictures(data: Path, name: str, folder: Path, count: int | None) -> Iterator[Case]:
-    """Every fourth picture of a folder with `frames.json` and `model.obj`."""
-    store, described = folder / f"{name}.duckdb", json.loads((data / name / "frames.json").read_text())
-    (folder / "world.yaml").write_text("world: cell\nobjects: [{object: model}]\n")
-    with Store.create(store) as made:
-        load(made, data / name / "model.obj", name="model", unit=described.get("unit", "mm"))
-        place_world(made, folder / "world.yaml")
-    for number, frame in enumerate(described["frames"][::4][:count]):
-        picture, true = (
-            read_picture(data / name / frame["image"]),
-            inverse(np.array(frame["camera_from_object"], float)),
-        )
-        camera = {"width": picture.width, "height": picture.height, "matrix": frame["K"]}
-        cameras = {"cameras": {"left": camera | {"rig_from_camera": np.eye(4).tolist()}}}
-        prior = draw_prior(true, 10 / sqrt(3), 3 / sqrt(3), (2, number))
-        needs = Needs(5.0, radians(2.0))
-        yield Case(frame["image"], store, cameras, {"left": data / name / frame["image"]}, prior, true, needs)
+def read_set(data: Path, name: str, models: Models, count: int | None) -> Iterator[Trial]:
+    """Pairs of a bulkhead, each with the prior `large` and without one, or every fourth picture of a body."""
+    if name in SINGLE:
+        yield from islice(single_pictures(data, name, models), 0, 4 * count if count else None, 4)
+        return
+    for trial in islice(shared_bulkheads(data, models, ("large",), name), count):
+        yield trial
+        yield replace(trial, prior=None)
 
 
 def _summarise(name: str, prior: str, chain: str, found: list[dict[str, Any]]) -> tuple[Any, ...]:
@@ -171,27 +130,19 @@ def _chain(chain: str) -> Iterator[InspectionParameters]:
         yield DEFAULTS
 
 
-def inspect_case(case: Case, chain: str) -> dict[str, Any]:
+def measure(trial: Trial, models: Models, chain: str) -> dict[str, Any]:
     """Verdict, error, how many parts and features are decided and open, and seconds of processor time."""
-    rig, prior = case.store.with_name("rig.yaml"), case.store.with_name("prior.yaml")
-    rig.write_text(yaml.safe_dump(case.cameras))
-    if case.prior is not None:
-        stated = {"world_from_rig": case.prior.world_from_rig.tolist(), "covariance": case.prior.covariance.tolist()}
-        prior.write_text(yaml.safe_dump(stated))
-    with Store.open(case.store) as store, _chain(chain) as parameters:
+    needs = DEFAULT_NEEDS if trial.model.startswith("shared") else Needs(5.0, radians(2.0))
+    with models.open(trial.model) as store, _chain(chain) as parameters:
         began = time.process_time()
-        given = None if case.prior is None else prior
-        task = Task(rig=rig, pictures=case.pictures, prior=given, needs=case.needs, variants=False, keep_images=False)
-        answer = inspect(store, task, parameters)
+        answer = inspect_trial(store, trial, models.folder, parameters, needs=needs, variants=False, keep_images=False)
         cpu = time.process_time() - began
         with store.read() as connection:
             states = store.columns(connection, "result/presence", run_id=answer.run)["state"].tolist()
-    mm, degrees = np.inf, np.inf
-    if answer.world_from_rig is not None:
-        (mm,), (degrees,) = compute_errors(answer.world_from_rig[None], case.world_from_rig)
+    mm, degrees = compute_error(answer, trial.world_from_rig)
     undecided = sum(state in ("not_confirmed", "undecidable") for state in states)
     return {
-        "verdict": answer.verdict, "mm": round(float(mm), 3), "degrees": round(float(degrees), 3),
+        "verdict": answer.verdict, "mm": round(mm, 3), "degrees": round(degrees, 3),
         "decided": len(states) - undecided, "open": undecided, "cpu": round(cpu, 1),
     }  # fmt: skip
 

@@ -13,20 +13,18 @@ from OCP.collections import Sequence_TDF_Label
 from OCP.IFSelect import IFSelect_RetDone
 from OCP.Interface import Interface_Static
 from OCP.Message import Message
-from OCP.STEPCAFControl import STEPCAFControl_Reader, STEPCAFControl_Writer
-from OCP.TCollection import TCollection_ExtendedString
-from OCP.TDocStd import TDocStd_Document
+from OCP.STEPCAFControl import STEPCAFControl_Writer
 from OCP.TopAbs import TopAbs_FACE
-from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
-from benchmarks.trials import Trial
+from benchmarks.trials import Trial, meet
 from examples.bulkhead import solids
 from examples.bulkhead.build import write_step
 from examples.bulkhead.design import Design
 from examples.bulkhead.variation import Candidate, Variation, draw_variation
+from examples.render.model import read_document
 from examples.render.trials import plug
-from relmodel.arrays import Bools, Floats
+from relmodel.arrays import Floats
 from relmodel.geometry.transforms import apply, inverse
 from vision.scene import Scene
 
@@ -162,26 +160,15 @@ def _draw_place(
 
 
 def _meet(scene: Scene, centre: Floats, rays: Floats, placed: Floats) -> tuple[Floats, Floats]:
-    """What rays (n, 3) meet first and the normal there, in the part's frame; far away where they meet nothing."""
-    hit = scene.rays.nearest(centre, rays)
-    corner = scene.vertices[scene.triangles[np.maximum(hit, 0)]]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    depth = np.einsum("ni,ni->n", normal, corner[:, 0] - centre) / np.einsum("ni,ni->n", normal, rays)
-    found: Bools = hit >= 0
-    point = np.where(found[:, None], centre + depth[:, None] * rays, 1e6)
-    unit = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    return apply(inverse(placed), point), unit @ placed[:3, :3]
+    """What rays (n, 3) meet first and the normal there, in the part's frame."""
+    point, normal = meet(scene, centre, rays)
+    return apply(inverse(placed), point), normal @ placed[:3, :3]
 
 
 def _change_solid(source: Path, file: Path, cuts: list[Any], fused: list[Any]) -> None:
-    """Write the assembly of a plain STEP file with its largest solid cut and joined."""
+    """Write the assembly of a STEP file with its largest solid cut and joined."""
     Message.DefaultMessenger_s().ChangePrinters().Clear()
-    document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
-    XCAFApp_Application.GetApplication_s().InitDocument(document)
-    reader = STEPCAFControl_Reader()
-    reader.SetNameMode(True)
-    if reader.ReadFile(str(source)) != IFSelect_RetDone or not reader.Transfer(document):
-        raise RuntimeError(f"the kernel cannot read {source}")
+    document = read_document(source)
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     labels = Sequence_TDF_Label()
     tool.GetShapes(labels)

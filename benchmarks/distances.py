@@ -14,7 +14,6 @@ within 10 mm and 2 degrees, and its median rank there; `s`: median seconds of th
 from __future__ import annotations
 
 import argparse
-import os
 import shutil
 import sys
 import tempfile
@@ -22,25 +21,22 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from itertools import product
+from itertools import islice, product
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
 import numpy as np
-import yaml
 from tabulate import tabulate
 
-from benchmarks.ablations import Case, pairs
 from benchmarks.constellation import JOINED_POSES
-from benchmarks.without_prior import compute_errors
+from benchmarks.trials import Models, Trial, compute_error, find_data, find_rank, inspect_trial, shared_bulkheads
 from relmodel.arrays import Ints
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 from relmodel.store.bulk import fetch_columns
 from vision.constellations import find_poses
 from vision.constellations.elements import Circles, find_scene_circles
-from vision.inspection import Task, inspect
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 
 PERMUTE = """
@@ -63,21 +59,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--crowds", nargs="+", type=int, default=[0, 100], metavar="N")
     parser.add_argument("--cameras", nargs="+", default=["both", "left"], choices=CAMERAS)
     args = parser.parse_args(arguments)
-    data = os.environ.get("RELMODEL_TEST_DATA")
-    if not data:
-        sys.exit("set RELMODEL_TEST_DATA to the folder of the test data")
     found: dict[tuple[str, str, int, str], list[dict[str, Any]]] = {}
     with tempfile.TemporaryDirectory() as folder:
+        models = Models(Path(folder))
         for name in args.sets:
-            for case in pairs(Path(data), name, Path(folder), args.pairs):
-                if case.prior is not None:
-                    continue
+            for trial in islice(shared_bulkheads(find_data(), models, ("large",), name), args.pairs):
                 for cameras, crowd, way in product(args.cameras, args.crowds, WAYS):
                     if cameras != "both" and crowd:
                         continue  # the crowd is one of circles in space
-                    one = measure(case, CAMERAS[cameras], crowd, way)
+                    one = measure(replace(trial, prior=None), models, CAMERAS[cameras], crowd, way)
                     found.setdefault((name, cameras, crowd, way), []).append(one)
-                    print(case.name, cameras, crowd, way, one, flush=True)
+                    print(trial.name, cameras, crowd, way, one, flush=True)
     print(tabulate([(*key, *_summarise(key[1], them)) for key, them in found.items()], headers=HEADERS))
     return 0
 
@@ -93,32 +85,28 @@ def _summarise(cameras: str, found: list[dict[str, Any]]) -> tuple[Any, ...]:
     return len(found), right, wrong, refused, len(ranks), rank, float(np.median([it["s"] for it in found]))
 
 
-def measure(case: Case, cameras: Sequence[str], crowd: int, way: str) -> dict[str, Any]:
+def measure(trial: Trial, models: Models, cameras: Sequence[str], crowd: int, way: str) -> dict[str, Any]:
     """Verdict, error, rank of the truth among the poses of the join, and seconds that it takes."""
-    rig = case.store.with_name("rig.yaml")
-    rig.write_text(yaml.safe_dump(case.cameras))
-    pictures = {name: case.pictures[name] for name in cameras}
-    file = case.store
+    assert trial.world_from_rig is not None
+    models.open(trial.model).close()
+    file = models.folder / f"{trial.model}.duckdb"
     if way == "permuted":
-        file = case.store.with_name(f"{case.store.stem}_permuted.duckdb")
+        source, file = file, file.with_stem(f"{file.stem}_permuted")
         if not file.exists():
-            shutil.copy(case.store, file)
+            shutil.copy(source, file)
             with Store.open(file) as store, store.write() as connection:
                 connection.exec_driver_sql(PERMUTE)
+    seen = replace(trial, files={name: trial.files[name] for name in cameras})
+    asked = {"variants": False, "keep_images": False, "full_audit": False}
     with Store.open(file) as store, _changed(crowd, way) as (parameters, seconds):
-        answer = inspect(
-            store, Task(rig=rig, pictures=pictures, variants=False, keep_images=False, full_audit=False), parameters
-        )
+        answer = inspect_trial(store, seen, models.folder, parameters, **asked)
         with store.read() as connection:
             poses = matrices(fetch_columns(connection, JOINED_POSES, {"run": answer.run}))
-    off, turned = compute_errors(poses, case.world_from_rig) if len(poses) else (np.zeros(0), np.zeros(0))
-    near = np.flatnonzero((off <= 10.0) & (turned <= 2.0))
-    mm, degrees = np.inf, np.inf
-    if answer.world_from_rig is not None:
-        (mm,), (degrees,) = compute_errors(answer.world_from_rig[None], case.world_from_rig)
+    rank = find_rank(poses, trial.world_from_rig)
+    mm, degrees = compute_error(answer, trial.world_from_rig)
     return {
-        "verdict": answer.verdict, "mm": round(float(mm), 3), "degrees": round(float(degrees), 3),
-        "rank": int(near[0]) if len(near) else None, "s": round(sum(seconds), 2),
+        "verdict": answer.verdict, "mm": round(mm, 3), "degrees": round(degrees, 3), "rank": rank,
+        "s": round(sum(seconds), 2),
     }  # fmt: skip
 
 

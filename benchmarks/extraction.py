@@ -147,21 +147,8 @@ def visible_edges(data: Path) -> None:
         canny = max((_score(_inside(p, mask), edges) for p in _canny_settings(image)), key=lambda score: score[2])
         everything = _score(_inside(place, mask), edges)
         rows.append([name, *facets, *rid, *canny, ceiling[2], everything[1], *false])
-    headers = [
-        "picture",
-        "arcs P",
-        "R",
-        "F1",
-        "sure P",
-        "R",
-        "F1",
-        "best Canny P",
-        "R",
-        "F1",
-        "ceiling",
-        "R of all elements",
-    ]
-    headers += ["false/MP", "sure"]
+    headers = ("picture", "arcs P", "R", "F1", "sure P", "R", "F1", "best Canny P", "R", "F1", "ceiling",
+               "R of all elements", "false/MP", "sure")  # fmt: skip
     print(tabulate(rows, headers=headers, floatfmt=(".3f",) * 12 + (".0f",) * 2), "\n")
 
 
@@ -196,15 +183,8 @@ def clearing(data: Path) -> None:
             best = order[: int(np.searchsorted(hits, kept * hits[-1])) + 1]
             false.append(np.sum((on_part & ~true)[best]))
         rows.append([name, *areas, kept, *np.array(false) * 1e6 / grey.size])
-    headers = [
-        "picture",
-        "AUC of false alarms",
-        "of strength",
-        "true length kept",
-        "false/MP",
-        "cleared",
-        "by strength",
-    ]
+    headers = ("picture", "AUC of false alarms", "of strength", "true length kept", "false/MP", "cleared",
+               "by strength")  # fmt: skip
     print(tabulate(rows, headers=headers, floatfmt=(".3f",) * 4 + (".0f",) * 3), "\n")
 
 
@@ -256,18 +236,8 @@ def arcs_and_regions(data: Path) -> None:
         any_line, any_circle = (np.mean(element[seen & (kinds == kind)]) for kind in ("LINE", "CIRCLE"))
         labels = [found.regions.labels, *(find_leak_proof_regions(image, bound).labels for bound in bounds)]
         rows.append([name, *line, any_line, *circle, any_circle, *(_agreement(label, faces) for label in labels)])
-    headers = [
-        "picture",
-        "lines covered",
-        "pieces",
-        "seen",
-        "circles covered",
-        "pieces",
-        "seen",
-        "regions IoU",
-        "true > 10",
-        "all true",
-    ]
+    headers = ("picture", "lines covered", "pieces", "seen", "circles covered", "pieces", "seen", "regions IoU",
+               "true > 10", "all true")  # fmt: skip
     print(tabulate(rows, headers=headers, floatfmt=".2f"), "\n")
 
 

@@ -1,32 +1,29 @@
 """Inspections against known poses: what they cost in a warm process, and how far off they are.
 
-    python benchmarks/inspection.py [--pairs 00 01] [--overlays FOLDER] [--session] [--repeat N] [--against CHECKOUT]
+    python -m benchmarks.inspection [--pairs 00 01] [--overlays FOLDER] [--session] [--repeat N]
 
 The demonstration's pairs have exact truth and the priors that lie beside them.  Each is inspected with its prior and
 without, with its decisions alone kept, with the pictures of the next pair in the place of its own (refused, after all
 was tried), and through a lens that distorts: always new pictures, every row written, after one inspection that warmed
 the process.  Seconds are those of the processor, over all threads; linear algebra has one.  `--repeat` inspects the
 first pair N times more, for what a long series costs in time and memory; `--session` keeps the scene between pairs.
-`--against` runs the same with the code of another checkout by turns, and prints both and their ratio, row by row, and
-how far their poses are apart.
 
 Where RELMODEL_TEST_DATA names the test data, every fourth photograph of `photo_cube` (reference poses fitted to the
 cube's edges, not exact) and every fourth picture of `render_box` are inspected too (not with `--pairs`), each from a
-prior 10 mm and 3 degrees off in a direction drawn with a fixed seed.  The error is that of the best hypothesis, refused
-or not, at the target point, or on the axis as far off as the model, seen from the camera.
+prior drawn some 10 mm and 3 degrees off.  The error is that of the best hypothesis, refused or not, at the target
+point, or on the axis as far off as the model, seen from the camera.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import resource
-import subprocess
-import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -34,19 +31,17 @@ import cv2
 import numpy as np
 import yaml
 
+from benchmarks.trials import Models, inspect_trial, single_pictures
 from relmodel.arrays import Floats
-from relmodel.geometry.transforms import apply, inverse, rotation_matrix
 from relmodel.loading.load import load
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.world.placement import place_world
-from vision.cameras.images import read_picture
-from vision.inspection import Task, inspect
+from vision.inspection import Inspection, Task, inspect
 from vision.inspection.demonstration import Truth, measure_pose_error, read_truth
+from vision.scene import Scenes
 
-OFF_MM, OFF_DEG = 10.0, 3.0
 DISTORTION = [-0.12, 0.03, 0.0004, -0.0003, 0.0]
-HERE = Path(__file__).parents[1]
 DEMO = resource_dir("demo")
 
 
@@ -56,66 +51,15 @@ def main() -> None:
     parser.add_argument("--overlays", type=Path, help="write the model drawn over each picture into this folder")
     parser.add_argument("--session", action="store_true", help="keep the scene between the pairs")
     parser.add_argument("--repeat", type=int, default=0, metavar="N", help="inspect the first pair N times more")
-    parser.add_argument("--against", type=Path, metavar="CHECKOUT", help="compare with the code of another checkout")
-    parser.add_argument("--measure", action="store_true", help=argparse.SUPPRESS)  # the child: a row for each line
     args = parser.parse_args()
-    if args.measure:
-        rows = measured(args)
-        for _ in sys.stdin:
-            print(json.dumps(next(rows, None)), flush=True)
-        return
     if args.overlays:
         args.overlays.mkdir(parents=True, exist_ok=True)
-    ours = _measure(HERE, sys.argv[1:])
-    if args.against:
-        _print_ratios(_measure(args.against.resolve(), sys.argv[1:]), ours)
-        return
     peak = 0.0
     _say("picture", "kind", "verdict", "target mm", "deg", "cpu s", "passed", "MB", "reason")
-    for row in ours:
-        _say(
-            *(
-                row[n]
-                for n in ("name", "kind", "verdict", "target", "rotation", "seconds", "passed", "memory", "reason")
-            )
-        )
+    for row in measured(args):
+        _say(*list(row.values())[:-1])
         peak = max(peak, row["peak"])
     print(f"memory in MB after each; at most {peak:.0f} MB")
-
-
-def _measure(checkout: Path, words: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """Rows of a process of its own that runs the code of a checkout, each measured when it is asked for."""
-    environment = os.environ | {"PYTHONPATH": str(checkout), "OPENBLAS_NUM_THREADS": "1"}
-    child = [sys.executable, __file__, *words, "--measure"]
-    with subprocess.Popen(child, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment) as process:
-        assert process.stdin
-        assert process.stdout
-        while True:
-            process.stdin.write("\n")
-            process.stdin.flush()
-            answer = process.stdout.readline()
-            if not answer:
-                raise SystemExit(f"the inspections of {checkout} ended with an error")
-            row: dict[str, Any] | None = json.loads(answer)
-            if row is None:
-                return
-            yield row
-
-
-def _print_ratios(old: Iterator[dict[str, Any]], new: Iterator[dict[str, Any]]) -> None:
-    """Rows of both, measured by turns, as they come."""
-    sums = np.zeros(2)
-    _say("picture", "kind", "verdict", "mm apart", "deg apart", "old s", "new s", "new/old", "old, new MB")
-    for a, b in zip(old, new, strict=True):
-        apart: tuple[float | None, float | None] = (None, None)
-        if a["pose"] and b["pose"]:
-            off = measure_pose_error(np.array(b["pose"]), Truth("", np.array(a["pose"]), np.array(a["at"])))
-            apart = off.target_mm, off.rotation_deg
-        verdict = a["verdict"] if a["verdict"] == b["verdict"] else f"{a['verdict']} -> {b['verdict']}"
-        seconds, memory = (a["seconds"], b["seconds"]), f"{a['memory']:.0f}, {b['memory']:.0f}"
-        _say(a["name"], a["kind"], verdict, *apart, *seconds, b["seconds"] / a["seconds"], memory)
-        sums += seconds
-    print(f"all: {sums[0]:.1f} s, now {sums[1]:.1f} s")
 
 
 def _say(*cells: object) -> None:
@@ -130,7 +74,7 @@ def measured(args: argparse.Namespace) -> Iterator[dict[str, Any]]:
         yield from stereo_pairs(Path(folder), args)
         data = None if args.pairs else os.environ.get("RELMODEL_TEST_DATA")
         for name in ("photo_cube", "render_box") if data else ():
-            yield from single_pictures(Path(str(data)) / name, Path(folder), args.overlays)
+            yield from one_camera(Path(str(data)), name, Path(folder), args.overlays)
 
 
 def stereo_pairs(folder: Path, args: argparse.Namespace) -> Iterator[dict[str, Any]]:
@@ -142,11 +86,7 @@ def stereo_pairs(folder: Path, args: argparse.Namespace) -> Iterator[dict[str, A
         for variant, file in (("A", "world.yaml"), ("B", "world_B.yaml")):
             load(store, DEMO / f"bulkhead_{variant}.step.gz", name="bulkhead", variant=variant)
             worlds[variant] = place_world(store, DEMO / file).world
-        kept: dict[str, Any] = {}
-        if args.session:
-            from vision.scene import Scenes
-
-            kept["scenes"] = Scenes(store)
+        scenes = Scenes(store) if args.session else None
         shown = _Pictures(folder)
 
         def one(stem: str, kind: str, name: str = "") -> dict[str, Any]:
@@ -154,18 +94,18 @@ def stereo_pairs(folder: Path, args: argparse.Namespace) -> Iterator[dict[str, A
             source = stems[(stems.index(stem) + 1) % len(stems)] if kind == "another" else stem
             if kind == "distorted":
                 rig = shown.distort_rig(rig)
-            given: dict[str, Any] = {
-                "rig": rig,
-                "pictures": {
+            task = Task(
+                rig=rig,
+                pictures={
                     name: shown.new(DEMO / f"{source}_{name}.png", rig if kind == "distorted" else None)
                     for name in ("left", "right")
                 },
-                "prior": None if kind == "no prior" else DEMO / f"{stem}_prior.yaml",
-                "world": worlds[truth.variant],
-                "full_audit": kind != "minimal",
-            }
-            overlay = args.overlays / f"{stem}.png" if args.overlays and kind == "prior" else None
-            return _row(name or stem, kind, store, truth, **given, overlay=overlay, **kept)
+                prior=None if kind == "no prior" else DEMO / f"{stem}_prior.yaml",
+                world=worlds[truth.variant],
+                full_audit=kind != "minimal",
+                overlay=args.overlays / f"{stem}.png" if args.overlays and kind == "prior" else None,
+            )
+            return _row(name or stem, kind, truth, partial(inspect, store, task, scenes=scenes))
 
         one(chosen[0], "prior")
         for stem in chosen:
@@ -207,51 +147,21 @@ class _Pictures:
         return out
 
 
-def single_pictures(data: Path, folder: Path, overlays: Path | None) -> Iterator[dict[str, Any]]:
-    """Every fourth picture of a folder with `frames.json` and `model.obj`, in millimetres."""
-    random = np.random.default_rng(1)
-    described = json.loads((data / "frames.json").read_text())
-    with Store.create(folder / f"{data.name}.duckdb") as store:
-        load(store, data / "model.obj", name="model", unit=described.get("unit", "mm"))
-        (folder / "world.yaml").write_text("world: cell\nobjects: [{object: model}]\n")
-        place_world(store, folder / "world.yaml")
-        for frame in described["frames"][::4]:
-            picture = read_picture(data / frame["image"])
-            world_from_camera = inverse(np.array(frame["camera_from_object"], float))
-            off = np.eye(4)
-            turn, shift = random.normal(size=(2, 3))
-            off[:3, :3] = rotation_matrix(np.radians(OFF_DEG) * turn / np.linalg.norm(turn))
-            off[:3, 3] = OFF_MM * shift / np.linalg.norm(shift)
-            camera = {
-                "width": picture.width,
-                "height": picture.height,
-                "matrix": frame["K"],
-                "rig_from_camera": np.eye(4).tolist(),
-            }
-            sigma = {"translation_mm": OFF_MM / np.sqrt(3), "rotation_deg": OFF_DEG / np.sqrt(3)}
-            sigma = {name: float(value) for name, value in sigma.items()}
-            prior = {"world_from_rig": (world_from_camera @ off).tolist(), "sigma": sigma}
-            (folder / "rig.yaml").write_text(yaml.safe_dump({"cameras": {"left": camera}}))
-            (folder / "prior.yaml").write_text(yaml.safe_dump(prior))
-            stem = f"{data.name} {Path(frame['image']).stem}"
-            # On the axis, as far off as the model's origin.
-            away = np.array([[0.0, 0.0, float(np.linalg.norm(world_from_camera[:3, 3]))]])
-            yield _row(
-                stem,
-                "one camera",
-                store,
-                Truth("", world_from_camera, apply(world_from_camera, away)[0]),
-                rig=folder / "rig.yaml",
-                pictures={"left": data / frame["image"]},
-                prior=folder / "prior.yaml",
-                overlay=overlays / f"{stem.replace(' ', '_')}.png" if overlays else None,
-            )
+def one_camera(data: Path, name: str, folder: Path, overlays: Path | None) -> Iterator[dict[str, Any]]:
+    """Every fourth picture of a body."""
+    models = Models(folder)
+    for trial in islice(single_pictures(data, name, models), 0, None, 4):
+        assert trial.world_from_rig is not None
+        overlay = overlays / f"{trial.name.replace(' ', '_')}.png" if overlays else None
+        truth = Truth("", trial.world_from_rig, trial.target)
+        with models.open(name) as store:
+            yield _row(trial.name, "one camera", truth, partial(inspect_trial, store, trial, folder, overlay=overlay))
 
 
-def _row(name: str, kind: str, store: Store, truth: Truth, **given: Any) -> dict[str, Any]:
+def _row(name: str, kind: str, truth: Truth, ask: Callable[[], Inspection]) -> dict[str, Any]:
     """What an inspection answered, how far off it is, and what it took: s of the processor and by the clock, MB."""
     processor, clock = time.process_time(), time.perf_counter()
-    answer = inspect(store, Task(**given))
+    answer = ask()
     took = time.process_time() - processor, time.perf_counter() - clock
     pose: Floats | None = answer.hypotheses[0]["world_from_rig"] if answer.hypotheses else None
     off = None if pose is None else measure_pose_error(pose, truth)
@@ -266,10 +176,8 @@ def _row(name: str, kind: str, store: Store, truth: Truth, **given: Any) -> dict
         "seconds": took[0],
         "passed": took[1],
         "memory": pages * resource.getpagesize() / 1e6,
-        "peak": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3,
         "reason": answer.reason[:60],
-        "pose": None if pose is None else pose.tolist(),
-        "at": truth.target.tolist(),
+        "peak": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3,
     }
 
 

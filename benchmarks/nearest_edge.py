@@ -13,11 +13,10 @@ degrees.  Seconds are those of the processor a trial, the pictures' extraction a
 from __future__ import annotations
 
 import argparse
-import os
-import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +24,7 @@ import cv2
 import numpy as np
 from tabulate import tabulate
 
-from benchmarks.trials import Models, Trial, demonstration, draw_prior, shared_bulkheads, single_pictures
+from benchmarks.trials import Models, Trial, demonstration, draw_prior, find_data, shared_bulkheads, single_pictures
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import apply, inverse
 from vision.cameras.cameras import Needs, Prior, Rig, perturb
@@ -51,15 +50,13 @@ def main() -> None:
     parser.add_argument("--sets", nargs="+", default=["demo", "A", "B", "C", "photo_cube", "render_box"])
     parser.add_argument("--count", type=int, help="of each set, evenly (default: all)")
     args = parser.parse_args()
-    data = os.environ.get("RELMODEL_TEST_DATA")
-    if not data and args.sets != ["demo"]:
-        sys.exit("set RELMODEL_TEST_DATA to the folder of the test data, or give --sets demo")
+    data = Path() if args.sets == ["demo"] else find_data()
     rows: dict[tuple[str, str], list[dict[str, Any]]] = {}
     is_warm = False
     with tempfile.TemporaryDirectory() as folder:
         models = Models(Path(folder))
         for name in args.sets:
-            for prior, trials in _priors(list(_trials(name, Path(data or ""), models))):
+            for prior, trials in _priors(list(_trials(name, data, models))):
                 for trial in trials[:: -(-len(trials) // args.count)] if args.count else trials:
                     if not is_warm:  # kernels and imports
                         compare(trial, models.scene(trial.model))
@@ -90,8 +87,7 @@ def _priors(trials: Sequence[Trial]) -> Iterator[tuple[str, list[Trial]]]:
     drawn = []
     for number, trial in enumerate(far):
         assert trial.world_from_rig is not None
-        prior = draw_prior(trial.world_from_rig, 30.0, 3.0, (5, number))
-        drawn.append(Trial(**{**vars(trial), "prior": prior}))
+        drawn.append(replace(trial, prior=draw_prior(trial.world_from_rig, 30.0, 3.0, (5, number))))
     yield "30 mm, 3 deg", drawn
 
 

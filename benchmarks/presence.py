@@ -28,7 +28,17 @@ from typing import Any
 import numpy as np
 from tabulate import tabulate
 
-from benchmarks.trials import Models, Trial, demonstration, rendered, shared_bulkheads
+from benchmarks.trials import (
+    SAMPLED_PX,
+    Models,
+    Trial,
+    add_line,
+    demonstration,
+    find_differing,
+    read_lines,
+    rendered,
+    shared_bulkheads,
+)
 from examples.bulkhead.design import VARIANTS, variant_a
 from examples.bulkhead.variation import boxes
 from relmodel.arrays import Floats, Ints
@@ -52,7 +62,6 @@ FOUND_MM = 2.0  # error of the pose at the target up to which what is said at it
 LEAST_PX = 200  # pixels from which an item, or a change in one camera, counts as seen
 DRAWS = 2  # of changes of the model, for each pair
 LEAST_MM = 1.5  # of a change of size or place, to count
-SAMPLED_PX = 4  # of the grid that differences of models are counted on
 MARGIN_MM = 3.0  # around the box of a change, for what belongs to it
 MARGIN_PX = 15.0  # likewise in the picture, for what nothing explains
 AGAINST = ("contradicted", "changed", "not_confirmed")
@@ -163,10 +172,7 @@ class Altered:
                 changes = alter_design(VARIANTS[variant](), trial, placed, file.with_suffix(".gz"), seed)
                 file.write_bytes(gzip.decompress(file.with_suffix(".gz").read_bytes()))
             else:
-                plain = gzip.decompress(own.read_bytes()) if own.suffix == ".gz" else own.read_bytes()
-                file.with_suffix(".plain.step").write_bytes(plain)
-                scene = self.models.scene(trial.model)
-                changes = add_to_model(file.with_suffix(".plain.step"), file, scene, trial, placed, seed)
+                changes = add_to_model(own, file, self.models.scene(trial.model), trial, placed, seed)
             told.write_text(json.dumps(changes))
         rows: list[dict[str, Any]] = json.loads(told.read_text())
         return rows
@@ -198,18 +204,11 @@ def _boxes(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def _count_differing(shown: Scene, model: Scene, trial: Trial, placed: Floats, changes: list[dict[str, Any]]) -> Ints:
     """The most pixels of a camera in which two models differ by 0.1 mm and more along the ray within each change."""
-    assert trial.world_from_rig is not None
     most = np.zeros(len(changes), np.int64)
-    for name, camera in trial.rig.cameras.items():
-        pose = trial.world_from_rig @ trial.rig.rig_from_camera[name]
-        x, y = np.meshgrid(np.arange(0.0, camera.width, SAMPLED_PX), np.arange(0.0, camera.height, SAMPLED_PX))
-        pixel = camera.undistort(np.stack([x.ravel(), y.ravel()], axis=1))
-        rays = np.concatenate([camera.normalise(pixel), np.ones((len(pixel), 1))], axis=1) @ pose[:3, :3].T
-        points = [meet(scene, pose[:3, 3], rays) for scene in (shown, model)]
-        differs = np.linalg.norm(points[0] - points[1], axis=1) > 0.1
-        local = [apply(inverse(placed), p[differs]) for p in points]
+    for points in find_differing(shown, model, trial):
+        local = [apply(inverse(placed), p) for p in points]
         for k, change in enumerate(changes):
-            own = np.zeros(int(differs.sum()), bool)
+            own = np.zeros(len(points[0]), bool)
             for box in (change["box_before"], change["box_after"]):
                 if box is not None:
                     for p in local:
@@ -218,31 +217,20 @@ def _count_differing(shown: Scene, model: Scene, trial: Trial, placed: Floats, c
     return most
 
 
-def meet(scene: Scene, centre: Floats, rays: Floats) -> Floats:
-    """Points (n, 3) that rays meet first, far away where they meet nothing."""
-    hit = scene.rays.nearest(centre, rays)
-    corner = scene.vertices[scene.triangles[np.maximum(hit, 0)]]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    depth = np.einsum("ni,ni->n", normal, corner[:, 0] - centre) / np.einsum("ni,ni->n", normal, rays)
-    return np.where((hit >= 0)[:, None], centre + depth[:, None] * rays, 1e6)
-
-
 def run(folder: Path, renders: Path | None, only: list[str]) -> None:
     """Assess every trial that has no line yet."""
     poses = folder / "poses"
     poses.mkdir(parents=True, exist_ok=True)
     file, models = folder / "presence.jsonl", Models(folder)
-    done = {json.loads(line)["name"] for line in file.open()} if file.exists() else set()
-    with file.open("a") as out:
+    done = {line["name"] for line in read_lines(file)}
 
-        def is_wanted(name: str) -> bool:
-            return name not in done and (not only or any(word in name for word in only))
+    def is_wanted(name: str) -> bool:
+        return name not in done and (not only or any(word in name for word in only))
 
-        for case in cases(models, renders, is_wanted):
-            line = measure(case, models.stored(case.trial.model), poses / f"{case.trial.name.replace(' ', '_')}.pickle")
-            out.write(json.dumps(line) + "\n")
-            out.flush()
-            print(f"{case.trial.name}: {line['verdict']}, off {line['off_mm']} mm, {line['processor_s']} s", flush=True)
+    for case in cases(models, renders, is_wanted):
+        line = measure(case, models.stored(case.trial.model), poses / f"{case.trial.name.replace(' ', '_')}.pickle")
+        add_line(file, line)
+        print(f"{case.trial.name}: {line['verdict']}, off {line['off_mm']} mm, {line['processor_s']} s", flush=True)
 
 
 def measure(case: Case, stored: StoredScene, kept: Path) -> dict[str, Any]:
@@ -373,7 +361,7 @@ def _touches(item: dict[str, Any], line: dict[str, Any]) -> bool:
 
 def table(folder: Path, misses: bool) -> None:
     """Rates of false states by set and level, changes told by kind, sizes of holes, cost."""
-    lines = [json.loads(line) for line in (folder / "presence.jsonl").open()]
+    lines = read_lines(folder / "presence.jsonl")
     good = [line for line in lines if line["off_mm"] <= FOUND_MM]
     print(f"{len(good)} of {len(lines)} trials have their pose within {FOUND_MM} mm; the others are left out")
     _print_false(good, misses)

@@ -54,11 +54,7 @@ class Outcome:
 
 
 BENCHMARKS = (
-    Benchmark(
-        "volume_queries",
-        ("--spread", "clustered", "--boxes", "1000", "10000", "--alone", "--report", REPORT),
-        ("--report", REPORT),
-    ),
+    Benchmark("volume_queries", ("--spread", "clustered", "--boxes", "1000", "10000")),
     Benchmark("existence_steps", ("--largest", "10000", "--report", REPORT), ("--report", REPORT)),
     Benchmark(
         "relational_matching",

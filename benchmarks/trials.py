@@ -3,13 +3,16 @@
 A trial is a world, a rig, one or two pictures and a prior; its truth is the rig's pose, or none where the pictures do
 not show what the model says.  The sets are the demonstration's pairs, the test data (RELMODEL_TEST_DATA) and what
 `python -m examples.render.trials` wrote.  Wrong trials are made from right ones: pictures of something else, mirrored,
-blank, blurred, swapped, of another part, a prior elsewhere.
+blank, blurred, swapped, of another part, a prior elsewhere.  What is measured of trials is a line of JSON each, so that
+a run that was broken off goes on.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
+import os
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,12 +30,15 @@ from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.world.placement import place_world
 from vision.cameras.cameras import Camera, Prior, Rig, perturb
-from vision.cameras.files import read_prior, read_rig
+from vision.cameras.files import read_prior, read_rig, write_rig
 from vision.cameras.images import read_picture
+from vision.inspection import Inspection, Task, inspect
 from vision.inspection.demonstration import read_truth
+from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.scene import Scene, StoredScene, read_scene
 
 Pictures = dict[str, NDArray[Any]]  # grey, by camera
+SAMPLED_PX = 4  # of the grid that differences of models are counted on
 
 
 @dataclass(frozen=True)
@@ -41,7 +47,7 @@ class Trial:
 
     group: the set that the pictures are from; kind: 'as_is', or how it was made wrong or drawn; model: name of the
     scene; world_from_rig: the truth, None where no pose is right; target (3,): the point in the world that errors are
-    measured at.
+    measured at; files: of the pictures as they are.
     """
 
     name: str
@@ -53,6 +59,63 @@ class Trial:
     prior: Prior | None
     world_from_rig: Floats | None
     target: Floats
+    files: dict[str, Path]
+
+
+def find_data() -> Path:
+    """The folder of the test data."""
+    data = os.environ.get("RELMODEL_TEST_DATA")
+    if not data:
+        sys.exit("set RELMODEL_TEST_DATA to the folder of the test data")
+    return Path(data)
+
+
+def read_lines(*files: Path) -> list[dict[str, Any]]:
+    """What was measured; of a file that is not there nothing."""
+    return [json.loads(line) for file in files if file.exists() for line in file.open()]
+
+
+def add_line(file: Path, line: dict[str, Any]) -> None:
+    with file.open("a") as out:
+        out.write(json.dumps(line) + "\n")
+
+
+def inspect_trial(
+    store: Store, trial: Trial, folder: Path, parameters: InspectionParameters = DEFAULTS, **more: Any
+) -> Inspection:
+    """An inspection of what a trial gives; its rig and prior are written into the folder; more: of `Task`."""
+    write_rig(trial.rig, folder / "rig.yaml")
+    if trial.prior is not None:
+        stated = {"world_from_rig": trial.prior.world_from_rig.tolist(), "covariance": trial.prior.covariance.tolist()}
+        (folder / "prior.yaml").write_text(yaml.safe_dump(stated))
+    prior = None if trial.prior is None else folder / "prior.yaml"
+    return inspect(store, Task(rig=folder / "rig.yaml", pictures=trial.files, prior=prior, **more), parameters)
+
+
+def compute_errors(poses: Floats, true: Floats) -> tuple[Floats, Floats]:
+    """How far (mm) poses (k, 4, 4) put a point 700 mm before the rig from where the true one puts it, and by how much
+    (degrees) they are turned."""
+    ahead = np.array([0.0, 0.0, 700.0, 1.0])
+    cosine = (np.einsum("kij,ij->k", poses[:, :3, :3], true[:3, :3]) - 1) / 2
+    off = np.linalg.norm((poses - true) @ ahead, axis=1)
+    return np.asarray(off), np.asarray(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
+
+
+def compute_error(answer: Inspection, true: Floats | None) -> tuple[float, float]:
+    """The same of the pose that an inspection found, infinite where it found none."""
+    if answer.world_from_rig is None or true is None:
+        return np.inf, np.inf
+    (mm,), (degrees,) = compute_errors(answer.world_from_rig[None], true)
+    return float(mm), float(degrees)
+
+
+def find_rank(poses: Floats, true: Floats) -> int | None:
+    """Place among poses (k, 4, 4) of the first that lies within 10 mm and 2 degrees of the true one."""
+    if not len(poses):
+        return None
+    mm, degrees = compute_errors(poses, true)
+    near = np.flatnonzero((mm <= 10.0) & (degrees <= 2.0))
+    return int(near[0]) + 1 if len(near) else None
 
 
 def draw_prior(truth: Floats, mm: float, degrees: float, seed: tuple[int, ...]) -> Prior:
@@ -102,6 +165,10 @@ class Models:
         return Store.open(path)
 
 
+def read_greys(files: dict[str, Path]) -> Pictures:
+    return {name: read_picture(file).grey for name, file in files.items()}
+
+
 def demonstration(models: Models) -> Iterator[Trial]:
     """The demonstration's pairs with the priors beside them, and with drawn ones."""
     demo = resource_dir("demo")
@@ -109,26 +176,30 @@ def demonstration(models: Models) -> Iterator[Trial]:
         stem, truth = file.name.removesuffix("_truth.json"), read_truth(file)
         placed = np.array(json.loads(file.read_text())["world_from_object"], float)
         model = models.add(f"demo_{truth.variant}", demo / f"bulkhead_{truth.variant}.step.gz", placed)
-        pictures = {side: read_picture(demo / f"{stem}_{side}.png").grey for side in ("left", "right")}
+        files = {side: demo / f"{stem}_{side}.png" for side in ("left", "right")}
         rig = read_rig(demo / f"{stem}_rig.yaml").only("left", "right")
         prior = read_prior(demo / f"{stem}_prior.yaml")
-        yield Trial(f"demo {stem}", "demo", "as_is", model, rig, pictures, prior, truth.world_from_rig, truth.target)
+        yield Trial(
+            f"demo {stem}", "demo", "as_is", model, rig, read_greys(files), prior, truth.world_from_rig, truth.target,
+            files,
+        )  # fmt: skip
 
 
-def shared_bulkheads(data: Path, models: Models, priors: tuple[str, ...]) -> Iterator[Trial]:
+def shared_bulkheads(data: Path, models: Models, priors: tuple[str, ...], parts: str = "ABC") -> Iterator[Trial]:
     """The rendered pairs of the test data with their stored priors (small, large, half_pitch, one_pitch)."""
-    for part in "ABC":
+    for part in parts:
         folder = data / "bulkhead" / part
         for file in sorted((folder / "pairs").glob("pair_*_truth.json")):
             t = json.loads(file.read_text())
             placed = np.array(t["T_world_part"], float)
             model = models.add(f"shared_{part}", folder / "bulkhead_parts.step", placed)
-            cameras, poses, pictures = {}, {}, {}
+            cameras, poses, files = {}, {}, {}
             for side in ("left", "right"):
                 camera = t["cameras"][side]
                 cameras[side] = Camera(t["image_size"][0], t["image_size"][1], np.array(camera["K"], float))
                 poses[side] = np.eye(4) if side == "left" else np.array(t["T_left_right"], float)
-                pictures[side] = read_picture(folder / "pairs" / camera["image"]).grey
+                files[side] = folder / "pairs" / camera["image"]
+            pictures = read_greys(files)
             truth = np.array(t["cameras"]["left"]["T_world_cam"], float)
             target = apply(placed, np.array([[t["view"]["target_x"], t["view"]["target_y"], 0.0]]))[0]
             for name in priors:
@@ -138,7 +209,7 @@ def shared_bulkheads(data: Path, models: Models, priors: tuple[str, ...]) -> Ite
                 prior = Prior.isotropic(np.array(p["T_world_cam_left"], float), mm, float(np.radians(degrees)))
                 yield Trial(
                     f"{part}{t['pair']} {name}", f"shared_{part}", "as_is", model, Rig(cameras, poses), pictures,
-                    prior, truth, target,
+                    prior, truth, target, files,
                 )  # fmt: skip
 
 
@@ -154,7 +225,7 @@ def single_pictures(data: Path, name: str, models: Models) -> Iterator[Trial]:
         target = apply(truth, np.array([[0.0, 0.0, float(np.linalg.norm(truth[:3, 3]))]]))[0]
         yield Trial(
             f"{name} {frame['image']}", name, "as_is", model, Rig({"left": camera}, {"left": np.eye(4)}),
-            {"left": picture.grey}, prior, truth, target,
+            {"left": picture.grey}, prior, truth, target, {"left": data / name / frame["image"]},
         )  # fmt: skip
 
 
@@ -251,11 +322,11 @@ def rendered(folder: Path, models: Models) -> Iterator[Trial]:
         key = f"{source.name.split('.')[0]}_{hash_of(placed)}"
         model = models.add(key, source, placed)
         rig = read_rig(file.with_name(f"{stem}_rig.yaml")).only(*t["cameras"])
-        pictures = {side: read_picture(file.with_name(c["image"])).grey for side, c in t["cameras"].items()}
+        files = {side: file.with_name(c["image"]) for side, c in t["cameras"].items()}
         target = apply(placed, np.array([t["target_in_object"]], float))[0]
         yield Trial(
-            stem, t["kind"], "as_is", model, rig, pictures, read_prior(file.with_name(f"{stem}_prior.yaml")),
-            np.array(t["world_from_rig"], float), target,
+            stem, t["kind"], "as_is", model, rig, read_greys(files), read_prior(file.with_name(f"{stem}_prior.yaml")),
+            np.array(t["world_from_rig"], float), target, files,
         )  # fmt: skip
 
 
@@ -276,3 +347,27 @@ def miscalibrate(trial: Trial, kind: str) -> Trial:
         poses[side] = poses[side].copy()
         poses[side][:3, 3] *= 1 + 1.0 / np.linalg.norm(poses[side][:3, 3])
     return replace(trial, name=f"{trial.name} {kind}", kind=kind, rig=Rig(cameras, poses))
+
+
+def meet(scene: Scene, centre: Floats, rays: Floats) -> tuple[Floats, Floats]:
+    """Points (n, 3) that rays meet first, far away where they meet nothing, and the normals there."""
+    hit = scene.rays.nearest(centre, rays)
+    corner = scene.vertices[scene.triangles[np.maximum(hit, 0)]]
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    depth = np.einsum("ni,ni->n", normal, corner[:, 0] - centre) / np.einsum("ni,ni->n", normal, rays)
+    unit = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    return np.where((hit >= 0)[:, None], centre + depth[:, None] * rays, 1e6), unit
+
+
+def find_differing(shown: Scene, other: Scene, trial: Trial) -> Iterator[tuple[Floats, Floats]]:
+    """Of each camera the points (n, 3) of two models along those rays of a grid at which they are 0.1 mm and more
+    apart."""
+    assert trial.world_from_rig is not None
+    for name, camera in trial.rig.cameras.items():
+        pose = trial.world_from_rig @ trial.rig.rig_from_camera[name]
+        x, y = np.meshgrid(np.arange(0.0, camera.width, SAMPLED_PX), np.arange(0.0, camera.height, SAMPLED_PX))
+        pixel = camera.undistort(np.stack([x.ravel(), y.ravel()], axis=1))
+        rays = np.concatenate([camera.normalise(pixel), np.ones((len(pixel), 1))], axis=1) @ pose[:3, :3].T
+        one, two = (meet(scene, pose[:3, 3], rays)[0] for scene in (shown, other))
+        apart = np.linalg.norm(one - two, axis=1) > 0.1
+        yield one[apart], two[apart]

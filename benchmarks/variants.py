@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.altered_models import write_variation
-from benchmarks.presence import FOUND_MM, SAMPLED_PX, Case, locate, meet
-from benchmarks.trials import Models, Trial, rendered
+from benchmarks.presence import FOUND_MM, Case, locate
+from benchmarks.trials import SAMPLED_PX, Models, Trial, add_line, find_differing, read_lines, rendered
 from examples.render.trials import draw_again, read_list
 from vision.inspection.demonstration import measure_pose_error
 from vision.localisation.views import Observation
@@ -59,7 +59,7 @@ def run(folder: Path, renders: Path) -> None:
     made, poses, file = folder / "models", folder / "poses", folder / "variants.jsonl"
     for path in (made, poses):
         path.mkdir(parents=True, exist_ok=True)
-    done = {json.loads(line)["name"] for line in file.open()} if file.exists() else set()
+    done = {line["name"] for line in read_lines(file)}
     for group in groups(renders, Models(folder)):
         if done.issuperset(trial.name for trial, _ in group):
             continue
@@ -76,8 +76,7 @@ def run(folder: Path, renders: Path) -> None:
             if trial.name in done:
                 continue
             line = rank(trial, names, models, poses / f"{trial.name}.pickle")
-            with file.open("a") as out:
-                out.write(json.dumps(line) + "\n")
+            add_line(file, line)
             print(f"{trial.name}: {line['ranked'][0]['variant']} first", flush=True)
 
 
@@ -111,22 +110,13 @@ def rank(trial: Trial, names: dict[str, str], models: Models, kept: Path) -> dic
 
 
 def count_differing(shown: Scene, other: Scene, trial: Trial) -> int:
-    """The most pixels of a camera in which two models differ by 0.1 mm and more along the ray."""
-    assert trial.world_from_rig is not None
-    most = 0
-    for name, camera in trial.rig.cameras.items():
-        pose = trial.world_from_rig @ trial.rig.rig_from_camera[name]
-        x, y = np.meshgrid(np.arange(0.0, camera.width, SAMPLED_PX), np.arange(0.0, camera.height, SAMPLED_PX))
-        pixel = camera.undistort(np.stack([x.ravel(), y.ravel()], axis=1))
-        rays = np.concatenate([camera.normalise(pixel), np.ones((len(pixel), 1))], axis=1) @ pose[:3, :3].T
-        apart = np.linalg.norm(meet(shown, pose[:3, 3], rays) - meet(other, pose[:3, 3], rays), axis=1)
-        most = max(most, int((apart > 0.1).sum()) * SAMPLED_PX**2)
-    return most
+    """The most pixels of a camera in which two models differ."""
+    return max(len(points) for points, _ in find_differing(shown, other, trial)) * SAMPLED_PX**2
 
 
 def table(folder: Path, misses: bool) -> None:
     """How often the right one ranks first, and before each other that differs visibly."""
-    lines = [json.loads(line) for line in (folder / "variants.jsonl").open()]
+    lines = read_lines(folder / "variants.jsonl")
     good = [line for line in lines if line["off_mm"] <= FOUND_MM]
     print(f"{len(good)} of {len(lines)} views have their pose within {FOUND_MM} mm; the others are left out")
     first, pairs, before, leads = 0, 0, 0, []

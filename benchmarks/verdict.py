@@ -15,7 +15,6 @@ RELMODEL_TEST_DATA names the test data; without it there is the demonstration.
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import time
 import zlib
@@ -35,12 +34,14 @@ from benchmarks.trials import (
     BLIND,
     Models,
     Trial,
+    add_line,
     alone,
     alter,
     blind,
     demonstration,
     draw_prior,
     miscalibrate,
+    read_lines,
     rendered,
     shared_bulkheads,
     show,
@@ -121,16 +122,14 @@ def run(folder: Path, renders: Path | None, prior: str, part: int, parts: int, o
     """Localise every trial that has no line yet."""
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f"trials_{part}_{parts}.jsonl"
-    done = {json.loads(line)["name"] for path in folder.glob("trials_*.jsonl") for line in path.open()}
+    done = {line["name"] for line in read_lines(*folder.glob("trials_*.jsonl"))}
     models = Models(folder)
     extractions: dict[bytes, Primitives] = {}
-    with file.open("a") as out:
-        for number, trial in enumerate(blind_trials(models) if is_blind else trials(models, renders, others)):
-            if number % parts == part and trial.name not in done:
-                line = measure(give_prior(trial, prior, number), models, extractions)
-                out.write(json.dumps(line) + "\n")
-                out.flush()
-                print(f"{trial.name}: {line['verdict']}, off {line['off_mm']}", flush=True)
+    for number, trial in enumerate(blind_trials(models) if is_blind else trials(models, renders, others)):
+        if number % parts == part and trial.name not in done:
+            line = measure(give_prior(trial, prior, number), models, extractions)
+            add_line(file, line)
+            print(f"{trial.name}: {line['verdict']}, off {line['off_mm']}", flush=True)
 
 
 def give_prior(trial: Trial, kind: str, seed: int) -> Trial:
@@ -224,8 +223,7 @@ def _is_refused_for(verdict: Verdict, words: tuple[str, ...]) -> bool:
 
 def read(folder: Path) -> list[dict[str, Any]]:
     """All lines that have signs, each with whether its pose is there, and right."""
-    lines = [json.loads(line) for path in sorted(folder.glob("trials_*.jsonl")) for line in path.open()]
-    lines = [line for line in lines if line.get("statistics")]
+    lines = [line for line in read_lines(*sorted(folder.glob("trials_*.jsonl"))) if line.get("statistics")]
     for line in lines:
         near = line["off_mm"] is not None and line["off_mm"] <= RIGHT_MM and line["off_deg"] <= RIGHT_DEG
         line["there"] = near
@@ -275,20 +273,8 @@ def report(lines: list[dict[str, Any]]) -> None:
              sum(line["at_some_needs"] for line in wrong), np.mean(chi) if chi else None,
              max(chi, default=None))
         )  # fmt: skip
-    heads = (
-        "set",
-        "kind",
-        "cameras",
-        "trials",
-        "right",
-        "accepted",
-        "ambiguous",
-        "by camera alone",
-        "wrong accepted",
-        "at any needs",
-        "chi2",
-        "most",
-    )
+    heads = ("set", "kind", "cameras", "trials", "right", "accepted", "ambiguous", "by camera alone", "wrong accepted",
+             "at any needs", "chi2", "most")  # fmt: skip
     print(tabulate(rows, headers=heads, floatfmt=".1f"))
 
 

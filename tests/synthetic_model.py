@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ import yaml
 from relmodel.geometry.transforms import matrix_columns, rotation_matrix
 from relmodel.loading.write import append_expansion
 from relmodel.store import Store
+from relmodel.world.placement import WorldReport, place_world
 
 BOX = ("x0", "y0", "z0", "x1", "y1", "z1")
 LEVELS = ("feature", "surface", "arc")
@@ -217,6 +219,16 @@ def _append_listed(
     store.append(connection, level, columns)
     listed: dict[str, Any] = {"shape_id": shape_id, f"{level}_no": np.arange(len(boxes)), f"{level}_id": ids}
     store.append(connection, f"shape_{level}", listed | ({"convexity": "free"} if level == "arc" else {}))
+
+
+def place_things(
+    store: Store, folder: Path, places: Mapping[str, npt.NDArray[np.float64]], what: str = "thing"
+) -> WorldReport:
+    """The world `cell` of one object at some places, by name."""
+    objects: list[dict[str, object]] = [
+        {"object": what, "name": name, "world_from_object": place.tolist()} for name, place in places.items()
+    ]
+    return place_world(store, write_world(folder / "world.yaml", "cell", objects))
 
 
 def write_world(path: Path, world: str, objects: list[dict[str, object]]) -> Path:

@@ -33,11 +33,9 @@ from OCP.Quantity import Quantity_Color, Quantity_TOC_sRGB
 from OCP.STEPCAFControl import STEPCAFControl_Writer
 from OCP.TCollection import TCollection_ExtendedString, TCollection_HAsciiString
 from OCP.TDataStd import TDataStd_Name
-from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS
-from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_ColorSurf, XCAFDoc_DocumentTool
 
 from examples.bulkhead import solids
@@ -86,8 +84,7 @@ def _text(text: str) -> Shape:
 def write_step(design: Design, shapes: dict[str, Shape], path: Path, missing: frozenset[str] = frozenset()) -> None:
     """Write the assembly as AP242 without pcurves, with names, colours, materials and a fixed header; components of the
     root that are `missing` are left out."""
-    document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
-    XCAFApp_Application.GetApplication_s().InitDocument(document)
+    document = solids.new_document()
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     colours = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
     materials = XCAFDoc_DocumentTool.MaterialTool_s(document.Main())

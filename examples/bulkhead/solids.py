@@ -22,9 +22,12 @@ from OCP.collections import (
 from OCP.GC import GC_MakeArcOfCircle
 from OCP.Geom import Geom_BSplineCurve
 from OCP.gp import gp_Ax1, gp_Ax2, gp_Circ, gp_Dir, gp_Elips, gp_Pnt, gp_Vec
+from OCP.TCollection import TCollection_ExtendedString
+from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_SOLID, TopAbs_VERTEX
 from OCP.TopExp import TopExp
 from OCP.TopoDS import TopoDS
+from OCP.XCAFApp import XCAFApp_Application
 from scipy.interpolate import BSpline
 
 from examples.bulkhead.design import BOLT_HOLE_RADIUS, BUSHING_RADIUS, CLIP_BOLTS, DEPTH, Design, Duct, Point
@@ -32,6 +35,13 @@ from examples.bulkhead.features import Feature, bolts, holes, lug_centre, pocket
 from examples.bulkhead.plan import Arc, Graph, Line, Profile, outline
 
 Shape = Any  # the kernel has no type hints
+
+
+def new_document() -> Shape:
+    """An empty document of an assembly."""
+    document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
+    XCAFApp_Application.GetApplication_s().InitDocument(document)
+    return document
 
 
 def explore(shape: Shape, kind: Shape) -> list[Shape]:

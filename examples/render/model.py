@@ -17,17 +17,14 @@ from OCP.collections import Sequence_TDF_Label
 from OCP.gp import gp_Pnt, gp_Vec
 from OCP.IFSelect import IFSelect_RetDone
 from OCP.STEPCAFControl import STEPCAFControl_Reader
-from OCP.TCollection import TCollection_ExtendedString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDF import TDF_Label
-from OCP.TDocStd import TDocStd_Document
 from OCP.TopAbs import TopAbs_FACE, TopAbs_REVERSED
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS
-from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
-from examples.bulkhead.solids import explore
+from examples.bulkhead.solids import explore, new_document
 
 Array = NDArray[np.float64]
 CHORD_MM = 0.03
@@ -54,10 +51,9 @@ class Component:
     object_from_part: Array
 
 
-def read_components(path: Path) -> list[Component]:
-    """The components of a STEP file (gzipped or not), in the file's order; a part alone is called by its product."""
-    document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
-    XCAFApp_Application.GetApplication_s().InitDocument(document)
+def read_document(path: Path) -> Any:
+    """The document of a STEP file (gzipped or not)."""
+    document = new_document()
     reader = STEPCAFControl_Reader()
     reader.SetNameMode(True)
     with tempfile.TemporaryDirectory() as folder:
@@ -67,6 +63,12 @@ def read_components(path: Path) -> list[Component]:
             plain.write_bytes(gzip.decompress(path.read_bytes()))
         if reader.ReadFile(str(plain)) != IFSelect_RetDone or not reader.Transfer(document):
             raise RuntimeError(f"the kernel cannot read {path}")
+    return document
+
+
+def read_components(path: Path) -> list[Component]:
+    """The components of a STEP file (gzipped or not), in the file's order; a part alone is called by its product."""
+    document = read_document(path)
     roots = Sequence_TDF_Label()
     XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).GetFreeShapes(roots)
     parts: dict[str, Part] = {}

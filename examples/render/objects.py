@@ -16,13 +16,11 @@ from OCP.Message import Message
 from OCP.STEPCAFControl import STEPCAFControl_Writer
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TDataStd import TDataStd_Name
-from OCP.TDocStd import TDocStd_Document
 from OCP.TopLoc import TopLoc_Location
-from OCP.XCAFApp import XCAFApp_Application
 from OCP.XCAFDoc import XCAFDoc_DocumentTool
 from scipy.spatial.transform import Rotation
 
-from examples.bulkhead.solids import bolt, boolean, bushing, clip, cylinder, polygon_prism
+from examples.bulkhead.solids import bolt, boolean, bushing, clip, cylinder, new_document, polygon_prism
 from examples.render.views import rigid
 
 Array = NDArray[np.float64]
@@ -236,8 +234,7 @@ def write_step(made: Made, path: Path) -> None:
     """Write the object as AP242 (mm): a part alone, or an assembly named OBJECT."""
     Message.DefaultMessenger_s().ChangePrinters().Clear()
     shapes, placed = made
-    document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
-    XCAFApp_Application.GetApplication_s().InitDocument(document)
+    document = new_document()
     tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
     # Auto naming, like the schema below, is a setting of the whole process.
     names_itself = tool.AutoNaming_s()

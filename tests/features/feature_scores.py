@@ -26,12 +26,6 @@ class Scores:
     missed: list[tuple[int | str, Known | Made]] = field(default_factory=list)
     false: list[tuple[int | str, Feature]] = field(default_factory=list)
 
-    def recall(self, kind: str) -> float:
-        return self.matched[kind] / max(self.known[kind], 1)
-
-    def precision(self, kind: str) -> float:
-        return self.matched[kind] / max(self.found[kind], 1)
-
     @property
     def total_recall(self) -> float:
         return self.matched.total() / max(self.known.total(), 1)
@@ -41,15 +35,13 @@ class Scores:
         return self.matched.total() / max(self.found.total(), 1)
 
 
-def score(generate: Callable[[int], Part | Work], seeds: Iterable[int]) -> Scores:
+def score(generate: Callable[[int], Part], seeds: Iterable[int]) -> Scores:
     """Scores over the parts that a generator makes of the seeds."""
     out = Scores()
     for seed in seeds:
         part = generate(seed)
         left = [f for f in recognise(step_shape.extract(part.body)) if f.kind not in WITHOUT_TRUTH]
-        perhaps: list[Made] = []
         if isinstance(part, Work):
-            perhaps = part.perhaps
             stated = {known.kind for known in part.features}
             left = [f for f in left if f.kind in stated or f.kind not in part.silent]
         found = Counter(kind_of(f.kind, f.dimensions) for f in left)
@@ -61,11 +53,6 @@ def score(generate: Callable[[int], Part | Work], seeds: Iterable[int]) -> Score
                 out.missed.append((seed, known))
             else:
                 out.matched[kind] += 1
-                left = [f for f in left if f is not hit]
-        for known in perhaps:
-            hit = next((f for f in left if agree(known, f)), None)
-            if hit is not None:
-                found[kind_of(hit.kind, hit.dimensions)] -= 1
                 left = [f for f in left if f is not hit]
         out.found.update(found)
         out.false += [(seed, f) for f in left]

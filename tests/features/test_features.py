@@ -11,30 +11,23 @@ from typing import Any
 
 import numpy as np
 import pytest
-from OCP.Bnd import Bnd_Box
-from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
-from OCP.BRepBndLib import BRepBndLib
-from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCone, BRepPrimAPI_MakeCylinder
-from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
-from OCP.TopAbs import TopAbs_EDGE
-from OCP.TopExp import TopExp_Explorer
-from OCP.TopoDS import TopoDS
+from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
 from relmodel.features import Feature, feature_class_key, recognise, thin
 from relmodel.readers.step import shape as step_shape
 from tests.features.feature_scores import score
-from tests.features.golden_features import score_bulkhead
+from tests.features.golden_features import measures, score_bulkhead
 from tests.parts.brackets_and_drums import foundry
-from tests.parts.housings_and_shafts import Work, toolroom
+from tests.parts.housings_and_shafts import toolroom
 from tests.parts.machining_features import vocabulary
 from tests.parts.open_cuts_and_rows import plate_with_open_cuts
 from tests.parts.plates_with_bosses import welded
-from tests.parts.solids import Part, prism
+from tests.parts.solids import Part, carried, prism, round_box
 from tests.parts.step_parts import loaded
 from tests.parts.turned_parts import lever, workshop
+from tests.poses import pose_of
 
 Z = gp_Dir(0, 0, 1)
 
@@ -51,31 +44,6 @@ def cone(x: float, y: float, z: float, low: float, high: float, height: float) -
     return BRepPrimAPI_MakeCone(gp_Ax2(gp_Pnt(x, y, z), Z), low, high, height).Shape()
 
 
-def rounded(shape: Any, radius: float, *, upright: bool) -> Any:
-    """A box with its edges along z, or those around its bottom, rounded."""
-    fillet = BRepFilletAPI_MakeFillet(shape)
-    edges = TopExp_Explorer(shape, TopAbs_EDGE)
-    seen = set()
-    while edges.More():
-        edge = TopoDS.Edge(edges.Current())
-        curve = BRepAdaptor_Curve(edge)
-        a, b = curve.Value(curve.FirstParameter()), curve.Value(curve.LastParameter())
-        is_upright = abs(a.Z() - b.Z()) > 1e-9
-        key = tuple(sorted([a.Coord(), b.Coord()]))
-        lowest = box_low(shape)
-        if key not in seen and (is_upright if upright else not is_upright and abs(a.Z() - lowest) < 1e-9):
-            fillet.Add(radius, edge)
-        seen.add(key)
-        edges.Next()
-    return fillet.Shape()
-
-
-def box_low(shape: Any) -> float:
-    bounds = Bnd_Box()
-    BRepBndLib.AddOptimal_s(shape, bounds, False, False)
-    return float(round(bounds.CornerMin().Z(), 6))
-
-
 def cut(body: Any, *tools: Any) -> Any:
     for tool in tools:
         body = BRepAlgoAPI_Cut(body, tool).Shape()
@@ -83,19 +51,12 @@ def cut(body: Any, *tools: Any) -> Any:
 
 
 def turned(shape: Any) -> Any:
-    spin, shift = gp_Trsf(), gp_Trsf()
-    spin.SetRotation(gp_Ax1(gp_Pnt(3, -4, 5), gp_Dir(1, 2, 3)), 0.7)
-    shift.SetTranslation(gp_Vec(100, -50, 20))
-    return BRepBuilderAPI_Transform(shape, shift * spin, True).Shape()
+    return carried(shape, pose_of((100, -50, 20), (0.2, 0.4, 0.6)))
 
 
 def features_of(shape: Any) -> list[Feature]:
     """Features but for what is under the floors and what is left."""
     return [f for f in recognise(step_shape.extract(shape)) if f.kind not in ("web", "body")]
-
-
-def measures(feature: Feature) -> dict[str, float]:
-    return {name: value for name, (value, _) in feature.dimensions.items()}
 
 
 def plate() -> Any:
@@ -116,9 +77,7 @@ def test_holes(pose: Any) -> None:
         cone(40, 50, 16, 3, 7, 4),  # countersink of 90 degrees
         cylinder(65, 50, -1, 5, 30, np.pi),  # two halves, one after the other
     )
-    half = gp_Trsf()
-    half.SetRotation(gp_Ax1(gp_Pnt(65, 50, 0), Z), np.pi)
-    part = cut(part, BRepBuilderAPI_Transform(cylinder(65, 50, -1, 5, 30, np.pi), half, True).Shape())
+    part = cut(part, carried(cylinder(0, 0, -1, 5, 30, np.pi), pose_of((65, 50, 0), (0, 0, np.pi))))
     found = features_of(pose(part))
     assert Counter(f.kind for f in found) == {"through_hole": 4, "blind_hole": 2}
     expected: list[dict[str, float]] = [
@@ -148,9 +107,7 @@ def test_the_frame_of_a_hole_is_at_its_mouth_and_its_box_holds_it() -> None:
 @pytest.mark.parametrize("pose", [lambda s: s, turned])
 @pytest.mark.parametrize("fillet", [None, 2.0])
 def test_a_pocket_with_corners_fillet_island_and_hole(pose: Any, fillet: float | None) -> None:
-    tool = rounded(box(10, 10, 8, (60.0, 40.0, 30.0)), 6.0, upright=True)
-    if fillet:
-        tool = rounded(tool, fillet, upright=False)
+    tool = round_box((10, 10, 8), (70, 50, 38), 6.0, fillet or 0.0)
     tool = BRepAlgoAPI_Cut(tool, cylinder(30, 30, 0, 5, 14)).Shape()  # leaves a boss in the pocket
     part = cut(plate(), tool, cylinder(50, 30, -1, 4, 20))
     found = features_of(pose(part))
@@ -198,13 +155,11 @@ def test_a_pocket_within_a_pocket_is_two() -> None:
 
 
 def test_congruent_features_share_a_class() -> None:
-    turn = gp_Trsf()
-    turn.SetRotation(gp_Ax1(gp_Pnt(70, 55, 0), Z), 0.5)
-    tool = box(60, 50, 12, (20.0, 10.0, 20.0))
+    tool = carried(box(-10, -5, 12, (20.0, 10.0, 20.0)), pose_of((70, 55, 0), (0, 0, 0.5)))
     part = cut(
         plate(),
         box(10, 10, 12, (20.0, 10.0, 20.0)),
-        BRepBuilderAPI_Transform(tool, turn, True).Shape(),
+        tool,
         box(10, 40, 12, (20.0, 10.1, 20.0)),
     )
     keys = [feature_class_key(f) for f in features_of(part)]
@@ -241,7 +196,7 @@ def test_mirror_images_and_near_twins_are_of_other_classes() -> None:
 
 
 def test_a_surface_that_the_kernel_could_not_mesh_is_left_out() -> None:
-    tool = rounded(rounded(box(10, 10, 8, (40.0, 40.0, 30.0)), 6.0, upright=True), 2.0, upright=False)
+    tool = round_box((10, 10, 8), (50, 50, 38), 6.0, 2.0)
     part = cut(plate(), tool, cylinder(75, 20, 10, 3, 20), cone(75, 20, 8, 0, 3, 2), cylinder(75, 20, 15, 6, 20))
     shape = step_shape.extract(part)
     mesh = shape.mesh
@@ -273,8 +228,7 @@ def test_random_plates() -> None:
                     expected.append(("blind_hole", (x, y), {"diameter": 2 * radius, "depth": depth}))
                 elif kind == 2:
                     a, b, r = float(rng.uniform(36, 50)), float(rng.uniform(20, 35)), float(rng.uniform(2, 8))
-                    tool = rounded(box(x - a / 2, y - b / 2, 25 - depth, (a, b, 40.0)), r, upright=True)
-                    part = cut(part, tool)
+                    part = cut(part, round_box((x - a / 2, y - b / 2, 25 - depth), (x + a / 2, y + b / 2, 65), r))
                     expected.append(("pocket", (x, y), {"length": a, "width": b, "depth": depth, "corner_radius": r}))
         found = [
             (f.kind, (round(f.shape_from_feature[0, 3]), round(f.shape_from_feature[1, 3])), measures(f))
@@ -287,7 +241,7 @@ def test_random_plates() -> None:
             assert one[2] == pytest.approx(two[2], abs=1e-6)
 
 
-SEEDS: dict[Callable[[int], Part | Work], range] = {  # families that were held out when the recogniser was written
+SEEDS: dict[Callable[[int], Part], range] = {  # families that were held out when the recogniser was written
     workshop: range(8), lever: range(2), toolroom: range(6), foundry: range(6), vocabulary: range(8),
     welded: range(3), plate_with_open_cuts: range(4),
 }  # fmt: skip
@@ -296,13 +250,11 @@ SHIFT = np.array([100.0, -50, 20])
 
 
 def rolled(shape: Any) -> Any:
-    move = gp_Trsf()
-    move.SetValues(*(value for row, by in zip(ROLLED.tolist(), SHIFT.tolist(), strict=True) for value in (*row, by)))
-    return BRepBuilderAPI_Transform(shape, move, True).Shape()
+    return carried(shape, pose_of(SHIFT, ROLLED))
 
 
 @pytest.mark.parametrize(("make", "seed"), [(make, seed) for make, seeds in SEEDS.items() for seed in seeds])
-def test_features_of_parts_of_known_operations(make: Callable[[int], Part | Work], seed: int) -> None:
+def test_features_of_parts_of_known_operations(make: Callable[[int], Part], seed: int) -> None:
     """All of them and no others, also where they cut one another; and the same of the part rolled over, with its
     frames and boxes."""
     scores = score(make, [seed])

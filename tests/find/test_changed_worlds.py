@@ -13,10 +13,9 @@ from relmodel.find.indexes import WorldIndex, placed_parts, world_boxes
 from relmodel.find.volumes import Box
 from relmodel.store import Store
 from relmodel.store.check import check
-from relmodel.world import place_world
 from tests.find.test_find import Oracle, random_boxes
 from tests.find.test_sql_clients import rows_of
-from tests.synthetic_model import SyntheticModel, write_world
+from tests.synthetic_model import SyntheticModel, place_things
 
 Places = dict[str, npt.NDArray[np.float64]]
 
@@ -65,10 +64,7 @@ def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
         model.fill(store)
         for revision, places in enumerate(states, 1):
             places |= others
-            objects: list[dict[str, object]] = [
-                {"object": "thing", "name": name, "world_from_object": place.tolist()} for name, place in places.items()
-            ]
-            report = place_world(store, write_world(tmp_path / "w.yaml", "cell", objects))
+            report = place_things(store, tmp_path, places)
             assert (report.status, report.revision) == ("added", revision)
             oracle = Oracle(model, places)
             boxes = random_boxes(oracle, 15, revision)

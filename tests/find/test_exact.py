@@ -7,19 +7,17 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 import trimesh
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
-from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 from scipy.optimize import linprog
 
 from relmodel.errors import UsageError
 from relmodel.find.exact_kernels import meet_volumes
 from relmodel.find.find import in_volume, in_volumes
 from relmodel.find.volumes import Box, Frustum, OrientedBox, Sphere, Volume, VolumeTable
-from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from relmodel.world import place_world
+from tests.parts.solids import Part, box, cylinder
+from tests.parts.step_parts import write_solids
+from tests.poses import pose_of
 from tests.reading import load
 from tests.synthetic_model import write_world
 
@@ -27,8 +25,7 @@ from tests.synthetic_model import write_world
 def random_volumes(rng: np.random.Generator, count: int) -> list[Volume]:
     volumes: list[Volume] = []
     for number in range(count):
-        pose = np.eye(4)
-        pose[:3, :3], pose[:3, 3] = rotation_matrix(rng.uniform(-2, 2, 3)), rng.uniform(-10, 10, 3)
+        pose = pose_of(turn=rng.uniform(-2, 2, 3), shift=rng.uniform(-10, 10, 3))
         half = 10 ** rng.uniform(-0.5, 1, 3)
         if number % 3 == 0:
             volumes.append(Box(*(pose[:3, 3] - half), *(pose[:3, 3] + half)))
@@ -69,9 +66,7 @@ def random_triangles(rng: np.random.Generator, count: int) -> tuple[np.ndarray, 
     triangles = rng.uniform(-12, 12, (count, 1, 3)) + rng.normal(0, 6, (count, 3, 3))
     triangles[::7, 2] = triangles[::7, 1]
     triangles[::21, 1] = triangles[::21, 2] = triangles[::21, 0]
-    transforms = np.tile(np.eye(4), (count, 1, 1))
-    for t in transforms:
-        t[:3, :3], t[:3, 3] = rotation_matrix(rng.uniform(-2, 2, 3)), rng.uniform(-5, 5, 3)
+    transforms = np.array([pose_of(turn=rng.uniform(-2, 2, 3), shift=rng.uniform(-5, 5, 3)) for _ in range(count)])
     return (
         triangles,
         transforms,
@@ -129,13 +124,9 @@ def plate(
     """A plate [0, 100] x [0, 60] x [0, 20] with a hole of radius 10 through (50, 30), turned by 90 degrees about z and
     moved by (1000, 0, 0): (x, y, z) of the plate is (1000 - y, x, z) of the world."""
     folder = tmp_path_factory.mktemp("exact")
-    axis = gp_Ax2(gp_Pnt(50, 30, -1), gp_Dir(0, 0, 1))
-    body = BRepAlgoAPI_Cut(
-        BRepPrimAPI_MakeBox(100.0, 60.0, 20.0).Shape(), BRepPrimAPI_MakeCylinder(axis, 10.0, 22.0).Shape()
-    ).Shape()
-    writer = STEPControl_Writer()
-    writer.Transfer(body, STEPControl_StepModelType.STEPControl_AsIs)
-    writer.Write(str(folder / "plate.step"))
+    body = Part(box((0, 0, 0), (100, 60, 20)))
+    body.cut(cylinder((50, 30, -1), 10, 22))
+    write_solids(folder / "plate.step", body.body)
     turned = [[0, -1, 0, 1000], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
     with Store.open(new_store(request.param)) as store:
         load(store, folder / "plate.step", name="plate")

@@ -15,10 +15,10 @@ from relmodel.errors import UsageError
 from relmodel.find.find import LEVELS, find_rows, in_volume, in_volumes
 from relmodel.find.indexes import KINDS, WorldIndex
 from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere, Volume, widened
-from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from relmodel.world import place_world
-from tests.synthetic_model import BOX, SyntheticModel, write_world
+from tests.poses import pose_of
+from tests.synthetic_model import BOX, SyntheticModel, place_things, write_world
 
 if TYPE_CHECKING:
     from tests.find.conftest import Filled
@@ -82,22 +82,35 @@ class Oracle:
             met &= ~beyond.all(axis=1).any(axis=1)
         return self._keys(level, met)
 
+    def _limits(self, level: str) -> npt.NDArray[np.float64]:
+        """Corners (4, n, 3): the lowest and the highest of each element's box, then of its part's."""
+        of_part = {path: i for i, (path, _) in enumerate(self.key["part"])}
+        own = [of_part[path] for path, _ in self.key[level]]
+        return np.stack([self.low[level], self.high[level], self.low["part"][own], self.high["part"][own]])
+
+    def away(self, level: str, at: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """How far (n,) each is from a point: as the farther of its box and its part's, on each axis."""
+        low, high, part_low, part_high = self._limits(level)
+        beyond = np.maximum.reduce([low - at, at - high, part_low - at, at - part_high, 0 * low])
+        return np.asarray(np.linalg.norm(beyond, axis=1))
+
+    def within_box(self, level: str, bounds: npt.NDArray[np.float64]) -> Answer:
+        """What lies wholly within, and whose part meets it."""
+        low, high, part_low, part_high = self._limits(level)
+        inside = (low >= bounds[:3]).all(axis=1) & (high <= bounds[3:]).all(axis=1)
+        return self._keys(level, inside & ((part_low <= bounds[3:]) & (part_high >= bounds[:3])).all(axis=1))
+
     def _keys(self, level: str, chosen: npt.NDArray[np.bool_]) -> Answer:
         return {self.key[level][i] for i in np.flatnonzero(chosen)}
 
 
-PLACES: dict[str, npt.NDArray[np.float64]] = {"a": np.eye(4), "b": np.eye(4)}
-PLACES["b"][:3, :3] = rotation_matrix([0.4, -1.1, 0.7])
-PLACES["b"][:3, 3] = [300, -150, 80]
+PLACES = {"a": np.eye(4), "b": pose_of([300, -150, 80], [0.4, -1.1, 0.7])}
 
 
 def fill(store: Store, folder: Path, seed: int = 7) -> Oracle:
     model = SyntheticModel(seed)
     model.fill(store)
-    objects: list[dict[str, object]] = [
-        {"object": "thing", "name": name, "world_from_object": place.tolist()} for name, place in PLACES.items()
-    ]
-    place_world(store, write_world(folder / "world.yaml", "cell", objects))
+    place_things(store, folder, PLACES)
     return Oracle(model, PLACES)
 
 
@@ -121,9 +134,7 @@ def random_views(count: int, seed: int) -> list[Frustum]:
     matrix = np.array([[700.0, 150, 380.0], [0, 950, 210.0], [0, 0, 1]])
     views = []
     for _ in range(count):
-        pose = np.eye(4)
-        pose[:3, :3] = rotation_matrix(rng.uniform(-3, 3, 3))
-        pose[:3, 3] = rng.uniform(-500, 700, 3)
+        pose = pose_of(turn=rng.uniform(-3, 3, 3), shift=rng.uniform(-500, 700, 3))
         near = rng.uniform(0, 200)
         views.append(Frustum(640, 480, matrix, pose, near, near + rng.uniform(10, 800)))
     return views
@@ -137,8 +148,7 @@ def random_solids(oracle: Oracle, count: int, seed: int) -> list[OrientedBox | S
         size = 10 ** rng.uniform(-1, 2.3)
         kind = number % 3
         if kind == 0:
-            pose = np.eye(4)
-            pose[:3, :3], pose[:3, 3] = rotation_matrix(rng.uniform(-2, 2, 3)), point
+            pose = pose_of(point, rng.uniform(-2, 2, 3))
             half = size * rng.uniform(0.2, 1, 3)
             half[2] *= number % 10 > 0
             volumes.append(OrientedBox(pose, half))

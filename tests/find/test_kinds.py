@@ -9,7 +9,7 @@ import pytest
 from relmodel.errors import UsageError
 from relmodel.find.indexes import KINDS, PackedRTree, build
 from relmodel.find.volumes import Box, Frustum, OrientedBox, Sphere, Volume, VolumeTable
-from relmodel.geometry.transforms import rotation_matrix
+from tests.poses import pose_of
 
 Floats = npt.NDArray[np.float64]
 
@@ -82,8 +82,7 @@ def test_volumes_as_the_rtree(kind: str) -> None:
     volumes: list[Volume] = []
     for point in rng.choice(boxes[:, :3], 40):
         x, y, z = point.tolist()
-        pose = np.eye(4)
-        pose[:3, :3], pose[:3, 3] = rotation_matrix(rng.uniform(-2, 2, 3)), point
+        pose = pose_of(point, rng.uniform(-2, 2, 3))
         matrix = np.array([[500.0, 0, 319.5], [0, 500, 239.5], [0, 0, 1]])
         volumes += [
             Sphere(x, y, z, 30),

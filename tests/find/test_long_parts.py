@@ -18,23 +18,17 @@ from relmodel.find.indexes import KINDS, WorldIndex
 from relmodel.find.volumes import Box, Frustum, OrientedBox, Sphere, Volume
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
-from relmodel.world import place_world
 from tests.find.test_find import Answer, Oracle, paths, random_views
 from tests.find.test_many_volumes_in_sql import row_of
 from tests.find.test_sql_clients import add_camera, call, rows_of
-from tests.synthetic_model import SyntheticModel, write_world
+from tests.poses import pose_of
+from tests.synthetic_model import SyntheticModel, place_things
 
 STEP = 1e-5  # mm by which volumes reach a box, or do not: more than rounding
 TURNS = [np.zeros(3), np.array([np.pi / 2, 0, 0]), np.array([0, np.pi / 2, 0]), np.array([0.4, -1.1, 0.7])]
 
 
-def pose(turn: Floats, at: Floats) -> Floats:
-    out = np.eye(4)
-    out[:3, :3], out[:3, 3] = rotation_matrix(turn), at
-    return out
-
-
-PLACES = {f"{i}": pose(turn, np.array([0, 700.0 * i, -300.0 * i])) for i, turn in enumerate(TURNS)}
+PLACES = {f"{i}": pose_of([0, 700.0 * i, -300.0 * i], turn) for i, turn in enumerate(TURNS)}
 
 
 @dataclass(frozen=True)
@@ -53,10 +47,7 @@ def filled(new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFac
     model, target = SyntheticModel(5, shapes=6, elements=4, groups=5, parts=12, longer=12.0), new_store("duckdb")
     with Store.open(target) as store:
         model.fill(store)
-        objects: list[dict[str, object]] = [
-            {"object": "thing", "name": name, "world_from_object": place.tolist()} for name, place in PLACES.items()
-        ]
-        place_world(store, write_world(tmp_path_factory.mktemp("long") / "world.yaml", "cell", objects))
+        place_things(store, tmp_path_factory.mktemp("long"), PLACES)
         camera, indexes = add_camera(store), [WorldIndex.load(store, kind=kind) for kind in KINDS]
         return Filled(target, Oracle(model, PLACES), camera, indexes, paths(store))
 
@@ -95,9 +86,7 @@ def beside_corners(corners: Floats, rng: np.random.Generator, sign: float) -> It
         else:
             turn = rotation_matrix(rng.uniform(-2, 2, 3))
             half, middle = rng.uniform(1, 20, 3), own[np.argmax(own @ turn[:, 0])]
-            box = np.eye(4)
-            box[:3, :3], box[:3, 3] = turn, middle + turn[:, 0] * (half[0] + sign * STEP)
-            yield OrientedBox(box, half)
+            yield OrientedBox(pose_of(middle + turn[:, 0] * (half[0] + sign * STEP), turn), half)
 
 
 def views(rng: np.random.Generator, at: Floats) -> list[Frustum]:
@@ -181,18 +170,13 @@ def test_balls_and_views_one_by_one(filled: Filled, level: str) -> None:
 
 @pytest.mark.parametrize("level", ["part", "feature"])
 def test_nearest_and_wholly_within(filled: Filled, level: str) -> None:
-    """A feature is as far as the farther of its box and its part's, on each axis."""
     oracle, rng = filled.oracle, np.random.default_rng(4)
-    of_part = {path: i for i, (path, _) in enumerate(oracle.key["part"])}
-    own = [of_part[path] for path, _ in oracle.key[level]]
     low, high = oracle.low[level], oracle.high[level]
-    part_low, part_high = oracle.low["part"][own], oracle.high["part"][own]
     element = "-1" if level == "part" else "feature_no"
     with duckdb.connect(filled.target) as connection:
         for count in (1, 3, 11, 40, 300):
             at = rng.uniform(low.min(axis=0), high.max(axis=0))
-            beyond = np.maximum.reduce([low - at, at - high, part_low - at, at - part_high, 0 * low])
-            away = np.linalg.norm(beyond, axis=1)
+            away = oracle.away(level, at)
             question = f"SELECT path, {element}, distance_mm FROM nearest_{level}s(?, ?, ?, {count})"  # noqa: S608
             rows = connection.execute(question, at.tolist()).fetchall()
             assert [row[2] for row in rows] == pytest.approx(np.sort(away)[:count])
@@ -202,8 +186,7 @@ def test_nearest_and_wholly_within(filled: Filled, level: str) -> None:
             for grown in (STEP, -STEP):
                 bounds = np.concatenate([low[i] - STEP, high[i] + STEP])
                 bounds[rng.integers(3)] += STEP - grown
-                inside = (low >= bounds[:3]).all(axis=1) & (high <= bounds[3:]).all(axis=1)
                 question = f"SELECT path, {element} FROM {level}s_within_box(?, ?, ?, ?, ?, ?)"  # noqa: S608
                 found = set(connection.execute(question, bounds.tolist()).fetchall())
-                assert found == {oracle.key[level][k] for k in np.flatnonzero(inside)}
+                assert found == oracle.within_box(level, bounds)
                 assert (oracle.key[level][i] in found) == (grown > 0)

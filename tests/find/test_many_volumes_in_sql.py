@@ -70,14 +70,10 @@ def test_tables_of_volumes(filled: Filled) -> None:
 
 @pytest.mark.parametrize("level", ["part", "feature"])
 def test_within_a_box_and_nearest_to_a_point(filled: Filled, level: str) -> None:
-    """A feature is as far as the farther of its box and its part's, on each axis."""
     oracle = filled.oracle
     with Store.open(filled.target) as store:
-        of_part = {path: i for i, (path, _) in enumerate(oracle.key["part"])}
-        own = [of_part[path] for path, _ in oracle.key[level]]
         low, high = oracle.low[level], oracle.high[level]
-        part_low, part_high = oracle.low["part"][own], oracle.high["part"][own]
-        rng, counts = np.random.default_rng(9), [1, 7, 40, len(own) + 5]
+        rng, counts = np.random.default_rng(9), [1, 7, 40, len(low) + 5]
         names = "path, -1" if level == "part" else "path, feature_no"
         with store.engine.connect() as connection:
             within = sa.text(f"SELECT {names} FROM {level}s_within_box(:x0, :y0, :z0, :x1, :y1, :z1)")  # noqa: S608
@@ -85,23 +81,20 @@ def test_within_a_box_and_nearest_to_a_point(filled: Filled, level: str) -> None
             for box in random_boxes(oracle, 20, 8):
                 bounds = box.bounds + np.repeat([-200.0, 200.0], 3)
                 asked = dict(zip(_NUMBERS[:6], bounds.tolist(), strict=True))
-                inside = (low >= bounds[:3]).all(axis=1) & (high <= bounds[3:]).all(axis=1)
-                inside &= (part_low <= bounds[3:]).all(axis=1) & (part_high >= bounds[:3]).all(axis=1)
-                truth = [oracle.key[level][i] for i in np.flatnonzero(inside)]
+                truth = oracle.within_box(level, bounds)
                 assert sorted(map(tuple, connection.execute(within, asked).fetchall())) == sorted(truth)
                 held += len(truth)
-            assert 20 < held < 20 * len(own)
+            assert 20 < held < 20 * len(low)
             near = sa.text(f"SELECT {names}, distance_mm FROM nearest_{level}s(:x, :y, :z, :count)")  # noqa: S608
             for number, at in enumerate(np.concatenate([rng.uniform(low.min(0), high.max(0), (11, 3)), [[9e4, 0, 0]]])):
-                beyond = np.maximum.reduce([low - at, at - high, part_low - at, at - part_high])
-                away = np.linalg.norm(np.maximum(beyond, 0), axis=1)
+                away = oracle.away(level, at)
                 count = counts[number % len(counts)]
                 asked = {**dict(zip("xyz", at.tolist(), strict=True)), "count": count}
                 rows = connection.execute(near, asked).fetchall()
                 assert np.abs([row[2] for row in rows] - np.sort(away)[:count]).max() < 1e-9
                 known = dict(zip(oracle.key[level], away.tolist(), strict=True))
                 assert all(abs(known[path, element] - distance) < 1e-9 for path, element, distance in rows)
-                assert len({row[:2] for row in rows}) == min(count, len(own))
+                assert len({row[:2] for row in rows}) == min(count, len(low))
             none = f"SELECT count(*) FROM nearest_{level}s(0, 0, 0, 3, 'no such world')"  # noqa: S608
             assert connection.execute(sa.text(none)).scalar_one() == 0
 
@@ -142,12 +135,5 @@ def test_nearest_features_past_a_crowd_of_parts_without_any(fresh_store: str, tm
                 "SELECT path, distance_mm FROM nearest_features(:x, :y, :z, 3)", **dict(zip("xyz", at, strict=True))
             )
             with_any = {row.path for row in own if row.shape_id == kept}
-            features = [i for i, (path, _) in enumerate(oracle.key["feature"]) if path in with_any]
-            parts = {path: i for i, (path, _) in enumerate(oracle.key["part"])}
-            away = []
-            for i in features:
-                part = parts[oracle.key["feature"][i][0]]
-                low = np.maximum(oracle.low["feature"][i], oracle.low["part"][part])
-                high = np.minimum(oracle.high["feature"][i], oracle.high["part"][part])
-                away.append(float(np.linalg.norm(np.maximum(np.maximum(low - at, at - high), 0))))
+            away = oracle.away("feature", at)[[path in with_any for path, _ in oracle.key["feature"]]]
             assert np.abs([row.distance_mm for row in rows] - np.sort(away)[:3]).max() < 1e-9

@@ -17,16 +17,15 @@ from relmodel.errors import UsageError
 from relmodel.find.exact_kernels import distances
 from relmodel.find.find import in_volumes, nearest_parts
 from relmodel.find.volumes import Box, OrientedBox, Sphere, Volume
-from relmodel.geometry.transforms import hull_triangles, rotation_matrix
+from relmodel.geometry.transforms import hull_triangles
 from relmodel.store import Store
 from tests.find.volume_cases import CORNER, FAR, HALF
+from tests.poses import pose_of
 
 
 def poses_of(rng: np.random.Generator, count: int) -> Floats:
-    poses = np.tile(np.eye(4), (count, 1, 1))
-    poses[:, :3, :3] = [rotation_matrix(turn) for turn in rng.uniform(-2, 2, (count, 3))]
-    poses[:, :3, 3] = rng.uniform(-30, 30, (count, 3))
-    return poses
+    turns, shifts = rng.uniform(-2, 2, (count, 3)), rng.uniform(-30, 30, (count, 3))
+    return np.array([pose_of(shift, turn) for shift, turn in zip(shifts, turns, strict=True)])
 
 
 def test_distances_of_placed_boxes() -> None:
@@ -166,8 +165,7 @@ def test_clearance_of_a_tool(cubes: str, tmp_path: Path, capsys: pytest.CaptureF
 
 
 def test_wholly_inside(cubes: str) -> None:
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation_matrix(np.array([0, 0, np.pi / 4])), (FAR, 0, 0)
+    pose = pose_of((FAR, 0, 0), [0, 0, np.pi / 4])
     cases: list[tuple[Volume, str, str]] = [  # by box, and by triangles
         (Box(-6, -6, -6, 6, 6, 6), "a", "a"),
         (Box(-5, -5, -5, 5, 5, 5), "a", "a"),

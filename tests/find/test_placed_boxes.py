@@ -19,6 +19,7 @@ from relmodel.store.check import check
 from relmodel.world import place_world
 from tests.find.test_parquet import duckdb_rows, expected, write_questions
 from tests.find.test_sql_clients import rows_of
+from tests.poses import pose_of
 from tests.reading import load
 from tests.synthetic_model import write_world
 
@@ -55,8 +56,7 @@ def around_cylinder(centre: Floats, axis: Floats) -> Floats:
 def test_boxes_are_of_placed_geometry(fresh_store: str, tmp_path: Path, turn: Floats) -> None:
     (tmp_path / "wedge.stl").write_text(stl(TETRAHEDRON))
     (tmp_path / "stand.urdf").write_text(URDF)
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = turn, (500, -200, 80)
+    pose = pose_of((500, -200, 80), turn)
     roll, pitch, yaw = (rotation_matrix(np.eye(3)[i] * RPY[i]) for i in range(3))
     wedge = TETRAHEDRON @ turn.T + pose[:3, 3]
     middle = turn @ np.array([300.0, 0, 0]) + pose[:3, 3]

@@ -10,19 +10,16 @@ import pytest
 
 from relmodel.errors import InputError
 from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere
-from relmodel.geometry.transforms import rotation_matrix
+from tests.poses import pose_of
 
 
 def camera(**changes: Any) -> Frustum:
-    pose = np.eye(4)
-    pose[:3, :3] = rotation_matrix([0.3, -0.8, 0.2])
-    pose[:3, 3] = [10, -20, 30]
     matrix = np.array([[800.0, 2, 310], [0, 820, 250], [0, 0, 1]])
     values: dict[str, Any] = {
         "width": 640,
         "height": 480,
         "matrix": matrix,
-        "world_from_camera": pose,
+        "world_from_camera": pose_of([10, -20, 30], [0.3, -0.8, 0.2]),
         "near": 50.0,
         "far": 400.0,
     }

@@ -8,20 +8,14 @@ import pytest
 from relmodel.errors import InputError
 from relmodel.find.indexes import PackedRTree
 from relmodel.find.volumes import Frustum, VolumeTable, widened
-from relmodel.geometry.transforms import rotation_matrix
+from tests.poses import pose_of
 
 CONFIDENCE = 0.99
 SIGMAS2 = 16.811893829770927  # of the chi-square distribution with six degrees of freedom at 0.99, from tables
 
 
-def rigid(rotation: list[float], translation: list[float]) -> np.ndarray:
-    out = np.eye(4)
-    out[:3, :3], out[:3, 3] = rotation_matrix(rotation), translation
-    return out
-
-
-WORLD_FROM_RIG = rigid([0.4, 2.1, -0.3], [500, -200, 900])
-RIG_FROM_CAMERA = rigid([0.1, -0.2, 0.05], [150, 30, -40])
+WORLD_FROM_RIG = pose_of([500, -200, 900], [0.4, 2.1, -0.3])
+RIG_FROM_CAMERA = pose_of([150, 30, -40], [0.1, -0.2, 0.05])
 
 
 def view(pose: np.ndarray, focal: float) -> Frustum:
@@ -36,7 +30,7 @@ def sampled_poses(covariance: np.ndarray, count: int, seed: int) -> list[np.ndar
     direction *= np.sqrt(SIGMAS2) / np.linalg.norm(direction, axis=1)[:, None]
     values, vectors = np.linalg.eigh(covariance)
     moves = direction @ (vectors * np.sqrt(np.maximum(values, 0))).T
-    return [WORLD_FROM_RIG @ rigid(list(m[3:]), list(m[:3])) @ RIG_FROM_CAMERA for m in moves]
+    return [WORLD_FROM_RIG @ pose_of(m[:3], m[3:]) @ RIG_FROM_CAMERA for m in moves]
 
 
 @pytest.mark.parametrize("focal", [350.0, 900.0])

@@ -11,13 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from relmodel.arrays import Floats
 from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere, Volume
-from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
-from relmodel.world import place_world
+from tests.poses import pose_of
 from tests.reading import load
-from tests.synthetic_model import write_world
+from tests.synthetic_model import place_things
 
 HALF, FAR = 5.0, 100.0
 CORNER = HALF * 2**0.5  # how far the turned cube reaches in x and y
@@ -26,16 +24,10 @@ URDF = """<robot name="cube"><link name="cube"><visual><geometry><box size="0.01
 </robot>"""
 
 
-def _pose(x: float, y: float, z: float, about: tuple[float, float, float] = (0, 0, 0)) -> Floats:
-    pose: Floats = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation_matrix(np.array(about)), (x, y, z)
-    return pose
-
-
 def _view(near: float, far: float, *, below: float = 50) -> Frustum:
     """A camera below the origin that looks up; it sees as wide as far: 50 mm about the origin from 50 mm below."""
     matrix = np.array([[101, 0, 50], [0, 101, 50], [0, 0, 1]], float)
-    return Frustum(101, 101, matrix, _pose(0, 0, -below), near, far)
+    return Frustum(101, 101, matrix, pose_of((0, 0, -below)), near, far)
 
 
 def _half_spaces(*rows: tuple[float, float, float, float]) -> Polyhedron:
@@ -62,9 +54,13 @@ CASES: list[tuple[str, Volume, str]] = [
     ("a ball that reaches an edge", Sphere(HALF + 3, HALF + 3, 0, 4.3), "a"),
     ("a ball in the world box, beside the turned cube", Sphere(FAR + 6.5, 6.5, 0, 3), ""),
     ("a ball of no radius, inside", Sphere(FAR, 1, 1, 0), "b"),
-    ("a turned box that its face separates", OrientedBox(_pose(9, 9, 0, (0, 0, np.pi / 4)), np.full(3, 5.0)), ""),
-    ("a turned box that cuts an edge", OrientedBox(_pose(8, 8, 0, (0, 0, np.pi / 4)), np.full(3, 5.0)), "a"),
-    ("a box turned as the cube, beside it", OrientedBox(_pose(FAR + 9, 9, 0, (0, 0, np.pi / 4)), np.full(3, 5.0)), ""),
+    ("a turned box that its face separates", OrientedBox(pose_of((9, 9, 0), (0, 0, np.pi / 4)), np.full(3, 5.0)), ""),
+    ("a turned box that cuts an edge", OrientedBox(pose_of((8, 8, 0), (0, 0, np.pi / 4)), np.full(3, 5.0)), "a"),
+    (
+        "a box turned as the cube, beside it",
+        OrientedBox(pose_of((FAR + 9, 9, 0), (0, 0, np.pi / 4)), np.full(3, 5.0)),
+        "",
+    ),
     ("a half-space beyond the turned face", _half_spaces((-1.0, -1.0, 0.0, -(FAR + CORNER + 1e-6))), ""),
     ("a half-space that takes in the turned face", _half_spaces((-1.0, -1.0, 0.0, -(FAR + CORNER - 1e-6))), "b"),
     ("a slab through both", _half_spaces((0, 0, 1, 0.5), (0, 0, -1, 0.5)), "ab"),
@@ -83,11 +79,8 @@ def fill(store: Store, folder: Path) -> None:
     file = folder / "cube.urdf"
     file.write_text(URDF)
     load(store, file, name="cube")
-    places = {"a": _pose(0, 0, 0), "b": _pose(FAR, 0, 0, (0, 0, np.pi / 4))}
-    objects: list[dict[str, object]] = [
-        {"object": "cube", "name": name, "world_from_object": place.tolist()} for name, place in places.items()
-    ]
-    place_world(store, write_world(folder / "cubes.yaml", "cell", objects))
+    places = {"a": pose_of((0, 0, 0)), "b": pose_of((FAR, 0, 0), (0, 0, np.pi / 4))}
+    place_things(store, folder, places, "cube")
 
 
 def letters(paths: list[str]) -> str:

@@ -9,15 +9,14 @@ from scipy.spatial.transform import Rotation
 
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import Joint, JointTree, Mimic
+from tests.poses import pose_of
 
 Array = npt.NDArray[np.float64]
 
 
 def frame(rng: np.random.Generator) -> Array:
-    out = np.eye(4)
-    out[:3, :3] = Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix()
-    out[:3, 3] = rng.uniform(-300, 300, 3)
-    return out
+    turn = Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix()
+    return pose_of(rng.uniform(-300, 300, 3), turn)
 
 
 def arm(rng: np.random.Generator, kinds: str = "prrcfr") -> list[Joint]:
@@ -35,12 +34,9 @@ def arm(rng: np.random.Generator, kinds: str = "prrcfr") -> list[Joint]:
 def by_hand(joints: list[Joint], values: dict[str, float]) -> Array:
     out = np.eye(4)
     for joint in joints:
-        motion = np.eye(4)
-        if joint.kind == "prismatic":
-            motion[:3, 3] = joint.axis * values[joint.name]
-        elif joint.kind != "fixed":
-            motion[:3, :3] = Rotation.from_rotvec(joint.axis * values[joint.name]).as_matrix()
-        out = out @ joint.parent_from_joint @ motion
+        way = joint.axis * values.get(joint.name, 0.0)
+        turn = Rotation.from_rotvec(way * (joint.kind != "prismatic")).as_matrix()
+        out = out @ joint.parent_from_joint @ pose_of(way * (joint.kind == "prismatic"), turn)
     return out
 
 

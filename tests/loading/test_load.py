@@ -10,14 +10,21 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 import trimesh
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
+from OCP.gp import gp_Pnt
 
 from relmodel.errors import InputError, StoreError
 from relmodel.loading import load as loading
 from relmodel.model.model import Assembly, Instance, Model, Part
 from relmodel.readers import ReadOptions
+from relmodel.readers.step import shape as step_shape
 from relmodel.store import Store
 from relmodel.store.check import check
 from tests.conftest import make_reader
+from tests.parts import solids
+from tests.parts.curved_parts import torus
+from tests.parts.step_parts import compound, write_solids
+from tests.readers.test_exact import faces_of_rare_kinds
 from tests.reading import load, read_here, store_model
 
 MODEL_LEVELS = {"object", "part", "surface"}
@@ -120,22 +127,10 @@ def test_a_failure_leaves_only_the_run(fresh_store: str, tmp_path: Path) -> None
 
 def write_step(path: Path, radii: list[float]) -> Path:
     """A plate with a pocket and a hole of each radius and, as a second solid, a torus."""
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakeTorus
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
-
-    up = gp_Dir(0, 0, 1)
-    part = BRepPrimAPI_MakeBox(200.0, 60.0, 20.0).Shape()
-    part = BRepAlgoAPI_Cut(part, BRepPrimAPI_MakeBox(gp_Pnt(150, 10, 8), 30.0, 40.0, 20.0).Shape()).Shape()
-    for i, radius in enumerate(radii):
-        at = gp_Ax2(gp_Pnt(30 + 40 * i, 30, -1), up)
-        part = BRepAlgoAPI_Cut(part, BRepPrimAPI_MakeCylinder(at, radius, 30).Shape()).Shape()
-    writer = STEPControl_Writer()
-    for shape in (part, BRepPrimAPI_MakeTorus(gp_Ax2(gp_Pnt(0, 0, 100), up), 20.0, 5.0).Shape()):
-        writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
-    writer.Write(str(path))
-    return path
+    part = solids.Part(solids.box((0, 0, 0), (200, 60, 20)))
+    part.cut(solids.box((150, 10, 8), (180, 50, 28)))
+    part.cut(*(solids.cylinder((30 + 40 * i, 30, -1), radius, 30) for i, radius in enumerate(radii)))
+    return write_solids(path, part.body, torus((0, 0, 100), 20, 5))
 
 
 def test_a_step_variant_adds_what_changed(fresh_store: str, tmp_path: Path) -> None:
@@ -160,16 +155,9 @@ def test_a_step_variant_adds_what_changed(fresh_store: str, tmp_path: Path) -> N
 
 
 def test_a_wire_beside_a_solid_is_left_out(fresh_store: str, tmp_path: Path) -> None:
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeWire
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
-    from OCP.gp import gp_Pnt
-    from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
-
     edge = BRepBuilderAPI_MakeEdge(gp_Pnt(0, 0, 50), gp_Pnt(30, 0, 50)).Edge()
-    writer = STEPControl_Writer()
-    for shape in (BRepBuilderAPI_MakeWire(edge).Wire(), BRepPrimAPI_MakeBox(30.0, 20.0, 10.0).Shape()):
-        writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
-    writer.Write(str(tmp_path / "wire.step"))
+    wire = BRepBuilderAPI_MakeWire(edge).Wire()
+    write_solids(tmp_path / "wire.step", wire, solids.box((0, 0, 0), (30, 20, 10)))
     with Store.open(fresh_store) as store:
         assert load(store, tmp_path / "wire.step", name="wire").faces_loaded == 6
         counts = row_counts(store)
@@ -257,11 +245,6 @@ def test_a_store_that_cannot_be_written_is_told_in_a_sentence(tmp_path: Path, fr
 
 
 def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(fresh_store: str) -> None:
-    pytest.importorskip("OCP")
-    from relmodel.readers.step import shape as step_shape
-    from tests.parts.step_parts import compound
-    from tests.readers.test_exact import faces_of_rare_kinds
-
     shape = step_shape.extract(compound(*faces_of_rare_kinds()))
     assembly = Assembly("root", (Instance("sheet", "part", 0, np.eye(4)),))
     parts = (Part("1", "sheet", 0),)

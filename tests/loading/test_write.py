@@ -12,19 +12,18 @@ import trimesh
 
 from relmodel.arrays import Floats
 from relmodel.geometry.curves import BOX, boxes_of
-from relmodel.geometry.transforms import Joint, Mimic, matrices, rotation_matrix
+from relmodel.geometry.transforms import Joint, Mimic, matrices
 from relmodel.model.model import Assembly, Finding, Instance, Model, Part, Pmi
 from relmodel.readers import ReadOptions
 from relmodel.store import Store
+from tests.poses import pose_of
 from tests.reading import read_here, store_model
 
 SIZES = {"plate": (60.0, 20.0, 4.0), "rod": (4.0, 6.0, 90.0)}
 
 
 def pose(x: float, y: float, z: float, turn: tuple[float, float, float] = (0, 0, 0)) -> Floats:
-    out = np.eye(4)
-    out[:3, :3], out[:3, 3] = rotation_matrix(np.array(turn)), (x, y, z)
-    return out
+    return pose_of((x, y, z), turn)
 
 
 BASE, ARM, HAND, LOOSE = pose(1, 2, 3), pose(40, 0, 9, (0.3, -0.2, 0.5)), pose(0, 70, 20, (0, 0, 1.2)), pose(5, 6, 7)

@@ -21,7 +21,6 @@ from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
 from OCP.collections import Array1_gp_Pnt
 from OCP.GeomAPI import GeomAPI_PointsToBSpline
 from OCP.gp import gp_Pnt, gp_Trsf, gp_Vec
-from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 from OCP.TopoDS import TopoDS
 
 from relmodel.model.content_keys import share
@@ -29,7 +28,7 @@ from relmodel.model.model import Assembly, Instance, Model, Part, Shape
 from relmodel.readers.step import faces
 from relmodel.readers.step import shape as step_shape
 from tests.features.test_features import box, cut, cylinder
-from tests.parts.step_parts import compound, write_product
+from tests.parts.step_parts import compound, write_product, write_solids
 from tests.reading import shared
 
 Floats = npt.NDArray[np.float64]
@@ -100,11 +99,7 @@ def write_flat(shapes: list[Any], path: Path) -> None:
 
 
 def write_products(shapes: list[Any], path: Path) -> None:
-    """Every solid as a product of its own."""
-    writer = STEPControl_Writer()
-    for shape in shapes:
-        writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
-    writer.Write(str(path))
+    write_solids(path, *shapes)
 
 
 @pytest.mark.parametrize("write", [write_flat, write_products])

@@ -18,7 +18,8 @@ from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
 
 from tests.parts.curved_parts import revolved
 from tests.parts.housings_and_shafts import Work
-from tests.parts.solids import Point, Rng, between, box, cone, cylinder, fillet, obround, prism
+from tests.parts.solids import Point, Rng, between, box, carried, cone, cylinder, fillet, obround, prism
+from tests.poses import pose_of
 
 UP: Point = (0.0, 0.0, 1.0)
 DOWN: Point = (0.0, 0.0, -1.0)
@@ -78,17 +79,13 @@ def placed(work: Work, rng: Rng) -> Work:
 
 def fused(*shapes: Any) -> Any:
     work = Work(shapes[0])
-    work.add(*shapes[1:])
+    work.fuse(*shapes[1:])
     return work.body
 
 
 def moved(shape: Any, turn: float = 0.0, axis: Point = UP, by: Point = (0.0, 0.0, 0.0)) -> Any:
     """Turned about an axis through the origin, then moved."""
-    spin, shift = gp_Trsf(), gp_Trsf()
-    if turn:
-        spin.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(*axis)), turn)
-    shift.SetTranslation(gp_Vec(*by))
-    return BRepBuilderAPI_Transform(shape, shift * spin, True).Shape()
+    return carried(shape, pose_of(by, turn * np.array(axis)))
 
 
 def along(p: Point, d: Point, t: float) -> Point:
@@ -162,7 +159,7 @@ def gusset_bracket(rng: Rng) -> Work:
     work.silent |= {"flange"}
     g, a, b = u(rng, 4, 6), u(rng, 25, 35), u(rng, 20, 30)
     for y in (0.15 * width, 0.85 * width - g) if chance(rng) else (0.5 * width - g / 2,):
-        work.add(prism([(t2, y, t), (t2 + a, y, t), (t2, y, t + b)], (0, g, 0)))
+        work.fuse(prism([(t2, y, t), (t2 + a, y, t), (t2, y, t + b)], (0, g, 0)))
         work.note("rib", box=((t2, y, t), (t2 + a, y + g, t + b)), thickness=g)
     r = u(rng, 4, 6)
     for y in (0.2 * width, 0.5 * width, 0.8 * width):
@@ -172,7 +169,7 @@ def gusset_bracket(rng: Rng) -> Work:
             work.cut(cone((x, y, t - 2.5), r, r + 2.5, 2.5))
     r, pad, h = u(rng, 6, 8), u(rng, 13, 16), u(rng, 3, 6)
     y, z = width / 2, height - 22
-    work.add(rod((t2 / 2, y, z), (-1, 0, 0), pad, h + t2 / 2))
+    work.fuse(rod((t2 / 2, y, z), (-1, 0, 0), pad, h + t2 / 2))
     work.note("boss", (0, y, z), out=(-1, 0, 0), diameter=2 * pad, height=h)
     bore(work, (-h, y, z), (1, 0, 0), r, t2 + h)
     if chance(rng):

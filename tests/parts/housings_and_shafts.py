@@ -11,27 +11,21 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
-from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt, gp_Trsf
-from OCP.ShapeUpgrade import ShapeUpgrade_UnifySameDomain
 
 from tests.parts.curved_parts import revolved
-from tests.parts.solids import Point, Rng, box, cone, cylinder
+from tests.parts.solids import Known, Part, Point, Rng, box, carried, cone, cylinder, uniform
+from tests.poses import pose_of
 
 UP: Point = (0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
-class Made:
+class Made(Known):
     """A feature as its operation states it: either point is its origin; low and high are the corners of its box.
 
     axis: Z of the frame lies along it either way, and the origin on a line along it through a point.
     """
 
-    kind: str
-    at: tuple[Point, ...]
-    dimensions: dict[str, float]
     out: Point | None = None
     along: Point | None = None
     box: tuple[Point, Point] | None = None
@@ -39,27 +33,13 @@ class Made:
 
 
 @dataclass
-class Work:
-    """silent: kinds that the truth is silent about where it states none of them; perhaps: what may be found or not."""
+class Work(Part):
+    """silent: kinds that the truth is silent about where it states none of them."""
 
-    body: Any
-    features: list[Made] = field(default_factory=list)
+    features: list[Made] = field(default_factory=list)  # type: ignore[assignment]
     silent: frozenset[str] = frozenset(
         ("fillet", "chamfer", "web", "linear_pattern", "circular_pattern", "grid_pattern")
     )
-
-    perhaps: list[Made] = field(default_factory=list)
-
-    def cut(self, *tools: Any) -> None:
-        for tool in tools:
-            self.body = BRepAlgoAPI_Cut(self.body, tool).Shape()
-
-    def add(self, *more: Any) -> None:
-        for one in more:
-            self.body = BRepAlgoAPI_Fuse(self.body, one).Shape()
-        unify = ShapeUpgrade_UnifySameDomain(self.body, True, True, False)
-        unify.Build()
-        self.body = unify.Shape()
 
     def note(
         self,
@@ -87,30 +67,26 @@ def toolroom(seed: int) -> Work:
     return FAMILIES[seed % len(FAMILIES)](rng)
 
 
-def u(rng: Rng, low: float, high: float) -> float:
-    return float(rng.uniform(low, high))
-
-
 def housing(rng: Rng) -> Work:
     """A block on feet: a stepped bearing seat with a snap-ring groove, tapped feet, a window in one wall."""
-    a, b, h = u(rng, 60, 75), u(rng, 60, 75), u(rng, 40, 55)
-    foot, t = u(rng, 22, 30), u(rng, 9, 14)
+    a, b, h = uniform(rng, 60, 75), uniform(rng, 60, 75), uniform(rng, 40, 55)
+    foot, t = uniform(rng, 22, 30), uniform(rng, 9, 14)
     work = Work(box((-a, -b, 0), (a, b, h)))
-    work.add(box((-a - foot, -b, 0), (a + foot, b, t)))
+    work.fuse(box((-a - foot, -b, 0), (a + foot, b, t)))
     for side in (-1.0, 1.0):
         work.note("step", (side * a, 0, (h + t) / 2), (side * (a + foot / 2), 0, t), length=2 * b)
         for y in (-b / 2, b / 2):
             work.drill(side * (a + foot / 2), y, 4.5, t, 0.0)
-    seat, through = u(rng, 25, 35), u(rng, 15, 22)
-    deep = u(rng, 0.5, 0.7) * h
+    seat, through = uniform(rng, 25, 35), uniform(rng, 15, 22)
+    deep = uniform(rng, 0.5, 0.7) * h
     work.cut(cylinder((0, 0, h - deep), seat, 100), cylinder((0, 0, -1), through, 200))
-    ring, width, down = u(rng, 1.2, 2.5), u(rng, 1.5, 3), u(rng, 4, 8)
+    ring, width, down = uniform(rng, 1.2, 2.5), uniform(rng, 1.5, 3), uniform(rng, 4, 8)
     work.cut(revolved([(0, h - down - width), (seat + ring, h - down - width), (seat + ring, h - down), (0, h - down)]))
     more: dict[str, Any] = {"counterbore_diameter": 2 * seat, "counterbore_depth": deep}
     more |= {"groove_diameter": 2 * (seat + ring), "groove_width": width}
     work.note("through_hole", (0, 0, h), out=UP, diameter=2 * through, depth=h, **more)
     # A lubrication hole from the side into the seat.
-    q, z = u(rng, 2, 3.5), h - deep / 2 - 6
+    q, z = uniform(rng, 2, 3.5), h - deep / 2 - 6
     work.cut(cylinder((0, -b - 1, z), q, b - seat / 2, (0, 1, 0)))
     end = float(np.sqrt(seat**2 - q**2))
     work.note("through_hole", (0, -b, z), (0, -end, z), diameter=2 * q, depth=b - end)
@@ -119,17 +95,17 @@ def housing(rng: Rng) -> Work:
 
 def cam_disc(rng: Rng) -> Work:
     """A disc with kidney slots on a circle, some through, and a hub bore with a keyway."""
-    rim, t = u(rng, 60, 80), u(rng, 10, 16)
+    rim, t = uniform(rng, 60, 80), uniform(rng, 10, 16)
     work = Work(cylinder((0, 0, 0), rim, t))
-    ring, half = u(rng, 38, 45), u(rng, 4, 7)
+    ring, half = uniform(rng, 38, 45), uniform(rng, 4, 7)
     for start in (0.2, 2.4, 4.4):
-        sweep, through = u(rng, 0.5, 1.1), rng.random() < 0.5
-        depth = t if through else u(rng, 0.4, 0.7) * t
+        sweep, through = uniform(rng, 0.5, 1.1), rng.random() < 0.5
+        depth = t if through else uniform(rng, 0.4, 0.7) * t
         z = t - depth - (1 if through else 0)
         outline = [(ring - half, z), (ring + half, z), (ring + half, t + 1), (ring - half, t + 1)]
         tool = Work(_spun(revolved(outline, sweep), start))
         ends = [(ring * float(np.cos(s)), ring * float(np.sin(s)), z) for s in (start, start + sweep)]
-        tool.add(*(cylinder(e, half, t + 1 - z) for e in ends))
+        tool.fuse(*(cylinder(e, half, t + 1 - z) for e in ends))
         work.cut(tool.body)
         x, y = (ring * float(f(start + sweep / 2)) for f in (np.cos, np.sin))
         work.note(
@@ -141,7 +117,7 @@ def cam_disc(rng: Rng) -> Work:
             width=2 * half,
             depth=depth,
         )
-    bore, key, deep = u(rng, 10, 16), u(rng, 4, 6), u(rng, 2, 3)
+    bore, key, deep = uniform(rng, 10, 16), uniform(rng, 4, 6), uniform(rng, 2, 3)
     work.cut(cylinder((0, 0, -1), bore, t + 2))
     work.note("through_hole", (0, 0, t), (0, 0, 0), diameter=2 * bore, depth=t)
     work.cut(box((0, -key / 2, -1), (bore + deep, key / 2, t + 1)))
@@ -150,24 +126,22 @@ def cam_disc(rng: Rng) -> Work:
 
 
 def _spun(body: Any, angle: float) -> Any:
-    turn = gp_Trsf()
-    turn.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), angle)
-    return BRepBuilderAPI_Transform(body, turn, True).Shape()
+    return carried(body, pose_of(turn=(0, 0, angle)))
 
 
 def keyed_shaft(rng: Rng) -> Work:
     """A turned shaft with a shoulder, a Woodruff keyway, a flat milled at one end and a centre hole."""
-    r, big, length = u(rng, 12, 18), u(rng, 22, 28), u(rng, 60, 80)
+    r, big, length = uniform(rng, 12, 18), uniform(rng, 22, 28), uniform(rng, 60, 80)
     work = Work(revolved([(0, 0), (r, 0), (r, length), (big, length), (big, length + 20), (0, length + 20)]))
     work.note("boss", (0, 0, length), out=(0, 0, -1), diameter=2 * r, height=length)
-    width, disc = u(rng, 4, 6), u(rng, 9, 12)
-    z, depth = length / 2, u(rng, 4, 6)
+    width, disc = uniform(rng, 4, 6), uniform(rng, 9, 12)
+    z, depth = length / 2, uniform(rng, 4, 6)
     work.cut(cylinder((r - depth + disc, -width / 2, z), disc, width, (0, 1, 0)))
     work.note("slot", (r - depth, 0, z), out=(1, 0, 0), along=UP, width=width, depth=depth)
-    q, deep = u(rng, 2, 3.5), u(rng, 10, 18)
+    q, deep = uniform(rng, 2, 3.5), uniform(rng, 10, 18)
     work.cut(cylinder((0, 0, -1), q, deep + 1), cone((0, 0, deep), q, 0, q))
     work.note("blind_hole", (0, 0, 0), out=(0, 0, -1), diameter=2 * q, depth=deep)
-    x = u(rng, 3, 6)
+    x = uniform(rng, 3, 6)
     work.cut(box((-100, -100, length + 10), (x - big, 100, length + 30)))
     work.note("step", (x - big, 0, length + 15), out=(-1, 0, 0))
     return work

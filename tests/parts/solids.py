@@ -25,8 +25,6 @@ Floats = npt.NDArray[np.float64]
 Point = tuple[float, float, float]
 Rng = np.random.Generator
 
-THIN_WEB = 0.2  # a web is what is left under a floor, where it is no thicker than this share of the floor's width
-
 
 @dataclass(frozen=True)
 class Known:
@@ -56,6 +54,10 @@ class Part:
     def know(self, kind: str, at: Point | tuple[Point, ...], **dimensions: float) -> None:
         points = at if isinstance(at[0], tuple) else (at,)
         self.features.append(Known(kind, points, dimensions))
+
+
+def uniform(rng: Rng, low: float, high: float) -> float:
+    return float(rng.uniform(low, high))
 
 
 def box(low: Point, high: Point) -> Any:
@@ -139,6 +141,13 @@ def obround(low: Point, length: float, width: float, height: float) -> Any:
     part = Part(box((x - reach, y - width / 2, z), (x + reach, y + width / 2, z + height)))
     part.fuse(*(cylinder((x + side * reach, y, z), width / 2, height) for side in (-1, 1)))
     return part.body
+
+
+def carried(body: Any, move: Floats) -> Any:
+    """The body in other coordinates, as a file without assemblies has it."""
+    transform = gp_Trsf()
+    transform.SetValues(*move[:3].ravel().tolist())
+    return BRepBuilderAPI_Transform(body, transform, True).Shape()
 
 
 def turned(part: Part, rng: Rng) -> Part:

@@ -12,6 +12,7 @@ from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
 from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
 from OCP.Interface import Interface_Static
 from OCP.STEPCAFControl import STEPCAFControl_Writer
+from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDocStd import TDocStd_Document
@@ -49,6 +50,15 @@ def write_product(
     writer = STEPCAFControl_Writer()
     Interface_Static.SetIVal_s("write.stepcaf.subshapes.name", 1)
     writer.Transfer(document)
+    writer.Write(str(path))
+    return path
+
+
+def write_solids(path: Path, *shapes: Any) -> Path:
+    """Write every shape as a product of its own."""
+    writer = STEPControl_Writer()
+    for shape in shapes:
+        writer.Transfer(shape, STEPControl_StepModelType.STEPControl_AsIs)
     writer.Write(str(path))
     return path
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.parts.seat_operations import FAR, Rng, seat, uniform, work
-from tests.parts.solids import Part, box, chamfer, cylinder, obround, turned
+from tests.parts.seat_operations import FAR, seat, work
+from tests.parts.solids import Part, Rng, box, chamfer, cylinder, obround, turned, uniform
 
 
 def workshop(seed: int) -> Part:
@@ -75,7 +75,7 @@ def shaft(rng: Rng) -> Part:
     if operation == 0:  # by an end mill
         width, length = r * uniform(rng, 0.3, 0.5), long[1] * uniform(rng, 0.5, 0.7)
         deep = width * 0.6
-        s = seat((0, -r, (a + c) / 2), (0, -1, 0), (0, 0, 1), (r, r), None, r)
+        s = seat((0, -r, (a + c) / 2), (0, -1, 0), (0, 0, 1), (r, r), 2 * r, r)
         part.cut(s.put(obround((0, 0, -deep), length, width, FAR)))
         part.know("slot", s.p(0, 0, -deep), length=length, width=width, depth=deep)
     elif operation == 1:  # by a saw, open at the end

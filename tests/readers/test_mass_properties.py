@@ -7,17 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Common
-from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert, BRepBuilderAPI_Transform
+from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
 from OCP.BRepPrimAPI import (
     BRepPrimAPI_MakeCone,
     BRepPrimAPI_MakeCylinder,
     BRepPrimAPI_MakeSphere,
     BRepPrimAPI_MakeTorus,
 )
-from OCP.gp import gp_Ax1, gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf, gp_Vec
+from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
 
 from relmodel.readers.step import shape as step_shape
 from tests.features.test_features import box, cut, cylinder
+from tests.parts.solids import carried
+from tests.poses import pose_of
 
 PI = np.pi
 FRAME = gp_Ax2(gp_Pnt(30, -20, 50), gp_Dir(1, 2, 2))
@@ -57,10 +59,7 @@ def as_splines(shape: Any) -> Any:
 
 def far_off(shape: Any) -> Any:
     """The shape as b-splines, turned and shifted."""
-    turn, shift = gp_Trsf(), gp_Trsf()
-    turn.SetRotation(gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(1, 2, 3)), 0.7)
-    shift.SetTranslation(gp_Vec(2000, -1500, 700))
-    return as_splines(BRepBuilderAPI_Transform(shape, shift.Multiplied(turn), True).Shape())
+    return as_splines(carried(shape, pose_of((2000, -1500, 700), (0.2, 0.4, 0.6))))
 
 
 @pytest.mark.parametrize("way", [lambda shape: shape, as_splines, far_off], ids=["built", "splines", "far off"])

@@ -26,14 +26,10 @@ from OCP.TopoDS import TopoDS
 
 from relmodel.model.model import Shape
 from relmodel.readers.step import geometry
-from relmodel.readers.step import shape as step_shape
 from relmodel.readers.step.document import _rigid, _scaled
 from relmodel.readers.step.faces import face_map
 from relmodel.readers.step.geometry import matrix
-
-
-def extracted(shape: Any) -> Shape:
-    return step_shape.extract(shape)
+from relmodel.readers.step.shape import extract
 
 
 def mesh_volume(shape: Shape) -> float:
@@ -44,7 +40,7 @@ def mesh_volume(shape: Shape) -> float:
 @pytest.mark.parametrize("factor", [1.0, -1.0, 2.0, -2.5])
 def test_a_mirrored_or_scaled_shape_stays_the_right_way_out(factor: float) -> None:
     wedge = BRepPrimAPI_MakeWedge(4.0, 3.0, 2.0, 1.0).Shape()  # 4 wide below, 1 above, 3 high, 2 deep
-    shape = extracted(_scaled(wedge, factor))
+    shape = extract(_scaled(wedge, factor))
     volume = (4 + 1) / 2 * 3 * 2 * abs(factor) ** 3
     assert shape.volume == pytest.approx(volume)
     assert mesh_volume(shape) == pytest.approx(volume)
@@ -87,7 +83,7 @@ def test_a_cusp_is_convex_where_there_is_material_in_it_and_concave_where_there_
         turn = gp_Trsf()
         turn.SetRotation(gp_Ax1(gp_Pnt(1, 2, 3), gp_Dir(1, 2, 2)), np.deg2rad(degrees))
         for shape, expected in ((knife, "convex"), (crack, "concave")):
-            arcs = extracted(BRepBuilderAPI_Transform(shape, turn, True).Shape()).arcs
+            arcs = extract(BRepBuilderAPI_Transform(shape, turn, True).Shape()).arcs
             cusps = np.flatnonzero(np.abs(arcs["angle"]) > 3)
             assert [arcs["convexity"][i] for i in cusps] == [expected], (degrees, expected)
 
@@ -102,7 +98,7 @@ def test_a_recogniser_that_throws_recognises_nothing(monkeypatch: pytest.MonkeyP
 
     pin = BRepBuilderAPI_NurbsConvert(BRepPrimAPI_MakeCylinder(5.0, 12.0).Shape()).Shape()
     monkeypatch.setattr(geometry, "ShapeAnalysis_CanonicalRecognition", Throwing)
-    shape = extracted(pin)
+    shape = extract(pin)
     assert not {"plane", "cylinder"} & set(shape.surfaces["recognised_kind"])
     assert set(shape.arcs["recognised_kind"]) == {"spline"}
     assert shape.volume == pytest.approx(np.pi * 25 * 12, rel=1e-6)
@@ -113,7 +109,7 @@ def test_an_ellipse_of_any_size_is_recognised(major: float, minor: float) -> Non
     """The kernel throws where the form that it fills in has a greater minor radius than the ellipse found."""
     oval = gp_Elips(gp_Ax2(gp_Pnt(1, 2, 3), gp_Dir(1, 2, 2)), major, minor)
     wire = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(oval).Edge()).Wire()
-    shape = extracted(Convert(BRepBuilderAPI_MakeFace(wire).Face()).Shape())
+    shape = extract(Convert(BRepBuilderAPI_MakeFace(wire).Face()).Shape())
     assert shape.arcs["kind"] == ["spline"]
     assert shape.arcs["recognised_kind"] == ["ellipse"]
     assert (shape.arcs["radius"][0], shape.arcs["radius2"][0]) == pytest.approx((major, minor), rel=1e-5)
@@ -127,7 +123,7 @@ def test_free_edges_of_an_open_sheet_have_two_sides() -> None:
     sewing.Add(BRepBuilderAPI_MakeFace(tube, 0.0, np.pi / 2, 0.0, 20.0).Face())
     sewing.Perform()
     sheet = sewing.SewedShape()
-    shape = extracted(sheet)
+    shape = extract(sheet)
     convexity = np.array(shape.arcs["convexity"])
     assert (shape.kind, sorted(convexity)) == ("sheet", ["free"] * 6 + ["smooth"])
 

@@ -12,15 +12,10 @@ from OCP.gp import gp_Ax1, gp_Ax2, gp_Ax3, gp_Dir, gp_Pnt
 
 from relmodel.geometry.curves import vectors
 from relmodel.model.measures import surfaces_of
-from relmodel.model.model import Shape
-from relmodel.readers.step import shape as step_shape
+from relmodel.readers.step.shape import extract
 
 CENTRE, AXIS = np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 2.0]) / 3
 NEAR_MM = 1e-3  # what recognition allows
-
-
-def extracted(shape: Any) -> Shape:
-    return step_shape.extract(shape)
 
 
 def revolved(curve: Any, first: float, last: float) -> Any:
@@ -47,7 +42,7 @@ def test_a_spline_that_is_a_torus_is_recognised(
 ) -> None:
     surface = Geom_ToroidalSurface(gp_Ax3(gp_Pnt(*CENTRE), gp_Dir(*AXIS)), major, minor)
     face = BRepBuilderAPI_MakeFace(surface, *around, *tube, 1e-7).Face()
-    rows = extracted(BRepBuilderAPI_NurbsConvert(face).Shape()).surfaces
+    rows = extract(BRepBuilderAPI_NurbsConvert(face).Shape()).surfaces
     assert list(rows["kind"]) == ["spline"]
     assert list(rows["recognised_kind"]) == ["torus"]
     assert (rows["radius"][0], rows["radius2"][0]) == pytest.approx((major, minor), abs=1e-9)
@@ -58,7 +53,7 @@ def test_a_spline_that_is_a_torus_is_recognised(
 
 @pytest.mark.parametrize("aside", [0.0, 0.01, 0.3, 2.0])
 def test_a_circle_revolved_is_a_torus_as_far_as_it_is_one(aside: float) -> None:
-    shape = extracted(revolved(circle(4.0, 5.0, aside, 1.5), 0.1, 1.7))
+    shape = extract(revolved(circle(4.0, 5.0, aside, 1.5), 0.1, 1.7))
     rows = shape.surfaces
     # Heights of its points and their distances from the axis lie on the meridian; the best circle through them:
     around, along = (x.ravel() for x in np.meshgrid(np.linspace(0.2, 2, 40), np.linspace(0.1, 1.7, 400)))
@@ -79,7 +74,7 @@ def test_a_line_revolved_has_the_sizes_of_what_it_is() -> None:
     x = np.array([0.0, 1.0, -1.0]) / np.sqrt(2)
     start = gp_Pnt(*(CENTRE + 5 * x + 2 * AXIS))
     for along, kind in ((AXIS, "cylinder"), (AXIS + x, "cone"), (x, "plane")):
-        rows = extracted(revolved(Geom_Line(start, gp_Dir(*along)), 0.0, 4.0)).surfaces
+        rows = extract(revolved(Geom_Line(start, gp_Dir(*along)), 0.0, 4.0)).surfaces
         origin, axis = vectors(rows, "origin")[0], vectors(rows, "axis_z")[0]
         assert list(rows["recognised_kind"]) == [kind]
         assert abs(axis @ AXIS) == pytest.approx(1, abs=1e-9)

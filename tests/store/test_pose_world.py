@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from relmodel.arrays import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
+from tests.poses import pose_of
 
 Floats = npt.NDArray[np.float64]
 
@@ -39,13 +40,6 @@ def stored(store: Store, world_from_rig: Floats, covariance: Floats) -> dict[str
         return dict(rows.one()._mapping)
 
 
-def pose(rotation: Rotation, place: list[float]) -> Floats:
-    out = np.eye(4)
-    out[:3, :3] = rotation.as_matrix()
-    out[:3, 3] = place
-    return out
-
-
 def sigmas(row: dict[str, Any]) -> list[float]:
     return [row[f"sigma_{axis}"] for axis in ("x", "y", "z", "rx", "ry", "rz")]
 
@@ -61,7 +55,7 @@ def sigmas(row: dict[str, Any]) -> list[float]:
     ],
 )
 def test_sigmas_turn_with_the_rig(turn: list[float], seen: list[float], store_of_runs: str) -> None:
-    world_from_rig = pose(Rotation.from_rotvec(turn, degrees=True), [10, 20, 30])
+    world_from_rig = pose_of([10, 20, 30], np.radians(turn))
     covariance = np.diag(np.array([1, 2, 3, 0.004, 0.005, 0.006]) ** 2)
     with Store.open(store_of_runs) as store:
         row = stored(store, world_from_rig, covariance)
@@ -76,8 +70,8 @@ def test_the_spread_is_that_of_poses_drawn(store_of_runs: str) -> None:
     covariance = half @ half.T
     rotation, place = Rotation.random(random_state=rng), np.array([1500.0, -300, 900])
     with Store.open(store_of_runs) as store:
-        row = stored(store, pose(rotation, place.tolist()), covariance)
-        again = stored(store, pose(Rotation.identity(), [0, 0, 0]), covariance)
+        row = stored(store, pose_of(place, rotation.as_matrix()), covariance)
+        again = stored(store, np.eye(4), covariance)
     np.testing.assert_allclose(np.reshape(again["covariance"], (6, 6)), covariance, rtol=1e-12)
 
     drawn = rng.multivariate_normal(np.zeros(6), covariance, size=100_000)

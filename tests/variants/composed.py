@@ -9,18 +9,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import sqlalchemy as sa
-from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
-from OCP.gp import gp_Trsf
 
-from relmodel.geometry.transforms import rotation_matrix
 from relmodel.loading.write import LoadReport
 from relmodel.model.model import Assembly, Instance, Model, Part
 from relmodel.readers.step import shape as step_shape
 from relmodel.store import Store
 from relmodel.variants.compare import compare
+from tests.poses import pose_of
 from tests.reading import store_model
 
 Pose = npt.NDArray[np.float64]
+pose = pose_of
 
 
 @dataclass(frozen=True)
@@ -32,20 +31,6 @@ class Item:
     pose: Pose
     number: str = "P-1"
     material: str | None = None
-
-
-def pose(shift: npt.ArrayLike = (0, 0, 0), turn: npt.ArrayLike = (0, 0, 0)) -> Pose:
-    """The transform that turns by a rotation vector (rad) and then shifts (mm)."""
-    out = np.eye(4)
-    out[:3, :3], out[:3, 3] = rotation_matrix(turn), shift
-    return out
-
-
-def carried(body: Any, move: Pose) -> Any:
-    """The body in other coordinates, as a file without assemblies has it."""
-    transform = gp_Trsf()
-    transform.SetValues(*move[:3].ravel().tolist())
-    return BRepBuilderAPI_Transform(body, transform, True).Shape()
 
 
 def store_items(store: Store, variant: str, items: Sequence[Item], name: str = "thing") -> LoadReport:

@@ -41,3 +41,9 @@ def bulkheads(duckdb_template: Path, tmp_path_factory: pytest.TempPathFactory) -
     shutil.copy(file, file.with_name("copy.duckdb"))
     with Store.open(file) as store:
         yield Bulkheads(store, file.with_name("copy.duckdb"), reports)
+
+
+@pytest.fixture
+def store(duckdb_file: Path) -> Iterator[Store]:
+    with Store.open(duckdb_file) as opened:
+        yield opened

@@ -11,16 +11,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakePolygon
-from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder, BRepPrimAPI_MakePrism
-from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Vec
-from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
 
 from relmodel.errors import UsageError
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.variants.compare import compare
+from tests.parts.solids import Part, cylinder, prism
+from tests.parts.step_parts import write_solids
 from tests.reading import load
 from tests.variants.composed import differences
 
@@ -30,17 +27,9 @@ Point = tuple[float, float]
 def write_plate(path: Path, outline: Sequence[Point], holes: Sequence[tuple[float, float, float]], shift: Any) -> Path:
     """A prism 10 mm thick over an outline with through holes (x, y, radius), all of it moved by `shift`."""
     x0, y0, z0 = shift
-    polygon = BRepBuilderAPI_MakePolygon()
-    for x, y in outline:
-        polygon.Add(gp_Pnt(x + x0, y + y0, z0))
-    polygon.Close()
-    part = BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(polygon.Wire()).Face(), gp_Vec(0, 0, 10)).Shape()
-    for x, y, radius in holes:
-        axis = gp_Ax2(gp_Pnt(x + x0, y + y0, z0 - 1), gp_Dir(0, 0, 1))
-        part = BRepAlgoAPI_Cut(part, BRepPrimAPI_MakeCylinder(axis, radius, 12).Shape()).Shape()
-    writer = STEPControl_Writer()
-    writer.Transfer(part, STEPControl_StepModelType.STEPControl_AsIs)
-    writer.Write(str(path))
+    part = Part(prism([(x + x0, y + y0, z0) for x, y in outline], (0, 0, 10)))
+    part.cut(*(cylinder((x + x0, y + y0, z0 - 1), radius, 12) for x, y, radius in holes))
+    write_solids(path, part.body)
     # The kernel numbers the products that a process writes: one part has one name.
     path.write_text(re.sub(r"'Open CASCADE STEP translator [^']*'", "'PLATE'", path.read_text()))
     return path

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,16 +11,9 @@ from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
 from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Trsf
 
 from relmodel.store import Store
-from tests.parts.solids import box, cylinder
+from tests.parts.solids import box, carried, cylinder
 from tests.parts.turned_parts import workshop
-from tests.variants.composed import Item, carried, differences, pose, store_items
-
-
-@pytest.fixture
-def store(duckdb_template: Path, tmp_path: Path) -> Iterator[Store]:
-    shutil.copy(duckdb_template, tmp_path / "s.duckdb")
-    with Store.open(tmp_path / "s.duckdb") as opened:
-        yield opened
+from tests.variants.composed import Item, differences, pose, store_items
 
 
 def parts(store: Store, before: list[Item], after: list[Item]) -> list[dict[str, Any]]:

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import gzip
 import re
-import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
 from OCP.Interface import Interface_Static
 from OCP.STEPControl import STEPControl_StepModelType, STEPControl_Writer
@@ -49,13 +46,6 @@ def jittered(text: str, rng: np.random.Generator) -> str:
         return match.group(1) + ",".join(repr(v) for v in values) + match.group(3)
 
     return re.sub(r"(CARTESIAN_POINT\('[^']*',\()([^()]*)(\)\))", noisy, text)
-
-
-@pytest.fixture
-def store(duckdb_template: Path, tmp_path: Path) -> Iterator[Store]:
-    shutil.copy(duckdb_template, tmp_path / "s.duckdb")
-    with Store.open(tmp_path / "s.duckdb") as opened:
-        yield opened
 
 
 def test_an_export_with_other_numbers_and_order_differs_in_nothing(store: Store, tmp_path: Path) -> None:

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import shutil
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from relmodel.store import Store
-from tests.parts.solids import Part, box, cylinder, round_box
-from tests.variants.composed import Item, carried, differences, pose, store_items
+from tests.parts.solids import Part, box, carried, cylinder, round_box
+from tests.variants.composed import Item, differences, pose, store_items
 
 PITCH = 50.0
 EDITS = ("move", "radius", "add", "remove", "thickness", "pocket_depth", "none")
@@ -117,13 +114,6 @@ def edited(plate: Plate, edit: str, rng: np.random.Generator) -> tuple[Plate, Co
             counts["changed" if f.kind == "through_hole" else "moved", f.kind] += 1
         return replace(plate, thickness=plate.thickness + up), counts, (0.0, 0.0, up)
     return plate, Counter(), None
-
-
-@pytest.fixture
-def store(duckdb_template: Path, tmp_path: Path) -> Iterator[Store]:
-    shutil.copy(duckdb_template, tmp_path / "s.duckdb")
-    with Store.open(tmp_path / "s.duckdb") as opened:
-        yield opened
 
 
 @pytest.mark.parametrize("edit", EDITS)

@@ -16,11 +16,12 @@ import trimesh
 
 from relmodel.find.find import in_volumes
 from relmodel.find.volumes import Box
-from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices, rotation_matrix
+from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
 from tests.find.test_find import Oracle, answer
+from tests.poses import pose_of
 from tests.reading import load
 from tests.synthetic_model import SyntheticModel, write_world
 
@@ -47,10 +48,8 @@ def placed_at(writer: int, step: int) -> dict[str, list[list[float]]]:
     """Where a writer places the two objects of the world at a step: nowhere twice."""
     places = {}
     for number, name in enumerate("ab"):
-        pose = np.eye(4)
-        pose[:3, :3] = rotation_matrix([0.1 * step, 0.3 * writer, 0.7 * number])
-        pose[:3, 3] = [40 * step + 5, 25 * writer, -60 * number]
-        places[name] = pose.tolist()
+        turn = [0.1 * step, 0.3 * writer, 0.7 * number]
+        places[name] = pose_of([40 * step + 5, 25 * writer, -60 * number], turn).tolist()
     return places
 
 

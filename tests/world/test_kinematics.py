@@ -22,6 +22,7 @@ from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
 from relmodel.world.kinematics import MountedRig, correct_base, mounted_rig
+from tests.poses import pose_of
 from tests.reading import load
 
 Array = npt.NDArray[np.float64]
@@ -58,10 +59,7 @@ RIG = {
 
 
 def transform(rpy: npt.ArrayLike = (0, 0, 0), xyz: npt.ArrayLike = (0, 0, 0)) -> Array:
-    out = np.eye(4)
-    out[:3, :3] = Rotation.from_euler("xyz", np.asarray(rpy, float)).as_matrix()
-    out[:3, 3] = xyz
-    return out
+    return pose_of(xyz, Rotation.from_euler("xyz", np.asarray(rpy, float)).as_matrix())
 
 
 def links_by_hand(travel: float, tilt: float, face: float) -> dict[str, Array]:
@@ -187,9 +185,7 @@ def test_joints_held_the_base_takes_all(rig: MountedRig) -> None:
     seen = np.empty((len(draws), 6))
     rig_from_base = np.linalg.inv(TRUE["one"]["flange"] @ MOUNT)
     for i, d in enumerate(draws):
-        step = np.eye(4)
-        step[:3, :3], step[:3, 3] = Rotation.from_rotvec(d[3:]).as_matrix(), d[:3]
-        away = np.linalg.inv(rig_from_base) @ step @ rig_from_base
+        away = np.linalg.inv(rig_from_base) @ pose_of(d[:3], d[3:]) @ rig_from_base
         seen[i] = [*away[:3, 3], *Rotation.from_matrix(away[:3, :3]).as_rotvec()]
     scale = np.sqrt(np.diag(correction.covariance))
     assert np.abs((np.cov(seen.T) - correction.covariance) / np.outer(scale, scale)).max() < 0.08
@@ -206,9 +202,9 @@ def test_joints_with_sigmas_share_the_correction(rig: MountedRig) -> None:
         answer = correct_base(rig, found, SIGMA, joint_sigmas=sigmas, base_covariance=np.diag(base_sigma**2))
 
         def residuals(x: Array, found: Array = found) -> Array:
-            base = np.eye(4)
-            base[:3, :3], base[:3, 3] = Rotation.from_rotvec(x[3:6]).as_matrix(), x[:3]
-            pose = world @ base @ links_by_hand(350 + x[7], np.radians(30) + x[6], 0.4)["flange"] @ MOUNT
+            pose = (
+                world @ pose_of(x[:3], x[3:6]) @ links_by_hand(350 + x[7], np.radians(30) + x[6], 0.4)["flange"] @ MOUNT
+            )
             d = np.linalg.inv(pose) @ found
             error = np.array([*d[:3, 3], *Rotation.from_matrix(d[:3, :3]).as_rotvec()])
             sigma = np.sqrt(np.diag(SIGMA))

@@ -9,9 +9,10 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.errors import InputError, UsageError
-from relmodel.geometry.transforms import matrices, rotation_matrix
+from relmodel.geometry.transforms import matrices
 from relmodel.store import Run, Store
 from relmodel.world import place_world
+from tests.poses import pose_of
 from tests.synthetic_model import BOX, SyntheticModel, write_world
 
 
@@ -28,10 +29,7 @@ def count(store: Store, table: str) -> int:
 
 
 def moved(angle: float, x: float) -> np.ndarray:
-    out = np.eye(4)
-    out[:3, :3] = rotation_matrix([0.1, angle, -0.3])
-    out[:3, 3] = [x, 20, -30]
-    return out
+    return pose_of([x, 20, -30], [0.1, angle, -0.3])
 
 
 def test_expansion_equals_walk(fresh_store: str, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from relmodel.find.find import in_volume
 from relmodel.store import Run, Store
 from tests.find.test_find import PLACES, Oracle, fill
 from tests.find.test_sql_clients import rows_of
+from tests.poses import pose_of
 from tests.synthetic_model import SyntheticModel
 from vision.cameras.cameras import (
     Camera,
@@ -40,9 +41,7 @@ LENSES = {
 
 def looking_around(count: int, seed: int) -> list[np.ndarray]:
     rng = np.random.default_rng(seed)
-    at = np.eye(4)
-    at[:3, 3] = 100, -50, 30
-    return list(perturb(at, rng.normal(size=(count, 6)) * [250, 250, 250, 2, 2, 2]))
+    return list(perturb(pose_of([100, -50, 30]), rng.normal(size=(count, 6)) * [250, 250, 250, 2, 2, 2]))
 
 
 def points_seen(camera: Camera, world_from_camera: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -100,9 +99,8 @@ def test_no_part_with_a_point_in_the_picture_is_left_out(
 
 def test_superfluous_parts_are_counted_against_sampled_views(duckdb_file: Path, tmp_path: Path) -> None:
     camera = Camera(640, 480, MATRIX, np.array(LENSES["barrel"]))
-    other = np.eye(4)
-    other[0, 3] = 120
-    rig = Rig({"left": camera, "right": Camera(640, 480, MATRIX)}, {"left": np.eye(4), "right": other})
+    cameras = {"left": camera, "right": Camera(640, 480, MATRIX)}
+    rig = Rig(cameras, {"left": np.eye(4), "right": pose_of([120, 0, 0])})
     with Store.open(duckdb_file) as store:
         oracle: Oracle = fill(store, tmp_path)
         for pose, sigma in zip(looking_around(3, 5), (0.5, 4.0, 10.0), strict=True):

@@ -13,6 +13,7 @@ from relmodel.features.holes import CIRCLE_DEFAULTS as CIRCLES
 from relmodel.features.holes import classify, relate
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
+from tests.poses import pose_of
 from vision.constellations.constellation_parameters import JoinParameters
 from vision.constellations.elements import Circles, JoinedPairs, read_circles
 from vision.constellations.find_poses import join_pairs, solve_poses
@@ -161,8 +162,7 @@ def test_one_of_the_poses_is_the_right_one(fresh_store: str) -> None:
         with store.read() as connection:
             scene = moved(model, rotation, shift)
             poses = solve_poses(scene, model, join_pairs(store, connection, OBJECT, scene.relations(p), p))
-    truth = np.eye(4)
-    truth[:3, :3], truth[:3, 3] = rotation.T, -rotation.T @ shift
+    truth = pose_of(-rotation.T @ shift, rotation.T)
     off = np.abs(poses - truth).max(axis=(1, 2, 3)) if poses.ndim == 3 else np.abs(poses - truth).max(axis=(2, 3))
     assert off.min() < 1e-6
 

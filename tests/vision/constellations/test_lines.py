@@ -9,6 +9,7 @@ import numpy as np
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
+from tests.poses import pose_of
 from vision.constellations.constellation_parameters import LineParameters
 from vision.constellations.elements import Lines, join_lines, relate_lines, solve_line_poses
 
@@ -110,8 +111,7 @@ def test_right_pairs_give_the_right_pose(fresh_store: str) -> None:
     with Store.open(fresh_store) as store, store.read() as connection:
         joined = join_lines(store, connection, relate_lines(scene, EVERY), model, EVERY)
     poses = solve_line_poses(scene, model, joined)
-    truth = np.eye(4)
-    truth[:3, :3], truth[:3, 3] = ROTATION.T, -ROTATION.T @ SHIFT
+    truth = pose_of(-ROTATION.T @ SHIFT, ROTATION.T)
     middle = np.append(SHIFT, 1)
     right = (np.linalg.norm((poses - truth) @ middle, axis=1) < 3) & (
         np.abs(poses[:, :3, :3] - truth[:3, :3]).max(axis=(1, 2)) < 0.03

@@ -8,7 +8,7 @@ import numpy as np
 
 from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, blocks, off, stereo_rig
-from vision.cameras.cameras import CalibrationSigma, Rig, perturb, perturbation
+from vision.cameras.cameras import CalibrationSigma, Camera, Rig, perturb, perturbation
 from vision.localisation.hypotheses import EdgePoints, build_fine_evidence
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.refine import Fit, RefinedPose
@@ -41,19 +41,26 @@ def draw_edges(
         normal = np.stack([-seen.direction[:, 1], seen.direction[:, 0]], axis=1)
         moved, _ = camera.project((seen.point + shift[seen.arc] - pose[:3, 3]) @ pose[:3, :3])
         across = rng.normal(0, errors.noise_px, len(normal)) + rng.normal(0, errors.arc_px, len(shift))[seen.arc]
-        clutter = rng.uniform([6, 6], [camera.width - 7, camera.height - 7], (3000, 2))
-        angle = rng.uniform(0, 2 * np.pi, 3000)
-        contrast = np.concatenate([rng.uniform(40, 120, len(normal)), rng.uniform(5, 20, 3000)])
-        out[name] = EdgePoints(
-            np.concatenate([moved + normal * across[:, None], clutter]),
-            np.concatenate([normal, np.stack([np.cos(angle), np.sin(angle)], axis=1)]),
-            contrast,
-            np.full(len(contrast), errors.noise_px),
-            np.array([6.0, 6]),
-            np.array([camera.width - 7.0, camera.height - 7]),
-            200.0,
-        )
+        out[name] = among_clutter(camera, moved + normal * across[:, None], normal, errors.noise_px, rng)
     return out
+
+
+def among_clutter(
+    camera: Camera, position: Floats, normal: Floats, sigma: float, rng: np.random.Generator
+) -> EdgePoints:
+    """Elements (n, 2) of a picture, and 3,000 others, of less contrast, anywhere in it."""
+    clutter = rng.uniform([6, 6], [camera.width - 7, camera.height - 7], (3000, 2))
+    angle = rng.uniform(0, 2 * np.pi, 3000)
+    contrast = np.concatenate([rng.uniform(40, 120, len(normal)), rng.uniform(5, 20, 3000)])
+    return EdgePoints(
+        np.concatenate([position, clutter]),
+        np.concatenate([normal, np.stack([np.cos(angle), np.sin(angle)], axis=1)]),
+        contrast,
+        np.full(len(contrast), sigma),
+        np.array([6.0, 6]),
+        np.array([camera.width - 7.0, camera.height - 7]),
+        200.0,
+    )
 
 
 def draw_rig(rig: Rig, sigma: CalibrationSigma, rng: np.random.Generator) -> Rig:

@@ -9,6 +9,7 @@ import pytest
 
 from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig
+from tests.vision.localisation.simulation import among_clutter
 from vision.cameras.cameras import Needs, Prior, Rig, perturb, perturbation
 from vision.localisation.hypotheses import (
     EdgePoints,
@@ -47,18 +48,7 @@ def exact_edges(
         position = seen.pixel + normal * rng.normal(0, SIGMA, len(normal))[:, None]
         if shift is not None:
             position[np.isin(scene.occurrence_of_arc[seen.arc], shifted)] += shift
-        clutter = rng.uniform([6, 6], [camera.width - 7, camera.height - 7], (3000, 2))
-        angle = rng.uniform(0, 2 * np.pi, 3000)
-        contrast = np.concatenate([rng.uniform(40, 120, len(normal)), rng.uniform(5, 20, 3000)])
-        out[name] = EdgePoints(
-            np.concatenate([position, clutter]),
-            np.concatenate([normal, np.stack([np.cos(angle), np.sin(angle)], axis=1)]),
-            contrast,
-            np.full(len(contrast), SIGMA),
-            np.array([6.0, 6]),
-            np.array([camera.width - 7.0, camera.height - 7]),
-            200.0,
-        )
+        out[name] = among_clutter(camera, position, normal, SIGMA, rng)
     return out
 
 

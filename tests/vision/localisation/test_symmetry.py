@@ -7,6 +7,7 @@ import pytest
 
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
+from tests.poses import pose_of
 from tests.vision.localisation.scenes import box_scene
 from vision.cameras.cameras import perturb
 from vision.localisation.localise import (
@@ -40,13 +41,11 @@ def turns() -> list[Floats]:
 
 @pytest.mark.parametrize(("size", "expected"), [([60, 60, 60], 24), ([60, 60, 34], 8), ([60, 44, 34], 4)])
 def test_the_symmetries_of_a_cuboid_are_found(size: list[float], expected: int) -> None:
-    scene, best = cuboids(([0, 0, 0], size)), np.eye(4)
-    best[:3, :3], best[:3, 3] = rotation_matrix(np.array([0.3, 0.2, -0.6])), [20, 30, 500]
+    scene, best = cuboids(([0, 0, 0], size)), pose_of([20, 30, 500], [0.3, 0.2, -0.6])
     rng = np.random.default_rng(1)
     poses = []
     for turn in turns():
-        off = np.eye(4)
-        off[:3, :3], off[:3, 3] = rotation_matrix(rng.normal(0, 0.005, 3)), rng.normal(0, 0.5, 3)
+        off = pose_of(turn=rng.normal(0, 0.005, 3), shift=rng.normal(0, 0.5, 3))
         poses.append(off @ turn @ best)
     found = [motion for motion in find_symmetries(scene, best, poses) if motion is not None]
     assert len(found) == expected - 1, "the identity is none"
@@ -63,9 +62,7 @@ def test_a_small_part_on_one_side_breaks_a_symmetry() -> None:
 
 def test_a_shift_by_a_pitch_is_none_of_a_comb_that_ends() -> None:
     teeth = [([12.0 * n, 0.0, 0.0], [4.0, 30.0, 10.0]) for n in range(12)]
-    shift = np.eye(4)
-    shift[0, 3] = 12.0
-    assert find_symmetries(cuboids(*teeth), np.eye(4), [shift]) == [None]
+    assert find_symmetries(cuboids(*teeth), np.eye(4), [pose_of([12.0, 0, 0])]) == [None]
 
 
 def test_a_pose_beside_the_best_is_no_symmetry() -> None:

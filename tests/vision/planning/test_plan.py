@@ -19,7 +19,9 @@ from relmodel.geometry.transforms import Joint, JointTree
 from relmodel.store import Store
 from relmodel.world.kinematics import MountedRig
 from relmodel.world.placement import place_world
+from tests.parts.solids import Part, box, cylinder
 from tests.parts.step_parts import write_product
+from tests.poses import pose_of
 from tests.reading import load
 from vision.cameras.cameras import Camera, Rig, perturb
 from vision.planning import (
@@ -41,24 +43,17 @@ from vision.planning import (
 from vision.scene import Scene, read_scene
 
 F = 1000.0
-SIZE = np.array([120.0, 80.0, 60.0])
+SIZE = (120.0, 80.0, 60.0)
 ONE = Rig({"left": Camera(800, 600, np.array([[F, 0, 399.5], [0, F, 299.5], [0, 0, 1]]))}, {"left": np.eye(4)})
 
 
 @pytest.fixture
 def block(fresh_store: str, tmp_path: Path) -> Iterator[Store]:
     """A block with a blind hole in its top and one in its bottom, turned in its world."""
-    pytest.importorskip("OCP")
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-
-    solid = BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 0), gp_Pnt(*SIZE)).Shape()
-    for x, z, way in ((60, 60, -1), (90, 0, 1)):
-        axis = gp_Ax2(gp_Pnt(x, 40, z - way), gp_Dir(0, 0, way))
-        solid = BRepAlgoAPI_Cut(solid, BRepPrimAPI_MakeCylinder(axis, 12.0, 16.0).Shape()).Shape()
+    solid = Part(box((0, 0, 0), SIZE))
+    solid.cut(cylinder((60, 40, 61), 12, 16, (0, 0, -1)), cylinder((90, 40, -1), 12, 16))
     with Store.open(fresh_store) as store:
-        place(store, tmp_path, solid)
+        place(store, tmp_path, solid.body)
         yield store
 
 
@@ -73,15 +68,10 @@ def place(store: Store, folder: Path, solid: Any) -> None:
 
 
 def test_a_part_is_looked_at_beside_the_hole_in_its_middle(duckdb_template: Path, tmp_path: Path) -> None:
-    pytest.importorskip("OCP")
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-
-    solid = BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 0), gp_Pnt(*SIZE)).Shape()
-    bore = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(60, 40, -1), gp_Dir(0, 0, 1)), 12.0, 62.0).Shape()
+    solid = Part(box((0, 0, 0), SIZE))
+    solid.cut(cylinder((60, 40, -1), 12, 62))
     with Store.open(str(shutil.copy(duckdb_template, tmp_path / "cell.duckdb"))) as store:
-        place(store, tmp_path, BRepAlgoAPI_Cut(solid, bore).Shape())
+        place(store, tmp_path, solid.body)
         views = grid(store, ONE, 400.0)  # from where one view shows a whole side
     top = views.target[np.isclose(views.target[:, 2], 160)]
     assert len(top) >= 5  # straight on and tilted
@@ -151,7 +141,7 @@ def test_views_are_taken_from_where_the_cameras_look_or_the_part_fills_them(bloc
         assert far == pytest.approx([distance] * len(far))
     # Parallel, diverging or hardly toed in: the part in both pictures; a large part no farther than pixels are fine.
     for angle in (0.0, -0.2, 0.01):
-        assert usual_distance(pair_of(angle, 100.0), SIZE) == pytest.approx(F * (SIZE[0] + 100) / 800)
+        assert usual_distance(pair_of(angle, 100.0), np.array(SIZE)) == pytest.approx(F * (SIZE[0] + 100) / 800)
     assert usual_distance(ONE, np.array([10.0, 300, 280])) == pytest.approx(F * 280 / 600)
     assert usual_distance(ONE, np.array([3000.0, 40, 1000])) == 600.0
 
@@ -164,9 +154,7 @@ def test_px_of_a_face_seen_straight_on(block: Store) -> None:
         stored = read_scene(block, connection, world)
     items, distance = _items(stored, rows), 500.0
     turn = np.array([[0.6, -0.8, 0], [0.8, 0.6, 0], [0, 0, 1]])
-    pose = np.eye(4)
-    pose[:3, :3] = turn @ np.diag([1.0, -1, -1])
-    pose[:3, 3] = turn @ [60, 40, 0] + [500, 300, 160 + distance]
+    pose = pose_of(turn @ [60, 40, 0] + [500, 300, 160 + distance], turn @ np.diag([1.0, -1, -1]))
     px = dict(zip(items.path, predict_distinct_px(stored, ONE, items, pose), strict=True))
     rim = 2 * np.pi * 12 * F / distance
     floor = 2 * np.pi * 12 * F / (distance + 15)
@@ -201,11 +189,9 @@ def arm(joints: int = 6) -> MountedRig:
     ways = np.array([[0, 0, 1], [0, 1, 0], [0, 1, 0], [1, 0, 0], [0, 1, 0], [1, 0, 0]], float)
     steps = np.array([[0, 0, 300], [0, 0, 200], [0, 0, 700], [350, 0, 0], [300, 0, 0], [100, 0, 0]], float)
     links = [f"l{n}" for n in range(joints + 1)]
-    chain = []
-    for n in range(joints):
-        place = np.eye(4)
-        place[:3, 3] = steps[n]
-        chain.append(Joint(f"j{n}", "revolute", links[n], links[n + 1], ways[n], -2.0, 2.0, place))
+    chain = [
+        Joint(f"j{n}", "revolute", links[n], links[n + 1], ways[n], -2.0, 2.0, pose_of(steps[n])) for n in range(joints)
+    ]
     tree = JointTree(links, chain)
     base = perturb(np.eye(4), np.array([400.0, -300, 50, 0.2, -0.1, 0.7]))
     flange_from_rig = perturb(np.eye(4), np.array([10.0, 40, 90, 0.1, 1.2, -0.2]))

@@ -11,6 +11,7 @@ import pytest
 
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
+from tests.poses import pose_of
 from tests.vision.localisation.scenes import box_scene
 from vision.cameras.cameras import Camera, Rig
 from vision.localisation.hypotheses import EdgePoints
@@ -25,9 +26,7 @@ P = PresenceParameters()
 CAMERA = Camera(800, 600, np.array([[900.0, 0, 400], [0, 900, 300], [0, 0, 1]]))
 # Both look down from a metre above, 150 mm apart.
 RIG_POSE = np.array([[1.0, 0, 0, -40], [0, -1, 0, 30], [0, 0, -1, 1000], [0, 0, 0, 1]])
-BESIDE = np.eye(4)
-BESIDE[0, 3] = 150.0
-RIG = Rig({"left": CAMERA, "right": CAMERA}, {"left": np.eye(4), "right": BESIDE})
+RIG = Rig({"left": CAMERA, "right": CAMERA}, {"left": np.eye(4), "right": pose_of([150.0, 0, 0])})
 
 
 def scene(shift: Floats) -> Scene:

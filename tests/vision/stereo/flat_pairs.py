@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
+from tests.poses import pose_of
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import ELLIPTIC, FREE, LINE
 from vision.stereo.epipolar import StereoArcs
@@ -14,9 +15,7 @@ CENTRE, FOCAL, BASELINE = np.array([640.0, 480.0]), 1300.0, 100.0
 
 def parallel_rig() -> Rig:
     camera = Camera(1280, 960, np.array([[FOCAL, 0, CENTRE[0]], [0, FOCAL, CENTRE[1]], [0, 0, 1]]))
-    right = np.eye(4)
-    right[0, 3] = BASELINE
-    return Rig({"left": camera, "right": camera}, {"left": np.eye(4), "right": right})
+    return Rig({"left": camera, "right": camera}, {"left": np.eye(4), "right": pose_of([BASELINE, 0, 0])})
 
 
 def place(x: Floats, y: Floats, disparity: Floats) -> Floats:

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Floats, Ints
-from relmodel.geometry.transforms import apply, inverse, rotation_matrix
+from relmodel.geometry.transforms import apply, inverse
+from tests.poses import pose_of
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import ELLIPTIC, LINE
 from vision.extraction.rows import RegionColumns
@@ -27,9 +28,7 @@ def toed_in_rig() -> Rig:
     }
     poses = {}
     for name, x, turn in (("left", -90.0, [0.01, 0.087, 0.02]), ("right", 90.0, [-0.015, -0.07, -0.01])):
-        poses[name] = np.eye(4)
-        poses[name][:3, :3] = rotation_matrix(turn)
-        poses[name][:3, 3] = [x, 0.03 * x, 5.0]
+        poses[name] = pose_of([x, 0.03 * x, 5.0], turn)
     return Rig(cameras, poses)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Floats
+from tests.poses import pose_of
 from vision.cameras.cameras import Camera, Rig
 from vision.constellations.constellation_parameters import DEFAULTS
 from vision.constellations.elements import find_scene_circles, find_scene_lines, relate_lines
@@ -32,9 +33,7 @@ PICTURES: dict[str, Floats] = {
 
 def rig(toe_in: float, lens: list[float]) -> Rig:
     camera = Camera(160, 120, np.array([[170.0, 0, 79.5], [0, 170.0, 59.5], [0, 0, 1]]), np.array(lens))
-    right = np.eye(4)
-    right[:3, :3] = [[np.cos(toe_in), 0, -np.sin(toe_in)], [0, 1, 0], [np.sin(toe_in), 0, np.cos(toe_in)]]
-    right[0, 3] = 100.0
+    right = pose_of([100.0, 0, 0], [0, -toe_in, 0])
     return Rig({"left": camera, "right": camera}, {"left": np.eye(4), "right": right})
 
 

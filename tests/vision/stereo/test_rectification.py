@@ -9,6 +9,7 @@ import pytest
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
 from relmodel.geometry.transforms import inverse, rotation_matrix
+from tests.poses import pose_of
 from tests.vision.stereo.scenes import pixels, toed_in_rig
 from vision.cameras.cameras import Rig
 from vision.stereo.epipolar import choose_pair, rectify
@@ -24,9 +25,7 @@ def points() -> Floats:
 def test_points_come_back(points: Floats, roll: float) -> None:
     """Same row in both, disparity positive, and the point in space again; also with cameras above each other."""
     rig = toed_in_rig()
-    turn = np.eye(4)
-    turn[:3, :3] = rotation_matrix([0, 0, roll])
-    rig = Rig(rig.cameras, {n: rig.rig_from_camera[n] @ turn for n in rig.cameras})
+    rig = Rig(rig.cameras, {n: rig.rig_from_camera[n] @ pose_of(turn=[0, 0, roll]) for n in rig.cameras})
     rectified = rectify(rig)
     left = rectified.points(rectified.first, pixels(rig, "left", points))
     right = rectified.points(rectified.second, pixels(rig, "right", points))
@@ -72,10 +71,8 @@ def test_impossible_rigs_are_refused() -> None:
     rig = toed_in_rig()
     with pytest.raises(InputError, match="one place"):
         rectify(Rig(rig.cameras, {n: np.eye(4) for n in rig.cameras}))
-    behind = np.eye(4)
-    behind[2, 3] = -200
     with pytest.raises(InputError, match="along their baseline"):
-        rectify(Rig(rig.cameras, {"left": np.eye(4), "right": behind}))
+        rectify(Rig(rig.cameras, {"left": np.eye(4), "right": pose_of([0, 0, -200])}))
 
 
 def test_the_pair_that_overlaps_most_is_chosen() -> None:
