@@ -8,6 +8,7 @@ from math import degrees
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import fields_of
@@ -50,6 +51,7 @@ from vision.localisation.views import Observation, view_model
 from vision.localisation.visibility import find_parts_in_view
 from vision.matching import MatchedView
 from vision.presence.states import assess
+from vision.rig_check import LITTLE, compare_views, describe_overlap
 from vision.scene import Scenes
 from vision.stereo.epipolar import choose_pair
 from vision.stereo.match import StereoMatches, check_method, match_stereo
@@ -333,6 +335,13 @@ def carry_out(
             f"focal length, {it.centre_px:g} px, {it.translation_mm:g} mm and {degrees(it.rotation):.2g} degrees are "
             "taken; state its sigma"
         )
+    if best is not None and not best.sees_nothing:
+        distance = float(np.median(np.linalg.norm(best.prediction.point, axis=1)))
+        notes += [
+            f"at {distance:.0f} mm {names}: {describe_overlap(it['overlap'])}"
+            for names, it in compare_views(seen.rig, distance).items()
+            if it["overlap"] < LITTLE
+        ]
     if inputs.prior is None and known.mounted is not None:
         notes.append(f"no prior was given: the rig is taken to be where {known.mounted.base} has it")
     result = Result(

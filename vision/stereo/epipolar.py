@@ -86,8 +86,8 @@ def choose_pair(rig: Rig) -> tuple[str, str] | None:
     if len(names) > 1 and np.allclose(poses, poses[0], rtol=0, atol=1e-6):
         rectify(rig.only(*names[:2]))  # which says what is wrong
     centre, axis = poses[:, :3, 3], poses[:, :3, 2]
-    points = {name: _view_lattice(rig, name, _distance_of_axes(centre, axis)) for name in names}
-    seen = {(a, b): float(_sees(rig, a, points[b]).mean()) for a, b in permutations(names, 2)}
+    points = {name: view_lattice(rig, name, _distance_of_axes(centre, axis)) for name in names}
+    seen = {(a, b): float(sees(rig, a, points[b]).mean()) for a, b in permutations(names, 2)}
     overlap = {(a, b): seen[a, b] + seen[b, a] for a, b in combinations(names, 2)}
     for pair in sorted((pair for pair in overlap if overlap[pair] > 0), key=lambda pair: -overlap[pair]):
         with suppress(InputError):
@@ -106,7 +106,7 @@ def _distance_of_axes(centre: Floats, axis: Floats) -> float:
     return min(float(depth.mean()), farthest) if (depth > 0).all() else farthest
 
 
-def _view_lattice(rig: Rig, name: str, distance: float) -> Floats:
+def view_lattice(rig: Rig, name: str, distance: float) -> Floats:
     """Points (n, 3), rig's frame, that a camera sees at a depth, mm."""
     camera, pose = rig.cameras[name], rig.rig_from_camera[name]
     step = (np.arange(LATTICE) + 0.5) / LATTICE
@@ -115,7 +115,7 @@ def _view_lattice(rig: Rig, name: str, distance: float) -> Floats:
     return np.asarray(distance * rays @ pose[:3, :3].T + pose[:3, 3])
 
 
-def _sees(rig: Rig, name: str, points: Floats) -> Bools:
+def sees(rig: Rig, name: str, points: Floats) -> Bools:
     """Which points (n, 3), rig's frame, a camera sees."""
     camera, pose = rig.cameras[name], rig.rig_from_camera[name]
     pixels, front = camera.project((points - pose[:3, 3]) @ pose[:3, :3])

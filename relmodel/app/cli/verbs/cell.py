@@ -20,6 +20,7 @@ from relmodel.app.cli.options import (
     one_of,
     open_store,
     option,
+    pictures_by_camera,
     verb,
 )
 from relmodel.app.cli.output import print_folded, say
@@ -60,10 +61,23 @@ _UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
 @verb(
     """relmodel rig convert camchain.yaml rig.yaml
   relmodel rig convert stereo.yml rig.yaml --unit m
-  relmodel rig show camchain.yaml""",
-    option("action", choices=("convert", "show"), help="convert IN to OUT, or show what IN holds"),
+  relmodel rig show camchain.yaml
+  relmodel rig check rig.yaml --distance 900 left=left.png right=right.png""",
+    option(
+        "action", choices=("convert", "show", "check"), help="convert IN to OUT, show what IN holds, or what it can do"
+    ),
     option("source", type=Path, metavar="IN", help="a rig in any of the formats"),
-    option("out", type=Path, nargs="?", metavar="OUT", help="the rig file to write"),
+    option("pictures", nargs="*", metavar="OUT", help="the rig file to write; with check two pictures, NAME=PICTURE"),
+    option(
+        "--distance",
+        type=float,
+        metavar="MM",
+        help="with check: from the cameras to the object (default: where their axes meet)",
+    ),
+    option(
+        "--prior", type=Path, metavar="PRIOR", help="with check: the distance is that of what it shows of the world"
+    ),
+    WORLD,
     option(
         "--unit",
         choices=tuple(_UNITS),
@@ -73,15 +87,19 @@ _UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
     FORMAT,
 )
 def rig(args: argparse.Namespace) -> int:
-    """Convert a calibration file to a rig file of relmodel, or say what it holds.
+    """Convert a calibration file to a rig file of relmodel, say what it holds, or what it can do.
 
     Calibrations: of relmodel, OpenCV, ROS (CameraInfo), Kalibr (camchain) or COLMAP (a folder).  A file is known by
-    what it says, not by its name.  What a rig cannot hold is refused by name.
+    what it says, not by its name.  What a rig cannot hold is refused by name.  check says how much of their pictures
+    two cameras share, how exactly a pose and a diameter will be told, what errors of the file would do, and how well
+    two pictures agree with it; it fails where they do not.
     """
     from vision.cameras.files import read_rig, write_rig
 
-    if (args.action == "convert") != (args.out is not None):
-        raise UsageError("give convert IN OUT, or show IN")
+    if args.action == "check":
+        return _check_rig(args)
+    if len(args.pictures) != (args.action == "convert"):
+        raise UsageError("give convert IN OUT, show IN, or check IN [NAME=PICTURE NAME=PICTURE]")
     size = re.fullmatch(r"([1-9]\d{0,5})x([1-9]\d{0,5})", args.size or "")
     if args.size is not None and size is None:
         raise UsageError(f"--size {args.size} is no size: give width and height in px, as 1280x960")
@@ -91,8 +109,8 @@ def rig(args: argparse.Namespace) -> int:
         size=None if size is None else (int(size[1]), int(size[2])),
     )
     if args.action == "convert":
-        write_rig(rig, args.out)
-        say(f"{args.out} is written")
+        write_rig(rig, Path(args.pictures[0]))
+        say(f"{args.pictures[0]} is written")
         return 0
     names = ("camera", "width", "height", "fx", "fy", "cx", "cy", "skew", "distortion", "x_mm", "y_mm", "z_mm")
     rows = []
@@ -103,6 +121,29 @@ def rig(args: argparse.Namespace) -> int:
         rows.append((name, camera.width, camera.height, *intrinsics, coefficients, *place))
     print_rows(names, rows, args.format)
     return 0
+
+
+def _check_rig(args: argparse.Namespace) -> int:
+    import numpy as np
+
+    from vision.cameras.files import read_prior, read_rig
+    from vision.cameras.images import read_rig_with_pictures
+    from vision.planning import usual_distance
+    from vision.rig_check import check_rig, distance_in_view
+
+    files = pictures_by_camera(args.pictures)
+    rig, pictures = read_rig_with_pictures(args.source, files) if files else (read_rig(args.source), {})
+    distance = args.distance
+    if args.prior is not None:
+        with open_store(args, read_only=True) as store:
+            distance = distance_in_view(store, rig, read_prior(args.prior), args.world)
+    elif distance is None:
+        distance = usual_distance(rig, np.full(3, np.inf))
+    if not 0 < distance < np.inf:
+        raise UsageError("the distance is not known: give --distance MM above zero, from the cameras to the object")
+    found = check_rig(rig, distance, {name: picture.grey for name, picture in pictures.items()})
+    print(json_text(found.to_json()) if args.format == "json" else "\n".join(found.sentences()))
+    return int(found.doubt is not None)
 
 
 @verb(
@@ -193,9 +234,13 @@ def plan(args: argparse.Namespace) -> int:
     --out writes each view as a prior for `relmodel inspect`, and pairs.csv for its --list, which says how to name the
     pictures.
     """
+    import numpy as np
+
     from relmodel.app.cli.progress import shown
     from relmodel.app.propose import propose_views
+    from vision.cameras.files import read_rig
     from vision.planning import PlanOptions
+    from vision.rig_check import check_rig
 
     with open_store(args, read_only=True) as store, shown(store) as progress:
         wanted = PlanOptions(
@@ -208,6 +253,9 @@ def plan(args: argparse.Namespace) -> int:
             views=args.views,
         )
         plan = propose_views(store, args.rig, wanted, args.out, progress)
+    for view in plan.views[:1]:
+        distance = float(np.linalg.norm(view.world_from_rig[:3, 3] - view.target))
+        say("; ".join(check_rig(read_rig(args.rig), distance, {}).sentences()[:-1]))
     if args.format == "json":
         print(json_text(plan.to_json()))
     else:

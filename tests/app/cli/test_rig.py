@@ -1,0 +1,43 @@
+"""`relmodel rig check` on the demonstration's rig."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import yaml
+
+from relmodel.app.cli.main import main
+from tests.given import Capsys
+
+DEMO = Path(__file__).parents[3] / "examples/demo"
+RIG = str(DEMO / "pair_00_rig.yaml")
+PICTURES = [f"{name}={DEMO / f'pair_00_{name}.png'}" for name in ("left", "right")]
+
+
+def test_a_good_rig_and_its_pictures(capsys: Capsys) -> None:
+    assert main(["rig", "check", RIG, "--distance", "900", *PICTURES]) == 0
+    said = capsys.readouterr().out
+    assert "at 900 mm: left 0.60 mm a pixel, right 0.60 mm a pixel" in said
+    assert "220 mm apart, axes 10.9 degrees to each other" in said
+    assert "lie within 2 px of where the file has them" in said
+    assert "was calibrated" not in said
+
+
+def test_exchanged_pictures_fail(tmp_path: Path, capsys: Capsys) -> None:
+    data = yaml.safe_load(Path(RIG).read_text())
+    del data["sigma"]
+    left, right = data["cameras"].values()
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump({"cameras": {"left": right, "right": left}}))
+    assert main(["rig", "check", str(tmp_path / "rig.yaml"), *PICTURES, "--format", "json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    assert "if left and right are each other's" in found["doubt"]
+    assert found["unstated"] == ["left", "right"]
+    assert 500 < found["distance_mm"] < 2000  # where the axes meet
+
+
+@pytest.mark.parametrize("distance", ["0", "-3", "inf"])
+def test_a_distance_that_is_none(distance: str, capsys: Capsys) -> None:
+    assert main(["rig", "check", RIG, f"--distance={distance}"]) == 2
+    assert "give --distance MM above zero" in capsys.readouterr().err
