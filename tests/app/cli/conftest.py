@@ -1,9 +1,11 @@
-"""The demonstration bulkhead in a store, and its first pair at half size: a third of the time."""
+"""The demonstration bulkhead in a store, its first pair at half size, a third of the time, and a store for each kind of
+answer, made once for all tests that read it."""
 
 from __future__ import annotations
 
 import io
 import json
+import pickle
 import shutil
 from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
@@ -11,7 +13,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+import sqlalchemy as sa
 import yaml
 from PIL import Image
 
@@ -20,10 +24,12 @@ from relmodel.app.cli.main import main
 from relmodel.app.cli.verbs.inspect import print_answer
 from relmodel.resources import resource_dir
 from relmodel.store import Store
+from relmodel.variants.compare import compare
 from tests.app.cli.slider import TRAVEL, write_world
 from tests.given import CopyStore, MakeOnce, NewStore
 from tests.reading import load
 from vision.inspection import Inspection as Answer
+from vision.inspection.demonstration import PoseError, measure_pose_error, read_truth
 
 DEMO = resource_dir("demo")
 
@@ -95,6 +101,25 @@ def bulkhead_template(duckdb_template: Path, pair: Pair, make_once: MakeOnce) ->
     return make_once("bulkhead", place) / "cell.duckdb"
 
 
+def asked(of: Store | str | Path, question: str, **given: Any) -> list[Any]:
+    """Rows that a question in SQL gives, of a store or of that which a target names."""
+    if not isinstance(of, Store):
+        with Store.open(of, read_only=True) as store:
+            return asked(store, question, **given)
+    with of.read() as connection:
+        return list(connection.execute(sa.text(question), given).all())
+
+
+def answered(of: Store | str | Path, name: str) -> list[dict[str, Any]]:
+    """Rows that a question of `queries/examples` gives."""
+    return [dict(row._mapping) for row in asked(of, (resource_dir("queries") / f"examples/{name}.sql").read_text())]
+
+
+def off_truth(answer: dict[str, Any], stem: str = "pair_00") -> PoseError:
+    """How far off the pose of an answer is by the truth of a pair."""
+    return measure_pose_error(np.array(answer["world_from_rig"]), read_truth(DEMO / f"{stem}_truth.json"))
+
+
 def inspected(store: str, *options: str) -> dict[str, Any]:
     """What `relmodel inspect` answers as JSON."""
     said = io.StringIO()
@@ -105,48 +130,68 @@ def inspected(store: str, *options: str) -> dict[str, Any]:
     return answer
 
 
-def inspected_and_kept(store: str, *options: str) -> tuple[dict[str, Any], Answer]:
-    """The same, and the answer itself."""
-    kept: list[Answer] = []
-    inspect = vision.inspection.inspect
-
-    def keep(*given: Any, **named: Any) -> Answer:
-        kept.append(inspect(*given, **named))
-        return kept[0]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vision.inspection.inspect", keep)
-        return inspected(store, *options), kept[0]
-
-
 @dataclass(frozen=True)
 class Inspection:
-    """A store in which the pair was inspected, the answer as JSON and in words, and the overlay that was drawn.
+    """A folder with the store in which pictures were inspected and what was drawn, the answer as JSON, and how the
+    command ended.
 
     Tests that write to the store do so to a copy (`copy_store`).
     """
 
+    folder: Path
     store: str
     answer: dict[str, Any]
-    words: str
-    overlay: Path
+    status: int
+
+    @property
+    def said(self) -> list[dict[str, Any]]:
+        """What was printed as JSON, by line."""
+        return [json.loads(line) for line in (self.folder / "said").read_text().splitlines()]
+
+    @property
+    def told(self) -> str:
+        """What was said beside that."""
+        return (self.folder / "told").read_text()
+
+    @property
+    def kept(self) -> Answer:
+        """The answer as Python has it."""
+        answer: Answer = pickle.loads((self.folder / "answer").read_bytes())
+        return answer
+
+    @property
+    def words(self) -> str:
+        """What is printed of it where nothing else is asked for."""
+        with redirect_stdout(io.StringIO()) as said, redirect_stderr(said):
+            print_answer(self.kept, "table")
+        return said.getvalue()
 
 
 def inspect_once(make_once: MakeOnce, name: str, begin: Callable[[Path], str], *options: str) -> Inspection:
     """One inspection for all tests that ask what it left, in the store that `begin` puts into the folder."""
 
-    def inspect(folder: Path) -> None:
-        store, said = begin(folder), io.StringIO()
+    def fill_folder(folder: Path) -> None:
+        store, kept, inspect = begin(folder), list[Answer](), vision.inspection.inspect
         own = [word.replace("FOLDER", str(folder)) for word in options]
-        answer, kept = inspected_and_kept(store, *own)
-        with redirect_stdout(said), redirect_stderr(said):
-            print_answer(kept, "table")
-        for file, text in {"answer.json": json.dumps(answer), "words": said.getvalue(), "target": store}.items():
+
+        def keep(*given: Any, **named: Any) -> Answer:
+            kept.append(inspect(*given, **named))
+            return kept[-1]
+
+        said, told = io.StringIO(), io.StringIO()
+        with pytest.MonkeyPatch.context() as patch, redirect_stdout(said), redirect_stderr(told):
+            patch.setattr("vision.inspection.inspect", keep)
+            status = main(["inspect", *own, "--store", store, "--format", "json"])
+        (folder / "answer").write_bytes(pickle.dumps(kept[-1]))
+        texts = {"said": said.getvalue(), "told": told.getvalue(), "target": store, "status": str(status)}
+        for file, text in texts.items():
             (folder / file).write_text(text)
 
-    folder = make_once(name, inspect)
-    answer = json.loads((folder / "answer.json").read_text())
-    return Inspection(str(folder / "cell.duckdb"), answer, (folder / "words").read_text(), folder / "overlay.png")
+    folder = make_once(name, fill_folder)
+    answer = json.loads((folder / "said").read_text().splitlines()[-1])
+    target, status = ((folder / file).read_text() for file in ("target", "status"))
+    store = target if "://" in target else str(folder / "cell.duckdb")
+    return Inspection(folder, store, answer.get("answer", answer), int(status))
 
 
 def copied(store: str | Path) -> Callable[[Path], str]:
@@ -176,11 +221,40 @@ def minimal(
 @pytest.fixture(scope="session")
 def left_alone(inspection: Inspection, pair: Pair, make_once: MakeOnce) -> Inspection:
     """A copy of that store, in which the left picture was inspected by itself, the joint of the carriage said to stand
-    elsewhere."""
+    elsewhere: the second line of a list, whose first names a picture that is not there.  Its arcs are those that the
+    store has."""
+
+    def begin(folder: Path) -> str:
+        (folder / "pairs.csv").write_text(
+            f"left,prior,serial\nnothing.png,,one\n{pair.left},{pair.prior_file},SN-0042\n"
+        )
+        return copied(inspection.store)(folder)
+
+    def extract_again(*_: object) -> None:
+        raise AssertionError("extracted again")
+
     joint = ["--set", f"travel={TRAVEL + 6}", "--joint-sigma", "travel=4"]
     base = ["--base-sigma-mm", "2", "--base-sigma-deg", "0.3"]
-    given = [*pair.options(right=None), "--needs", "5mm,1deg", *joint, *base]
-    return inspect_once(make_once, "left_alone", copied(inspection.store), *given)
+    given = ["--list", "FOLDER/pairs.csv", "--rig", str(pair.rig_file), "--needs", "5mm,1deg", *joint, *base]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vision.inspection.pictures.extract", extract_again)
+        return inspect_once(make_once, "left_alone", begin, *given)
+
+
+@pytest.fixture(scope="session")
+def other_variant(bulkhead_template: Path, other_pair: Pair, make_once: MakeOnce) -> Inspection:
+    """Variant B in the pictures, variant A in the model, with crops and an overlay."""
+
+    def begin(folder: Path) -> str:
+        store, world = copied(bulkhead_template)(folder), folder / "world.yaml"
+        with Store.open(store) as opened:
+            load(opened, DEMO / "bulkhead_B.step.gz", name="bulkhead", variant="B")
+        world.write_text((DEMO / "world_B.yaml").read_text().replace("variant: B", "variant: A"))
+        assert main(["world", str(world), "--store", store]) == 0
+        return store
+
+    drawn = {"crops": "FOLDER/crops", "overlay": "FOLDER/overlay.png"}
+    return inspect_once(make_once, "other_variant", begin, *other_pair.options(world="demo_cell_B", **drawn))
 
 
 @pytest.fixture(scope="session")
@@ -194,6 +268,20 @@ def dark(inspection: Inspection, pair: Pair, make_once: MakeOnce) -> Inspection:
     return inspect_once(make_once, "dark", begin, *pair.options(left="FOLDER/dark.png", right=None))
 
 
+def load_other(target: str) -> str:
+    """Load variant B beside A and compare them."""
+    with Store.open(target) as store:
+        load(store, DEMO / "bulkhead_B.step.gz", name="bulkhead", variant="B")
+        compare(store, ("bulkhead", "A"), ("bulkhead", "B"))
+    return target
+
+
+@pytest.fixture(scope="session")
+def both_variants(inspection: Inspection, make_once: MakeOnce) -> str:
+    """A copy of the first store, with variant B loaded and compared with A."""
+    return str(make_once("both", lambda folder: load_other(copied(inspection.store)(folder))) / "cell.duckdb")
+
+
 @pytest.fixture(scope="session")
 def postgresql_inspection(new_store: NewStore, copy_store: CopyStore, pair: Pair, make_once: MakeOnce) -> Inspection:
     """The first on PostgreSQL: a copy for each worker, as nobody may have open what is copied."""
@@ -204,4 +292,4 @@ def postgresql_inspection(new_store: NewStore, copy_store: CopyStore, pair: Pair
         return target
 
     made = inspect_once(make_once, "postgresql_inspected", begin, *pair.options(overlay="FOLDER/overlay.png"))
-    return replace(made, store=copy_store((made.overlay.parent / "target").read_text()))
+    return replace(made, store=copy_store(made.store))

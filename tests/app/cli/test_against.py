@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sqlalchemy as sa
 
 from examples.render.objects import make_object, write_step
 from relmodel.app.cli.main import main
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
-from tests.app.cli.conftest import DEMO, Pair, inspected
+from tests.app.cli.conftest import DEMO, Pair, asked, inspected
 from tests.given import Capsys, CopyStore, MakeOnce
 from tests.json_schema import violations
 from tests.reading import load
@@ -105,9 +104,8 @@ def test_rows_say_what_was_considered(held: Held, capsys: Capsys) -> None:
     schema = json.loads((CHECKOUT / "docs/json/inspect.schema.json").read_text())
     for answer in held.answers.values():
         assert violations(answer, schema) == []
-        with Store.open(held.store, read_only=True) as store, store.read() as connection:
-            question = sa.text("SELECT * FROM considered_object WHERE run_id = :run ORDER BY rank_no")
-            rows = connection.execute(question, {"run": answer["run"]}).mappings().all()
+        question = "SELECT * FROM considered_object WHERE run_id = :run ORDER BY rank_no"
+        rows = [row._mapping for row in asked(held.store, question, run=answer["run"])]
         assert [row["state"] for row in rows] == [it["state"] for it in answer["considered"]]
         assert [row["score"] for row in rows] == [it["score"] for it in answer["considered"]]
         for row, it in zip(rows, answer["considered"], strict=True):
@@ -123,9 +121,8 @@ def test_the_store_has_no_world_of_its_own_by_that(held: Held, pair: Pair, capsy
     """What stands alone is no world that anybody placed, and is placed once."""
     assert main(["inspect", *pair.options(prior=None), *held.options()]) == 2
     assert "the store holds no world" in capsys.readouterr().err
-    with Store.open(held.store, read_only=True) as store, store.read() as connection:
-        assert connection.scalar(sa.text("SELECT count(*) FROM current_world")) == 0
-        assert connection.scalar(sa.text("SELECT count(*) FROM world")) == 3
+    assert asked(held.store, "SELECT count(*) FROM current_world") == [(0,)]
+    assert asked(held.store, "SELECT count(*) FROM world") == [(3,)]
 
 
 @pytest.mark.parametrize(

@@ -103,23 +103,16 @@ def changed(given: Given, place: str, value: object) -> Given:
     return out
 
 
+# What these files may say otherwise, the tests of who reads them hold.
 # The file, the place in it, what stands there instead (None: nothing; or what is made of it), and what is said.
 BAD_VALUES: list[tuple[str, str, Any, str]] = [
     ("rig", "cameras.right", None, "no camera 'right'"),
-    ("rig", "cameras.left.matrix.0.0", float("nan"), "not finite"),
     ("rig", "cameras.right.rig_from_camera", np.eye(4).tolist(), "at one place"),
-    ("rig", "cameras.left.distortion.coefficients", [-3.0, 0, 0, 0], "folds"),
-    ("rig", "cameras.left.width", 640.5, "whole pixels"),
     ("prior", "world_from_rig.0.3", float("nan"), "not finite"),
-    ("prior", "world_from_rig.0.0", 9.0, "not a rigid transform"),
     ("prior", "world_from_rig.0", lambda row: [-x for x in row], "mirrors"),
     ("prior", "world_from_rig.0.3", 50_000.0, "nothing of the world"),
     ("prior", "sigma.rotation_deg", None, "'sigma.rotation_deg' is missing"),
-    ("prior", "sigma.translation_mm", 1e9, "too wide to be searched"),
     ("world", "objects.0.object", "blukhead", "is not loaded"),
-    ("world", "objects.0.world_from_object.0.3", 1e300, "farther off than 100 km"),
-    ("world", "objects.0.world_from_object.0.0", 2.0, "not a rotation"),
-    ("world", "objects.0.role", "spectator", "unknown role"),
     ("world", "world", None, "lacks world"),
 ]
 
@@ -226,7 +219,7 @@ def test_bad_picture(
 def test_empty_picture_is_refused_by_verdict(dark: Inspection, pair: Pair) -> None:
     """A lens cap is no damaged file: the run is there, and leaves the prior as it was."""
     answer = dark.answer
-    assert answer["verdict"] == "refused"
+    assert (answer["verdict"], answer["outcome"]["cause"], dark.status) == ("refused", "picture", 1)
     assert answer["missing"]
     assert answer["posterior"] < 0.01
     np.testing.assert_allclose(answer["world_from_rig"], pair.prior["world_from_rig"], atol=1e-9)
@@ -241,17 +234,14 @@ PACKED = (DEMO / "bulkhead_A.step.gz").read_bytes()
 @pytest.mark.parametrize(
     ("name", "content", "says"),
     [
-        ("a.step", b"Dear colleague, please find the drawing attached.\n", "is not a STEP file"),
         ("a.step", gzip.decompress(PACKED)[:99999], "is cut off"),
         ("a.step.gz", PACKED[:9999], "cannot be unpacked"),
         ("a.step", b"", "is empty"),
         ("a.doc", PACKED, "is of an unknown format"),
-        ("none.step", None, "there is no file"),
     ],
 )
-def test_bad_step(name: str, content: bytes | None, says: str, refuse: Refuse, tmp_path: Path) -> None:
-    if content is not None:
-        (tmp_path / name).write_bytes(content)
+def test_bad_step(name: str, content: bytes, says: str, refuse: Refuse, tmp_path: Path) -> None:
+    (tmp_path / name).write_bytes(content)
     said = refuse("load", tmp_path / name, "--object", "bulkhead", "--variant", "A")
     assert says in said
     assert name in said

@@ -1,10 +1,11 @@
-"""Cameras of a rig under any names, one to sixteen of them, and what is said of names that are wrong."""
+"""Cameras of a rig under any names, one to sixteen of them, and those that say nothing; wrong names."""
 
 from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import cv2
 import numpy as np
@@ -13,9 +14,12 @@ import yaml
 
 import relmodel
 from relmodel.app.cli.main import main
-from tests.app.cli.conftest import DEMO, Inspection, Pair
+from relmodel.store import Store
+from tests.app.cli.conftest import Inspection, Pair, asked, inspected, off_truth
 from tests.given import Capsys
-from vision.inspection.demonstration import measure_pose_error, read_truth
+from vision.cameras.files import read_rig
+from vision.cameras.images import read_picture
+from vision.inspection.pictures import measure_quality
 
 
 def test_names_and_their_order_change_no_digit(inspection: Inspection, minimal: Inspection, pair: Pair) -> None:
@@ -35,9 +39,11 @@ def test_names_and_their_order_change_no_digit(inspection: Inspection, minimal: 
     assert list(cameras) == [("prior",), ("below",)]
 
 
-def test_three_cameras_are_located_and_judged_together(bulkhead_template: Path, pair: Pair, tmp_path: Path) -> None:
+def test_three_cameras_are_located_and_judged_together_without_a_blind_one(
+    bulkhead_template: Path, pair: Pair, tmp_path: Path
+) -> None:
     """Two of them at one place, with noise of their own, as arrays of each kind, which the store keeps."""
-    store, rig = str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb")), tmp_path / "three.yaml"
+    store, rig = str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb")), tmp_path / "four.yaml"
     greys = {name: np.asarray(cv2.imread(str(getattr(pair, name)), cv2.IMREAD_GRAYSCALE)) for name in ("left", "right")}
     noise = np.random.default_rng(1)
     again = {name: np.clip(grey + noise.normal(0, 1, grey.shape), 0, 255) for name, grey in greys.items()}
@@ -45,18 +51,20 @@ def test_three_cameras_are_located_and_judged_together(bulkhead_template: Path, 
         "z2": np.rint(again["right"] / 255 * (2**16 - 1)).astype(np.uint16),
         "a b": again["left"].astype(np.float32) / 255,
         "1": np.dstack([greys["right"]] * 3),
+        "capped": np.clip(noise.normal(8, 1, (480, 640)), 0, 255).astype(np.uint8),
     }
-    names = {"a b": "left", "1": "right", "z2": "right"}
-    three = {name: pair.rig["cameras"][of] for name, of in names.items()}
-    rig.write_text(yaml.safe_dump({"cameras": three}, sort_keys=False))
+    names = {"a b": "left", "1": "right", "z2": "right", "capped": "left"}
+    cameras = {name: pair.rig["cameras"][of] for name, of in names.items()}
+    rig.write_text(yaml.safe_dump({"cameras": cameras}, sort_keys=False))
     with relmodel.open(store, read_only=False) as opened:
-        answer = opened.inspect(rig=rig, pictures=pictures, prior=pair.prior_file)
+        answer = opened.inspect(rig=rig, pictures=pictures, prior=pair.prior_file, ignore_blind_camera=True)
         kept = opened.query(
             "SELECT camera, bytes FROM inspection_image AS v JOIN image_blob AS b ON b.image_id = v.image_id"
         )
     assert answer.verdict == "accepted", answer.reason
-    assert measure_pose_error(np.asarray(answer.world_from_rig), read_truth(DEMO / "pair_00_truth.json")).target_mm < 1
-    assert list(answer.world_from_camera) == list(names)
+    assert off_truth(vars(answer)).target_mm < 1
+    assert answer.notes[0].startswith("camera capped is ignored: camera capped shows next to nothing")
+    assert list(answer.world_from_camera) == ["a b", "1", "z2"]
     for name, data in kept:
         decoded = np.asarray(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED))
         white = 2**16 - 1 if decoded.dtype == np.uint16 else 1
@@ -98,3 +106,40 @@ def test_a_wrong_name_is_one_sentence(
     assert main([verb, *words, "--rig", str(pair.rig_file), "--store", store]) == status
     (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith(f"relmodel {verb}:")]
     assert said in line
+
+
+def test_a_camera_that_does_not_see_what_the_other_sees_refuses_the_pose(
+    bulkhead_template: Path, pair: Pair, tmp_path: Path
+) -> None:
+    """Which its picture alone does not tell: the right one mirrored."""
+    store = str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
+    mirrored = np.asarray(read_picture(pair.right).grey)[:, ::-1]
+    cv2.imwrite(str(tmp_path / "right.png"), np.round(mirrored).astype(np.uint8))
+    answer = inspected(store, *pair.options(right=tmp_path / "right.png"))
+    assert answer["verdict"] == "refused"
+    assert any(words.startswith("camera right does not see this") for words in answer["missing"]), answer["missing"]
+    assert answer["presence"] is None
+    assert answer["outcome"]["cause"] == "camera"
+
+
+def test_a_picture_of_an_earlier_run_is_stale_beside_a_new_one(inspection: Inspection, pair: Pair) -> None:
+    """The same pictures of both cameras once more are no matter."""
+    answer, rig = inspection.answer, read_rig(pair.rig_file)
+    question = "SELECT stale_run_id, blur_px < 1.5 AND edges > 10 AND saturated < 0.1 FROM inspection_image"
+    left, right = (read_picture(file) for file in (pair.left, pair.right))
+
+    def stale(store: Store, other: str) -> list[int | None]:
+        elements: Any = SimpleNamespace(elements=SimpleNamespace(x=np.zeros(9)))
+        pictures = {"left": left.sha256, "right": other}
+        seen = {
+            name: SimpleNamespace(picture=SimpleNamespace(sha256=sha256, grey=left.grey), primitives=elements)
+            for name, sha256 in pictures.items()
+        }
+        found = measure_quality(answer["run"] + 1, store, rig, cast(Any, seen))
+        return [it.stale_run for it in found.values()]
+
+    with Store.open(inspection.store, read_only=True) as store:
+        assert asked(store, question) == [(None, True), (None, True)]
+        assert stale(store, right.sha256) == [None, None]
+        assert stale(store, "another") == [answer["run"], None]
+    assert (answer["missing"], answer["notes"]) == ([], [])

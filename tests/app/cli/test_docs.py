@@ -14,17 +14,17 @@ import sys
 from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 from urllib.request import urlopen
 
 import pytest
-import sqlalchemy as sa
 from PIL import Image
 
+import relmodel
 from relmodel.app.cli.main import main, parser
 from relmodel.find.find import in_volumes
 from relmodel.store import Store
-from tests.app.cli.conftest import DEMO, Inspection, Pair
+from tests.app.cli.conftest import DEMO, Inspection, Pair, asked
 from tests.given import Capsys, NewStore
 from vision.inspection import inspection as inspection_module
 
@@ -114,7 +114,7 @@ def demonstrated(
         for name, file in (("left.png", halved.left), ("right.png", halved.right), ("rig.yaml", halved.rig_file)):
             (tmp_path / f"examples/demo/{stem}_{name}").unlink()
             (tmp_path / f"examples/demo/{stem}_{name}").symlink_to(file)
-    for suffix in ("", ".journal"):
+    for suffix in FILES:
         shutil.copy(inspection.store + suffix, tmp_path / f"demo/cell.duckdb{suffix}")
     for name, shipped in {
         "bulkhead.step": "bulkhead_A.step.gz",
@@ -155,8 +155,8 @@ _READING = ("why", "replay", "check", "rig", "sql", "report", "export", "runs", 
 
 def was_run(words: list[str]) -> bool:
     """Whether a page before said the same, or a test elsewhere says it."""
-    if words[1] in ("plan", "replay") or (words[1] == "inspect" and "--serial" not in words):
-        return True  # by the tests of these verbs: the tutorial alone goes on with what it inspects
+    if words[1] in ("plan", "replay", "inspect"):
+        return True  # by the tests of these verbs
     if words[1] in _READING and ("--store" not in words or "demo/cell.duckdb" in words):
         said = shlex.join(words)
     else:
@@ -166,9 +166,34 @@ def was_run(words: list[str]) -> bool:
     return there
 
 
-def run_shell_blocks(page: str, capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every block in order."""
-    run = [words for block in shell_blocks(page) for words in commands(block)]
+FILES = ("", ".journal")  # of a store
+
+
+class Made:
+    """Stores as pages make them: what one has made, the others take over."""
+
+    KEPT: ClassVar[dict[tuple[str, ...], dict[str, bytes]]] = {}  # by the commands that made it
+
+    def __init__(self) -> None:
+        self.by: dict[str, tuple[str, ...]] = {}
+
+    def make(self, words: list[str], capsys: Capsys) -> None:
+        target = words[-1]
+        given = (str(Path(word).resolve()) if Path(word).exists() else word for word in words[1:-1])
+        self.by[target] = (*self.by.get(target, ()), *given)
+        if self.by[target] in self.KEPT:
+            for suffix, content in self.KEPT[self.by[target]].items():
+                Path(target + suffix).write_bytes(content)
+        else:
+            assert main(words[1:]) == 0, words
+            assert "".join(capsys.readouterr()).strip(), words
+            files = {suffix: Path(target + suffix) for suffix in FILES}  # one that holds no run has no journal
+            self.KEPT[self.by[target]] = {suffix: file.read_bytes() for suffix, file in files.items() if file.exists()}
+
+
+def run_shell_blocks(page: str, left_alone: Inspection, capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every block in order; a page that goes on with what it inspects does so with what was inspected before."""
+    run, made = [words for block in shell_blocks(page) for words in commands(block)], Made()
     assert run
     for words in run:
         if words[0] == "export":
@@ -178,7 +203,13 @@ def run_shell_blocks(page: str, capsys: Capsys, monkeypatch: pytest.MonkeyPatch)
         elif words[:2] == ["relmodel", "serve"]:
             answers_until_interrupted(words)
         elif words[0] == "relmodel":
-            if not was_run(words):
+            if "--serial" in words and words[1] == "inspect":
+                assert words[words.index("--serial") + 1] == "SN-0042"
+                for suffix in FILES:
+                    shutil.copy(left_alone.store + suffix, words[-1] + suffix)
+            elif words[1] in ("init", "load", "world") and "://" not in words[-1] and "demo/cell" not in words[-1]:
+                made.make(words, capsys)
+            elif not was_run(words):
                 assert main(words[1:]) == 0, words
                 said = capsys.readouterr()
                 assert (said.out + said.err).strip(), f"{shlex.join(words)} prints nothing"
@@ -230,10 +261,14 @@ def test_every_block_is_run() -> None:
 @pytest.mark.usefixtures("demonstrated")
 @pytest.mark.parametrize("page", RUN_HERE, ids=lambda page: str(page.stem))
 def test_commands_run(
-    page: Path, served: Callable[[str], str], capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+    page: Path,
+    served: Callable[[str], str],
+    left_alone: Inspection,
+    capsys: Capsys,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     text = page.read_text()
-    run_shell_blocks(served(text), capsys, monkeypatch)
+    run_shell_blocks(served(text), left_alone, capsys, monkeypatch)
     for command, answer in _ANSWERED.findall(text):
         main(shlex.split(command)[1:])
         assert [line.rstrip() for line in capsys.readouterr().out.splitlines()] == answer.splitlines()
@@ -246,9 +281,8 @@ def test_sql_of_volume_queries_runs(new_store: NewStore) -> None:
     statements = [s for s in re.sub(r"--.*", "", block).split(";") if s.strip()]
     assert len(statements) == 7
     for target, found in (("demo/cell.duckdb", True), (new_store("postgresql"), False)):
-        with Store.open(target, read_only=True) as store, store.read() as connection:
-            for statement in statements:
-                assert bool(connection.exec_driver_sql(statement).all()) == found, statement
+        for statement in statements:
+            assert bool(asked(target, statement)) == found, statement
 
 
 def volume_queries() -> str:
@@ -265,28 +299,38 @@ def test_python_of_volume_queries_runs(capsys: Capsys) -> None:
     assert len(shown) == len(said["found"]["name"])
 
 
-@pytest.mark.usefixtures("demonstrated")
-def test_python_page_runs(capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its blocks in order, as one program; what it inspects again is not worked out again."""
-    said, answers, inspect = dict[str, Any](), list[Any](), inspection_module.inspect
+@pytest.fixture
+def inspected_before(inspection: Inspection, demonstrated: None, monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Stores that are made have what was inspected before, which every inspection answers; the tasks of these."""
+    tasks: list[Any] = []
 
-    def inspect_once(*given: Any) -> Any:
-        answers.append(answers[0] if answers else inspect(*given))
-        return answers[-1]
+    def create(target: str) -> Any:
+        return relmodel.open(shutil.copy(inspection.store, target), read_only=False)
 
-    monkeypatch.setattr(inspection_module, "inspect", inspect_once)
+    def answer(store: object, task: Any, *_: object) -> Any:
+        tasks.append(task)
+        return inspection.kept
+
+    monkeypatch.setattr("relmodel.create", create)
+    monkeypatch.setattr(inspection_module, "inspect", answer)
+    return tasks
+
+
+def test_python_page_runs(inspected_before: list[Any], capsys: Capsys) -> None:
+    """Its blocks in order, as one program."""
+    said: dict[str, Any] = {}
     for language, block in _BLOCK.findall((CHECKOUT / "docs/python.md").read_text()):
         if language == "python":
             exec(block, said)
             assert capsys.readouterr().out or "print" not in block
-    assert len(answers) == 3
+    assert [task.serial for task in inspected_before] == ["SN-0042", None, None]
     assert said["answer"].verdict == "accepted"
     picture = Image.open(io.BytesIO(said["answer"]._repr_png_()))
     assert (picture.format, picture.width) == ("PNG", 1288)  # two of 640 pixels, and a gap
     assert "pose usable; part as modelled" in said["answer"]._repr_html_()
 
 
-@pytest.mark.usefixtures("demonstrated")
+@pytest.mark.usefixtures("inspected_before")
 def test_notebook_runs() -> None:
     """Its cells in order; what stands last in one shows what a person wants to see, and not all there is."""
     notebook = json.loads((CHECKOUT / "examples/bulkhead.ipynb").read_text())
@@ -321,8 +365,7 @@ def test_python_of_scale_out_runs() -> None:
     exec(for_duckdb, said)
     with Store.open("demo/cell.duckdb", read_only=True) as store:
         found = in_volumes(store, said["volumes"], level="feature")
-        with store.read() as connection:
-            cell = connection.scalar(sa.text("SELECT cell FROM store"))
+        ((cell,),) = asked(store, "SELECT cell FROM store")
     assert [row[3:8] for row in said["rows"]] == list(
         zip(*(found[n].tolist() for n in ("volume_no", "occurrence_id", "element_no", "path", "name")), strict=True)
     )

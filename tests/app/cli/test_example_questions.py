@@ -20,11 +20,9 @@ from relmodel.geometry.transforms import matrices
 from relmodel.resources import resource_dir
 from relmodel.store import Store, sql
 from relmodel.store.ask import ask
-from relmodel.variants.compare import compare
-from tests.app.cli.conftest import Inspection, Pair
+from tests.app.cli.conftest import Inspection, Pair, answered, asked, load_other
 from tests.app.cli.slider import BASE
 from tests.given import CopyStore
-from tests.reading import load
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 GOLDEN = {v: json.loads((EXAMPLES / f"bulkhead/golden/bulkhead_{v}.json").read_text()) for v in "AB"}
@@ -36,18 +34,18 @@ def by_kind(variant: str, *kinds: str) -> list[dict[str, Any]]:
     return [f for f in FEATURES[variant] if f["kind"] in kinds]
 
 
-@pytest.fixture(scope="module", params=["inspection", "postgresql_inspection"], ids=["duckdb", "postgresql"])
+@pytest.fixture(scope="module", params=["duckdb", "postgresql"])
 def store(request: pytest.FixtureRequest, copy_store: CopyStore) -> Iterator[Store]:
-    inspected: Inspection = request.getfixturevalue(request.param)
-    with Store.open(copy_store(inspected.store)) as opened:
-        load(opened, EXAMPLES / "demo/bulkhead_B.step.gz", name="bulkhead", variant="B")
-        compare(opened, ("bulkhead", "A"), ("bulkhead", "B"))
+    if request.param == "duckdb":
+        target = request.getfixturevalue("both_variants")
+    else:
+        target = load_other(copy_store(request.getfixturevalue("postgresql_inspection").store))
+    with Store.open(target, read_only=True) as opened:
         yield opened
 
 
 def columns(store: Store, table: str) -> list[dict[str, Any]]:
-    with store.read() as connection:
-        return [dict(r._mapping) for r in connection.execute(sa.select(sa.text("*")).select_from(sa.table(table)))]
+    return [dict(r._mapping) for r in asked(store, f"SELECT * FROM {table}")]  # noqa: S608
 
 
 def body_shape(store: Store) -> int:
@@ -60,8 +58,7 @@ def body_shape(store: Store) -> int:
 def test_the_answers_are_those_of_independent_lists(store: Store) -> None:
     answers: Answers = {}
     for file in sorted((resource_dir("queries") / "examples").glob("*.sql")):
-        with store.read() as connection:
-            answers[file.stem] = [tuple(r) for r in connection.execute(sa.text(file.read_text()))]
+        answers[file.stem] = [tuple(r) for r in asked(store, file.read_text())]
     assert len(answers) >= 30
     holes = by_kind("A", "lightening_hole", "tooling_hole", "bolt_hole")
 
@@ -152,11 +149,8 @@ def plain_rows(store: Store, table: str, run: int) -> list[dict[str, Any]]:
 
 def test_the_answers_about_an_inspection_are_true(store: Store, pair: Pair) -> None:
     truth = json.loads((EXAMPLES / "demo/pair_00_truth.json").read_text())
-    answers: dict[str, list[dict[str, Any]]] = {}
-    for name in ("matched_arcs", "rejected_arcs", "parts_in_view", "where_was_the_rig", "how_far_off_was_the_base"):
-        with store.read() as connection:
-            text = sa.text((resource_dir("queries") / f"examples/{name}.sql").read_text())
-            answers[name] = [dict(r._mapping) for r in connection.execute(text)]
+    names = ("matched_arcs", "rejected_arcs", "parts_in_view", "where_was_the_rig", "how_far_off_was_the_base")
+    answers = {name: answered(store, name) for name in names}
     run = max(r["id"] for r in columns(store, "run") if r["kind"] == "inspect")
 
     # Every image arc is matched or rejected, once.
@@ -264,12 +258,6 @@ def test_the_answers_of_the_audit_are_those_of_the_rows(store: Store) -> None:
     assert [states[name] for name in ("confirmed", "undecidable")] == [counted["confirmed"], counted["undecidable"]]
     solved = {(r["camera"], r["name"]) for r in answered(store, "cameras_over_time")}
     assert solved == {(c, n) for c in ("left", "right") for n in ("response", "centre_u", "centre_v")}
-
-
-def answered(store: Store, name: str) -> list[dict[str, Any]]:
-    with store.read() as connection:
-        text = sa.text((resource_dir("queries") / f"examples/{name}.sql").read_text())
-        return [dict(r._mapping) for r in connection.execute(text)]
 
 
 def test_the_answers_about_the_exact_model_are_true(store: Store) -> None:

@@ -1,16 +1,23 @@
-"""`relmodel extract`: every stage has a picture; inputs of every kind give the same answer; rows reach the store."""
+"""`relmodel extract` and `relmodel stereo`: every stage, matches, and the rows that they leave."""
 
+from __future__ import annotations
+
+import io
 import json
+from contextlib import redirect_stdout
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-import sqlalchemy as sa
 from PIL import Image
 
 from relmodel.app.cli.main import main
 from relmodel.store import Store
+from relmodel.store.check import check
+from tests.app.cli.conftest import Pair, asked
 from tests.given import Capsys
+from tests.json_schema import violations
 from vision.extraction.extract import STAGES
 
 
@@ -71,12 +78,8 @@ def test_a_mask_bounds_what_is_looked_at(square: Path, tmp_path: Path, capsys: C
 def test_rows_reach_the_store(square: Path, fresh_store: str) -> None:
     assert main(["extract", str(square), "--store", fresh_store]) == 0
     assert main(["extract", str(square), "--store", fresh_store]) == 0
-    with Store.open(fresh_store) as store, store.read() as connection:
-
-        def count(table: str) -> int:
-            return int(connection.execute(sa.select(sa.func.count()).select_from(store.table(table))).scalar_one())
-
-        assert (count("extraction"), count("image_arc")) == (1, 4)
+    counts = "SELECT (SELECT count(*) FROM extraction), (SELECT count(*) FROM image_arc)"
+    assert asked(fresh_store, counts) == [(1, 4)]
 
 
 def test_bits_of_a_camera_are_said_and_stored(square: Path, fresh_store: str, tmp_path: Path, capsys: Capsys) -> None:
@@ -87,8 +90,54 @@ def test_bits_of_a_camera_are_said_and_stored(square: Path, fresh_store: str, tm
     said = capsys.readouterr().err
     assert said.count(" bits are used") == 1
     assert "twelve.png: 12 of 16 bits are used, as the values show\n" in said
-    with Store.open(fresh_store) as store, store.read() as connection:
-        image, extraction = store.table("image"), store.table("extraction")
-        asked = sa.select(image.c.depth, extraction.c.bits, extraction.c.bits_from)
-        rows = connection.execute(asked.join(image, image.c.id == extraction.c.image_id).order_by(image.c.id)).all()
-    assert [tuple(row) for row in rows] == [(8, 8, "file"), (16, 12, "values")]
+    bits = "SELECT i.depth, e.bits, e.bits_from FROM image AS i JOIN extraction AS e ON e.image_id = i.id ORDER BY i.id"
+    assert asked(fresh_store, bits) == [(8, 8, "file"), (16, 12, "values")]
+
+
+DOCS = Path(__file__).parents[3] / "docs"
+CALLS = (["--method", "pong"], ["--method", "relational"], ["--search", "star"])
+
+
+@pytest.fixture(scope="module")
+def answered(pair: Pair, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[dict[str, Any]]]:
+    """A store with a run of each method, the last by another search, and what the first printed."""
+    store, said = tmp_path_factory.mktemp("stereo") / "store.duckdb", []
+    assert main(["init", "--store", str(store)]) == 0
+    for words in CALLS:
+        with redirect_stdout(io.StringIO()) as out:
+            assert main(["stereo", "--store", str(store), *pair.options(prior=None), *words, "--format", "json"]) == 0
+        said.append(json.loads(out.getvalue()))
+    return store, said[0]
+
+
+def test_each_method_leaves_a_problem_that_holds(answered: tuple[Path, list[dict[str, Any]]]) -> None:
+    filled = ("candidate", "problem_relation", "compatibility", "problem_tolerance", "assignment", "search_node")
+    with Store.open(answered[0]) as store:
+        assert not [finding.query for finding in check(store) if finding.rows]
+        problems = asked(store, "SELECT run_id, method, kind FROM problem ORDER BY run_id")
+        assert [problem[1:] for problem in problems] == [(name, "stereo") for name in ("pong", "relational", "pong")]
+        ((edges,),) = asked(store, "SELECT count(*) FROM image_arc WHERE topography = 'edge'")
+        for run, *_ in problems:
+            question = "SELECT count(*) FROM {} WHERE run_id = :run"
+            count = {n: asked(store, question.format(n), run=run)[0][0] for n in (*filled, "triangulated_unit")}
+            assert all(count.values()), count
+            reasons = asked(store, "SELECT reason FROM unmatched_in_stereo WHERE run_id = :run", run=run)
+            assert len(reasons) == edges - 2 * count["triangulated_unit"]
+            assert {("no_candidate",), ("not_taken",)} <= set(reasons)
+        matches = "SELECT count(a.label_no) FROM assignment AS a WHERE a.run_id = p.run_id"
+        question = f"SELECT p.cost, ({matches}) FROM problem AS p ORDER BY p.run_id"  # noqa: S608
+        (best, matched), _, (cost, found) = asked(store, question)
+        assert (cost < 1.25 * best, found >= 0.9 * matched) == (True, True)  # by the other search
+        assert asked(store, "SELECT count(*) FROM extraction") == [(2,)]  # of a picture one, for all three
+
+
+def test_matches_are_printed(answered: tuple[Path, list[dict[str, Any]]]) -> None:
+    _, rows = answered
+    assert violations(rows, json.loads((DOCS / "json/stereo.schema.json").read_text())) == []
+    arcs = [row for row in rows if row["kind"] == "arc"]
+    assert len(arcs) > 30
+    assert {row["kind"] for row in rows} == {"arc", "region"}
+    # the bulkhead stands about a metre off
+    depths = sorted(row["start"][2] for row in arcs)
+    assert 700 < depths[len(depths) // 2] < 1400
+    assert all(row["sigma_mm"] > 0 for row in arcs)

@@ -18,7 +18,7 @@ from relmodel.app.decide import decide
 from relmodel.arrays import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
-from tests.app.cli.conftest import Pair
+from tests.app.cli.conftest import Pair, asked
 from tests.browser import Browser
 from tests.given import Capsys, CopyStore
 from tests.pages import Page
@@ -37,12 +37,11 @@ def stop(
     store: Store, seen: Sequence[Seen], sizes: Sequence[Size] = (), verdict: str = "accepted", serial: str = "SN1"
 ) -> int:
     """An inspection of the part that found this."""
-    with store.read() as connection:
-        asked = "SELECT id, shape_id, path, world_id FROM occurrence WHERE kind = 'part' AND path LIKE 'bulkhead/%'"
-        parts = {row.path: row for row in connection.execute(sa.text(asked))}
-        asked = "SELECT shape_id, feature_no, name FROM feature"
-        features = {(row.shape_id, row.name): row.feature_no for row in connection.execute(sa.text(asked))}
-        world = next(iter(parts.values())).world_id
+    placed = "SELECT id, shape_id, path, world_id FROM occurrence WHERE kind = 'part' AND path LIKE 'bulkhead/%'"
+    parts = {row.path: row for row in asked(store, placed)}
+    listed = asked(store, "SELECT shape_id, feature_no, name FROM feature")
+    features = {(row.shape_id, row.name): row.feature_no for row in listed}
+    world = next(iter(parts.values())).world_id
     rows: list[tuple[int, int | None, str]] = []
     for path in (f"bulkhead/{path}" for path, _, _ in seen):
         part = parts.get(path) or parts[path.rpartition("/")[0]]
@@ -68,11 +67,6 @@ def stop(
             measured |= {"item_no": [paths.index(path) for path in places], "measure_no": np.arange(len(sizes))}
             run.append(connection, "measured_size", {"run_id": run.id, **measured})
     return run.id
-
-
-def asked(store: Store, words: str, **given: Any) -> list[Any]:
-    with store.read() as connection:
-        return [tuple(row) for row in connection.execute(sa.text(words), given)]
 
 
 RIB, POCKET, OTHER = "BODY/rib 16", "BODY/pocket 47", "BODY/rib 2"

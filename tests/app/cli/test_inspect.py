@@ -8,49 +8,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
-import sqlalchemy as sa
+import yaml
+from scipy.spatial.transform import Rotation
 
 from relmodel.app.cli.main import main
+from relmodel.geometry.transforms import MATRIX_COLUMNS
 from relmodel.resources import user_name
-from relmodel.store import Store
 from relmodel.world.kinematics import Carrier
-from tests.app.cli.conftest import DEMO, Inspection, Pair, inspected
-from tests.given import CopyStore
-from vision.inspection.demonstration import measure_pose_error, read_truth
+from tests.app.cli.conftest import DEMO, Inspection, Pair, asked, inspected, off_truth
+from tests.app.cli.slider import BASE, TRAVEL, carriage, carriage_from_rig, write_world
+from tests.given import Capsys, CopyStore
+from vision.inspection.demonstration import read_truth
 from vision.inspection.inspection_parameters import InspectionParameters
-
-TRUTH = read_truth(DEMO / "pair_00_truth.json")
-# What differs between two runs of the same: which run it was, when, and how long it took.
-OF_THE_RUN = {
-    "run_id",
-    "serial",
-    "labels_id",
-    "extraction_id",
-    "unit_set_id",
-    "problem_id",
-    "id",
-    "began_at",
-    "happened_at",
-    "seconds",
-}
-COMPARED = (
-    "inspection",
-    "hypothesis",
-    "view_arc",
-    "correspondence",
-    "edge_measurement",
-    "part_in_view",
-    "problem",
-    "candidate",
-    "assignment",
-    "triangulated_unit",
-    "view_point",
-    "view_surface",
-    "surface_match",
-    "problem_relation",
-    "compatibility",
-)
 
 
 @pytest.fixture(scope="module")
@@ -58,9 +29,10 @@ def answer(inspection: Inspection) -> dict[str, Any]:
     return inspection.answer
 
 
-def test_pose_is_the_truth(answer: dict[str, Any], pair: Pair) -> None:
+def test_pose_is_the_truth(inspection: Inspection, answer: dict[str, Any], pair: Pair) -> None:
     assert answer["verdict"] == "accepted"
-    off, pose = measure_pose_error(np.array(answer["world_from_rig"]), TRUTH), np.array(answer["world_from_rig"])
+    assert (inspection.status, inspection.said) == (0, [json.loads(json.dumps(inspection.kept.to_json()))])
+    off, pose = off_truth(answer), np.array(answer["world_from_rig"])
     assert off.target_mm < 1
     assert off.rotation_deg < 0.1
     for name, world_from_camera in answer["world_from_camera"].items():
@@ -72,13 +44,10 @@ def test_pose_is_the_truth(answer: dict[str, Any], pair: Pair) -> None:
 
 def test_the_run_says_what_was_asked_and_how_long_its_steps_took(inspection: Inspection) -> None:
     answer = inspection.answer
-    with Store.open(inspection.store, read_only=True) as opened, opened.read() as connection:
-        steps = sa.text("SELECT name FROM run_event WHERE run_id = :run AND kind = 'step' ORDER BY event_no")
-        said = connection.execute(steps, {"run": answer["run"]}).scalars().all()
-        query = sa.text("SELECT parameters FROM run WHERE id = :run")
-        recorded = connection.execute(query, {"run": answer["run"]}).scalar_one()
-        selected = connection.execute(sa.text("SELECT count(*), count(*) FILTER (NOT shown) FROM selected_part")).one()
-    assert said == list(answer["timings_s"])
+    steps = "SELECT name FROM run_event WHERE run_id = :run AND kind = 'step' ORDER BY event_no"
+    assert asked(inspection.store, steps, run=answer["run"]) == [(name,) for name in answer["timings_s"]]
+    ((recorded,),) = asked(inspection.store, "SELECT parameters FROM run WHERE id = :run", run=answer["run"])
+    (selected,) = asked(inspection.store, "SELECT count(*), count(*) FILTER (NOT shown) FROM selected_part")
     call = {
         "world": "demo_cell", "against": None, "carrier": asdict(Carrier()), "serial": None, "operator": user_name(),
         "keep_images": True, "full_audit": True, "variants": None,
@@ -100,21 +69,11 @@ def test_parts_in_view_are_those_of_the_truth(answer: dict[str, Any]) -> None:
             assert found[f"bulkhead/{part['path']}"] == pytest.approx(seen / alone, abs=0.05)
 
 
-def compared(store: Store, connection: sa.Connection, run: int) -> dict[str, list[str]]:
-    """Rows of a run that are the same in any other of the same inputs, by table."""
-    found = {}
-    for name in COMPARED:
-        table = store.table(name)
-        asked = sa.select(*(column for column in table.columns if column.name not in OF_THE_RUN))
-        found[name] = sorted(map(repr, connection.execute(asked.where(table.c.run_id == run)).all()))
-    return found
-
-
 def test_left_camera_alone_knows_less(answer: dict[str, Any], left_alone: Inspection) -> None:
     alone = left_alone.answer
     assert alone["verdict"] == "accepted"
     assert list(alone["world_from_camera"]) == ["left"]
-    off = measure_pose_error(np.array(alone["world_from_rig"]), TRUTH)
+    off = off_truth(alone)
     assert off.target_mm < 2
     assert off.rotation_deg < 0.2
     wider = np.diag(alone["covariance"]) / np.diag(answer["covariance"])
@@ -138,7 +97,7 @@ def test_more_than_the_pictures_can_tell_is_refused_with_the_pose(
     assert strict["posterior"] > 0.98
     assert strict["outcome"]["cause"] == "precision"
     assert strict["outcome"]["refusal"][1].startswith("next: ask for less with --needs")
-    assert measure_pose_error(np.array(strict["world_from_rig"]), TRUTH).target_mm < 2
+    assert off_truth(strict).target_mm < 2
 
 
 def test_postgresql_gives_the_same_answer(answer: dict[str, Any], postgresql_inspection: Inspection) -> None:
@@ -148,3 +107,113 @@ def test_postgresql_gives_the_same_answer(answer: dict[str, Any], postgresql_ins
     np.testing.assert_allclose(there["covariance"], answer["covariance"], rtol=1e-6)
     assert there["parts_in_view"] == answer["parts_in_view"]
     assert main(["check", "--store", postgresql_inspection.store]) == 0
+
+
+Array = npt.NDArray[np.float64]
+
+
+def delta(a: Array, b: Array) -> Array:
+    """The perturbation (6,) that takes pose a to pose b."""
+    d = np.linalg.inv(a) @ b
+    return np.concatenate([d[:3, 3], Rotation.from_matrix(d[:3, :3]).as_rotvec()])
+
+
+def rows(store: str, table: str, run: int) -> list[dict[str, Any]]:
+    found = asked(store, f"SELECT * FROM {table} WHERE run_id = :run", run=run)  # noqa: S608
+    return [dict(row._mapping) for row in found]
+
+
+def test_the_base_is_corrected_by_closed_form(inspection: Inspection, pair: Pair) -> None:
+    """The pose that the world gives the rig is the prior, so base = found prior^-1 base, with the joint held."""
+    it, found = inspection.answer["base_correction"], np.array(inspection.answer["world_from_rig"])
+    expected = found @ np.linalg.inv(np.array(pair.prior["world_from_rig"])) @ BASE
+    assert np.abs(it["world_from_object"] - expected).max() < 1e-7
+    assert it["shift_mm"] == pytest.approx(expected[:3, 3] - BASE[:3, 3])
+    assert it["turn_rad"] == pytest.approx(delta(BASE, expected)[3:])
+    assert (it["carrier"], it["joints"]) == ("slider", {"travel": TRAVEL})
+    # And the truth: of 6 degrees of freedom, one in a million is beyond 38.
+    base_from_rig = carriage(TRAVEL) @ carriage_from_rig(pair.prior["world_from_rig"])
+    truth = read_truth(DEMO / "pair_00_truth.json").world_from_rig
+    off = delta(np.array(it["world_from_object"]), truth @ np.linalg.inv(base_from_rig))
+    assert off @ np.linalg.solve(it["covariance"], off) < 38
+
+
+def test_rows_and_json_say_the_same(inspection: Inspection) -> None:
+    said, run = inspection.answer["base_correction"], inspection.answer["run"]
+    (row,) = rows(inspection.store, "base_correction", run)
+    stored = np.array([row[c] for c in MATRIX_COLUMNS]).reshape(3, 4)
+    assert np.array_equal(stored, np.array(said["world_from_object"])[:3])
+    assert [row[f"shift_{c}"] for c in "xyz"] == said["shift_mm"]
+    assert [row[f"turn_{c}"] for c in "xyz"] == said["turn_rad"]
+    assert list(row["covariance"]) == np.ravel(said["covariance"]).tolist()
+    held = {
+        "joint": "travel",
+        "stated_value": TRAVEL,
+        "value": TRAVEL,
+        "prior_sigma": None,
+        "sigma": None,
+        "unit": "mm",
+    }
+    assert rows(inspection.store, "joint_correction", run) == [{"run_id": run, **held}]
+
+
+def test_a_joint_with_a_sigma_is_corrected_and_told_in_words(left_alone: Inspection) -> None:
+    """The joint is said to stand 6 mm beside where it does; how base and joint share that, the tests of kinematics
+    compare with least squares."""
+    run = left_alone.answer["run"]
+    (it,), (joint,) = (rows(left_alone.store, name, run) for name in ("base_correction", "joint_correction"))
+    assert (joint["joint"], joint["stated_value"], joint["prior_sigma"]) == ("travel", TRAVEL + 6, 4.0)
+    assert 0 < joint["sigma"] < 4
+    assert joint["value"] == pytest.approx(TRAVEL, abs=3 * joint["sigma"])
+    said = left_alone.words.splitlines()
+    base, travel = (next(line for line in said if line.startswith(word)) for word in ("the base of", "joint "))
+    shift, turn = ([it[f"{name}_{c}"] for c in "xyz"] for name in ("shift", "turn"))
+    covariance = np.reshape(it["covariance"], (6, 6))
+    worst = 2 * np.sqrt([np.linalg.norm(covariance[i : i + 3, i : i + 3], 2) for i in (0, 3)])
+    assert base.startswith(f"the base of slider stands {np.linalg.norm(shift):.2f} mm (")
+    assert f"and {np.degrees(np.linalg.norm(turn)):.3f} degrees from where the world has it" in base
+    assert base.endswith(f"known to {worst[0]:.2g} mm and {np.degrees(worst[1]):.2g} degrees (two sigma)")
+    assert travel.startswith(f"joint travel at {joint['value']:.6g} mm, not {TRAVEL + 6:g}: ")
+    assert travel.endswith(f"known to {2 * joint['sigma']:.2g} mm (two sigma)")
+
+
+def test_a_pose_that_is_not_accepted_corrects_nothing(dark: Inspection) -> None:
+    assert dark.answer["verdict"] == "refused"
+    assert dark.answer["base_correction"] is None
+    for table in ("base_correction", "joint_correction"):
+        assert not rows(dark.store, table, dark.answer["run"])
+
+
+def test_what_cannot_be_corrected_is_said_before_anything_is_written(
+    inspection: Inspection, copy_store: CopyStore, pair: Pair, tmp_path: Path, capsys: Capsys
+) -> None:
+    target = copy_store(inspection.store)
+
+    def refused(status: int, sentence: str, *words: str) -> None:
+        assert main(["inspect", *pair.options(), *words, "--store", target]) == status
+        assert sentence in capsys.readouterr().err
+        assert asked(target, "SELECT count(*) FROM inspection") == [(1,)]
+
+    refused(2, "no object arm carries this rig: name the one that does with --on: slider", "--on", "arm")
+    refused(3, "joint 'lift' is unknown: name one of those that move by themselves: travel", "--joint-sigma", "lift=1")
+    refused(3, "that of joint 'travel' is 0: give one above zero", "--joint-sigma", "travel=0")
+    refused(2, "--base-sigma-mm and --base-sigma-deg must be above zero", "--base-sigma-mm", "0")
+    _, two = write_world(tmp_path, pair.rig_file, pair.prior["world_from_rig"], "one", "two")
+    assert main(["world", str(two), "--store", target]) == 0
+    refused(2, "several objects carry this rig: say with --on which of them took the pictures: one, two")
+    assert main(["world", str(DEMO / "world.yaml"), "--store", target]) == 0
+    refused(2, "the world does not mount this rig", "--set", "travel=1")
+
+
+def test_where_says_of_an_answer_what_the_inspection_said(
+    inspection: Inspection, tmp_path: Path, capsys: Capsys
+) -> None:
+    (tmp_path / "answer.json").write_text(json.dumps(inspection.answer))
+    assert main(["where", "head", "--found", str(tmp_path / "answer.json"), "--store", inspection.store]) == 0
+    there, said = yaml.safe_load(capsys.readouterr().out), inspection.answer["base_correction"]
+    assert there.keys() == said.keys()
+    for name, value in said.items():
+        if isinstance(value, list):
+            np.testing.assert_allclose(there[name], value, rtol=1e-6, atol=1e-9)
+        else:
+            assert there[name] == value

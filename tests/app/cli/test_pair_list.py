@@ -6,21 +6,21 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+import sqlalchemy as sa
 import yaml
 
 import relmodel
 from relmodel.app.cli.main import main
-from relmodel.app.cli.options import read_pairs, worst
+from relmodel.app.cli.options import base_covariance, read_pairs, worst
 from relmodel.errors import InputError
 from relmodel.store import Store
+from relmodel.store.runs import read_rows
 from tests.app.cli.conftest import Inspection, Pair
-from tests.app.cli.slider import write_world
-from tests.app.cli.test_inspect import compared
+from tests.app.cli.slider import TRAVEL, write_world
 from tests.given import Capsys, CopyStore
 from vision.scene import read_scene
-
-VARYING = {"run", "timings_s"}
 
 
 def listed(folder: Path, text: str) -> Path:
@@ -80,60 +80,70 @@ def test_a_call_names_one_pair_or_a_list(words: list[str], capsys: Capsys) -> No
     assert "--list" in capsys.readouterr().err
 
 
-def test_a_list_answers_as_one_by_one_and_a_failed_pair_leaves_the_others(
-    inspection: Inspection,
-    pair: Pair,
-    copy_store: CopyStore,
-    tmp_path: Path,
-    capsys: Capsys,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """From the extractions that the store has."""
-
-    def never(*_: object) -> None:
-        raise AssertionError("extracted again")
-
-    store, scenes = copy_store(inspection.store), count_scenes(monkeypatch)
-    monkeypatch.setattr("vision.inspection.pictures.extract", never)
-    line = f"{pair.left},{pair.right},{pair.prior_file}"
-    file = listed(tmp_path, f"left,right,prior,serial\nnothing.png,,,one\n{line},two\n")
-    call = ["inspect", "--list", str(file), "--rig", str(pair.rig_file), "--store", store]
-    capsys.readouterr()
-    assert main([*call, "--format", "json"]) == 3
-    said = capsys.readouterr()
-    told: list[dict[str, Any]] = [json.loads(line) for line in said.out.splitlines()]
+def test_a_failed_pair_leaves_the_others(left_alone: Inspection) -> None:
+    told = left_alone.said
+    assert left_alone.status == 3
     assert [(it["pair"], it["of"], it["serial"], it["exit_status"]) for it in told] == [
         (1, 2, "one", 3),
-        (2, 2, "two", 0),
+        (2, 2, "SN-0042", 0),
     ]
-    assert f"{file}, line 2: there is no image" in said.err
     assert "there is no image" in told[0]["error"]
-    assert told[0]["pictures"] == {"left": str(tmp_path / "nothing.png")}
-    assert len(scenes) == 1
-    alone = {k: v for k, v in inspection.answer.items() if k not in VARYING}
-    with Store.open(store, read_only=True) as opened, opened.read() as connection:
-        rows = compared(opened, connection, inspection.answer["run"])
-        assert all(rows.values())
-        assert {k: v for k, v in told[1]["answer"].items() if k not in VARYING} == alone
-        assert compared(opened, connection, told[1]["answer"]["run"]) == rows
+    (missing,) = told[0]["pictures"].values()
+    assert f"{Path(missing).with_name('pairs.csv')}, line 2: there is no image {missing}" in left_alone.told
 
 
-def test_a_session_sees_a_new_revision_of_the_world(
-    left_alone: Inspection, pair: Pair, copy_store: CopyStore, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+# As a moment: of the run, not of what was found.
+WHEN = {"process", "code_commit"}
+RELATIONS = sa.text("SELECT relation FROM row_digest WHERE run_id = :run ORDER BY relation")
+
+
+def rows_of(target: str, run: int) -> dict[str, list[str]]:
+    """Rows that an inspection rests on, by relation, as texts sorted; without what says when the run was made."""
+    with Store.open(target, read_only=True) as store, store.read() as connection:
+        out = {}
+        for relation in connection.scalars(RELATIONS, {"run": run}).all():
+            kinds = {c.name: c.type for c in store.table(relation).columns}
+            names = [n for n, kind in kinds.items() if not isinstance(kind, sa.TIMESTAMP) and n not in WHEN]
+            rows = read_rows(store, connection, run, relation, names)
+            out[relation] = sorted(map(repr, zip(*(values.tolist() for values in rows.values()), strict=True)))
+        return out
+
+
+def test_a_session_writes_the_rows_of_a_list_and_sees_a_new_revision_of_the_world(
+    inspection: Inspection,
+    left_alone: Inspection,
+    pair: Pair,
+    copy_store: CopyStore,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
 ) -> None:
-    """Of edges that are less exact, the pose is less sure; before, it is what the command found."""
-    given: dict[str, Any] = {"pictures": {"left": pair.left}, "prior": pair.prior_file}
-    scenes = count_scenes(monkeypatch)
+    """To the last digit, and what fails leaves it as it was.  Of edges that are less exact, the pose is less sure."""
+    carrier = relmodel.Carrier(
+        None, {"travel": TRAVEL + 6}, {"travel": 4.0}, base_covariance(2.0, 0.3), (2.0, np.radians(0.3))
+    )
+    given: dict[str, Any] = {
+        "pictures": {"left": pair.left},
+        "prior": pair.prior_file,
+        "carrier": carrier,
+        "serial": "SN-0042",
+    }
+    target, scenes = copy_store(inspection.store), count_scenes(monkeypatch)
     with (
-        relmodel.open(copy_store(left_alone.store), read_only=False) as store,
+        relmodel.open(target, read_only=False) as store,
         store.session(rig=pair.rig_file, needs="5mm,1deg") as session,
     ):
+        with pytest.raises(InputError, match="there is no image"):
+            session.inspect(pictures={"left": tmp_path / "nothing.png"}, serial="one")
         first = session.inspect(**given)
         store.place(less_exact(pair, tmp_path))
         second = session.inspect(**given)
     assert len(scenes) == 2
-    for key in ("world_from_rig", "covariance", "verdict", "needs", "parts_in_view"):
-        assert first.to_json()[key] == left_alone.answer[key]
+    by_list, by_session = rows_of(left_alone.store, first.run), rows_of(target, first.run)
+    assert {"run", "edge_measurement", "hypothesis", "view_arc", "inspection", "presence"} <= by_list.keys()
+    assert [name for name, rows in by_list.items() if rows != by_session.get(name)] == []
+    assert by_session.keys() == by_list.keys()
+    own = first.to_json() | {"timings_s": left_alone.answer["timings_s"]}
+    assert json.loads(json.dumps(own)) == left_alone.answer
     assert second.sigma["translation_mm"] > first.sigma["translation_mm"]
 
 

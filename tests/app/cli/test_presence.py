@@ -16,19 +16,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sqlalchemy as sa
-import yaml
 from PIL import Image
 
 from relmodel.app.cli.main import main
 from relmodel.app.cli.verbs.inspect import print_answer
 from relmodel.app.notebook import PicturedInspection
 from relmodel.drawing.draw import STATES
-from relmodel.loading.load import load
-from relmodel.resources import resource_dir
 from relmodel.store import Store
 from relmodel.store.check import check
-from tests.app.cli.conftest import DEMO, Inspection, halve, inspected_and_kept
+from tests.app.cli.conftest import DEMO, Inspection, answered, asked
 from tests.app.cli.test_serve import rows, serving
 from tests.given import Capsys
 from tests.pages import Page
@@ -40,60 +36,33 @@ Answer = dict[str, Any]
 
 
 @pytest.fixture(scope="module")
-def done(bulkhead_template: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Found]:
-    """A store with variant A where variant B stands, inspected, with crops, overlay and a copy beside it; and the
-    answer."""
-    folder = tmp_path_factory.mktemp("presence")
-    shutil.copy(bulkhead_template, folder / "cell.duckdb")
-    with Store.open(folder / "cell.duckdb") as store:
-        load(store, DEMO / "bulkhead_B.step.gz", name="bulkhead", variant="B")
-    world = yaml.safe_load((DEMO / "world_B.yaml").read_text())
-    world["objects"][0]["variant"] = "A"
-    (folder / "world.yaml").write_text(yaml.safe_dump(world))
-    assert main(["world", str(folder / "world.yaml"), "--store", str(folder / "cell.duckdb")]) == 0
-    options = halve("pair_04", folder).options(
-        world=world["world"], crops=folder / "crops", overlay=folder / "overlay.png"
-    )
-    said, kept = inspected_and_kept(str(folder / "cell.duckdb"), *options)
-    assert said == json.loads(json.dumps(kept.to_json()))
-    shutil.copy(folder / "cell.duckdb", folder / "copy.duckdb")  # one that nobody has open
-    return folder, kept
+def found(other_variant: Inspection) -> Found:
+    return other_variant.kept
 
 
 @pytest.fixture(scope="module")
-def folder(done: tuple[Path, Found]) -> Path:
-    return done[0]
+def answer(other_variant: Inspection) -> Answer:
+    return other_variant.answer
 
 
 @pytest.fixture(scope="module")
-def found(done: tuple[Path, Found]) -> Found:
-    return done[1]
-
-
-@pytest.fixture(scope="module")
-def answer(found: Found) -> Answer:
-    read: Answer = json.loads(json.dumps(found.to_json()))
-    return read
-
-
-@pytest.fixture(scope="module")
-def store(folder: Path) -> Iterator[Store]:
-    with Store.open(folder / "cell.duckdb") as opened:
+def store(other_variant: Inspection) -> Iterator[Store]:
+    with Store.open(other_variant.store, read_only=True) as opened:
         yield opened
+
+
+@pytest.fixture
+def target(other_variant: Inspection, tmp_path: Path) -> str:
+    """A copy of the store, to be written to."""
+    return str(shutil.copy(other_variant.store, tmp_path / "cell.duckdb"))
 
 
 def feature_at(store: Store, x: float, y: float, kind: str = "through_hole") -> str:
     """Path of the body's feature of that kind whose box is centred there."""
-    with store.read() as connection:
-        found = connection.execute(
-            sa.text(
-                "SELECT f.name FROM feature AS f JOIN feature_class AS k ON k.id = f.feature_class_id "
-                "JOIN occurrence AS o ON o.shape_id = f.shape_id AND o.path = 'bulkhead/BODY' "
-                "WHERE k.kind = :kind AND abs((f.x0 + f.x1) / 2 - :x) < 0.5 AND abs((f.y0 + f.y1) / 2 - :y) < 0.5"
-            ),
-            {"kind": kind, "x": x, "y": y},
-        ).scalars()
-        (name,) = set(found)
+    question = """SELECT DISTINCT f.name FROM feature AS f JOIN feature_class AS k ON k.id = f.feature_class_id
+        JOIN occurrence AS o ON o.shape_id = f.shape_id AND o.path = 'bulkhead/BODY'
+        WHERE k.kind = :kind AND abs((f.x0 + f.x1) / 2 - :x) < 0.5 AND abs((f.y0 + f.y1) / 2 - :y) < 0.5"""
+    ((name,),) = asked(store, question, kind=kind, x=x, y=y)
     return f"bulkhead/BODY/{name}"
 
 
@@ -137,9 +106,8 @@ def test_what_the_model_lacks_is_unexplained(answer: Answer) -> None:
 
 def test_rows_say_what_the_answer_says(answer: Answer, store: Store) -> None:
     assert not [f for f in check(store) if f.rows]
-    with store.read() as connection:
-        rows = connection.execute(store.table("presence").select().order_by(sa.text("item_no"))).all()
-        by_camera = connection.execute(store.table("presence_camera").select()).all()
+    rows = asked(store, "SELECT * FROM presence ORDER BY item_no")
+    by_camera = asked(store, "SELECT * FROM presence_camera")
     assert [(r.path, r.state, r.qif, r.reason) for r in rows] == [
         (i["path"], i["state"], i["qif"], i["reason"]) for i in answer["presence"]["items"]
     ]
@@ -151,11 +119,7 @@ def test_rows_say_what_the_answer_says(answer: Answer, store: Store) -> None:
 
 
 def test_questions_about_what_is_there_are_answered(answer: Answer, store: Store) -> None:
-    said: dict[str, list[dict[str, Any]]] = {}
-    for name in ("contradicted_features", "diameter_over_time"):
-        with store.read() as connection:
-            text = sa.text((resource_dir("queries") / f"examples/{name}.sql").read_text())
-            said[name] = [dict(r._mapping) for r in connection.execute(text)]
+    said = {name: answered(store, name) for name in ("contradicted_features", "diameter_over_time")}
     missing = [
         i
         for i in answer["presence"]["items"]
@@ -170,9 +134,7 @@ def test_questions_about_what_is_there_are_answered(answer: Answer, store: Store
     assert feature_at(store, 1130, 138) == "bulkhead/BODY/through_hole 33"
     assert diameter["diameter"] == pytest.approx(88, abs=max(3 * diameter["sigma"], 0.5))
     assert diameter["changed"]
-    with store.read() as connection:
-        question = (resource_dir("queries") / "examples/thresholds_of_findings.sql").read_text()
-        named = {r.threshold: r.threshold_value for r in connection.execute(sa.text(question))}
+    named = {r["threshold"]: r["threshold_value"] for r in answered(store, "thresholds_of_findings")}
     assert len(named) >= 3
     assert all(value == getattr(DEFAULTS.states, name.removeprefix("states.")) for name, value in named.items())
 
@@ -182,10 +144,9 @@ def test_the_pictures_are_said_unasked_to_show_the_other_variant(answer: Answer,
     assert (first["variant"], first["placed"], second["variant"], second["placed"]) == ("B", False, "A", True)
     assert first["log_odds"] - second["log_odds"] > 20
     assert second["against"] > first["against"]
-    with store.read() as connection:
-        rows = connection.execute(sa.text((resource_dir("queries") / "examples/variants_seen.sql").read_text())).all()
-    assert [(r.variant, r.placed) for r in rows] == [("B", False), ("A", True)]
-    assert rows[1].nats_less == pytest.approx(first["log_odds"] - second["log_odds"], abs=1e-2)
+    rows = answered(store, "variants_seen")
+    assert [(r["variant"], r["placed"]) for r in rows] == [("B", False), ("A", True)]
+    assert rows[1]["nats_less"] == pytest.approx(first["log_odds"] - second["log_odds"], abs=1e-2)
 
 
 def test_the_outcome_counts_what_is_not_as_modelled(answer: Answer) -> None:
@@ -226,11 +187,10 @@ def everywhere(target: str, run: int, found: Found, folder: Path) -> dict[str, s
 
 
 def test_the_outcome_stands_wherever_the_verdict_stands(
-    answer: Answer, found: Found, folder: Path, tmp_path: Path
+    answer: Answer, found: Found, target: str, tmp_path: Path
 ) -> None:
     """And where a row under it is altered, all say so: nothing above an answer keeps a verdict of its own."""
-    target, run, said = str(tmp_path / "cell.duckdb"), answer["run"], answer["outcome"]
-    shutil.copy(folder / "copy.duckdb", target)
+    run, said = answer["run"], answer["outcome"]
     told, (evidence,) = everywhere(target, run, found, tmp_path), said["variants"]
     assert told["terminal"].splitlines()[-1] == f"run {run}: {said['words']}"  # a terminal shows the end
     assert {name for name, words in told.items() if said["words"][1:] not in words} == {"serve", "runs"}
@@ -271,7 +231,7 @@ def test_an_accepted_pose_fails_on_what_is_asked(
     words: str | None,
     status: int,
     found: Found,
-    folder: Path,
+    duckdb_file: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: Capsys,
 ) -> None:
@@ -279,22 +239,22 @@ def test_an_accepted_pose_fails_on_what_is_asked(
     monkeypatch.setattr("vision.inspection.inspect", lambda *_, **__: said)
     call = ["inspect", *("--rig", "r.yaml", "left=l.png", "--prior", "p.yaml")]
     call += [] if words is None else ["--fail-on", words]
-    assert main([*call, "--store", str(folder / "cell.duckdb")]) == status
+    assert main([*call, "--store", str(duckdb_file)]) == status
     if status == 2:
         assert capsys.readouterr().err.strip().endswith("give some of changed,contradicted,variant,unchecked")
 
 
-def test_crops_show_the_worst_first(answer: Answer, folder: Path) -> None:
-    names = sorted(p.name for p in (folder / "crops").iterdir())
+def test_crops_show_the_worst_first(answer: Answer, other_variant: Inspection) -> None:
+    names = sorted(p.name for p in (other_variant.folder / "crops").iterdir())
     assert len(names) == len(answer["presence"]["look_at"])
     for name, path in zip(names, answer["presence"]["look_at"], strict=True):
         assert item(answer, path)["state"] in name
 
 
-def test_the_overlay_shows_states_where_cameras_see_them(folder: Path) -> None:
+def test_the_overlay_shows_states_where_cameras_see_them(other_variant: Inspection) -> None:
     """By the rendering's own poses: the hole that B lacks is red all round, one that both have green."""
     truth = json.loads((DEMO / "pair_04_truth.json").read_text())
-    with Image.open(folder / "overlay.png") as opened:
+    with Image.open(other_variant.folder / "overlay.png") as opened:
         drawn = np.asarray(opened.convert("RGB"), int)
     around = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     for place, diameter, name in (((910, 140), 60, "contradicted"), ((800, 140), 60, "confirmed")):
@@ -315,14 +275,13 @@ def test_the_overlay_shows_states_where_cameras_see_them(folder: Path) -> None:
 
 
 def test_findings_come_first_with_what_each_camera_shows(
-    answer: Answer, store: Store, folder: Path, tmp_path: Path, capsys: Capsys
+    answer: Answer, store: Store, other_variant: Inspection, tmp_path: Path
 ) -> None:
     """The hole of 88 mm for 104: its size and limit, its own link, and crops that show it in both cameras."""
     with store.read() as connection:
         findings = store.rows(connection, "report/run_findings", run_id=answer["run"])
     page = tmp_path / "run.html"
-    target = str(shutil.copy(folder / "copy.duckdb", tmp_path / "cell.duckdb"))
-    assert main(["report", "-o", str(page), "--store", target]) == 0
+    assert main(["report", "-o", str(page), "--store", other_variant.store]) == 0
     read = Page(page.read_text())
     assert len(read.with_class("finding")) >= len(findings) == answer["outcome"]["findings"]
     links = [a["id"] for _, a in read.elements if a.get("id", "").startswith("finding=")]
@@ -344,8 +303,8 @@ def test_findings_come_first_with_what_each_camera_shows(
         assert abs(v - v0 - height / 2) < height / 4
 
 
-def test_decisions_are_kept_shown_and_sealed(folder: Path, tmp_path: Path, capsys: Capsys) -> None:
-    target, page = str(shutil.copy(folder / "copy.duckdb", tmp_path / "cell.duckdb")), tmp_path / "run.html"
+def test_decisions_are_kept_shown_and_sealed(target: str, tmp_path: Path, capsys: Capsys) -> None:
+    page = tmp_path / "run.html"
     decide = ["--by", "A. Meier", "--store", target, "--note"]
     assert main(["accept", "2", *decide, "as agreed <b>"]) == 0
     assert main(["reject", "2", *decide, "no longer"]) == 0
@@ -368,11 +327,7 @@ def test_decisions_are_kept_shown_and_sealed(folder: Path, tmp_path: Path, capsy
 
 def test_postgresql_answers_from_the_rows(postgresql_inspection: Inspection) -> None:
     """The right model: what is counted as contradicted is what the rows say, and no variant was weighed."""
-    said = {}
-    with Store.open(postgresql_inspection.store) as store, store.read() as connection:
-        for name in ("contradicted_features", "variants_seen"):
-            text = sa.text((resource_dir("queries") / f"examples/{name}.sql").read_text())
-            said[name] = [dict(r._mapping) for r in connection.execute(text)]
+    said = {name: answered(postgresql_inspection.store, name) for name in ("contradicted_features", "variants_seen")}
     items = postgresql_inspection.answer["presence"]["items"]
     against = {i["path"] for i in items if i["level"] == "feature" and i["state"] in ("contradicted", "not_confirmed")}
     assert {r["path"] for r in said["contradicted_features"]} == against

@@ -1,4 +1,4 @@
-"""Long work shows how far it is on a terminal, and says nothing of it to a file or a pipe."""
+"""Long work shows how far it is on a terminal alone, ends by Ctrl-C, and minds no reader of the store."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from threading import Event
+from threading import Event, Lock
+from typing import Any
 
 import duckdb
 import pytest
@@ -22,7 +23,12 @@ import trimesh
 from relmodel.app.cli.main import main
 from relmodel.app.cli.progress import Watch
 from relmodel.progress import Progress
+from relmodel.store import Store, engine
+from tests.app.cli.conftest import Inspection, Pair
 from tests.given import Capsys
+from tests.holding import Holder, held
+from vision.extraction.extract import extract
+from vision.presence.states import assess
 
 INTERRUPTED = "interrupted: what was finished before is kept, and the store is otherwise as it was"
 # Python ends by the signal itself where it broke off an import that makes code: a shell reports 130 for both.
@@ -79,41 +85,49 @@ def test_progress_stands_on_a_terminal_alone(
         assert capsys.readouterr().out == quiet[verb]
 
 
-def test_an_inspection_says_its_step_the_share_done_and_the_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
+# What runs took last time, what is told now, and at which second which words stand there.
+INSPECTION = {"inspect": [("read", 1.0), ("extract", 3.0), ("localise", 6.0)], "world": [("", 8.0)]}
+PLACING, MEASURING = {"world": [("", 8.0)]}, {"index": [("", 20.0)]}
+
+
+@pytest.mark.parametrize(
+    ("last", "told", "steps", "second", "words"),
+    [
+        (INSPECTION, ("two.png: inspecting", 1, 4), {0: ""}, 0, "two.png: inspecting (read), 25%, about 30 s left"),
+        # Half of what the step took last time, and longer than last time: it does not count for more than its own.
+        (INSPECTION, ("it", 1, 4), {0: "", 1.5: "read"}, 3, "it (extract), 31%, about 28 s left"),
+        (INSPECTION, ("it", 1, 4), {0: "", 1.5: "read"}, 20, "it (extract), 35%, about 26 s left"),
+        (INSPECTION, ("it", 1, 4), {0: "", 1.5: "read", 20: "localise"}, 20, "it, 50%, about 20 s left"),  # one less
+        (PLACING, ("cell.yaml: placing", 0, 1), {0: ""}, 2, "cell.yaml: placing, 25%, about 6 s left"),
+        (PLACING, ("cell.yaml: placing", 0, 1), {0: ""}, 9, "cell.yaml: placing, 9 s so far"),  # not about to end
+        (MEASURING, ("measuring grid", 1, 5), {0: ""}, 5, "measuring grid, 20%, about 15 s left"),  # unlike pieces
+    ],
+)
+def test_a_step_the_share_done_and_the_time_left_are_said(
+    last: Any, told: Any, steps: dict[float, str], second: float, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     now = 100.0
     monkeypatch.setattr("time.monotonic", lambda: now)
-    watch = Watch({"inspect": [("read", 1.0), ("extract", 3.0), ("localise", 6.0)], "world": [("", 8.0)]})
-    watch.tell("two.png: inspecting", 1, 4)
-    watch.step("inspect", "")
-    assert watch.words() == "two.png: inspecting (read), 25%, about 30 s left"
-    now = 101.5
-    watch.step("inspect", "read")
-    now = 103.0  # half of what the next took last time
-    assert watch.words() == "two.png: inspecting (extract), 31%, about 28 s left"
-    now = 120.0  # longer than last time: it does not count for more than its own
-    assert watch.words() == "two.png: inspecting (extract), 35%, about 26 s left"
-    watch.step("inspect", "localise")  # it may leave one out
-    assert watch.words() == "two.png: inspecting, 50%, about 20 s left"
-    watch = Watch({"world": [("", 8.0)]})
-    watch.tell("cell.yaml: placing", 0, 1)
-    watch.step("world", "")
-    now = 122.0
-    assert watch.words() == "cell.yaml: placing, 25%, about 6 s left"
-    now = 129.0  # one that takes longer than the last is not about to end
-    assert watch.words() == "cell.yaml: placing, 9 s so far"
-    watch = Watch({"index": [("", 20.0)]})
-    watch.tell("measuring grid", 1, 5)
-    watch.step("index", "")
-    now = 134.0  # its pieces take unlike times
-    assert watch.words() == "measuring grid, 20%, about 15 s left"
+    watch = Watch(last)
+    watch.tell(*told)
+    for at, step in steps.items():
+        now = 100.0 + at
+        watch.step(next(iter(last)), step)
+    now = 100.0 + second
+    assert watch.words() == words
+
+
+def test_the_time_left_is_that_of_what_was_done_where_nothing_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = 100.0
+    monkeypatch.setattr("time.monotonic", lambda: now)
     watch = Watch({})
     watch.tell("one.step: reading", 0, 4)
-    now = 144.0
+    now = 110.0
     assert watch.words() == "one.step: reading, 10 s so far"
     watch.tell("two.step: reading", 1, 4)
-    now = 150.0
+    now = 116.0
     assert watch.words() == "two.step: reading, 25%, about 24 s left"
-    now = 180.0  # what is left takes longer than what was done
+    now = 146.0  # what is left takes longer than what was done
     assert watch.words() == "two.step: reading, 25%, 46 s so far"
 
 
@@ -201,3 +215,106 @@ def test_an_interrupt_from_the_terminal_ends_the_child_that_reads_too(duckdb_tem
     assert said == f"relmodel load: {INTERRUPTED}\n"
     assert process.returncode in INTERRUPTED_STATUSES
     assert content(store) == was
+
+
+def interrupted_when(ready: Callable[[], bool], words: list[str]) -> None:
+    """Run the program, send it SIGINT as soon as it is ready for that, and check how it ends."""
+    with subprocess.Popen([sys.executable, "-m", "relmodel", *words], stderr=subprocess.PIPE, text=True) as process:
+        while process.poll() is None and not ready():
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate()
+    assert said == f"relmodel {words[0]}: {INTERRUPTED}\n"
+    assert process.returncode in INTERRUPTED_STATUSES
+
+
+def test_an_interrupted_inspection_keeps_what_its_pictures_show(
+    bulkhead_template: Path, pair: Pair, tmp_path: Path
+) -> None:
+    """Sent once the run has committed twice, that it began and what its pictures show: which is kept, and says nothing
+    of the model."""
+    store, journal = tmp_path / "cell.duckdb", tmp_path / "cell.duckdb.journal"
+    shutil.copy(bulkhead_template, store)
+    shutil.copy(f"{bulkhead_template}.journal", journal)
+    was, lines = content(store), len(journal.read_bytes().splitlines())
+    words = ["inspect", *pair.options(), "--store", str(store)]
+    interrupted_when(lambda: len(journal.read_bytes().splitlines()) >= lines + 2, words)
+    now = content(store)
+    changed = {name for name in now if now[name] != was[name]}
+    assert {"extraction", "image_arc"} <= changed
+    of_pictures = ("image", "extraction", "edge_", "unit", "unit_", "camera", "rig", "row_digest", "ellipse", "region_")
+    assert not [name for name in changed if not name.startswith(of_pictures)]
+    with duckdb.connect(str(store), read_only=True) as connection:
+        ended = connection.sql("SELECT kind, state, message FROM run_summary ORDER BY run_id DESC LIMIT 1").fetchall()
+    assert ended == [("inspect", "failed", "interrupted")]
+    assert main(["check", "--store", str(store)]) == 0
+
+
+RUNS = "SELECT count(*) FROM run"
+COMMON = "COLUMNS(c -> c NOT IN ('began_at', 'happened_at', 'seconds', 'process', 'digest'))"
+
+
+@pytest.fixture
+def store(bulkhead_template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """A copy of the store in which the bulkhead is placed; nobody waits for who reads it."""
+    monkeypatch.setattr(engine, "READERS_S", 0.0)
+    shutil.copy(f"{bulkhead_template}.journal", tmp_path / "cell.duckdb.journal")
+    return str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
+
+
+def rows(store: str) -> dict[str, list[str]]:
+    """Rows of all tables, but for what no two runs have in common."""
+    with duckdb.connect(store, read_only=True) as connection:
+        names = [row[0] for row in connection.execute("SELECT table_name FROM duckdb_tables()").fetchall()]
+        return {
+            name: sorted(map(repr, connection.execute(f'SELECT {COMMON} FROM "{name}"').fetchall()))  # noqa: S608
+            for name in names
+        }
+
+
+def test_a_reader_and_then_a_writer_cost_an_inspection_nothing_but_time(
+    store: str, pair: Pair, inspection: Inspection, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    """A reader sees what was there when it came; what a writer keeps from being recorded is kept, and recorded by the
+    next command that writes: all rows are those of an inspection that nobody hindered."""
+    held, one_at_a_time = list[Holder](), Lock()
+
+    def read_and_extract(*given: Any) -> Any:
+        with one_at_a_time:
+            if not held:
+                held.append(Holder(store, read_only=True))
+        return extract(*given)
+
+    def hold_and_assess(*given: Any) -> Any:
+        assert held[0].ask(RUNS) == f"[({inspection.answer['run']},)]"
+        held[0].let_go()
+        held.append(Holder(store, read_only=False))
+        return assess(*given)
+
+    monkeypatch.setattr("vision.inspection.pictures.extract", read_and_extract)
+    monkeypatch.setattr("vision.inspection.inspection.assess", hold_and_assess)
+    monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
+    status = main(["inspect", *pair.options(), "--store", store])
+    _, writer = held
+    writer.let_go()
+    assert status == 3
+    said = capsys.readouterr().err
+    assert f"in use by process {writer.pid}" in said
+    assert f"is kept in {store}.kept-{inspection.answer['run']}" in said
+    Store.open(store).close()
+    assert rows(store) == rows(inspection.store)
+    assert main(["check", "--store", store]) == 0
+    assert {path.name for path in Path(store).parent.iterdir()} == {"cell.duckdb", "cell.duckdb.journal"}
+
+
+@pytest.mark.usefixtures("reads_here")
+def test_a_reader_is_no_reason_to_refuse_a_verb(
+    calls: dict[str, list[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(engine, "READERS_S", 0.0)
+    store = str(tmp_path / "cell.duckdb")
+    more = ("init", "set box batch 7 --variant A", "prune runs --state killed --yes")
+    for call in (*calls.values(), *([*words.split(), "--store", store] for words in more)):
+        with held(store, read_only=True):
+            assert main(call) == 0, call[0]
+    assert main(["check", "--store", store]) == 0

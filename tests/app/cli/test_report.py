@@ -7,7 +7,6 @@ import io
 import json
 import re
 from pathlib import Path
-from typing import Any
 
 import cv2
 import duckdb
@@ -24,7 +23,7 @@ from relmodel.errors import UsageError
 from relmodel.find.find import world_named
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Run, Store
-from tests.app.cli.conftest import Inspection, Pair
+from tests.app.cli.conftest import Inspection, Pair, asked
 from tests.browser import COVERED, Browser
 from tests.given import Capsys, CopyStore
 from tests.pages import Page, data_of
@@ -38,11 +37,6 @@ def written(store: str, folder: Path, *options: str) -> str:
     file = folder / "page.html"
     assert main(["report", *options, "-o", str(file), "--store", store]) == 0
     return file.read_text()
-
-
-def asked(store: str, query: str) -> list[tuple[Any, ...]]:
-    with duckdb.connect(store, read_only=True) as connection:
-        return connection.sql(query).fetchall()
 
 
 @pytest.fixture(scope="module")

@@ -21,8 +21,9 @@ import relmodel
 from relmodel.app.cli.main import main
 from relmodel.arrays import Floats
 from relmodel.store import Store, sql
-from tests.app.cli.conftest import Inspection
+from tests.app.cli.conftest import Inspection, Pair, asked
 from tests.given import Capsys, CopyStore
+from tests.json_schema import violations
 from vision.cameras.files import read_prior
 
 WORDS = {"confirmed": "as modelled", "changed": "not as modelled", "contradicted": "not as modelled"}
@@ -37,8 +38,7 @@ def inspected(request: pytest.FixtureRequest) -> Inspection:
 
 def identity_of(target: str) -> tuple[str, str]:
     """The id of a store and its cell."""
-    with Store.open(target, read_only=True) as store, store.read() as connection:
-        store_id, cell = connection.exec_driver_sql("SELECT id, cell FROM store").one()
+    ((store_id, cell),) = asked(target, "SELECT id, cell FROM store")
     return store_id, cell
 
 
@@ -85,8 +85,7 @@ def test_tables_hold_the_same_in_csv_and_parquet(inspected: Inspection, tmp_path
         carried = {(row["store_id"], row["cell"], str(row["run"])) for row in table.to_pylist()}
         assert carried <= {(*identity, run)}
     matched = pyarrow.parquet.read_table(tmp_path / "parquet/matched_arc.parquet")
-    with Store.open(inspected.store, read_only=True) as store, store.read() as connection:
-        found = connection.exec_driver_sql("SELECT count(*), sum(residual), count(arc_no) FROM matched_arc").one()
+    (found,) = asked(inspected.store, "SELECT count(*), sum(residual), count(arc_no) FROM matched_arc")
     residuals = matched["residual"].to_pylist()
     assert (len(residuals), matched.num_rows - matched["arc_no"].null_count) == (found[0], found[2])
     assert sum(residuals) == pytest.approx(found[1], rel=1e-12)
@@ -266,3 +265,64 @@ def test_what_is_no_inspection_is_refused(inspection: Inspection, tmp_path: Path
         assert main(["export", *given, "--store", inspection.store]) == 2
         assert said in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+FOLDER = Path(__file__).parents[3] / "docs/json"
+BOX = ["--box", "1650", "-480", "960", "1700", "-440", "990"]
+# Calls by the name of the schema; RUN is the number of the inspection.
+CALLS = {
+    "runs": ["runs"],
+    "why": ["why", "RUN", "--pose"],
+    "compare": ["compare", "1", "RUN"],
+    "check": ["check"],
+    "find": ["find", *BOX, "--level", "feature"],
+    "schema": ["schema"],
+    "schema_columns": ["schema", "occurrence"],
+    "diff": ["diff", "A", "B", "--object", "bulkhead"],
+    "show": ["show", "bulkhead", "--variant", "A"],
+}
+
+
+def schema(name: str) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((FOLDER / f"{name}.schema.json").read_text())
+    return found
+
+
+@pytest.fixture(scope="module")
+def store(both_variants: str, copy_store: CopyStore) -> str:
+    target = copy_store(both_variants)
+    with Store.open(target) as opened, opened.write() as connection:  # for relmodel check to have something to say
+        opened.append(connection, "feature_class", {"id": [10**6], "content_key": ["k"], "kind": ["pocket"]})
+    return target
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_what_is_printed_is_as_its_schema_says(name: str, store: str, inspection: Inspection, capsys: Capsys) -> None:
+    call = [str(inspection.answer["run"]) if word == "RUN" else word for word in CALLS[name]]
+    capsys.readouterr()
+    form = ["--json"] if name == "compare" else ["--format", "json"]
+    assert main([*call, *form, "--store", store]) == (1 if name == "check" else 0)
+    said = json.loads(capsys.readouterr().out)
+    assert said
+    assert violations(said, schema(name)) == []
+
+
+def test_the_answer_of_an_inspection_and_an_extraction(inspection: Inspection, pair: Pair, capsys: Capsys) -> None:
+    assert violations(inspection.answer, schema("inspect")) == []
+    capsys.readouterr()
+    assert main(["extract", str(pair.left), "--format", "json"]) == 0
+    assert violations(json.loads(capsys.readouterr().out), schema("extract")) == []
+
+
+def test_every_schema_is_held_against_an_output() -> None:
+    assert {file.name.removesuffix(".schema.json") for file in FOLDER.glob("*.json")} == {
+        *CALLS, "inspect", "extract",
+        "replay", "stereo",  # by the tests of these verbs
+    }  # fmt: skip
+
+
+def test_what_is_not_as_a_schema_says_is_told() -> None:
+    row = {"topic": "a", "sentence": "b"}
+    for bad in ([{**row, "more": 1}], [{"topic": "a"}], [{**row, "sentence": None}], {"topic": "a"}):
+        assert violations(bad, schema("why"))
+    assert violations([{"run": True}], schema("runs"))

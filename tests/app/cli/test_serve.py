@@ -30,6 +30,7 @@ from relmodel.printing import plain
 from relmodel.resources import resource_dir
 from relmodel.store import Store
 from tests.app.cli.conftest import Inspection, Pair
+from tests.app.cli.conftest import asked as asked_of
 from tests.app.cli.test_report import EVIL, changed
 from tests.browser import Browser
 from tests.given import CopyStore
@@ -160,7 +161,7 @@ def test_many_runs_are_paged_the_newest_first(inspection: Inspection, copy_store
 def test_sizes_and_cameras_are_plotted_over_time(server: Server) -> None:
     measured = rows(server, "/over-time")
     sizes = asked_of(
-        server,
+        server.target,
         "SELECT p.path, m.what, m.value, m.run_id FROM measured_size AS m JOIN presence AS p "
         "ON p.run_id = m.run_id AND p.item_no = m.item_no WHERE m.what = 'diameter' AND p.level = 'feature'",
     )
@@ -177,11 +178,6 @@ def test_sizes_and_cameras_are_plotted_over_time(server: Server) -> None:
     (residual,) = rows(server, "/camera", rig=str(camera["rig"]), name="left")
     assert 0 < residual["value"] < 2
     assert "circle" in page(server, "/camera", rig=str(camera["rig"]), name="left")
-
-
-def asked_of(server: Server, query: str) -> list[tuple[Any, ...]]:
-    with Store.open(server.target, read_only=True) as store, store.read() as connection:
-        return [tuple(row) for row in connection.execute(sa.text(query))]
 
 
 def picture(server: Server, address: str) -> Image.Image:
@@ -209,11 +205,11 @@ def test_objects_are_shown_by_picture_name_and_revision(server: Server) -> None:
     found = rows(server, "/objects")
     assert list(found[0]) == ["name", "variant", "revision", "parts", "mass_kg", "file", "format"]
     bulkhead = next(r for r in found if r["name"] == "bulkhead")
-    ((mass, parts),) = asked_of(server, "SELECT sum(mass), count(*) FROM placed_part WHERE object = 'bulkhead'")
+    ((mass, parts),) = asked_of(server.target, "SELECT sum(mass), count(*) FROM placed_part WHERE object = 'bulkhead'")
     assert (bulkhead["revision"], bulkhead["parts"], bulkhead["mass_kg"]) == (1, parts, pytest.approx(mass))
     shown = [a["src"] for tag, a in Page(page(server, "/objects")).elements if tag == "img"]
     assert len(shown) == len(found)
-    ((number,),) = asked_of(server, "SELECT object_id FROM object_variant WHERE name = 'bulkhead'")
+    ((number,),) = asked_of(server.target, "SELECT object_id FROM object_variant WHERE name = 'bulkhead'")
     solid = np.asarray(picture(server, f"/picture/object/{number}")).min(axis=2) < 240
     wide, high = np.ptp(np.flatnonzero(solid.any(axis=0))), np.ptp(np.flatnonzero(solid.any(axis=1)))
     assert 1.3 < wide / high < 4  # a bulkhead of 1.9 m by .9 m, seen from aside
@@ -289,7 +285,7 @@ def test_the_world_of_a_box_is_drawn(server: Server) -> None:
     found = {r["path"] for r in rows(server, "/find", level="feature", **BOX)}
     scene = data_of(page(server, "/find", level="feature", **BOX))["scene"]
     assert {p["path"] for p in scene["parts"] if p["colour"] != "plain"} == found
-    placed = asked_of(server, "SELECT path, m03, m13, m23 FROM occurrence WHERE kind = 'part'")
+    placed = asked_of(server.target, "SELECT path, m03, m13, m23 FROM occurrence WHERE kind = 'part'")
     places = {path: pytest.approx(at, abs=1e-6) for path, *at in placed}
     assert {p["path"]: p["m"][3::4] for p in scene["parts"]} == places
 
@@ -337,11 +333,10 @@ def linked(shown: str, ending: str) -> set[str]:
 def test_the_tables_of_a_run_are_files(server: Server) -> None:
     (run,) = (r["run"] for r in rows(server, "/runs", kind="inspect"))
     found = tables(server, f"/run/{run}", "matched", "findings")
-    with Store.open(server.target, read_only=True) as store, store.read() as connection:
-        for name in ("rules", "rejected", "steps", "written"):
-            query = (resource_dir("queries") / f"report/{name}.sql").read_text()
-            expected = connection.execute(sa.text(query), {"run_id": run}).all()
-            assert [tuple(r.values()) for r in found[name]] == [tuple(json_of(v) for v in r) for r in expected]
+    for name in ("rules", "rejected", "steps", "written"):
+        query = (resource_dir("queries") / f"report/{name}.sql").read_text()
+        expected = asked_of(server.target, query, run_id=run)
+        assert [tuple(r.values()) for r in found[name]] == [tuple(json_of(v) for v in r) for r in expected]
     assert found["findings"] == []
     shown = page(server, f"/run/{run}")
     assert linked(shown, ".json") == {f"/run/{run}.json"}
@@ -353,7 +348,9 @@ def test_the_tables_of_an_object_are_files_with_all_rows(server: Server, monkeyp
     monkeypatch.setattr("relmodel.app.report.page.ROWS_SHOWN", 10)
     found = tables(server, "/object/bulkhead", "tree", "object_kinds", variant="A")
     assert list(found) == ["tree", "object_features", "object_kinds"]
-    paths = {path for (path,) in asked_of(server, "SELECT object_path FROM placed_part WHERE object = 'bulkhead'")}
+    paths = {
+        path for (path,) in asked_of(server.target, "SELECT object_path FROM placed_part WHERE object = 'bulkhead'")
+    }
     assert {r["path"] for r in found["tree"] if r["level"] == "part"} == paths
     assert sum(r["features"] for r in found["object_kinds"]) == len(found["object_features"])
     shown = page(server, "/object/bulkhead", variant="A")
@@ -584,9 +581,8 @@ def test_a_box_is_drawn_and_asked(inspection: Inspection, chromium: Browser) -> 
         chromium.mouse("mouseReleased", left + u, top + v)
         path = chromium.run("document.getElementById('model-part').textContent")
         low_high = [float(chromium.run(value.format(name))) for name in BOX]
-        with Store.open(started.target, read_only=True) as store, store.read() as connection:
-            asked_for = sa.text("SELECT x0, y0, z0, x1, y1, z1 FROM occurrence WHERE path = :path")
-            own = connection.execute(asked_for, {"path": path}).one()
+        box = "SELECT x0, y0, z0, x1, y1, z1 FROM occurrence WHERE path = :path"
+        (own,) = asked_of(started.target, box, path=path)
         assert all(at <= its for at, its in zip(low_high[:3], own[:3], strict=True))
         assert all(at >= its for at, its in zip(low_high[3:], own[3:], strict=True))
         chromium.run("document.querySelector('.ask button').click()")

@@ -5,11 +5,9 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-import sqlalchemy as sa
 
 from relmodel.app.cli.main import main
 from relmodel.model.model import Assembly, Attribute, Instance, Model, Part, Pmi, Shape
@@ -18,6 +16,7 @@ from relmodel.readers import urdf
 from relmodel.store import Store
 from relmodel.store.check import check
 from relmodel.world import place_world
+from tests.app.cli.conftest import asked
 from tests.given import Capsys, NewStore
 from tests.reading import store_model
 from tests.synthetic_model import write_world
@@ -63,11 +62,6 @@ def target(fresh_store: str, tmp_path: Path) -> str:
         filled(store)
         place_world(store, write_world(tmp_path / "w.yaml", "cell", [{"object": "thing", "variant": "A"}]))
     return fresh_store
-
-
-def asked(target: str, query: str) -> list[tuple[Any, ...]]:
-    with Store.open(target, read_only=True) as store, store.read() as connection:
-        return [tuple(row) for row in connection.execute(sa.text(query))]
 
 
 def test_what_the_file_states_becomes_attributes(target: str) -> None:

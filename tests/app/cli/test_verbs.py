@@ -146,40 +146,27 @@ def test_sql_ends_at_its_limit(statement: str, duckdb_file: Path) -> None:
     assert duckdb_file.read_bytes() == before
 
 
-REFUSED = (
-    "SELCT 1",
-    "SELECT * FROM nowhere",
-    "DELETE FROM sds_relation",
-    "CREATE TABLE mine (a INTEGER)",
-    "COMMIT; BEGIN READ WRITE; DELETE FROM sds_relation",
-    "COMMIT; DELETE FROM sds_relation; COMMIT",
-)
-
-
 def test_sql_refuses_what_is_wrong_or_writes(asked_store: str, capsys: Capsys) -> None:
-    for statement in REFUSED:
+    """Whatever else is refused, the tests of `relmodel.store.ask` hold."""
+    for statement in ("SELCT 1", "COMMIT; DELETE FROM sds_relation; COMMIT"):
         assert main(["sql", "--store", asked_store, statement]) == 3, statement
         said = capsys.readouterr()
-        assert said.out == ""
-        assert said.err.count("\n") == 1
+        assert (said.out, said.err.count("\n")) == ("", 1)
     with Store.open(asked_store) as store, store.read() as connection:
         assert len(store.rows(connection, "store/relations")) > 50
 
 
-OUT_OF_REACH = (
-    "COPY (SELECT 1) TO '{folder}/out.csv'",
-    "SELECT * FROM read_csv('{folder}/in.csv')",
-    "ATTACH '{folder}/other.duckdb'",
-    "SET enable_external_access = true",
-    "SET lock_configuration = false",
-    "SET memory_limit = '100GB'",
-)
-
-
 def test_sql_on_duckdb_reaches_no_file_and_no_setting(duckdb_template: Path, tmp_path: Path, capsys: Capsys) -> None:
     (tmp_path / "in.csv").write_text("a\n1\n")
-    for statement in OUT_OF_REACH:
-        assert main(["sql", "--store", str(duckdb_template), statement.format(folder=tmp_path)]) == 3, statement
+    for statement in (
+        f"COPY (SELECT 1) TO '{tmp_path}/out.csv'",
+        f"SELECT * FROM read_csv('{tmp_path}/in.csv')",  # noqa: S608
+        f"ATTACH '{tmp_path}/other.duckdb'",
+        "SET enable_external_access = true",
+        "SET lock_configuration = false",
+        "SET memory_limit = '100GB'",
+    ):
+        assert main(["sql", "--store", str(duckdb_template), statement]) == 3, statement
         assert "refused" in capsys.readouterr().err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in.csv"]
 

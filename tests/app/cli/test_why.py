@@ -5,18 +5,16 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-import sqlalchemy as sa
 
 from relmodel.app.audit import Difference, compare_runs, explain
 from relmodel.app.cli.main import main
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
-from tests.app.cli.conftest import Inspection
+from tests.app.cli.conftest import Inspection, asked
 from tests.given import Capsys
 
 
@@ -24,11 +22,6 @@ from tests.given import Capsys
 def of_engine(request: pytest.FixtureRequest) -> Inspection:
     found: Inspection = request.getfixturevalue(request.param)
     return found
-
-
-def asked(store: Store, query: str, **parameters: Any) -> list[Any]:
-    with store.read() as connection:
-        return list(connection.execute(sa.text(query), parameters).all())
 
 
 def test_each_arc_has_one_decision_and_a_sentence(of_engine: Inspection) -> None:

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import sqlalchemy as sa
 
 from relmodel.app.cli.main import main
 from relmodel.store import Store
+from tests.app.cli.conftest import asked
 from tests.browser import Browser
 from tests.given import Capsys, NewStore
 from tests.pages import Page, data_of
@@ -57,17 +57,11 @@ def made(target: str, folder: Path, *options: str) -> str:
 
 def radii(target: str, shape_surfaces: list[int], variant: str) -> set[float]:
     """Radii of those surfaces of the plate of a variant."""
-    with Store.open(target, read_only=True) as store, store.read() as connection:
-        rows = connection.execute(
-            sa.text(
-                "SELECT s.surface_no, u.radius FROM shape_surface AS s JOIN surface AS u ON u.id = s.surface_id "
-                "JOIN part AS p ON p.shape_id = s.shape_id JOIN object_child AS c ON c.part_id = p.id "
-                "JOIN object_variant AS v ON v.object_id = c.parent_id "
-                "WHERE v.variant = :variant AND c.segment = 'plate'"
-            ),
-            {"variant": variant},
-        )
-        return {float(r.radius) for r in rows if r.surface_no in shape_surfaces and r.radius is not None}
+    question = """SELECT s.surface_no, u.radius FROM shape_surface AS s JOIN surface AS u ON u.id = s.surface_id
+        JOIN part AS p ON p.shape_id = s.shape_id JOIN object_child AS c ON c.part_id = p.id
+        JOIN object_variant AS v ON v.object_id = c.parent_id WHERE v.variant = :variant AND c.segment = 'plate'"""
+    rows = asked(target, question, variant=variant)
+    return {float(r.radius) for r in rows if r.surface_no in shape_surfaces and r.radius is not None}
 
 
 def test_an_object_has_its_parts_and_features(target: str, tmp_path: Path) -> None:
