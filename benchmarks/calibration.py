@@ -114,11 +114,8 @@ def draw(sources: list[Trial], seed: int, count: int) -> Iterator[tuple[Trial, d
     for number in range(count):
         source, stated = sources[order[number // 4]], number % 2 == 0
         sigma = STATED if stated else None
-        wrong = (
-            WRONG[(number // 4 + number // 2) % (len(WRONG) if len(source.rig.cameras) > 1 else 3)]
-            if number % 4 >= 2
-            else None
-        )
+        kinds = WRONG[: 4 if len(source.rig.cameras) > 1 else 3]  # one camera turned is the same rig
+        wrong = kinds[(number // 4 + number) % len(kinds)] if number % 4 >= 2 else None
         by = "as the sigma says"
         if wrong:
             source, by = spoil(source, wrong, rng)

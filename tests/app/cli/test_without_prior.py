@@ -206,6 +206,8 @@ def one_picture(
     file = cv2.FileStorage(str(rig), cv2.FILE_STORAGE_WRITE)
     file.write("camera_matrix", np.array(pair.rig["cameras"]["left"]["matrix"]))
     file.write("distortion_coefficients", np.zeros((1, 5)))
+    file.write("avg_reprojection_error", 0.05)
+    file.write("nframes", 400)
     file.release()
     given = [str(pair.left), "--rig", str(rig), "--world", "floor"]
     return inspect_once(make_once, "one_picture", floor(bulkhead_template), *given)

@@ -62,7 +62,7 @@ _UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
     """relmodel rig convert camchain.yaml rig.yaml
   relmodel rig convert stereo.yml rig.yaml --unit m
   relmodel rig show camchain.yaml
-  relmodel rig check rig.yaml --distance 900 left=left.png right=right.png""",
+  relmodel rig check rig.yaml left=left.png right=right.png --distance 900""",
     option(
         "action", choices=("convert", "show", "check"), help="convert IN to OUT, show what IN holds, or what it can do"
     ),
