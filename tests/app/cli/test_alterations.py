@@ -56,7 +56,7 @@ OF_MATCHING = {
     "UPDATE problem SET nat_cost = 2 * nat_cost WHERE problem_no = 0": {
         (0, RELATION), (0, COMPATIBILITY), (0, "the weight of relations is not what the parameters say"),
     },
-    "UPDATE candidate SET across = across + 1 WHERE problem_no = 2 AND unit_no % 2 = 0": {(2, COMPATIBILITY)},
+    "UPDATE candidate SET across = across + 5 * (unit_no % 7) WHERE problem_no = 2": {(2, COMPATIBILITY)},
     """UPDATE unit_relation SET distance = distance + 30 WHERE kind = 'bounds' AND unit_set_id = (
         SELECT labels_id FROM problem WHERE problem_no = 1)""": {(1, COMPATIBILITY)},
 }  # fmt: skip
