@@ -136,7 +136,7 @@ def measure(trial: Trial, models: Models) -> dict[str, Any]:
     line |= {"verdict": verdict.verdict, "reason": verdict.reason, "two_sigma": 2 * verdict.sigma_mm}
     line["but_needs"] = all(words.startswith("the pose is known to ") for words in verdict.missing)
     line["calibration"] = verdict.weighed.get("calibration", 0.0)
-    line["cause"] = line["calibration"] > DEFAULTS.verdict.max_calibration_sigma or "calibration" in verdict.reason
+    line["cause"] = verdict.rig is not None or "check the rig's calibration" in verdict.reason
     if verdict.weighed["likely"] < DEFAULTS.verdict.min_posterior:
         seen = Observation(trial.rig, found, trial.pictures)
         line["doubt"] = doubt_calibration(seen, models.scene(trial.model), trial.prior)

@@ -177,13 +177,6 @@ criterion AS (
     WHERE decision = 'verdict'
     GROUP BY run_id
 ),
--- What of the cameras the pictures show least as the rig's file has it.
-misfit AS (
-    SELECT run_id, camera, name, value - expected AS off,
-        row_number() OVER (PARTITION BY run_id ORDER BY abs(value - expected) / sigma DESC, camera, name) AS place
-    FROM camera_unknown
-    WHERE sigma > CASE WHEN name IN ('centre_u', 'centre_v') THEN 0.02 ELSE 0 END AND name <> 'response'
-),
 rule AS (
     SELECT s.run_id, 0 AS rule_no, 'likely' AS rule, s.likely AS value, h.min_posterior AS gate,
         s.likely >= h.min_posterior AS holds, concat('that the model is there is ',
@@ -242,17 +235,9 @@ rule AS (
     UNION ALL
     SELECT s.run_id, 8, 'calibration', s.calibration, h.max_calibration, s.calibration <= h.max_calibration,
         concat('what the pictures show of the cameras lies up to ', CAST(s.calibration AS NUMERIC(18, 1)),
-            ' sigma from the rig''s file, and ', CAST(h.max_calibration AS NUMERIC(18, 1)), ' are allowed: of ', m.camera, ' ',
-            CASE
-                WHEN m.name = 'focal' THEN concat('the focal length by ', CAST(100 * m.off AS NUMERIC(18, 2)), ' percent')
-                WHEN m.name = 'radial' THEN concat('the radial distortion by ', CAST(m.off AS NUMERIC(18, 4)))
-                WHEN m.name IN ('centre_u', 'centre_v') THEN concat('the principal point by ', CAST(m.off AS NUMERIC(18, 1)),
-                    ' px along ', right(m.name, 1))
-                WHEN m.name IN ('x', 'y', 'z') THEN concat('the place by ', CAST(m.off AS NUMERIC(18, 2)), ' mm along ', m.name)
-                ELSE concat('the turn by ', CAST(degrees(m.off) AS NUMERIC(18, 3)), ' degrees about ', right(m.name, 1))
-            END)
+            ' sigma from the rig''s file, and ', CAST(h.max_calibration AS NUMERIC(18, 1)), ' are allowed')
     FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
-    JOIN misfit AS m ON m.run_id = s.run_id AND m.place = 1
+    WHERE s.calibration IS NOT NULL
 )
 SELECT r.run_id, r.rule_no, r.rule, r.value, r.gate, r.holds, p.verdict, r.sentence
 FROM rule AS r

@@ -185,15 +185,11 @@ def test_a_refusal_names_its_likeliest_cause(
             support = dict.fromkeys(("evidence", "found", "length_px"), 1.0) | {"expected": expected}
             key: dict[str, Any] = {"run_id": [run.id], "hypothesis_no": 0, "camera": ["left"]}
             run.append(connection, "hypothesis_support", key | support)
-            known: dict[str, Any] = {"run_id": run.id, "camera": "left", "expected": [0.25, 0.0, 0.0]}
-            known |= {
-                "name": ["response", "centre_u", "focal"],
-                "value": [9.0, 9.0, 0.048],
-                "sigma": [0.25, 0.02, 0.005],
-            }
-            run.append(connection, "camera_unknown", known)
+            if "calibration" in failed:
+                words = {"kind": ["rig"], "sentence": ["the focal length is 4.8 % greater"]}
+                run.append(connection, "inspection_sentence", {"run_id": run.id, "sentence_no": [0], **words})
         found = read_outcome(store, run.id)
     assert found.cause == cause
-    assert ("of left the focal length by 4.80 percent" in found.refusal[0]) == ("calibration" in failed)
+    assert ("the focal length is 4.8 % greater" in found.refusal[0]) == ("calibration" in failed)
     assert found.refusal[0].startswith("likely cause: ")
     assert found.refusal[1].startswith("next: ")

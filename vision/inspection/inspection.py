@@ -303,10 +303,9 @@ def carry_out(
         blind = dict(location.found.verdict.blind)
         is_located = not (p.ignore_blind_camera and 0 < len(blind) < len(seen.pictures))
     verdict = doubt_pictures(location.found.verdict, [fault for fault in faults if fault.camera in seen.pictures])
-    doubt = None
     if verdict.weighed.get("likely", 0.0) < p.localisation.verdict.min_posterior:
         doubt = doubt_calibration(seen, location.target.stored.scene, known.prior)
-        verdict = verdict if doubt is None else verdict.refused(doubt)
+        verdict = verdict if doubt is None else replace(verdict.refused(doubt), rig=doubt)
         run.step("doubt")
     location = location._replace(found=replace(location.found, verdict=verdict))
     found, best = location.found, location.found.best
@@ -360,7 +359,6 @@ def carry_out(
         variants=variants,
         considered=considered,
         notes=notes,
-        doubt=doubt,
     )
     run.conclude(_Record(result, seen.rig, p, request.full_audit))
 

@@ -43,8 +43,7 @@ class Result:
 
     serial: of the physical part, where one was given; prior: where the rig was thought to be; pictures, quality and
     matched: by camera; parts and presence: None where nothing is in view or the pose is refused; variants: where they
-    were weighed; considered: where no world was given; notes: what was taken for given that the inputs do not say;
-    doubt: how the pictures say that the rig is, where not as its file says.
+    were weighed; considered: where no world was given; notes: what was taken for given that the inputs do not say.
     """
 
     serial: str | None
@@ -62,7 +61,6 @@ class Result:
     variants: list[VariantEvidence]
     considered: list[ComparedObject]
     notes: list[str]
-    doubt: str | None
 
     @property
     def found(self) -> Localisation:
@@ -142,7 +140,7 @@ def _record_verdict(write: Writer, it: Result, rig_id: int) -> None:
         **fields_of(verdict, "verdict reason posterior"),
     )
     said = [("missing", words) for words in verdict.missing] + [("note", words) for words in it.notes]
-    said += [("rig", it.doubt)] if it.doubt else []
+    said += [("rig", verdict.rig)] if verdict.rig else []
     write("inspection_sentence", sentence_no=np.arange(len(said)), **by_column("kind sentence", said))
     write("selected_part", **fields_of(it.selection, "occurrence_id shown"))
 

@@ -125,8 +125,8 @@ class Verdict:
     verdict: accepted | ambiguous | refused; reason: why; posterior: probability that the best pose is the right one;
     missing: what was missing for acceptance, a sentence each.  sigma_mm, sigma_rad: standard deviations along the worst
     directions, of the point in the middle of what is seen and of rotation; weakest: the worst direction in words.
-    weighed: what was weighed, by name; empty where nothing is in view.  blind: by
-    camera that does not see the model, a sentence on it.
+    weighed: what was weighed, by name; empty where nothing is in view.  blind: by camera that does not see the model, a
+    sentence on it.  rig: how the pictures say that the rig is, where surely not as its file says.
     """
 
     verdict: str
@@ -138,6 +138,7 @@ class Verdict:
     weakest: str
     weighed: dict[str, float] = field(default_factory=dict)
     blind: Mapping[str, str] = field(default_factory=dict)
+    rig: str | None = None
 
     def refused(self, *words: str) -> Verdict:
         """The same, refused for that first."""
@@ -463,8 +464,10 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
     missing += blind.values()
     if not stats.apart <= p.max_apart_sigma:
         missing.append(f"the cameras disagree by {stats.apart:.0f} sigma: check the rig's calibration")
+    rig = None
     if it.misfit is not None and it.misfit.sigmas > p.max_calibration_sigma:
         missing.append(it.misfit.words)
+        rig = it.misfit.words if likely >= p.min_posterior else None  # where nothing fits, the cameras do not either
     if not (2 * sigma_mm <= needs.translation_mm and 2 * sigma_rad <= needs.rotation):
         missing.append(
             f"the pose is known to {2 * sigma_mm:.2g} mm and {np.degrees(2 * sigma_rad):.2g} degrees (two sigma; "
@@ -501,7 +504,7 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
         weighed[f"chance_scale {name}"] = camera.chance.scale
         if camera.tells(p):
             weighed[f"sees {name}"] = camera.log_odds(p)
-    return Verdict(verdict, reason, posterior, missing, sigma_mm, sigma_rad, weakest, weighed, blind)
+    return Verdict(verdict, reason, posterior, missing, sigma_mm, sigma_rad, weakest, weighed, blind, rig)
 
 
 def weigh_against_prior(verdict: Verdict, prior: Prior, world_from_rig: Floats, *, believe_pictures: bool) -> Verdict:

@@ -188,3 +188,6 @@ def test_a_calibration_that_does_not_hold_refuses_the_pose(sigmas: float, verdic
     found = judge(gathered, np.array([0]), evidence, Needs(1.0, 0.01), DEFAULTS.verdict)
     assert (found.verdict, found.missing) == (verdict, [] if verdict == "accepted" else ["so and so"])
     assert found.weighed["calibration"] == sigmas
+    assert found.rig == (None if verdict == "accepted" else "so and so")
+    nowhere = judge(gathered, np.array([0]), replace(evidence, agreement=0.1), Needs(1.0, 0.01), DEFAULTS.verdict)
+    assert nowhere.rig is None
