@@ -64,8 +64,7 @@ MOST_NAME_BYTES = 255  # of a file, and of an object or world, which databases i
 
 
 def check_readable(path: Path, what: str = "file", most_bytes: int = MOST_BYTES) -> None:
-    """Raise InputError where there is no `what` at `path`, or a folder, or a device or pipe, which may never end, or
-    where it is larger than `most_bytes`."""
+    """Raise InputError unless a regular file `what` of at most `most_bytes` is at `path`: a pipe may never end."""
     try:
         found = path.stat()
     except (FileNotFoundError, NotADirectoryError, ValueError):

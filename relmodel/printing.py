@@ -166,8 +166,7 @@ def _folded(cell: str, width: int) -> str:
 
 
 def _broken(text: str, width: int, how: int = 0) -> list[str]:
-    """Lines of a text: broken where the first of _BREAKS does, where a piece is too long still the next, at last
-    anywhere."""
+    """Lines of a text: broken where the first of _BREAKS does, what is still too long at the next, at last anywhere."""
     if len(text.rstrip()) <= width:
         return [text]
     if how == len(_BREAKS):

@@ -1,6 +1,4 @@
-"""Which primitives of a picture are which parts of a predicted view: units, candidates by place, relations on both
-sides, and the labelling that keeps them.
-"""
+"""Which primitives of a picture are which parts of a view: units, candidates, relations, and the labelling."""
 
 from __future__ import annotations
 
@@ -39,8 +37,7 @@ from vision.relations.relations import (
 
 @dataclass(frozen=True)
 class PoseProblemParameters:
-    """Which primitives of a picture may be which parts of a predicted view, and at what price in nats, natural
-    logarithms of odds."""
+    """Which primitives of a picture may be which parts of a view, at what price in nats, logarithms of odds."""
 
     search: str = "dual_ascent"  # how the best labelling is sought: `relmodel.labelling.solve.MODES`
     reach_px: float = 10.0  # px within which an arc of the picture and one of the view are compared

@@ -1,6 +1,4 @@
-"""What localisation needs to know of the world: triangles that occlude and arcs sampled with their face normals, as the
-store has them.
-"""
+"""What localisation needs of the world: triangles that occlude, and arcs sampled with their face normals."""
 
 from __future__ import annotations
 

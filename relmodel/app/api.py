@@ -192,8 +192,7 @@ class OpenStore(Store):
             return export_run(self, connection, results, Path(out), tables)
 
     def accept(self, finding: int, *, by: str, note: str, run: int | None = None) -> str:
-        """Record that the part may be used with a finding of an inspection (without `run` of the newest).  Returns a
-        sentence that says what was decided."""
+        """Record that the part may be used with a finding (without `run`, of the newest inspection); that in words."""
         from relmodel.app.decide import decide
 
         return decide(self, run, finding, "accepted", by, note)

@@ -89,8 +89,7 @@ def explain(
 
 
 def inspection_named(store: Store, connection: Connection, name: int | str | None) -> int:
-    """The run that `run_named` finds.  Raises UsageError unless it is an inspection that came to a verdict, whose rows
-    are there."""
+    """The run that `run_named` finds.  Raises UsageError unless it is an inspection with a verdict and its rows."""
     run = run_named(store, connection, name)
     it = find_run(store, connection, run)
     if it.kind != "inspect":
@@ -253,8 +252,7 @@ class Pruning:
 
 
 def plan_pruning(store: Store, p: Pruning) -> tuple[list[int], dict[str, int]]:
-    """The runs that would be pruned, and how many rows of which tables would go.  Raises UsageError where nothing says
-    which runs are meant."""
+    """The runs and how many rows of which tables would go.  Raises UsageError where nothing says which runs."""
     with store.write() as connection:  # writes temporary tables only
         runs = _select(store, connection, p)
         with _asked(store, connection, runs):

@@ -56,8 +56,7 @@ def export_run(
     tables: str = "parquet",
     progress: Progress = silent,
 ) -> list[Path]:
-    """Write what an inspection found, the tables of `read_results`, as .json, .qif or .glb, or into a folder; the files
-    written."""
+    """Write what an inspection found, tables of `read_results`, as .json, .qif or .glb, or into a folder; the files."""
     form = _form(out, (".glb", ".json", ".qif"))
     if form == ".json":
         check_writable(out, "file")
@@ -118,8 +117,7 @@ def export_glb(store: Store, connection: Connection, tree: Tree, path: Path, pro
 def painted_scene(
     store: Store, connection: Connection, names: Mapping[Painted, str], what: str, progress: Progress = silent
 ) -> Any:
-    """A scene (trimesh, m) with a geometry of each shape in each colour that is named; none of a shape without
-    triangles."""
+    """A scene (trimesh, m) with a geometry of each shape in each colour that is named, if it has triangles."""
     import trimesh
 
     scene = trimesh.Scene(base_frame="world")
@@ -472,8 +470,7 @@ def _stores_in(file: Path, form: str) -> set[str | None]:
 
 
 def _as_text(table: pa.Table) -> pa.Table:
-    """A table that CSV can hold: lists as JSON, and an apostrophe before text that a spreadsheet would take for a
-    formula."""
+    """A table that CSV can hold: lists as JSON, an apostrophe before what a spreadsheet would take for a formula."""
     from pyarrow import compute
 
     for number, field in enumerate(table.schema):

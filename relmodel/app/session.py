@@ -64,8 +64,7 @@ class Session:
         serial: str | None = None,
         operator: str | None = None,
     ) -> Inspection:
-        """Inspect pictures that were taken together, as `OpenStore.inspect`; what fails leaves the session as it
-        was."""
+        """Inspect pictures taken together, as `OpenStore.inspect`; what fails leaves the session as it was."""
         from relmodel.app.notebook import PicturedInspection
         from relmodel.world.kinematics import Carrier
         from vision.inspection.inspection import Task, inspect

@@ -1,6 +1,4 @@
-"""The model and what was found, drawn: over a camera's picture, side by side, as small SVG plots; what each colour
-means.
-"""
+"""The model and what was found, drawn: over pictures, side by side, as small SVG plots; what each colour means."""
 
 from __future__ import annotations
 
@@ -389,8 +387,7 @@ _MOST_CROPS = 50
 
 @dataclass(frozen=True)
 class Edge:
-    """An edge as a camera should see it: its row, points (n, 2) px along it, and the state it is drawn in, empty where
-    nothing was said of it."""
+    """An edge as a camera should see it: its row, points (n, 2) px along it, and the state it is drawn in, or empty."""
 
     row: Any
     points: Floats
@@ -403,8 +400,7 @@ class Edge:
 
 @dataclass(frozen=True)
 class Seen:
-    """What a camera of a run saw: the row of its picture, that in eight bits where its bytes were kept, and the edges
-    of the model in it."""
+    """What a camera saw: the row of its picture, that in eight bits where it was kept, and the model's edges in it."""
 
     row: Any
     image: Image.Image | None
@@ -472,8 +468,7 @@ def write_overlay(path: str | Path, store: Store, run: int, greys: Mapping[str, 
 
 
 def write_crops(folder: str | Path, store: Store, run: int, greys: Mapping[str, Bytes | Floats]) -> None:
-    """Write a picture of each failure of an inspection, the worst first and at most 50: what every camera shows there,
-    without and with the model."""
+    """Write pictures of the failures, the worst first, at most 50: what each camera shows, then with the model."""
     with store.read() as connection:
         edges, drawn = read_edges(store, connection, run), draw_over(store, connection, run, greys)
         of_item = item_edges(store, connection, run)
@@ -507,8 +502,7 @@ def item_edges(store: Store, connection: Connection, run: int) -> dict[int, set[
 
 
 def box_about(edges: Iterable[Edge], size: tuple[int, int]) -> tuple[int, int, int, int]:
-    """Bounds u0 v0 u1 v1 (px, half-open) of a piece of a picture (width, height) that shows edges and what lies about
-    them."""
+    """Bounds u0 v0 u1 v1 (px, half-open) of a piece of a picture (width, height) about edges, with a margin."""
     points = np.concatenate([e.points for e in edges])
     low, high = points.min(axis=0), points.max(axis=0)
     margin = np.maximum(_MARGIN_PX, (_LEAST_PX - (high - low)) / 2)

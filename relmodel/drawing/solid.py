@@ -150,8 +150,7 @@ def _draw(scene: _Scene, width: int) -> Ints:
 
 
 def _areas(scene: _Scene, hit: Ints) -> Ints:
-    """The area that each pixel shows, 0 where none: a surface, or all of one colour that are no wider than the lines
-    that would be drawn between them."""
+    """The area that each pixel shows, 0 where none: a surface, or all of one colour no wider than a line."""
     from scipy.ndimage import find_objects
 
     seen = np.where(hit >= 0, scene.surface[hit], 0)

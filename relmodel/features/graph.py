@@ -1,6 +1,4 @@
-"""The attributed adjacency graph of a shape, and what a feature found in it is: its class, frame, rectangles
-and boxes.
-"""
+"""The attributed adjacency graph of a shape, and what a feature in it is: its class, frame, rectangles and boxes."""
 
 from __future__ import annotations
 

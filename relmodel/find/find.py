@@ -1,6 +1,4 @@
-"""Which placed parts, features, surfaces and arcs lie in a volume, asked of the store: by their boxes, or exactly by
-their triangles and arcs.
-"""
+"""Which placed parts, features, surfaces and arcs lie in a volume, by their boxes or exactly, asked of the store."""
 
 from __future__ import annotations
 

@@ -56,8 +56,7 @@ class BoxIndex:
         return question, self._number[row]
 
     def in_volumes(self, volumes: VolumeTable) -> tuple[Ints, Ints]:
-        """Pairs of (number of the volume, number of a box) where the box meets the ball and is not wholly outside any
-        half-space of the volume, by volume."""
+        """Pairs (number of the volume, of a box), by volume: boxes that meet the ball and are outside no half-space."""
         question, row = among(self._boxes, volumes, self._pairs(volumes.bounds, first_only=False))
         return question, self._number[row]
 

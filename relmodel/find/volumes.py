@@ -1,6 +1,4 @@
-"""Volumes that can be asked for: convex, bounded, in the world's frame, mm; and a camera's view widened by what is not
-known of its pose.
-"""
+"""Volumes to be asked for: convex, bounded, in the world's frame, mm; a camera's view widened by its pose's error."""
 
 from __future__ import annotations
 
@@ -300,8 +298,7 @@ class VolumeTable:
 
 
 def boxes_met(volume: Volume, world_from_box: Floats, boxes: Floats) -> Bools:
-    """Which boxes (n, 6), each in the frame of its transform (n, 4, 4), meet the ball, if any, and are not wholly
-    outside any one of the volume's `planes` (n,)."""
+    """Which boxes (n, 6), each in its frame (n, 4, 4), meet the ball, if any, and are outside none of `planes` (n,)."""
     met = np.ones(len(boxes), bool)
     for x, y, z, offset in volume.planes:
         normal = x * world_from_box[:, 0, :3] + y * world_from_box[:, 1, :3] + z * world_from_box[:, 2, :3]

@@ -72,8 +72,7 @@ class MatchingProblem:
 
     @cached_property
     def savings(self) -> Ints:
-        """(pairs, 2): what a compatible pair saves of the relation of its first unit to the other, and of the
-        inverse."""
+        """(pairs, 2): what a compatible pair saves of the relation of its first unit to the other, and its inverse."""
         near = np.stack([self.neighbour_unit, self.neighbour_other, self.neighbour_weight], axis=1)
         return np.minimum(_weights(near, self.units, self.candidate_unit[self.compatibility]), self.saves[:, None])
 
@@ -155,8 +154,7 @@ def matching_problem(
 
 
 def _weights(near: Ints, units: int, pair: Ints) -> Ints:
-    """Weights (n, 2) of the relations of pairs of units (n, 2) and of their inverses, 0 where there is none; near: as
-    `matching_problem` has them, in order."""
+    """Weights (n, 2) of relations of pairs (n, 2) and of their inverses, 0 of none; near: as in `matching_problem`."""
     relation, wanted = near[:, :2] @ [units, 1], np.stack([pair @ [units, 1], pair @ [1, units]], axis=1)
     if not len(near):
         return np.zeros_like(wanted)

@@ -178,8 +178,7 @@ STAR = "star"
 
 
 def search_star(problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None) -> MatchingResult:
-    """See `relmodel.labelling.solve`.  The bound is that of the default mode: it says how far off the best labelling
-    the stars are."""
+    """See `relmodel.labelling.solve`.  The bound is the default mode's: how far off the best labelling it is."""
     proved = branch_and_bound.search(problem, limit, nodes, seconds)
     label, selections = lay_stars(problem)
     cost = labelling_cost(problem, label).total

@@ -278,8 +278,7 @@ def _load(
 
 
 def _allowed(model: Model, request: LoadRequest) -> Model:
-    """The model, a loss of faces among its findings.  Raises InputError where faces were lost and this was not asked
-    for."""
+    """The model, lost faces among its findings.  Raises InputError where faces were lost and that is not allowed."""
     listed, came = model.faces_in_file, model.faces_loaded
     if listed is None or came >= listed:
         return model

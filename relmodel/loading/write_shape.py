@@ -262,8 +262,7 @@ _OWN = "kind type name value lower_limit upper_limit unit stated_unit modifier z
 
 
 def append_pmi(run: Run, connection: Connection, parts: Sequence[tuple[int, Part, ShapeKeys, dict[str, int]]]) -> None:
-    """Append the PMI of parts (identity, part, keys of its shape, identities of shapes by key), their shapes being
-    there."""
+    """Append the PMI of parts (identity, part, keys of its shape, identities of shapes by key), whose shapes exist."""
     if not parts:
         return
     shapes = sorted({ids[keys.shape] for _, _, keys, ids in parts})

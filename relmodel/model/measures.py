@@ -1,6 +1,4 @@
-"""What follows from the rows of a boundary representation: lengths, boxes, adjacency, samples along arcs, and how exact
-the triangles are.
-"""
+"""What follows from the rows of a boundary representation: lengths, boxes, adjacency, samples, triangles' errors."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""Boxes, cylinders and spheres as shapes: triangles of trimesh, and the surfaces and arcs fitted to these, which are
-what the primitive says but for round-off.
-"""
+"""Robots in URDF; boxes, cylinders and spheres as surfaces and arcs fitted to triangles, exact but for round-off."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""Integrity of a store: every block and every table read whole, queries for offending rows, and references, ledger,
-digests and journal compared.
-"""
+"""Integrity of a store: blocks and tables read whole, offending rows, references, ledger, digests and journal."""
 
 from __future__ import annotations
 

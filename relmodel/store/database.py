@@ -97,8 +97,7 @@ class Database:
             return str(self.rows(connection, "store/revision")[0].version_num)
 
     def release(self) -> None:
-        """Close a DuckDB file, for other processes to use, until the next read or write; that waits where another
-        process writes it."""
+        """Close a DuckDB file for other processes until the next read or write, which waits where another writes it."""
         if self.dialect == "duckdb" and not self.is_closed:
             self.engine.dispose()
 
@@ -133,8 +132,7 @@ class Database:
 
     @cached_property
     def _columns(self) -> dict[str, list[tuple[str, str]]]:
-        """Name and type of each column of all tables, from one query: SQLAlchemy's own reflection asks dozens and takes
-        ten times as long."""
+        """Name and type of each column of all tables, in one query: SQLAlchemy's reflection takes ten times longer."""
         with self.read() as connection:
             rows = self.rows(connection, f"store/columns.{self.dialect}")
         columns: dict[str, list[tuple[str, str]]] = {}
@@ -338,8 +336,7 @@ class Database:
         return count
 
     def delete(self, connection: Connection, table: str, column: str, keys: str) -> int:
-        """Delete the rows of `table` whose `column` (its `id` where it has no such) is among those of the relation
-        `keys`; returns how many."""
+        """Delete the rows of `table` whose `column` (else `id`) is among those of the relation `keys`; how many."""
         own, asked = self.table(table), sa.table(keys, sa.column(column))
         key = own.c[column if column in own.c else "id"]
         count = connection.execute(sa.delete(own).where(key.in_(sa.select(asked.c[column])))).rowcount

@@ -1,6 +1,4 @@
-"""From a store's name to an SQLAlchemy engine: how a database is reached, and how the file of a DuckDB store is shared
-and replaced.
-"""
+"""From a store's name to an SQLAlchemy engine, and how the file of a DuckDB store is shared and replaced."""
 
 from __future__ import annotations
 
@@ -42,8 +40,7 @@ class Access:
         self._limited: Pool | None = None  # where DuckDB runs in one thread
 
     def connect(self) -> Connection:
-        """A connection, read-only where others read a DuckDB file.  Raises InUseError where another process keeps
-        writing it."""
+        """A connection, read-only where others read a DuckDB file.  Raises InUseError where another process writes."""
         patience = Patience()
         while True:
             try:
@@ -342,8 +339,7 @@ def sentence(url: URL, error: Exception) -> str:
 
 @contextmanager
 def turn(file: Path) -> Iterator[None]:
-    """Have the sole right to replace a file while the block lasts; others wait.  Leftovers of killed processes are
-    cleared."""
+    """Have the sole right to replace a file while the block lasts; others wait.  What the killed left is cleared."""
     lock = Path(f"{file}.lock")
     with _as_store_errors(file):
         descriptor = _locked(lock)

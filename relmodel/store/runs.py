@@ -1,6 +1,4 @@
-"""Runs: every execution that writes leaves a row that says what it was given, what happened and how it ended, and
-digests of what it rests on.
-"""
+"""Runs: every execution that writes leaves a row of what it was given, what happened, how it ended, and digests."""
 
 from __future__ import annotations
 
@@ -89,8 +87,7 @@ def read_rows(
 
 
 def seal(store: Database, connection: Connection, runs: Iterable[int]) -> str:
-    """SHA-256, hexadecimal, over the digests of the rows that inspections rest on, as they are now: what a report that
-    is signed carries."""
+    """SHA-256, hexadecimal, over digests of the rows that inspections rest on now: what a signed report carries."""
     said = [[run, sorted(digest_rows(store, connection, run).items())] for run in runs]
     (identity,) = store.rows(connection, "store/identity")
     return hashlib.sha256(json.dumps([identity.store_id, said]).encode()).hexdigest()
@@ -210,8 +207,7 @@ class _Step(NamedTuple):
 
 
 class _Count(NamedTuple):
-    """What a run has recorded so far: how many events and inputs, whether it ended, when its step began, the steps
-    before it, and how many of these are written."""
+    """What a run has recorded: events, inputs, its end, when its step began, the steps before, and those written."""
 
     events: int
     inputs: int
@@ -478,13 +474,11 @@ class Run:
             self.store.watch(self.kind, step)
 
     def finish(self, message: str | None = None, connection: Connection | None = None, *, last: str = "rest") -> None:
-        """End the run as finished, within `connection`'s transaction if given; `last` names the step that ends with it,
-        where there were steps."""
+        """End the run as finished, within `connection`'s transaction if given; `last` names the step that ends so."""
         self._end("finished", message, connection, last)
 
     def fail(self, message: str, connection: Connection | None = None, *, cause: str = "error") -> None:
-        """End the run as failed, with the reason, and whether that is its input or an error; its last step is called
-        unfinished."""
+        """End the run as failed, with the reason, and whether it is the input's; its last step is called unfinished."""
         self._end("failed", message, connection, "unfinished", cause)
 
     def _end(

@@ -1,6 +1,4 @@
-"""Files beside a DuckDB store: the journal of commits, runs kept until they can be written, and marks of processes that
-live.
-"""
+"""Files beside a DuckDB store: the journal, runs kept until they can be written, and marks of processes that live."""
 
 from __future__ import annotations
 
@@ -129,8 +127,7 @@ def keep(file: Path, content: object) -> None:
 
 
 def read_kept(file: Path) -> Any:
-    """The data that `keep` wrote; None where that was another version of this program, whose data may mean something
-    else, or the file holds anything else."""
+    """The data that `keep` wrote; None where another version of this program did, or the file holds anything else."""
     with file.open("rb") as source, suppress(Exception):  # pickle raises whatever it meets
         if _Unpickler(source).load() == code_sha256():
             return _Unpickler(source).load()
@@ -188,8 +185,7 @@ class LivenessLock:
         self._descriptor: int | None = None
 
     def hold(self) -> None:
-        """Acquire the lock; acquire it again after a restart of the server.  Raises StoreError where the lock file
-        cannot be written."""
+        """Acquire the lock, again after the server restarts.  Raises StoreError where its file cannot be written."""
         if self._store.dialect == "duckdb":
             if self._file is not None and self._descriptor is None:
                 try:

@@ -122,8 +122,7 @@ def compute_correlation(scale: float) -> float:
 
 
 def weigh_elements(edges: EdgeElements, chains: Chains, scale: float, p: FittingParameters) -> Floats:
-    """Of each entry of `chains.elements`: one over the variance of its place due to noise, the edge itself and its
-    surroundings."""
+    """Of each entry of `chains.elements`: one over the variance of its place by noise, edge and surroundings."""
     contrast, width, sigma = chains.gather(edges.contrast, edges.width, edges.sigma)
     slope = contrast / np.sqrt(2.0 * np.pi * (width**2 + scale**2))
     return np.asarray(1.0 / (sigma**2 + p.model_sigma**2 + (p.unevenness / slope) ** 2))

@@ -1,6 +1,4 @@
-"""Steps 2 and 3: edge elements linked to chains, gaps between chain ends filled, and chains that chance would make left
-out.
-"""
+"""Steps 2 and 3: edge elements linked to chains, gaps between their ends filled, what chance makes left out."""
 
 from __future__ import annotations
 
@@ -68,8 +66,7 @@ def compute_significance(terms: Floats, chains: Chains, p: SignificanceParameter
 
 
 def select_significant(terms: Floats, arcs: Chains, chains: Chains, p: SignificanceParameters) -> tuple[Bools, Bools]:
-    """Which of the arcs, given by their members, are significant or of a chain that is; and which chains contain
-    them."""
+    """Which of the arcs, given by their members, are significant or of a chain that is; which chains contain them."""
     of_significant = np.zeros(len(terms), np.bool_)
     of_significant[chains.elements] = np.repeat(
         compute_significance(terms, chains, p) >= p.min_significance, chains.counts

@@ -1,6 +1,4 @@
-"""Step 1: edge elements, the zero-crossings of the second derivative along the gradient, with the noise and facets that
-they follow from.
-"""
+"""Step 1: edge elements, zero-crossings of the second derivative along the gradient, by noise and facets."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""The fused pass from a picture to edge elements, arcs, regions, topography and relations; and pictures of its
-stages.
-"""
+"""The fused pass from a picture to edge elements, arcs, regions, topography, relations; pictures of its stages."""
 
 from __future__ import annotations
 
@@ -281,8 +279,7 @@ def _junctions(grey: Floats, found: Extraction) -> Bytes:
 
 
 def _relations(grey: Floats, found: Extraction) -> Bytes:
-    """Arcs; lines between the middles of those that are parallel or meet, and between the centres of those that are
-    concentric or of equal radius."""
+    """Arcs; lines between middles of those that are parallel or meet, between centres of concentric or equal ones."""
     canvas = _strokes(_faded(grey), found.edges, found.arcs.chains, [_TEXTURE_COLOUR] * len(found.arcs))
     arcs, related = found.arcs, found.relations
     middle = np.column_stack([arcs.start_x + arcs.end_x, arcs.start_y + arcs.end_y]) / 2

@@ -82,8 +82,7 @@ class SignificanceParameters:
 
 @dataclass(frozen=True)
 class SegmentationParameters:
-    """How chains are segmented into lines, circular, elliptic arcs and free curves at least description length, and
-    joined."""
+    """How chains are cut into lines, circular, elliptic arcs and free curves at least description length."""
 
     line_price: float = 8.0  # nats: description length of a line, without half its chi-square
     circle_price: float = 11.0  # nats: of a circular arc

@@ -1,6 +1,4 @@
-"""Candidates of junctions: free ends prolonged by osculating circles to another's end or interior, arcs that cross, and
-where they meet.
-"""
+"""Candidates of junctions: free ends prolonged by osculating circles, arcs that cross, and where they meet."""
 
 from __future__ import annotations
 

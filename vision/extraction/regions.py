@@ -296,8 +296,7 @@ def sum_borders(labels: Ints32, edge: Bools, loose: Bools) -> tuple[Ints, Ints, 
 
 
 def _near_loose_ends(mask: Bools, p: RegionParameters) -> Bools:
-    """Pixels within `p.loose_end_reach` px of where an edge ends: from there it runs on to one place, at most, on a
-    ring of 5 x 5."""
+    """Pixels within `p.loose_end_reach` px of an edge's end: it runs on to one place, at most, on a ring of 5 x 5."""
     import cv2
 
     r, c = np.nonzero(mask)

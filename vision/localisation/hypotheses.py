@@ -1,6 +1,4 @@
-"""Candidate poses of the rig: a scan of the prior's whole volume on coarse edge evidence, then a climb on finer
-evidence.
-"""
+"""Candidate poses of the rig: a scan of the prior's volume on coarse edge evidence, then a climb on finer evidence."""
 
 from __future__ import annotations
 
@@ -122,8 +120,7 @@ class Evidence:
 
 
 class Fields(list[Evidence]):
-    """The evidence of the pictures of a rig's cameras, in its order; `joined`: their fields one behind the other, as
-    kernels take them."""
+    """The evidence of the pictures of a rig's cameras, in its order; `joined`: their fields as kernels take them."""
 
     def __init__(self, of_cameras: Iterable[Evidence]) -> None:
         each = list(of_cameras)

@@ -1,6 +1,4 @@
-"""The pose of a rig from its pictures, the model and a prior: search, refine, rivals by symmetry and repetition,
-verdict.
-"""
+"""The pose of a rig from pictures, model and prior: search, refine, rivals by symmetry and repetition, verdict."""
 
 from __future__ import annotations
 
@@ -91,8 +89,7 @@ def find_symmetries(scene: Scene, best: Floats, others: list[Floats]) -> list[Fl
 
 
 def complete_group(motions: list[Floats]) -> list[Floats]:
-    """All motions (4, 4) that follow from some by doing one after the other, the identity first; no more than
-    `MOST_MOTIONS`."""
+    """All motions (4, 4) that follow from some, one after the other, the identity first; at most `MOST_MOTIONS`."""
     group = [np.eye(4)]
     for member in group:  # grows as it is walked
         for motion in motions:
@@ -471,8 +468,7 @@ class _Solver:
         self._settle(done)
 
     def _settle(self, done: list[RefinedPose]) -> None:
-        """Sorts hypotheses by cost, and refines in full the best and, where several stand, the one that is given
-        first."""
+        """Sorts hypotheses by cost, and refines in full the best and, where several stand, the one given first."""
         while True:
             done.sort(key=lambda h: h.cost)
             first = done[find_standing(HypothesisTable.of(done), self.p.verdict)[0]]
@@ -503,8 +499,7 @@ class _Solver:
         return replace(h, outlines=measure_outlines(self.near, rig, self.greys, h.world_from_rig))
 
     def _shifted(self, h: RefinedPose, shapes: ArcShapes) -> Floats:
-        """Poses (k, 4, 4) that displacements of the model onto itself make of one, those the prior finds likeliest
-        first."""
+        """Poses (k, 4, 4) that displacements of the model onto itself make of one, the likeliest by the prior first."""
         seen = h.prediction
         sharp = seen.arc < len(self.scene.arc_occurrence)
         depth = float(np.median(np.linalg.norm(seen.point, axis=1))) if len(seen.point) else 0.0

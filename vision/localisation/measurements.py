@@ -151,8 +151,7 @@ class EdgeIndex:
     def seek(
         self, pixel: Floats, direction: Floats, limits: tuple[float, float, float, float], strength: Floats
     ) -> tuple[Floats, Ints]:
-        """As `measure`, with the `limits` of `kernels.nearest_edges`, and how much each element (e,) counts,
-        none where that is 0."""
+        """As `measure`, with `limits` of `kernels.nearest_edges`, and how much each element (e,) counts, if at all."""
         from vision.localisation import kernels
 
         offset, found = np.empty(len(pixel)), np.empty(len(pixel), np.int64)

@@ -1,6 +1,4 @@
-"""The rig's pose by least squares of predicted arcs on sub-pixel edge elements, over all cameras and with the prior,
-and its covariance.
-"""
+"""The rig's pose, with covariance, by least squares of predicted arcs on edge elements, all cameras and the prior."""
 
 from __future__ import annotations
 
@@ -273,8 +271,7 @@ class Fit:
         return replace(self._take_step(refined, explanations), others=rest)
 
     def refine_roughly(self, world_from_rig: Floats) -> RefinedPose:
-        """As `refine`, from a pose that is nearly right, by the last rounds alone and with no part left out: enough to
-        compare it with others."""
+        """As `refine`, from a pose that is nearly right, by the last rounds alone with all parts: enough to compare."""
         refined = self.solve(world_from_rig, self._none, NEAR_ROUNDS)
         return replace(self._take_step(refined, []), is_rough=True)
 

@@ -1,6 +1,4 @@
-"""What a pose gathers of the pictures' edges and outlines, against chance and against what the right pose
-would gather.
-"""
+"""What a pose gathers of the pictures' edges and outlines, against chance and against what the right pose would."""
 
 from __future__ import annotations
 

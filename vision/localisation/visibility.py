@@ -303,8 +303,7 @@ def lay_rays(camera: Camera, step: int) -> RayGrid:
 
 @dataclass(frozen=True)
 class SurfaceMap:
-    """Which surface of the scene each place of a picture shows, surface (rows, columns), -1 for none, on the grid of
-    `rays`."""
+    """Which surface of the scene each place of a picture shows (rows, columns), -1 for none, on the grid of `rays`."""
 
     camera: Camera
     rays: RayGrid

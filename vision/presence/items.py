@@ -1,6 +1,4 @@
-"""What is assessed, the parts, features and surfaces in view, what they look like, and what in a picture no predicted
-edge accounts for.
-"""
+"""What is assessed, parts, features and surfaces in view, what they look like, and what no edge accounts for."""
 
 from __future__ import annotations
 
@@ -360,8 +358,7 @@ def _log_density(at: Floats, mean: Floats, spread: Floats, weight: Floats, anyth
 def _find_holes(
     items: Items, samples: Samples, shown: SurfaceMap, place: Ints, count: int, p: AppearanceParameters
 ) -> Ints:
-    """The item (places,) that each place is seen through, by the edges around it; -1 for none, as outside of the
-    object."""
+    """The item (places,) that each place is seen through, by the edges around it; -1 of none, as outside the object."""
     bore = np.isin(np.array(items.kind), THROUGH)[items.member]
     order = np.argsort(items.surface[bore], kind="stable")
     surface, member = items.surface[bore][order], items.member[bore][order]

@@ -1,6 +1,4 @@
-"""What is there and what is not, the worst first for people and programs, which variant that is, and the rows of the
-store.
-"""
+"""What is there and what is not, the worst first for people and programs, which variant it is, the store's rows."""
 
 from __future__ import annotations
 
@@ -57,8 +55,7 @@ def rank_failures(rows: Mapping[str, Any]) -> Ints:
 
 
 def summarise(presence: Mapping[str, Any]) -> list[str]:
-    """A sentence on how much was checked, one for each of the worst, and one on what the model does not account for; of
-    what `describe` gives."""
+    """Sentences on how much was checked, each of the worst, and what the model does not account for; of `describe`."""
     words = []
     for name in ("part", "feature"):
         found = presence["checked"][name]
@@ -150,8 +147,7 @@ def tabulate_items(it: Presence) -> dict[str, Any]:
 
 
 def describe(tables: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """What an assessment says in plain lists and numbers, from the columns of its tables; items parts first, then
-    features and surfaces."""
+    """What an assessment says in plain lists and numbers, by its tables' columns; parts, then features, surfaces."""
     rows = {name: list_rows(columns) for name, columns in tables.items()}
     items = rows["presence"]
     seen, sizes = defaultdict(list), defaultdict(list)
@@ -260,8 +256,7 @@ class VariantEvidence:
 def assess_variant(
     variant: Mapping[str, Any], stored: StoredScene, seen: Observation, found: Localisation, p: PresenceParameters
 ) -> VariantEvidence:
-    """The evidence for a variant, a row of `variants_in_world`, at the best pose; stored: the world with it in its
-    place."""
+    """The evidence for a variant, a row of `variants_in_world`, at the best pose; stored: the world with it."""
     assert found.best is not None
     pose = found.best.world_from_rig
     view = view_model(stored.scene, found.rig, pose)

@@ -1,6 +1,4 @@
-"""The predicted edges of all cameras as samples, the edge elements of the pictures along their normals, and the
-evidence run by run.
-"""
+"""The predicted edges of all cameras as samples, the edge elements along their normals, and the evidence by run."""
 
 from __future__ import annotations
 

@@ -103,8 +103,7 @@ def _choose_bores(items: Items, radius: Floats, surfaces: SceneSurfaces) -> tupl
 
 
 def _find_axes(scene: Scene, surface: Ints) -> tuple[Floats, Floats]:
-    """The middle (n, 3) and direction (n, 3) of cylinders, by the vertices of their meshes: their normals meet the
-    axis."""
+    """The middle (n, 3) and direction (n, 3) of cylinders, by their meshes' vertices: their normals meet the axis."""
     centre, axis = np.zeros((2, len(surface), 3))
     for row, one in enumerate(surface.tolist()):
         vertex = np.unique(scene.triangles[scene.triangle_surface == one])

@@ -1,6 +1,4 @@
-"""Displacement of bodies that carry edges along, and the evidence by surface: in place or displaced, and by
-how much.
-"""
+"""Displacement of bodies that carry edges along, and evidence by surface: in place or displaced, and how far."""
 
 from __future__ import annotations
 
@@ -79,8 +77,7 @@ class BodyElements:
 
 @dataclass(frozen=True)
 class Displacement:
-    """Where bodies (m,) lie: x (m, 4) from where the model has them; covariance (m, 4, 4); agree (m,):
-    how many measurements do."""
+    """Where bodies (m,) lie: x (m, 4) from where the model has them; covariance (m, 4, 4); agree (m,): measurements."""
 
     x: Floats
     covariance: Floats

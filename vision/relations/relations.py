@@ -1,6 +1,4 @@
-"""Relations among the units of one picture or one predicted view, how those of true partners differ, and the problems
-joined from them.
-"""
+"""Relations among units of one picture or view, how those of true partners differ, and problems joined from them."""
 
 from __future__ import annotations
 

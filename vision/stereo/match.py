@@ -1,6 +1,4 @@
-"""Stereo by arcs and regions, without a model: evidence for pairs, relations on both sides, the labelling that keeps
-them.
-"""
+"""Stereo by arcs and regions, without a model: evidence for pairs, relations on both sides, the labelling."""
 
 from __future__ import annotations
 

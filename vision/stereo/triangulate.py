@@ -1,6 +1,4 @@
-"""Matched arcs as curves in space, with the covariance of both ends; circles and ellipses by the plane that both
-pictures put them in.
-"""
+"""Matched arcs as curves in space, with the covariance of both ends; conics by the plane of both pictures."""
 
 from __future__ import annotations
 

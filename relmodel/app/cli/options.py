@@ -24,8 +24,7 @@ Option = Callable[[argparse._ActionsContainer], object]
 
 @dataclass(frozen=True)
 class Verb:
-    """A verb: what it does in words, calls of it, its options, and the function that does it and returns the exit
-    status."""
+    """A verb: what it does in words, calls of it, its options, and the function that does it and returns the status."""
 
     words: str
     example: str

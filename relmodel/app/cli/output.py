@@ -1,6 +1,4 @@
-"""Messages on stderr, and limits of a command that runs whatever it is given; data goes to stdout
-(relmodel.printing).
-"""
+"""Messages on stderr, and limits of a command that runs whatever it is given; data goes to stdout by `printing`."""
 
 from __future__ import annotations
 

@@ -56,8 +56,7 @@ class Watch:
         return steps
 
     def _known(self) -> tuple[float, float | None]:
-        """The share done, and the seconds left where something tells them: nothing does from when it takes longer than
-        the last."""
+        """The share done, and the seconds left where known: nothing is once it takes longer than the last."""
         now = time.monotonic()
         total = sum(seconds for _, seconds in self._usual.get(self._kind, ()))
         share, took = self._done / max(self._of, 1), now - self._began
@@ -91,8 +90,7 @@ class Watch:
 
 @contextmanager
 def shown(store: Store | None = None) -> Iterator[Progress]:
-    """Show the progress that is reported while the block lasts, and the steps of the store's runs; a bar is gone when
-    it ends."""
+    """Show the progress reported while the block lasts, and the steps of the store's runs; a bar is then gone."""
     if output.quiet:
         yield silent
         return

@@ -233,8 +233,7 @@ def serial_tables(connection: Connection, serial: str) -> dict[str, PageTable]:
 
 
 def serial_page(store: Store, connection: Connection, serial: str, around: Mapping[str, Any] | None = None) -> str:
-    """The page of a physical part, to be signed; around: as of a run's page.  Raises UsageError where no inspection was
-    of it."""
+    """The page of a physical part, to be signed; around: as of a run's page.  Raises UsageError for an unknown one."""
     found = store.rows(connection, "report/serial_outcome", serial=serial)
     if not found:
         raise UsageError(f"no inspection was of the part {serial}: relmodel inspect --serial names it")

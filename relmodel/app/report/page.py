@@ -114,8 +114,7 @@ def page_script(served: bool = False) -> Markup:
 
 
 def policy(served: bool = False) -> str:
-    """The Content-Security-Policy of a page: nothing is fetched, by served pages from their server alone, and only the
-    page's own script runs."""
+    """The Content-Security-Policy of a page: only its own script runs, served pages fetch from their server alone."""
     own, fetched = ("'self'", " 'self'; connect-src 'self'") if served else ("'none'", "")
     digest = base64.b64encode(hashlib.sha256(page_script(served).encode()).digest()).decode()
     return (

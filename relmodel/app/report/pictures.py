@@ -47,8 +47,7 @@ class RunPicture:
 
 
 def read_pictures(store: Store, connection: Connection, run: int, seen: Sequence[Seen]) -> list[RunPicture]:
-    """The pictures of a run with their drawings; elements have ids `cN-iM` (image arc M of picture N), `cN-mM` (model
-    arc) and `cN-rM` (region)."""
+    """A run's pictures and drawings; ids: `cN-iM` (image arc M of picture N), `cN-mM` (model arc), `cN-rM` (region)."""
     fates = _fates(store, connection, run)
     surfaces: dict[tuple[str, int], list[str]] = defaultdict(list)
     for r in store.rows(connection, "report/region_surfaces", run_id=run):

@@ -33,8 +33,7 @@ _ENDS = {
 
 @dataclass(frozen=True)
 class Layer:
-    """A layer of drawings over the pictures: the class of its elements, a label, and what a drawing that has it
-    contains."""
+    """A layer of drawings over the pictures: the class of its elements, a label, what a drawing with it contains."""
 
     name: str
     words: str
@@ -249,8 +248,7 @@ _MOST_ODDS = 1_000_000
 
 @dataclass(frozen=True)
 class Crop:
-    """A piece of a camera's picture: its bounds u v width height, px, the model drawn over it, and the view of the
-    page's model that it is."""
+    """A piece of a camera's picture: bounds u v width height, px, the model drawn over it, and its view on the page."""
 
     camera: str
     uri: str
@@ -306,8 +304,7 @@ def size_words(row: Any) -> str:
 def read_cards(
     store: Store, connection: Connection, run: int, seen: Sequence[Seen], numbers: dict[int, int] | None = None
 ) -> list[Card]:
-    """The findings of a run, whose pictures are `seen`; of those that `numbers` names by their number in the run, with
-    their number on the page."""
+    """The findings of a run, whose pictures are `seen`; numbers: those wanted, and their numbers on the page."""
     rows = store.rows(connection, "report/run_findings", run_id=run)
     edges = item_edges(store, connection, run) if rows else {}
     in_view = {r.item_no: int(r.in_view_no) for r in store.rows(connection, "report/failures", run_id=run)}

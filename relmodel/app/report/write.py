@@ -74,8 +74,7 @@ def variant_named(text: str, object_name: str | None) -> tuple[str, str]:
 
 
 def confirm(store: Store, file: Path) -> str:
-    """What is wrong with a report, one sentence; empty where nothing is.  Raises InputError where it is no report with
-    a hash."""
+    """What is wrong with a report, one sentence, or nothing.  Raises InputError where it is no report with a hash."""
     text = read_text(file, "report")
     found = re.search(r'<meta name="relmodel-seal" content="(run|serial) (.+?) ([0-9a-f]{64})">', text)
     if found is None:

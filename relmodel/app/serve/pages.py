@@ -1,6 +1,4 @@
-"""What each address of the local web page shows: named queries with bound parameters, example questions as forms, small
-pictures.
-"""
+"""What each address of the local web page shows: named queries, example questions as forms, small pictures."""
 
 from __future__ import annotations
 
@@ -58,8 +56,7 @@ class Page:
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a form: its name, what stands in it, what may be chosen (anything where empty), and of a number that
-    a slider sets from where to where."""
+    """A field of a form: its name, its value, the choices (empty: any), and of a slider from where to where it goes."""
 
     name: str
     value: str

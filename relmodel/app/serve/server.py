@@ -1,6 +1,4 @@
-"""A web server for one person at this machine: it answers GET from named pages, and opens the store for each request,
-read-only, with bounded time.
-"""
+"""A web server for one person at this machine: it answers GET, and opens the store for each request, read-only."""
 
 from __future__ import annotations
 

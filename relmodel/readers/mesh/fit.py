@@ -1,6 +1,4 @@
-"""Curves and surfaces through points of a mesh by least squares, many at once: cylinders, cones, spheres and tori;
-lines, circles and ellipses.
-"""
+"""Curves and surfaces through points of a mesh by least squares, many at once: of revolution; lines and conics."""
 
 from __future__ import annotations
 
@@ -109,8 +107,7 @@ def distances(kind: Ints, row: Floats, points: Floats) -> Floats:
 
 
 def normals_at(kind: Ints, row: Floats, points: Floats) -> Floats:
-    """Unit normals (n, 3), outward, of surfaces of kinds (n,) and rows (n, 8) abreast of points (n, 3); NaN on
-    their axes."""
+    """Outward unit normals (n, 3) of surfaces of kinds (n,), rows (n, 8) abreast of points (n, 3); NaN on axes."""
     z, rho, out = _along_across(row, points)
     across = np.select([kind == CYLINDER, kind == CONE, kind == SPHERE], [1.0, np.cos(row[:, 7]), rho], rho - row[:, 6])
     along = np.select([kind == CYLINDER, kind == CONE], [0.0, -np.sin(row[:, 7])], z)
@@ -392,8 +389,7 @@ def _conics(out: FittedArcs, points: Floats, start: Ints, which: Ints, tolerance
 
 
 def _take(out: FittedArcs, points: Floats, start: Ints, which: Ints, rows: Bools, found: FittedArcs) -> None:
-    """Enter curves of one kind, at these rows, where the angles of their points rise all along: a curve does not turn
-    back."""
+    """Enter curves of one kind, at these rows, where the angles of their points rise all along: none turns back."""
     x = found.axis_x / np.maximum(np.linalg.norm(found.axis_x, axis=1, keepdims=True), 1e-300)
     y = np.cross(found.axis_z, x)
     arm = points - found.origin[which]

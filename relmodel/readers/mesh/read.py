@@ -89,8 +89,7 @@ class _ModelFile:
 
 
 def read_build(path: Path) -> Build:
-    """The build of a file.  Raises InputError where an object contains itself, the build places too many or a unit is
-    unknown, and whatever its parsers raise."""
+    """The build of a file.  Raises InputError for cycles, too many objects, an unknown unit, and what parsers raise."""
     from trimesh.util import unique_name
 
     root, *others = _model_files(path)

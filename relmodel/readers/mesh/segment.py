@@ -356,8 +356,7 @@ class _Segmentation:
             owner[p.b[met[order]]] = owner[p.a[met[order]]]  # written last: the nearest
 
     def merge(self, owner: Ints, kind: Ints, row: Floats, level: float) -> Ints:
-        """Owners of patches where a surface that runs smoothly into a larger one, which holds all of it within `level`,
-        is of that."""
+        """Owners of patches: a surface that runs smoothly into a larger, which holds it within `level`, is of that."""
         p, count = self.patches, len(kind)
         sag, owned = np.zeros(count), np.flatnonzero(owner >= 0)  # how far middles of facets are off at most
         own = owner[owned]

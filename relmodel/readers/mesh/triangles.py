@@ -1,6 +1,4 @@
-"""Triangles of a mesh: welded, parted into bodies, with edges chained into arcs; and the parameters of reading
-meshes.
-"""
+"""Triangles of a mesh: welded, parted into bodies, edges chained into arcs; the parameters of reading meshes."""
 
 from __future__ import annotations
 
@@ -148,8 +146,7 @@ def _balance(ends: Ints, body: Ints | None = None) -> tuple[Floats, Ints]:
 
 
 def _pairs_of_sides(triangles: Ints) -> tuple[Ints, Ints, Ints]:
-    """Ends (3m, 2) of the sides of triangles (m, 3), three a triangle, and the pairs that lie between the same two
-    vertices and have no third there."""
+    """Ends (3m, 2) of the sides of triangles (m, 3), and the pairs alone between the same two vertices."""
     ends = sides(triangles)
     low, high = ends.min(axis=1), ends.max(axis=1)
     order = np.lexsort((np.arange(len(ends)), high, low))
@@ -202,8 +199,7 @@ def expand(start: Ints, end: Ints) -> tuple[Ints, Ints]:
 
 
 def rounding(vertices: Floats) -> float:
-    """What rounding may move a vertex by, mm: to single precision, in which most formats hold coordinates, or to four
-    or five decimals, as texts do."""
+    """What rounding may move a vertex by, mm: to single precision in most formats, or to 4 or 5 decimals in texts."""
     single = max(1e-6, 1e-7 * float(np.abs(vertices).max()))
     for step in (1e-4, 1e-5):  # the fast no first
         if all(np.abs(v - step * np.round(v / step)).max() <= step / 10 for v in (vertices[:99], vertices)):

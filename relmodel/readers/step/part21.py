@@ -1,6 +1,4 @@
-"""The text of a STEP file (ISO 10303-21), read without a CAD kernel: what it says of itself, instances,
-strings, units.
-"""
+"""The text of a STEP file (ISO 10303-21), read without a CAD kernel: its header, instances, strings, units."""
 
 from __future__ import annotations
 
@@ -408,8 +406,7 @@ _CONVERTED = {"INCH": "in", "FOOT": "ft", "DEGREE": "deg", "POUND": "lb"}
 
 @dataclass(frozen=True)
 class Unit:
-    """symbol: as one would write it, such as g/cm3.  dimension: exponent of each base quantity.  factor: how many of
-    kg, m, rad ... it is."""
+    """symbol: as one writes it, as g/cm3.  dimension: exponent of each base quantity.  factor: in kg, m, rad ..."""
 
     symbol: str
     dimension: dict[str, float]

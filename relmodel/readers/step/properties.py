@@ -1,6 +1,4 @@
-"""What only the text of a STEP file says of its parts: dimensions, tolerances, datums with their faces, and properties
-with raw units.
-"""
+"""What only the text of a STEP file says of its parts: PMI with its faces, and properties with raw units."""
 
 from __future__ import annotations
 
