@@ -12,9 +12,9 @@ from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import apply, nearest_rotation
 
 
-def unsigned(directions: Floats) -> Floats:
+def unsigned(directions: Floats, clearly: float = 1e-3) -> Floats:
     """Directions (n, 3) with the first component that is clearly not 0 made positive."""
-    clear = np.abs(directions) > 1e-3
+    clear = np.abs(directions) > clearly
     first = np.argmax(clear, axis=1)
     return directions * np.where(np.take_along_axis(directions, first[:, None], axis=1) < 0, -1.0, 1.0)
 
@@ -49,6 +49,13 @@ def group_bounds(values: Floats, group: Ints, count: int) -> tuple[Floats, Float
         np.minimum.at(low[i], group, column)
         np.maximum.at(high[i], group, column)
     return low.T.reshape(shape), high.T.reshape(shape)
+
+
+def greatest(values: Floats, group: Ints, count: int, least: float = 0.0) -> Floats:
+    """Greatest of the values (n,) of each group (count,), `least` where none is greater; group (n,)."""
+    out = np.full(count, least)
+    np.maximum.at(out, group, values)
+    return out
 
 
 def clusters(values: Floats, tolerance: float) -> Ints:

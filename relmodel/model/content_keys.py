@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints, Ragged, row_count
 from relmodel.errors import InputError
-from relmodel.geometry.congruence import Constituents, motions
+from relmodel.geometry.congruence import Constituents, motions, unsigned
 from relmodel.geometry.curves import vectors
 from relmodel.geometry.surfaces import ANALYTIC_KINDS
 from relmodel.geometry.transforms import Joint
@@ -174,19 +174,6 @@ def _spline_keys(splines: Table, owner: str, count: int) -> list[str]:
     return out
 
 
-def _unsigned(directions: Floats) -> Floats:
-    """Directions (n, 3) with the first component that is not about 0 made positive."""
-    clear = np.abs(directions) > 1e-6
-    first = np.argmax(clear, axis=1)
-    sign = np.where(np.take_along_axis(directions, first[:, None], axis=1) < 0, -1.0, 1.0)
-    return directions * sign
-
-
-def _foot(points: Floats, directions: Floats) -> Floats:
-    """Points of the lines through `points` along `directions` that are nearest to the frame's origin."""
-    return np.asarray(points - np.sum(points * directions, axis=1, keepdims=True) * directions)
-
-
 def _of_basis(keys_of: Callable[[dict[int, str]], Keys], made_from: Callable[[Keys], dict[int, str]]) -> Keys:
     """Keys of rows that may be made from others of the same table: again for each such level."""
     made: dict[int, str] = {}
@@ -246,12 +233,13 @@ def _surface_keys(
     def are(kind: str) -> Bools:
         return np.isin(recognised, [kind])[:, None]
 
-    normal = _unsigned(z)
+    normal = unsigned(z, 1e-6)
     # A cone's apex and the side to which it opens; where the axis points away from it, turn axis and angle about.
     with np.errstate(divide="ignore", invalid="ignore"):
         apex = origin - np.where(are("cone"), radii[:, :1] / np.tan(semi), np.nan) * z
     direction = np.where(are("cone"), z * np.sign(semi), np.where(are("sphere"), np.nan, normal))
-    point = np.select([are("plane"), are("cylinder"), are("cone")], [origin * np.nan, _foot(origin, z), apex], origin)
+    foot = origin - np.sum(origin * z, axis=1, keepdims=True) * z  # the axis' nearest point to the frame's origin
+    point = np.select([are("plane"), are("cylinder"), are("cone")], [origin * np.nan, foot, apex], origin)
     offset = np.where(are("plane"), np.sum(origin * normal, axis=1, keepdims=True), np.nan)
     radius = np.where(are("plane") | are("cone"), np.nan, radii)
     angle = np.where(are("cone"), np.abs(semi), np.nan)
@@ -391,7 +379,8 @@ def _classes(shapes: Sequence[Shape]) -> tuple[Ints, Floats, dict[int, Ints]]:
     for i, shape in enumerate(shapes):
         if not shape.surfaces or not shape.arcs or "fitted" in shape.surfaces["provenance"]:
             continue
-        alike = firsts.setdefault(_counts(shape), [])
+        # What must be the same to the last digit: kinds, names and colours of faces, kinds and convexities of edges.
+        alike = firsts.setdefault((shape.kind, *sorted(_face_kinds(shape)), *sorted(_edge_kinds(shape))), [])
         for first in alike:
             for k in (first, i):
                 if k not in elements:
@@ -403,11 +392,6 @@ def _classes(shapes: Sequence[Shape]) -> tuple[Ints, Floats, dict[int, Ints]]:
         else:
             alike.append(i)
     return of, motion, like
-
-
-def _counts(shape: Shape) -> tuple[str, ...]:
-    """What must be the same to the last digit: kinds, names and colours of faces, kinds and convexities of edges."""
-    return shape.kind, *sorted(_face_kinds(shape)), *sorted(_edge_kinds(shape))
 
 
 def _elements(shape: Shape) -> Constituents:

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from relmodel.arrays import Bools, Bytes, Floats, Ints, Rows, sum_by_group
+from relmodel.geometry.congruence import greatest
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import LINE
 from vision.extraction.rows import Primitives
@@ -180,8 +181,7 @@ def look_at_features(
     count = len(items)
     total = np.bincount(item, np.where(np.isfinite(through), through, 0.0), count)
     # Each camera that looks through must see another thing.
-    worst = np.full(count, -np.inf)
-    np.maximum.at(worst, item, np.where(np.isfinite(through), through, -np.inf))
+    worst = greatest(np.where(np.isfinite(through), through, -np.inf), item, count, -np.inf)
     stopped = (total <= -p.stopped_log_odds) & np.isfinite(worst) & (worst < -p.camera_log_odds)
     order = np.lexsort((camera_no, item))
     columns = (item, camera_no, pixels, grey_of, around, like, odds, stopped[item])

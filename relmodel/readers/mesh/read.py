@@ -412,9 +412,11 @@ class _GraphWalk:
             matrix, mesh = self._nodes[node].parent_from_node, self._nodes[node].mesh
             if not np.all(np.isfinite(matrix)):
                 raise InputError(f"node {node!r} of the file is placed by numbers that are not finite: mend the file")
-            rotation, inner = _polar(above @ matrix[:3, :3])
+            linear = above @ matrix[:3, :3]
             parent_from_node = np.eye(4)
-            parent_from_node[:3, :3] = rotation
+            parent_from_node[:3, :3] = rotation = nearest_rotation(np.sign(np.linalg.det(linear) or 1.0) * linear)
+            inner = rotation.T @ linear  # the identity for a rigid motion
+            inner = np.eye(3) if np.allclose(inner, np.eye(3), atol=1e-6) else inner
             parent_from_node[:3, 3] = above @ matrix[:3, 3] * self.unit_mm
             parts = [] if mesh is None else self._parts(mesh, inner)
             placed.append((node, parent, parts, parent_from_node))
@@ -478,14 +480,6 @@ class _GraphWalk:
                 self.parts.append(Part(number=name, name=name, shape=len(self.shapes), colour=mesh.colour))
                 self.shapes.append(shape)
         return made
-
-
-def _polar(linear: Floats) -> tuple[Floats, Floats]:
-    """Rotation and the rest, `linear = rotation @ rest`: the rest is the identity for a rigid motion."""
-    handedness = -1.0 if np.linalg.det(linear) < 0 else 1.0
-    rotation = nearest_rotation(handedness * linear)
-    rest = rotation.T @ linear
-    return rotation, np.eye(3) if np.allclose(rest, np.eye(3), atol=1e-6) else rest
 
 
 def _colour(mesh: Any) -> str | None:

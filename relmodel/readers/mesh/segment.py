@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Ints
-from relmodel.geometry.congruence import components
+from relmodel.arrays import Bools, Floats, Ints, count_from
+from relmodel.geometry.congruence import components, greatest
 from relmodel.readers.mesh.fit import (
     CONE,
     CYLINDER,
@@ -35,7 +35,6 @@ from relmodel.readers.mesh.triangles import (
     Patches,
     area_normals,
     cut_patches,
-    expand,
     mean_planes,
     rounding,
     slim,
@@ -147,10 +146,8 @@ class _Segmentation:
         start = np.searchsorted(patch, np.arange(self.count + 1))
         self.corners = csr_array((np.ones(len(vertex), np.int8), vertex, start), shape=(self.count, len(vertices)))
         self.smooth = patches.angle < _P.smooth_rad
-        self.bend = np.zeros(self.count)
-        np.maximum.at(self.bend, patches.a[self.smooth], patches.angle[self.smooth])
-        widest = np.zeros(self.count)
-        np.maximum.at(widest, patches.a[self.smooth], patches.width[patches.b[self.smooth]])
+        self.bend = greatest(patches.angle[self.smooth], patches.a[self.smooth], self.count)
+        widest = greatest(patches.width[patches.b[self.smooth]], patches.a[self.smooth], self.count)
         # A plane is much wider than the strips that it runs smoothly into.
         self.plane = patches.flat & (patches.width > _P.wide * widest)
 
@@ -175,8 +172,7 @@ class _Segmentation:
         open_ = (owner < 0) & ~self.plane & self.known
         joined = np.flatnonzero(self.smooth & open_[p.a] & open_[p.b])
         a, b, length = p.a[joined], p.b[joined], p.length[joined]
-        longest = np.zeros(self.count)
-        np.maximum.at(longest, a, length)
+        longest = greatest(length, a, self.count)
         seeds = np.flatnonzero(np.bincount(a, minlength=self.count) > 0)
         found, whole = [], np.zeros(self.count, bool)
         for kind, spare in ((CYLINDER, 2), (CONE, 2), (SPHERE, 2), (TORUS, 12), (TORUS, 4)):
@@ -243,9 +239,7 @@ class _Segmentation:
         return self._grown(kind, row, pairs[good[number]], level)
 
     def _lean(self, number: Ints, patch: Ints, count: int) -> Floats:
-        out = np.zeros(count)
-        np.maximum.at(out, number, _P.lean * self.bend[patch])
-        return np.minimum(out, _P.most_lean_rad)
+        return np.minimum(greatest(_P.lean * self.bend[patch], number, count), _P.most_lean_rad)
 
     def _off(self, kind: Ints, row: Floats, lean: Floats, surface: Ints, patch: Ints) -> tuple[Floats, Bools]:
         """Of pairs the greatest distance of the patch's corners from the surface, and whether it leans against it."""
@@ -271,8 +265,7 @@ class _Segmentation:
                 break
             number, patch = np.divmod(pairs, n)
             lean = self._lean(number, patch, len(row))
-            # A small candidate says only roughly where its surface goes on: it takes what may belong to it, is fitted
-            # to that, and leaves what does not.
+            # A small candidate says only roughly where its surface goes on: it takes what may belong, and is refitted.
             near = np.full(len(row), 2 * level)
             if rings == 1:
                 sag = np.abs(distances(kinds[number], row[number], self.patches.middle[patch]))
@@ -358,9 +351,9 @@ class _Segmentation:
     def merge(self, owner: Ints, kind: Ints, row: Floats, level: float) -> Ints:
         """Owners of patches: a surface that runs smoothly into a larger, which holds it within `level`, is of that."""
         p, count = self.patches, len(kind)
-        sag, owned = np.zeros(count), np.flatnonzero(owner >= 0)  # how far middles of facets are off at most
+        owned = np.flatnonzero(owner >= 0)
         own = owner[owned]
-        np.maximum.at(sag, own, np.abs(distances(kind[own], row[own], p.middle[owned])))
+        sag = greatest(np.abs(distances(kind[own], row[own], p.middle[owned])), own, count)  # of middles of facets
         while True:
             met = self.smooth & (owner[p.a] >= 0) & (owner[p.b] >= 0) & (owner[p.a] != owner[p.b])
             area = np.bincount(owner[owner >= 0], p.area[owner >= 0], count)
@@ -369,11 +362,10 @@ class _Segmentation:
             small, large = small[less], large[less]
             order = np.argsort(owner, kind="stable")
             start = np.searchsorted(owner[order], np.arange(count + 1))
-            pair, at = expand(start[:-1][small], start[1:][small])
+            pair, at = count_from(start[small], np.diff(start)[small])
             off, steep = self._off(kind, row, np.full(count, _P.most_lean_rad), large[pair], order[at])
             off = np.where(steep, np.inf, off)
-            worst = np.full(len(small), -np.inf)
-            np.maximum.at(worst, pair, off)
+            worst = greatest(off, pair, len(small), -np.inf)
             good = worst <= np.minimum(level, _P.share_of_sag * sag[large])
             if not good.any():
                 return owner
@@ -387,8 +379,7 @@ class _Segmentation:
         """Owners (-1 none) of patches without the surfaces of a few that run smoothly into free-form ones: some strips
         of a free-form surface always lie on a cylinder or cone."""
         p = self.patches
-        longest = np.zeros(self.count)
-        np.maximum.at(longest, p.a[self.smooth], p.length[self.smooth])
+        longest = greatest(p.length[self.smooth], p.a[self.smooth], self.count)
         long = p.length >= _P.long * longest[p.a]  # at its ends a strip may run into anything
         rim = np.flatnonzero((owner[p.a] >= 0) & (owner[p.a] != owner[p.b]) & long)
         total = np.bincount(owner[p.a[rim]], p.length[rim], count)
@@ -434,8 +425,7 @@ class _Segmentation:
         bend = open_ & (p.angle < _P.free_rad) & ~inside
         one, two = sheet[p.a[bend]], sheet[p.b[bend]]
         isolated = np.bincount(components(len(area), one, two))[components(len(area), one, two)] <= 2
-        neighbour = np.zeros(len(area))
-        np.maximum.at(neighbour, one, width[two])
+        neighbour = greatest(width[two], one, len(area))
         # Two single triangles that hardly bend are a twisted quad, and its diagonal is no edge.
         single = np.bincount(sheet[p.of_triangle]) == 1
         twisted = np.zeros(len(area), bool)

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints, Ragged
-from relmodel.geometry.congruence import components, group_bounds
+from relmodel.geometry.congruence import components, greatest, group_bounds
 from relmodel.geometry.curves import Curves, box_columns, vector_columns, vectors
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.model.model import ArcSamples, Finding, Mesh, Shape, Table
@@ -41,8 +41,7 @@ def surface_rows(vertices: Floats, triangles: Ints, regions: MeshRegions) -> tup
     fine = rounding(vertices)
 
     axis, origin, radius, radius2, semi = _frames(regions, plane_normal, centroid)
-    reach = np.zeros(count)
-    np.maximum.at(reach, region, np.linalg.norm(corner - centroid[region][:, None], axis=2).max(axis=1))
+    reach = greatest(np.linalg.norm(corner - centroid[region][:, None], axis=2).max(axis=1), region, count)
     axis = _aligned(kind, axis, reach, plane_residual, fine)
     helper = np.eye(3)[np.argmin(np.abs(axis), axis=1)]
     axis_x = np.cross(helper, axis)
@@ -64,8 +63,7 @@ def surface_rows(vertices: Floats, triangles: Ints, regions: MeshRegions) -> tup
     u, v = frames.parameters(owner, flat_corner)
     foot = frames.evaluate(owner, u, v).points
     away = np.where(kind[owner] == "facets", 0.0, np.linalg.norm(flat_corner - foot, axis=1))
-    residual = np.zeros(count)
-    np.maximum.at(residual, owner, away)
+    residual = greatest(away, owner, count)
 
     # At an apex or a pole the angle u is that of the triangle's next corner.
     across = flat_corner - origin[owner]
@@ -265,6 +263,10 @@ def shape_from_triangles(
     normal_a, normal_b = _side_normals(vertices, triangles, chains, edges, border, normals)
     arcs, splines = _arcs(vertices, chains, fitted, edges, border, (normal_a, normal_b), regions)
     loops, coedges = _loops(vertices, chains, arcs, surfaces)
+    found = (
+        ("mended_winding", turned, f"{turned} triangles were turned over, since their neighbours run the other way"),
+        ("open_mesh", free, f"the mesh is open: {free} edges have no second triangle that continues the surface"),
+    )
     return Shape(
         kind="mesh",
         volume=volume,
@@ -275,16 +277,8 @@ def shape_from_triangles(
         coedges=coedges,
         mesh=_mesh(vertices, triangles, region, normals),
         samples=_samples(vertices, chains, fitted, normal_a, normal_b),
-        findings=_findings(turned, free),
+        findings=tuple(Finding(kind, message, float(count), 0.0) for kind, count, message in found if count),
     )
-
-
-def _findings(turned: int, free: int) -> tuple[Finding, ...]:
-    found = (
-        ("mended_winding", turned, f"{turned} triangles were turned over, since their neighbours run the other way"),
-        ("open_mesh", free, f"the mesh is open: {free} edges have no second triangle that continues the surface"),
-    )
-    return tuple(Finding(kind, message, float(count), 0.0) for kind, count, message in found if count)
 
 
 def _fitted(vertices: Floats, chains: EdgeChains, tolerance: float) -> FittedArcs:

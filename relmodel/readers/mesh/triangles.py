@@ -9,7 +9,7 @@ from math import dist, hypot, radians
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.geometry.congruence import components, group_bounds
+from relmodel.geometry.congruence import components, greatest, group_bounds
 
 # Angles in rad, between facets unless stated otherwise. Values without a named source were set by judgement, and hold
 # on tessellations of the STEP files of the tests.
@@ -191,13 +191,6 @@ def mend_winding(vertices: Floats, triangles: Ints) -> tuple[Ints, int]:
     return np.where(turned[:, None], triangles[:, ::-1], triangles), int(turned.sum())
 
 
-def expand(start: Ints, end: Ints) -> tuple[Ints, Ints]:
-    """Of the ranges from start to end (n,) whose each number is, and the numbers, one range after the other."""
-    count = end - start
-    which = np.repeat(np.arange(len(count)), count)
-    return which, np.arange(len(which)) - (np.cumsum(count) - count)[which] + start[which]
-
-
 def rounding(vertices: Floats) -> float:
     """What rounding may move a vertex by, mm: to single precision in most formats, or to 4 or 5 decimals in texts."""
     single = max(1e-6, 1e-7 * float(np.abs(vertices).max()))
@@ -228,8 +221,7 @@ def mean_planes(vertices: Floats, triangles: Ints, region: Ints) -> tuple[Floats
     middle = vertices[triangles].mean(axis=1)
     centroid = group_sums(weight[:, None] * middle, region, count) / area[:, None]
     away = np.abs(np.einsum("tij,tj->ti", vertices[triangles] - centroid[region][:, None], total[region]))
-    residual: Floats = np.zeros(count)
-    np.maximum.at(residual, region, away.max(axis=1))
+    residual = greatest(away.max(axis=1), region, count)
     return residual, np.asarray(total, float), np.asarray(centroid, float), np.asarray(area, float)
 
 
