@@ -88,15 +88,8 @@ class Scene:
     def select(self, samples: Ints, lengths: Floats, triangles: Ints) -> Scene:
         """The scene with only these samples (and the arc lengths they stand for) and silhouettes of only these
         triangles; everything still occludes."""
-        part = replace(
-            self,
-            sample_point=self.sample_point[samples],
-            sample_tangent=self.sample_tangent[samples],
-            sample_normal_a=self.sample_normal_a[samples],
-            sample_normal_b=self.sample_normal_b[samples],
-            sample_arc=self.sample_arc[samples],
-            sample_length=lengths,
-        )
+        names = ("sample_point", "sample_tangent", "sample_normal_a", "sample_normal_b", "sample_arc")
+        part = replace(self, sample_length=lengths, **{name: getattr(self, name)[samples] for name in names})
         # Cached properties of the whole that are those of the part: the same triangles occlude.
         part.__dict__["rays"] = self.rays
         part.__dict__["curved_triangles"] = triangles

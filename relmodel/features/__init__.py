@@ -67,26 +67,22 @@ def _of_faces(
     straight = np.asarray(shape.arcs["recognised_kind"], dtype=str) == "line"
     direction = vectors(shape.arcs, "axis_x")
     pairs = thin.opposed(b, np.where(straight[:, None], direction, np.nan))
-    floors = _with_role(hollows, "floor")
+    floors = _surfaces(hollows, "floor")
     standing = thin.ribs(b, pairs, floors, bored | _surfaces(lugs))
     sides = _surfaces(standing)
     discs = protrusions.shaft_flanges(b, set(beyond))
     through = openings(b, bored | _surfaces(hollows))
     open_ = slots.open_depressions(b, bored | _surfaces([*hollows, *through, *lugs]), sides, thin.gussets(b, standing))
     # The floor of an open slot may have looked like the side of a rib.
-    floors |= _with_role(open_, "floor")
+    floors |= _surfaces(open_, "floor")
     standing = [f for f in standing if not floors & _surfaces([f])]
     webs = thin.webs(b, pairs, [*hollows, *(f for f in open_ if f.kind == "open_slot")])
     bosses = protrusions.bosses(b, bored, _surfaces(standing) | _surfaces(lugs), beyond)
     return [*hollows, *open_, *through, *standing, *webs, *bosses, *lugs, *discs]
 
 
-def _surfaces(features: Iterable[Feature]) -> set[int]:
-    return {i for feature in features for i, _ in feature.surfaces}
-
-
-def _with_role(features: Iterable[Feature], wanted: str) -> set[int]:
-    return {i for feature in features for i, role in feature.surfaces if role == wanted}
+def _surfaces(features: Iterable[Feature], wanted: str = "") -> set[int]:
+    return {i for feature in features for i, role in feature.surfaces if role == (wanted or role)}
 
 
 def _body(b: Boundary, taken: set[int]) -> list[Feature]:

@@ -87,6 +87,9 @@ def write(run: Run, connection: Connection, derived: Derivation, name: str, vari
     if model.faces_in_file is not None and model.faces_loaded < model.faces_in_file:
         message = f"the file lists {model.faces_in_file} faces and {model.faces_loaded} were read"
         status = "partial" if status == "added" else status
+    counts: dict[int, int] = {}  # of placed parts, instances of instances counted out
+    for i in assembly_order(model.assemblies):
+        counts[i] = sum(1 if e.kind == "part" else counts[e.child] for e in model.assemblies[i].instances)
     report = LoadReport(
         run=run.id,
         status=status,
@@ -100,7 +103,7 @@ def write(run: Run, connection: Connection, derived: Derivation, name: str, vari
         faces_in_file=model.faces_in_file,
         faces_loaded=model.faces_loaded,
         parts=len(set(keys.parts)),
-        occurrences=_occurrence_count(model),
+        occurrences=counts[model.root],
         shapes_added=len(derived.shapes),
         surfaces_added=surfaces_added,
         arcs_added=arcs_added,
@@ -120,14 +123,6 @@ def _source(run: Run, connection: Connection, model: Model) -> int:
     columns = {"file_name": source.name, "sha256": source.sha256, **stored_fields("source", model)}
     run.append(connection, "source", {"id": [source_id], **columns})
     return source_id
-
-
-def _occurrence_count(model: Model) -> int:
-    """Placed parts under the root, instances of instances counted out."""
-    counts: dict[int, int] = {}
-    for i in assembly_order(model.assemblies):
-        counts[i] = sum(1 if e.kind == "part" else counts[e.child] for e in model.assemblies[i].instances)
-    return counts[model.root]
 
 
 # Writing new parts and new objects: attributes, what stands in them, and joints.

@@ -30,7 +30,7 @@ def append_shapes(
     arc_ids: dict[str, int],
 ) -> None:
     """Append shapes that are new to the store, their surfaces and arcs being there."""
-    class_ids = _append_feature_classes(run, connection, shapes)
+    class_ids, stated = _append_feature_classes(run, connection, shapes), {"run_id": run.id, "source": "file"}
     blocks: dict[str, list[dict[str, Any]]] = {}
     for new in shapes:
         shape, keys = new.shape, new.keys
@@ -42,7 +42,9 @@ def append_shapes(
                 **{name: list(shape.surfaces[name]) for name in ("name",) if name in shape.surfaces},
             },
             "shape_arc": _shape_arcs(shape, _ids(keys.arcs, arc_ids)),
-            **_attribute_rows(run, shape),
+            **{
+                f"{level}_attribute": {**own, **stated} for level in ("surface", "arc") if (own := labels(shape, level))
+            },
             "shape_mesh": _mesh_row(shape),
             "shape_arc_sample": pack_samples(shape.samples) if len(shape.samples.arc_no) else {},
             **_feature_rows(new, class_ids),
@@ -94,11 +96,6 @@ def _shape_arcs(shape: Shape, ids: Ints) -> Table:
         "convexity": list(shape.arcs["convexity"]),
         "angle": np.asarray(shape.arcs["angle"], float),
     }
-
-
-def _attribute_rows(run: Run, shape: Shape) -> dict[str, Table]:
-    stated = {f"{level}_attribute": labels(shape, level) for level in ("surface", "arc")}
-    return {table: {**columns, "run_id": run.id, "source": "file"} for table, columns in stated.items() if columns}
 
 
 def _mesh_row(shape: Shape) -> Table:

@@ -450,10 +450,6 @@ class Run:
         """What appends rows of this run within the transaction of `connection`."""
         return lambda table, /, **columns: self.append(connection, table, {"run_id": self.id, **columns})
 
-    def insert(self, connection: Connection, table: str, name: str, /, **parameters: Any) -> int:
-        """Insert rows from others by a named query, as `Database.insert`."""
-        return self.store.insert(connection, table, name, **parameters)
-
     @property
     def seconds(self) -> dict[str, float]:
         """Seconds that the finished steps took, by name, in their order."""

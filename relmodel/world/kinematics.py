@@ -119,19 +119,9 @@ class Robots:
 
 
 def _joint(row: Any) -> Joint:
-    return Joint(
-        name=row.name,
-        kind=row.kind,
-        parent=row.parent_link,
-        child=row.child_link,
-        axis=np.array([row.axis_x, row.axis_y, row.axis_z]),
-        lower=row.lower_limit,
-        upper=row.upper_limit,
-        parent_from_joint=_matrix(row),
-        mimic=None
-        if row.mimic_joint is None
-        else Mimic(row.mimic_joint, float(row.mimic_factor), float(row.mimic_offset)),
-    )
+    axis, limits = np.array([row.axis_x, row.axis_y, row.axis_z]), (row.lower_limit, row.upper_limit)
+    mimic = row.mimic_joint and Mimic(row.mimic_joint, float(row.mimic_factor), float(row.mimic_offset))
+    return Joint(row.name, row.kind, row.parent_link, row.child_link, axis, *limits, _matrix(row), mimic)
 
 
 @dataclass(frozen=True)

@@ -175,9 +175,7 @@ def _refuse_cycles(store: Store, connection: Connection, file: WorldFile, pinned
 
 def _link_paths(file: WorldFile, objects: Sequence[_WorldObject]) -> list[str | None]:
     """Path of the link of each mount in the object that carries it, as in occurrence; None where it names no link.
-
-    Raises InputError where the object has no such link, or several.
-    """
+    Raises InputError where the object has no such link, or several."""
     paths: list[str | None] = []
     robots_of = {o.placed.name: o.robots for o in objects}
     for i, mount in enumerate(file.mounts):
@@ -232,7 +230,7 @@ def _write_world(
     row: dict[str, Any] = {"id": [world_id], "name": name, "revision": revision, "content_key": content_key}
     run.append(connection, "world", row)
     if previous is not None:
-        run.insert(connection, "world_attribute", "world/keep_attributes", world_id=world_id, previous=previous)
+        run.store.insert(connection, "world_attribute", "world/keep_attributes", world_id=world_id, previous=previous)
     return world_id
 
 
@@ -245,9 +243,7 @@ def _write_objects(
     revision: int,
 ) -> dict[str, int]:
     """Write where objects, links and joints stand, of those objects of which something stands otherwise than before.
-
-    Returns the `object_no` of each by its name: the one that it ever had in this world, or a new one.
-    """
+    Returns the `object_no` of each by its name: the one that it ever had in this world, or a new one."""
     store = run.store
     rows = store.rows(connection, "world/known_objects", world=world)
     known = {(row.name, int(row.object_id)): int(row.object_no) for row in rows}

@@ -183,15 +183,8 @@ def _placed_object(entry: Any, path: Path, where: str, mounted: set[str]) -> Pla
         raise InputError(
             f"{path}: {where} has a world_from_object, and {instance!r} is among the mounts too: leave one of them out"
         )
-    return PlacedObject(
-        object=name,
-        variant=_text(entry, "variant", path, where, ""),
-        name=instance,
-        role=role,
-        world_from_object=pose,
-        joints=_joint_values(entry, path, where),
-        tolerance_mm=_tolerance(entry, path, where),
-    )
+    variant, joints = _text(entry, "variant", path, where, ""), _joint_values(entry, path, where)
+    return PlacedObject(name, variant, instance, role, pose, joints, _tolerance(entry, path, where))
 
 
 def _tolerance(entry: dict[str, Any], path: Path, where: str) -> float:

@@ -213,11 +213,8 @@ class ModelArcs:
         rows = scene.reference_samples
         rows = rows[scene.sample_cosine[rows] < np.cos(SHARP_RAD)]
         self._shapes = describe_arc_shapes(scene)
-        self.point, self.tangent, self.arc = (
-            scene.sample_point[rows],
-            scene.sample_tangent[rows],
-            scene.sample_arc[rows],
-        )
+        self.point, self.tangent = scene.sample_point[rows], scene.sample_tangent[rows]
+        self.arc = scene.sample_arc[rows]
         self._tree: Any = cKDTree(self.point, balanced_tree=False, compact_nodes=False)
 
     def score(self, poses: Floats, scene: ScenePoints) -> Floats:

@@ -68,9 +68,8 @@ def summarise(presence: Mapping[str, Any]) -> list[str]:
     regions = sum(it["kind"] == "region" for it in presence["unexplained"])
     count = {"region": regions, "edge": len(presence["unexplained"]) - regions}
     counted = [f"{n} {what}{'s' * (n > 1)}" for what, n in count.items() if n]
-    return (
-        [*words, f"{' and '.join(counted)} in the pictures that the model does not account for"] if counted else words
-    )
+    more = f"{' and '.join(counted)} in the pictures that the model does not account for"
+    return [*words, more] if counted else words
 
 
 def count_states(states: Sequence[str]) -> dict[str, int]:

@@ -153,10 +153,8 @@ Record = dict[str, list[Any]]  # entity name -> parameters; of a complex instanc
 
 
 class Instances:
-    """Instances of the data section by number.
-
-    Parameters are str (an enumeration with its dots), float, int, Reference, Typed, list, or None for $ and *.
-    """
+    """Instances of the data section by number.  Parameters are str (an enumeration with its dots), float, int,
+    Reference, Typed, list, or None for $ and *."""
 
     def __init__(self, text: bytes) -> None:
         if b"/*" in text:
@@ -299,10 +297,8 @@ def schema_name(instances: Instances) -> str | None:
 
 
 def face_count(instances: Instances) -> int:
-    """Faces that the text lists: exact ones; where it has none, those that it gives as triangles.
-
-    Faces in an instance too broken to parse count too.
-    """
+    """Faces that the text lists: exact ones; where it has none, those that it gives as triangles.  Faces in an instance
+    too broken to parse count too."""
     return _listed(instances, EXACT_FACES) or _listed(instances, TRIANGULATED_FACES)
 
 
@@ -459,7 +455,12 @@ def unit(instances: Instances, number: int) -> Unit | None:
     """The unit that an instance is; None where it is no known unit."""
     record = instances[number]
     if "SI_UNIT" in record:
-        return _si(record["SI_UNIT"])
+        prefix, name = (str(p or "").strip(".").upper() for p in record["SI_UNIT"][-2:])
+        if name not in _SI:
+            return None
+        symbol, dimension, factor = _SI[name]
+        before, times = _PREFIX.get(prefix, ("", 1.0))
+        return Unit(before + symbol, {dimension: 1.0}, times * factor)
     if "CONVERSION_BASED_UNIT" in record:
         named, pointed = (*record["CONVERSION_BASED_UNIT"], None, None)[:2]
         base = measure(instances, pointed) if isinstance(pointed, Reference) else None
@@ -510,15 +511,6 @@ def length_unit(instances: Instances, context: Any) -> Unit | None:
         if stated is not None and stated.dimension == {"length": 1.0}:
             return stated
     return None
-
-
-def _si(parameters: list[Any]) -> Unit | None:
-    prefix, name = (str(p or "").strip(".").upper() for p in parameters[-2:])
-    if name not in _SI:
-        return None
-    symbol, dimension, factor = _SI[name]
-    before, times = _PREFIX.get(prefix, ("", 1.0))
-    return Unit(before + symbol, {dimension: 1.0}, times * factor)
 
 
 def _derived(instances: Instances, parameters: list[Any]) -> Unit | None:

@@ -16,22 +16,13 @@ from relmodel.readers.step.step_parameters import Findings
 
 _SIZES = ("DIMENSIONAL_SIZE", "ANGULAR_SIZE")
 _LOCATIONS = ("DIMENSIONAL_LOCATION", "ANGULAR_LOCATION", "DIRECTED_DIMENSIONAL_LOCATION")
-_TOLERANCES = (
-    "ANGULARITY_TOLERANCE",
-    "CIRCULAR_RUNOUT_TOLERANCE",
-    "COAXIALITY_TOLERANCE",
-    "CONCENTRICITY_TOLERANCE",
-    "CYLINDRICITY_TOLERANCE",
-    "FLATNESS_TOLERANCE",
-    "LINE_PROFILE_TOLERANCE",
-    "PARALLELISM_TOLERANCE",
-    "PERPENDICULARITY_TOLERANCE",
-    "POSITION_TOLERANCE",
-    "ROUNDNESS_TOLERANCE",
-    "STRAIGHTNESS_TOLERANCE",
-    "SURFACE_PROFILE_TOLERANCE",
-    "SYMMETRY_TOLERANCE",
-    "TOTAL_RUNOUT_TOLERANCE",
+_TOLERANCES = tuple(
+    f"{of}_TOLERANCE"
+    for of in (
+        *("ANGULARITY", "CIRCULAR_RUNOUT", "COAXIALITY", "CONCENTRICITY", "CYLINDRICITY", "FLATNESS", "LINE_PROFILE"),
+        *("PARALLELISM", "PERPENDICULARITY", "POSITION", "ROUNDNESS", "STRAIGHTNESS", "SURFACE_PROFILE", "SYMMETRY"),
+        "TOTAL_RUNOUT",
+    )
 )
 _DATUM_FEATURES = ("DATUM_FEATURE", "PLACED_DATUM_TARGET_FEATURE", "DATUM_TARGET")
 _MADE_OF = ("SHAPE_ASPECT_RELATIONSHIP", "SHAPE_ASPECT_DERIVING_RELATIONSHIP", "SHAPE_ASPECT_ASSOCIATIVITY")
@@ -41,10 +32,8 @@ _SHELLS = ("CLOSED_SHELL", "OPEN_SHELL", "CONNECTED_FACE_SET", "CONNECTED_FACE_S
 
 @dataclass(frozen=True)
 class PmiStatement:
-    """A dimension, tolerance or datum of the text, without its surfaces.
-
-    faces: number of the instance, and role.  product: number of the PRODUCT_DEFINITION that it is of.
-    """
+    """A dimension, tolerance or datum of the text, without its surfaces.  faces: number of the instance, and role.
+    product: number of the PRODUCT_DEFINITION that it is of."""
 
     pmi: Pmi
     faces: tuple[tuple[int, str], ...]
@@ -259,6 +248,7 @@ def _once(faces: Iterable[tuple[int, str]]) -> tuple[tuple[int, str], ...]:
 
 # What only the text of a STEP file says of its parts: PMI with the faces it is of, and properties with raw units.
 
+_WHOLE = {"PRODUCT_DEFINITION", "PRODUCT_DEFINITION_SHAPE"}  # of a product, not of an aspect of its shape
 _MISWRITTEN = {"g3.cm2": 1000.0}  # the kernel's own writer (8.0) states g/cm3 so; in kg/m3
 _REPRESENTED = "PROPERTY_DEFINITION_REPRESENTATION"
 _TEXTURE, _FINISH = "SURFACE_TEXTURE_REPRESENTATION", ("finish", "surface finish")
@@ -416,7 +406,7 @@ def _property(instances: Instances, one: Represented, defined: dict[int, str]) -
     attributes: list[Attribute] = []
     if str(name).lower() == "material property":
         attributes = [attribute for found in measures(instances, items) for attribute in _stated(found)]
-    elif not _of_whole_product(instances, thing):
+    elif not isinstance(thing, Reference) or _WHOLE.isdisjoint(instances[thing]):
         return None, []
     elif _TEXTURE in record:
         attributes = [("finish", text, None)] if (text := _texture(instances, items)) else []
@@ -465,13 +455,6 @@ def _user_defined(instances: Instances) -> dict[int, str]:
         if len(named) > 1 and (name := str(named[1] or "").strip()):
             out[stated] = name
     return out
-
-
-def _of_whole_product(instances: Instances, thing: Any) -> bool:
-    """Whether a property is of a product, not of an aspect of its shape."""
-    return isinstance(thing, Reference) and not {"PRODUCT_DEFINITION", "PRODUCT_DEFINITION_SHAPE"}.isdisjoint(
-        instances[thing]
-    )
 
 
 def _value(instances: Instances, item: int) -> tuple[str | float, str | None] | None:
