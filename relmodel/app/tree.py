@@ -9,7 +9,7 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import Floats, Ints, fields_of
-from relmodel.geometry.transforms import MATRIX_COLUMNS, matrices
+from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 from relmodel.variants.compare import find_variant
 
@@ -18,10 +18,8 @@ _WHOLE = -1  # for the id of a part: of the file as a whole
 
 @dataclass(frozen=True)
 class Tree:
-    """All objects and parts placed in an object, parents before children.
-
-    part_id, child_object_id and shape_id are -1 where a row is not that; pose (n, 4, 4): object_from_occurrence, mm.
-    """
+    """All objects and parts placed in an object, parents before children.  part_id, child_object_id and shape_id are -1
+    where a row is not that; pose (n, 4, 4): object_from_occurrence, mm."""
 
     object_id: int
     name: str
@@ -47,9 +45,8 @@ def expand(
     """Tree of an object by its identity."""
     rows = store.columns(connection, "object/expansion", object_id=object_id)
     depth, child, part, shape = (np.asarray(rows[c], np.int64) for c in ("depth", "object_id", "part_id", "shape_id"))
-    pose = matrices({c: rows[c] for c in MATRIX_COLUMNS})
     path = [str(p) for p in rows["path"]]
-    return Tree(object_id, name, variant, revision, path, depth, child, part, shape, pose)
+    return Tree(object_id, name, variant, revision, path, depth, child, part, shape, matrices(rows))
 
 
 def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str, Any]]:
@@ -113,10 +110,8 @@ def tree_rows(store: Store, connection: Connection, tree: Tree) -> list[dict[str
 
 
 def alike(tree: Tree) -> tuple[Ints, Ints]:
-    """Rows of the tree that stand for siblings of one part or object, and for how many each does.
-
-    Of equal siblings the first stands for all, and what is in the others is left out.
-    """
+    """Rows of the tree that stand for siblings of one part or object, and for how many each does.  Of equal siblings
+    the first stands for all, and what is in the others is left out."""
     depth = tree.depth
     parent = np.full(len(depth), -1, np.int64)
     shown = np.zeros(len(depth), bool)

@@ -231,10 +231,7 @@ def path_data(points: Floats, closed: bool = False) -> str:
 
 def histogram(values: Floats, weights: Floats, *, reach: float = 4.0, bins: int = 40) -> Markup:
     """Histogram of residuals over their standard deviations, with the normal density; the outermost bars include all
-    beyond.
-
-    values in standard deviations, weights 0 to 1.
-    """
+    beyond.  values in standard deviations, weights 0 to 1."""
     heights, edges = np.histogram(np.clip(values, -reach, reach), bins, (-reach, reach), weights=weights)
     total = max(float(heights.sum()), 1e-9)
     density = heights / total / (edges[1] - edges[0])
@@ -326,10 +323,8 @@ class Point:
 
 
 def history(points: Sequence[Point], unit: str) -> Markup:
-    """Values one after the other with two standard deviations, the nominal and the limits about it; each is a link.
-
-    Of many the last 500 are drawn.
-    """
+    """Values one after the other with two standard deviations, the nominal and the limits about it; each is a link.  Of
+    many the last 500 are drawn."""
     points = points[-_MOST_POINTS:]
     value = np.array([p.value for p in points])
     sigma, nominal, limit = (
@@ -433,17 +428,15 @@ def read_edges(store: Store, connection: Connection, run: int) -> dict[str, list
     return out
 
 
-def draw_model(canvas: Bytes, edges: Sequence[Edge], boxes: Sequence[Floats] = (), width: int = 1) -> Bytes:
+def draw_model(canvas: Bytes, edges: Sequence[Edge], boxes: Sequence[Floats] = ()) -> Bytes:
     """A picture (rows, columns, 3: RGB) with edges in the colours of their states, the worst above, blends in a colour
     of their own; boxes (4, 2) px: about what the model does not account for."""
     blends = [e.points for e in edges if e.row.kind == "smooth"]
     by_state = [
-        Stroke(
-            [e.points for e in edges if (e.state or "undecidable") == state and e.row.kind != "smooth"], colour, width
-        )
+        Stroke([e.points for e in edges if (e.state or "undecidable") == state and e.row.kind != "smooth"], colour)
         for state, colour in reversed(STATES.items())
     ]
-    return draw(canvas, [Stroke(blends, BLEND, width), *by_state, Stroke(boxes, UNEXPLAINED, width, closed=True)])
+    return draw(canvas, [Stroke(blends, BLEND), *by_state, Stroke(boxes, UNEXPLAINED, closed=True)])
 
 
 def draw_over(store: Store, connection: Connection, run: int, greys: Mapping[str, Bytes | Floats]) -> dict[str, Bytes]:

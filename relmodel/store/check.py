@@ -95,12 +95,14 @@ def check(store: Store) -> list[CheckResult]:
             partial(_journal, store),
         ),
     ]
+    store.release()
+    damaged = [] if store.file is None else damaged_blocks(store.file)  # PostgreSQL keeps checksums of its own
     return [
         CheckResult(
             "blocks",
             "Blocks of the file that are damaged: restore a backup; where all tables can be read, COPY FROM DATABASE "
             "to a new file rescues everything (docs/store.md, Damage).",
-            _damaged(store),
+            [{"damaged block": number} for number in damaged],
         ),
         CheckResult("tables", "Tables that cannot be read whole: the file is damaged.", _unreadable(store)),
         *(CheckResult(name, description, _found(store, search)) for name, description, search in searches),
@@ -122,12 +124,6 @@ def _found(store: Store, search: Callable[[Connection], list[dict[str, Any]]]) -
         store.release()  # until its file is reopened
         said = getattr(error.__cause__ if isinstance(error, StoreError) else error, "orig", None) or error
         return [{"error": str(said).strip().partition("\n")[0]}]
-
-
-def _damaged(store: Store) -> list[dict[str, Any]]:
-    """The damaged blocks of a DuckDB file; PostgreSQL keeps checksums of its own."""
-    store.release()
-    return [] if store.file is None else [{"damaged block": number} for number in damaged_blocks(store.file)]
 
 
 def _unreadable(store: Store) -> list[dict[str, Any]]:

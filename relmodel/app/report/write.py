@@ -8,7 +8,8 @@ from html import unescape
 from pathlib import Path
 from typing import TypedDict
 
-from relmodel.app.report.object import serial_page
+from relmodel.app.audit import run_named
+from relmodel.app.report.object import diff_page, object_page, serial_page
 from relmodel.app.report.page import write_page
 from relmodel.app.report.run import run_page
 from relmodel.errors import InputError, UsageError
@@ -16,6 +17,7 @@ from relmodel.names import check_writable, read_text
 from relmodel.progress import Progress, silent
 from relmodel.store import Store
 from relmodel.store.runs import seal
+from relmodel.variants.compare import compare
 
 
 class Subject(TypedDict, total=False):
@@ -42,9 +44,6 @@ def write_report(store: Store, out: Path, of: Subject, progress: Progress = sile
     if variant and (diff or not object_name):
         raise UsageError("--variant says which variant of --object: give it with --object and without --diff")
     if diff:
-        from relmodel.app.report.object import diff_page
-        from relmodel.variants.compare import compare
-
         check_writable(out, "page")
         before, after = (variant_named(text, object_name) for text in diff)
         made = compare(store, before, after, progress=progress).id
@@ -53,15 +52,11 @@ def write_report(store: Store, out: Path, of: Subject, progress: Progress = sile
         return f"{diff[0]} against {diff[1]}"
     with store.read() as connection:
         if object_name:
-            from relmodel.app.report.object import object_page
-
             write_page(out, lambda: object_page(store, connection, object_name, variant))
             return " variant ".join(filter(None, [object_name, variant]))
         if serial is not None:
             write_page(out, lambda: serial_page(store, connection, serial))
             return f"part {serial}"
-        from relmodel.app.audit import run_named
-
         number = run_named(store, connection, run)
         write_page(out, lambda: run_page(store, connection, number))
         return f"run {number}"

@@ -178,9 +178,6 @@ def only_reading(store: Store, time_limit_s: float, overdue: Callable[[], object
         refuse()
         running.append(cursor)
 
-    def end(*_: object) -> None:
-        running.clear()
-
     def give_up() -> None:
         if running and overdue is not None:
             overdue()
@@ -193,7 +190,7 @@ def only_reading(store: Store, time_limit_s: float, overdue: Callable[[], object
         "checkout": check,
         "checkin": done,
         "before_cursor_execute": begin,
-        "after_cursor_execute": end,
+        "after_cursor_execute": lambda *_: running.clear(),
     }
     with store.read() as connection:
         if store.dialect == "duckdb":
