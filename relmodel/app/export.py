@@ -174,10 +174,7 @@ _CALIBRATION = ("width", "height", "fx", "fy", "cx", "cy", "skew", "distortion",
 
 def read_results(store: Store, connection: Connection, run_id: int) -> dict[str, pa.Table]:
     """The tables of an inspection's results, by name: those of `queries/result`, `inspection` first; every row says of
-    which store and run.
-
-    Raises UsageError where the run is not an inspection that ended.
-    """
+    which store and run.  Raises UsageError where the run is not an inspection that ended."""
     names = sorted(sql.query_names("result"), key=lambda name: (name != "result/inspection", name))
     tables = {name.partition("/")[2]: store.arrow(connection, name, run_id=run_id) for name in names}
     if not tables["inspection"].num_rows:

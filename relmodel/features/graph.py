@@ -138,10 +138,8 @@ def angle_gaps(arms: Floats, axis: Floats) -> Floats:
 
 
 def rectangle(points: Floats, normal: Floats) -> Rectangle:
-    """Least rectangle across `normal` that holds points.
-
-    One side of it lies on a side of the convex hull (Freeman and Shapira, CACM 18, 1975).
-    """
+    """Least rectangle across `normal` that holds points.  One side of it lies on a side of the convex hull (Freeman and
+    Shapira, CACM 18, 1975)."""
     from shapely import convex_hull, get_coordinates, linestrings
 
     u, v = sideways(normal)
@@ -382,10 +380,8 @@ def boundary(shape: Shape) -> Boundary:
 
 
 def _merged(shape: Shape) -> Ints:
-    """Number of the merged surface that each belongs to: kernels cut a cylinder in two, operations a plane.
-
-    Merged ones are numbered in the order of their first faces.
-    """
+    """Number of the merged surface that each belongs to: kernels cut a cylinder in two, operations a plane.  Merged
+    ones are numbered in the order of their first faces."""
     s = shape.surfaces
     kind = np.asarray(s["recognised_kind"], dtype=str)
     if not shape.arcs:

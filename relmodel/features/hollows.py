@@ -64,10 +64,8 @@ def pockets(b: Boundary, taken: set[int]) -> list[Feature]:
 
 @dataclass
 class _FloorSegment:
-    """A floor with an open side: the pockets that it falls into, and the planes of its walls.
-
-    free: it falls into nothing else than holes and pockets, and rises for the most part.
-    """
+    """A floor with an open side: the pockets that it falls into, and the planes of its walls.  free: it falls into
+    nothing else than holes and pockets, and rises for the most part."""
 
     floor: Floor
     own: set[int]
@@ -76,10 +74,7 @@ class _FloorSegment:
 
 
 def _cut_open(b: Boundary, floors: list[Floor], pocket_of: dict[int, int], taken: set[int]) -> list[Feature]:
-    """What is open only where a hole or another pocket cuts into it is a pocket all the same.
-
-    So is what has walls on all sides, whatever cuts into it.
-    """
+    """Pockets of floors that only holes or other pockets cut open, or with walls on all sides, whatever cuts in."""
     levels: dict[tuple[float, ...], list[_FloorSegment]] = {}
     for floor in floors:
         outer = [(rises(b, floor, i, x), x) for i in floor.faces for x in b.sides[i] if x.outer]
@@ -484,10 +479,7 @@ def _ellipse(points: Floats, up: Floats) -> Rectangle | None:
 
 
 def closed_slot(b: Boundary, walls: list[int], up: Floats) -> tuple[Floats, Floats, float, float, float] | None:
-    """Direction in the middle, centre, length, width and bend radius (0: straight) of a slot with round ends.
-
-    The length is that of the middle line with both ends.
-    """
+    """Direction in the middle, centre, length with both ends, width and bend radius (0: straight) of a rounded slot."""
     straight = _obround(b, walls, up)
     return (*straight, 0.0) if straight is not None else _kidney(b, walls, up)
 

@@ -203,10 +203,8 @@ def coaxial(b: Boundary, rows: Ints, axis: Floats, point: Floats) -> list[int]:
 
 
 def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
-    """Discs: short cylinders, convex at both rims, with a narrower one on the axis on at least one side.
-
-    grooved: cylinders next to a groove, which are the shaft.
-    """
+    """Discs: short cylinders, convex at both rims, with a narrower one on the axis on at least one side.  grooved:
+    cylinders next to a groove, which are the shaft."""
     s, found = b.surfaces, []
     rounds = np.flatnonzero((s.kind == "cylinder") & ~s.concave & (np.diff(s.start) > 0))
     for i in sorted(set(rounds.tolist()) - grooved):
@@ -234,9 +232,7 @@ def shaft_flanges(b: Boundary, grooved: set[int]) -> list[Feature]:
 
 def grooves(b: Boundary, holes: list[Feature]) -> tuple[list[Feature], dict[int, int]]:
     """Grooves around a shaft and ring grooves in a face; of the cylinders next to the former, the opposite ones.
-
-    holes: a ring groove's outer wall and floor look like a blind hole.
-    """
+    holes: a ring groove's outer wall and floor look like a blind hole."""
     s, found = b.surfaces, []
     beyond: dict[int, int] = {}
     rounds = (s.kind == "cylinder") & ~s.concave & (np.diff(s.start) > 0)

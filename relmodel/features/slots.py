@@ -92,10 +92,8 @@ def _ledge(b: Boundary, floor: Floor, taken: set[int], thin: set[int]) -> Ledge 
 
 
 def _is_ridge(b: Boundary, floor: Floor, thin: set[int]) -> bool:
-    """Whether a floor is the top of a rib between two walls: it falls on either side into one of its sides.
-
-    Where the walls are of the rib too, it is cut into the rib.
-    """
+    """Whether a floor is the top of a rib between two walls: it falls on either side into one of its sides.  Where the
+    walls are of the rib too, it is cut into the rib."""
     s = b.surfaces
     sides = sorted({j for i in floor.faces for j in b.neighbours(i, "convex") if j in thin})
     walls = [set(b.neighbours(j, "convex")) for i in floor.faces for j in b.neighbours(i, "concave")]
@@ -365,10 +363,7 @@ class Ledge:
 
 def steps(b: Boundary, ledges: list[Ledge], used: set[int], thin: set[int]) -> list[Feature]:
     """Steps of a wall or two, and those that a cutter has sunk into a corner; used, thin: surfaces that belong to no
-    step.
-
-    Of two candidates the floor is the one parallel to the face that the walls end in.
-    """
+    step.  Of two candidates the floor is the one parallel to the face that the walls end in."""
     s = b.surfaces
     used = used | thin
     groups: dict[tuple[float, ...], tuple[list[int], list[int]]] = {}

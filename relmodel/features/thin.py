@@ -25,11 +25,8 @@ _P = DEFAULTS.thin
 
 @dataclass
 class Pair:
-    """Two planes, one behind the other, with material between.
-
-    normal: from the second to the first; u, v (3,): directions in the planes; overlap: u0, v0, u1, v1 of what one
-    covers of the other, and its area.
-    """
+    """Two planes, one behind the other, with material between.  normal: from the second to the first; u, v (3,):
+    directions in the planes; overlap: u0, v0, u1, v1 of what one covers of the other, and its area."""
 
     first: int
     second: int
@@ -60,10 +57,8 @@ def opposed(b: Boundary, arc_direction: Floats) -> list[Pair]:
 
 
 def _edge_direction(b: Boundary, members: Ints, normal: Floats, arc_direction: Floats) -> Floats:
-    """Direction of the longest straight edge of planes: extents along it are those of the edge's own plane.
-
-    A concave edge, which is a foot, is preferred to the slope of a gusset.
-    """
+    """Direction of the longest straight edge of planes: extents along it are those of the edge's own plane.  A concave
+    edge, which is a foot, is preferred to the slope of a gusset."""
     sides = [(i, x) for i in members.tolist() for x in b.sides.get(i, []) if not np.isnan(arc_direction[x.arc, 0])]
     u = np.zeros(3)
     if sides:
@@ -145,10 +140,8 @@ def outline_of(points: Floats) -> Polygon | MultiPolygon:
 
 
 def ribs(b: Boundary, pairs: list[Pair], floors: set[int], taken: set[int]) -> list[Feature]:
-    """Ribs (a foot on either side) and flanges (a foot on one side) among the opposed planes.
-
-    floors: of pockets and slots; what is opposed to one is a web.
-    """
+    """Ribs (a foot on either side) and flanges (a foot on one side) among the opposed planes.  floors: of pockets and
+    slots; what is opposed to one is a web."""
     s, standing = b.surfaces, dict[tuple[int, ...], list[_StandingPair]]()
     thin = [p for p in pairs if p.thickness < _P.thin * min(p.overlap[2:] - p.overlap[:2])]
     slender = {i for p in thin for i in (p.first, p.second)}
@@ -183,10 +176,8 @@ class _StandingPair:
 
 
 def _stands(b: Boundary, pair: Pair, slender: set[int]) -> _StandingPair | None:
-    """How a pair stands: a rib on both its feet, a flange on the one it has.
-
-    slender: sides of what is thin; it stands on one of them, a rib that crosses it, only where on nothing else.
-    """
+    """How a pair stands: a rib on both its feet, a flange on the one it has.  slender: sides of what is thin; it stands
+    on one of them, a rib that crosses it, only where on nothing else."""
     s = b.surfaces
     planes = (pair.first, pair.second)
     if not any(b.neighbours(i, "concave") for i in planes):

@@ -250,10 +250,8 @@ def exactly_met(
 
 
 class _Geometry:
-    """Triangles of the elements of a level of some shapes; an arc's chords are triangles without area.
-
-    deviation: (n,) how far the exact geometry of an element may be from its triangles, mm.
-    """
+    """Triangles of the elements of a level of some shapes; an arc's chords are triangles without area.  deviation: (n,)
+    how far the exact geometry of an element may be from its triangles, mm."""
 
     def __init__(self, elements: Iterable[tuple[tuple[int, int], Floats, bool, float]]) -> None:
         """elements: shape_id and element_no, triangles (m, 3, 3), whether it is solid, and its deviation."""

@@ -41,11 +41,8 @@ class Volume:
 
     @cached_property
     def half_spaces(self) -> Floats:
-        """Outward normals and offsets (k + 6, 4): `planes`, then the faces of `bounds`.
-
-        The latter cut nothing off the volume but exclude more boxes, such as one near an edge of a frustum that no face
-        separates from it.
-        """
+        """Outward normals and offsets (k + 6, 4): `planes`, then the faces of `bounds`.  The latter cut nothing off the
+        volume but exclude more boxes, such as one near an edge of a frustum that no face separates from it."""
         faces = np.concatenate([-np.eye(3), np.eye(3)]), np.concatenate([-self.bounds[:3], self.bounds[3:]])
         return np.concatenate([self.planes, np.column_stack(faces)])
 

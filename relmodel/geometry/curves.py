@@ -90,10 +90,8 @@ def rows_of(keys: Iterable[Any], rows: Mapping[int, int] | None) -> list[int]:
 
 
 class FramedCurves:
-    """Lines, conics and splines to be evaluated, many at once, in two or three dimensions d.
-
-    origin, x, y (n, d): frames, which classes that are made from this set; columns: kind, radius, radius2.
-    """
+    """Lines, conics and splines to be evaluated, many at once, in two or three dimensions d.  origin, x, y (n, d):
+    frames, which classes that are made from this set; columns: kind, radius, radius2."""
 
     origin: Floats
     x: Floats
@@ -250,10 +248,8 @@ class Curves(FramedCurves):
         return np.asarray(lengths)
 
     def boxes(self) -> Floats:
-        """Axis-aligned boxes (n, 6: x0 y0 z0 x1 y1 z1), mm.
-
-        Extremes of lines and conics in closed form, of others by secants between samples.
-        """
+        """Axis-aligned boxes (n, 6: x0 y0 z0 x1 y1 z1), mm.  Extremes of lines and conics in closed form, of others by
+        secants between samples."""
         low, high = (np.ascontiguousarray(extreme(*self.ends)) for extreme in (np.minimum, np.maximum))
         self._widen_conics(low, high)
         self._widen_free(low, high)

@@ -52,10 +52,8 @@ def functions(knots: Floats, t: Floats) -> tuple[Floats, Floats]:
 
 
 class Basis:
-    """Basis functions along one parameter of splines by number.
-
-    degree, poles, low, width: (n,) of each spline, its domain being `width` from `low`.
-    """
+    """Basis functions along one parameter of splines by number.  degree, poles, low, width: (n,) of each spline, its
+    domain being `width` from `low`."""
 
     def __init__(
         self, degrees: list[int], periodic: list[bool], knots: Sequence[Any], multiplicities: Sequence[Any]
@@ -89,9 +87,7 @@ class Basis:
 
     def cuts(self, number: Ints, t0: Floats, t1: Floats) -> tuple[Ints, Floats]:
         """Knots of splines (n,), repeated where periodic: which of the intervals t0 to t1 (n,), and the parameter.
-
-        Some lie beyond the interval.
-        """
+        Some lie beyond the interval."""
         knots = [np.asarray(self._knots[i], float) for i in number.tolist()]
         for i in np.flatnonzero(self._periodic[number]).tolist():
             low, width = self.low[number[i]], self.width[number[i]]

@@ -193,11 +193,8 @@ def search_star(problem: MatchingProblem, limit: int | None, nodes: int, seconds
 
 
 def lay_stars(problem: MatchingProblem) -> tuple[Ints, int]:
-    """Label of each unit (units,), -1 for none, and how many candidates were accepted.
-
-    A candidate is accepted while what confirms it, among the accepted and those still open, makes it cheaper than no
-    label.
-    """
+    """Label of each unit (units,), -1 for none, and how many candidates were accepted.  A candidate is accepted while
+    what confirms it, among the accepted and those still open, makes it cheaper than no label."""
     tables = search_tables(problem)
     pair, unit, label = problem.compatibility, problem.candidate_unit, problem.candidate_label
     gain = problem.savings.sum(axis=1)

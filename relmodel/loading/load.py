@@ -65,10 +65,8 @@ class ModelFinding:
 
 @dataclass(frozen=True)
 class Derivation:
-    """A model ready to be written.
-
-    shapes: those that the store lacks, the first of equal ones.  findings: of the model and of the derivation.
-    """
+    """A model ready to be written.  shapes: those that the store lacks, the first of equal ones.  findings: of the
+    model and of the derivation."""
 
     model: Model
     keys: ModelKeys

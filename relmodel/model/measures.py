@@ -107,9 +107,7 @@ class ArcNormals:
 
     def at(self, coedge: Ints, arc: Ints, t: Floats, points: Floats | None = None) -> Floats:
         """Normals (n, 3) at the parameters t (n,) of the arcs (n,), on the surfaces of the coedges (n,), none -1.
-
-        points: of the arcs at `self.inner(arc, t)`, where they are known.
-        """
+        points: of the arcs at `self.inner(arc, t)`, where they are known."""
         surface = self.surface[coedge]
         if points is None:
             points = np.zeros((3, len(t))).T
@@ -216,10 +214,8 @@ def _blocks(offsets: Ints) -> list[Ints]:
 def _sampled(
     normals: ArcNormals, arcs: Ints, arc: Ints, t: Floats, ends: Ints
 ) -> tuple[Floats, Floats32, Floats32, Floats32]:
-    """Points, tangents and normals on both sides (n, 3) of arcs (n,) at t (n,).
-
-    arcs: (m,) those that occur, in order; ends: (m + 1,) where their samples begin and end.
-    """
+    """Points, tangents and normals on both sides (n, 3) of arcs (n,) at t (n,).  arcs: (m,) those that occur, in order;
+    ends: (m + 1,) where their samples begin and end."""
     curves, count = normals.curves, np.diff(ends)
     points, by = curves.evaluate(arc, t)
     tangents, bent = _repeated(unit(curves.x[arcs].T).T, curves.kind[arcs] == "line", count)
@@ -293,10 +289,8 @@ def pcurve_of(coedges: Table, pcurves: Table) -> Ints:
 
 
 class TrimmedFaces:
-    """Surfaces with the coedges that trim them.
-
-    surface, arc, reversed: columns of the coedges; pcurve: row of each in `pcurves`, -1: none, or on a plane.
-    """
+    """Surfaces with the coedges that trim them.  surface, arc, reversed: columns of the coedges; pcurve: row of each in
+    `pcurves`, -1: none, or on a plane."""
 
     def __init__(self, surfaces: Surfaces, curves: Curves, coedges: Table, pcurves: Table) -> None:
         self.surfaces, self.curves, self.pcurves = surfaces, curves, Pcurves(pcurves)
@@ -332,10 +326,8 @@ _RULED = ("cylinder", "cone", "extrusion")
 
 
 class HalfEdges(NamedTuple):
-    """The sides of triangles, three each, after each other.
-
-    tail, head: vertices; bare: whether no other side runs back along it, as vertices of faces are apart.
-    """
+    """The sides of triangles, three each, after each other.  tail, head: vertices; bare: whether no other side runs
+    back along it, as vertices of faces are apart."""
 
     tail: Ints
     head: Ints

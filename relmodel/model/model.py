@@ -152,10 +152,8 @@ class Instance:
 
 @dataclass(frozen=True)
 class Assembly:
-    """A product made of others; instances in the order of the file.
-
-    joints move its instances, which are named after the links and placed as they are with all joints at rest.
-    """
+    """A product made of others; instances in the order of the file.  joints move its instances, which are named after
+    the links and placed as they are with all joints at rest."""
 
     name: str
     instances: tuple[Instance, ...]

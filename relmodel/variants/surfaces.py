@@ -120,9 +120,7 @@ def surface_set(rows: Mapping[str, Any], boundary: Floats) -> SurfaceSet:
 
 def boundary_integrals(curves: Curves, surface: Ints, arc: Ints, count: int) -> Floats:
     """Length, mean point and rms distance from it of the boundary of each surface (count, 5), mm; 0 where it has none.
-
-    `surface` and `arc` (n,) list the coedges; `arc` counts the rows of `curves`.
-    """
+    `surface` and `arc` (n,) list the coedges; `arc` counts the rows of `curves`."""
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS)
     row, start, end = curves.spans(np.arange(len(curves)))
     half, middle = (end - start) / 2, (end + start) / 2

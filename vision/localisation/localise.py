@@ -190,9 +190,7 @@ def _describe(scene: Scene) -> ArcShapes:
 
 def find_displacements(shapes: ArcShapes, visible_arc: Ints, visible_length: Floats, reach_mm: float) -> Floats:
     """Displacements (k, 3) of the world, mm, that carry much of what is visible onto congruent arcs, best first.
-
-    visible_arc (n,), visible_length (n,): samples' arcs and what each stands for.
-    """
+    visible_arc (n,), visible_length (n,): samples' arcs and what each stands for."""
     from scipy.spatial import cKDTree
 
     seen = np.bincount(visible_arc, visible_length, minlength=int(shapes.arc.max(initial=0)) + 1)[shapes.arc]

@@ -126,10 +126,8 @@ def correct_rig(rig: Rig, own: Floats) -> Rig:
 
 
 class EdgeIndex:
-    """Edge elements of one picture bucketed by whole pixels.
-
-    odds (n,): of each element, the log likelihood ratio of being an edge of the object that stereo gives its arc.
-    """
+    """Edge elements of one picture bucketed by whole pixels.  odds (n,): of each element, the log likelihood ratio of
+    being an edge of the object that stereo gives its arc."""
 
     def __init__(self, edges: EdgePoints, odds: Floats | float = 0.0) -> None:
         self.edges = edges

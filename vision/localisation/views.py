@@ -25,11 +25,8 @@ KINDS = ("sharp", "smooth", "silhouette")
 
 @dataclass(frozen=True)
 class ViewArcs:
-    """Runs of model arcs (n,) that a camera sees.
-
-    kind: index of KINDS; occurrence; element: the scene's arc, for a silhouette its surface; length px.  samples: the
-    visible samples, run by run; run: the run of each.
-    """
+    """Runs of model arcs (n,) that a camera sees.  kind: index of KINDS; occurrence; element: the scene's arc, for a
+    silhouette its surface; length px.  samples: the visible samples, run by run; run: the run of each."""
 
     kind: NDArray[np.int8]
     occurrence: Ints

@@ -179,20 +179,15 @@ def unit_of(what: str) -> str:
 
 
 def find_moved(items: Items, surfaces: SceneSurfaces, distinct_px: Floats, least_share: float) -> Bools:
-    """Which rows of `items.member` are moved faces that count for their feature or surface.
-
-    distinct_px (n,): of items; a face with less than a share of that does not count, such as one face of a body.
-    """
+    """Which rows of `items.member` are moved faces that count for their feature or surface.  distinct_px (n,): of
+    items; a face with less than a share of that does not count, such as one face of a body."""
     much = surfaces.distinct_px[items.surface] >= least_share * distinct_px[items.member]
     return np.asarray(surfaces.moved[items.surface] & much & (np.array(items.level)[items.member] != "part"))
 
 
 def measure_items(items: Items, radius: Floats, surfaces: SceneSurfaces, moved: Bools, p: StateParameters) -> Measures:
     """All sizes that the displacements of surfaces give, and which surely differ: a feature or surface has changed
-    where one of its sizes has.
-
-    moved: from `find_moved`.
-    """
+    where one of its sizes has.  moved: from `find_moved`."""
     level, kind = np.array(items.level)[items.member], np.array(items.kind)
     surface, opposed, others = items.surface, surfaces.opposed, np.arange(len(items))
     mm, sigma, shift_sigma = surfaces.mm[surface], surfaces.sigma[surface], surfaces.shift_sigma[surface]

@@ -272,11 +272,8 @@ def gather_evidence(items: Items, runs: EdgeRuns, cameras: int) -> ItemEvidence:
 def _add_regions(
     evidence: ItemEvidence, items: Items, regions: RegionSupport, p: StateParameters
 ) -> tuple[ItemEvidence, Bools]:
-    """Add the evidence of regions to surfaces; also tells which items (n,) got it.
-
-    A surface gets it where a camera shows most of its visible area as regions that lie on it alone; the camera that
-    shows most of it counts.
-    """
+    """Add the evidence of regions to surfaces; also tells which items (n,) got it.  A surface gets it where a camera
+    shows most of its visible area as regions that lie on it alone; the camera that shows most of it counts."""
     count = len(items)
     covered, shown = (
         np.stack([np.bincount(items.member, column[items.surface], count).astype(float) for column in values.T], axis=1)

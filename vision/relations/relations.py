@@ -318,10 +318,8 @@ def _gap_sigma(curves: ImageCurves, pairs: _Gaps, sigma: Floats) -> Floats:
 
 
 def _near(curves: ImageCurves, areas: Areas, pairs: _Gaps, middles: Middles, p: RelationParameters) -> Relations:
-    """Each unit and those nearest to it, the more salient the earlier.
-
-    Ranked by the gap only, streaks and specks would fill most places, and differ in every picture.
-    """
+    """Each unit and those nearest to it, the more salient the earlier.  Ranked by the gap only, streaks and specks
+    would fill most places, and differ in every picture."""
     first_area, count = len(curves), len(curves) + len(areas)
     salience = np.concatenate([curves.salience, p.region_salience * np.sqrt(areas.area)])
     share = np.minimum(curves.salience / p.full_salience, 1.0)

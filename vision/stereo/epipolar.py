@@ -442,10 +442,8 @@ def _around(at: Floats, place: Floats, disparity: Floats, p: RangeParameters) ->
 
 @dataclass(frozen=True)
 class Votes:
-    """Rows that matched a crossing of arc `first` to one of arc `second`, columns, one a pair of arcs.
-
-    `disparity`: median over the voting rows, px.
-    """
+    """Rows that matched a crossing of arc `first` to one of arc `second`, columns, one a pair of arcs.  `disparity`:
+    median over the voting rows, px."""
 
     first: Ints
     second: Ints

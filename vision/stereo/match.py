@@ -221,9 +221,7 @@ class StereoPicture:
 @dataclass(frozen=True)
 class StereoMatches:
     """What stereo found.  Units: the arcs of the first picture by number, then its regions; labels: of the second.
-
-    solved: the problem with its proof; arcs, regions: how many there are in the first and the second picture.
-    """
+    solved: the problem with its proof; arcs, regions: how many there are in the first and the second picture."""
 
     parameters: StereoParameters
     rectification: Rectification

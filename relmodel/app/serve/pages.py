@@ -231,9 +231,7 @@ def _newest(store: Store, connection: Connection) -> str:
 
 def _compare(store: Store, asked: Mapping[str, str], whole: bool) -> Listing:
     """Two runs: what came out of each, then what differs, from what they were given to the step at which they part.
-
-    whole: long values are not shortened.
-    """
+    whole: long values are not shortened."""
     _takes(asked, "a", "b")
     fields = [Field(name, asked.get(name, "")) for name in ("a", "b")]
     if not (asked.get("a") and asked.get("b")):

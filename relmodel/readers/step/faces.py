@@ -242,18 +242,15 @@ class PcurveRows:
 
 # Areas, centroids and boxes of faces and volumes of solids.
 #
-# The kernel's adaptive integrals are wrong by up to some percent on swept surfaces, whose knots they do not heed, and
-# right once these are b-splines.
+# The kernel's integrals are off by up to some percent on swept surfaces, whose knots they ignore, not on b-splines.
 
 _SWEPT = ("extrusion", "revolution", "offset")
 _RULED = ("plane", "cylinder", "cone", "extrusion")  # straight lines end at the boundary, and so do extremes
 
 
 def integrals(faces: list[Any], kinds: list[str], normals: Floats, about: Floats) -> Floats:
-    """Area, its moments and the flux of the vector from a point, `about` (3,), through faces (n, 5).
-
-    normals: (n, 3) outward, of planes.  NaN where the kernel gives up.
-    """
+    """Area, its moments and the flux of the vector from a point, `about` (3,), through faces (n, 5).  normals: (n, 3)
+    outward, of planes.  NaN where the kernel gives up."""
     out = np.full((len(faces), 5), np.nan)
     for row, face, kind, normal in zip(out, faces, kinds, normals, strict=True):
         with suppress(Exception):  # those of the kernel have no base class of their own

@@ -298,10 +298,8 @@ class CurveRows(_GeometryRows):
 
 
 class SurfaceRows(_GeometryRows):
-    """Collects columns of `surface`, `surface_spline` and `surface_swept`.
-
-    What swept ones are made from goes to `basis_curves` and `basis`.
-    """
+    """Collects columns of `surface`, `surface_spline` and `surface_swept`.  What swept ones are made from goes to
+    `basis_curves` and `basis`."""
 
     names = (*_FRAME, "radius", "radius2", "semi_angle", "u0", "u1", "v0", "v1", "direct", "reversed")
 

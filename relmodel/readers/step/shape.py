@@ -33,10 +33,8 @@ Made = TypeVar("Made")
 
 
 class Labels:
-    """Reads the attributes of labels; one that cannot be read becomes a finding and counts as absent.
-
-    units: what volumes and areas are to be multiplied by, as the text says of them (`validation_units`).
-    """
+    """Reads the attributes of labels; one that cannot be read becomes a finding and counts as absent.  units: what
+    volumes and areas are to be multiplied by, as the text says of them (`validation_units`)."""
 
     def __init__(self, findings: Findings, units: Mapping[tuple[str, str], float], layers: Any) -> None:
         self._findings, self._units, self._layers = findings, units, layers

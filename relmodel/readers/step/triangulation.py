@@ -209,9 +209,7 @@ def is_tessellated(faces: Any) -> bool:
 
 def extract(shape: Any, labels: dict[str, dict[int, str]]) -> tuple[Shape, list[int]]:
     """Shape with a surface for each face that has an area, fitted to its triangles; and which face (from 0) each is.
-
-    labels: name, colour and layer of faces, by their ordinal in the map of faces (from 1).
-    """
+    labels: name, colour and layer of faces, by their ordinal in the map of faces (from 1)."""
     vertices, triangles, owner = [np.empty((0, 3))], [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)]
     normals = [np.empty((0, 3))]
     start = 0
