@@ -154,18 +154,6 @@ def test_a_pocket_within_a_pocket_is_two() -> None:
     ]
 
 
-def test_congruent_features_share_a_class() -> None:
-    tool = carried(box(-10, -5, 12, (20.0, 10.0, 20.0)), pose_of((70, 55, 0), (0, 0, 0.5)))
-    part = cut(
-        plate(),
-        box(10, 10, 12, (20.0, 10.0, 20.0)),
-        tool,
-        box(10, 40, 12, (20.0, 10.1, 20.0)),
-    )
-    keys = [feature_class_key(f) for f in features_of(part)]
-    assert sorted(Counter(keys).values()) == [1, 2]
-
-
 def test_mirror_images_and_near_twins_are_of_other_classes() -> None:
     """Skew pockets and ducts, turned, mirrored, and with a corner 0.02 mm elsewhere within the same rectangle."""
     outline = [(0.0, 0.0), (16.0, 0.0), (13.0, 9.0), (2.0, 9.0)]
