@@ -223,7 +223,9 @@ def by_loops(drawn: ImageCurves, areas: Areas) -> dict[tuple[int, int, int], lis
                 out[PARALLEL, a, b] = [way[0] * d[1] - way[1] * d[0], lever, angle, turned]
         if gaps[a, b] <= 10 and (at_end[a, b] or at_end[b, a]) and min(salience[a], salience[b]) >= 1:
             turned = np.hypot(drawn.angle_sigma[a], drawn.angle_sigma[b])
-            out[JUNCTION, a, b] = [gaps[a, b], gap_sigma(a, b), np.nan, turned]
+            d, e = (chords[u] / max(np.linalg.norm(chords[u]), 1e-9) for u in (a, b))
+            meets = np.arccos(min(abs(d @ e), 1.0)) if len(points[a]) == len(points[b]) == 2 else np.nan
+            out[JUNCTION, a, b] = [gaps[a, b], gap_sigma(a, b), meets, turned]
         apart = np.hypot(drawn.centre_x[a] - drawn.centre_x[b], drawn.centre_y[a] - drawn.centre_y[b])
         unsure = np.hypot(drawn.centre_sigma[a], drawn.centre_sigma[b])
         if apart <= 8 and unsure <= np.sqrt(8.0):
@@ -242,6 +244,7 @@ def test_relations_are_those_that_loops_find_by_their_definitions(seed: int) -> 
         found.distance, found.distance_sigma, found.angle, found.angle_sigma, strict=True), strict=True))  # fmt: skip
     assert set(rows) == set(expected)
     assert {kind for kind, _, _ in expected} == {NEAR, PARALLEL, JUNCTION, CONCENTRIC, EQUAL_RADIUS}
+    assert np.isfinite([values[2] for (kind, _, _), values in expected.items() if kind == JUNCTION]).any()
     for key, values in expected.items():
         known = np.isfinite(values)
         np.testing.assert_allclose(
