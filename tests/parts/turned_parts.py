@@ -57,7 +57,7 @@ def block(_: int) -> Part:
     part.fuse(cylinder((40, 110, t), 12, 15), round_box((80, 95, t - 1), (120, 119, t + 10), 5))
 
     def foot(a: Floats, b: Floats) -> bool:
-        return max(abs(np.hypot(p[0] - 40, p[1] - 110) - 12) + abs(p[2] - t) for p in (a, b)) < 1e-6
+        return all(bool(abs(np.hypot(p[0] - 40, p[1] - 110) - 12) + abs(p[2] - t) < 1e-6) for p in (a, b))
 
     part.body = fillet(part.body, 2.0, foot)
     part.know("boss", (40, 110, t), diameter=24, height=15, fillet_radius=2)
