@@ -1,15 +1,13 @@
 """Relational matching: time to proof, gap, recall and precision, beside peers, on generated and stored problems.
 
     python -m benchmarks.relational_matching [--kinds gated open hard pockets] [--units 20 50 100 200 300] [--seeds 10]
-        [--seconds 20] [--peers CP-SAT HiGHS ...] [--data FOLDER] [--truth N] [--modes]
+        [--seconds 20] [--peers CP-SAT HiGHS ...] [--data FOLDER] [--modes]
 
-Peers: CP-SAT with 8 workers and linearization 2, HiGHS as SciPy has it, RRWM and IPFP of pygmtools (dense: only for
-small problems), fusion moves of pylibmgm (GPL: used here alone), and the assignment without relations; what is not
-installed is left out.  A time is one run, building the peer's model included; kernels are loaded before.  Recall and
+Peers: CP-SAT, where it is installed, with 8 workers and linearization 2, HiGHS as SciPy has it, and the assignment
+without relations.  A time is one run, building the peer's model included; kernels are loaded before.  Recall and
 precision are those of the labels against the truth that the problem was made from.
 
-`--data`: problems stored as Parquet (see `read_problem`), benchmarks/data by default, where there are any.  `--truth`:
-so many random instances of up to 9 units in every exact mode against enumeration, with and without null labels.
+`--data`: problems stored as Parquet (see `read_problem`), benchmarks/data by default, where there are any.
 `--modes`: selections and nodes of whole functions and of forward checking.
 """
 
@@ -17,7 +15,6 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -29,9 +26,8 @@ from tabulate import tabulate
 
 from benchmarks.peers.matchers import Answer, matchers
 from relmodel.arrays import Ints
-from relmodel.labelling.problem import NONE, OPTIMAL, MatchingProblem, labelling_cost, matching_problem, result_rows
+from relmodel.labelling.problem import NONE, OPTIMAL, MatchingProblem, labelling_cost, matching_problem
 from relmodel.labelling.solve import MODES, solve
-from tests.labelling.oracle import enumerated_cost, random_problem, verified, without_nulls
 from tests.labelling.scenes import KINDS, scene
 
 COLUMNS = ("unit", "label", "other", "other_label", "cost")
@@ -144,23 +140,6 @@ def _summary(cases: list[Case], answers: list[Answer], best: list[float]) -> lis
     ]
 
 
-def truth(count: int) -> str:
-    """Random instances in every exact mode against enumeration, their certificates against the verifier."""
-    rng, right = np.random.default_rng(1), Counter[str]()
-    for number in range(count):
-        problem = random_problem(rng)
-        total = number % 4 == 0
-        asked, cost = without_nulls(problem) if total else problem, enumerated_cost(problem, total)
-        if cost is None:
-            asked, cost = problem, enumerated_cost(problem)
-        for mode in MODES[:1]:
-            found = solve(asked, mode, nodes=10**7)
-            right[mode] += (found.status, found.cost, found.bound) == (OPTIMAL, cost, cost)
-        found = solve(asked)
-        right["certificate"] += verified(result_rows(asked, found)) == (cost, cost)
-    return tabulate(right.items(), ("mode", f"right of {count}"))
-
-
 def modes(cases: list[Case], nodes: int = 20_000) -> str:
     """What whole functions save against one unit at a time."""
     rows = []
@@ -187,17 +166,14 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--peers", nargs="*", default=[])
     parser.add_argument("--data", type=Path, default=Path(__file__).parent / "data")
-    parser.add_argument("--truth", type=int, default=0)
     parser.add_argument("--modes", action="store_true")
     args = parser.parse_args()
     began = time.perf_counter()
     cases = [read_problem(path) for path in sorted(args.data.glob("matching_*.parquet"))]
     cases += generated(args.kinds, args.units, args.seeds)
-    if args.truth:
-        print(truth(args.truth), end="\n\n")
     if args.modes:
         print(modes(cases), end="\n\n")
-    elif cases and not args.truth:
+    elif cases:
         print(compare(cases, args.peers, args.seconds), end="\n\n")
     print(f"{time.perf_counter() - began:.0f} s")
 

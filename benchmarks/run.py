@@ -10,7 +10,6 @@ The page is written anew after each, so that what was measured is not lost.
 from __future__ import annotations
 
 import argparse
-import base64
 import html
 import importlib
 import os
@@ -18,15 +17,13 @@ import platform
 import resource
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 
-REPORT = "REPORT"  # in arguments: a folder for tables and plots
-_PEERS = ("duckdb", "numba", "numpy", "opencv-python-headless", "ortools", "pygmtools", "pylibmgm", "rtree", "scipy")
+_PEERS = ("duckdb", "numba", "numpy", "opencv-python-headless", "ortools", "rtree", "scipy")
 
 
 @dataclass(frozen=True)
@@ -47,7 +44,6 @@ class Outcome:
     benchmark: Benchmark
     arguments: list[str]
     text: str = ""
-    plots: list[bytes] = field(default_factory=list)
     seconds: float = 0.0
     processor_s: float = 0.0
     status: str = "ok"
@@ -55,22 +51,19 @@ class Outcome:
 
 BENCHMARKS = (
     Benchmark("volume_queries", ("--spread", "clustered", "--boxes", "1000", "10000")),
-    Benchmark("existence_steps", ("--largest", "10000", "--report", REPORT), ("--report", REPORT)),
     Benchmark(
         "relational_matching",
-        ("--units", "20", "50", "--seeds", "2", "--seconds", "3", "--peers", "CP-SAT", "HiGHS", "RRWM"),
+        ("--units", "20", "50", "--seeds", "2", "--seconds", "3", "--peers", "CP-SAT", "HiGHS"),
     ),
     Benchmark("inspection", ("--pairs", "00", "05"), ("--repeat", "100")),
     Benchmark("uncertainty", ("--trials", "12")),
     Benchmark("extraction_cost", needs_data=True),
     Benchmark("stereo_methods", ("--pairs", "A0", "C1"), needs_data=True),
-    Benchmark("nearest_edge", ("--sets", "demo", "A", "--count", "2"), needs_data=True),
     Benchmark("without_prior", ("--pairs", "1"), needs_data=True),
     Benchmark("distances", ("--pairs", "1", "--sets", "A", "--crowds", "0"), needs_data=True),
     Benchmark("ablations", ("--pairs", "1", "--sets", "A", "render_box"), needs_data=True),
     Benchmark("alterations", ("--count", "10")),
     Benchmark("scale_out", ("--parts", "10000", "--engines", "duckdb", "postgresql")),
-    Benchmark("damaged_files", ("1", "4"), needs_data=True),
 )
 # What takes hours whatever it is given, or needs renders of its own: with --full alone.
 FULL_ONLY = (Benchmark("extraction", needs_data=True),)
@@ -96,16 +89,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def measured(benchmarks: Sequence[Benchmark], *, full: bool) -> Iterator[Outcome]:
     """Run one after the other, each in a process of its own."""
     for benchmark in benchmarks:
-        with tempfile.TemporaryDirectory() as folder:
-            given = benchmark.full if full else benchmark.quick
-            outcome = Outcome(benchmark, [folder if word == REPORT else word for word in given])
-            if benchmark.needs_data and not os.environ.get("RELMODEL_TEST_DATA"):
-                outcome.status = "left out"
-                outcome.text = "needs the test data: set RELMODEL_TEST_DATA to its folder"
-            else:
-                _run(outcome, with_data=full or benchmark.needs_data)
-                outcome.plots = [file.read_bytes() for file in sorted(Path(folder).rglob("*.png"))]
-            outcome.arguments = [word for word in given if word != REPORT]
+        outcome = Outcome(benchmark, list(benchmark.full if full else benchmark.quick))
+        if benchmark.needs_data and not os.environ.get("RELMODEL_TEST_DATA"):
+            outcome.status = "left out"
+            outcome.text = "needs the test data: set RELMODEL_TEST_DATA to its folder"
+        else:
+            _run(outcome, with_data=full or benchmark.needs_data)
         yield outcome
 
 
@@ -124,7 +113,7 @@ def _run(outcome: Outcome, *, with_data: bool) -> None:
 
 
 def page(outcomes: Sequence[Outcome], *, full: bool) -> str:
-    """One page without network: what was asked, the tables as they were printed, and the plots."""
+    """One page without network: what was asked, and the tables as they were printed."""
     preset = "everything" if full else "the quick preset"
     rows = "".join(
         f'<tr><td><a href="#{o.benchmark.name}">{o.benchmark.name}</a></td><td>{o.status}</td>'
@@ -141,15 +130,11 @@ def page(outcomes: Sequence[Outcome], *, full: bool) -> str:
 
 def _section(outcome: Outcome) -> str:
     title, _, rest = (importlib.import_module(f"benchmarks.{outcome.benchmark.name}").__doc__ or "").partition("\n")
-    plots = "".join(
-        f'<p><img src="data:image/png;base64,{base64.b64encode(plot).decode()}" alt="plot of {outcome.benchmark.name}">'
-        for plot in outcome.plots
-    )
     command = " ".join(["python -m", f"benchmarks.{outcome.benchmark.name}", *outcome.arguments])
     return (
         f'<section id="{outcome.benchmark.name}"><h2>{html.escape(title)}</h2><p><code>{html.escape(command)}</code>'
         f"<details><summary>what is measured, and how</summary><pre>{html.escape(rest.strip())}</pre></details>"
-        f"<pre>{html.escape(outcome.text)}</pre>{plots}</section>"
+        f"<pre>{html.escape(outcome.text)}</pre></section>"
     )
 
 
@@ -176,7 +161,6 @@ pre { overflow-x: auto; font-size: 13px; line-height: 1.35 }
 td, th { padding: .15rem .9rem .15rem 0; text-align: left }
 td:nth-child(n+3) { text-align: right; font-variant-numeric: tabular-nums }
 section { border-top: 1px solid #8886; margin-top: 2rem }
-img { max-width: 100%; background: white }
 """
 
 if __name__ == "__main__":

@@ -23,7 +23,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from examples.bulkhead.build import placements
@@ -50,7 +49,6 @@ from examples.render.surfaces import bulkhead_meshes, finished_meshes, plane_fac
 from examples.render.truth import Caster, pixel_rays, project
 from examples.render.views import WORLD_FROM_OBJECT, Shot, rigid
 
-Array = NDArray[np.float64]
 Meshes = Callable[[Any], dict[str, Any]]  # of the renderer's module
 LIST = Path(__file__).with_name("trials.csv")
 MODELS = Path("examples")

@@ -26,18 +26,6 @@ def count(shape: Any, kind: Any) -> int:
     return int(found.Extent())
 
 
-def test_the_change_list_is_the_difference_of_the_tables() -> None:
-    before, after = ({f["name"]: f for f in golden(v)["features"]} for v in "AB")
-    listed = {
-        c["name"]: c["change"] for c in json.loads((EXAMPLES / "bulkhead/golden/changes_A_to_B.json").read_text())
-    }
-    assert {n for n, c in listed.items() if c == "added"} == after.keys() - before.keys() == {"LUG_7"}
-    assert {n for n, c in listed.items() if c == "removed"} == before.keys() - after.keys()
-    assert {"LH11", "LH20"} <= before.keys() - after.keys()
-    changed = {n for n in before.keys() & after.keys() if before[n] != after[n]}
-    assert {n for n, c in listed.items() if c == "changed"} == changed
-
-
 def test_the_generator_makes_the_committed_body() -> None:
     from OCP.BRepGProp import BRepGProp
     from OCP.GProp import GProp_GProps

@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 import pytest
 import yaml
-from numpy.typing import NDArray
 
 pytest.importorskip("OCP")
 
@@ -26,7 +25,6 @@ from examples.render.objects import OBJECTS, make_object, write_step
 from examples.render.truth import Caster
 from examples.render.views import Camera, Shot
 
-Array = NDArray[np.float64]
 GOLDEN = Path(__file__).parents[2] / "examples/bulkhead/golden/bulkhead_A.json"
 
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from OCP.collections import Array1_double, Array1_gp_Pnt, Array1_int
 from OCP.Geom import (
@@ -30,9 +29,6 @@ from OCP.gp import gp_Ax3, gp_Dir, gp_Pnt
 from relmodel.geometry.splines import Basis
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.readers.step.geometry import CurveRows, SurfaceRows
-
-Array = npt.NDArray[np.float64]
-SHARES = np.linspace(0, 1, 13)
 
 
 def kernel_frame(seed: int) -> Any:

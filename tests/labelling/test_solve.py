@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
 
-from relmodel.arrays import Ints
 from relmodel.errors import UsageError
 from relmodel.labelling import branch_and_bound
 from relmodel.labelling.problem import (
@@ -121,27 +120,6 @@ def test_equal_problems_give_equal_results(mode: str) -> None:
     assert (first.cost, first.bound, first.nodes, first.selections) == (
         second.cost, second.bound, second.nodes, second.selections,
     )  # fmt: skip
-
-
-def test_the_numbers_of_units_and_labels_do_not_change_the_cost() -> None:
-    rng = np.random.default_rng(8)
-    for _ in range(10):
-        p = random_problem(rng)
-        units, labels = rng.permutation(p.units), rng.permutation(p.labels)
-        i, j = p.compatibility.T
-
-        def side(c: Ints, p: MatchingProblem = p, units: Ints = units, labels: Ints = labels) -> tuple[Ints, Ints]:
-            return units[p.candidate_unit[c]], labels[p.candidate_label[c]]
-
-        renumbered = matching_problem(
-            p.null_cost[np.argsort(units)],
-            p.labels,
-            np.stack([units[p.candidate_unit], labels[p.candidate_label], p.candidate_cost], axis=1),
-            np.stack([units[p.neighbour_unit], units[p.neighbour_other], p.neighbour_weight], axis=1),
-            np.stack([*side(j), *side(i), p.saves], axis=1),
-            injective=p.injective,
-        )
-        assert solve(renumbered).cost == solve(p).cost
 
 
 def test_a_stopped_search_has_a_bound_and_a_labelling() -> None:

@@ -28,6 +28,7 @@ from tests.readers.test_exact import faces_of_rare_kinds
 from tests.reading import load, read_here, store_model
 
 MODEL_LEVELS = {"object", "part", "surface"}
+BOX = trimesh.creation.box((1, 2, 3)).export(file_type="stl")
 
 
 def write_box(path: Path, height: float) -> Path:
@@ -165,59 +166,30 @@ def test_a_wire_beside_a_solid_is_left_out(fresh_store: str, tmp_path: Path) -> 
         assert not [f for f in check(store) if f.rows]
 
 
-def test_a_truncated_step_leaves_only_its_report(fresh_store: str, tmp_path: Path) -> None:
-    path = write_step(tmp_path / "a.step", [5.0])
-    path.write_bytes(path.read_bytes()[:-3000])
-    with Store.open(fresh_store) as store:
-        empty = row_counts(store)
-        with pytest.raises(InputError, match="step"):
-            load(store, path, name="plate")
-        assert row_counts(store) == empty
-        with store.read() as connection:
-            (report,) = connection.execute(store.table("load_report").select())
-            assert report.status == "refused"
-
-
 @pytest.mark.parametrize(
-    ("name", "content", "unit", "said"),
+    ("name", "content", "given", "said"),
     [
-        ("part.doc", b"x", None, "an unknown format"),
-        ("part.stl", b"", "mm", "is empty"),
-        ("part.stl", b"x", None, "--unit mm"),
-        ("part.stl", b"x", "furlong", "not a unit of length"),
-        ("part.glb", b"x", "mm", "leave --unit out"),
-        ("gone.stl", None, "mm", "there is no file"),
+        ("part.doc", b"x", {"unit": None}, "an unknown format"),
+        ("part.stl", b"", {}, "is empty"),
+        ("part.stl", b"x", {"unit": None}, "--unit mm"),
+        ("part.stl", b"x", {"unit": "furlong"}, "not a unit of length"),
+        ("part.glb", b"x", {}, "leave --unit out"),
+        ("gone.stl", None, {}, "there is no file"),
+        ("part.stl", BOX, {"name": None}, "under the name None: name the object"),
+        ("part.stl", BOX, {"name": ""}, "under the name '': name the object"),
+        ("part.stl", BOX, {"name": " \t"}, "name the object"),
+        ("part.stl", BOX, {"variant": None}, "as the variant None: give text"),
     ],
 )
 def test_a_bad_call_leaves_a_run_that_failed(
-    name: str, content: bytes | None, unit: str | None, said: str, tmp_path: Path, duckdb_file: Path
+    name: str, content: bytes | None, given: dict[str, Any], said: str, tmp_path: Path, fresh_store: str
 ) -> None:
     path = tmp_path / name
     if content is not None:
         path.write_bytes(content)
-    with Store.open(duckdb_file) as store:
-        with pytest.raises(InputError, match=said):
-            load(store, path, name="part", unit=unit)
-        with store.read() as connection:
-            assert not connection.execute(store.table("object").select()).all()
-            ended = connection.execute(store.table("run_event").select()).all()
-        assert {e.state for e in ended if e.kind == "ended"} == {"failed"}
-
-
-@pytest.mark.parametrize(
-    ("named", "said"),
-    [
-        ({"name": None}, "under the name None: name the object"),
-        ({"name": ""}, "under the name '': name the object"),
-        ({"name": " \t"}, "name the object"),
-        ({"name": "box", "variant": None}, "as the variant None: give text"),
-    ],
-)
-def test_an_object_has_a_name(named: dict[str, Any], said: str, tmp_path: Path, fresh_store: str) -> None:
-    trimesh.creation.box((1, 2, 3)).export(tmp_path / "box.stl")
     with Store.open(fresh_store) as store:
         with pytest.raises(InputError, match=said):
-            load(store, tmp_path / "box.stl", unit="mm", **named)
+            load(store, path, **({"name": "part", "unit": "mm"} | given))
         with store.read() as connection:
             assert not connection.execute(store.table("object").select()).all()
             ended = connection.execute(store.table("run_event").select()).all()

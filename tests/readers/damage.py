@@ -29,7 +29,6 @@ _REFUSALS = {
     "lost faces": ("were lost on reading",),
     "not finite": ("that are not finite",),
 }
-OUTCOMES = (*_REFUSALS, "loaded whole", "loaded with findings", "loaded in part")
 
 _DIGIT = re.compile(rb"[0-9]")
 
@@ -40,7 +39,6 @@ class Outcome:
 
     outcome: str
     said: str
-    seconds: float
     faults: tuple[str, ...]
 
 
@@ -97,7 +95,7 @@ def load_damaged(store: Store, path: Path, *, allow_partial: bool, time_limit_s:
     seconds = time.monotonic() - began
     if seconds > time_limit_s + 60:
         faults.append(f"took {seconds:.0f} s with a limit of {time_limit_s:g} s")
-    return Outcome(outcome, said, seconds, tuple(faults))
+    return Outcome(outcome, said, tuple(faults))
 
 
 def _counts(store: Store) -> dict[str, int]:

@@ -26,13 +26,14 @@ SAMPLE = ("cube-in.step", "as1-tu-203.stp", "io1-tu-203.stp")
 def test_a_damaged_file_is_refused_or_sound(
     data_dir: Path, duckdb_file: Path, tmp_path: Path, name: str, kind: str
 ) -> None:
-    """One of each kind; `benchmarks/damaged_files.py` does the same for many more."""
+    """One of each kind; what is refused or has findings is loaded again as with --allow-partial."""
     copy = tmp_path / name
     copy.write_bytes(damaged((data_dir / "step" / name).read_bytes(), kind, SAMPLE.index(name)))
     with Store.open(duckdb_file) as store:
-        got = load_damaged(store, copy, allow_partial=False, time_limit_s=30)
-    assert got.outcome != "other", got
-    assert not got.faults, got
+        for partly in (False, True):
+            got = load_damaged(store, copy, allow_partial=partly, time_limit_s=30)
+            assert got.outcome != "other", got
+            assert not got.faults, got
 
 
 @pytest.mark.data

@@ -523,15 +523,6 @@ def test_an_archive_that_unpacks_to_too_much_is_not_unpacked(tmp_path: Path, mon
 
 
 @pytest.mark.data
-def test_known_meshes_load(data_dir: Path) -> None:
-    assert len(read_mesh(data_dir / "mesh" / "pins.glb").shapes) == 2
-    assert read_mesh(data_dir / "mesh" / "soup.stl", "mm").shapes[0].volume is None
-    cube = read_mesh(data_dir / "photo_cube" / "model.obj", "mm").shapes[0]
-    lines = np.asarray(cube.arcs["kind"]) == "line"
-    assert cube.arcs["length"][lines] == pytest.approx([84] * 12)
-
-
-@pytest.mark.data
 def test_the_mesh_of_a_part_has_the_surfaces_and_features_of_its_model(data_dir: Path) -> None:
     (shape,) = read_mesh(data_dir / "mesh" / "featuretype.STL", "in").shapes
     (model,) = shared(data_dir / "step" / "featuretype.STEP").shapes

@@ -1,14 +1,22 @@
 """Surfaces of meshes against closed forms: free-form, inexact boundaries, uneven triangles, rounded coordinates."""
 
+from itertools import pairwise
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 import pytest
+from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace, BRepBuilderAPI_MakeWire
+from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+from OCP.collections import HArray1_gp_Pnt
+from OCP.GeomAPI import GeomAPI_Interpolate
+from OCP.gp import gp_Pnt, gp_Vec
 from scipy.spatial import Delaunay
 
 from relmodel.model.model import Shape
 from relmodel.readers.mesh.shape import shape_from_triangles
 from relmodel.readers.mesh.triangles import chain_edges, without_lines
-from tests.parts import splined_parts
+from tests.parts.solids import Part, cylinder, fillet, turned
 from tests.parts.tessellations import extracted
 
 Floats = npt.NDArray[np.float64]
@@ -44,9 +52,34 @@ def test_a_wall_along_an_ellipse_is_free_form(strips: int) -> None:
     assert shares(found(np.stack([1.2 * rim, rim, rim + up, 1.2 * rim + up], axis=1))) == {"facets": pytest.approx(1)}
 
 
+def crown(seed: int) -> Any:
+    """A plate along a spline, with holes, some at its edge, and a rounded rim, of random sizes."""
+    rng = np.random.default_rng(seed)
+    x = np.linspace(0, float(rng.uniform(150, 500)), int(rng.integers(4, 8)))
+    y = 60 + 0.15 * x[-1] * np.sin(np.pi * x / x[-1]) + rng.uniform(-8, 8, len(x))
+    points = HArray1_gp_Pnt(1, len(x))
+    for i, (a, b) in enumerate(zip(x.tolist(), y.tolist(), strict=True)):
+        points.SetValue(i + 1, gp_Pnt(a, b, 0))
+    top = GeomAPI_Interpolate(points, False, 1e-9)
+    top.Perform()
+    outline = BRepBuilderAPI_MakeWire(BRepBuilderAPI_MakeEdge(top.Curve()).Edge())
+    far = float(x[-1])
+    for (a, b), (c, d) in pairwise([(far, float(y[-1])), (far, 0.0), (0.0, 0.0), (0.0, float(y[0]))]):
+        outline.Add(BRepBuilderAPI_MakeEdge(gp_Pnt(a, b, 0), gp_Pnt(c, d, 0)).Edge())
+    t = float(rng.uniform(8, 30))
+    part = Part(BRepPrimAPI_MakePrism(BRepBuilderAPI_MakeFace(outline.Wire()).Face(), gp_Vec(0, 0, t)).Shape())
+    rim = float(rng.uniform(5, 15))
+    part.body = fillet(part.body, rim, lambda a, b: bool(max(a[1], b[1]) < 1e-6 < abs(a[2] - b[2])))
+    for share in (0.2, 0.5, 0.8):
+        part.cut(cylinder((share * far, 25.0, -1), float(rng.uniform(2, 5)), t + 2))
+    k = len(x) // 2
+    part.cut(cylinder((float(x[k]), float(y[k]), -1), float(rng.uniform(4, 9)), t + 2))
+    return turned(part, rng).body
+
+
 @pytest.mark.parametrize("seed", [6, 102])
 def test_parts_of_splines_have_no_cylinders_but_their_own(seed: int) -> None:
-    exact = extracted(splined_parts.generate(seed))
+    exact = extracted(crown(seed))
     vertices = exact.mesh.vertices.astype(np.float32).astype(float)
     mesh = shape_from_triangles(vertices, exact.mesh.triangles.astype(np.int64))
     assert mesh is not None

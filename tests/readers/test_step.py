@@ -11,7 +11,6 @@ import pytest
 from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
 
 from relmodel.errors import InputError
-from relmodel.readers import ReadOptions, read
 from relmodel.readers.step import part21
 from relmodel.readers.step.part21 import Instances
 from tests.parts.step_parts import loaded, write_product
@@ -105,9 +104,3 @@ def test_numbers_that_are_not_finite_are_refused(radius: str, said: str, tmp_pat
     path.write_text(re.sub(r"(= CIRCLE\('',#\d+,)4\.", rf"\g<1>{radius}", text, count=1))
     with pytest.raises(InputError, match=f"has {said}, which is not a finite number"):
         shared(path)
-
-
-@pytest.mark.data
-def test_a_reading_that_takes_too_long_is_stopped(data_dir: Path) -> None:
-    with pytest.raises(InputError, match=r"more than 0\.01 s"):
-        read(data_dir / "step" / "cube-in.step", ReadOptions(time_limit_s=0.01))

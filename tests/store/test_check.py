@@ -14,7 +14,6 @@ from relmodel.store.check import check
 
 Model = dict[str, dict[str, Any]]
 
-IDENTITY = {f"m{i}{j}": [float(i == j)] for i in range(3) for j in range(4)}
 CORNERS = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]], float)
 
 

@@ -50,20 +50,6 @@ def test_ledger_counts_every_transaction(fresh_store: str) -> None:
         assert failing(store) == {}
 
 
-def test_failed_run_says_why_and_leaves_no_half(fresh_store: str) -> None:
-    with Store.open(fresh_store) as store:
-        with (
-            pytest.raises(ValueError, match="no column"),
-            Run.begin(store, "load", {"a": 1}) as run,
-            run.write() as connection,
-        ):
-            abandoned(run, connection)
-        with store.read() as connection:
-            assert connection.execute(store.table("feature_class").select()).all() == []
-        assert states(store) == ["failed"]
-        assert failing(store) == {}
-
-
 def test_rows_that_vanish_or_come_from_nowhere_are_found(fresh_store: str) -> None:
     with Store.open(fresh_store) as store:
         with Run.begin(store, "extract", {}) as run:

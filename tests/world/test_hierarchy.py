@@ -24,8 +24,6 @@ from tests.reading import load
 from tests.synthetic_model import SyntheticModel, write_world
 from tests.world.test_kinematics import MOUNT, RIG, URDF, links_by_hand, transform
 
-Array = npt.NDArray[np.float64]
-
 
 def assemblies(store: Store, count: int, tag: str = "chain") -> npt.NDArray[np.int64]:
     """Empty objects."""

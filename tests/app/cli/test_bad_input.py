@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import gzip
 import json
 import os
 import shutil
@@ -226,25 +225,6 @@ def test_empty_picture_is_refused_by_verdict(dark: Inspection, pair: Pair) -> No
     sigma = [pair.prior["sigma"]["translation_mm"], np.radians(pair.prior["sigma"]["rotation_deg"])]
     np.testing.assert_allclose(np.sqrt(np.diag(answer["covariance"])), np.repeat(sigma, 3), rtol=1e-6)
     assert answer["parts_in_view"] == []
-
-
-PACKED = (DEMO / "bulkhead_A.step.gz").read_bytes()
-
-
-@pytest.mark.parametrize(
-    ("name", "content", "says"),
-    [
-        ("a.step", gzip.decompress(PACKED)[:99999], "is cut off"),
-        ("a.step.gz", PACKED[:9999], "cannot be unpacked"),
-        ("a.step", b"", "is empty"),
-        ("a.doc", PACKED, "is of an unknown format"),
-    ],
-)
-def test_bad_step(name: str, content: bytes, says: str, refuse: Refuse, tmp_path: Path) -> None:
-    (tmp_path / name).write_bytes(content)
-    said = refuse("load", tmp_path / name, "--object", "bulkhead", "--variant", "A")
-    assert says in said
-    assert name in said
 
 
 def a_device(to: Path) -> None:

@@ -17,9 +17,7 @@ from scipy.spatial import cKDTree
 
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
-from tests.vision.cameras.test_cameras import rig_data, write
 from vision.cameras.cameras import Camera, Rig
-from vision.cameras.files import read_rig, write_rig
 from vision.cameras.images import BITS, describe_reading, read_mask, read_picture, read_pictures
 from vision.extraction.extract import extract
 from vision.extraction.rows import make_primitives
@@ -175,19 +173,6 @@ def test_the_rig_says_first_how_many_bits_a_camera_has(scene: Floats, tmp_path: 
     np.testing.assert_allclose(picture.grey, 2.55 * scene, atol=0.01)
     with pytest.raises(InputError, match=r"has values of 10 bits, but its camera in the rig has 9: correct"):
         read_picture(path, replace(CAMERA, bits=9))
-
-
-def test_bits_of_a_rig_file(tmp_path: Path) -> None:
-    data = rig_data()
-    data["cameras"]["left"]["bits"] = 12
-    rig = read_rig(write(tmp_path, data))
-    assert [camera.bits for camera in rig.cameras.values()] == [12, None]
-    write_rig(rig, tmp_path / "again.yaml")
-    assert [camera.bits for camera in read_rig(tmp_path / "again.yaml").cameras.values()] == [12, None]
-    for wrong in (7, 17, 12.0, "12", True):
-        data["cameras"]["left"]["bits"] = wrong
-        with pytest.raises(InputError, match=r"cameras\.left\.bits is .*: give how many"):
-            read_rig(write(tmp_path, data))
 
 
 @pytest.mark.parametrize("bits", [10, 12, 14, 16])

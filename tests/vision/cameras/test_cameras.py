@@ -100,15 +100,6 @@ def test_good_files(tmp_path: Path) -> None:
         rig.only("top")
 
 
-def test_a_prior_by_its_covariance(tmp_path: Path) -> None:
-    factor = np.random.default_rng(1).normal(size=(6, 6)) * np.repeat([3.0, 0.01], 3)[:, None]
-    covariance = factor @ factor.T
-    data = {"world_from_rig": np.eye(4).tolist(), "covariance": covariance.tolist(), "verdict": "refused"}
-    prior = read_prior(write(tmp_path, data))
-    assert np.allclose(prior.covariance, covariance, rtol=1e-12)
-    assert prior.sigma_translation_mm == pytest.approx(np.sqrt(np.linalg.eigvalsh(covariance[:3, :3]).max()))
-
-
 def test_calibration_sigmas(tmp_path: Path) -> None:
     data = rig_data()
     data["sigma"] = {"focal_px": 0.8, "translation_mm": 0.1, "rotation_deg": 0.02}
@@ -153,13 +144,6 @@ def test_needs_that_are_none(text: str) -> None:
         parse_needs(text, "--needs")
 
 
-def test_rotation_with_round_off_is_made_exact(tmp_path: Path) -> None:
-    data = prior_data()
-    data["world_from_rig"] = np.round(perturb(np.eye(4), np.full(6, 0.3)), 6).tolist()
-    r = read_prior(write(tmp_path, data)).world_from_rig[:3, :3]
-    assert np.allclose(r.T @ r, np.eye(3), atol=1e-14)
-
-
 def put(data: dict[str, Any], path: str, value: object) -> dict[str, Any]:
     *way, last = path.split(".")
     at = data
@@ -184,10 +168,8 @@ NAN = [[float("nan"), 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
         ("cameras", {}, "holds no camera"),
         ("cameras.left", 3, "not a mapping"),
         ("cameras.left.width", None, "width' is missing"),
-        ("cameras.left.height", -3, "whole pixels"),
         ("cameras.left.matrix", [[1, 0], [0, 1]], "size 2x2"),
         ("cameras.left.matrix", [[800, 0, 1], [0, "x", 1], [0, 0, 1]], "not made of numbers"),
-        ("cameras.left.matrix", [[-800, 0, 1], [0, 800, 1], [0, 0, 1]], "not a camera matrix"),
         ("cameras.right.rig_from_camera", None, "rig_from_camera' is missing"),
         ("cameras.right.rig_from_camera", NOT_RIGID, "not a rigid transform"),
         ("cameras.right.rig_from_camera", MIRROR, "not a rigid transform"),
@@ -195,7 +177,6 @@ NAN = [[float("nan"), 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
         ("cameras.left.distortion.model", "fisheye", "opencv"),
         ("cameras.left.sigma", 3, "not a mapping of focal_px"),
         ("cameras.left.sigma", {"focal": 1}, "not a mapping of focal_px"),
-        ("cameras.left.sigma", {"focal_px": -1}, "give 0 to 100"),
         ("cameras.left.sigma", {"reprojection_px": 0.3, "views": 2}, "give 0 to 10 px, 3 or more"),
         ("cameras.left.sigma", {"reprojection_px": 0.3}, "or of reprojection_px and views"),
         ("sigma", {"rotation_deg": "a"}, "not made of numbers"),
@@ -215,14 +196,9 @@ def test_bad_rigs(tmp_path: Path, path: str, value: object, message: str) -> Non
         ("world_from_rig", NOT_RIGID, "not a rigid transform"),
         ("sigma", None, "'sigma' is missing"),
         ("sigma.translation_mm", None, "missing"),
-        ("sigma.translation_mm", 0, "above zero"),
         ("sigma.rotation_deg", -1, "above zero"),
         ("sigma.rotation_deg", [1, 2], "one number"),
         ("covariance", [[1.0]], "size 1x1"),
-        ("covariance", np.diag([1.0, 1, 1, 1, 1, 0]).tolist(), "positive diagonal"),
-        ("covariance", np.ones((6, 6)).tolist(), "positive definite"),
-        ("covariance", (np.eye(6) + np.eye(6, k=1)).tolist(), "not symmetric"),
-        ("covariance", np.diag([1e6, 1, 1, 1e-4, 1e-4, 1e-4]).tolist(), "too wide to be searched"),
     ],
 )
 def test_bad_priors(tmp_path: Path, path: str, value: object, message: str) -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from relmodel.errors import InputError
 from tests.vision.localisation.scenes import stereo_rig
-from vision.cameras.files import parse_needs, read_needs, read_pose, read_prior, read_rig
+from vision.cameras.files import read_pose, read_prior, read_rig
 from vision.cameras.rig_file import write_rig_file
 
 EYE = np.eye(4).tolist()
@@ -91,13 +91,6 @@ def test_rotations_are_made_exact_where_they_are_off_by_rounding(off: float, kep
     np.testing.assert_allclose(found[:3, :3].T @ found[:3, :3], np.eye(3), atol=1e-15)
     np.testing.assert_allclose(found, pose, atol=1e-4)
     assert found[:3, 3].tolist() == [5, 6, 7]
-
-
-def test_needs_are_mm_and_degrees(tmp_path: Path) -> None:
-    for needs in (parse_needs(" 5 mm , 2deg ", "x"), read_needs(held(tmp_path, {"needs": "5mm,2deg"}))):
-        assert needs is not None
-        assert (needs.translation_mm, needs.rotation) == (5.0, radians(2))
-    assert read_needs(held(tmp_path, {})) is None
 
 
 @pytest.mark.parametrize(

@@ -87,29 +87,6 @@ def test_parallel_lines_know_their_distance(ring: Extraction) -> None:
     assert np.all((found.distance[rows] > 0)[beside] == (nearest == 0)[beside])
 
 
-def test_every_relation_has_its_inverse(ring: Extraction) -> None:
-    found = ring.relations
-    rows = {(k, a, b) for k, a, b in zip(found.kind, found.a, found.b, strict=True) if k != SURROUNDS}
-    assert len(rows) == np.count_nonzero(found.kind != SURROUNDS)
-    assert all((k, b, a) in rows for k, a, b in rows)
-    assert {BOUNDS, ADJACENT, PARALLEL} <= {k for k, _, _ in rows}
-    assert np.all((found.distance_sigma > 0) & np.isfinite(found.distance))
-
-
-def test_lines_in_line_across_a_wide_gap_are_parallel_at_no_distance() -> None:
-    image = render(lambda x, y: y - 50.3, (100, 260), 0.7, 60, 160)
-    image[:, 100:160] = 110.0
-    found = extract(image)
-    level = np.append(np.abs(found.arcs.direction[:, 0]) > 0.99, np.zeros(len(found.regions), np.bool_))
-    both = level[found.relations.a] & level[found.relations.b]
-    rows = (found.relations.kind == PARALLEL) & both
-    assert rows.sum() == 2
-    np.testing.assert_allclose(found.relations.distance[rows], 0, atol=0.1)
-    rows = (found.relations.kind == NEAR) & both
-    np.testing.assert_allclose(found.relations.distance[rows], 60, atol=8)
-    np.testing.assert_allclose(np.abs(np.sin(found.relations.angle[rows])), 0, atol=0.01)
-
-
 def test_the_sides_of_a_line_whose_bright_side_changes() -> None:
     left = np.arange(200) < 120
     image = np.where(np.arange(80)[:, None] < 40, 110.0, np.where(left, 40.0, 180.0))
@@ -132,13 +109,6 @@ def test_equal_input_gives_equal_columns(ring: Extraction) -> None:
     for table in ("edges", "arcs", "regions", "relations", "region_arcs"):
         for name, column in vars(getattr(first, table)).items():
             np.testing.assert_array_equal(column, getattr(getattr(second, table), name))
-
-
-@pytest.mark.parametrize("image", [np.zeros((4, 4), np.uint8), np.full((60, 60), 255, np.uint8), np.zeros((1, 300))])
-def test_pictures_without_content(image: Floats) -> None:
-    found = extract(image)
-    assert len(found.arcs) == 0
-    assert len(found.regions) <= 1
 
 
 def test_plain_regions_by_name_and_unknown_names_refused(ring: Extraction) -> None:

@@ -26,14 +26,6 @@ def test_log_odds_are_those_of_mixtures_of_beta_binomials(found: int, n: int, ch
     assert got == pytest.approx([odds])
 
 
-def test_what_is_expected_to_be_faint_says_little_where_it_is_missing() -> None:
-    n, chance = np.full(3, 8.0), np.full(3, 0.1)
-    odds = compute_log_odds(np.zeros(3), n, chance, np.array([0.1, 0.6, 0.95]), P)
-    assert (np.diff(odds) < 0).all()
-    assert -0.5 < odds[0] < 0
-    assert odds[2] < -1.5
-
-
 def test_no_length_says_nothing() -> None:
     one = np.ones(1)
     assert compute_log_odds(0.5 * one, 1e-9 * one, 0.1 * one, 0.8 * one, P) == pytest.approx([0.0], abs=1e-6)

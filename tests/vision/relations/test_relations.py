@@ -16,7 +16,6 @@ from vision.relations.relations import (
     KINDS,
     NEAR,
     PARALLEL,
-    TOLERANCES,
     Areas,
     ImageCurves,
     RelationParameters,
@@ -46,15 +45,6 @@ def curves(*lines: list[tuple[float, float]] | Floats, sigma: float = 0.1) -> Im
     )
 
 
-def circles(*rings: tuple[float, float, float]) -> ImageCurves:
-    """Circles (x, y, radius), with what their fits would say."""
-    turn = np.linspace(0, 2 * np.pi, 65)
-    drawn = curves(*(np.column_stack([x + r * np.cos(turn), y + r * np.sin(turn)]) for x, y, r in rings))
-    x, y, radius = np.array(rings).T
-    spread = np.full(len(rings), 0.2)
-    return replace(drawn, centre_x=x, centre_y=y, radius=radius, centre_sigma=spread, radius_sigma=spread)
-
-
 def square(x: float, y: float, half: float) -> Areas:
     """One square region about (x, y)."""
     return Areas(
@@ -75,57 +65,6 @@ def only(found: Relations, kind: int, a: int, b: int) -> tuple[float, ...]:
     assert len(rows) == 1
     row = rows[0]
     return tuple(map(float, (found.distance[row], found.distance_sigma[row], found.angle[row], found.angle_sigma[row])))
-
-
-def scene(seed: int) -> ImageCurves:
-    """Wandering polylines, some of which cross, and two straight ones beside each other."""
-    rng = np.random.default_rng(seed)
-    lines = [np.array([[20.0, 20.0], [120.0, 25.0]]), np.array([[30.0, 40.0], [130.0, 46.0]])]
-    for points in rng.integers(2, 30, 24):
-        heading = np.cumsum(np.append(rng.uniform(0, 2 * np.pi), rng.normal(0, 0.2, points - 2)))
-        steps = 6.0 * np.column_stack([np.cos(heading), np.sin(heading)])
-        lines.append(rng.uniform(0, 250, 2) + np.vstack([np.zeros(2), np.cumsum(steps, axis=0)]))
-    return curves(*lines)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_gaps_are_those_of_another_library(seed: int) -> None:
-    drawn = scene(seed)
-    shapes = [LineString(line) for line in np.split(np.column_stack([drawn.x, drawn.y]), drawn.offsets[1:-1])]
-    found = relate(drawn, NO_AREAS, RelationParameters(neighbours=99, least_neighbours=99, radius=40.0))
-    near = found.kind == NEAR
-    gaps = {(a, b): gap for a, b, gap in zip(found.a[near], found.b[near], found.distance[near], strict=True)}
-    true = {(a, b): distance(shapes[a], shapes[b]) for a, b in permutations(range(len(drawn)), 2)}
-    assert gaps.keys() == {pair for pair, gap in true.items() if gap <= 40.0}
-    assert min(gaps.values()) == 0.0
-    for pair, gap in gaps.items():
-        assert gap == pytest.approx(true[pair], abs=1e-9)
-
-
-def test_turning_and_moving_the_picture_turns_the_bearings_and_nothing_else() -> None:
-    drawn, turn = scene(2), 0.7
-    cosine, sine = np.cos(turn), np.sin(turn)
-    moved = replace(drawn, x=cosine * drawn.x - sine * drawn.y + 31.0, y=sine * drawn.x + cosine * drawn.y - 8.0)
-    one, other = relate(drawn, NO_AREAS), relate(moved, NO_AREAS)
-    for name in ("kind", "a", "b"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-    for name in ("distance", "distance_sigma", "angle_sigma"):
-        np.testing.assert_allclose(getattr(one, name), getattr(other, name), atol=1e-9)
-    turned = other.angle - one.angle - np.where(one.kind == NEAR, turn, 0.0)
-    np.testing.assert_allclose(np.sin(turned / 2), 0, atol=1e-9)
-
-
-def test_every_relation_has_its_inverse_and_bearings_point_back() -> None:
-    found = relate(scene(3), square(120.0, 120.0, 40.0))
-    rows = {(k, a, b): i for i, (k, a, b) in enumerate(zip(found.kind, found.a, found.b, strict=True))}
-    assert len(rows) == len(found)
-    inverse = np.array([rows[k, b, a] for k, a, b in rows])
-    near = found.kind == NEAR
-    np.testing.assert_array_equal(found.distance[near], found.distance[inverse][near])
-    np.testing.assert_allclose(np.cos(found.angle - found.angle[inverse])[near], -1, atol=1e-12)
-    np.testing.assert_array_equal(found.angle[~near], found.angle[inverse][~near])
-    assert np.all(np.abs(found.angle) <= np.pi)
-    assert {NEAR, PARALLEL, JUNCTION} <= set(found.kind)
 
 
 def test_parallel_lines_know_on_which_side_they_are() -> None:
@@ -184,11 +123,6 @@ def test_nothing_is_related_to_nothing() -> None:
     assert len(relate(curves(), NO_AREAS)) == 0
     assert len(relate(curves([(0, 0), (9, 0)]), NO_AREAS)) == 0
     assert len(relate(curves(), square(0.0, 0.0, 5.0))) == 0
-
-
-def test_every_kind_has_a_tolerance() -> None:
-    assert set(TOLERANCES) == set(KINDS)
-    assert all(tolerance.nats > 0 for tolerance in TOLERANCES.values())
 
 
 def rough(seed: int) -> tuple[ImageCurves, Areas]:
@@ -289,7 +223,9 @@ def by_loops(drawn: ImageCurves, areas: Areas) -> dict[tuple[int, int, int], lis
                 out[PARALLEL, a, b] = [way[0] * d[1] - way[1] * d[0], lever, angle, turned]
         if gaps[a, b] <= 10 and (at_end[a, b] or at_end[b, a]) and min(salience[a], salience[b]) >= 1:
             turned = np.hypot(drawn.angle_sigma[a], drawn.angle_sigma[b])
-            out[JUNCTION, a, b] = [gaps[a, b], gap_sigma(a, b), np.nan, turned]
+            d, e = (chords[u] / max(np.linalg.norm(chords[u]), 1e-9) for u in (a, b))
+            meets = np.arccos(min(abs(d @ e), 1.0)) if len(points[a]) == len(points[b]) == 2 else np.nan
+            out[JUNCTION, a, b] = [gaps[a, b], gap_sigma(a, b), meets, turned]
         apart = np.hypot(drawn.centre_x[a] - drawn.centre_x[b], drawn.centre_y[a] - drawn.centre_y[b])
         unsure = np.hypot(drawn.centre_sigma[a], drawn.centre_sigma[b])
         if apart <= 8 and unsure <= np.sqrt(8.0):
@@ -308,6 +244,7 @@ def test_relations_are_those_that_loops_find_by_their_definitions(seed: int) -> 
         found.distance, found.distance_sigma, found.angle, found.angle_sigma, strict=True), strict=True))  # fmt: skip
     assert set(rows) == set(expected)
     assert {kind for kind, _, _ in expected} == {NEAR, PARALLEL, JUNCTION, CONCENTRIC, EQUAL_RADIUS}
+    assert np.isfinite([values[2] for (kind, _, _), values in expected.items() if kind == JUNCTION]).any()
     for key, values in expected.items():
         known = np.isfinite(values)
         np.testing.assert_allclose(
