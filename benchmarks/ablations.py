@@ -30,15 +30,7 @@ from unittest.mock import patch
 import numpy as np
 from tabulate import tabulate
 
-from benchmarks.trials import (
-    Models,
-    Trial,
-    compute_error,
-    find_data,
-    inspect_trial,
-    shared_bulkheads,
-    single_pictures,
-)
+from benchmarks.trials import Models, Trial, compute_error, find_data, inspect_trial, shared_bulkheads, single_pictures
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.localisation.hypotheses import Perturbations

@@ -52,8 +52,7 @@ class Outcome:
 BENCHMARKS = (
     Benchmark("volume_queries", ("--spread", "clustered", "--boxes", "1000", "10000")),
     Benchmark(
-        "relational_matching",
-        ("--units", "20", "50", "--seeds", "2", "--seconds", "3", "--peers", "CP-SAT", "HiGHS"),
+        "relational_matching", ("--units", "20", "50", "--seeds", "2", "--seconds", "3", "--peers", "CP-SAT", "HiGHS")
     ),
     Benchmark("inspection", ("--pairs", "00", "05"), ("--repeat", "100")),
     Benchmark("uncertainty", ("--trials", "12")),

@@ -162,14 +162,7 @@ CREATE TABLE part_attribute (  -- part: Attribute-value table of parts; appended
 );
 
 CREATE VIEW current_part_attribute (  -- part: The newest value of each attribute of parts.
-    part_id,  -- the part
-    name,  -- name of the attribute
-    value_number,  -- value, where it is a number
-    value_text,  -- value, where it is text
-    value_boolean,  -- value, where it is true or false
-    unit,  -- unit of a number; null where it has none
-    source,  -- where the value comes from: file, derived, user
-    run_id  -- the run that stated it
+    part_id, name, value_number, value_text, value_boolean, unit, source, run_id
 ) AS
 SELECT DISTINCT ON (part_id, name) part_id, name, value_number, value_text, value_boolean, unit, source, run_id
 FROM part_attribute
@@ -193,15 +186,7 @@ CREATE TABLE surface_attribute (  -- surface: Attribute-value table of the surfa
 );
 
 CREATE VIEW current_surface_attribute (  -- surface: The newest value of each attribute of the surfaces of a shape.
-    shape_id,  -- the shape: what parts share it share the value
-    surface_no,  -- the surface in it
-    name,  -- name of the attribute
-    value_number,  -- value, where it is a number
-    value_text,  -- value, where it is text
-    value_boolean,  -- value, where it is true or false
-    unit,  -- unit of a number; null where it has none
-    source,  -- where the value comes from: file, derived, user
-    run_id  -- the run that stated it
+    shape_id, surface_no, name, value_number, value_text, value_boolean, unit, source, run_id
 ) AS
 SELECT DISTINCT ON (shape_id, surface_no, name) shape_id, surface_no, name, value_number, value_text, value_boolean, unit, source, run_id
 FROM surface_attribute
@@ -225,15 +210,7 @@ CREATE TABLE arc_attribute (  -- surface: Attribute-value table of the arcs of a
 );
 
 CREATE VIEW current_arc_attribute (  -- surface: The newest value of each attribute of the arcs of a shape.
-    shape_id,  -- the shape: what parts share it share the value
-    arc_no,  -- the arc in it
-    name,  -- name of the attribute
-    value_number,  -- value, where it is a number
-    value_text,  -- value, where it is text
-    value_boolean,  -- value, where it is true or false
-    unit,  -- unit of a number; null where it has none
-    source,  -- where the value comes from: file, derived, user
-    run_id  -- the run that stated it
+    shape_id, arc_no, name, value_number, value_text, value_boolean, unit, source, run_id
 ) AS
 SELECT DISTINCT ON (shape_id, arc_no, name) shape_id, arc_no, name, value_number, value_text, value_boolean, unit, source, run_id
 FROM arc_attribute

@@ -37,14 +37,7 @@ CREATE TABLE object_attribute (  -- object: Attribute-value table of objects; ap
 );
 
 CREATE VIEW current_object_attribute (  -- object: The newest value of each attribute of objects.
-    object_id,  -- the object
-    name,  -- name of the attribute
-    value_number,  -- value, where it is a number
-    value_text,  -- value, where it is text
-    value_boolean,  -- value, where it is true or false
-    unit,  -- unit of a number; null where it has none
-    source,  -- where the value comes from: file, derived, user
-    run_id  -- the run that stated it
+    object_id, name, value_number, value_text, value_boolean, unit, source, run_id
 ) AS
 SELECT DISTINCT ON (object_id, name) object_id, name, value_number, value_text, value_boolean, unit, source, run_id
 FROM object_attribute

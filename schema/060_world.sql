@@ -38,14 +38,7 @@ CREATE TABLE world_attribute (  -- world: Attribute-value table of worlds; appen
 );
 
 CREATE VIEW current_world_attribute (  -- world: The newest value of each attribute of worlds.
-    world_id,  -- the revision of a world; the next takes all values over
-    name,  -- name of the attribute
-    value_number,  -- value, where it is a number
-    value_text,  -- value, where it is text
-    value_boolean,  -- value, where it is true or false
-    unit,  -- unit of a number; null where it has none
-    source,  -- where the value comes from: file, derived, user
-    run_id  -- the run that stated it
+    world_id, name, value_number, value_text, value_boolean, unit, source, run_id
 ) AS
 SELECT DISTINCT ON (world_id, name) world_id, name, value_number, value_text, value_boolean, unit, source, run_id
 FROM world_attribute

@@ -5,9 +5,8 @@ pictures agree with its file.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
@@ -53,9 +52,6 @@ class RigCheck:
     unstated: list[str]
     agreement: Agreement | None = None
     doubt: str | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        return asdict(self)
 
     def sentences(self) -> list[str]:
         """The same in words."""

@@ -113,15 +113,21 @@ def comment_statements(dialect: str) -> str:
     """COMMENT statements for tables, views and columns, made from the comments on their lines in `schema/`.
 
     A comment goes on in the lines of comment below it; level and reference at its beginning are left out.  The first
-    row of a transform says what the twelve columns are; of columns on one line `x, y and z` is the axis of each.
+    row of a transform says what the twelve columns are; of columns on one line `x, y and z` is the axis of each.  Of a
+    view `current_NAME` columns are what they are of the table NAME.
     """
-    statements = []
+    statements, known = [], dict[str, str]()
     for kind, relation, body in _MADE.findall("\n".join(schema_scripts(dialect))):
         head, *lines = _lines(body)
         statements.append(_comment(kind, relation, _LEVEL.sub("", head)))
         for code, _, said in (line.partition("  -- ") for line in lines):
             words = _REFERENCE.sub("", said)
-            names = _COLUMN.findall(code) if words else []
+            names = _COLUMN.findall(code)
+            if not words:
+                inherited = ((name, f"{relation.removeprefix('current_')}.{name}") for name in names)
+                statements += [_comment("COLUMN", f"{relation}.{n}", known[of]) for n, of in inherited if of in known]
+                continue
+            known |= {f"{relation}.{name}": words for name in names}
             if names == ["m00", "m01", "m02", "m03"]:
                 statements += [
                     _comment("COLUMN", f"{relation}.m{row}{column}", f"{words}: {place}")

@@ -78,7 +78,7 @@ def compare(
 
 
 def _comparison(store: Store, connection: Connection, comparison: int, run_id: int) -> Comparison:
-    counts = store.rows(connection, "compare/counts", comparison_id=comparison)
+    counts = store.rows(connection, "report/change_counts", comparison_id=comparison)
     return Comparison(comparison, run_id, {(r.level, r.status): int(r.how_many) for r in counts})
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from relmodel.arrays import Floats
@@ -30,14 +28,6 @@ LEAST_GAIN = 1.3  # times what is found at about the stated scale: other objects
 SIGMAS = 4.0  # of the scale that the prior leaves open
 
 
-class Magnification(NamedTuple):
-    """The scale at which predicted edges lie on a picture's best, wherever they are shifted to, and how many times as
-    much of them does as at about the stated scale."""
-
-    scale: float
-    gain: float
-
-
 def doubt_scale(scene: Scene, seen: Observation, prior: Prior) -> str | None:
     """Which camera's picture shows what a prior predicts so much larger that its calibration cannot be its own, in a
     sentence."""
@@ -45,20 +35,21 @@ def doubt_scale(scene: Scene, seen: Observation, prior: Prior) -> str | None:
         prediction = predict(scene, seen.rig.only(name), prior.world_from_rig, SAMPLES, MARGIN_PX)
         if not len(prediction.point):
             continue
-        found = measure_magnification(prediction, collect_edge_points(seen.pictures[name], camera))
+        scale, gain = measure_magnification(prediction, collect_edge_points(seen.pictures[name], camera))
         distance = float(np.median(np.linalg.norm(prediction.point, axis=1)))
         open_scale = prior.sigma_translation_mm / distance
-        if np.log(found.scale) > max(LEAST_LOG_SCALE, SIGMAS * open_scale) and found.gain > LEAST_GAIN:
+        if np.log(scale) > max(LEAST_LOG_SCALE, SIGMAS * open_scale) and gain > LEAST_GAIN:
             return (
-                f"the picture of camera {name} shows the model {found.scale:.2f} times as large as the rig's file and "
+                f"the picture of camera {name} shows the model {scale:.2f} times as large as the rig's file and "
                 "the prior have it: is it scaled or cropped?"
             )
     return None
 
 
-def measure_magnification(prediction: Prediction, points: EdgePoints) -> Magnification:
-    """The scale of one camera's picture against its prediction: grids of edges, one a range of directions, are
-    correlated at each scale and all shifts (by Fourier's transform)."""
+def measure_magnification(prediction: Prediction, points: EdgePoints) -> tuple[float, float]:
+    """The scale at which one camera's predicted edges lie on its picture's best, and how many times as much of them
+    does as at about the stated scale: grids of edges, one a range of directions, are correlated at each scale and all
+    shifts (by Fourier's transform)."""
     from scipy.ndimage import gaussian_filter
 
     pixel, _ = project_with_jacobians(prediction)
@@ -79,7 +70,7 @@ def measure_magnification(prediction: Prediction, points: EdgePoints) -> Magnifi
         scores.append(float(shifted.max()) / max(float(np.sqrt((laid**2).sum())), 1e-9))
     best = int(np.argmax(scores))
     stated = max(score for score, scale in zip(scores, SCALES, strict=True) if abs(np.log(scale)) <= LEAST_LOG_SCALE)
-    return Magnification(float(SCALES[best]), scores[best] / max(stated, 1e-9))
+    return float(SCALES[best]), scores[best] / max(stated, 1e-9)
 
 
 def _lay(pixels: Floats, direction: Floats, weight: Floats, shape: tuple[int, ...]) -> Floats:

@@ -50,11 +50,7 @@ LEADING_SHARE, LEADING_ARCS = 0.5, 8
 
 
 def compute_covariance(
-    m: Measurements,
-    held: Measurements,
-    prediction: Prediction,
-    stretch: Ints,
-    hessian: Floats,
+    m: Measurements, held: Measurements, prediction: Prediction, stretch: Ints, hessian: Floats
 ) -> Floats:
     """Covariance (6, 6) of a pose from its measurements, as they are and as `hold_shifts` gives them: that of an
     M-estimator (Huber, 1981) whose measurements err in several ways.

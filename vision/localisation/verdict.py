@@ -13,7 +13,7 @@ from relmodel.geometry.transforms import skew
 from vision.cameras.cameras import Needs, Prior, Rig
 from vision.localisation.hypotheses import Fields, Prediction, gather_evidence, project_with_jacobians
 from vision.localisation.localisation_parameters import ElsewhereParameters, LocalisationParameters, VerdictParameters
-from vision.localisation.measurements import CALIBRATION_PX, RESPONSE, UNKNOWNS, describe_unknowns
+from vision.localisation.measurements import CALIBRATION_PX, PLACE, RESPONSE, UNKNOWNS, describe_unknowns
 from vision.localisation.refine import RefinedPose
 from vision.localisation.support import GreyGrid, measure_shifted_outlines, mix_over_arcs
 from vision.scene import Scene
@@ -362,18 +362,20 @@ class Misfit:
     words: str
 
 
-_DIFFERS = {
-    "centre_u": ("the principal point that {0} shows lies {1:.1f} px {2} the file's", 1.0, ("right of", "left of")),
-    "centre_v": ("the principal point that {0} shows lies {1:.1f} px {2} the file's", 1.0, ("below", "above")),
-    "focal": ("the focal length that {0} shows is {1:.2g} % {2} than the file's", 100.0, ("greater", "less")),
-    "radial": ("the radial distortion that {0} shows is {1:.2g} {2} than the file's", 1.0, ("greater", "less")),
-}
-_MOVED = {
-    **{axis: (f"{{0}} sits {{1:.2g}} mm from its place in the rig along its {axis} axis", 1.0) for axis in AXES},
-    **{
-        f"r{axis}": (f"{{0}} is turned by {{1:.2g}} degrees about its {axis} axis in the rig", 180 / math.pi)
-        for axis in AXES
-    },
+_PICTURE, _MOUNT = "is its picture scaled or cropped?", "was the camera moved?"
+# Of each of UNKNOWNS: what is otherwise, in words of camera and amount; the amount's unit; words for more and for less.
+_OTHERWISE = {
+    "centre_u": ("the principal point that {0} shows lies {1:.1f} px {2} the file's", 1.0, "right of", "left of"),
+    "centre_v": ("the principal point that {0} shows lies {1:.1f} px {2} the file's", 1.0, "below", "above"),
+    "focal": ("the focal length that {0} shows is {1:.2g} % {2} than the file's", 100.0, "greater", "less"),
+    "radial": ("the radial distortion that {0} shows is {1:.2g} {2} than the file's", 1.0, "greater", "less"),
+} | {
+    name: words
+    for axis in AXES
+    for name, words in (
+        (axis, (f"{{0}} sits {{1:.2g}} mm from its place in the rig along its {axis} axis", 1.0, "", "")),
+        (f"r{axis}", (f"{{0}} is turned by {{1:.2g}} degrees about its {axis} axis in the rig", 180 / math.pi, "", "")),
+    )
 }
 
 
@@ -389,12 +391,9 @@ def find_misfit(rig: Rig, own: Floats) -> Misfit | None:
     sigmas = np.where(known, np.abs(off) / np.where(known, unknowns.sigma, 1.0), -1.0)
     number, of = np.unravel_index(int(np.argmax(sigmas)), sigmas.shape)
     camera, name, by = list(rig.cameras)[number], UNKNOWNS[of], float(off[number, of])
-    if name in _DIFFERS:
-        words, unit, ways = _DIFFERS[name]
-        said, ask = words.format(camera, unit * abs(by), ways[by < 0]), "is its picture scaled or cropped?"
-    else:
-        words, unit = _MOVED[name]
-        said, ask = words.format(camera, unit * abs(by)), "was the camera moved?"
+    words, unit, *ways = _OTHERWISE[name]
+    said = words.format(camera, unit * abs(by), ways[by < 0])
+    ask = _MOUNT if PLACE.start <= of < PLACE.stop else _PICTURE
     return Misfit(float(sigmas[number, of]), f"{said}, {sigmas[number, of]:.0f} sigma: {ask}")
 
 

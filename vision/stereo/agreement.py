@@ -109,8 +109,8 @@ def doubt_rig(rig: Rig, points: SharedPoints) -> str | None:
     }
     for share in FOCAL_SHARES.tolist():
         words = f"with a focal length of {other} {abs(share - 1):.1%} {'greater' if share > 1 else 'less'}"
-        camera = scale_focal(rig.cameras[other], share)
-        tried[f"{words}: is its picture scaled or cropped?"] = (_with(rig, other, camera), points)
+        one_scaled = replace(rig, cameras=rig.cameras | {other: scale_focal(rig.cameras[other], share)})
+        tried[f"{words}: is its picture scaled or cropped?"] = one_scaled, points
         words = f"with focal lengths {abs(share - 1):.1%} {'greater' if share > 1 else 'less'}"
         both = replace(rig, cameras={name: scale_focal(it, share) for name, it in rig.cameras.items()})
         tried[f"{words}: are the pictures scaled or cropped?"] = (both, points)
@@ -134,7 +134,3 @@ def doubt_rig(rig: Rig, points: SharedPoints) -> str | None:
 def scale_focal(camera: Camera, share: float) -> Camera:
     """The camera with its focal length that many times as long."""
     return replace(camera, matrix=camera.matrix * np.array([[share, share, 1], [1, share, 1], [1, 1, 1]]))
-
-
-def _with(rig: Rig, name: str, camera: Camera) -> Rig:
-    return replace(rig, cameras=rig.cameras | {name: camera})

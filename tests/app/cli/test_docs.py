@@ -261,11 +261,7 @@ def test_every_block_is_run() -> None:
 @pytest.mark.usefixtures("demonstrated")
 @pytest.mark.parametrize("page", RUN_HERE, ids=lambda page: str(page.stem))
 def test_commands_run(
-    page: Path,
-    served: Callable[[str], str],
-    left_alone: Inspection,
-    capsys: Capsys,
-    monkeypatch: pytest.MonkeyPatch,
+    page: Path, served: Callable[[str], str], left_alone: Inspection, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text = page.read_text()
     run_shell_blocks(served(text), left_alone, capsys, monkeypatch)

@@ -128,10 +128,7 @@ def test_a_session_writes_the_rows_of_a_list_and_sees_a_new_revision_of_the_worl
         "serial": "SN-0042",
     }
     target, scenes = copy_store(inspection.store), count_scenes(monkeypatch)
-    with (
-        relmodel.open(target, read_only=False) as store,
-        store.session(rig=pair.rig_file, needs="5mm,1deg") as session,
-    ):
+    with relmodel.open(target, read_only=False) as store, store.session(rig=pair.rig_file, needs="5mm,1deg") as session:
         with pytest.raises(InputError, match="there is no image"):
             session.inspect(pictures={"left": tmp_path / "nothing.png"}, serial="one")
         first = session.inspect(**given)

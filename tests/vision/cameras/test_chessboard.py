@@ -38,8 +38,8 @@ def draw_boards(rig: Rig, folder: Path, views: int) -> None:
                 board, finer @ pose[:3, [0, 1, 3]] @ mm_from_px, (3 * camera.width, 3 * camera.height), borderValue=90
             )
             grey = cv2.resize(seen, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
-            grey += rng.normal(0, 1, grey.shape)
-            cv2.imwrite(str(folder / f"{name}_{number:02}.png"), np.clip(grey, 0, 255).astype(np.uint8))
+            grey = np.clip(grey + rng.normal(0, 1, grey.shape), 0, 255).astype(np.uint8)
+            cv2.imwrite(str(folder / f"{name}_{number:02}.png"), grey)
 
 
 def test_the_page_calibrates_a_rig_within_its_sigmas(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,13 +11,7 @@ from scipy.ndimage import gaussian_filter
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import inverse
 from vision.cameras.cameras import Camera, Rig, perturb
-from vision.stereo.agreement import (
-    SharedPoints,
-    doubt_rig,
-    find_shared_points,
-    measure_agreement,
-    scale_focal,
-)
+from vision.stereo.agreement import SharedPoints, doubt_rig, find_shared_points, measure_agreement, scale_focal
 
 DISTORTION = np.array([-0.1, 0.02, 0.001, -0.001, 0.0])
 

@@ -6,7 +6,7 @@ import argparse
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from relmodel.app.cli.options import (
     ALL,
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from relmodel.store import Store
     from relmodel.world.kinematics import MountedRig
     from vision.cameras.cameras import Prior, Rig, SelectionParameters
-    from vision.planning import Plan
+    from vision.planning import Plan, PlanOptions
 
 
 @verb(
@@ -124,6 +124,8 @@ def rig(args: argparse.Namespace) -> int:
 
 
 def _check_rig(args: argparse.Namespace) -> int:
+    from dataclasses import asdict
+
     import numpy as np
 
     from vision.cameras.files import read_prior, read_rig
@@ -142,7 +144,7 @@ def _check_rig(args: argparse.Namespace) -> int:
     if not 0 < distance < np.inf:
         raise UsageError("the distance is not known: give --distance MM above zero, from the cameras to the object")
     found = check_rig(rig, distance, {name: picture.grey for name, picture in pictures.items()})
-    print(json_text(found.to_json()) if args.format == "json" else "\n".join(found.sentences()))
+    print(json_text(asdict(found)) if args.format == "json" else "\n".join(found.sentences()))
     return int(found.doubt is not None)
 
 
@@ -238,20 +240,12 @@ def plan(args: argparse.Namespace) -> int:
 
     from relmodel.app.cli.progress import shown
     from relmodel.app.propose import propose_views
+    from relmodel.arrays import fields_of
     from vision.cameras.files import read_rig
-    from vision.planning import PlanOptions
     from vision.rig_check import check_rig
 
     with open_store(args, read_only=True) as store, shown(store) as progress:
-        wanted = PlanOptions(
-            serial=args.serial,
-            object=args.object,
-            world=args.world,
-            on=args.on,
-            distance=args.distance,
-            above=args.above,
-            views=args.views,
-        )
+        wanted = cast("PlanOptions", fields_of(args, "serial object world on distance above views"))
         plan = propose_views(store, args.rig, wanted, args.out, progress)
     for view in plan.views[:1]:
         distance = float(np.linalg.norm(view.world_from_rig[:3, 3] - view.target))
