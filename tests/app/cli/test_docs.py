@@ -244,7 +244,7 @@ def answers_until_interrupted(words: list[str]) -> None:
 
 
 def test_every_block_is_run() -> None:
-    """But for YAML and what commands print: Python and SQL by the tests below, or where `ELSEWHERE` says."""
+    """But for YAML and what commands print: Python and SQL by the tests below, `test_chessboard`, or `ELSEWHERE`."""
     languages: dict[str, set[str]] = {}
     for page in PAGES:
         text = page.read_text()
@@ -252,7 +252,7 @@ def test_every_block_is_run() -> None:
             languages.setdefault(language, set()).add(page.stem)
         indented = "".join(_INDENTED.findall(_BLOCK.sub("", text)))
         assert not re.search(r"^ {4}(relmodel|make|duckdb|psql|SELECT) ", indented, re.MULTILINE), page
-    assert languages["python"] == {"python", "volume-queries", "scale-out"}
+    assert languages["python"] == {"python", "volume-queries", "scale-out", "rig"}
     assert languages["sql"] == {"volume-queries", "sql", "store"}
     assert languages["sh"] == {page.stem for page in RUN_HERE} | set(ELSEWHERE)
     assert set(languages) <= {"", "sh", "sql", "python", "yaml", "json", "mermaid", "{toctree}"}
