@@ -224,7 +224,7 @@ def interrupted_when(ready: Callable[[], bool], words: list[str]) -> None:
             time.sleep(0.02)
         process.send_signal(signal.SIGINT)
         _, said = process.communicate()
-    assert said == f"relmodel {words[0]}: {INTERRUPTED}\n"
+    assert said.endswith(f"relmodel {words[0]}: {INTERRUPTED}\n")  # after how long it took so far, on a slow machine
     assert process.returncode in INTERRUPTED_STATUSES
 
 
