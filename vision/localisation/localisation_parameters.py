@@ -49,8 +49,7 @@ class VerdictParameters:
     max_sigma: float = 6.0
     """sigmas from the prior beyond which a pose contradicts it: one in 5,000 errs by 5 in six dimensions"""
     max_apart_sigma: float = 4.73  # sigmas by which the cameras may disagree: more has one in 1,000 in six dimensions
-    max_calibration_sigma: float = 4.0
-    """standard deviations by which the pictures may show a camera other than its file has it: more has one in 16,000"""
+    max_calibration_sigma: float = 3.5  # by which pictures may show a camera otherwise: more has one in 2,000
     own_share: float = 0.01
     """share of the evidence by which it differs from pose to pose, since other samples of the model are seen"""
     least_camera_odds: float = -4.0

@@ -36,8 +36,7 @@ def doubt_scale(scene: Scene, seen: Observation, prior: Prior) -> str | None:
         if not len(prediction.point):
             continue
         scale, gain = measure_magnification(prediction, collect_edge_points(seen.pictures[name], camera))
-        distance = float(np.median(np.linalg.norm(prediction.point, axis=1)))
-        open_scale = prior.sigma_translation_mm / distance
+        open_scale = prior.sigma_translation_mm / float(np.median(np.linalg.norm(prediction.point, axis=1)))
         if np.log(scale) > max(LEAST_LOG_SCALE, SIGMAS * open_scale) and gain > LEAST_GAIN:
             return (
                 f"the picture of camera {name} shows the model {scale:.2f} times as large as the rig's file and "

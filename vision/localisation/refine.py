@@ -149,7 +149,7 @@ class LastStep:
 
 @dataclass(frozen=True, eq=False)
 class RefinedPose:
-    """A refined pose, its covariance (6, 6), each camera's own unknowns (c, 11), and what it rests on.
+    """A refined pose, its covariance (6, 6), each camera's own unknowns (c, 11) and their sigma, and what it rests on.
 
     excluded (o,): which of the scene's occurrences are left out because they are not where the model says.
     prior_sigma: its distance from the prior, NaN where nothing is known beforehand.  outlines: the greys beside the
@@ -164,6 +164,7 @@ class RefinedPose:
     world_from_rig: Floats
     covariance: Floats
     camera_unknowns: Floats
+    unknowns_sigma: Floats
     prediction: Prediction
     measurements: Measurements
     excluded: Bools
@@ -332,6 +333,7 @@ class Fit:
             pose,
             compute_covariance(m, held, prediction, group_by_stretch(prediction), hessian),
             own,
+            np.sqrt(np.diag(np.linalg.inv(hessian))[6:]).reshape(own.shape),
             prediction,
             m,
             excluded,

@@ -348,7 +348,7 @@ def decide(
         elsewhere.together,
         compute_precision(best.covariance, best.middle),
         int(best.excluded.sum()),
-        find_misfit(rig, best.camera_unknowns),
+        find_misfit(rig, best.camera_unknowns, best.unknowns_sigma),
     )
     return judge(HypothesisTable.of(hypotheses), standing, evidence, needs, p)
 
@@ -362,6 +362,7 @@ class Misfit:
     words: str
 
 
+LEAST_SHOWN = 0.1  # of a sigma: pictures that show less of an unknown say nothing of it
 _PICTURE, _MOUNT = "is its picture scaled or cropped?", "was the camera moved?"
 # Of each of UNKNOWNS: what is otherwise, in words of camera and amount; the amount's unit; words for more and for less.
 _OTHERWISE = {
@@ -379,16 +380,16 @@ _OTHERWISE = {
 }
 
 
-def find_misfit(rig: Rig, own: Floats) -> Misfit | None:
-    """What of the cameras' unknowns (c, 11) lies most standard deviations from what the rig's file says; None where all
-    is exact."""
+def find_misfit(rig: Rig, own: Floats, left: Floats) -> Misfit | None:
+    """What of the cameras' unknowns (c, 11) lies most standard deviations from the rig's file, of which counts what the
+    pictures show: its sigma less what they leave open (c, 11), by squares.  None where all is exact."""
     unknowns = describe_unknowns(rig)
     known = unknowns.sigma > CALIBRATION_PX * np.isin(UNKNOWNS, ["centre_u", "centre_v"])
     known[:, RESPONSE] = False
     if not known.any():
         return None
-    off = own - unknowns.mean
-    sigmas = np.where(known, np.abs(off) / np.where(known, unknowns.sigma, 1.0), -1.0)
+    off, shown = own - unknowns.mean, np.maximum(unknowns.sigma**2 - left**2, (LEAST_SHOWN * unknowns.sigma) ** 2)
+    sigmas = np.where(known, np.abs(off) / np.sqrt(np.where(known, shown, 1.0)), -1.0)
     number, of = np.unravel_index(int(np.argmax(sigmas)), sigmas.shape)
     camera, name, by = list(rig.cameras)[number], UNKNOWNS[of], float(off[number, of])
     words, unit, *ways = _OTHERWISE[name]
