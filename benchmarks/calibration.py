@@ -3,7 +3,7 @@
 A trial is a pair or one picture of the demonstration, of the test data (RELMODEL_TEST_DATA) or of what
 `python -m examples.render.trials FOLDER` wrote (--renders), with its prior, and a rig file that is right or wrong in
 one way drawn by the seed: pictures scaled (.95 to 1.05), cut and enlarged to full size, a principal point 25 px off,
-cameras turned .2 degrees; the file states a sigma of .1 % or nothing.  Limits are in `main`; it fails beyond them.
+cameras turned .2 degrees; the file states a sigma of .1 % or nothing.  Limits are in `judge`; it fails beyond them.
 """
 
 from __future__ import annotations

@@ -41,3 +41,4 @@ def test_exchanged_pictures_fail(tmp_path: Path, capsys: Capsys) -> None:
 def test_a_distance_that_is_none(distance: str, capsys: Capsys) -> None:
     assert main(["rig", "check", RIG, f"--distance={distance}"]) == 2
     assert "give --distance MM above zero" in capsys.readouterr().err
+    assert main(["rig", "check", RIG, "--unit", "m"]) == 2  # not ignored in silence

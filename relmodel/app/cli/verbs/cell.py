@@ -74,9 +74,7 @@ _UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
         metavar="MM",
         help="with check: from the cameras to the object (default: where their axes meet)",
     ),
-    option(
-        "--prior", type=Path, metavar="PRIOR", help="with check: the distance is that of what it shows of the world"
-    ),
+    option("--prior", type=Path, metavar="PRIOR", help="with check: the distance is that of what it shows"),
     WORLD,
     option(
         "--unit",
@@ -133,6 +131,8 @@ def _check_rig(args: argparse.Namespace) -> int:
     from vision.planning import usual_distance
     from vision.rig_check import check_rig, distance_in_view
 
+    if args.unit or args.size:
+        raise UsageError("--unit and --size are of convert and show: convert the file, and check what that writes")
     files = pictures_by_camera(args.pictures)
     rig, pictures = read_rig_with_pictures(args.source, files) if files else (read_rig(args.source), {})
     distance = args.distance
@@ -249,7 +249,7 @@ def plan(args: argparse.Namespace) -> int:
         plan = propose_views(store, args.rig, wanted, args.out, progress)
     for view in plan.views[:1]:
         distance = float(np.linalg.norm(view.world_from_rig[:3, 3] - view.target))
-        say("; ".join(check_rig(read_rig(args.rig), distance, {}).sentences()[:-1]))
+        say("; ".join(check_rig(read_rig(args.rig), distance, {}).sentences()))
     if args.format == "json":
         print(json_text(plan.to_json()))
     else:
