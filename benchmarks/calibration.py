@@ -3,7 +3,8 @@
 A trial is a pair or one picture of the demonstration, of the test data (RELMODEL_TEST_DATA) or of what
 `python -m examples.render.trials FOLDER` wrote (--renders), with its prior, and a rig file that is right or wrong in
 one way drawn by the seed: pictures scaled (.95 to 1.05), cut and enlarged to full size, a principal point 25 px off,
-cameras turned .2 degrees; the file states a sigma of .1 % or nothing.  Limits are in `judge`; it fails beyond them.
+cameras turned .2 degrees; the file states a sigma of .1 % or nothing.  Before that, pairs whose rigs lie so far that
+they show no pose, which only points of both pictures tell.  Limits are in `judge`; it fails beyond them.
 """
 
 from __future__ import annotations
@@ -27,11 +28,13 @@ from tabulate import tabulate
 from benchmarks.trials import Models, Trial, alone, demonstration, rendered, shared_bulkheads, single_pictures
 from benchmarks.verdict import locate, look_at
 from relmodel.arrays import Floats
+from relmodel.geometry.transforms import inverse
 from vision.cameras.cameras import CalibrationSigma, Needs, Rig, perturb, perturbation
 from vision.inspection.demonstration import Truth, measure_pose_error
 from vision.inspection.locate import doubt_calibration
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.views import Observation
+from vision.stereo.agreement import doubt_rig, find_shared_points, scale_focal
 
 # A file's own word, as of a chessboard seen from twenty sides: .1 % of the focal length.
 STATED = CalibrationSigma(focal=0.001, centre_px=0.5, translation_mm=0.1, rotation=2e-4, radial=0.002)
@@ -148,6 +151,34 @@ def measure(trial: Trial, models: Models) -> dict[str, Any]:
     return line
 
 
+def lie(rig: Rig, rng: np.random.Generator) -> dict[str, tuple[Rig, str]]:
+    """Rigs of the same pictures that are wrong in one way each, and words that name it."""
+    one, other = rig.cameras
+    poses, share = rig.rig_from_camera, 1 + rng.choice([-1, 1]) * rng.uniform(0.02, 0.08)
+    angle = rng.choice([-1, 1]) * np.radians(rng.uniform(0.25, 1.0))
+    longer = {name: scale_focal(camera, share) for name, camera in rig.cameras.items()}
+    turned = perturb(poses[other], np.array([0, 0, 0, angle, 0, 0]))
+    exchanged = Rig({one: rig.cameras[other], other: rig.cameras[one]}, {one: poses[other], other: poses[one]})
+    return {
+        "exchanged": (exchanged, "each other's"),
+        "inverted": (replace(rig, rig_from_camera={name: inverse(it) for name, it in poses.items()}), "invert them"),
+        "one scaled": (replace(rig, cameras=rig.cameras | {other: longer[other]}), "is its picture scaled"),
+        "both scaled": (replace(rig, cameras=longer), "are the pictures scaled"),
+        "turned": (replace(rig, rig_from_camera=poses | {other: turned}), f"{other} turned"),
+    }
+
+
+def measure_doubts(sources: list[Trial], seed: int) -> list[dict[str, Any]]:
+    """Whether points that both pictures of a pair show tell that its rig lies, and what they name."""
+    rng, lines = np.random.default_rng(seed), []
+    for trial in (it for it in sources if len(it.rig.cameras) == 2):
+        points = find_shared_points(trial.pictures, trial.rig)
+        for kind, (rig, words) in ({"": (trial.rig, "")} | lie(trial.rig, rng)).items():
+            said = doubt_rig(rig, points)
+            lines.append({"kind": kind, "points": len(points.one), "said": said, "named": bool(said and words in said)})
+    return lines
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=1)
@@ -158,7 +189,9 @@ def main() -> int:
     lines = []
     with tempfile.TemporaryDirectory() as folder:
         models = Models(Path(folder))
-        for trial, line in draw(list_sources(models, given.renders), given.seed, given.count):
+        sources = list_sources(models, given.renders)
+        doubts = measure_doubts(sources, given.seed)
+        for trial, line in draw(sources, given.seed, given.count):
             line |= measure(trial, models)
             lines.append(line)
             print(
@@ -168,11 +201,11 @@ def main() -> int:
                 flush=True,
             )
     if given.json:
-        given.json.write_text(json.dumps(lines))
-    return judge(lines)
+        given.json.write_text(json.dumps({"trials": lines, "doubts": doubts}))
+    return judge(lines, doubts)
 
 
-def judge(lines: list[dict[str, Any]]) -> int:
+def judge(lines: list[dict[str, Any]], doubts: list[dict[str, Any]]) -> int:
     """Print the figures of trials; 1 where one lies beyond its limits."""
     rows = []
     for cameras, stated in product((1, 2), (True, False)):
@@ -183,7 +216,15 @@ def judge(lines: list[dict[str, Any]]) -> int:
     print(tabulate(rows, ["cameras", "sigma", "right files", "accepted", "at some needs"]))
     chi = np.array([it["chi"] for it in lines if it["verdict"] == "accepted"])
     refused = [it["cause"] for it in lines if it["wrong"] and it["verdict"] != "accepted"]
+    of_kind = {kind: [it for it in doubts if it["kind"] == kind] for kind in dict.fromkeys(it["kind"] for it in doubts)}
+    told = [[kind or "right", len(it), sum(d["said"] is not None for d in it), sum(d["named"] for d in it)]
+            for kind, it in of_kind.items()]  # fmt: skip
+    print(tabulate(told, ["rig of a pair", "pairs", "doubted", "named"]))
+    # Cameras scaled alike keep their epipolar lines nearly where they are: the pose has to show that.
+    wrong_named = [it["named"] for it in doubts if it["kind"] not in ("", "both scaled")]
     figures = {
+        "right rigs doubted by points": (float(sum(it["said"] is not None for it in of_kind[""])), 0.0, 0.0),
+        "wrong rigs named by points": (float(np.mean(wrong_named)), 0.9, 1.0),
         "accepted poses beyond five sigma": (float((chi > 25).sum()), 0.0, 0.0),
         "mean chi-square of accepted poses": (float(chi.mean()), 3.0, 9.0),
         "share that 95 % hold": (float(np.mean(chi <= chdtri(6, 0.05))), 0.9, 0.99),

@@ -122,8 +122,7 @@ CREATE TABLE image_region (  -- image: Regions of an image: connected sets of pi
     mean REAL NOT NULL,  -- mean grey, 0..255
     variance REAL NOT NULL,  -- variance of the grey about its plane
     slope_x REAL NOT NULL, slope_y REAL NOT NULL,  -- slope of the grey plane along x and y, grey levels a pixel
-    saturated_share REAL NOT NULL,  -- share of saturated pixels
-    hole_count INTEGER NOT NULL  -- number of holes
+    saturated_share REAL NOT NULL  -- share of saturated pixels
 );
 
 -- Without keys, as the edge elements.

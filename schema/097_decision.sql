@@ -42,6 +42,7 @@ CREATE TABLE camera_unknown (  -- localisation: What was solved of each camera a
     value DOUBLE PRECISION NOT NULL,  -- as solved
     expected DOUBLE PRECISION NOT NULL,  -- as expected before
     sigma DOUBLE PRECISION NOT NULL,  -- standard deviation before; 0: exact, and not solved
+    sigma_after DOUBLE PRECISION NOT NULL,  -- standard deviation that the pictures leave
     PRIMARY KEY (run_id, camera, name)
 );
 

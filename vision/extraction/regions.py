@@ -138,7 +138,6 @@ class Regions:
     slope_x: Floats
     slope_y: Floats
     saturated_share: Floats
-    hole_count: Ints32
     ring_region: Ints32
     ring_offsets: Ints32
     outline_x: Floats
@@ -391,7 +390,6 @@ def _planes(totals: Floats) -> tuple[Floats, Floats, Floats, Floats]:
 def _describe(labels: Ints32, totals: Floats) -> Regions:
     centroid, mean, slope, variance = _planes(totals)
     ring_region, ring_offsets, outline = _outlines(labels, totals[:, 11:15].astype(np.intp))
-    holes = np.bincount(ring_region, minlength=len(totals)) - 1
     return Regions(
         labels=labels,
         area=totals[:, 0],
@@ -406,7 +404,6 @@ def _describe(labels: Ints32, totals: Floats) -> Regions:
         slope_x=slope[:, 0],
         slope_y=slope[:, 1],
         saturated_share=totals[:, 10] / np.maximum(totals[:, 0], 1.0),
-        hole_count=holes.astype(np.int32),
         ring_region=ring_region,
         ring_offsets=ring_offsets,
         outline_x=outline[:, 0],
