@@ -20,11 +20,10 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from inspect import signature
 from itertools import islice
 from math import radians
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -34,7 +33,6 @@ from benchmarks.trials import Models, Trial, compute_error, find_data, inspect_t
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
 from vision.localisation.hypotheses import Perturbations
-from vision.presence.states import assess
 
 HEADERS = ("set", "prior", "chain", "trials", "right", "wrong", "mm", "decided", "undecided", "cpu s")
 CHAINS = ("whole", "join off", "scan off", "matcher off")
@@ -111,13 +109,7 @@ def _chain(chain: str) -> Iterator[InspectionParameters]:
             yield DEFAULTS
     elif chain == "matcher off":
         verdict = replace(DEFAULTS.localisation.verdict, most_related=0)
-        matched = list(signature(assess).parameters).index("matched")
-
-        def assess_without(*given: Any) -> Any:
-            return cast(Any, assess)(*given[:matched], {}, *given[matched + 1 :])
-
-        with patch("vision.inspection.inspection.assess", assess_without):
-            yield replace(DEFAULTS, localisation=replace(DEFAULTS.localisation, verdict=verdict))
+        yield replace(DEFAULTS, localisation=replace(DEFAULTS.localisation, verdict=verdict))
     else:
         yield DEFAULTS
 

@@ -237,13 +237,13 @@ def measure(case: Case, stored: StoredScene, kept: Path) -> dict[str, Any]:
     """What is said of a trial's items, each with its box in the part's frame, and of its changes; kept: where the
     extractions, the pose and the match of the views are, or are put."""
     trial = case.trial
-    pictures, found, matched = locate(trial, stored, kept)
+    pictures, found, _ = locate(trial, stored, kept)
     assert found.best is not None
     pose = found.best.world_from_rig
     view = view_at_best(stored, found)
     parts = find_parts_in_view(stored, found.rig, view.maps, pose)
     began = time.process_time()
-    presence = assess(stored, Observation(trial.rig, pictures, trial.pictures), found, view, parts, matched)
+    presence = assess(stored, Observation(trial.rig, pictures, trial.pictures), found, view, parts)
     seconds = time.process_time() - began
     said = describe(tabulate_presence(presence))
     box = _measure_boxes(stored.scene, presence, case.world_from_object)

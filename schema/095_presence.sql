@@ -20,10 +20,11 @@ CREATE TABLE presence (  -- localisation: The parts, features and surfaces that 
     edge_px DOUBLE PRECISION NOT NULL,  -- length of its sharp edges and outlines in view, px, over all cameras
     distinct_px DOUBLE PRECISION NOT NULL,  -- of those, what can be distinguished from other edges and from the border of the picture, px
     supported_px DOUBLE PRECISION NOT NULL,  -- of those, what edge elements support, px
-    region_px DOUBLE PRECISION NOT NULL,  -- pixels of its surfaces that regions of the pictures cover that lie only on them (surface_match)
     moved_mm DOUBLE PRECISION,  -- how far outward that surface of it lies from its place that has moved most surely, mm; null where none has
     moved_sigma_mm DOUBLE PRECISION,  -- standard deviation of that, mm
     moved_log_odds DOUBLE PRECISION,  -- natural logarithm of the odds of that place against the model's
+    uncovered_log_odds DOUBLE PRECISION,  -- of a part whose edges are not surely found: log odds that what it covers shows in its place, against its being there;
+        -- null of others, and where it covers no edge
     PRIMARY KEY (run_id, item_no),
     CHECK (level IN ('part', 'feature', 'surface')),
     CHECK ((level = 'feature') = (feature_no IS NOT NULL) AND (level = 'surface') = (surface_no IS NOT NULL)),
@@ -42,7 +43,6 @@ CREATE TABLE presence_camera (  -- localisation: What single cameras say of an i
     edge_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     distinct_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     supported_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
-    region_px DOUBLE PRECISION NOT NULL,  -- as in presence, by this camera
     inside_grey DOUBLE PRECISION,  -- mean grey of what is seen of a feature or surface, and through a hole, 0..255; this and the next four are null where too
         -- little is seen
     around_grey DOUBLE PRECISION,  -- mean grey of what is around it

@@ -95,6 +95,14 @@ class Scene:
         part.__dict__["curved_triangles"] = triangles
         return part
 
+    def without(self, gone: Bools) -> Scene:
+        """The scene without some of its occurrences (o,): they neither show nor occlude, and all keep their numbers."""
+        names = ("sample_point", "sample_tangent", "sample_normal_a", "sample_normal_b", "sample_arc", "sample_length")
+        samples = ~gone[self.arc_occurrence[self.sample_arc]]
+        kept = ~gone[self.surface_occurrence[self.triangle_surface]]
+        rest = {name: getattr(self, name)[samples] for name in names}
+        return replace(self, triangles=self.triangles[kept], triangle_surface=self.triangle_surface[kept], **rest)
+
     def once(self, key: Hashable, make: Callable[[], T]) -> T:
         """What is made of the scene once, by its name and parameters, and does not hold the scene."""
         made: dict[Hashable, T] = self.__dict__.setdefault("made", {})

@@ -172,7 +172,6 @@ def add_presence(model: Model) -> None:
         "edge_px",
         "distinct_px",
         "supported_px",
-        "region_px",
     )
     model["presence"] = item | dict.fromkeys(evidence, 5.0)
 

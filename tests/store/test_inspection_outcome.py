@@ -31,7 +31,7 @@ def outcome(target: str, states: list[str], variants: Variants, verdict: str = "
             found: dict[str, Any] = {"verdict": verdict, "reason": "so", "posterior": 0.99}
             run.append(connection, "inspection", {"run_id": [run.id], **given, **found})
             evidence = ("log_odds", "expected_log_odds", "visible_pixels", "edge_px", "distinct_px", "supported_px")
-            seen: dict[str, Any] = {"path": "part", "qif": "FAIL", "reason": "so", "region_px": 0.0}
+            seen: dict[str, Any] = {"path": "part", "qif": "FAIL", "reason": "so"}
             seen |= {"feature_no": np.ma.masked_array(np.arange(count), np.array(levels) == "surface")}
             seen |= {"surface_no": np.ma.masked_array(np.arange(count), np.array(levels) != "surface")}
             seen |= {"item_no": np.arange(count), "level": levels, "occurrence_id": 1}

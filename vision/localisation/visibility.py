@@ -316,12 +316,14 @@ class SurfaceMap:
 
     def surface_at(self, pixel: Floats) -> Ints:
         """The surface (n,) at pixels (n, 2) of the real picture; -1 for none, and outside."""
-        ideal = self.camera.normalise(self.camera.undistort(pixel))
-        matrix = self.rays.matrix
-        x, y = np.rint(ideal @ matrix[:2, :2].T + matrix[:2, 2]).astype(np.int64).T
+        return self.value_along(self.surface, self.camera.normalise(self.camera.undistort(pixel)), -1)
+
+    def value_along(self, values: Ints, xy: Floats, outside: int) -> Ints:
+        """What values (rows, columns) on the grid are (n,) along rays through xy (n, 2) at depth one."""
+        x, y = np.rint(xy @ self.rays.matrix[:2, :2].T + self.rays.matrix[:2, 2]).astype(np.int64).T
         rows, columns = self.surface.shape
         inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
-        return np.where(inside, self.surface[np.where(inside, y, 0), np.where(inside, x, 0)], -1)
+        return np.where(inside, values[np.where(inside, y, 0), np.where(inside, x, 0)], outside)
 
 
 def map_surfaces(scene: Scene, camera: Camera, world_from_camera: Floats) -> SurfaceMap:

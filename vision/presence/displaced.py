@@ -13,7 +13,7 @@ from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
 from vision.presence.items import NONE, Items
 from vision.presence.presence_parameters import PartParameters, PresenceParameters, StateParameters
-from vision.presence.samples import EdgeRuns, Nearby, Samples, SampleSupport, find_nearby
+from vision.presence.samples import EdgeRuns, Nearby, Samples, SampleSupport, find_nearby, weigh_samples
 from vision.presence.surfaces import BodyElements, Displacement, SceneSurfaces, fit
 from vision.scene import Scene, StoredScene
 
@@ -23,6 +23,17 @@ def find_pieces(paths: Sequence[str]) -> Ints:
     above = [path.rpartition("/")[0] for path in paths]
     pieces = [group if "/" in group else path for path, group in zip(paths, above, strict=True)]
     return np.asarray(np.unique(pieces, return_inverse=True)[1].ravel(), np.int64)
+
+
+def find_loose_pieces(stored: StoredScene, samples: Samples, p: PresenceParameters) -> tuple[Ints, Ints]:
+    """The piece of each occurrence, and which pieces may be displaced or missing: of inspected objects, they show
+    enough edges, and not so many that they determine the pose."""
+    scene, piece_of = stored.scene, find_pieces(stored.paths)
+    of_sample = piece_of[scene.surface_occurrence[samples.surface[:, 0]]]
+    shown = np.bincount(of_sample, weigh_samples(samples, p.support), len(piece_of))
+    inspected = np.isin(np.arange(len(piece_of)), piece_of[scene.inspected])
+    few = shown <= p.parts.most_share * shown.sum()
+    return piece_of, np.flatnonzero(inspected & few & (shown >= p.parts.least_px))
 
 
 def find_axes(scene: Scene, occurrences: Ints, ahead: Floats) -> Floats:
@@ -316,12 +327,9 @@ def measure_displacements(
     scene, q = stored.scene, p.parts
     poses = [world_from_rig @ rig.rig_from_camera[name] for name in rig.cameras]
     eyes = CameraPoses(np.stack(poses), np.stack([camera.matrix for camera in rig.cameras.values()]))
-    piece_of = find_pieces(stored.paths)
+    piece_of, tried = find_loose_pieces(stored, samples, p)
     of_sample = piece_of[scene.surface_occurrence[samples.surface[:, 0]]]
-    count = int(piece_of.max(initial=-1)) + 1
-    shown, found = (np.bincount(of_sample, support.weight * v, count) for v in (1.0, support.found))
-    inspected = np.isin(np.arange(count), piece_of[scene.inspected])
-    tried = np.flatnonzero(inspected & (shown >= q.least_px) & (shown <= q.most_share * shown.sum()))
+    shown, found = (np.bincount(of_sample, support.weight * v, len(piece_of)) for v in (1.0, support.found))
     lost = tried[((shown >= q.turned_px) & (found <= q.turned_share * shown))[tried]]
     edges, aspects = list_pieces(scene, piece_of, tried, samples, support.weight, runs, eyes)
     edges, aspects = add_turned(scene, piece_of, lost, edges, aspects, eyes, q)

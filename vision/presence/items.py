@@ -17,7 +17,6 @@ from vision.extraction.rows import Primitives
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import ViewArcs
 from vision.localisation.visibility import PART, PartsInView, SurfaceMap, VisibleArcs
-from vision.matching import MatchedView
 from vision.presence.presence_parameters import AppearanceParameters, UnexplainedParameters
 from vision.presence.samples import Samples
 from vision.scene import Scene, StoredScene
@@ -99,34 +98,6 @@ def list_items(stored: StoredScene, parts: PartsInView, seen: Sequence[SurfaceMa
         surface=np.concatenate([*surfaces, faces]),
         inset=np.array([name in insets for name in names], bool),
     )
-
-
-# Regions of the pictures that lie on surfaces: a surface whose area one picture shows as regions of its own is seen.
-#
-# Which regions are which surfaces is decided by relational matching (`vision/matching`): a region counts for a surface
-# where nearly all of it lies on it and the relations to its neighbours are those of the surface.
-
-
-@dataclass(frozen=True)
-class RegionSupport:
-    """Of the scene's surfaces by camera (s, c): shown: px that it shows; covered: px of it that its regions cover."""
-
-    shown: Floats
-    covered: Floats
-
-
-def gather_regions(views: Sequence[MatchedView | None], count: int) -> RegionSupport:
-    """What the pictures' regions cover of a scene's `count` surfaces, by the matched views in the rig's order, None for
-    what was not matched."""
-    shown, covered = np.zeros((2, count, len(views)))
-    for camera, view in enumerate(views):
-        if view is None:
-            continue
-        units, match = view.units, view.match
-        shown[units.surface, camera] = units.visible_px
-        taken = match.surfaces.accepted
-        np.add.at(covered[:, camera], units.surface[match.surfaces.view_surface[taken]], match.surfaces.pixels[taken])
-    return RegionSupport(shown, covered)
 
 
 # What features and surfaces look like: the grey and the texture of what is seen of them, held against what would be
@@ -366,11 +337,7 @@ def _find_holes(
     out = np.full(count, _NONE)
     if not len(surface) or not len(samples.run):
         return out
-    ideal = shown.camera.normalise(samples.pixel)
-    x, y = np.rint(ideal @ shown.rays.matrix[:2, :2].T + shown.rays.matrix[:2, 2]).astype(np.int64).T
-    rows, columns = place.shape
-    inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
-    nearby = np.where(inside, near[np.where(inside, y, 0), np.where(inside, x, 0)], 0)
+    nearby = shown.value_along(near, shown.camera.normalise(samples.pixel), 0)
     votes = np.zeros((len(items), count))
     for side in (0, 1):
         at = np.minimum(np.searchsorted(surface, samples.surface[:, side]), len(surface) - 1)

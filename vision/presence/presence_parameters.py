@@ -151,6 +151,7 @@ class PartParameters:
     its normal"""
     least_log_odds: float = 4.0
     """log odds of there against in place, for all the places tried, and of turned against not"""
+    sure_log_odds: float = 10.0  # log odds of its edges from which what a piece covers is not looked for
     turned_px: float = 700.0  # px of edges of a piece that is sought at any turn: bolts look alike at any turn
     turned_share: float = 0.35  # share of its edges found in place up to which it is
     max_cosine: float = cos(radians(20))  # cosine of the angle between two faces up to which their edge shows
@@ -177,12 +178,8 @@ class StateParameters:
     least_log_odds: float = 3.0  # log odds, either way, from which a state is more than undecided: 20 to 1
     least_expected: float = 2.0  # log odds expected of what is there, below which missing edges say nothing
     contradicted_log_odds: float = 7.0  # log odds against from which another thing must be there: 1000 to 1
-    contradicted_expected: float = 6.0  # log odds expected of what is there, at least, for that
+    contradicted_expected: float = 3.0  # log odds expected of what is there, at least, for that
     contradicted_share: float = 0.35  # share of its edges that may be found all the same, for that
-    mostly: float = 0.5  # share of an item's edges found from which these decide, not regions
-    region_share: float = 0.5  # share of a surface's visible area that regions must cover to speak for it
-    region_log_odds: float = 3.0
-    """log odds that they add: how much more often surfaces that are there are covered than surfaces that are not"""
     least_moved_share: float = 0.05  # share of an item's edges that a surface must have to speak for it
     changed_sigma: float = 4.0
     """standard deviations by which a diameter or thickness must differ, or a bore lie aside, to count as changed"""

@@ -141,7 +141,7 @@ def tabulate_items(it: Presence) -> dict[str, Any]:
         "reason": [REASONS[r] for r in it.reason],
         **{name: values.sum(axis=1) for name, values in vars(it.evidence).items()},
         "visible_pixels": it.items.visible_px,
-        **fields_of(it, "moved_mm moved_sigma_mm moved_log_odds"),
+        **fields_of(it, "moved_mm moved_sigma_mm moved_log_odds uncovered_log_odds"),
     }
 
 
@@ -164,9 +164,9 @@ def describe(tables: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
             {
                 **{name: row[name] for name in ("path", "level", "state", "qif", "reason")},
                 **_rounded(row, "log_odds expected_log_odds", 3),
-                **_rounded(row, "visible_pixels edge_px distinct_px supported_px region_px", 1),
+                **_rounded(row, "visible_pixels edge_px distinct_px supported_px", 1),
                 "cameras": {
-                    one["camera"]: _rounded(one, "log_odds", 3) | _rounded(one, "supported_px distinct_px region_px", 1)
+                    one["camera"]: _rounded(one, "log_odds", 3) | _rounded(one, "supported_px distinct_px", 1)
                     for one in seen[row["item_no"]]
                 },
                 "moved": None
@@ -260,7 +260,7 @@ def assess_variant(
     pose = found.best.world_from_rig
     view = view_model(stored.scene, found.rig, pose)
     parts = find_parts_in_view(stored, found.rig, view.maps, pose)
-    return weigh_variant(variant, assess(stored, seen, found, view, parts, {}, p))
+    return weigh_variant(variant, assess(stored, seen, found, view, parts, p))
 
 
 def weigh_variant(variant: Mapping[str, Any], presence: Presence) -> VariantEvidence:

@@ -17,7 +17,7 @@ from vision.scene import Scene, StoredScene
 
 
 @dataclass(frozen=True)
-class Sides:
+class Sides(Rows):
     """What lies on either side of samples along the image normal, the side of lower pixels first.
 
     sample (m,): those looked at; surface (m, 2): the scene's, -1 for none; normal (m, 2, 3): in the world, zero for
@@ -319,7 +319,7 @@ def find_nearby(
 
 
 @dataclass(frozen=True)
-class EdgeRuns:
+class EdgeRuns(Rows):
     """Predicted edges of all cameras as columns, one row a run.
 
     camera; view_run: as the camera's view counts it; kind; surface (r, 2); visible_px; weight_px: of it what can be

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +11,6 @@ from relmodel.arrays import Bools, Floats, Ints, count_from
 from vision.localisation.localise import Localisation
 from vision.localisation.views import SMOOTH, ModelView, Observation
 from vision.localisation.visibility import PartsInView
-from vision.matching import MatchedView
 from vision.presence.displaced import (
     DISPLACED,
     Displacements,
@@ -25,11 +23,9 @@ from vision.presence.displaced import (
 from vision.presence.items import (
     Appearance,
     Items,
-    RegionSupport,
     UnexplainedElements,
     find_normals,
     find_unexplained,
-    gather_regions,
     lie_on,
     list_items,
     look_at_features,
@@ -54,6 +50,7 @@ from vision.presence.surfaces import (
     find_tangent,
     find_usable,
 )
+from vision.presence.uncovered import Uncovered, look_beneath
 from vision.scene import Scene, StoredScene
 
 # Where a bore lies aside from its place is measured in the plane across its axis; the pose's error is common to two
@@ -134,15 +131,15 @@ REASONS = (
     "its edges lie too near to others or to the picture's border",
     "little contrast is expected of its edges",
     "some of its edges are found, some are not",
-    "a region of the picture is it",
     "something else shows through it than lies behind",
     "none of its edges is found, which so few may hide",
     "its edges are found, which may be chance",
     "a feature of it is not as modelled",
+    "what it covers shows in its place",
 )
 (
-    FOUND, MISSING, SHIFTED, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, REGION, STOPPED, NONE, BY_CHANCE,
-    OF_FEATURE,
+    FOUND, MISSING, SHIFTED, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, STOPPED, NONE, BY_CHANCE,
+    OF_FEATURE, UNCOVERED,
 ) = range(len(REASONS))  # fmt: skip
 
 
@@ -150,14 +147,13 @@ REASONS = (
 class ItemEvidence:
     """Evidence for items, by camera (n, c): px of edges in view, of them px that can be distinguished from others, of
     those px supported; log_odds: of there against not there; expected_log_odds: what they would be in the mean, were it
-    there; region_px: what regions of the picture cover of its surfaces, px."""
+    there."""
 
     edge_px: Floats
     distinct_px: Floats
     supported_px: Floats
     log_odds: Floats
     expected_log_odds: Floats
-    region_px: Floats
 
 
 @dataclass(frozen=True)
@@ -165,8 +161,8 @@ class Presence:
     """What is there and what is not, a row an item.
 
     state, reason: index of STATES and of REASONS.  moved_mm, moved_sigma_mm: how far the surface of it that has moved
-    most surely lies from its place, nan where none has; moved_log_odds: of that.  cameras: names, as the evidence
-    counts them.
+    most surely lies from its place, nan where none has; moved_log_odds: of that.  uncovered_log_odds: that what a part
+    covers shows in its place, nan of others.  cameras: names, as the evidence counts them.
     """
 
     items: Items
@@ -178,19 +174,21 @@ class Presence:
     moved_mm: Floats
     moved_sigma_mm: Floats
     moved_log_odds: Floats
+    uncovered_log_odds: Floats
     measures: Measures
 
 
 @dataclass(frozen=True, kw_only=True)
 class Signs:
     """What speaks for and against items: the predicted edges, what their surfaces and the regions on them show, how
-    they look, how far parts and features stand from their places and from each other, and what nothing predicts."""
+    they look, how far parts and features stand from their places and from each other, what shows in the place of parts,
+    and what nothing predicts."""
 
     runs: EdgeRuns
     surfaces: SceneSurfaces
-    regions: RegionSupport
     appearance: Appearance
     displacements: Displacements
+    uncovered: Uncovered
     distances: Measures
     unexplained: UnexplainedElements
 
@@ -199,11 +197,13 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     """States of items by the signs of them; radius (s,): of the scene's cylinders, nan for others."""
     runs, surfaces, appearance = signs.runs, signs.surfaces, signs.appearance
     evidence = gather_evidence(items, runs, len(cameras))
-    evidence, by_region = _add_regions(evidence, items, signs.regions, p)
     np.add.at(evidence.log_odds, (appearance.item, appearance.camera), appearance.log_odds)
     displaced = report_displacements(items, signs.displacements, p)
     moved = find_moved(items, surfaces, evidence.distinct_px.sum(axis=1), p.least_moved_share)
+    missing = find_missing(items, signs, p)
+    moved &= ~missing[items.member]
     measures = Measures.stack([measure_items(items, radius, surfaces, moved, p), displaced])
+    measures = measures.take(~missing[measures.item])
     total, expected = evidence.log_odds.sum(axis=1), evidence.expected_log_odds.sum(axis=1)
     edge, distinct = evidence.edge_px.sum(axis=1), evidence.distinct_px.sum(axis=1)
     share = evidence.supported_px.sum(axis=1) / np.maximum(distinct, 1e-9)
@@ -225,11 +225,11 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     settle(total >= p.least_log_odds, CONFIRMED, FOUND)
     settle(changed, CHANGED, SHIFTED)
     settle(resized, CHANGED, RESIZED)
-    few = (distinct < p.least_px) & ~by_region
-    settle(by_region & (state == CONFIRMED) & (share < p.mostly), CONFIRMED, REGION)
+    few = distinct < p.least_px
     settle(few, UNDECIDABLE, SHORT)
     settle(few & (edge >= p.least_px), UNDECIDABLE, CROWDED)
     settle(edge <= 0, UNDECIDABLE, NO_EDGE)
+    settle(missing & (edge > 0), CONTRADICTED, UNCOVERED)
     stopped = np.zeros(len(items), bool)
     stopped[appearance.item[appearance.stopped]] = True
     settle(stopped & (state != CONTRADICTED), CONTRADICTED, STOPPED)
@@ -241,7 +241,22 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     measures = replace(measures, changed=measures.changed & (state[measures.item] != UNDECIDABLE))
     measures = Measures.stack([measures, signs.distances])
     most_moved = _find_most_moved(items, surfaces, moved)
-    return Presence(items, signs, cameras, evidence, state, reason, *most_moved, measures)
+    part = np.array([level == "part" for level in items.level], bool)
+    uncovered = np.where(part, signs.uncovered.log_odds[items.occurrence], np.nan)
+    return Presence(items, signs, cameras, evidence, state, reason, *most_moved, uncovered, measures)
+
+
+def find_missing(items: Items, signs: Signs, p: StateParameters) -> Bools:
+    """Which items (n,) belong to a part in whose place surely shows what it covers, likelier than that it is displaced
+    or that its faces are."""
+    it, moved = signs.displacements, np.flatnonzero(signs.surfaces.moved)
+    odds, rival = signs.uncovered.log_odds, np.full(len(signs.uncovered.log_odds), p.contradicted_log_odds)
+    rival[it.occurrence[it.far]] = np.maximum(rival[it.occurrence[it.far]], it.log_odds[it.far])
+    of_surface = np.zeros(len(signs.surfaces.moved), np.int64)
+    of_surface[items.surface] = items.occurrence[items.member]
+    resized = np.bincount(of_surface[moved], signs.surfaces.log_odds[moved], len(odds))
+    missing = (signs.uncovered.beneath >= p.least_log_odds) & (odds >= np.maximum(rival, resized))
+    return np.asarray(missing[items.occurrence])
 
 
 def gather_evidence(items: Items, runs: EdgeRuns, cameras: int) -> ItemEvidence:
@@ -265,27 +280,7 @@ def gather_evidence(items: Items, runs: EdgeRuns, cameras: int) -> ItemEvidence:
         total(runs.weight_px[run] * runs.found[run]),
         sum_in_one_light(at, runs.in_light[run], size).reshape(len(items), cameras),
         total(np.where(lent, 0.0, runs.expected[run])),
-        np.zeros((len(items), cameras)),
     )
-
-
-def _add_regions(
-    evidence: ItemEvidence, items: Items, regions: RegionSupport, p: StateParameters
-) -> tuple[ItemEvidence, Bools]:
-    """Add the evidence of regions to surfaces; also tells which items (n,) got it.  A surface gets it where a camera
-    shows most of its visible area as regions that lie on it alone; the camera that shows most of it counts."""
-    count = len(items)
-    covered, shown = (
-        np.stack([np.bincount(items.member, column[items.surface], count).astype(float) for column in values.T], axis=1)
-        for values in (regions.covered, regions.shown)
-    )
-    share = np.minimum(covered / np.maximum(shown, 1e-9), 1.0)
-    best = np.argmax(share, axis=1)
-    surface = np.array([level == "surface" for level in items.level], bool)
-    distinct = surface & (share.max(axis=1, initial=0.0) >= p.region_share)
-    log_odds = evidence.log_odds.copy()
-    log_odds[distinct, best[distinct]] += p.region_log_odds
-    return replace(evidence, log_odds=log_odds, region_px=covered), distinct
 
 
 def pair_with_runs(items: Items, sides: Ints) -> tuple[Ints, Ints, Bools]:
@@ -328,13 +323,11 @@ def assess(
     found: Localisation,
     view: ModelView,
     parts: PartsInView,
-    matched: Mapping[str, MatchedView],
     p: PresenceParameters = DEFAULTS,
 ) -> Presence:
     """Evidence and state of every part, feature and surface in view at the best pose found.
 
-    view: what the cameras should see of the stored scene there, and parts: which share of each part and feature;
-    matched: by camera, what relational matching made of it, or nothing: then regions say nothing.
+    view: what the cameras should see of the stored scene there, and parts: which share of each part and feature.
     """
     assert found.best is not None
     rig, pose, views = found.rig, found.best, view.arcs
@@ -358,20 +351,22 @@ def assess(
     edges = EdgePredictions(samples, moving, BodyElements(nearby.first, nearby.offset, usable, support.weight), runs)
     surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
     unexplained = find_unexplained(stored.scene, rig, seen.pictures, indexes, pose.world_from_rig, views, p.unexplained)
-    regions = gather_regions([matched.get(name) for name in rig.cameras], len(stored.surface_no))
     appearance = look_at_features(
         items, samples, find_normals(stored.scene), [seen.greys[name] for name in rig.cameras], maps, p.appearance
     )
     displacements = measure_displacements(
         stored, rig, pose.world_from_rig, indexes, pose.camera_unknowns[:, 0], samples, nearby, support, runs, p
     )
+    uncovered = look_beneath(
+        stored, rig, pose.world_from_rig, indexes, pose.camera_unknowns[:, 0], samples, sides, runs, maps, p
+    )
     distances = measure_distances(items, stored.scene, stored.radius, surfaces, p.distances)
     signs = Signs(
         runs=pieces,
         surfaces=surfaces,
-        regions=regions,
         appearance=appearance,
         displacements=displacements,
+        uncovered=uncovered,
         distances=distances,
         unexplained=unexplained,
     )

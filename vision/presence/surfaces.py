@@ -463,7 +463,7 @@ def assess_surfaces(
     found = agree_px >= p.moved.least_found * weight[there]
     in_place = supported[there] >= p.moved.least_found * weight[there]
     displaced = sought[there] != 0
-    doubtful = displaced & ~certain[there]
+    doubtful = displaced & ~certain[there] & ~closed  # a bore found all around is measured wherever its rims lie
     sure = (agree_px >= p.moved.least_distinct_px) & (displaced | in_place | (closed & found)) & ~doubtful
     kept = there[sure]
     mm, sigma, shift_sigma = np.full((3, count), np.nan)

@@ -9,7 +9,9 @@ SELECT sentence
 FROM (
     SELECT item_no, '' AS camera, concat('it is ', CASE state WHEN 'not_confirmed' THEN 'not confirmed' ELSE state END,
         ' (', qif, '): ', reason, '; log odds of ', CAST(log_odds AS NUMERIC(18, 1)), ' for its being there, ',
-        CAST(expected_log_odds AS NUMERIC(18, 1)), ' were expected') AS sentence
+        CAST(expected_log_odds AS NUMERIC(18, 1)), ' were expected',
+        '; log odds of ' || CAST(CAST(uncovered_log_odds AS NUMERIC(18, 1)) AS TEXT) || ' that what it covers shows in its place'
+        ) AS sentence
     FROM item
     UNION ALL
     SELECT c.item_no, c.camera, concat('the ', c.camera, ' picture: log odds of ', CAST(c.log_odds AS NUMERIC(18, 1)),

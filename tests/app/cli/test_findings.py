@@ -52,7 +52,7 @@ def stop(
         found: dict[str, Any] = {"verdict": verdict, "reason": "so", "posterior": 0.99, "serial": [serial]}
         run.append(connection, "inspection", {"run_id": [run.id], **given, **found})
         evidence = ("visible_pixels", "edge_px", "distinct_px", "supported_px")
-        named: dict[str, Any] = {"qif": "FAIL", "reason": "so", "region_px": 0.0, "log_odds": -8.0}
+        named: dict[str, Any] = {"qif": "FAIL", "reason": "so", "log_odds": -8.0}
         named |= {"level": ["part" if no is None else "feature" for _, no, _ in rows]}
         named |= {"feature_no": np.ma.masked_array([no or 0 for _, no, _ in rows], [no is None for _, no, _ in rows])}
         named |= {"occurrence_id": [part for part, _, _ in rows], "path": [path for _, _, path in rows]}

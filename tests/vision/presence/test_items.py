@@ -10,8 +10,7 @@ import numpy as np
 from tests.vision.presence.test_elements_beside import edge_points, unit
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.visibility import PartsInView, SurfaceMap, VisibleArcs
-from vision.matching import MatchedView
-from vision.presence.items import find_normals, gather_regions, lie_on, list_items
+from vision.presence.items import find_normals, lie_on, list_items
 from vision.scene import Scene, StoredScene
 
 
@@ -50,18 +49,6 @@ def test_items_are_parts_features_and_faces_in_view() -> None:
     assert members == [[0, 1, 2], [3, 4, 5], [5], [3, 4], [1], [4], [5]]
     assert (np.diff(items.member) >= 0).all()
     assert items.inset.tolist() == [False, False, True, False, False, True, False]
-
-
-def test_regions_cover_the_surfaces_that_matching_gave_them() -> None:
-    units = SimpleNamespace(surface=np.array([4, 1, 3]), visible_px=np.array([90.0, 50, 20]))
-    surfaces = SimpleNamespace(
-        accepted=np.array([True, False, True, True]), view_surface=np.array([0, 1, 0, 2]),
-        pixels=np.array([30.0, 40, 5, 7]),
-    )  # fmt: skip
-    view = cast(MatchedView, SimpleNamespace(units=units, match=SimpleNamespace(surfaces=surfaces)))
-    found = gather_regions([None, view], 5)
-    assert found.shown.T.tolist() == [[0] * 5, [0, 50, 0, 20, 90]]
-    assert found.covered.T.tolist() == [[0] * 5, [0, 0, 0, 7, 35]]
 
 
 def test_elements_lie_on_arcs_that_are_near_and_run_alike() -> None:

@@ -21,7 +21,7 @@ from vision.presence.states import CHANGED, CONFIRMED, CONTRADICTED, NOT_CONFIRM
 STATES = [CONFIRMED, CHANGED, CHANGED, NOT_CONFIRMED, CONTRADICTED, UNDECIDABLE, CONTRADICTED, CHANGED, NOT_CONFIRMED]
 LEVELS = ["part", "feature", "feature", "feature", "feature", "feature", "surface", "part", "feature"]
 
-MEASURED = ("expected_log_odds", "edge_px", "distinct_px", "supported_px", "region_px")
+MEASURED = ("expected_log_odds", "edge_px", "distinct_px", "supported_px")
 
 
 def presence() -> Presence:
@@ -41,6 +41,7 @@ def presence() -> Presence:
         "moved_log_odds": np.array([np.nan, 1, 7, np.nan, np.nan, np.nan, np.nan, np.nan, np.nan]),
         "moved_mm": np.array([np.nan, np.nan, -1.25, *[np.nan] * 6]),
         "moved_sigma_mm": np.full(count, 0.125),
+        "uncovered_log_odds": np.full(count, np.nan),
         "signs": SimpleNamespace(runs=SimpleNamespace(log_odds=[1.5, 2])),
     }
     return cast(Presence, SimpleNamespace(**known))

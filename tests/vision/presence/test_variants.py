@@ -20,7 +20,7 @@ def presence(*state: int) -> Presence:
         level=["part", "feature", "surface"], path=["a", "b", "c"], feature_no=none, surface_no=none, visible_px=none
     )
     known = {"items": items, "state": np.array(state), "reason": np.zeros(3, int), "evidence": evidence}
-    moved = dict.fromkeys(("moved_mm", "moved_sigma_mm", "moved_log_odds"), none)
+    moved = dict.fromkeys(("moved_mm", "moved_sigma_mm", "moved_log_odds", "uncovered_log_odds"), none)
     return cast(Presence, SimpleNamespace(**known, **moved))
 
 

@@ -1,0 +1,167 @@
+"""States by hand-made evidence: each limit from both sides, and which of several signs is told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vision.presence.displaced import Displacements, Measures
+from vision.presence.items import NONE, Appearance, Items, UnexplainedElements
+from vision.presence.presence_parameters import DEFAULTS as P
+from vision.presence.samples import EdgeRuns
+from vision.presence.states import REASONS, STATES, Presence, Signs, decide
+from vision.presence.surfaces import FacePairs, SceneSurfaces
+from vision.presence.uncovered import Uncovered
+
+Edge = tuple[tuple[int, int], float, float, float, float, float]  # surfaces, px, distinct px, found, log odds, expected
+SURFACES = 5  # 0 and 1 make a web, 2 is the wall of a hole in face 0, 3 and 4 belong to a second part
+EMPTY: Any = [np.zeros(0)]
+NAMES = ["part", "web", "hole", "face", "other"]
+
+
+def items() -> Items:
+    count, nan = len(NAMES), np.full(len(NAMES), np.nan)
+    return Items(
+        level=["part", "feature", "feature", "surface", "part"], occurrence=np.array([0, 0, 0, 0, 1]),
+        feature_no=np.array([NONE, 0, 1, NONE, NONE]), surface_no=np.array([NONE, NONE, NONE, 0, NONE]),
+        path=NAMES, kind=["", "web", "through_hole", "", ""], visible_px=np.ones(count), thickness=nan,
+        member=np.array([0, 0, 0, 1, 1, 2, 3, 4, 4]), surface=np.array([0, 1, 2, 0, 1, 2, 0, 3, 4]),
+        inset=np.arange(SURFACES) == 2,
+    )  # fmt: skip
+
+
+def signs(*edges: Edge, cameras: int = 1, stopped: int | None = None, looks: tuple[int, float] = (0, 0.0)) -> Signs:
+    """What the edges say, each in every camera; the hole looks stopped, or an item as it does with such log odds."""
+    surface, px, distinct, found, odds, expected = zip(*edges, strict=True)
+    n, whole = len(edges), np.zeros(SURFACES)
+    lit = np.tile(np.array(odds)[:, None], (1, 3))
+    camera, none = np.repeat(np.arange(cameras), n), np.tile(np.arange(n), cameras)
+    runs = EdgeRuns(
+        np.zeros(n, int), np.arange(n), np.zeros(n, int), np.array(surface), np.array(px), np.array(distinct),
+        np.array(found), np.zeros(n), np.ones(n), np.array(odds), np.array(expected), lit,
+    ).take(none)  # fmt: skip
+    nan, vectors = np.full(SURFACES, np.nan), np.full((SURFACES, 3), np.nan)
+    nothing = FacePairs(*(np.zeros(0, int) for _ in range(6)))
+    faces = SceneSurfaces(
+        whole > 0, whole, nan, nan, vectors, nan, whole > 0, np.zeros((SURFACES, 3)), np.zeros((SURFACES, 3)),
+        whole + 100, nothing,
+    )  # fmt: skip
+    seen, two = np.array([looks[0], 2]), np.zeros(2)
+    look = Appearance(
+        seen, np.zeros(2, int), two, two, two, two, np.array([looks[1], 0.0]), np.array([False, stopped is not None])
+    )
+    places = Displacements(np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3, 3)), *EMPTY * 5)
+    return Signs(
+        runs=replace(runs, camera=camera), surfaces=faces, appearance=look,
+        displacements=replace(places, far=np.zeros(0, bool), turned=np.zeros(0, bool)),
+        uncovered=Uncovered(*np.full((2, 2), np.nan)), distances=Measures.stack([no_measures()]),
+        unexplained=UnexplainedElements(*EMPTY * 8),
+    )  # fmt: skip
+
+
+def no_measures() -> Measures:
+    return Measures(np.zeros(0, int), np.zeros(0, int), [], np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0, bool))
+
+
+def said(it: Presence) -> dict[str, tuple[str, str]]:
+    return {name: (STATES[s], REASONS[r]) for name, s, r in zip(NAMES, it.state, it.reason, strict=True)}
+
+
+def decided(it: Signs, cameras: int = 1) -> Presence:
+    return decide(items(), np.full(SURFACES, np.nan), it, [str(k) for k in range(cameras)], P.states)
+
+
+@pytest.mark.parametrize(
+    ("edge", "state", "why"),
+    [
+        ((60, 60, 0.9, 3.0, 4), "confirmed", "its edges are found"),
+        ((60, 60, 0.9, 2.9, 4), "undecidable", "some of its edges are found, some are not"),
+        ((60, 60, 1.0, 2.9, 4), "undecidable", "its edges are found, which may be chance"),
+        ((60, 60, 0.0, -2.9, 4), "undecidable", "none of its edges is found, which so few may hide"),
+        ((60, 60, 0.0, -2.9, 1.9), "undecidable", "little contrast is expected of its edges"),
+        ((60, 60, 0.0, -3.0, 1.9), "undecidable", "little contrast is expected of its edges"),
+        ((60, 60, 0.0, -3.0, 2.0), "not_confirmed", "its edges are not found, where they would show"),
+        ((60, 60, 0.0, -6.9, 3.0), "not_confirmed", "its edges are not found, where they would show"),
+        ((60, 60, 0.0, -7.0, 2.9), "not_confirmed", "its edges are not found, where they would show"),
+        ((60, 60, 0.36, -7.0, 3.0), "not_confirmed", "its edges are not found, where they would show"),
+        ((60, 60, 0.35, -7.0, 3.0), "contradicted", "its edges are not found, where they would show"),
+        ((60, 29, 0.9, 9.0, 9), "undecidable", "its edges lie too near to others or to the picture's border"),
+        ((29, 29, 0.9, 9.0, 9), "undecidable", "its edges are too short in the picture"),
+        ((30, 30, 0.9, 9.0, 9), "confirmed", "its edges are found"),
+        ((0, 0, 0.0, 0.0, 0), "undecidable", "no sharp edge of it is in view"),
+    ],
+)
+def test_each_limit_holds_from_both_sides(edge: tuple[float, ...], state: str, why: str) -> None:
+    px, distinct, found, odds, expected = edge
+    assert said(decided(signs(((3, 4), px, distinct, found, odds, expected))))["other"] == (state, why)
+
+
+def test_cameras_and_edges_add_up() -> None:
+    """Two edges of 20 px in two cameras are 80 px, and their log odds the sum."""
+    it = decided(signs(((3, 4), 20, 20, 0.5, 0.8, 1), ((3, 3), 20, 15, 1.0, 0.8, 1), cameras=2), 2)
+    row = NAMES.index("other")
+    assert it.evidence.log_odds[row] == pytest.approx([1.6, 1.6])
+    assert it.evidence.edge_px[row].tolist() == [40, 40]
+    assert it.evidence.distinct_px[row].tolist() == [35, 35]
+    assert it.evidence.supported_px[row].tolist() == [25, 25]
+    assert it.evidence.expected_log_odds[row].tolist() == [2, 2]
+    assert said(it)["other"][0] == "confirmed"
+
+
+@pytest.mark.parametrize("odds", [4.0, -4.0])
+def test_the_rim_of_a_hole_speaks_for_the_face_that_it_is_in_and_never_against_it(odds: float) -> None:
+    it = decided(signs(((0, 2), 60, 60, 0.5, odds, 3)))
+    total = dict(zip(NAMES, it.evidence.log_odds.sum(axis=1), strict=True))
+    assert total["hole"] == total["part"] == pytest.approx(odds)
+    assert total["face"] == total["web"] == pytest.approx(max(odds, 0.0))
+    expected = dict(zip(NAMES, it.evidence.expected_log_odds.sum(axis=1), strict=True))
+    assert (expected["hole"], expected["face"]) == (3, 0)
+
+
+def test_looks_count_with_edges_and_a_stopped_hole_is_contradicted() -> None:
+    edge: Edge = ((0, 2), 60, 60, 0.9, 2.0, 3)
+    assert said(decided(signs(edge)))["hole"][0] == "undecidable"
+    assert said(decided(signs(edge, looks=(2, 1.0))))["hole"][0] == "confirmed"
+    stopped = said(decided(signs(((0, 2), 60, 60, 0.9, 9.0, 3), stopped=2)))
+    assert stopped["hole"] == ("contradicted", "something else shows through it than lies behind")
+    assert stopped["part"] == ("changed", "a feature of it is not as modelled")
+    gone = said(decided(signs(((0, 2), 60, 60, 0.1, -9.0, 3), stopped=2)))
+    assert gone["hole"] == ("contradicted", "its edges are not found, where they would show")
+
+
+def moved(it: Signs, log_odds: float = 8.0) -> Signs:
+    """Faces 0 and 3 are found 1.5 mm outward, surely."""
+    at = np.isin(np.arange(SURFACES), [0, 3])
+    mm, sigma = np.where(at, 1.5, np.nan), np.where(at, 0.1, np.nan)
+    return replace(
+        it, surfaces=replace(it.surfaces, moved=at, log_odds=np.where(at, log_odds, 0.0), mm=mm, sigma=sigma)
+    )
+
+
+def test_a_face_that_has_moved_changes_what_it_belongs_to() -> None:
+    """Unless too little of it shows, which is undecidable: then none of its sizes counts as changed."""
+    it = decided(moved(signs(((0, 1), 60, 60, 0.9, 5.0, 6))))
+    told = said(it)
+    assert told["face"] == told["web"] == ("changed", "its edges are found displaced")
+    assert told["part"] == ("changed", "a feature of it is not as modelled")
+    row = NAMES.index("face")
+    assert (it.moved_mm[row], it.moved_sigma_mm[row], it.moved_log_odds[row]) == (1.5, 0.1, 8.0)
+    assert {NAMES[k] for k in it.measures.item[it.measures.changed]} == {"face", "web"}
+    short = decided(moved(signs(((0, 1), 29, 29, 0.9, 5.0, 6))))
+    assert {state for state, _ in said(short).values()} == {"undecidable"}
+    assert not short.measures.changed.any()
+
+
+@pytest.mark.parametrize(("face", "missing"), [(15.9, True), (16.1, False)])
+def test_a_part_in_whose_place_shows_what_it_covers_is_missing(face: float, missing: bool) -> None:
+    """Where that, 7 + 9 nats, is likelier than that its face has moved to the rim beneath it."""
+    seen = moved(signs(((3, 4), 60, 60, 0.4, 2.0, 6), ((0, 1), 60, 60, 0.9, 5.0, 6)), face)
+    it = decided(replace(seen, uncovered=Uncovered(np.array([np.nan, 7.0]), np.array([np.nan, -9.0]))))
+    told, row = said(it), NAMES.index("other")
+    assert (told["other"] == ("contradicted", "what it covers shows in its place")) == missing
+    assert told["face"][0] == told["web"][0] == "changed"
+    assert it.uncovered_log_odds[row] == 16
+    assert np.isnan(np.delete(it.uncovered_log_odds, row)).all()
