@@ -67,7 +67,7 @@ def usual_distance(rig: Rig, size: Floats) -> float:
     """Where the axes of toed-in cameras meet.  Else where a box of this size (3,) mm fills the picture of all cameras,
     but no farther than where a pixel of the coarsest shows `_PIXEL_MM`."""
     poses = np.stack(list(rig.rig_from_camera.values()))
-    place, way, look = poses[:, :3, 3], poses[:, :3, 2], _look_frame(rig)
+    place, way, look = poses[:, :3, 3], poses[:, :3, 2], look_frame(rig)
     if np.linalg.norm(np.cross(way[0], way[-1])) > np.sin(_LEAST_TOE_IN):
         across = np.eye(3) - way[:, :, None] * way[:, None, :]
         met = np.linalg.solve(across.sum(axis=0), np.einsum("nij,nj->i", across, place))
@@ -98,7 +98,7 @@ def lay_grid(
     distance_mm = usual_distance(rig, high - low) if distance_mm is None else distance_mm
     sizes = [(c.width / c.matrix[0, 0], c.height / c.matrix[1, 1]) for c in rig.cameras.values()]
     step = _STEP * distance_mm * np.min(np.array(sizes, float), axis=0)
-    rig_from_look = _look_frame(rig)
+    rig_from_look = look_frame(rig)
     poses, targets = [], []
     for axis in range(3):
         # The picture lies along the longer of the two.
@@ -127,7 +127,7 @@ def look_from(
 ) -> tuple[PoseGrid, Ints]:
     """Those of some poses (n, 4, 4) of a rig from which the middle of its view lies on placed parts, and which those
     are; no camera too near to anything."""
-    look = poses @ _look_frame(rig)
+    look = poses @ look_frame(rig)
     met, target = _meet(scene, look[:, :3, 3], look[:, :3, 2], occurrences)
     kept = np.array([_is_clear(scene, floor, rig, pose, _CLEAR_MM) for pose in poses[met]], bool)
     return PoseGrid(poses[met], target).take(kept), np.flatnonzero(met)[kept]
@@ -159,7 +159,7 @@ def _meet(scene: Scene, start: Floats, way: Floats, occurrences: Ints) -> tuple[
     return met, np.asarray(start[met] + along[:, None] * way[met])
 
 
-def _look_frame(rig: Rig) -> Floats:
+def look_frame(rig: Rig) -> Floats:
     """`rig_from_look` (4, 4): amid the cameras, z along the mean of their axes, x from the first to the last."""
     poses = np.stack([rig.rig_from_camera[name] for name in rig.cameras])
     z = poses[:, :3, 2].mean(axis=0)

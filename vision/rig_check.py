@@ -19,6 +19,7 @@ from vision.cameras.cameras import Prior, Rig, perturb
 from vision.localisation.hypotheses import predict
 from vision.localisation.measurements import COUNT, FOCAL, PLACE, correct_rig, describe_unknowns
 from vision.localisation.verdict import compute_precision
+from vision.planning import look_frame, usual_distance
 from vision.scene import read_scene
 from vision.stereo.agreement import Agreement, doubt_rig, find_shared_points, measure_agreement
 from vision.stereo.epipolar import LATTICE, sees, view_lattice
@@ -79,11 +80,13 @@ class RigCheck:
         return said + ([self.doubt] if self.doubt else [])
 
 
-def check_rig(rig: Rig, distance_mm: float, greys: Mapping[str, Bytes | Floats]) -> RigCheck:
-    """What a rig tells of something at a distance, and how two pictures agree with it: greys (rows, columns) by
-    camera."""
+def check_rig(
+    rig: Rig, distance_mm: float, greys: Mapping[str, Bytes | Floats], points: Floats | None = None
+) -> RigCheck:
+    """What a rig tells of something at a distance, with edges through points (n, 3) in its frame, where they are known,
+    and how two pictures agree with it: greys (rows, columns) by camera."""
     names = list(rig.cameras)
-    points = _relief(rig, distance_mm)
+    points = _relief(rig, distance_mm) if points is None else points
     by_pose, by_camera = _differentiate(rig, points)
     unknowns = describe_unknowns(rig)
     free = unknowns.sigma.ravel() > 0
@@ -133,16 +136,37 @@ def describe_overlap(share: float) -> str:
     return f"{share:.0%} of the one's picture lies in the other's{little}"
 
 
-def distance_in_view(store: Store, rig: Rig, prior: Prior, world: str | None) -> float:
-    """How far (mm) what a prior shows of a world lies from the rig, the median over its edges; InputError where it
-    shows nothing."""
+def find_edges_in_view(store: Store, rig: Rig, world: str | None, whence: Prior | tuple[str, float | None]) -> Floats:
+    """Points (n, 3), rig's frame, of edges that its first camera sees of a world: from a prior; or of an object of it
+    by name, from its broad side and a distance (mm), the usual one where that is None.
+
+    Raises InputError where that shows nothing, or the world has no such object."""
     with store.read() as connection:
         world_id, name = world_named(store, connection, world)
-        scene = read_scene(store, connection, world_id).scene
-    seen = predict(scene, rig, prior.world_from_rig, POINTS).point
+        scene, paths = (stored := read_scene(store, connection, world_id)).scene, stored.paths
+    if isinstance(whence, Prior):
+        pose = whence.world_from_rig
+    else:
+        others = np.array([path.split("/")[0] != whence[0] for path in paths])
+        if others.all():
+            known = ", ".join(sorted({path.split("/")[0] for path in paths}))
+            raise InputError(f"the world {name} has no object {whence[0]}: it has {known}")
+        scene = scene.without(others)
+        pose = _face(scene.vertices[scene.triangles].reshape(-1, 3), rig, whence[1])
+    seen = predict(scene, rig.only(next(iter(rig.cameras))), pose, POINTS).point
     if not len(seen):
-        raise InputError(f"nothing of the world {name} is in view from the prior: correct it")
-    return float(np.median(np.linalg.norm(seen, axis=1)))
+        raise InputError(f"nothing of the world {name} is in view from there: correct the prior or the distance")
+    return seen
+
+
+def _face(points: Floats, rig: Rig, distance_mm: float | None) -> Floats:
+    """The pose from which a rig looks at the middle of the broad side of what has these points (n, 3)."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    right, _, thin = np.eye(3)[np.argsort(low - high)]
+    far = distance_mm or usual_distance(rig, high - low)
+    look = np.eye(4)
+    look[:3] = np.stack([right, np.cross(-thin, right), -thin, (low + high) / 2 + far * thin], axis=1)
+    return np.asarray(look @ inverse(look_frame(rig)))
 
 
 def _relief(rig: Rig, distance_mm: float) -> Floats:

@@ -33,21 +33,10 @@ _PACKED = ("elements", "bright_left", "x", "y", "point_sigma")
 
 
 @dataclass(frozen=True)
-class Arcs:
-    """Columns of one length n, and the packed members.
+class ArcShapes:
+    """What arcs (n,) are, as `Arcs` says."""
 
-    `kind` indexes `KINDS`.  Start to end walks with the bright side on the left (y down), but for lines where it
-    changes: there `bright_left` says of each element whether it is on the left, as it is of most.  `centre_x`,
-    `centre_y` and `radius` (the major semi-axis of an ellipse) are NaN for lines and free curves, `radius2` (minor
-    semi-axis) and `axis_angle` (rad, of the major axis from x towards y) for all but elliptic arcs.  `contrast` (grey)
-    and `width` (px) are means; `sigma` (px) is the standard deviation of the place across, `angle_sigma` (rad) of the
-    direction; `residual` (px) the rms distance of the elements; `significance` minus the decimal logarithm of the
-    number of false alarms, NaN before clearing; `covariance` (n, 8, 8) that of the parameters that `fits.PARAMETERS`
-    lists for the kind, NaN beyond them.  Arc i contains edge elements `elements[offsets[i] : offsets[i + 1]]`, in
-    order; its refined polyline has the points (`x`, `y`) of the same slice, to `point_sigma` (px) across.
-    """
-
-    kind: npt.NDArray[np.int8]
+    kind: npt.NDArray[np.signedinteger]
     start_x: Floats
     start_y: Floats
     end_x: Floats
@@ -62,9 +51,29 @@ class Arcs:
     contrast: Floats
     width: Floats
     sigma: Floats
-    angle_sigma: Floats
     residual: Floats
     significance: Floats
+
+    def __len__(self) -> int:
+        return len(self.kind)
+
+
+@dataclass(frozen=True)
+class Arcs(ArcShapes):
+    """Columns of one length n, and the packed members.
+
+    `kind` indexes `KINDS`.  Start to end walks with the bright side on the left (y down), but for lines where it
+    changes: there `bright_left` says of each element whether it is on the left, as it is of most.  `centre_x`,
+    `centre_y` and `radius` (the major semi-axis of an ellipse) are NaN for lines and free curves, `radius2` (minor
+    semi-axis) and `axis_angle` (rad, of the major axis from x towards y) for all but elliptic arcs.  `contrast` (grey)
+    and `width` (px) are means; `sigma` (px) is the standard deviation of the place across, `angle_sigma` (rad) of the
+    direction; `residual` (px) the rms distance of the elements; `significance` minus the decimal logarithm of the
+    number of false alarms, NaN before clearing; `covariance` (n, 8, 8) that of the parameters that `fits.PARAMETERS`
+    lists for the kind, NaN beyond them.  Arc i contains edge elements `elements[offsets[i] : offsets[i + 1]]`, in
+    order; its refined polyline has the points (`x`, `y`) of the same slice, to `point_sigma` (px) across.
+    """
+
+    angle_sigma: Floats
     covariance: Floats
     offsets: Ints32
     elements: Ints32
@@ -72,9 +81,6 @@ class Arcs:
     x: Floats
     y: Floats
     point_sigma: Floats
-
-    def __len__(self) -> int:
-        return len(self.kind)
 
     @property
     def chains(self) -> Chains:

@@ -155,13 +155,8 @@ _EDGES = EdgeParameters()
 
 
 @dataclass(frozen=True)
-class EdgeElements(Rows):
-    """Columns of one length n; image points in pixels (centre of the top-left pixel is 0, 0), grey on 0..255.
-
-    The unit normal (nx, ny) points to the bright side.  `contrast` is the height of the step; `width` the standard
-    deviation (px) of the blur that the image itself gave it; `sigma` the standard deviation (px) of the position along
-    the normal.  `pixel` is row * columns + column of the pixel that saw it, ascending.
-    """
+class ElementShapes(Rows):
+    """What edge elements (n,) are, as `EdgeElements` says."""
 
     x: Floats
     y: Floats
@@ -170,6 +165,17 @@ class EdgeElements(Rows):
     contrast: Floats
     width: Floats
     sigma: Floats
+
+
+@dataclass(frozen=True)
+class EdgeElements(ElementShapes):
+    """Columns of one length n; image points in pixels (centre of the top-left pixel is 0, 0), grey on 0..255.
+
+    The unit normal (nx, ny) points to the bright side.  `contrast` is the height of the step; `width` the standard
+    deviation (px) of the blur that the image itself gave it; `sigma` the standard deviation (px) of the position along
+    the normal.  `pixel` is row * columns + column of the pixel that saw it, ascending.
+    """
+
     pixel: Ints32
 
 

@@ -117,15 +117,9 @@ _RING = [
 
 
 @dataclass(frozen=True)
-class Regions:
-    """Columns of one length n, the label image (rows, columns; -1 belongs to none), and the packed outlines.
+class RegionShapes:
+    """What regions (n,) are and their rings, as `Regions` says."""
 
-    Areas in px, places in px, grey on 0..255.  The grey plane is `mean` + slope . (p - centroid), `variance` the
-    variance about it.  Ring j (of region `ring_region[j]`, its outer ring first, then holes) has vertices
-    `ring_offsets[j] : ring_offsets[j + 1]` of `outline_x`, `outline_y`, on pixel centres.
-    """
-
-    labels: Ints32
     area: Floats
     centroid_x: Floats
     centroid_y: Floats
@@ -135,16 +129,28 @@ class Regions:
     y1: Floats
     mean: Floats
     variance: Floats
-    slope_x: Floats
-    slope_y: Floats
     saturated_share: Floats
-    ring_region: Ints32
-    ring_offsets: Ints32
-    outline_x: Floats
-    outline_y: Floats
+    ring_region: npt.NDArray[np.signedinteger]
+    ring_offsets: npt.NDArray[np.signedinteger]
 
     def __len__(self) -> int:
         return len(self.area)
+
+
+@dataclass(frozen=True)
+class Regions(RegionShapes):
+    """Columns of one length n, the label image (rows, columns; -1 belongs to none), and the packed outlines.
+
+    Areas in px, places in px, grey on 0..255.  The grey plane is `mean` + slope . (p - centroid), `variance` the
+    variance about it.  Ring j (of region `ring_region[j]`, its outer ring first, then holes) has vertices
+    `ring_offsets[j] : ring_offsets[j + 1]` of `outline_x`, `outline_y`, on pixel centres.
+    """
+
+    labels: Ints32
+    slope_x: Floats
+    slope_y: Floats
+    outline_x: Floats
+    outline_y: Floats
 
 
 def find_plain_regions(

@@ -12,16 +12,18 @@ from typing import TYPE_CHECKING, Any
 import cv2
 import numpy as np
 
-from relmodel.arrays import Bools, Columns, ColumnValues, Floats, Ints, Ints32, Rows, read_rows, take
+from relmodel.arrays import Bools, Columns, ColumnValues, Floats, Ints, Ints32, read_rows, take
 from relmodel.store.database import Database, round_columns, stored_fields
 from relmodel.store.runs import Run
 from vision.extraction import arcs as arc_columns
 from vision.extraction import junctions as junction_columns
-from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, KINDS, LINE, Arcs, concatenate
+from vision.extraction.arcs import CIRCULAR, ELLIPTIC, FREE, KINDS, LINE, Arcs, ArcShapes, concatenate
+from vision.extraction.edges import ElementShapes
 from vision.extraction.extract import VERSION, Extraction
 from vision.extraction.extraction_parameters import ExtractionParameters
 from vision.extraction.junction_candidates import AT
 from vision.extraction.junctions import snap_polylines
+from vision.extraction.regions import RegionShapes
 from vision.extraction.topography import ArcQuality
 
 if TYPE_CHECKING:
@@ -48,48 +50,21 @@ def find_regions_at(picture: Primitives, pixel: Floats) -> Ints:
 
 
 @dataclass(frozen=True)
-class ElementColumns(Rows):
+class ElementColumns(ElementShapes):
     """Edge elements (n,): place and unit normal toward the bright side, px; contrast, grey; width and sigma, px; arc,
     -1 for none.  Those of an arc follow each other along it, arc by arc, before all others."""
 
-    x: Floats
-    y: Floats
-    nx: Floats
-    ny: Floats
-    contrast: Floats
-    width: Floats
-    sigma: Floats
     arc: Ints
 
 
 @dataclass(frozen=True)
-class ArcColumns:
+class ArcColumns(ArcShapes):
     """Arcs (n,) as image_arc has them; kind indexes `arcs.KINDS`; texture, highlight: what speaks against them, 0..1.
     The elements of arc i are offsets[i] to offsets[i + 1] of the elements."""
 
-    kind: Ints
-    start_x: Floats
-    start_y: Floats
-    end_x: Floats
-    end_y: Floats
-    centre_x: Floats
-    centre_y: Floats
-    radius: Floats
-    radius2: Floats
-    axis_angle: Floats
-    length: Floats
-    closed: Bools
-    contrast: Floats
-    width: Floats
-    sigma: Floats
-    residual: Floats
-    significance: Floats
     texture: Floats
     highlight: Floats
     offsets: Ints
-
-    def __len__(self) -> int:
-        return len(self.kind)
 
 
 @dataclass(frozen=True)
@@ -103,32 +78,17 @@ class Courses:
 
 
 @dataclass(frozen=True)
-class RegionColumns:
+class RegionColumns(RegionShapes):
     """Regions (n,) as image_region has them, their rings, and the arcs that border them.
 
     Points of ring r are ring_offsets[r] to ring_offsets[r + 1] of `outline` (m, 2), px; ring_region (rings,): whose;
     the first ring of a region is the outer one.  border_region, border_arc, border_length (b,): length px.
     """
 
-    area: Floats
-    centroid_x: Floats
-    centroid_y: Floats
-    x0: Floats
-    y0: Floats
-    x1: Floats
-    y1: Floats
-    mean: Floats
-    variance: Floats
-    saturated_share: Floats
-    ring_region: Ints
-    ring_offsets: Ints
     outline: Ints
     border_region: Ints
     border_arc: Ints
     border_length: Floats
-
-    def __len__(self) -> int:
-        return len(self.area)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,9 @@ from vision.presence.displaced import (
     DISPLACED,
     Displacements,
     Measures,
+    Uncovered,
     find_moved,
+    look_beneath,
     measure_displacements,
     measure_items,
     report_displacements,
@@ -50,7 +52,6 @@ from vision.presence.surfaces import (
     find_tangent,
     find_usable,
 )
-from vision.presence.uncovered import Uncovered, look_beneath
 from vision.scene import Scene, StoredScene
 
 # Where a bore lies aside from its place is measured in the plane across its axis; the pose's error is common to two

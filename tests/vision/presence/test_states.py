@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vision.presence.displaced import Displacements, Measures
+from vision.presence.displaced import Displacements, Measures, Uncovered
 from vision.presence.items import NONE, Appearance, Items, UnexplainedElements
 from vision.presence.presence_parameters import DEFAULTS as P
 from vision.presence.samples import EdgeRuns
 from vision.presence.states import REASONS, STATES, Presence, Signs, decide
 from vision.presence.surfaces import FacePairs, SceneSurfaces
-from vision.presence.uncovered import Uncovered
 
 Edge = tuple[tuple[int, int], float, float, float, float, float]  # surfaces, px, distinct px, found, log odds, expected
 SURFACES = 5  # 0 and 1 make a web, 2 is the wall of a hole in face 0, 3 and 4 belong to a second part

@@ -18,13 +18,12 @@ from tests.vision.presence.test_displaced_parts import RIG, RIG_POSE
 from vision.localisation.hypotheses import EdgePoints
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import view_model
-from vision.presence.displaced import Displacements
+from vision.presence.displaced import Displacements, Uncovered, look_beneath
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DEFAULTS as P
 from vision.presence.samples import collect_samples, find_nearby, look_at_sides, measure_support, weigh_runs
 from vision.presence.states import Signs, find_missing
 from vision.presence.surfaces import SceneSurfaces
-from vision.presence.uncovered import Uncovered, look_beneath
 from vision.scene import StoredScene
 
 BLOCK = np.array([60.0, 40.0, 12.0])

@@ -74,7 +74,8 @@ _UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "inch": 25.4}
         metavar="MM",
         help="with check: from the cameras to the object (default: where their axes meet)",
     ),
-    option("--prior", type=Path, metavar="PRIOR", help="with check: the distance is that of what it shows"),
+    option("--prior", type=Path, metavar="PRIOR", help="with check: what is looked at is what it shows of the world"),
+    option("--object", metavar="NAME", help="with check: it is the broad side of an object of the world"),
     WORLD,
     option(
         "--unit",
@@ -129,21 +130,25 @@ def _check_rig(args: argparse.Namespace) -> int:
     from vision.cameras.files import read_prior, read_rig
     from vision.cameras.images import read_rig_with_pictures
     from vision.planning import usual_distance
-    from vision.rig_check import check_rig, distance_in_view
+    from vision.rig_check import check_rig, find_edges_in_view
 
     if args.unit or args.size:
         raise UsageError("--unit and --size are of convert and show: convert the file, and check what that writes")
     files = pictures_by_camera(args.pictures)
     rig, pictures = read_rig_with_pictures(args.source, files) if files else (read_rig(args.source), {})
-    distance = args.distance
-    if args.prior is not None:
+    distance, edges = args.distance, None
+    if args.prior is not None or args.object is not None:
+        if args.prior is not None and (args.object or distance):
+            raise UsageError("--prior says where the rig is: leave out --object and --distance")
+        whence = (args.object, distance) if args.prior is None else read_prior(args.prior)
         with open_store(args, read_only=True) as store:
-            distance = distance_in_view(store, rig, read_prior(args.prior), args.world)
+            edges = find_edges_in_view(store, rig, args.world, whence)
+        distance = float(np.median(np.linalg.norm(edges, axis=1)))
     elif distance is None:
         distance = usual_distance(rig, np.full(3, np.inf))
     if not 0 < distance < np.inf:
         raise UsageError("the distance is not known: give --distance MM above zero, from the cameras to the object")
-    found = check_rig(rig, distance, {name: picture.grey for name, picture in pictures.items()})
+    found = check_rig(rig, distance, {name: picture.grey for name, picture in pictures.items()}, edges)
     print(json_text(asdict(found)) if args.format == "json" else "\n".join(found.sentences()))
     return int(found.doubt is not None)
 
