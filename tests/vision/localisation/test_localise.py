@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from relmodel.arrays import Bytes, Floats
+from relmodel.arrays import Bytes, Floats, Ints
 from tests.vision.localisation.scenes import (
     above,
     blocks,
@@ -26,8 +27,21 @@ from tests.vision.localisation.scenes import (
 from vision.cameras.cameras import Camera, Prior, Rig, perturb, perturbation
 from vision.extraction.extract import extract
 from vision.extraction.rows import Primitives, make_primitives
-from vision.localisation.hypotheses import Perturbations, Stage
-from vision.localisation.localise import Localisation, keep_worthy, localise, partner_odds, say_why_nothing
+from vision.localisation import localise as localise_module
+from vision.localisation.hypotheses import Perturbations, Prediction, Stage
+from vision.localisation.localisation_parameters import DEFAULTS
+from vision.localisation.localise import (
+    Localisation,
+    _is_determined,
+    _order,
+    _Solver,
+    keep_worthy,
+    localise,
+    partner_odds,
+    say_why_nothing,
+)
+from vision.localisation.refine import RefinedPose
+from vision.localisation.support import Outlines, Support
 from vision.localisation.views import Observation
 from vision.scene import Scene
 
@@ -269,3 +283,164 @@ def test_the_world_and_the_order_and_names_of_cameras_do_not_matter() -> None:
     np.testing.assert_allclose(again.verdict.sigma_mm, found.verdict.sigma_mm, rtol=0.1)
     np.testing.assert_allclose(again.best.support.by_camera[::-1], found.best.support.by_camera, rtol=0.05)
     assert again.verdict.posterior == pytest.approx(found.verdict.posterior, abs=0.01)
+
+
+PRIOR = Prior.isotropic(np.eye(4), 20.0, 0.01)
+AHEAD = Prediction(
+    np.tile([0.0, 0, 1000], (4, 1)), np.tile([1.0, 0, 0], (4, 1)), np.arange(1.0, 5), np.zeros(4),
+    np.zeros(4, np.int64), np.array([0, 4, 4, 5]), np.eye(3)[None], np.zeros((1, 3)), 1000 * np.eye(3)[None, :2],
+)  # fmt: skip
+GATHERED = {
+    0: 100.0, 10: 69.9, 30: 70.1, 40: 140, 50: 85, 60: 170, 70: 120, 80: 300, 90: 148, 100: 400, 110: 154, 120: 500,
+}  # fmt: skip
+
+
+def at(x: float, found: float = 0.0, **given: Any) -> RefinedPose:
+    """The pose x mm beside the prior, by which all that is seen moves a px a mm, and what is gathered there."""
+    pose, gathered = np.eye(4), np.array([found or GATHERED[round(x)]])
+    pose[0, 3] = x
+    return RefinedPose(
+        pose, np.eye(6), np.zeros((1, 11)), np.zeros((1, 11)), AHEAD, cast(Any, None), np.zeros(1, bool),
+        Support(gathered, gathered, gathered, np.ones(1)), PRIOR.distance(pose), **given,
+    )  # fmt: skip
+
+
+def places(poses: Sequence[RefinedPose]) -> list[int]:
+    return [round(h.world_from_rig[0, 3]) for h in poses]
+
+
+class Landscape:
+    """Climbs that lead to the nearest ten mm, and least squares that lead from 50 to 40 besides."""
+
+    def climb(self, *given: Any) -> tuple[Floats, float] | None:
+        *_, pose, information, steps = given
+        np.testing.assert_allclose(information, 0.01 * PRIOR.information)
+        assert steps == (2.0, 0.5)
+        x = round(pose[0, 3], -1)
+        return (at(x).world_from_rig, GATHERED[x]) if x in GATHERED else None
+
+    def refine(self, pose: Floats) -> RefinedPose:
+        x = round(pose[0, 3], -1)
+        return at(40 if x == 50 else x, others=(at(x + 4, 50.0),))
+
+    def refine_roughly(self, pose: Floats) -> RefinedPose:
+        return replace(self.refine(pose), others=(), is_rough=True)
+
+    def refine_without_arcs(self, refined: RefinedPose) -> list[RefinedPose]:
+        return [at(refined.world_from_rig[0, 3] + 6, 60.0)]
+
+
+@pytest.fixture
+def solver(monkeypatch: pytest.MonkeyPatch) -> _Solver:
+    scene, rig = cast(Scene, SimpleNamespace(arc_occurrence=np.zeros(5))), stereo_rig().only("left")
+    made = _Solver(scene, scene, rig, {}, cast(Any, []), [], PRIOR, DEFAULTS)
+    made.__dict__["fit"] = land = Landscape()
+    monkeypatch.setattr(localise_module, "climb_from", land.climb)
+    monkeypatch.setattr(localise_module, "measure_outlines", lambda *_: Outlines(np.ones(1), np.ones(1), 5.0))
+    monkeypatch.setattr(localise_module, "describe_arc_shapes", lambda _: "shapes")
+    return made
+
+
+@pytest.mark.parametrize(
+    ("x", "rule", "score", "reached"),
+    [
+        (1.49, "like_a_refined_one", np.nan, []),
+        (1.51, "like_a_refined_one", 100.0, []),  # it climbs to one
+        (200, "nothing_in_view", np.nan, []),
+        (10, "little_evidence", 69.9, []),
+        (31, "refined", 70.1, [30]),
+        (50, "like_a_refined_one", 85.0, []),  # refined, it is one
+    ],
+)
+def test_a_pose_is_followed_to_where_none_was_found(
+    solver: _Solver, x: float, rule: str, score: float, reached: list[int]
+) -> None:
+    done, pose = [at(40, 90.0), at(0)], at(x, 1.0).world_from_rig
+    np.testing.assert_equal(solver._follow(pose, done), (rule, score))
+    assert places(done[2:]) == reached
+    assert all(h.is_rough and h.outlines for h in done[2:])
+    full = [at(40, 90.0), at(0)] * 30
+    assert [solver._follow(pose, some)[0] for some in (full, full[1:])] == ["beyond", rule]
+
+
+def test_what_repeats_is_looked_for_within_the_prior_nearest_to_it_first(
+    solver: _Solver, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shifts: list[float] = []
+
+    def displace(shapes: object, arc: Ints, weight: Floats, reach: float) -> Floats:
+        assert (shapes, arc.tolist(), weight.tolist()) == ("shapes", [0, 4, 4], [1, 2, 3])
+        assert reach == pytest.approx(6 * (20 + 0.01 * 1000))
+        return np.array([[x, 0, 0] for x in shifts])
+
+    monkeypatch.setattr(localise_module, "find_displacements", displace)
+    for shifts[:], kept in (([134.9, 135.1, -144.9, -145.1], [139.9, -139.9]), (range(100, 0, -5), range(10, 70, 5))):
+        found = solver._shifted(at(5, 1.0), cast(Any, "shapes"))
+        np.testing.assert_allclose(found[:, 0, 3], kept)
+
+
+@pytest.mark.parametrize("is_open", [False, True])
+def test_candidates_are_refined_and_what_repeats_about_the_best_three_times(
+    solver: _Solver, monkeypatch: pytest.MonkeyPatch, is_open: bool
+) -> None:
+    """As long as the best changes; and without the arcs that it rests on.  Where no prior is, the candidates alone."""
+    monkeypatch.setattr(localise_module, "find_displacements", lambda *_: np.array([[20.0, 0, 0]]))
+    delta, score = np.zeros((10, 6)), np.array([100.0, 31, 29, 95, 40, 50, 60, 93, 94.5, 20])
+    delta[:, 0] = [0, 30, 29, 50, 0.5, 10, 200, 30, 30, 30]
+    stages = [Stage("scan", delta, score, ["x"], 5), Stage("climb", delta, score, [], 7)]
+    if is_open:
+        solver = replace(solver, prior=Prior.open(np.eye(4)))
+        solver.__dict__["fit"] = Landscape()
+        monkeypatch.setattr(localise_module, "climb_from", lambda *_: (at(30).world_from_rig, 70.1))
+    done, (scan, climb, *shifts) = solver.hypotheses(Perturbations(delta[:9], score[:9], stages))
+    like, little, none = "like_a_refined_one", "little_evidence", "nothing_in_view"
+    followed = ["refined", little, like if is_open else "refined", like, like if is_open else little]
+    followed += [like if is_open else none, little, like, "beyond"]
+    assert (scan.rule, climb.rule, climb.looked_at) == (["x"], ["refined", *followed], 7)
+    assert [h.cost for h in done] == sorted(h.cost for h in done)
+    assert places(done) == ([0, 30, 4] if is_open else [100, 80, 60, 40, 0, 30, 66, 86, 4, 44, 106, 64, 84, 104])
+    assert [h.world_from_rig[0, 3] for h in done if h.is_rough] == [30]
+    assert all(h.outlines for h in done)
+    told = [(s.name, *s.delta[:, 0], *s.score, *s.rule, s.looked_at) for s in shifts]
+    steps = [
+        ("shift 1", 60, 170, "refined", 1),
+        ("shift 2", 80, 300, "refined", 1),
+        ("shift 3", 100, 400, "refined", 1),
+    ]
+    assert told == ([] if is_open else steps)
+
+
+def test_the_best_and_the_one_nearest_the_prior_are_refined_in_full(solver: _Solver) -> None:
+    done = [at(x, is_rough=True, outlines=Outlines(np.ones(1), np.ones(1), 5.0)) for x in (70, 90, 110)]
+    solver._settle(done)
+    assert [(x, h.is_rough) for x, h in zip(places(done), done, strict=True)] == [
+        (110, False), (90, False), (70, True), (94, False), (114, False),
+    ]  # fmt: skip
+    nothing = [at(0, -1.0)]
+    solver._leave_out_arcs(nothing)
+    assert places(nothing) == [0]
+
+
+def test_hypotheses_that_stand_come_first_without_what_symmetry_makes_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    turn = np.diag([-1.0, -1, 1, 1])
+    some = [at(x, found, is_symmetric=True) for x, found in ((70, 100.0), (110, 154.0), (90, 152.0), (100, 152.0))]
+    some = [replace(h, is_symmetric=False) for h in some]
+
+    def find(scene: object, best: Floats, others: list[Floats]) -> list[Floats | None]:
+        return [turn if (best[0, 3], other[0, 3]) == (90, 100) else None for other in others]
+
+    monkeypatch.setattr(localise_module, "find_symmetries", find)
+    ordered, standing, motions = _order(some, cast(Scene, None), DEFAULTS)
+    assert places(ordered) == [90, 100, 110, 70]
+    assert [h.is_symmetric for h in ordered] == [False, True, False, False]
+    assert (standing.tolist(), [m is turn for m in motions]) == ([0, 2], [True, False, False])
+
+
+@pytest.mark.parametrize(("share", "determined"), [(0.79, True), (0.81, False), (-0.1, False)])
+def test_a_pose_is_determined_where_pictures_say_more_than_the_prior_in_every_way(
+    share: float, determined: bool
+) -> None:
+    half = np.random.default_rng(0).normal(size=(6, 6))
+    prior = Prior(np.eye(4), half @ half.T)
+    left = half @ np.diag([0.1, 0.2, share, 0.3, 0.1, 0.5]) @ half.T
+    assert _is_determined(replace(at(0), covariance=left), prior) == determined
