@@ -12,9 +12,7 @@ from tests.vision.localisation.test_fits import exact_edges
 from vision.localisation.hypotheses import (
     build_fine_evidence,
     gather_evidence,
-    look_up_evidence,
     predict,
-    project_directions,
     project_with_jacobians,
 )
 from vision.localisation.localisation_parameters import DEFAULTS, ElsewhereParameters
@@ -63,21 +61,6 @@ def test_poses_elsewhere_show_everything_elsewhere() -> None:
         after, _ = project_with_jacobians(prediction, delta)
         moved = np.sqrt(((after - before) ** 2).sum(axis=1).mean())
         assert 8.0 < moved < 23.0  # the steps are laid to first order
-
-
-def test_each_arc_gathers_what_its_samples_find() -> None:
-    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
-    fields = build_fine_evidence(rig, exact_edges(truth, np.random.default_rng(3)))
-    prediction = predict(scene, rig, truth, 400)
-    delta = np.concatenate([np.zeros((1, 6)), draw_elsewhere(prediction, ElsewhereParameters(poses=5))])
-    gathered = gather_evidence(prediction, fields, delta)
-    group = prediction.image_of_arc
-    for row, d in zip(gathered, delta, strict=True):
-        pixel, _ = project_with_jacobians(prediction, d)
-        found = prediction.weight * look_up_evidence(prediction, fields, pixel, project_directions(prediction, d))
-        np.testing.assert_allclose(row, np.bincount(group, found, len(row)), atol=1e-5)
-    log_odds = mix_over_arcs(gathered, prediction.view_of_image, 2).sum(axis=1)
-    assert log_odds[0] > 10 * log_odds[1:].max()
 
 
 def test_in_a_picture_full_of_edges_the_right_pose_is_less_rare() -> None:

@@ -15,9 +15,7 @@ from vision.localisation.hypotheses import (
     EdgePoints,
     build_evidence,
     build_fine_evidence,
-    look_up_evidence,
     predict,
-    project_directions,
     project_with_jacobians,
 )
 from vision.localisation.localisation_parameters import DEFAULTS
@@ -145,23 +143,6 @@ def test_nothing_is_left_out_of_one_rigid_part() -> None:
     found = fit(one, rig, edges, off(truth, 6.0, np.radians(1), 4), truth)
     assert not found.excluded.any()
     assert not found.others
-
-
-def test_evidence_is_high_on_edges_and_what_is_expected_there() -> None:
-    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
-    edges = exact_edges(truth, np.random.default_rng(2))
-    fields = [build_evidence(edges[n], 2.0, 3.0, 1) for n in rig.cameras]
-
-    def mean(pose: Floats) -> float:
-        p = predict(scene, rig, pose, 2000)
-        return float(
-            np.average(
-                look_up_evidence(p, fields, project_with_jacobians(p)[0], project_directions(p)), weights=p.weight
-            )
-        )
-
-    assert mean(truth) > 0.7
-    assert mean(perturb(truth, np.array([12.0, 9, 0, 0, 0, 0.02]))) < 0.3 * mean(truth)
 
 
 def test_parallel_texture_is_worth_little() -> None:
