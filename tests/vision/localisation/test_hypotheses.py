@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
+from scipy.stats import norm, qmc
 
 from relmodel.arrays import Floats, Ints
 from tests.vision.localisation.scenes import above, blocks, box_scene, stereo_rig
 from vision.cameras.cameras import Camera, Prior, Rig, perturb, perturbation
+from vision.extraction.rows import Primitives
 from vision.localisation.hypotheses import (
     EdgePoints,
     Evidence,
     Fields,
     Perturbations,
     Prediction,
+    _scan,
     bin_orientations,
     bound_elements,
     build_evidence,
@@ -23,6 +28,7 @@ from vision.localisation.hypotheses import (
     climb,
     climb_each,
     climb_from,
+    collect_edge_points,
     gather_evidence,
     keep_distinct,
     look_up_evidence,
@@ -31,6 +37,7 @@ from vision.localisation.hypotheses import (
     project_directions,
     project_with_jacobians,
     search_poses,
+    select_samples,
     select_under_prior,
 )
 
@@ -285,3 +292,96 @@ def test_fields_are_joined_one_behind_the_other() -> None:
         assert isinstance(one, Evidence)
         assert np.shares_memory(one.field, fields.joined)
         assert (one.field == other.field).all()
+
+
+def test_a_scan_finds_of_each_pose_the_turn_that_gathers_most() -> None:
+    """Of a few poses of the sequence, against sums over the samples at each of 121 shifts of the pictures."""
+    _, p, _ = world()
+    coarse = Fields(
+        build_evidence(replace(some_edges(k, 4000), high=np.array([633.0, 473])), 4.0, 6.0, 10) for k in (6, 7)
+    )
+    rng = np.random.default_rng(4)
+    half = rng.normal(size=(6, 6)) * np.repeat([9.0, 0.03], 3)[:, None]
+    prior = Prior(np.eye(4), half @ half.T)
+    found, score = _scan(p, coarse, prior, 5)
+    _, jacobian = project_with_jacobians(p)
+    centred = np.concatenate([jacobian[p.view == c] - jacobian[p.view == c].mean(axis=0) for c in (0, 1)])
+    square = np.einsum("nij,jk,nik->n", centred, prior.covariance, centred).mean()
+    count = 2 ** int(np.ceil(np.log2(np.clip(1024 * square / 15**2, 1024, 16384))))
+    assert (len(score), count > 1024) == (count, True)
+    sequence = np.clip(qmc.Sobol(6, scramble=True, seed=5).random(count), 1e-4, 1 - 1e-4)
+    begun = norm.ppf(sequence) @ np.linalg.cholesky(prior.covariance).T
+    begun[0] = 0
+    turn = [np.median(jacobian[p.view == c][:, :, 3:], axis=0) for c in (0, 1)]
+    shifts = [(x, y) for y in range(-10, 11, 2) for x in range(-10, 11, 2)]
+    turns = [np.linalg.lstsq(turn[0], 4.0 * np.array(shift), rcond=None)[0] for shift in shifts]
+    for row in (0, 3, 77, 500, count - 1):
+        at, out = ((project_with_jacobians(p, begun[row])[0] - coarse[0].origin) / 4.0), []
+        along = project_directions(p, begun[row])
+        for added in turns:
+            moved = begun[row] + np.append(np.zeros(3), added)
+            total = -0.5 * moved @ np.linalg.solve(prior.covariance, moved)
+            for i, c in enumerate(p.view):
+                field = coarse[c].field[turn_of(along[i])]
+                (x, y), (rows, columns) = np.rint(at[i]).astype(int), field.shape
+                if 10 <= x < columns - 10 and 10 <= y < rows - 10:
+                    dx, dy = np.clip(np.rint(turn[c] @ added / 4.0), -10, 10).astype(int)
+                    total += p.weight[i] * field[y + dy, x + dx]
+            out.append(total)
+        assert score[row] == pytest.approx(max(out), rel=1e-5)
+        np.testing.assert_allclose(found[row] - begun[row], [0, 0, 0, *turns[int(np.argmax(out))]], atol=1e-9)
+
+
+@pytest.mark.parametrize("margin", [0.0, 50.0])
+def test_samples_that_come_into_a_picture_are_thinned_to_four_pixels(margin: float) -> None:
+    scene, rig = blocks(), stereo_rig()
+    poses = np.stack([above(260, -120, 560), above(320, 100, 600)])
+    found = select_samples(scene, rig, poses, margin)
+    scale = np.zeros(len(scene.sample_arc))
+    for pose in poses:
+        for name, camera in rig.cameras.items():
+            at = np.linalg.inv(pose @ rig.rig_from_camera[name])
+            local = scene.sample_point @ at[:3, :3].T + at[:3, 3]
+            pixel = local[:, :2] / local[:, 2:] @ camera.matrix[:2, :2].T + camera.matrix[:2, 2]
+            inside = (local[:, 2] > 0) & (np.abs(pixel - [319.5, 239.5]) <= np.array([320, 240]) + margin).all(axis=1)
+            scale[inside] = np.maximum(scale, camera.matrix[0, 0] / local[:, 2])[inside]
+    kept, lengths, passed, along, keeps = [], [], 0, 0.0, False
+    for i, arc in enumerate(scene.sample_arc):
+        along += scene.sample_length[i] * scale[i] / 4.0
+        if i == 0 or arc != scene.sample_arc[i - 1] or int(along) > passed:
+            passed, keeps = int(along), scale[i] > 0
+            if keeps:
+                kept.append(i)
+                lengths.append(0.0)
+        if keeps and scale[i] > 0:
+            lengths[-1] += scene.sample_length[i]
+    assert 99 < len(kept) < 0.8 * (scale > 0).sum() < 0.7 * len(scale)
+    np.testing.assert_array_equal(found.sample_point, scene.sample_point[kept])
+    np.testing.assert_allclose(found.sample_length, lengths)
+
+
+def test_elements_are_those_of_the_picture_without_the_distortion() -> None:
+    """Edges of a grey that grows by known steps: normals and sigmas follow from differences of undistorted places."""
+    camera = Camera(
+        640, 480, np.array([[500.0, 0, 322], [0, 510, 236], [0, 0, 1]]), np.array([-0.25, 0.05, 0.002, -0.003])
+    )
+    rng = np.random.default_rng(0)
+    place, angle, sigma = rng.uniform((20, 20), (620, 460), (30, 2)), rng.uniform(0, 6, 30), rng.uniform(0.05, 0.3, 30)
+    normal = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    contrast = rng.uniform(-50, 50, 30)
+    x, y, nx, ny = *place.T, *normal.T
+    elements = SimpleNamespace(x=x, y=y, nx=nx, ny=ny, sigma=sigma, contrast=contrast)
+    picture = cast(Primitives, SimpleNamespace(elements=elements, grey_range=9.0))
+    found = collect_edge_points(picture, camera)
+    assert (found.grey_range, found.contrast.tolist()) == (16.0, contrast.tolist())
+    np.testing.assert_allclose(found.position, camera.undistort(place), atol=1e-6)
+    for k in range(30):
+        along = np.array([-ny[k], nx[k]])
+        ends, sides = (camera.undistort(place[k] + 1e-3 * np.outer([1, -1], way)) for way in (along, normal[k]))
+        tangent = (ends[0] - ends[1]) / np.linalg.norm(ends[0] - ends[1])
+        across = np.array([tangent[1], -tangent[0]])
+        np.testing.assert_allclose(found.normal[k], across, atol=1e-4)
+        assert found.sigma[k] == pytest.approx(sigma[k] * abs((sides[0] - sides[1]) @ across) / 2e-3, rel=1e-3)
+    plain = collect_edge_points(picture, replace(camera, distortion=np.zeros(0)))
+    np.testing.assert_array_equal(plain.position, place)
+    np.testing.assert_array_equal(plain.sigma, sigma)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from tests.vision.localisation.scenes import above, blocks, box_scene, off, ster
 from tests.vision.localisation.simulation import Errors, draw_edges
 from vision.cameras.cameras import CalibrationSigma, Prior, Rig, perturb, perturbation
 from vision.localisation.hypotheses import EdgePoints, build_fine_evidence, flow_in_camera
-from vision.localisation.measurements import EdgeIndex, hold_shifts, measure, share_left
+from vision.localisation.measurements import CameraUnknowns, EdgeIndex, hold_shifts, measure, share_left
 from vision.localisation.refine import (
     Explanation,
     Fit,
@@ -293,13 +294,18 @@ def test_the_consensus_is_the_step_that_most_of_the_length_agrees_on() -> None:
     assert not _find_consensus(replace(m, weight=0 * m.weight), p, fit.prior, pose, 7).any()
 
 
+@cache
+def some_pose() -> RefinedPose:
+    fit = problem()[0]
+    return fit.measure(above(10, -20, 560), fit.unknowns.mean, np.zeros(10, bool))
+
+
 class Told(Fit):
     """Poses by name, along x at 0, 10, 20 ... with costs that are told; of each, what is left out of it leads where."""
 
     def __init__(self, costs: dict[str, float], left_out: dict[str, list[str]], vague: str, blind: str) -> None:
-        fit = problem()[0]
-        self.unknowns, self._none, self.left_out, self.vague = fit.unknowns, np.zeros(3, bool), left_out, vague
-        some = fit.measure(above(10, -20, 560), fit.unknowns.mean, np.zeros(10, bool))
+        self._none, self.left_out, self.vague, some = np.zeros(3, bool), left_out, vague, some_pose()
+        self.unknowns = CameraUnknowns(some.camera_unknowns, some.unknowns_sigma)
         self.poses = {}
         for number, (name, cost) in enumerate(costs.items()):
             support = replace(some.support, by_camera=np.array([-cost]))
