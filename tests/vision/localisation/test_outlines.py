@@ -9,7 +9,7 @@ import pytest
 
 from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, box_scene, stereo_rig
-from vision.cameras.cameras import Camera, Rig, perturb
+from vision.cameras.cameras import Rig, perturb
 from vision.localisation.support import OBSERVED_PX, Outlines, lay_grey_grids, measure_outlines
 from vision.scene import Scene
 
@@ -63,23 +63,3 @@ def test_outline_laid_along_the_print_has_less(stripe: float) -> None:
 def test_outline_beside_the_object_has_less(shift: tuple[float, float]) -> None:
     pose = printed_box()[2]
     assert outlines(perturb(pose, np.array([*shift, 0, 0, 0, 0]))).mean < 0.5 * outlines(pose).mean
-
-
-def test_picture_that_shows_nothing_has_none() -> None:
-    blank = {"left": np.random.default_rng(2).normal(110, 3, (480, 640))}
-    assert abs(outlines(printed_box()[2], blank).mean) < 0.1
-
-
-def test_length_is_that_of_the_outline() -> None:
-    """A plate seen head-on: its outline is a rectangle whose sides the focal length gives."""
-    rig = Rig({"left": Camera(640, 480, np.array([[700.0, 0, 320], [0, 700, 240], [0, 0, 1]]))}, {"left": np.eye(4)})
-    plate = box_scene([(np.array([-100.0, -60, -10]), np.array([200.0, 120, 10]))])
-    pose = np.diag([1.0, -1, -1, 1])
-    pose[2, 3] = 700.0
-    grids = lay_grey_grids(rig, {"left": np.zeros((480, 640))})
-    found = measure_outlines(plate, rig, grids, pose)
-    assert found.length_px[0] == pytest.approx(2 * (200 + 120), rel=0.15)
-    wall = box_scene([(np.array([-900.0, -900, -10]), np.array([1800.0, 1800, 10]))])
-    inside = measure_outlines(wall, rig, grids, pose)
-    assert inside.length_px[0] == 0
-    assert inside.evidence == 0

@@ -13,7 +13,7 @@ from relmodel.arrays import Floats
 from relmodel.readers.mesh.shape import shape_from_triangles
 from tests.vision.localisation.scenes import box_scene, bulkhead, bulkhead_rig
 from vision.cameras.cameras import Camera
-from vision.localisation.visibility import find_silhouettes, find_visible_arcs
+from vision.localisation.visibility import Silhouettes, find_silhouettes, find_visible_arcs
 from vision.scene import Scene
 
 CAMERA = Camera(640, 480, np.array([[600.0, 0, 320], [0, 600, 240], [0, 0, 1]]))
@@ -106,9 +106,13 @@ def test_long_segments_of_a_silhouette_are_seen_all_along() -> None:
         assert own[0] < 3
         assert own[-1] > 197
         assert np.diff(own).max() < 5
-    split = whole.split(eye, 0.005)
-    assert split.length.sum() == pytest.approx(whole.length.sum())
-    assert (split.length / np.linalg.norm(split.point - eye, axis=1)).max() < 0.0055
+    # Two segments, one of them longer than it is far off: pieces subtend a tenth of the farther of both.
+    z, none = np.eye(3)[[2, 2]], np.zeros((2, 3))
+    segments = Silhouettes(np.array([[600.0, 5, 100], [200, 0, 100]]), z, none, np.array([4, 7]), np.array([200.0, 90]))
+    split = segments.split(eye, 0.1)
+    assert split.surface.tolist() == [4] * 10 + [7] * 3
+    assert split.length.tolist() == [20] * 10 + [30] * 3
+    np.testing.assert_allclose(split.point[:, 2], [*range(10, 200, 20), 70, 100, 130])
 
 
 @pytest.mark.data
