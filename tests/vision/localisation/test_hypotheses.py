@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import cast
 
 import numpy as np
 import pytest
@@ -13,7 +11,6 @@ from scipy.stats import norm, qmc
 from relmodel.arrays import Floats, Ints
 from tests.vision.localisation.scenes import above, blocks, box_scene, stereo_rig
 from vision.cameras.cameras import Camera, Prior, Rig, perturb, perturbation
-from vision.extraction.rows import Primitives
 from vision.localisation.hypotheses import (
     EdgePoints,
     Evidence,
@@ -28,7 +25,6 @@ from vision.localisation.hypotheses import (
     climb,
     climb_each,
     climb_from,
-    collect_edge_points,
     gather_evidence,
     keep_distinct,
     look_up_evidence,
@@ -37,7 +33,6 @@ from vision.localisation.hypotheses import (
     project_directions,
     project_with_jacobians,
     search_poses,
-    select_samples,
     select_under_prior,
 )
 
@@ -330,58 +325,3 @@ def test_a_scan_finds_of_each_pose_the_turn_that_gathers_most() -> None:
             out.append(total)
         assert score[row] == pytest.approx(max(out), rel=1e-5)
         np.testing.assert_allclose(found[row] - begun[row], [0, 0, 0, *turns[int(np.argmax(out))]], atol=1e-9)
-
-
-@pytest.mark.parametrize("margin", [0.0, 50.0])
-def test_samples_that_come_into_a_picture_are_thinned_to_four_pixels(margin: float) -> None:
-    scene, rig = blocks(), stereo_rig()
-    poses = np.stack([above(260, -120, 560), above(320, 100, 600)])
-    found = select_samples(scene, rig, poses, margin)
-    scale = np.zeros(len(scene.sample_arc))
-    for pose in poses:
-        for name, camera in rig.cameras.items():
-            at = np.linalg.inv(pose @ rig.rig_from_camera[name])
-            local = scene.sample_point @ at[:3, :3].T + at[:3, 3]
-            pixel = local[:, :2] / local[:, 2:] @ camera.matrix[:2, :2].T + camera.matrix[:2, 2]
-            inside = (local[:, 2] > 0) & (np.abs(pixel - [319.5, 239.5]) <= np.array([320, 240]) + margin).all(axis=1)
-            scale[inside] = np.maximum(scale, camera.matrix[0, 0] / local[:, 2])[inside]
-    kept, lengths, passed, along, keeps = [], [], 0, 0.0, False
-    for i, arc in enumerate(scene.sample_arc):
-        along += scene.sample_length[i] * scale[i] / 4.0
-        if i == 0 or arc != scene.sample_arc[i - 1] or int(along) > passed:
-            passed, keeps = int(along), scale[i] > 0
-            if keeps:
-                kept.append(i)
-                lengths.append(0.0)
-        if keeps and scale[i] > 0:
-            lengths[-1] += scene.sample_length[i]
-    assert 99 < len(kept) < 0.8 * (scale > 0).sum() < 0.7 * len(scale)
-    np.testing.assert_array_equal(found.sample_point, scene.sample_point[kept])
-    np.testing.assert_allclose(found.sample_length, lengths)
-
-
-def test_elements_are_those_of_the_picture_without_the_distortion() -> None:
-    """Edges of a grey that grows by known steps: normals and sigmas follow from differences of undistorted places."""
-    camera = Camera(
-        640, 480, np.array([[500.0, 0, 322], [0, 510, 236], [0, 0, 1]]), np.array([-0.25, 0.05, 0.002, -0.003])
-    )
-    rng = np.random.default_rng(0)
-    place, angle, sigma = rng.uniform((20, 20), (620, 460), (30, 2)), rng.uniform(0, 6, 30), rng.uniform(0.05, 0.3, 30)
-    normal = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    contrast = rng.uniform(-50, 50, 30)
-    x, y, nx, ny = *place.T, *normal.T
-    elements = SimpleNamespace(x=x, y=y, nx=nx, ny=ny, sigma=sigma, contrast=contrast)
-    picture = cast(Primitives, SimpleNamespace(elements=elements, grey_range=9.0))
-    found = collect_edge_points(picture, camera)
-    assert (found.grey_range, found.contrast.tolist()) == (16.0, contrast.tolist())
-    np.testing.assert_allclose(found.position, camera.undistort(place), atol=1e-6)
-    for k in range(30):
-        along = np.array([-ny[k], nx[k]])
-        ends, sides = (camera.undistort(place[k] + 1e-3 * np.outer([1, -1], way)) for way in (along, normal[k]))
-        tangent = (ends[0] - ends[1]) / np.linalg.norm(ends[0] - ends[1])
-        across = np.array([tangent[1], -tangent[0]])
-        np.testing.assert_allclose(found.normal[k], across, atol=1e-4)
-        assert found.sigma[k] == pytest.approx(sigma[k] * abs((sides[0] - sides[1]) @ across) / 2e-3, rel=1e-3)
-    plain = collect_edge_points(picture, replace(camera, distortion=np.zeros(0)))
-    np.testing.assert_array_equal(plain.position, place)
-    np.testing.assert_array_equal(plain.sigma, sigma)

@@ -24,7 +24,7 @@ from tests.vision.localisation.scenes import (
     picture,
     stereo_rig,
 )
-from vision.cameras.cameras import Camera, Prior, Rig, perturb, perturbation
+from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.extraction.extract import extract
 from vision.extraction.rows import Primitives, make_primitives
 from vision.localisation import localise as localise_module
@@ -32,8 +32,6 @@ from vision.localisation.hypotheses import Perturbations, Prediction, Stage
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.localise import (
     Localisation,
-    _is_determined,
-    _order,
     _Solver,
     keep_worthy,
     localise,
@@ -103,15 +101,6 @@ def test_a_wide_prior_is_searched_for_the_object_and_not_for_a_view_of_nothing(s
     assert error(found, truth)[:3].max() < 0.5
 
 
-def test_one_camera_alone() -> None:
-    (scene, truth), rig = shown("blocks"), stereo_rig()
-    extractions = seen("blocks")
-    prior = off(truth, 12.0, np.radians(1.2), 5)
-    found = localise(scene, Observation(rig.only("left"), {"left": extractions["left"]}, pictures("blocks")), prior)
-    assert found.verdict.verdict == "accepted", found.verdict.reason
-    assert error(found, truth)[:3].max() < 0.5
-
-
 def test_equal_blocks_are_ambiguous_and_the_true_cell_is_listed() -> None:
     pitch = 110.0
     scene, truth = shown("endless")
@@ -122,15 +111,6 @@ def test_equal_blocks_are_ambiguous_and_the_true_cell_is_listed() -> None:
     shifts = [h.world_from_rig[:3, 3] - truth[:3, 3] for h in found.hypotheses]
     assert min(np.linalg.norm(s) for s in shifts) < 1.0
     assert min(np.linalg.norm(s - [pitch, 0, 0]) for s in shifts) < 1.0
-
-
-def test_tight_prior_picks_the_cell() -> None:
-    scene, truth = shown("endless")
-    found = localise(
-        scene, Observation(stereo_rig(), seen("endless"), pictures("endless")), off(truth, 5.0, np.radians(0.3), 2)
-    )
-    assert found.verdict.verdict == "accepted", found.verdict.reason
-    assert error(found, truth)[:3].max() < 1.0
 
 
 def test_pictures_of_something_else_are_refused() -> None:
@@ -158,47 +138,23 @@ def test_equal_input_gives_equal_poses() -> None:
     assert np.array_equal(first.best.world_from_rig, second.best.world_from_rig)
 
 
-def test_measured_elements_lie_where_the_truth_projects_them() -> None:
-    for view in blocks_found().views.values():
-        assert np.sqrt(np.average(view.measurements.residual**2, weights=view.measurements.weight)) < 0.3
-
-
-def halved(rig: Rig, images: dict[str, Bytes]) -> tuple[Rig, dict[str, Bytes]]:
-    """Pictures of half the size, two by two pixels in one, and their cameras: centres (0, 0) and (1, 1) meet at 0."""
-    cameras = {}
-    for name, camera in rig.cameras.items():
-        matrix = camera.matrix.copy()
-        matrix[:2] /= 2
-        matrix[:2, 2] -= 0.25
-        cameras[name] = Camera(camera.width // 2, camera.height // 2, matrix)
-    means = {n: i.reshape(i.shape[0] // 2, 2, i.shape[1] // 2, 2).mean(axis=(1, 3)) for n, i in images.items()}
-    return Rig(cameras, rig.rig_from_camera), {n: np.rint(m).astype(np.uint8) for n, m in means.items()}
-
-
 @pytest.mark.data
-@pytest.mark.parametrize(("part", "prior", "verdict"), [("A", "small", "accepted"), ("C", "half_pitch", "ambiguous")])
-def test_rendered_pair(data_dir: Path, part: str, prior: str, verdict: str) -> None:
-    """The ambiguous one at half the size, where telling the cells apart takes half as long."""
+def test_rendered_pair(data_dir: Path) -> None:
     import cv2
 
-    folder = data_dir / "bulkhead" / part
+    folder = data_dir / "bulkhead/A"
     truth = json.loads((folder / "pairs" / "pair_00_truth.json").read_text())
     rig, pose = bulkhead_rig(truth)
     images = {
         s: np.asarray(cv2.imread(str(folder / "pairs" / truth["cameras"][s]["image"]), cv2.IMREAD_GRAYSCALE), np.uint8)
         for s in rig.cameras
     }
-    if verdict == "ambiguous":
-        rig, images = halved(rig, images)
-    given = truth["priors"][prior]
+    given = truth["priors"]["small"]
     sigma = max(given["mm"] / np.sqrt(3), 1.0), np.radians(max(given["deg"] / np.sqrt(3), 0.5))
     start = Prior.isotropic(np.array(given["T_world_cam_left"]), *map(float, sigma))
     found = localise(bulkhead(folder), Observation(rig, extracted(images), images), start)
-    assert found.verdict.verdict == verdict, found.verdict.reason
-    errors = [np.abs(perturbation(pose, h.world_from_rig)) for h in found.hypotheses]
-    best = min(errors, key=lambda e: float(e[:3].max())) if verdict == "ambiguous" else errors[0]
-    assert best[:3].max() < 0.5
-    assert best[3:].max() < np.radians(0.03)
+    assert found.verdict.verdict == "accepted", found.verdict.reason
+    assert (error(found, pose) < np.repeat([0.5, np.radians(0.03)], 3)).all()
 
 
 def test_starts_go_on_that_explain_half_of_what_the_best_does() -> None:
@@ -335,23 +291,25 @@ def solver(monkeypatch: pytest.MonkeyPatch) -> _Solver:
     scene, rig = cast(Scene, SimpleNamespace(arc_occurrence=np.zeros(5))), stereo_rig().only("left")
     made = _Solver(scene, scene, rig, {}, cast(Any, []), [], PRIOR, DEFAULTS)
     made.__dict__["fit"] = land = Landscape()
-    monkeypatch.setattr(localise_module, "climb_from", land.climb)
-    monkeypatch.setattr(localise_module, "measure_outlines", lambda *_: Outlines(np.ones(1), np.ones(1), 5.0))
-    monkeypatch.setattr(localise_module, "describe_arc_shapes", lambda _: "shapes")
+    outlines = Outlines(np.ones(1), np.ones(1), 5.0)
+    told = {
+        "climb_from": land.climb,
+        "measure_outlines": lambda *_: outlines,
+        "describe_arc_shapes": lambda _: "shapes",
+    }
+    for name, answer in told.items():
+        monkeypatch.setattr(localise_module, name, answer)
     return made
 
 
 @pytest.mark.parametrize(
     ("x", "rule", "score", "reached"),
     [
-        (1.49, "like_a_refined_one", np.nan, []),
-        (1.51, "like_a_refined_one", 100.0, []),  # it climbs to one
-        (200, "nothing_in_view", np.nan, []),
-        (10, "little_evidence", 69.9, []),
-        (31, "refined", 70.1, [30]),
+        (1.49, "like_a_refined_one", np.nan, []), (1.51, "like_a_refined_one", 100.0, []),  # it climbs to one
+        (200, "nothing_in_view", np.nan, []), (10, "little_evidence", 69.9, []), (31, "refined", 70.1, [30]),
         (50, "like_a_refined_one", 85.0, []),  # refined, it is one
     ],
-)
+)  # fmt: skip
 def test_a_pose_is_followed_to_where_none_was_found(
     solver: _Solver, x: float, rule: str, score: float, reached: list[int]
 ) -> None:
@@ -394,53 +352,12 @@ def test_candidates_are_refined_and_what_repeats_about_the_best_three_times(
         monkeypatch.setattr(localise_module, "climb_from", lambda *_: (at(30).world_from_rig, 70.1))
     done, (scan, climb, *shifts) = solver.hypotheses(Perturbations(delta[:9], score[:9], stages))
     like, little, none = "like_a_refined_one", "little_evidence", "nothing_in_view"
-    followed = ["refined", little, like if is_open else "refined", like, like if is_open else little]
-    followed += [like if is_open else none, little, like, "beyond"]
-    assert (scan.rule, climb.rule, climb.looked_at) == (["x"], ["refined", *followed], 7)
-    assert [h.cost for h in done] == sorted(h.cost for h in done)
+    followed = [like, like, like, like] if is_open else ["refined", like, little, none]
+    assert climb.rule == ["refined", "refined", little, *followed, little, like, "beyond"]
+    assert (scan.rule, climb.looked_at) == (["x"], 7)
     assert places(done) == ([0, 30, 4] if is_open else [100, 80, 60, 40, 0, 30, 66, 86, 4, 44, 106, 64, 84, 104])
     assert [h.world_from_rig[0, 3] for h in done if h.is_rough] == [30]
     assert all(h.outlines for h in done)
     told = [(s.name, *s.delta[:, 0], *s.score, *s.rule, s.looked_at) for s in shifts]
-    steps = [
-        ("shift 1", 60, 170, "refined", 1),
-        ("shift 2", 80, 300, "refined", 1),
-        ("shift 3", 100, 400, "refined", 1),
-    ]
+    steps = [(f"shift {n}", x, reached, "refined", 1) for n, x, reached in ((1, 60, 170), (2, 80, 300), (3, 100, 400))]
     assert told == ([] if is_open else steps)
-
-
-def test_the_best_and_the_one_nearest_the_prior_are_refined_in_full(solver: _Solver) -> None:
-    done = [at(x, is_rough=True, outlines=Outlines(np.ones(1), np.ones(1), 5.0)) for x in (70, 90, 110)]
-    solver._settle(done)
-    assert [(x, h.is_rough) for x, h in zip(places(done), done, strict=True)] == [
-        (110, False), (90, False), (70, True), (94, False), (114, False),
-    ]  # fmt: skip
-    nothing = [at(0, -1.0)]
-    solver._leave_out_arcs(nothing)
-    assert places(nothing) == [0]
-
-
-def test_hypotheses_that_stand_come_first_without_what_symmetry_makes_of_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    turn = np.diag([-1.0, -1, 1, 1])
-    some = [at(x, found, is_symmetric=True) for x, found in ((70, 100.0), (110, 154.0), (90, 152.0), (100, 152.0))]
-    some = [replace(h, is_symmetric=False) for h in some]
-
-    def find(scene: object, best: Floats, others: list[Floats]) -> list[Floats | None]:
-        return [turn if (best[0, 3], other[0, 3]) == (90, 100) else None for other in others]
-
-    monkeypatch.setattr(localise_module, "find_symmetries", find)
-    ordered, standing, motions = _order(some, cast(Scene, None), DEFAULTS)
-    assert places(ordered) == [90, 100, 110, 70]
-    assert [h.is_symmetric for h in ordered] == [False, True, False, False]
-    assert (standing.tolist(), [m is turn for m in motions]) == ([0, 2], [True, False, False])
-
-
-@pytest.mark.parametrize(("share", "determined"), [(0.79, True), (0.81, False), (-0.1, False)])
-def test_a_pose_is_determined_where_pictures_say_more_than_the_prior_in_every_way(
-    share: float, determined: bool
-) -> None:
-    half = np.random.default_rng(0).normal(size=(6, 6))
-    prior = Prior(np.eye(4), half @ half.T)
-    left = half @ np.diag([0.1, 0.2, share, 0.3, 0.1, 0.5]) @ half.T
-    assert _is_determined(replace(at(0), covariance=left), prior) == determined

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
 
-from relmodel.arrays import Bools, Floats
+from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, blocks, box_scene, off, stereo_rig
 from tests.vision.localisation.simulation import Errors, draw_edges
 from vision.cameras.cameras import CalibrationSigma, Prior, Rig, perturb, perturbation
 from vision.localisation.hypotheses import EdgePoints, build_fine_evidence, flow_in_camera
-from vision.localisation.measurements import CameraUnknowns, EdgeIndex, hold_shifts, measure, share_left
+from vision.localisation.measurements import EdgeIndex, hold_shifts, measure, share_left
 from vision.localisation.refine import (
     Explanation,
     Fit,
-    LastStep,
     RefinedPose,
     _find_consensus,
     compute_covariance,
@@ -279,11 +276,10 @@ def test_the_consensus_is_the_step_that_most_of_the_length_agrees_on() -> None:
     m = replace(m, offset=m.offset + 3.0 * (p.arc % 3 == 0))
     hit = np.flatnonzero(m.weight > 0)
     images, group = np.unique(p.image_of_arc[hit], return_inverse=True)
-    assert len(images) == int(p.image_of_arc[hit].max()) + 1
     j, offset, w = m.jacobian[hit, :6], m.offset[hit], p.weight[hit]
     keys = np.random.default_rng(7).exponential(size=(300, len(images))) / np.bincount(group, w)
     away = perturbation(fit.prior.world_from_rig, pose)
-    tried = [np.zeros(6)]
+    tried: list[Floats] = [np.zeros(6)]
     for key in keys:
         own = np.isin(group, np.argsort(key)[:5])
         normal = j[own].T @ j[own] + fit.prior.information
@@ -292,76 +288,3 @@ def test_the_consensus_is_the_step_that_most_of_the_length_agrees_on() -> None:
     found = _find_consensus(m, p, fit.prior, pose, 7)
     np.testing.assert_allclose(found, tried[int(np.argmax(agreed))], rtol=1e-6, atol=1e-9)
     assert not _find_consensus(replace(m, weight=0 * m.weight), p, fit.prior, pose, 7).any()
-
-
-@cache
-def some_pose() -> RefinedPose:
-    fit = problem()[0]
-    return fit.measure(above(10, -20, 560), fit.unknowns.mean, np.zeros(10, bool))
-
-
-class Told(Fit):
-    """Poses by name, along x at 0, 10, 20 ... with costs that are told; of each, what is left out of it leads where."""
-
-    def __init__(self, costs: dict[str, float], left_out: dict[str, list[str]], vague: str, blind: str) -> None:
-        self._none, self.left_out, self.vague, some = np.zeros(3, bool), left_out, vague, some_pose()
-        self.unknowns = CameraUnknowns(some.camera_unknowns, some.unknowns_sigma)
-        self.poses = {}
-        for number, (name, cost) in enumerate(costs.items()):
-            support = replace(some.support, by_camera=np.array([-cost]))
-            pose = perturb(np.eye(4), np.array([10.0 * number, 0, 0, 0, 0, 0]))
-            seen = some.prediction.take(np.arange(0 if name in blind else 9))
-            self.poses[name] = replace(some, world_from_rig=pose, covariance=np.diag([5.1**2, 1, 1, 1, 1, 1]),
-                                       support=support, prior_sigma=np.nan, prediction=seen)  # fmt: skip
-
-    def name(self, h: RefinedPose) -> str:
-        return list(self.poses)[round(h.world_from_rig[0, 3] / 10)]
-
-    def solve(self, world_from_rig: Floats, excluded: Bools, rounds: Any = None, arc: int | None = None) -> RefinedPose:
-        assert rounds in (None, ((4.0, 1.0), (3.0, 0.7)))
-        return self.poses["near" if rounds else "first"]
-
-    def measure(self, pose: Floats, own: Floats, excluded: Bools) -> RefinedPose:
-        return self.poses["start"]
-
-    def find_outliers(self, refined: RefinedPose) -> list[int]:
-        return list(range(len(self.left_out.get(self.name(refined), []))))
-
-    def leave_out(self, refined: RefinedPose, occurrence: int) -> RefinedPose | None:
-        return self.poses.get(self.left_out[self.name(refined)][occurrence])
-
-    def is_determined(self, refined: RefinedPose) -> bool:
-        return self.name(refined) not in self.vague
-
-    def _take_step(self, refined: RefinedPose, explanations: list[Explanation]) -> RefinedPose:
-        return replace(refined, last_step=LastStep(refined.world_from_rig, self._none, self._none, explanations))
-
-
-@pytest.mark.parametrize(
-    ("costs", "left_out", "vague", "blind", "kept", "rest"),
-    [
-        ({}, {}, "", "", "first", []),
-        ({}, {"first": ["none", "b"]}, "", "", "b", ["first"]),  # without a part, and no evidence less
-        ({"b": 10.1}, {"first": ["b"]}, "", "", "first", ["b"]),
-        ({}, {"first": ["a"]}, "", "", "first", ["a"]),  # no farther than its errors explain
-        ({}, {"first": ["b"]}, "b", "", "first", []),
-        ({}, {"first": ["b"]}, "first b", "", "b", ["first"]),
-        ({}, {"first": ["b", "c"], "b": ["d"]}, "", "", "d", ["c", "first", "b"]),
-        ({"near": 6.9}, {"first": ["c"]}, "", "", "c", ["first"]),
-        ({"near": 5.9}, {"first": ["c"]}, "", "", "near", ["first"]),  # found by the last rounds alone
-        ({"start": 6.9}, {}, "", "", "start", []),
-        ({"near": 5.9}, {}, "", "near", "first", []),  # a view of nothing costs nothing
-        ({}, {}, "", "first", "near", []),
-        ({}, {}, "", "first near", "start", []),
-    ],
-)
-def test_parts_are_left_out_as_long_as_the_pose_gathers_no_less(
-    costs: dict[str, float], left_out: dict[str, list[str]], vague: str, blind: str, kept: str, rest: list[str]
-) -> None:
-    fit = Told({"first": 10.0, "a": 5.0, "b": 10.0, "c": 9.0, "d": 8.5, "near": 12.0, "start": 13.0} | costs,
-               left_out, vague, blind)  # fmt: skip
-    found = fit.refine(np.eye(4))
-    assert (fit.name(found), [fit.name(h) for h in found.others]) == (kept, rest)
-    assert found.last_step is not None
-    odds = [-0.2 * max(fit.poses[name].cost - found.cost, 0.0) for name in rest]
-    assert [h.log_odds for h in found.last_step.explanations] == pytest.approx(odds)
