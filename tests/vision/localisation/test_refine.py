@@ -278,12 +278,12 @@ def test_the_consensus_is_the_step_that_most_of_the_length_agrees_on() -> None:
     images, group = np.unique(p.image_of_arc[hit], return_inverse=True)
     j, offset, w = m.jacobian[hit, :6], m.offset[hit], p.weight[hit]
     keys = np.random.default_rng(7).exponential(size=(300, len(images))) / np.bincount(group, w)
-    away = perturbation(fit.prior.world_from_rig, pose)
-    tried: list[Floats] = [np.zeros(6)]
+    away, tried = perturbation(fit.prior.world_from_rig, pose), [np.zeros(6)]
     for key in keys:
         own = np.isin(group, np.argsort(key)[:5])
         normal = j[own].T @ j[own] + fit.prior.information
-        tried.append(np.linalg.solve(normal, j[own].T @ offset[own] - fit.prior.information @ away))
+        pull = j[own].T @ offset[own] - fit.prior.information @ away
+        tried.append(np.asarray(np.linalg.solve(normal, pull), float))
     agreed = [w @ np.clip(1 - ((offset - j @ step) / 1.5) ** 2, 0, None) for step in tried]
     found = _find_consensus(m, p, fit.prior, pose, 7)
     np.testing.assert_allclose(found, tried[int(np.argmax(agreed))], rtol=1e-6, atol=1e-9)
