@@ -124,8 +124,7 @@ def find_scene_circles(space: SpaceArcs) -> tuple[Ints, Circles]:
     size = np.linalg.norm(space.conics.major, axis=1)
     normal = np.cross(space.conics.major, space.conics.minor)
     length = np.linalg.norm(normal, axis=1)
-    rows = np.isin(space.curve, [CURVES.index("circle"), CURVES.index("ellipse")]) & (length > 0)
-    rows = np.flatnonzero(rows & (size >= KEPT.least_radius) & (size <= KEPT.greatest_radius))
+    rows = np.flatnonzero((length > 0) & (size >= KEPT.least_radius) & (size <= KEPT.greatest_radius))
     normal = normal[rows] / length[rows, None]
     return rows, Circles(space.conics.centre[rows], normal, size[rows], space.conics.covariance[rows])
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates
 
 from relmodel.arrays import Floats
 from vision.extraction.chains import (
@@ -11,6 +12,7 @@ from vision.extraction.chains import (
     compute_false_alarm_terms,
     compute_significance,
     fill_gaps,
+    interpolate_grey,
     link,
     select_significant,
 )
@@ -169,3 +171,10 @@ def test_arcs_stay_that_are_significant_or_of_a_chain_that_is() -> None:
     kept, of = select_significant(terms, arcs, lines, S)
     assert kept.tolist() == [True, False, False]
     assert of.tolist() == [True, False, False]
+
+
+def test_grey_between_pixels_is_bilinear() -> None:
+    rng = np.random.default_rng(0)
+    grey, place = rng.uniform(0, 255, (20, 30)), rng.uniform(-5, 35, (7, 50, 2))
+    true = map_coordinates(grey, [place[..., 1], place[..., 0]], order=1, mode="nearest")
+    assert interpolate_grey(grey, place) == pytest.approx(true, abs=1e-9)

@@ -6,7 +6,7 @@ from scipy.stats import chi2
 
 from relmodel.arrays import Floats
 from tests.vision.extraction.synthetic import step
-from vision.extraction.chains import compute_false_alarm_terms, compute_significance, link
+from vision.extraction.chains import compute_significance, link
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
 
@@ -31,21 +31,6 @@ def test_noise_alone_gives_no_more_arcs_than_its_number_of_false_alarms() -> Non
     found = extract(image).arcs
     expected = 10.0**1.5 * image.size / 1e6
     assert len(found) <= expected
-
-
-def test_surprise_is_the_share_of_higher_steps_around() -> None:
-    image = streaks((200, 200), 12.0)
-    edges = detect_edges(image)
-    which = np.flatnonzero((edges.contrast > 20) & (np.abs(edges.ny) > 0.99))[::7]
-    got = compute_false_alarm_terms(image, edges, which)[which]
-    row, column = np.round(edges.y[which]).astype(int), np.round(edges.x[which]).astype(int)
-    ahead, behind = np.minimum(row + 4, 199), np.maximum(row - 4, 0)
-    height = np.where(edges.ny[which] > 0, 1, -1) * (image[ahead, column] - image[behind, column])
-    everywhere = np.abs(image[8:] - image[:-8])
-    share = np.array([np.mean(everywhere >= h) for h in height])
-    telling = (height > 10) & (share > 0.01) & (row > 5) & (row < 194) & (height < 30)
-    assert telling.sum() > 20
-    assert np.median(np.abs(got[telling] + np.log(0.5 * share[telling]))) < 0.4
 
 
 def test_significance_joins_tails_as_fisher_does() -> None:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import norm, qmc
 
 from relmodel.arrays import Floats, Ints
 from tests.vision.localisation.scenes import above, blocks, box_scene, stereo_rig
@@ -16,6 +17,7 @@ from vision.localisation.hypotheses import (
     Fields,
     Perturbations,
     Prediction,
+    _scan,
     bin_orientations,
     bound_elements,
     build_evidence,
@@ -188,7 +190,7 @@ def test_a_climb_ends_where_no_step_leads_higher() -> None:
     rng = np.random.default_rng(1)
     half = rng.normal(size=(6, 6)) * np.repeat([0.05, 30], 3)
     information = half.T @ half
-    start = np.array([[0.0] * 6, [2, -1, 3, 0.004, 0.006, -0.002]])
+    start = rng.normal(size=(8, 6)) * np.repeat([2.0, 0.004], 3)
     found, score = climb(p, fields, start, information, 4.0, 1.0)
     assert not np.array_equal(found, start)
     _, jacobian = project_with_jacobians(p)
@@ -285,3 +287,41 @@ def test_fields_are_joined_one_behind_the_other() -> None:
         assert isinstance(one, Evidence)
         assert np.shares_memory(one.field, fields.joined)
         assert (one.field == other.field).all()
+
+
+def test_a_scan_finds_of_each_pose_the_turn_that_gathers_most() -> None:
+    """Of a few poses of the sequence, against sums over the samples at each of 121 shifts of the pictures."""
+    _, p, _ = world()
+    coarse = Fields(
+        build_evidence(replace(some_edges(k, 4000), high=np.array([633.0, 473])), 4.0, 6.0, 10) for k in (6, 7)
+    )
+    rng = np.random.default_rng(4)
+    half = rng.normal(size=(6, 6)) * np.repeat([9.0, 0.03], 3)[:, None]
+    prior = Prior(np.eye(4), half @ half.T)
+    found, score = _scan(p, coarse, prior, 5)
+    _, jacobian = project_with_jacobians(p)
+    centred = np.concatenate([jacobian[p.view == c] - jacobian[p.view == c].mean(axis=0) for c in (0, 1)])
+    square = np.einsum("nij,jk,nik->n", centred, prior.covariance, centred).mean()
+    count = 2 ** int(np.ceil(np.log2(np.clip(1024 * square / 15**2, 1024, 16384))))
+    assert (len(score), count > 1024) == (count, True)
+    sequence = np.clip(qmc.Sobol(6, scramble=True, seed=5).random(count), 1e-4, 1 - 1e-4)
+    begun = norm.ppf(sequence) @ np.linalg.cholesky(prior.covariance).T
+    begun[0] = 0
+    turn = [np.median(jacobian[p.view == c][:, :, 3:], axis=0) for c in (0, 1)]
+    shifts = [(x, y) for y in range(-10, 11, 2) for x in range(-10, 11, 2)]
+    turns = [np.linalg.lstsq(turn[0], 4.0 * np.array(shift), rcond=None)[0] for shift in shifts]
+    for row in (0, 3, 77, 500, count - 1):
+        at, out = ((project_with_jacobians(p, begun[row])[0] - coarse[0].origin) / 4.0), []
+        along = project_directions(p, begun[row])
+        for added in turns:
+            moved = begun[row] + np.append(np.zeros(3), added)
+            total = -0.5 * moved @ np.linalg.solve(prior.covariance, moved)
+            for i, c in enumerate(p.view):
+                field = coarse[c].field[turn_of(along[i])]
+                (x, y), (rows, columns) = np.rint(at[i]).astype(int), field.shape
+                if 10 <= x < columns - 10 and 10 <= y < rows - 10:
+                    dx, dy = np.clip(np.rint(turn[c] @ added / 4.0), -10, 10).astype(int)
+                    total += p.weight[i] * field[y + dy, x + dx]
+            out.append(total)
+        assert score[row] == pytest.approx(max(out), rel=1e-5)
+        np.testing.assert_allclose(found[row] - begun[row], [0, 0, 0, *turns[int(np.argmax(out))]], atol=1e-9)

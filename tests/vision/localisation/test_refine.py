@@ -12,11 +12,12 @@ from tests.vision.localisation.scenes import above, blocks, box_scene, off, ster
 from tests.vision.localisation.simulation import Errors, draw_edges
 from vision.cameras.cameras import CalibrationSigma, Prior, Rig, perturb, perturbation
 from vision.localisation.hypotheses import EdgePoints, build_fine_evidence, flow_in_camera
-from vision.localisation.measurements import EdgeIndex, hold_shifts, share_left
+from vision.localisation.measurements import EdgeIndex, hold_shifts, measure, share_left
 from vision.localisation.refine import (
     Explanation,
     Fit,
     RefinedPose,
+    _find_consensus,
     compute_covariance,
     group_by_stretch,
     join_explanations,
@@ -264,3 +265,26 @@ def test_what_was_measured_is_told_in_the_world() -> None:
             moved.append(np.einsum("ni,ni->n", there - samples.pixel, across))
         sigma = np.linalg.norm(propagate_pose(found, number, samples), axis=1)
         np.testing.assert_allclose(np.std(moved, axis=0) / sigma, 1.0, atol=0.15)
+
+
+def test_the_consensus_is_the_step_that_most_of_the_length_agrees_on() -> None:
+    """Of arcs of which a third are shifted, against drawing and solving one by one."""
+    fit, truth = problem()
+    p, pose = fit.predict(truth), perturb(truth, np.array([0.5, -0.3, 0.8, 0.001, 0, 0.001]))
+    votes, unknowns = np.arange(len(p.arc)) % 9 > 0, fit.unknowns
+    m = measure(p, fit.cameras, np.zeros(6), unknowns, unknowns.mean, (6.0, 2.0), votes)
+    m = replace(m, offset=m.offset + 3.0 * (p.arc % 3 == 0))
+    hit = np.flatnonzero(m.weight > 0)
+    images, group = np.unique(p.image_of_arc[hit], return_inverse=True)
+    j, offset, w = m.jacobian[hit, :6], m.offset[hit], p.weight[hit]
+    keys = np.random.default_rng(7).exponential(size=(300, len(images))) / np.bincount(group, w)
+    away, tried = perturbation(fit.prior.world_from_rig, pose), [np.zeros(6)]
+    for key in keys:
+        own = np.isin(group, np.argsort(key)[:5])
+        normal = j[own].T @ j[own] + fit.prior.information
+        pull = j[own].T @ offset[own] - fit.prior.information @ away
+        tried.append(np.asarray(np.linalg.solve(normal, pull), float))
+    agreed = [w @ np.clip(1 - ((offset - j @ step) / 1.5) ** 2, 0, None) for step in tried]
+    found = _find_consensus(m, p, fit.prior, pose, 7)
+    np.testing.assert_allclose(found, tried[int(np.argmax(agreed))], rtol=1e-6, atol=1e-9)
+    assert not _find_consensus(replace(m, weight=0 * m.weight), p, fit.prior, pose, 7).any()

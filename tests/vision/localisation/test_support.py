@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from tests.vision.localisation.scenes import above, blocks, stereo_rig
+from relmodel.arrays import Bools
+from tests.vision.localisation.scenes import above, blocks, box_scene, stereo_rig
 from tests.vision.localisation.simulation import Errors, draw_edges
-from vision.cameras.cameras import perturb
+from vision.cameras.cameras import Camera, Rig, perturb
 from vision.localisation.hypotheses import (
     build_fine_evidence,
     look_up_evidence,
@@ -20,7 +21,15 @@ from vision.localisation.hypotheses import (
     project_with_jacobians,
 )
 from vision.localisation.measurements import EdgeIndex, correct_rig, describe_unknowns, measure
-from vision.localisation.support import Outlines, measure_support, mix_over_arcs, score_offsets
+from vision.localisation.support import (
+    Outlines,
+    lay_grey_grids,
+    measure_outlines,
+    measure_shifted_outlines,
+    measure_support,
+    mix_over_arcs,
+    score_offsets,
+)
 
 
 def test_an_edge_found_speaks_by_how_far_off_it_lies() -> None:
@@ -107,3 +116,49 @@ def test_outlines_of_all_cameras_are_weighed_by_length() -> None:
     found = Outlines(np.array([300.0, 100]), np.array([2.0, -1]), 0.0)
     assert (found.total_px, found.mean) == (400.0, 1.25)
     assert Outlines(np.zeros(2), np.zeros(2), 0.0).mean == 0.0
+
+
+def test_outlines_are_compared_square_by_square() -> None:
+    """Distances by brute force, and Gaussians of the greys inside and outside within 24 px, against loops; shifted by
+    whole squares, the outlines are those of the model laid there, but along the border of what is known."""
+    plate = box_scene([(np.array([-70.0, -50, -10]), np.array([140.0, 100, 10]))])
+    rig = Rig({"one": Camera(180, 150, np.array([[400.0, 0, 90], [0, 400, 75], [0, 0, 1]]))}, {"one": np.eye(4)})
+    pose = np.diag([1.0, -1, -1, 1])
+    pose[:3, 3] = [12, 9, 700]
+    grey = np.random.default_rng(1).normal(100, 20, (150, 180))
+    grey[40:110, 50:130] += 40
+    (grid,) = lay_grey_grids(rig, {"one": grey})
+    assert grid.grey.shape == (50, 60)
+    means = grey.reshape(50, 3, 60, 3).mean(axis=(1, 3))  # rays stand in the middle of squares of 3 px
+    np.testing.assert_allclose(grid.grey[1:-1, 1:-1], means[1:-1, 1:-1], rtol=1e-5)
+    model = np.zeros((50, 60), bool)
+    x, y = (90 + 400 / 700 * np.array([-82.0, 58]) - 1) / 3, (75 + 400 / 700 * np.array([-41.0, 59]) - 1) / 3
+    model[int(np.ceil(y[0])) : int(y[1]) + 1, int(np.ceil(x[0])) : int(x[1]) + 1] = True
+    places = np.argwhere(np.ones_like(model))
+
+    def expected(model: Bools, known: Bools) -> tuple[float, float]:
+        sides = model.ravel()
+        gap = np.linalg.norm(places[:, None] - places[None], axis=2)
+        away = 3 * np.where(
+            sides, np.where(sides, np.inf, gap).min(axis=1) - 0.5, 0.5 - np.where(sides, gap, np.inf).min(axis=1)
+        )
+        odds = []
+        for (r, c), d in zip(places, away, strict=True):
+            if not (3 < abs(d) <= 6 and known[r, c]):
+                continue
+            window = (np.abs(places - [r, c]) <= 8).all(axis=1) & known.ravel()
+            sides_of = [grid.grey.ravel()[window & side] for side in (away > 6, away < -6)]
+            if min(map(len, sides_of)) < 8:
+                continue
+            logs = [norm.logpdf(grid.grey[r, c], some.mean(), np.sqrt(some.var() + 16)) for some in sides_of]
+            odds.append(np.sign(d) * np.clip(logs[0] - logs[1], -3, 3))
+        return len(odds) * 9 / 6, float(np.mean(odds))
+
+    found = measure_outlines(plate, rig, [grid], pose)
+    length, contrast = expected(model, grid.seen)
+    assert (found.length_px[0], found.contrast[0]) == pytest.approx((length, contrast), rel=0.03)
+    assert found.evidence == pytest.approx(found.length_px[0] * found.contrast[0] / 120)
+    shifts = np.array([[[0.0, 0]], [[12.4, -7.6]], [[-31, 4]]])
+    laid = [expected(np.roll(model, (round(dy / 3), round(dx / 3)), axis=(0, 1)), grid.seen) for dx, dy in shifts[:, 0]]
+    odds = measure_shifted_outlines(plate, rig, [grid], pose, shifts)
+    np.testing.assert_allclose(odds, [length * contrast / 120 for length, contrast in laid], rtol=0.05)

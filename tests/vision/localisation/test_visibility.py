@@ -13,8 +13,7 @@ from relmodel.arrays import Floats
 from relmodel.readers.mesh.shape import shape_from_triangles
 from tests.vision.localisation.scenes import box_scene, bulkhead, bulkhead_rig
 from vision.cameras.cameras import Camera
-from vision.localisation.localise import describe_arc_shapes, find_displacements
-from vision.localisation.visibility import find_silhouettes, find_visible_arcs
+from vision.localisation.visibility import Silhouettes, find_silhouettes, find_visible_arcs
 from vision.scene import Scene
 
 CAMERA = Camera(640, 480, np.array([[600.0, 0, 320], [0, 600, 240], [0, 0, 1]]))
@@ -69,14 +68,6 @@ def test_free_edges_of_a_sheet_are_seen_from_both_sides() -> None:
         assert not seen.smooth.any()
 
 
-def test_thinned_samples_stand_for_the_same_length() -> None:
-    scene = box_scene([(np.zeros(3), np.array([100.0, 80, 60]))])
-    pose = looking(np.array([400.0, 350, 300]), np.array([50.0, 40, 30]))
-    every, some = find_visible_arcs(scene, CAMERA, pose), find_visible_arcs(scene, CAMERA, pose, count=60)
-    assert len(some.arc) < 0.5 * len(every.arc)
-    assert some.length_px.sum() == pytest.approx(every.length_px.sum(), rel=0.05)
-
-
 def cylinder(radius: float, height: float, n: int) -> Scene:
     """A tube about z of n facets, two triangles each."""
     a = np.arange(n) * 2 * np.pi / n
@@ -115,21 +106,13 @@ def test_long_segments_of_a_silhouette_are_seen_all_along() -> None:
         assert own[0] < 3
         assert own[-1] > 197
         assert np.diff(own).max() < 5
-    split = whole.split(eye, 0.005)
-    assert split.length.sum() == pytest.approx(whole.length.sum())
-    assert (split.length / np.linalg.norm(split.point - eye, axis=1)).max() < 0.0055
-
-
-def test_displacements_of_a_grid_are_its_pitches() -> None:
-    boxes = [
-        (np.array([x, y, 0.0]), np.array([40.0, 30, 20])) for x in np.arange(4) * 90.0 for y in np.arange(4) * 70.0
-    ]
-    scene = box_scene(boxes)
-    middle = np.isin(scene.arc_occurrence[scene.sample_arc], [5, 6, 9, 10])
-    found = find_displacements(describe_arc_shapes(scene), scene.sample_arc[middle], scene.sample_length[middle], 120.0)
-    wanted = {(dx, dy) for dx in (-90, 0, 90) for dy in (-70, 0, 70)} - {(0, 0)}
-    flat = {tuple(np.rint(d).astype(int).tolist()) for d in found}
-    assert {(*w, 0) for w in wanted} <= flat
+    # Two segments, one of them longer than it is far off: pieces subtend a tenth of the farther of both.
+    z, none = np.eye(3)[[2, 2]], np.zeros((2, 3))
+    segments = Silhouettes(np.array([[600.0, 5, 100], [200, 0, 100]]), z, none, np.array([4, 7]), np.array([200.0, 90]))
+    split = segments.split(eye, 0.1)
+    assert split.surface.tolist() == [4] * 10 + [7] * 3
+    assert split.length.tolist() == [20] * 10 + [30] * 3
+    np.testing.assert_allclose(split.point[:, 2], [*range(10, 200, 20), 70, 100, 130])
 
 
 @pytest.mark.data
