@@ -224,11 +224,13 @@ def postgresql_server(common_folder: Path) -> Iterator[str]:
 
 
 def _prepare(url: str) -> None:
-    """What tests write need not outlive the machine."""
+    """What tests write need not outlive the machine, and both processors are at work."""
+    settings = ("fsync = off", "full_page_writes = off", "synchronous_commit = off", "autovacuum = off")
+    settings += ("max_parallel_workers_per_gather = 0",)
     engine = sa.create_engine(url, isolation_level="AUTOCOMMIT")
     with engine.connect() as connection:
-        connection.exec_driver_sql("ALTER SYSTEM SET fsync = off")
-        connection.exec_driver_sql("ALTER SYSTEM SET full_page_writes = off")
+        for setting in settings:
+            connection.exec_driver_sql(f"ALTER SYSTEM SET {setting}")
         connection.exec_driver_sql("SELECT pg_reload_conf()")
     engine.dispose()
 
