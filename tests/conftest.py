@@ -293,7 +293,7 @@ def _create_database(server_url: str, template: str) -> str:
     name = f"test_{uuid.uuid4().hex}"
     server = sa.create_engine(server_url, isolation_level="AUTOCOMMIT")
     with server.connect() as connection:
-        connection.exec_driver_sql(f"CREATE DATABASE {name} TEMPLATE {template}")
+        connection.exec_driver_sql(f"CREATE DATABASE {name} TEMPLATE {template} STRATEGY = FILE_COPY")
     server.dispose()
     return server.url.set(database=name).render_as_string(hide_password=False)
 

@@ -222,8 +222,7 @@ def spark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     monkeypatch.setenv("SPARK_LOCAL_IP", "127.0.0.1")
     builder = SparkSession.builder.master("local[2]").config("spark.ui.enabled", "false")
     # Compile less, start sooner: the data are small.
-    builder = builder.config("spark.driver.extraJavaOptions", "-XX:TieredStopAtLevel=1 -XX:+UseSerialGC -Xshare:auto")
-    builder = builder.config("spark.sql.codegen.wholeStage", "false")
+    builder = builder.config("spark.driver.extraJavaOptions", "-XX:TieredStopAtLevel=1 -XX:+UseSerialGC")
     session = builder.config("spark.sql.shuffle.partitions", "2").getOrCreate()
     session.sparkContext.setLogLevel("ERROR")
     yield session
@@ -249,7 +248,7 @@ def test_spark_answers_as_duckdb_and_reads_only_the_pages_met(spark: Any, tmp_pa
     with Store.open(duckdb_file) as store:
         model.fill(store)
         place_world(store, write_world(tmp_path / "world.yaml", "cell", [{"object": "thing"}]))
-        volumes = [*questions(Oracle(model, {"thing": np.eye(4)})), *(volume for _, volume, _ in CASES)]
+        volumes = [*questions(Oracle(model, {"thing": np.eye(4)}))[::4], *(volume for _, volume, _ in CASES)]
         write_questions(volumes, tmp_path)
         with store.read() as connection:
             assert export_parts(store, connection, tmp_path / "parts", pages_per_range=1) == 360

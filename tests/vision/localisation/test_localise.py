@@ -23,7 +23,7 @@ from tests.vision.localisation.scenes import (
     picture,
     stereo_rig,
 )
-from vision.cameras.cameras import Camera, Prior, Rig, perturb, perturbation
+from vision.cameras.cameras import Prior, Rig, perturb, perturbation
 from vision.extraction.extract import extract
 from vision.extraction.rows import Primitives, make_primitives
 from vision.localisation.hypotheses import Perturbations, Stage
@@ -78,12 +78,11 @@ def test_pose_of_unlike_blocks() -> None:
     assert e[3:].max() < np.radians(0.05)
 
 
-@pytest.mark.parametrize("seed", [2, 3])
-def test_a_wide_prior_is_searched_for_the_object_and_not_for_a_view_of_nothing(seed: int) -> None:
-    """Draws from which a climb on evidence that a look past the object leaves at zero ends 50 and 300 mm off."""
+def test_a_wide_prior_is_searched_for_the_object_and_not_for_a_view_of_nothing() -> None:
+    """A draw from which a climb on evidence that a look past the object leaves at zero ends 300 mm off."""
     scene, truth = shown("blocks")
     found = localise(
-        scene, Observation(stereo_rig(), seen("blocks"), pictures("blocks")), off(truth, 100.0, np.radians(10), seed)
+        scene, Observation(stereo_rig(), seen("blocks"), pictures("blocks")), off(truth, 100.0, np.radians(10), 3)
     )
     assert found.verdict.verdict == "accepted", found.verdict.reason
     assert error(found, truth)[:3].max() < 0.5
@@ -135,56 +134,30 @@ def test_nothing_in_view_is_refused() -> None:
     assert found.best is None
 
 
-def test_equal_input_gives_equal_poses() -> None:
-    first = blocks_found()
-    prior = off(shown("blocks")[1], 20.0, np.radians(2), 2)
-    second = localise(blocks(), Observation(stereo_rig(), extracted(pictures("blocks")), pictures("blocks")), prior)
-    assert first.best is not None
-    assert second.best is not None
-    assert np.array_equal(first.best.world_from_rig, second.best.world_from_rig)
-
-
 def test_measured_elements_lie_where_the_truth_projects_them() -> None:
     for view in blocks_found().views.values():
         assert np.sqrt(np.average(view.measurements.residual**2, weights=view.measurements.weight)) < 0.3
 
 
-def halved(rig: Rig, images: dict[str, Bytes]) -> tuple[Rig, dict[str, Bytes]]:
-    """Pictures of half the size, two by two pixels in one, and their cameras: centres (0, 0) and (1, 1) meet at 0."""
-    cameras = {}
-    for name, camera in rig.cameras.items():
-        matrix = camera.matrix.copy()
-        matrix[:2] /= 2
-        matrix[:2, 2] -= 0.25
-        cameras[name] = Camera(camera.width // 2, camera.height // 2, matrix)
-    means = {n: i.reshape(i.shape[0] // 2, 2, i.shape[1] // 2, 2).mean(axis=(1, 3)) for n, i in images.items()}
-    return Rig(cameras, rig.rig_from_camera), {n: np.rint(m).astype(np.uint8) for n, m in means.items()}
-
-
 @pytest.mark.data
-@pytest.mark.parametrize(("part", "prior", "verdict"), [("A", "small", "accepted"), ("C", "half_pitch", "ambiguous")])
-def test_rendered_pair(data_dir: Path, part: str, prior: str, verdict: str) -> None:
-    """The ambiguous one at half the size, where telling the cells apart takes half as long."""
+def test_rendered_pair(data_dir: Path) -> None:
     import cv2
 
-    folder = data_dir / "bulkhead" / part
+    folder = data_dir / "bulkhead/A"
     truth = json.loads((folder / "pairs" / "pair_00_truth.json").read_text())
     rig, pose = bulkhead_rig(truth)
     images = {
         s: np.asarray(cv2.imread(str(folder / "pairs" / truth["cameras"][s]["image"]), cv2.IMREAD_GRAYSCALE), np.uint8)
         for s in rig.cameras
     }
-    if verdict == "ambiguous":
-        rig, images = halved(rig, images)
-    given = truth["priors"][prior]
+    given = truth["priors"]["small"]
     sigma = max(given["mm"] / np.sqrt(3), 1.0), np.radians(max(given["deg"] / np.sqrt(3), 0.5))
     start = Prior.isotropic(np.array(given["T_world_cam_left"]), *map(float, sigma))
     found = localise(bulkhead(folder), Observation(rig, extracted(images), images), start)
-    assert found.verdict.verdict == verdict, found.verdict.reason
-    errors = [np.abs(perturbation(pose, h.world_from_rig)) for h in found.hypotheses]
-    best = min(errors, key=lambda e: float(e[:3].max())) if verdict == "ambiguous" else errors[0]
-    assert best[:3].max() < 0.5
-    assert best[3:].max() < np.radians(0.03)
+    assert found.verdict.verdict == "accepted", found.verdict.reason
+    off = error(found, pose)
+    assert off[:3].max() < 0.5
+    assert off[3:].max() < np.radians(0.03)
 
 
 def test_starts_go_on_that_explain_half_of_what_the_best_does() -> None:
