@@ -225,8 +225,8 @@ def postgresql_server(common_folder: Path) -> Iterator[str]:
 
 def _prepare(url: str) -> None:
     """What tests write need not outlive the machine, and both processors are at work."""
-    settings = ("fsync = off", "full_page_writes = off", "synchronous_commit = off", "autovacuum = off")
-    settings += ("max_parallel_workers_per_gather = 0",)
+    off = ("fsync", "full_page_writes", "synchronous_commit", "autovacuum")
+    settings = [*(f"{name} = off" for name in off), "max_parallel_workers_per_gather = 0"]
     engine = sa.create_engine(url, isolation_level="AUTOCOMMIT")
     with engine.connect() as connection:
         for setting in settings:

@@ -214,7 +214,8 @@ def test_a_pose_that_contradicts_the_prior_is_refused_unless_the_pictures_are_be
 def test_a_camera_that_does_not_see_what_the_other_sees_refuses_the_pose() -> None:
     each = (("one", 390.0, 1.0), ("two", 0.0, 0.1))
     support = {name: CameraSupport(found, found, 400.0, agreement, LITTLE) for name, found, agreement in each}
-    gathered = HypothesisTable(*np.array([[1.0], [2000], [1e3], [1e3], [105], [1], [0]]), np.array([False]), np.ones(1))
+    one = np.ones(1)
+    gathered = HypothesisTable(one, 2000 * one, 1e3 * one, 1e3 * one, 105 * one, one, 0 * one, one < 0, np.nan * one)
     evidence = PoseEvidence(1.0, [390.0, 0.0], support, LITTLE, (0.01, 1e-5, "x"), 0)
     found = judge(gathered, np.array([0]), evidence, Needs(1.0, 0.01), DEFAULTS.verdict)
     (words,) = found.missing
