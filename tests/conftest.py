@@ -224,11 +224,13 @@ def postgresql_server(common_folder: Path) -> Iterator[str]:
 
 
 def _prepare(url: str) -> None:
-    """What tests write need not outlive the machine."""
+    """What tests write need not outlive the machine, and both processors are at work."""
+    off = ("fsync", "full_page_writes", "synchronous_commit", "autovacuum")
+    settings = [*(f"{name} = off" for name in off), "max_parallel_workers_per_gather = 0"]
     engine = sa.create_engine(url, isolation_level="AUTOCOMMIT")
     with engine.connect() as connection:
-        connection.exec_driver_sql("ALTER SYSTEM SET fsync = off")
-        connection.exec_driver_sql("ALTER SYSTEM SET full_page_writes = off")
+        for setting in settings:
+            connection.exec_driver_sql(f"ALTER SYSTEM SET {setting}")
         connection.exec_driver_sql("SELECT pg_reload_conf()")
     engine.dispose()
 
@@ -291,7 +293,7 @@ def _create_database(server_url: str, template: str) -> str:
     name = f"test_{uuid.uuid4().hex}"
     server = sa.create_engine(server_url, isolation_level="AUTOCOMMIT")
     with server.connect() as connection:
-        connection.exec_driver_sql(f"CREATE DATABASE {name} TEMPLATE {template}")
+        connection.exec_driver_sql(f"CREATE DATABASE {name} TEMPLATE {template} STRATEGY = FILE_COPY")
     server.dispose()
     return server.url.set(database=name).render_as_string(hide_password=False)
 

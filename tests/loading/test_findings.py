@@ -58,7 +58,7 @@ def findings(store: Store) -> list[Any]:
 
 
 @pytest.mark.parametrize("unit", ["derived", "named", "of the context"])
-def test_volume_and_area_stated_in_inches(unit: str, fresh_store: str, tmp_path: Path) -> None:
+def test_volume_and_area_stated_in_inches(unit: str, duckdb_file: Path, tmp_path: Path) -> None:
     """1 x 2 x 3 inches: 6 cubic inches are 98322.384 mm3, 22 square inches 14193.52 mm2.
 
     The unit is derived from the inch, as ISO 10303-41 has it, or has a name and a dimension besides, or is left to the
@@ -74,7 +74,7 @@ def test_volume_and_area_stated_in_inches(unit: str, fresh_store: str, tmp_path:
     elif unit == "of the context":
         text = re.sub(r"((?:AREA|VOLUME)_MEASURE\(\s*[\d.]+\),\s*)#\d+", r"\g<1>$", text)
     path.write_text(text)
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         assert load(store, path, name="box", strict=True).findings == ()
         with store.read() as connection:
             rows = connection.execute(store.table("part_attribute").select()).all()
@@ -106,7 +106,7 @@ def test_a_stated_volume_that_is_not_its_own_is_a_finding(fresh_store: str, tmp_
 
 
 @pytest.mark.parametrize(("off", "kinds"), [(0.004, ()), (0.05, ()), (0.15, ("open_loop",)), (5.0, ("open_loop",))])
-def test_a_vertex_beside_its_edges(off: float, kinds: tuple[str, ...], fresh_store: str, tmp_path: Path) -> None:
+def test_a_vertex_beside_its_edges(off: float, kinds: tuple[str, ...], duckdb_file: Path, tmp_path: Path) -> None:
     """One end of the edges is moved: valid within the tolerance that the kernel states, else a finding."""
     path = write_box(tmp_path / "box.step")
     text = path.read_text()
@@ -114,7 +114,7 @@ def test_a_vertex_beside_its_edges(off: float, kinds: tuple[str, ...], fresh_sto
     corner = re.search(rf"{point} = CARTESIAN_POINT\('',\(0\.,0\.,0\.\)\)", text)
     assert corner is not None
     path.write_text(text.replace(corner[0], corner[0].replace("(0.,0.,0.)", f"({off},0.,0.)")))
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         report = load(store, path, name="box")
         assert report.status == "added"
         # The triangles go to the vertex.
@@ -140,12 +140,12 @@ def test_what_was_fitted_to_a_mesh_passes_the_check(fresh_store: str, tmp_path: 
         assert not [found for found in check(store) if found.rows]
 
 
-def test_lost_faces_are_refused_unless_what_is_left_is_asked_for(fresh_store: str, tmp_path: Path) -> None:
+def test_lost_faces_are_refused_unless_what_is_left_is_asked_for(duckdb_file: Path, tmp_path: Path) -> None:
     """A block of six faces of triangles, one of which has none."""
     pytest.importorskip("OCP")
     path = tmp_path / "block.stp"
     path.write_text(CUBE.replace("((5,6,7),(5,7,8))", "()"))
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         with pytest.raises(InputError, match=r"1 of 6 faces of .*block\.stp were lost .*--allow-partial"):
             load(store, path, name="block")
         report = load(store, path, name="block", allow_partial=True)

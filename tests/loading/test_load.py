@@ -134,9 +134,9 @@ def write_step(path: Path, radii: list[float]) -> Path:
     return write_solids(path, part.body, torus((0, 0, 100), 20, 5))
 
 
-def test_a_step_variant_adds_what_changed(fresh_store: str, tmp_path: Path) -> None:
+def test_a_step_variant_adds_what_changed(duckdb_file: Path, tmp_path: Path) -> None:
     base, variant = (write_step(tmp_path / f"{n}.step", r) for n, r in (("a", [5.0, 6.0, 7.0]), ("b", [5.0, 6.0, 8.0])))
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         first = load(store, base, name="plate", variant="A")
         assert first.faces_in_file == first.faces_loaded == first.surfaces_added == 6 + 5 + 3 + 1
         again = load(store, base, name="plate", variant="A")
@@ -155,11 +155,11 @@ def test_a_step_variant_adds_what_changed(fresh_store: str, tmp_path: Path) -> N
             assert len(classes) == 7
 
 
-def test_a_wire_beside_a_solid_is_left_out(fresh_store: str, tmp_path: Path) -> None:
+def test_a_wire_beside_a_solid_is_left_out(duckdb_file: Path, tmp_path: Path) -> None:
     edge = BRepBuilderAPI_MakeEdge(gp_Pnt(0, 0, 50), gp_Pnt(30, 0, 50)).Edge()
     wire = BRepBuilderAPI_MakeWire(edge).Wire()
     write_solids(tmp_path / "wire.step", wire, solids.box((0, 0, 0), (30, 20, 10)))
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         assert load(store, tmp_path / "wire.step", name="wire").faces_loaded == 6
         counts = row_counts(store)
         assert (counts["shape"], counts["shape_surface"], counts["shape_arc"]) == (1, 6, 12)
@@ -182,12 +182,12 @@ def test_a_wire_beside_a_solid_is_left_out(fresh_store: str, tmp_path: Path) -> 
     ],
 )
 def test_a_bad_call_leaves_a_run_that_failed(
-    name: str, content: bytes | None, given: dict[str, Any], said: str, tmp_path: Path, fresh_store: str
+    name: str, content: bytes | None, given: dict[str, Any], said: str, tmp_path: Path, duckdb_file: Path
 ) -> None:
     path = tmp_path / name
     if content is not None:
         path.write_bytes(content)
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         with pytest.raises(InputError, match=said):
             load(store, path, **({"name": "part", "unit": "mm"} | given))
         with store.read() as connection:
@@ -216,12 +216,12 @@ def test_a_store_that_cannot_be_written_is_told_in_a_sentence(tmp_path: Path, fr
             load(store, tmp_path / "box.stl", name="box", unit="mm")
 
 
-def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(fresh_store: str) -> None:
+def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(duckdb_file: Path) -> None:
     shape = step_shape.extract(compound(*faces_of_rare_kinds()))
     assembly = Assembly("root", (Instance("sheet", "part", 0, np.eye(4)),))
     parts = (Part("1", "sheet", 0),)
     model = Model("STEP", None, "millimetre", 1.0, (shape,), parts, (assembly,), 0, None, 14, "test")
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         first = store_model(store, model, "rare")
         counts = row_counts(store)
         assert counts["arc_offset"] > 0

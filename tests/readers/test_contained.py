@@ -148,7 +148,7 @@ def with_text(path: Path, instances: str) -> Path:
     return path
 
 
-def test_a_tolerance_that_refers_to_itself_leaves_the_others(tmp_path: Path, fresh_store: str) -> None:
+def test_a_tolerance_that_refers_to_itself_leaves_the_others(tmp_path: Path, duckdb_file: Path) -> None:
     path = with_text(
         tmp_path / "box.step",
         """#9101=SHAPE_ASPECT('','',@shape,.T.);
@@ -162,7 +162,7 @@ def test_a_tolerance_that_refers_to_itself_leaves_the_others(tmp_path: Path, fre
 #9113=DATUM_REFERENCE_ELEMENT('','',@shape,.F.,#9113,$);
 """,
     )
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         with pytest.raises(InputError, match=r"a tolerance could not be read .*without --strict"):
             load(store, path, name="box", strict=True)
         report = load(store, path, name="box")

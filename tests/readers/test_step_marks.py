@@ -232,10 +232,10 @@ def test_layers_and_colours_are_those_of_the_text(data_dir: Path) -> None:
     assert sg1.colour == "#" + "".join(f"{round(255 * float(x)):02x}" for x in rgb)
 
 
-def test_what_is_no_material_is_left_out(tmp_path: Path, fresh_store: str) -> None:
+def test_what_is_no_material_is_left_out(tmp_path: Path, duckdb_file: Path) -> None:
     path = write_product(tmp_path / "bracket.step", bracket_with_sheet_and_line(), "bracket")
     (tmp_path / "world.yaml").write_text("world: w\nobjects:\n  - {object: bracket, name: b}\n")
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         report = load(store, path, name="bracket", variant="")
         assert (report.status, report.parts, report.occurrences) == ("added", 1, 1)
         assert report.findings == (("left_out", 1),)

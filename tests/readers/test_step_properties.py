@@ -35,12 +35,12 @@ TEXTURE = """#9101=SHAPE_ASPECT('','',@shape,.T.);
 """
 
 
-def test_the_finish_of_a_face(tmp_path: Path, fresh_store: str) -> None:
+def test_the_finish_of_a_face(tmp_path: Path, duckdb_file: Path) -> None:
     """As ISO 10303-1110 has it, and as users define it: of the one face, and of no part."""
     path = with_text(tmp_path / "box.step", TEXTURE)
     (shape,) = read_here(path).shapes
     assert sorted(filter(None, shape.surfaces["finish"])) == ["Ra 3.2 um, anodised"]
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         load(store, with_text(tmp_path / "plain.step", ""), name="plain")
         load(store, path, name="box", strict=True)
         with store.read() as connection:
@@ -106,13 +106,13 @@ def write_pair(path: Path) -> Path:
     return path
 
 
-def test_general_properties_of_an_assembly(tmp_path: Path, fresh_store: str) -> None:
+def test_general_properties_of_an_assembly(tmp_path: Path, duckdb_file: Path) -> None:
     path = write_pair(tmp_path / "pair.step")
     model = read_here(path)
     stated = (("revision", "C2", None), ("mass as weighed", 1.25, "kg"))
     assert [(a.name, a.attributes) for a in model.assemblies] == [("pair", stated)]
     assert [p.attributes for p in model.parts] == [()]
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         load(store, path, name="pair", strict=True)
         with store.read() as connection:
             rows = connection.execute(store.table("object_attribute").select()).all()

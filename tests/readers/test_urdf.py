@@ -113,7 +113,7 @@ def test_meshes_of_packages_are_found_from_any_folder(folder: str, package: str,
     assert model.shapes[0].volume == pytest.approx({"arm": 6e6, "tools": 1e6}[package], rel=1e-6)
 
 
-def test_a_robot_of_meshes_leaves_nothing_unused(fresh_store: str, tmp_path: Path) -> None:
+def test_a_robot_of_meshes_leaves_nothing_unused(duckdb_file: Path, tmp_path: Path) -> None:
     """A file of one mesh is that part in its link; one of several is an assembly there."""
     block = trimesh.creation.box((0.1, 0.2, 0.3))
     block.export(tmp_path / "one.stl")
@@ -124,7 +124,7 @@ def test_a_robot_of_meshes_leaves_nothing_unused(fresh_store: str, tmp_path: Pat
         TWO.partition("/>")[2].partition("/>")[2].replace('link="a"', 'link="one"').replace('link="b"', 'link="two"')
     )
     path = written(tmp_path, "".join(links) + joint)
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         report = load(store, path, name="bot")
         assert (report.parts, report.occurrences) == (3, 3)
         assert not [finding for finding in check(store) if finding.rows]
@@ -203,7 +203,7 @@ def test_odd_geometry_is_left_out_and_that_for_collisions_stands_in(geometry: st
         assert [i.name for i in model.assemblies[model.root].instances] == ["a"]
 
 
-def test_slashes_in_names_become_underscores(fresh_store: str, tmp_path: Path) -> None:
+def test_slashes_in_names_become_underscores(duckdb_file: Path, tmp_path: Path) -> None:
     """In links, joints and all that refers to them; the leader of the mimic moves along, the follower turns."""
     body = f"""{visual('<box size="1 1 1"/>').replace('"a"', '"/a"')}<link name="arm/b"/><link name="/c"/>
 <joint name="/j" type="prismatic"><parent link="/a"/><child link="arm/b"/><limit lower="0" upper="2"/></joint>
@@ -218,7 +218,7 @@ def test_slashes_in_names_become_underscores(fresh_store: str, tmp_path: Path) -
     assert mimic is not None
     assert (mimic.joint, mimic.factor) == ("_j", 0.5 / 1000)  # rad a mm
     assert [(f.kind, f.value) for f in model.findings] == [("renamed", 4.0)]
-    with Store.open(fresh_store) as store:
+    with Store.open(duckdb_file) as store:
         assert load(store, path, name="bot").findings == (("renamed", 1),)
         assert not [finding for finding in check(store) if finding.rows]
 

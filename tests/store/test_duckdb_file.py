@@ -70,13 +70,13 @@ def test_every_key_is_found_after_a_writer_was_killed(duckdb_file: Path, tmp_pat
             rows = file.execute(f'SELECT {key} FROM "{table}"').fetchall()  # noqa: S608
             assert len(set(rows)) == len(rows)
             where = " AND ".join(f'"{c}" = ?' for c in columns)
-            for place in np.unique(np.linspace(0, len(rows) - 1, min(len(rows), 12)).astype(int)).tolist():
+            for place in np.unique(np.linspace(0, len(rows) - 1, min(len(rows), 4)).astype(int)).tolist():
                 found = file.execute(f'SELECT {key} FROM "{table}" WHERE {where}', rows[place]).fetchall()  # noqa: S608
                 assert found == [rows[place]], (table, columns)
                 asked += 1
                 with pytest.raises(duckdb.ConstraintException, match="uplicate key"):
                     file.execute(f'INSERT INTO "{table}" SELECT * FROM "{table}" WHERE {where}', rows[place])  # noqa: S608
-    assert asked > 200
+    assert asked > 100
     with Store.open(duckdb_file) as store:
         assert not [found for found in check(store) if found.rows]
         assert load(store, tmp_path / "more.stl", name="steps", unit="mm").status == "unchanged"

@@ -158,6 +158,7 @@ CAUSES: list[tuple[dict[str, float], float, str]] = [
     ({"likely": 0.3}, 3.0, "little"),
     ({"likely": 0.3, "apart": 9.0, "rivals": 1.0, "sigma_mm": 4.0}, 900.0, "object"),
     ({"prior_sigma": 12.0}, 900.0, "prior"),
+    ({"sees left": 30.0, "sees right": -40.0}, 900.0, "camera"),
     ({}, 900.0, "alike"),
 ]
 

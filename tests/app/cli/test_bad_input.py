@@ -180,7 +180,6 @@ def test_files_that_are_no_yaml(content: bytes, refuse: Refuse, pair: Pair, tmp_
     option = ("rig", "prior")[NO_YAML.index(content) % 2]
     assert f"the {option} file" in refuse("inspect", *pair.options(**{option: file}))
     assert str(file) in refuse("world", file)
-    assert f"there is no rig file {tmp_path / 'none'}" in refuse("inspect", *pair.options(rig=tmp_path / "none"))
 
 
 def beyond_all_bounds() -> bytes:
@@ -272,6 +271,7 @@ def test_what_is_no_file_or_may_never_end_is_not_read(
         ("load none.step --time-limit -1", "--time-limit is -1: give seconds, above 0"),
         ("diff A A --object bulkhead --reach nan", "the reach is nan: give mm, 0 or more"),
         ("diff A A --object bulkhead --reach -5", "the reach is -5: give mm, 0 or more"),
+        ("inspect left=a.png --rig none.yaml", "there is no rig file none.yaml"),
         ("inspect PAIR --overlay none/a.png", "there is no folder"),
         ("inspect PAIR --overlay a.xyz", "has no picture suffix"),
         ("inspect PAIR --overlay .", "has no picture suffix"),
@@ -281,7 +281,7 @@ def test_what_is_no_file_or_may_never_end_is_not_read(
     ],
 )
 def test_what_cannot_be_done_is_told_first(words: str, says: str, refuse: Refuse, pair: Pair) -> None:
-    status = 3 if "--overlay" in words and "--audit" not in words else 2
+    status = 3 if "none" in says or ("--overlay" in words and "--audit" not in words) else 2
     assert says in refuse(*words.replace("PAIR", " ".join(pair.options())).split(), status=status)
 
 

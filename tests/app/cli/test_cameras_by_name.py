@@ -15,7 +15,7 @@ import yaml
 import relmodel
 from relmodel.app.cli.main import main
 from relmodel.store import Store
-from tests.app.cli.conftest import Inspection, Pair, asked, inspected, off_truth
+from tests.app.cli.conftest import Inspection, Pair, asked, off_truth
 from tests.given import Capsys
 from vision.cameras.files import read_rig
 from vision.cameras.images import read_picture
@@ -106,20 +106,6 @@ def test_a_wrong_name_is_one_sentence(
     assert main([verb, *words, "--rig", str(pair.rig_file), "--store", store]) == status
     (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith(f"relmodel {verb}:")]
     assert said in line
-
-
-def test_a_camera_that_does_not_see_what_the_other_sees_refuses_the_pose(
-    bulkhead_template: Path, pair: Pair, tmp_path: Path
-) -> None:
-    """Which its picture alone does not tell: the right one mirrored."""
-    store = str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
-    mirrored = np.asarray(read_picture(pair.right).grey)[:, ::-1]
-    cv2.imwrite(str(tmp_path / "right.png"), np.round(mirrored).astype(np.uint8))
-    answer = inspected(store, *pair.options(right=tmp_path / "right.png"))
-    assert answer["verdict"] == "refused"
-    assert any(words.startswith("camera right does not see this") for words in answer["missing"]), answer["missing"]
-    assert answer["presence"] is None
-    assert answer["outcome"]["cause"] == "camera"
 
 
 def test_a_picture_of_an_earlier_run_is_stale_beside_a_new_one(inspection: Inspection, pair: Pair) -> None:

@@ -17,7 +17,7 @@ from relmodel.app.cli.main import main
 from relmodel.geometry.transforms import MATRIX_COLUMNS
 from relmodel.resources import user_name
 from relmodel.world.kinematics import Carrier
-from tests.app.cli.conftest import DEMO, Inspection, Pair, asked, inspected, off_truth
+from tests.app.cli.conftest import DEMO, Inspection, Pair, asked, off_truth
 from tests.app.cli.slider import BASE, TRAVEL, carriage, carriage_from_rig, write_world
 from tests.given import Capsys, CopyStore
 from vision.inspection.demonstration import read_truth
@@ -79,25 +79,6 @@ def test_left_camera_alone_knows_less(answer: dict[str, Any], left_alone: Inspec
     wider = np.diag(alone["covariance"]) / np.diag(answer["covariance"])
     assert wider[:3].prod() > 1
     assert np.linalg.slogdet(alone["covariance"])[1] > np.linalg.slogdet(answer["covariance"])[1]
-
-
-def test_more_than_the_pictures_can_tell_is_refused_with_the_pose(
-    inspection: Inspection, copy_store: CopyStore, pair: Pair, tmp_path: Path
-) -> None:
-    """A prior by its covariance, as an inspection answers it, and an accuracy that nothing reaches."""
-    prior = tmp_path / "prior.json"
-    covariance = np.diag(np.repeat([8.7**2, 0.015**2], 3)).tolist()
-    prior.write_text(json.dumps({"world_from_rig": pair.prior["world_from_rig"], "covariance": covariance}))
-    given = pair.options(prior=prior, right=None)
-    strict = inspected(copy_store(inspection.store), *given, "--needs", "0.001mm,0.001deg")
-    assert strict["verdict"] == "refused"
-    (missing,) = strict["missing"]
-    assert "0.001 mm" in missing
-    assert strict["weakest"] in missing
-    assert strict["posterior"] > 0.98
-    assert strict["outcome"]["cause"] == "precision"
-    assert strict["outcome"]["refusal"][1].startswith("next: ask for less with --needs")
-    assert off_truth(strict).target_mm < 2
 
 
 def test_postgresql_gives_the_same_answer(answer: dict[str, Any], postgresql_inspection: Inspection) -> None:

@@ -26,10 +26,10 @@ from relmodel.app.cli.main import declared, main
 from relmodel.app.export import write_tables
 from relmodel.app.report.page import script_json
 from relmodel.errors import missing_library
-from relmodel.loading.load import load
 from relmodel.printing import finite, print_rows, print_tables
 from relmodel.store import Store
 from tests.given import Capsys
+from tests.reading import load
 
 EVIL = "a\x1b[31mred\x07\x9b2J\u202eb\x7f"
 SEEN = r"a\x1b[31mred\x07\x9b2J\u202eb\x7f"
@@ -124,6 +124,7 @@ def test_control_characters_are_seen_and_do_nothing(capsys: Capsys) -> None:
     assert "\x9b" not in said
 
 
+@pytest.mark.usefixtures("reads_here")
 def test_a_name_in_a_message_steers_no_terminal(duckdb_file: Path, capsys: Capsys) -> None:
     """Of a file that is loaded, and of one that is refused."""
     folder = duckdb_file.parent

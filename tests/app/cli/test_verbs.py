@@ -76,23 +76,23 @@ def test_schema_of_a_function_says_what_each_argument_is(fresh_store: str, capsy
         assert all("mm" in comment or "rotation" in comment for comment in numbers)
 
 
-def test_schema_is_a_line_a_relation_and_a_function(fresh_store: str, capsys: Capsys) -> None:
-    entries = printed(capsys, "schema", "--store", fresh_store)
+def test_schema_is_a_line_a_relation_and_a_function(duckdb_file: Path, capsys: Capsys) -> None:
+    entries = printed(capsys, "schema", "--store", str(duckdb_file))
     assert all(entry["comment"] for entry in entries)
     names = [entry["relation"] for entry in entries]
     assert len(names) == len(set(names))
-    with Store.open(fresh_store) as store, store.read() as connection:
+    with Store.open(duckdb_file) as store, store.read() as connection:
         relations = {row.relation for row in store.rows(connection, "store/relations")}
     functions = {entry["relation"] for entry in entries if entry["standing"] == "function"}
     assert set(names) - functions == relations
     assert functions == FUNCTIONS
 
 
-def test_schema_of_one_relation_is_in_full(fresh_store: str, capsys: Capsys) -> None:
-    rows = {row["column"]: row for row in printed(capsys, "schema", "loop", "--store", fresh_store)}
+def test_schema_of_one_relation_is_in_full(duckdb_file: Path, capsys: Capsys) -> None:
+    rows = {row["column"]: row for row in printed(capsys, "schema", "loop", "--store", str(duckdb_file))}
     assert (rows["loop_no"]["key"], rows["outer_loop"]["key"]) == (True, False)
     assert rows["surface_id"]["refers_to"] == "surface (id)"
-    assert main(["schema", "lop", "--store", fresh_store]) == 2
+    assert main(["schema", "lop", "--store", str(duckdb_file)]) == 2
     assert "did you mean loop?" in capsys.readouterr().err
 
 
@@ -171,28 +171,28 @@ def test_sql_on_duckdb_reaches_no_file_and_no_setting(duckdb_template: Path, tmp
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in.csv"]
 
 
-def test_runs_lists_states_and_filters(fresh_store: str, capsys: Capsys) -> None:
-    with Store.open(fresh_store) as store:
+def test_runs_lists_states_and_filters(duckdb_file: Path, capsys: Capsys) -> None:
+    with Store.open(duckdb_file) as store:
         with Run.begin(store, "load", {}):
             pass
         with pytest.raises(ValueError, match="wrong"), Run.begin(store, "world", {}):
             raise ValueError("wrong")
-    rows = printed(capsys, "runs", "--store", fresh_store)
+    rows = printed(capsys, "runs", "--store", str(duckdb_file))
     assert [(r["kind"], r["state"], r["message"]) for r in rows] == [
         ("world", "failed", "wrong"),
         ("load", "finished", None),
     ]
     assert all(isinstance(r["seconds"], float) for r in rows)
-    assert [r["kind"] for r in printed(capsys, "runs", "--store", fresh_store, "--state", "finished")] == ["load"]
-    assert [r["kind"] for r in printed(capsys, "runs", "--store", fresh_store, "--kind", "world")] == ["world"]
+    assert [r["kind"] for r in printed(capsys, "runs", "--store", str(duckdb_file), "--state", "finished")] == ["load"]
+    assert [r["kind"] for r in printed(capsys, "runs", "--store", str(duckdb_file), "--kind", "world")] == ["world"]
 
 
-def test_check_prints_what_offends(fresh_store: str, capsys: Capsys) -> None:
-    assert main(["check", "--store", fresh_store]) == 0
+def test_check_prints_what_offends(duckdb_file: Path, capsys: Capsys) -> None:
+    assert main(["check", "--store", str(duckdb_file)]) == 0
     assert capsys.readouterr().out == ""
-    with Store.open(fresh_store) as store, store.write() as connection:
+    with Store.open(duckdb_file) as store, store.write() as connection:
         store.append(connection, "feature_class", {"id": [1], "content_key": ["k"], "kind": ["pocket"]})
-    assert main(["check", "--store", fresh_store]) == 1
+    assert main(["check", "--store", str(duckdb_file)]) == 1
     assert "feature_class" in capsys.readouterr().out
 
 

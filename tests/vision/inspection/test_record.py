@@ -11,6 +11,7 @@ import pytest
 from relmodel.app.api import OpenStore
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import matrices
+from tests.app.cli.conftest import Pair
 from tests.vision.inspection.conftest import DEMO, Done
 from vision.cameras.cameras import perturbation
 from vision.cameras.files import read_prior, read_rig
@@ -28,7 +29,7 @@ def poses(store: OpenStore, table: str, order: str, **keys: Any) -> Floats:
         return matrices(store.select(connection, table, order=order, **keys))
 
 
-def test_the_pose_is_the_truth_and_what_is_stored_is_what_is_answered(done: Done) -> None:
+def test_the_pose_is_the_truth_and_what_is_stored_is_what_is_answered(done: Done, pair: Pair) -> None:
     store, answer = done
     truth = json.loads((DEMO / "pair_00_truth.json").read_text())
     world_from_rig = np.array(truth["world_from_rig"])
@@ -46,18 +47,18 @@ def test_the_pose_is_the_truth_and_what_is_stored_is_what_is_answered(done: Done
     np.testing.assert_allclose(np.reshape(row[0], (6, 6)), answer.covariance)
     prior = read_prior(DEMO / "pair_00_prior.yaml")
     np.testing.assert_allclose(np.reshape(row[1], (6, 6)), prior.covariance)
-    assert row[2:] == ("SN-1", "accepted", answer.posterior, 3.0, pytest.approx(np.radians(0.5)))
+    assert row[2:] == (None, "accepted", answer.posterior, 3.0, pytest.approx(np.radians(0.5)))
     np.testing.assert_allclose(poses(store, "inspection", "run_id"), prior.world_from_rig[None])
-    for name, rig_from_camera in read_rig(DEMO / "pair_00_rig.yaml").rig_from_camera.items():
+    for name, rig_from_camera in read_rig(pair.rig_file).rig_from_camera.items():
         found = answer.world_from_camera[name]
         assert found is not None
         np.testing.assert_allclose(found, answer.world_from_rig @ rig_from_camera)
 
 
-def test_each_residual_is_that_of_its_model_point(done: Done) -> None:
+def test_each_residual_is_that_of_its_model_point(done: Done, pair: Pair) -> None:
     store, _ = done
     (start,) = poses(store, "solved_pose", "solved_no", kind="start")
-    rig = read_rig(DEMO / "pair_00_rig.yaml")
+    rig = read_rig(pair.rig_file)
     solved = dict(rows(store, "SELECT camera || ' ' || name, value FROM camera_unknown"))
     own = np.array([[solved[f"{camera} {name}"] for name in UNKNOWNS] for camera in rig.cameras])
     cameras = correct_rig(rig, own)

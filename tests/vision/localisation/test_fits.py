@@ -13,11 +13,15 @@ from tests.vision.localisation.simulation import among_clutter
 from vision.cameras.cameras import Needs, Prior, Rig, perturb, perturbation
 from vision.localisation.hypotheses import (
     EdgePoints,
+    build_evidence,
     build_fine_evidence,
+    look_up_evidence,
     predict,
+    project_directions,
     project_with_jacobians,
 )
 from vision.localisation.localisation_parameters import DEFAULTS
+from vision.localisation.localise import NO_PARTNER_ODDS, PARTNER_ODDS
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.refine import Fit, RefinedPose
 from vision.localisation.verdict import Chance, Elsewhere, compute_precision, decide
@@ -51,6 +55,13 @@ def exact_edges(
 def fit(scene: Scene, rig: Rig, edges: dict[str, EdgePoints], prior: Prior, start: Floats) -> RefinedPose:
     indexes = {n: EdgeIndex(edges[n]) for n in rig.cameras}
     return Fit(scene, rig, indexes, build_fine_evidence(rig, edges), prior).refine(start)
+
+
+def test_a_part_that_stands_elsewhere_does_not_drag_the_pose() -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    edges = exact_edges(truth, np.random.default_rng(1), shift=np.array([3.0, 2.0]))
+    found = fit(scene, rig, edges, off(truth, 20.0, np.radians(2), 3), truth)
+    assert np.abs(perturbation(found.world_from_rig, truth)[:3]).max() < 0.5
 
 
 @pytest.mark.parametrize("cameras", [("left",), ("left", "right")])
@@ -118,6 +129,61 @@ def test_a_fit_that_an_arc_leads_astray_finds_back_without_it(printed: tuple[int
     assert np.linalg.norm(perturbation(best.world_from_rig, truth)[:3]) < 0.3
 
 
+def test_nothing_is_left_out_of_one_rigid_part() -> None:
+    """Two cubes that no edge joins and that are one part: what the pictures show is then not the part as modelled."""
+    cubes = [(np.array([20.0, -40, 0]), np.full(3, 80.0)), (np.array([-120.0, -40, 0]), np.full(3, 80.0))]
+    apart = box_scene(cubes)
+    one = replace(
+        apart,
+        surface_occurrence=np.zeros(12, np.int64),
+        arc_occurrence=np.zeros(24, np.int64),
+        inspected=np.ones(1, bool),
+        tolerance_mm=np.zeros(1),
+    )
+    rig, truth = stereo_rig().only("left"), above(-10, 0, 500)
+    edges = exact_edges(truth, np.random.default_rng(3), shift=np.array([2.0, -3.0]), scene=apart, shifted=(0,))
+    found = fit(one, rig, edges, off(truth, 6.0, np.radians(1), 4), truth)
+    assert not found.excluded.any()
+    assert not found.others
+
+
+def test_evidence_is_high_on_edges_and_what_is_expected_there() -> None:
+    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
+    edges = exact_edges(truth, np.random.default_rng(2))
+    fields = [build_evidence(edges[n], 2.0, 3.0, 1) for n in rig.cameras]
+
+    def mean(pose: Floats) -> float:
+        p = predict(scene, rig, pose, 2000)
+        return float(
+            np.average(
+                look_up_evidence(p, fields, project_with_jacobians(p)[0], project_directions(p)), weights=p.weight
+            )
+        )
+
+    assert mean(truth) > 0.7
+    assert mean(perturb(truth, np.array([12.0, 9, 0, 0, 0, 0.02]))) < 0.3 * mean(truth)
+
+
+def test_parallel_texture_is_worth_little() -> None:
+    """A contour among hundreds of parallel strokes against the same contour alone."""
+    rng = np.random.default_rng(5)
+    line = np.stack([np.arange(100.0, 500), np.full(400, 240.0)], axis=1)
+    strokes = rng.uniform([20, 20], [620, 460], (20000, 2))
+    up = np.array([0.0, 1.0])
+
+    def field_on_line(position: Floats) -> float:
+        n = len(position)
+        points = EdgePoints(
+            position, np.tile(up, (n, 1)), np.full(n, 50.0), np.full(n, 0.1), np.zeros(2), np.array([639.0, 479]), 200.0
+        )
+        e = build_evidence(points, 2.0, 3.0, 1)
+        at = np.rint((line - e.origin) / e.cell).astype(int)
+        return float(e.field[0, at[:, 1], at[:, 0]].mean())
+
+    assert field_on_line(line) > 1.5
+    assert field_on_line(np.concatenate([line, strokes])) < 0.4 * field_on_line(line)
+
+
 @pytest.mark.parametrize("turned", [0.0, 0.1])
 def test_jacobians_are_derivatives(turned: float) -> None:
     scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
@@ -130,6 +196,40 @@ def test_jacobians_are_derivatives(turned: float) -> None:
         moved = perturbation(np.eye(4), perturb(perturb(np.eye(4), at), h * np.eye(6)[k]))
         numeric = (project_with_jacobians(p, moved)[0] - project_with_jacobians(p, at)[0]) / h
         assert np.allclose(numeric, jacobian[:, :, k], rtol=1e-3, atol=1e-2)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_refinement_never_worsens(seed: int) -> None:
+    """Like cubes, of which most have stronger edges beside their own: labels, shadows, other things that look alike."""
+    rng = np.random.default_rng(seed)
+    scene = box_scene(
+        [(np.array([75.0 * i - 115, 80.0 * j - 70, 0]), np.full(3, 55.0)) for i in range(3) for j in (0, 1)]
+    )
+    rig, truth = stereo_rig().only("left"), above(0, 0, 520)
+    own = exact_edges(truth, rng, scene=scene)["left"]
+    cubes = rng.permutation(6)[:4]
+    shift = rng.normal(0, 1, 2)
+    beside = exact_edges(truth, rng, 5 * shift / np.linalg.norm(shift), scene, tuple(cubes.tolist()))["left"]
+    edges = {
+        "left": EdgePoints(
+            np.concatenate([own.position, beside.position]),
+            np.concatenate([own.normal, beside.normal]),
+            np.concatenate([0.3 * own.contrast, beside.contrast]),
+            np.concatenate([own.sigma, beside.sigma]),
+            own.low,
+            own.high,
+            own.grey_range,
+        )
+    }
+    prior = off(truth, 10.0, np.radians(1.5), seed)
+    fields = build_fine_evidence(rig, edges)
+    start = perturb(truth, rng.normal(0, 1, 6) * np.repeat([0.5, 0.001], 3))
+    found = fit(scene, rig, edges, prior, start)
+    here = Fit(scene, rig, {"left": EdgeIndex(edges["left"])}, fields, prior)
+    measured = here.measure(start, np.array(found.camera_unknowns), np.zeros(len(scene.inspected), bool))
+    assert found.cost <= measured.cost + 1e-9
+    assert np.isfinite(found.covariance).all()
+    assert compute_precision(found.covariance, found.middle)[0] < prior.sigma_translation_mm
 
 
 def test_the_direction_that_parallel_edges_leave_open_is_named() -> None:
@@ -148,3 +248,20 @@ def test_the_direction_that_parallel_edges_leave_open_is_named() -> None:
     verdict = decide([found], np.array([0]), {}, elsewhere, rig, Needs(5.0, 0.02), DEFAULTS.verdict)
     assert verdict.verdict == "refused"
     assert any(weakest in sentence for sentence in verdict.missing)
+
+
+def test_of_edges_side_by_side_the_one_with_a_partner_in_stereo_counts() -> None:
+    """Two like edges, 1 px to both sides of where one is looked for."""
+    position, normal = np.array([[51.0, 40.0], [49.0, 40.0]]), np.array([[1.0, 0.0], [1.0, 0.0]])
+    edges = EdgePoints(
+        position, normal, np.full(2, 30.0), np.full(2, 0.1), np.zeros(2), np.full(2, 100.0), grey_range=200.0
+    )
+    sought = np.array([[50.0, 40.0]]), np.array([[0.0, 1.0]])
+    for partnered in (0, 1):
+        odds = np.full(2, NO_PARTNER_ODDS)
+        odds[partnered] = PARTNER_ODDS
+        offset, found = EdgeIndex(edges, odds).measure(*sought, 4.0, 2.0)
+        assert (found.tolist(), np.abs(offset).tolist()) == ([partnered], [1.0])
+        # an edge much stronger counts without a partner
+        stronger = replace(edges, contrast=np.where(np.arange(2) == partnered, 30.0, 240.0))
+        assert EdgeIndex(stronger, odds).measure(*sought, 4.0, 2.0)[1].tolist() == [1 - partnered]

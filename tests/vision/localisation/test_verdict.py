@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.vision.localisation.scenes import stereo_rig
-from vision.cameras.cameras import CalibrationSigma, Needs, Rig
+from vision.cameras.cameras import CalibrationSigma, Needs, Prior, Rig
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.measurements import describe_unknowns
 from vision.localisation.verdict import (
@@ -17,10 +17,12 @@ from vision.localisation.verdict import (
     HypothesisTable,
     Misfit,
     PoseEvidence,
+    Verdict,
     compute_disagreement,
     find_misfit,
     find_standing,
     judge,
+    weigh_against_prior,
 )
 
 LITTLE = Chance(level=-2.0, scale=1.0)  # poses elsewhere gather next to nothing
@@ -196,3 +198,26 @@ def test_a_calibration_that_does_not_hold_refuses_the_pose(sigmas: float, verdic
     assert found.rig == (None if verdict == "accepted" else "so and so")
     nowhere = judge(gathered, np.array([0]), replace(evidence, agreement=0.1), Needs(1.0, 0.01), DEFAULTS.verdict)
     assert nowhere.rig is None
+
+
+def test_a_pose_that_contradicts_the_prior_is_refused_unless_the_pictures_are_believed() -> None:
+    prior, pose = Prior.isotropic(np.eye(4), 10.0, 0.01), np.eye(4)
+    pose[0, 3] = 150.0
+    accepted = Verdict("accepted", "enough", 0.99, [], 1.0, 0.1, "x")
+    told = "the pictures put the rig 150 mm, 15.0 sigma, from the prior"
+    refused, believed = (weigh_against_prior(accepted, prior, pose, believe_pictures=it) for it in (False, True))
+    assert (refused.verdict, refused.reason, refused.missing) == ("refused", told, [told])
+    assert (believed.verdict, believed.reason, believed.missing) == ("accepted", f"enough; {told}", [])
+    assert [it.weighed["prior_left_out"] for it in (refused, believed)] == [0.0, 1.0]
+
+
+def test_a_camera_that_does_not_see_what_the_other_sees_refuses_the_pose() -> None:
+    each = (("one", 390.0, 1.0), ("two", 0.0, 0.1))
+    support = {name: CameraSupport(found, found, 400.0, agreement, LITTLE) for name, found, agreement in each}
+    one = np.ones(1)
+    gathered = HypothesisTable(one, 2000 * one, 1e3 * one, 1e3 * one, 105 * one, one, 0 * one, one < 0, np.nan * one)
+    evidence = PoseEvidence(1.0, [390.0, 0.0], support, LITTLE, (0.01, 1e-5, "x"), 0)
+    found = judge(gathered, np.array([0]), evidence, Needs(1.0, 0.01), DEFAULTS.verdict)
+    (words,) = found.missing
+    assert (found.verdict, found.blind) == ("refused", {"two": words})
+    assert words.startswith("camera two does not see this: evidence of 0 where 400 is expected")
