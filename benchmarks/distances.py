@@ -29,8 +29,16 @@ from unittest.mock import patch
 import numpy as np
 from tabulate import tabulate
 
-from benchmarks.constellation import JOINED_POSES
-from benchmarks.trials import Models, Trial, compute_error, find_data, find_rank, inspect_trial, shared_bulkheads
+from benchmarks.trials import (
+    JOINED_POSES,
+    Models,
+    Trial,
+    compute_error,
+    find_data,
+    find_rank,
+    inspect_trial,
+    shared_bulkheads,
+)
 from relmodel.arrays import Ints
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store

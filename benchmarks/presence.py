@@ -47,17 +47,13 @@ from vision.cameras.cameras import Rig
 from vision.extraction.extract import extract
 from vision.extraction.rows import Primitives, make_primitives
 from vision.inspection.demonstration import Truth, measure_pose_error
-from vision.inspection.locate import match_views
 from vision.localisation.localise import Localisation, localise
 from vision.localisation.views import ModelView, Observation, view_model
 from vision.localisation.visibility import find_parts_in_view
-from vision.matching import MatchedView, MatchingParameters
 from vision.presence.report import describe, tabulate_presence
 from vision.presence.states import Presence, assess
 from vision.scene import Scene, StoredScene
 
-MATCHING = MatchingParameters()
-Matched = dict[str, MatchedView]
 FOUND_MM = 2.0  # error of the pose at the target up to which what is said at it counts
 LEAST_PX = 200  # pixels from which an item, or a change in one camera, counts as seen
 DRAWS = 2  # of changes of the model, for each pair
@@ -235,9 +231,9 @@ def run(folder: Path, renders: Path | None, only: list[str]) -> None:
 
 def measure(case: Case, stored: StoredScene, kept: Path) -> dict[str, Any]:
     """What is said of a trial's items, each with its box in the part's frame, and of its changes; kept: where the
-    extractions, the pose and the match of the views are, or are put."""
+    extractions and the pose are, or are put."""
     trial = case.trial
-    pictures, found, _ = locate(trial, stored, kept)
+    pictures, found = locate(trial, stored, kept)
     assert found.best is not None
     pose = found.best.world_from_rig
     view = view_at_best(stored, found)
@@ -272,19 +268,16 @@ def view_at_best(stored: StoredScene, found: Localisation) -> ModelView:
     return view_model(stored.scene, found.rig, found.best.world_from_rig, arcs)
 
 
-def locate(trial: Trial, stored: StoredScene, kept: Path) -> tuple[dict[str, Primitives], Localisation, Matched]:
-    """Extractions, pose and matched views of a trial, from the file `kept` or put there."""
+def locate(trial: Trial, stored: StoredScene, kept: Path) -> tuple[dict[str, Primitives], Localisation]:
+    """Extractions and pose of a trial, from the file `kept` or put there."""
     if not kept.exists():
         extracted = {name: make_primitives(extract(picture)) for name, picture in trial.pictures.items()}
         assert trial.prior is not None
         seen = Observation(trial.rig, extracted, trial.pictures)
         located = localise(stored.scene, seen, trial.prior)
-        match: Matched = {}
-        if located.best is not None:
-            match = match_views(located.rig, located.best, view_at_best(stored, located), seen, MATCHING)
-        kept.write_bytes(pickle.dumps((extracted, located, match)))
-    pictures, found, matched = pickle.loads(kept.read_bytes())
-    return pictures, found, matched
+        kept.write_bytes(pickle.dumps((extracted, located)))
+    pictures, found = pickle.loads(kept.read_bytes())
+    return pictures, found
 
 
 def _measure_boxes(scene: Scene, presence: Presence, placed: Floats) -> Floats:

@@ -20,6 +20,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+import sqlalchemy as sa
 import yaml
 from numpy.typing import NDArray
 
@@ -39,6 +40,11 @@ from vision.scene import Scene, StoredScene, read_scene
 
 Pictures = dict[str, NDArray[Any]]  # grey, by camera
 SAMPLED_PX = 4  # of the grid that differences of models are counted on
+# The poses that the join gave an inspection, the best first.
+JOINED_POSES = sa.text(
+    "SELECT p.* FROM search_pose AS p JOIN search_stage AS s ON s.run_id = p.run_id AND s.stage_no = p.stage_no"
+    " WHERE p.run_id = :run AND s.name IN ('join', 'lines') ORDER BY p.pose_no"
+)
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,8 @@ from typing import Any
 import numpy as np
 from tabulate import tabulate
 
-from benchmarks.constellation import JOINED_POSES
 from benchmarks.trials import (
+    JOINED_POSES,
     Models,
     Trial,
     compute_error,

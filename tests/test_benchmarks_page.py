@@ -17,7 +17,6 @@ TOOLS = {
     "house",
     "altered_models",
     "calibration",
-    "constellation",
     "fault_calls",
     "faults",
     "export_problems",
@@ -26,7 +25,6 @@ TOOLS = {
     "presence",
     "run",
     "trials",
-    "variants",
     "verdict",
 }
 

@@ -92,14 +92,13 @@ class ViewUnits:
     """Units of a view: its arcs by number, then its surfaces.
 
     points: columns of view_point without run and view; shift (points, 6): how the pose moves each; surface (n,): the
-    scene's surface of each; visible_px (n,): how many pixels it shows; relations: columns of unit_relation without the
+    scene's surface of each; relations: columns of unit_relation without the
     set; arcs: how many units are arcs.
     """
 
     points: Columns
     shift: Floats
     surface: Ints
-    visible_px: Floats
     relations: Columns
     arcs: int
 
@@ -122,7 +121,7 @@ def describe_view(view: ViewArcs, shift: Floats, camera: Camera, seen: SurfaceMa
         ]
     )
     rows = round_columns("unit_relation", relations.rows())
-    return ViewUnits(points, shift[some], surface, areas.area, rows, len(view.kind))
+    return ViewUnits(points, shift[some], surface, rows, len(view.kind))
 
 
 def _points(view: ViewArcs, some: Ints, sigma: Floats, camera: Camera) -> Columns:

@@ -165,14 +165,7 @@ def add_presence(model: Model) -> None:
     model["inspection"] = given | transform(0, [0, 0, 0])
     item: dict[str, Any] = {"run_id": [1], "item_no": 0, "level": "part", "occurrence_id": 3, "path": "plate"}
     item |= {"state": "confirmed", "qif": "PASS", "reason": "its edges are found"}
-    evidence = (
-        "log_odds",
-        "expected_log_odds",
-        "visible_pixels",
-        "edge_px",
-        "distinct_px",
-        "supported_px",
-    )
+    evidence = ("log_odds", "expected_log_odds", "visible_pixels", "edge_px", "distinct_px", "supported_px")
     model["presence"] = item | dict.fromkeys(evidence, 5.0)
 
 

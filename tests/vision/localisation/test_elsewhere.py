@@ -2,23 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from tests.vision.localisation.scenes import above, blocks, stereo_rig
 from tests.vision.localisation.test_fits import exact_edges
-from vision.localisation.hypotheses import (
-    build_fine_evidence,
-    gather_evidence,
-    look_up_evidence,
-    predict,
-    project_directions,
-    project_with_jacobians,
-)
+from vision.localisation.hypotheses import build_fine_evidence, predict, project_with_jacobians
 from vision.localisation.localisation_parameters import DEFAULTS, ElsewhereParameters
-from vision.localisation.support import mix_over_arcs
 from vision.localisation.verdict import Chance, draw_elsewhere, gather_elsewhere
 
 P = DEFAULTS.elsewhere
@@ -63,43 +53,3 @@ def test_poses_elsewhere_show_everything_elsewhere() -> None:
         after, _ = project_with_jacobians(prediction, delta)
         moved = np.sqrt(((after - before) ** 2).sum(axis=1).mean())
         assert 8.0 < moved < 23.0  # the steps are laid to first order
-
-
-def test_each_arc_gathers_what_its_samples_find() -> None:
-    scene, rig, truth = blocks(), stereo_rig(), above(10, -20, 560)
-    fields = build_fine_evidence(rig, exact_edges(truth, np.random.default_rng(3)))
-    prediction = predict(scene, rig, truth, 400)
-    delta = np.concatenate([np.zeros((1, 6)), draw_elsewhere(prediction, ElsewhereParameters(poses=5))])
-    gathered = gather_evidence(prediction, fields, delta)
-    group = prediction.image_of_arc
-    for row, d in zip(gathered, delta, strict=True):
-        pixel, _ = project_with_jacobians(prediction, d)
-        found = prediction.weight * look_up_evidence(prediction, fields, pixel, project_directions(prediction, d))
-        np.testing.assert_allclose(row, np.bincount(group, found, len(row)), atol=1e-5)
-    log_odds = mix_over_arcs(gathered, prediction.view_of_image, 2).sum(axis=1)
-    assert log_odds[0] > 10 * log_odds[1:].max()
-
-
-def test_in_a_picture_full_of_edges_the_right_pose_is_less_rare() -> None:
-    """The object's own edges, and copies of them all over the picture."""
-    scene, rig, truth = blocks(), stereo_rig().only("left"), above(10, -20, 560)
-    rng = np.random.default_rng(4)
-    plain = exact_edges(truth, rng)["left"]
-    prediction = predict(scene, rig, truth, 400)
-    delta = np.concatenate([np.zeros((1, 6)), draw_elsewhere(prediction, P)])
-    rarity = []
-    for copies in (0, 4):
-        shifts = np.concatenate([np.zeros((1, 2)), rng.uniform(-200, 200, (copies, 2))])
-        position = np.concatenate([plain.position + shift for shift in shifts])
-        inside = ((position > plain.low) & (position < plain.high)).all(axis=1)
-        edges = replace(
-            plain,
-            position=position[inside],
-            normal=np.tile(plain.normal, (copies + 1, 1))[inside],
-            contrast=np.tile(plain.contrast, copies + 1)[inside],
-            sigma=np.tile(plain.sigma, copies + 1)[inside],
-        )
-        arcs = gather_evidence(prediction, build_fine_evidence(rig, {"left": edges}), delta)
-        right, *others = mix_over_arcs(arcs, prediction.view_of_image, 1)[:, 0]
-        rarity.append(Chance.of(np.array(others), P).rarity(right))
-    assert rarity[0] > 2 * rarity[1] > 0

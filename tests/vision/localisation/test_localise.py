@@ -30,14 +30,7 @@ from vision.extraction.rows import Primitives, make_primitives
 from vision.localisation import localise as localise_module
 from vision.localisation.hypotheses import Perturbations, Prediction, Stage
 from vision.localisation.localisation_parameters import DEFAULTS
-from vision.localisation.localise import (
-    Localisation,
-    _Solver,
-    keep_worthy,
-    localise,
-    partner_odds,
-    say_why_nothing,
-)
+from vision.localisation.localise import Localisation, _Solver, keep_worthy, localise, partner_odds, say_why_nothing
 from vision.localisation.refine import RefinedPose
 from vision.localisation.support import Outlines, Support
 from vision.localisation.views import Observation
