@@ -34,7 +34,7 @@ from vision.inspection.demonstration import Truth, measure_pose_error
 from vision.inspection.locate import doubt_calibration
 from vision.localisation.localisation_parameters import DEFAULTS
 from vision.localisation.views import Observation
-from vision.stereo.agreement import doubt_rig, find_shared_points, scale_focal
+from vision.stereo.agreement import doubt_rig, doubt_unit, find_shared_points, scale_focal
 
 # A file's own word, as of a chessboard seen from twenty sides: .1 % of the focal length.
 STATED = CalibrationSigma(focal=0.001, centre_px=0.5, translation_mm=0.1, rotation=2e-4, radial=0.002)
@@ -165,16 +165,27 @@ def lie(rig: Rig, rng: np.random.Generator) -> dict[str, tuple[Rig, str]]:
         "one scaled": (replace(rig, cameras=rig.cameras | {other: longer[other]}), "is its picture scaled"),
         "both scaled": (replace(rig, cameras=longer), "are the pictures scaled"),
         "turned": (replace(rig, rig_from_camera=poses | {other: turned}), f"{other} turned"),
+        "in cm": (resize(rig, 0.1), "in another unit"),
+        "in inches": (resize(rig, 1 / 25.4), "in another unit"),
     }
 
 
-def measure_doubts(sources: list[Trial], seed: int) -> list[dict[str, Any]]:
+def resize(rig: Rig, by: float) -> Rig:
+    """The rig with its lengths that many times as long."""
+    poses = {name: pose.copy() for name, pose in rig.rig_from_camera.items()}
+    for pose in poses.values():
+        pose[:3, 3] *= by
+    return replace(rig, rig_from_camera=poses)
+
+
+def measure_doubts(sources: list[Trial], models: Models, seed: int) -> list[dict[str, Any]]:
     """Whether points that both pictures of a pair show tell that its rig lies, and what they name."""
     rng, lines = np.random.default_rng(seed), []
     for trial in (it for it in sources if len(it.rig.cameras) == 2):
         points = find_shared_points(trial.pictures, trial.rig)
+        size = float(np.ptp(models.scene(trial.model).vertices, axis=0).max())
         for kind, (rig, words) in ({"": (trial.rig, "")} | lie(trial.rig, rng)).items():
-            said = doubt_rig(rig, points)
+            said = doubt_rig(rig, points) or doubt_unit(rig, points, size)
             lines.append({"kind": kind, "points": len(points.one), "said": said, "named": bool(said and words in said)})
     return lines
 
@@ -190,7 +201,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         models = Models(Path(folder))
         sources = list_sources(models, given.renders)
-        doubts = measure_doubts(sources, given.seed)
+        doubts = measure_doubts(sources, models, given.seed)
         for trial, line in draw(sources, given.seed, given.count):
             line |= measure(trial, models)
             lines.append(line)

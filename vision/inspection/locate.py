@@ -26,7 +26,7 @@ from vision.localisation.views import ModelView, Observation, propagate_pose, vi
 from vision.matching import MatchedView, MatchingParameters, describe_view, match_view
 from vision.relations.relations import open_workspace
 from vision.scene import Scene, Scenes, StoredScene
-from vision.stereo.agreement import doubt_rig, find_shared_points
+from vision.stereo.agreement import doubt_rig, doubt_unit, find_shared_points
 from vision.stereo.epipolar import choose_pair
 from vision.stereo.match import StereoMatches
 
@@ -172,7 +172,8 @@ def doubt_calibration(seen: Observation, scene: Scene, prior: Prior | None) -> s
     names = choose_pair(seen.rig) or list(seen.pictures)[:2]
     if len(names) > 1:
         two = seen.rig.only(*names)
-        if words := doubt_rig(two, find_shared_points(seen.greys, two)):
+        points, size = find_shared_points(seen.greys, two), float(np.ptp(scene.vertices, axis=0).max())
+        if words := doubt_rig(two, points) or doubt_unit(two, points, size):
             return words
     return None if prior is None else doubt_scale(scene, seen, prior)
 

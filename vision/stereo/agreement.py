@@ -17,6 +17,7 @@ RATIO = 0.8  # of the distance to a point's second nearest descriptor, within wh
 TRUE_SHARE, LINE_SIGMA_PX, ANYWHERE_PX = 0.25, 0.7, 100.0
 NEAR_PX = 2.0  # from its epipolar line, within which a point is counted when that is told
 LEAST_POINTS = 30
+LARGE = 20.0  # times as large as what pictures show, or as small, as an object is not: a close look shows a tenth
 SURE = 12.0  # log odds by which points have to speak for another rig: of 14 good pairs none has more than 2
 FOCAL_SHARES = np.setdiff1d(np.round(np.arange(0.9, 1.1001, 0.005), 3), [1.0])  # by which focal lengths are tried
 TURNS = np.setdiff1d(np.arange(-20, 21), [0]) * 1e-3  # rad by which the second camera is tried to be turned about x
@@ -128,6 +129,19 @@ def doubt_rig(rig: Rig, points: SharedPoints) -> str | None:
     return (
         f"of {stated.points} points that both pictures show {stated.near:.0%} lie within {NEAR_PX:g} px of where the "
         f"rig's file has them, and {best.near:.0%} would {words}"
+    )
+
+
+def doubt_unit(rig: Rig, points: SharedPoints, size_mm: float) -> str | None:
+    """How shared points say that lengths of a rig's file are of another unit, where both pictures show next to nothing
+    of what is `size_mm` large, or are far from it: a sentence."""
+    found = measure_agreement(rig, points)
+    wide = found.distance_mm * max(camera.width / float(camera.matrix[0, 0]) for camera in rig.cameras.values())
+    if found.points < LEAST_POINTS or found.log_odds < SURE or 1 / LARGE < size_mm / wide < LARGE:
+        return None
+    return (
+        f"by the rig's file the pictures show {wide:.3g} mm of something {found.distance_mm:.3g} mm off, where the "
+        f"object is {size_mm:.0f} mm large: is the file in another unit, as cm or inches?"
     )
 
 

@@ -425,7 +425,7 @@ _FOLDER = "examples"
 # Who asks what; a file that no group names is one of your own.
 _GROUPS = {
     "Who designs the part": (
-        "deep_pockets dimensions_that_changed faces_of_one_radius faces_that_are_swept faces_with_openings "
+        "deep_pockets dimensions_that_changed faces_that_are_swept faces_with_openings "
         "features_that_b_lacks hole_sizes holes_near_lugs long_sharp_edges mass_of_a_part mass_of_a_variant "
         "parts_of_a_material parts_that_moved sharp_pocket_corners thin_ribs tolerances_of_faces"
     ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -42,3 +43,24 @@ def test_a_distance_that_is_none(distance: str, capsys: Capsys) -> None:
     assert main(["rig", "check", RIG, f"--distance={distance}"]) == 2
     assert "give --distance MM above zero" in capsys.readouterr().err
     assert main(["rig", "check", RIG, "--unit", "m"]) == 2  # not ignored in silence
+
+
+def test_what_is_looked_at_is_an_object_of_the_world_or_what_a_prior_shows(
+    bulkhead_template: Path, capsys: Capsys
+) -> None:
+    def checked(*options: str) -> dict[str, Any]:
+        assert main(["rig", "check", RIG, *options, "--store", str(bulkhead_template), "--format", "json"]) == 0
+        found: dict[str, Any] = json.loads(capsys.readouterr().out)
+        return found
+
+    near, far = (checked("--object", "bulkhead", "--distance", mm) for mm in ("900", "1800"))
+    # As far as what is seen of it lies, its corners farther than its middle.
+    assert 900 < near["distance_mm"] < 1050
+    assert 1800 < far["distance_mm"] < 2100
+    assert near["sigma_mm"] < 0.5 * far["sigma_mm"]
+    seen = checked("--prior", str(DEMO / "pair_00_prior.yaml"))
+    assert 800 < seen["distance_mm"] < 1000
+    ask = ["rig", "check", RIG, "--store", str(bulkhead_template)]
+    assert main([*ask, "--object", "nut"]) == 3
+    assert "has no object nut: it has bulkhead, slider" in capsys.readouterr().err
+    assert main([*ask, "--object", "bulkhead", "--prior", str(DEMO / "pair_00_prior.yaml")]) == 2

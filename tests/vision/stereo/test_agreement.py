@@ -11,7 +11,14 @@ from scipy.ndimage import gaussian_filter
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import inverse
 from vision.cameras.cameras import Camera, Rig, perturb
-from vision.stereo.agreement import SharedPoints, doubt_rig, find_shared_points, measure_agreement, scale_focal
+from vision.stereo.agreement import (
+    SharedPoints,
+    doubt_rig,
+    doubt_unit,
+    find_shared_points,
+    measure_agreement,
+    scale_focal,
+)
 
 DISTORTION = np.array([-0.1, 0.02, 0.001, -0.001, 0.0])
 
@@ -96,6 +103,19 @@ def test_a_right_rig_is_not_doubted_nor_one_of_which_little_is_known(seed: int) 
     assert doubt_rig(rig, shown(rig, 0, 300, seed)) is None  # pictures of different things
     assert doubt_rig(inverted(rig), shown(rig, 25, 4, seed)) is None
     assert doubt_rig(inverted(rig), shown(rig, 60, 0, seed)) is not None
+
+
+@pytest.mark.parametrize(("by", "doubted"), [(1.0, False), (0.1, True), (1 / 25.4, True), (12.0, False), (60.0, True)])
+def test_another_unit_of_the_rig_is_told_by_how_large_things_are(by: float, doubted: bool) -> None:
+    """Points 900 mm off of something 3 m large: pictures that show .8 m of it, 80 mm, 30 mm, 9 m or 46 m."""
+    rig = stereo_rig()
+    poses = {name: pose.copy() for name, pose in rig.rig_from_camera.items()}
+    poses["b"][:3, 3] *= by
+    said = doubt_unit(replace(rig, rig_from_camera=poses), shown(rig), 3000.0)
+    assert (said is not None) == doubted
+    if said is not None:
+        assert "where the object is 3000 mm large: is the file in another unit" in said
+    assert doubt_unit(replace(rig, rig_from_camera=poses), shown(rig, 25, 4), 3000.0) is None  # too few to tell
 
 
 def test_shared_points_are_those_of_a_shifted_texture() -> None:
