@@ -83,10 +83,10 @@ def decided(it: Signs, cameras: int = 1) -> Presence:
         ((60, 60, 0.0, -2.9, 1.9), "undecidable", "little contrast is expected of its edges"),
         ((60, 60, 0.0, -3.0, 1.9), "undecidable", "little contrast is expected of its edges"),
         ((60, 60, 0.0, -3.0, 2.0), "not_confirmed", "its edges are not found, where they would show"),
-        ((60, 60, 0.0, -6.9, 3.0), "not_confirmed", "its edges are not found, where they would show"),
-        ((60, 60, 0.0, -7.0, 2.9), "not_confirmed", "its edges are not found, where they would show"),
-        ((60, 60, 0.36, -7.0, 3.0), "not_confirmed", "its edges are not found, where they would show"),
-        ((60, 60, 0.35, -7.0, 3.0), "contradicted", "its edges are not found, where they would show"),
+        ((60, 60, 0.0, -6.9, 5.0), "not_confirmed", "its edges are not found, where they would show"),
+        ((60, 60, 0.0, -7.0, 4.9), "not_confirmed", "its edges are not found, where they would show"),
+        ((60, 60, 0.36, -7.0, 5.0), "not_confirmed", "its edges are not found, where they would show"),
+        ((60, 60, 0.35, -7.0, 5.0), "contradicted", "its edges are not found, where they would show"),
         ((60, 29, 0.9, 9.0, 9), "undecidable", "its edges lie too near to others or to the picture's border"),
         ((29, 29, 0.9, 9.0, 9), "undecidable", "its edges are too short in the picture"),
         ((30, 30, 0.9, 9.0, 9), "confirmed", "its edges are found"),
@@ -127,7 +127,7 @@ def test_looks_count_with_edges_and_a_stopped_hole_is_contradicted() -> None:
     stopped = said(decided(signs(((0, 2), 60, 60, 0.9, 9.0, 3), stopped=2)))
     assert stopped["hole"] == ("contradicted", "something else shows through it than lies behind")
     assert stopped["part"] == ("changed", "a feature of it is not as modelled")
-    gone = said(decided(signs(((0, 2), 60, 60, 0.1, -9.0, 3), stopped=2)))
+    gone = said(decided(signs(((0, 2), 60, 60, 0.1, -9.0, 5), stopped=2)))
     assert gone["hole"] == ("contradicted", "its edges are not found, where they would show")
 
 

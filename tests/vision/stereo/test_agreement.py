@@ -105,9 +105,9 @@ def test_a_right_rig_is_not_doubted_nor_one_of_which_little_is_known(seed: int) 
     assert doubt_rig(inverted(rig), shown(rig, 60, 0, seed)) is not None
 
 
-@pytest.mark.parametrize(("by", "doubted"), [(1.0, False), (0.1, True), (1 / 25.4, True), (12.0, False), (60.0, True)])
+@pytest.mark.parametrize(("by", "doubted"), [(1.0, False), (0.1, True), (1 / 25.4, True), (12.0, False), (90.0, True)])
 def test_another_unit_of_the_rig_is_told_by_how_large_things_are(by: float, doubted: bool) -> None:
-    """Points 900 mm off of something 3 m large: pictures that show .8 m of it, 80 mm, 30 mm, 9 m or 46 m."""
+    """Points 900 mm off of something 3 m large: pictures that show .8 m of it, 80 mm, 30 mm, 9 m or 70 m."""
     rig = stereo_rig()
     poses = {name: pose.copy() for name, pose in rig.rig_from_camera.items()}
     poses["b"][:3, 3] *= by
