@@ -292,7 +292,10 @@ def _create_database(server_url: str, template: str) -> str:
     """URL of a new database of a server, a copy of `template`; without a drop it lives as long as the server."""
     name = f"test_{uuid.uuid4().hex}"
     server = sa.create_engine(server_url, isolation_level="AUTOCOMMIT")
+    # On a busy machine whoever made the template may still be about to leave it.
+    left = sa.text("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = :name")
     with server.connect() as connection:
+        connection.execute(left, {"name": template})
         connection.exec_driver_sql(f"CREATE DATABASE {name} TEMPLATE {template} STRATEGY = FILE_COPY")
     server.dispose()
     return server.url.set(database=name).render_as_string(hide_password=False)

@@ -417,17 +417,17 @@ def _takes(asked: Mapping[str, str], *names: str) -> None:
 
 # The example questions as forms: a literal of theirs that a comment names is a parameter, the literal its default.
 #
-#     WHERE abs(s.radius - 21 /* radius */) < 1e-3
+#     WHERE value > 40 /* depth */
 #
-# stays SQL that any client runs; here it asks for `radius`.
+# stays SQL that any client runs; here it asks for `depth`.
 
 _FOLDER = "examples"
 # Who asks what; a file that no group names is one of your own.
 _GROUPS = {
     "Who designs the part": (
         "deep_pockets dimensions_that_changed faces_that_are_swept faces_with_openings "
-        "features_that_b_lacks hole_sizes holes_near_lugs long_sharp_edges mass_of_a_part mass_of_a_variant "
-        "parts_of_a_material parts_that_moved sharp_pocket_corners thin_ribs tolerances_of_faces"
+        "features_that_b_lacks hole_sizes long_sharp_edges mass_of_a_part mass_of_a_variant "
+        "neighbours_of_a_face parts_of_a_material parts_that_moved sharp_pocket_corners thin_ribs tolerances_of_faces"
     ),
     "Who inspects": (
         "contradicted_features diameter_over_time long_edges_not_found parts_in_view rules_of_a_verdict "

@@ -389,7 +389,7 @@ def test_every_question_is_answered_and_takes_its_parameters(server: Server) -> 
     thin, all_ribs = rows(server, "/question/thin_ribs"), rows(server, "/question/thin_ribs", thickness="1e3")
     assert 0 < len(thin) < len(all_ribs)
     assert all(r["thickness"] < 6.2 for r in thin)
-    assert 'name="radius" value="4.5"' in page(server, "/question/faces_of_one_radius", radius="4.5")
+    assert 'name="depth" value="4.5"' in page(server, "/question/deep_pockets", depth="4.5")
     assert rows(server, "/question/deep_pockets", depth="1e6") == []
 
 
@@ -406,8 +406,8 @@ def test_every_question_is_answered_and_takes_its_parameters(server: Server) -> 
         ("/run/x", {}, 404, "no such page"),
         ("/object/none", {}, 400, "there is no object none"),
         ("/question/none", {}, 400, "there is no question"),
-        ("/question/faces_of_one_radius", {"radius": "wide"}, 400, "give a number"),
-        ("/question/faces_of_one_radius", {"radius": "nan"}, 400, "give a number"),
+        ("/question/deep_pockets", {"depth": "wide"}, 400, "give a number"),
+        ("/question/deep_pockets", {"depth": "nan"}, 400, "give a number"),
         ("/find", {"x0": "1"}, 400, "give a number"),
         ("/find", BOX | {"level": "bolt"}, 400, "there is no level"),
         ("/find", BOX | {"world": "mars"}, 400, "there is no world"),
