@@ -536,6 +536,9 @@ def look_beneath(
         return np.asarray(in_light.reshape(pieces, cameras).sum(axis=1))
 
     loose = loose[weigh(piece_of[occurrence_at[runs.surface[:, 0]]], runs)[loose] < p.parts.sure_log_odds]
+    nothing = Uncovered(*np.full((2, len(piece_of)), np.nan))
+    if not len(loose):
+        return nothing
     bare = replace(stored, scene=stored.scene.without(np.isin(piece_of, loose)))
     bounds = [(index.edges.low, index.edges.high) for index in indexes]
     arcs = {
@@ -551,7 +554,7 @@ def look_beneath(
     rows = np.flatnonzero(np.isin(covering, loose))
     beneath, covering = beneath.take(rows), covering[rows]
     if not len(rows):
-        return Uncovered(*np.full((2, len(piece_of)), np.nan))
+        return nothing
 
     # One after the other, camera by camera; a run beneath two pieces is one of each.
     n = len(samples.run)
