@@ -92,8 +92,7 @@ class ViewUnits:
     """Units of a view: its arcs by number, then its surfaces.
 
     points: columns of view_point without run and view; shift (points, 6): how the pose moves each; surface (n,): the
-    scene's surface of each; relations: columns of unit_relation without the
-    set; arcs: how many units are arcs.
+    scene's surface of each; relations: columns of unit_relation without the set; arcs: how many units are arcs.
     """
 
     points: Columns

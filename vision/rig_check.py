@@ -147,10 +147,11 @@ def find_edges_in_view(store: Store, rig: Rig, world: str | None, whence: Prior 
     if isinstance(whence, Prior):
         pose = whence.world_from_rig
     else:
-        others = np.array([path.split("/")[0] != whence[0] for path in paths])
+        objects = np.array([path.split("/")[0] for path in paths])
+        others = (objects != whence[0]) | ~scene.inspected
         if others.all():
-            known = ", ".join(sorted({path.split("/")[0] for path in paths}))
-            raise InputError(f"the world {name} has no object {whence[0]}: it has {known}")
+            known = ", ".join(np.unique(objects[scene.inspected]))
+            raise InputError(f"the world {name} has no inspected object {whence[0]}: it has {known}")
         scene = scene.without(others)
         pose = _face(scene.vertices[scene.triangles].reshape(-1, 3), rig, whence[1])
     seen = predict(scene, rig.only(next(iter(rig.cameras))), pose, POINTS).point

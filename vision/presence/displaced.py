@@ -526,8 +526,8 @@ def look_beneath(
     maps: Sequence[SurfaceMap],
     p: PresenceParameters,
 ) -> Uncovered:
-    """What shows where those loose pieces of a scene should be whose edges are not surely found; samples, sides, runs,
-    maps: of what is seen with them."""
+    """What shows where those loose pieces of a scene should be whose edges are not surely found, all of them left out
+    together; samples, sides, runs, maps: of what is seen with them."""
     piece_of, loose = find_loose_pieces(stored, samples, p)
     occurrence_at, pieces, cameras = np.append(stored.scene.surface_occurrence, -1), len(piece_of), len(rig.cameras)
 

@@ -252,7 +252,8 @@ def find_missing(items: Items, signs: Signs, p: StateParameters) -> Bools:
     or that its faces are."""
     it, moved = signs.displacements, np.flatnonzero(signs.surfaces.moved)
     odds, rival = signs.uncovered.log_odds, np.full(len(signs.uncovered.log_odds), p.contradicted_log_odds)
-    rival[it.occurrence[it.far]] = np.maximum(rival[it.occurrence[it.far]], it.log_odds[it.far])
+    elsewhere = it.far | it.turned
+    rival[it.occurrence[elsewhere]] = np.maximum(p.contradicted_log_odds, it.log_odds[elsewhere])
     of_surface = np.zeros(len(signs.surfaces.moved), np.int64)
     of_surface[items.surface] = items.occurrence[items.member]
     resized = np.bincount(of_surface[moved], signs.surfaces.log_odds[moved], len(odds))

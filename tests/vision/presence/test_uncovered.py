@@ -87,6 +87,7 @@ def test_a_scene_without_a_part_neither_shows_nor_hides_it() -> None:
     assert len(rest.arc_occurrence) == len(SCENE.arc_occurrence)
 
 
+@pytest.mark.parametrize("kind", ["far", "turned"])
 @pytest.mark.parametrize(
     ("beneath", "own", "displaced", "resized", "missing"),
     [
@@ -101,7 +102,7 @@ def test_a_scene_without_a_part_neither_shows_nor_hides_it() -> None:
     ],
 )
 def test_a_part_is_missing_where_that_is_the_likeliest(
-    beneath: float, own: float, displaced: float, resized: float, missing: bool
+    beneath: float, own: float, displaced: float, resized: float, missing: bool, kind: str
 ) -> None:
     """Of two parts with two faces each, of which the second part is in question."""
     items = SimpleNamespace(
@@ -109,7 +110,8 @@ def test_a_part_is_missing_where_that_is_the_likeliest(
         member=np.array([0, 0, 1, 1, 2, 3, 4, 5]),
         surface=np.array([0, 1, 2, 3, 0, 1, 2, 3]),
     )
-    places = SimpleNamespace(occurrence=np.array([1]), far=np.array([displaced > 0]), log_odds=np.array([displaced]))
+    moved = {name: np.array([displaced > 0 and name == kind]) for name in ("far", "turned")}
+    places = SimpleNamespace(occurrence=np.array([1]), log_odds=np.array([displaced]), **moved)
     faces = SimpleNamespace(moved=np.array([True, False, True, True]), log_odds=np.array([50, 0, resized, resized]))
     it = Uncovered(np.array([np.nan, beneath]), np.array([np.nan, own]))
     signs = SimpleNamespace(
