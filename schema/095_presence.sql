@@ -25,6 +25,7 @@ CREATE TABLE presence (  -- localisation: The parts, features and surfaces that 
     moved_log_odds DOUBLE PRECISION,  -- natural logarithm of the odds of that place against the model's
     uncovered_log_odds DOUBLE PRECISION,  -- of a part whose edges are not surely found: log odds that what it covers shows in its place, against its being there;
         -- null of others, and where it covers no edge
+    absent_log_odds DOUBLE PRECISION NOT NULL,  -- log odds that some of its edges are not there, against all being there and some not showing
     PRIMARY KEY (run_id, item_no),
     CHECK (level IN ('part', 'feature', 'surface')),
     CHECK ((level = 'feature') = (feature_no IS NOT NULL) AND (level = 'surface') = (surface_no IS NOT NULL)),

@@ -55,7 +55,8 @@ CREATE VIEW inspection_outcome (  -- localisation: Whether an inspection's pose 
     run_id,  -- the run
     verdict,  -- accepted, ambiguous or refused: of the pose
     pose_verdict,  -- usable, not unique or not found: the same, as a person asks
-    part_verdict,  -- as modelled, deviates, another variant, or not enough seen: the pose is not usable, or less than half of what is in view is checked
+    part_verdict,  -- as modelled, deviates, another variant, or not enough seen: the pose is not usable, less than half of what is in view is
+        -- checked, or a part is not confirmed
     mood,  -- good, warn or bad: what colour that has; good only where all that is in view is checked
     findings,  -- things that are surely not as modelled, as finding has them; null where nothing was looked at, as where the pose is refused
     checked,  -- parts and features in view that are confirmed, changed or contradicted; null likewise
@@ -72,7 +73,8 @@ WITH counted AS (
         count(CASE state WHEN 'changed' THEN 1 END) AS changed,
         count(CASE state WHEN 'contradicted' THEN 1 END) AS contradicted,
         count(CASE state WHEN 'not_confirmed' THEN 1 END) AS not_confirmed,
-        count(CASE state WHEN 'undecidable' THEN 1 END) AS undecidable
+        count(CASE state WHEN 'undecidable' THEN 1 END) AS undecidable,
+        count(CASE WHEN level = 'part' AND state = 'not_confirmed' THEN 1 END) AS parts_not_confirmed
     FROM presence
     WHERE level <> 'surface'
     GROUP BY run_id
@@ -100,7 +102,7 @@ said AS (
             WHEN p.verdict <> 'accepted' THEN 'not enough seen'
             WHEN o.variant IS NOT NULL THEN 'another variant'
             WHEN c.changed + c.contradicted > 0 THEN 'deviates'
-            WHEN 2 * c.confirmed >= c.in_view THEN 'as modelled'
+            WHEN 2 * c.confirmed >= c.in_view AND c.parts_not_confirmed = 0 THEN 'as modelled'
             ELSE 'not enough seen'
         END AS part_verdict
     FROM inspection AS p

@@ -158,6 +158,9 @@ WITH statistic AS (
         max(CASE name WHEN 'sigma_rad' THEN value END) AS sigma_rad,
         max(CASE name WHEN 'likely' THEN value END) AS likely,
         max(CASE name WHEN 'rivals' THEN value END) AS rivals,
+        max(CASE name WHEN 'absent' THEN value END) AS absent,
+        max(CASE name WHEN 'absent_anywhere' THEN value END) AS absent_anywhere,
+        max(CASE name WHEN 'rival_face_mm' THEN value END) AS face_mm,
         max(CASE name WHEN 'calibration' THEN value END) AS calibration,
         min(CASE WHEN starts_with(name, 'sees ') THEN value END) AS sees
     FROM verdict_statistic
@@ -169,7 +172,8 @@ criterion AS (
         max(CASE name WHEN 'max_sigma' THEN value END) AS max_sigma,
         max(CASE name WHEN 'max_apart_sigma' THEN value END) AS max_apart,
         max(CASE name WHEN 'max_calibration_sigma' THEN value END) AS max_calibration,
-        max(CASE name WHEN 'least_share_anywhere' THEN value END) AS least_share,
+        max(CASE name WHEN 'max_absent_odds' THEN value END) AS max_absent,
+        max(CASE name WHEN 'max_absent_odds_anywhere' THEN value END) AS max_absent_anywhere,
         max(CASE name WHEN 'least_camera_odds' THEN value END) AS least_odds,
         max(CASE name WHEN 'needs_translation_mm' THEN value END) AS needs_mm,
         max(CASE name WHEN 'needs_rotation' THEN value END) AS needs_rad
@@ -220,12 +224,18 @@ rule AS (
             ELSE concat(CAST(s.rivals AS INTEGER), ' other poses explain the pictures about equally well') END
     FROM statistic AS s
     UNION ALL
-    -- With no prior to go by.
-    SELECT s.run_id, 6, 'share', s.share, h.least_share, s.share >= h.least_share,
-        concat(CAST(100 * s.share AS NUMERIC(18, 0)), ' percent of the edges expected are found, and ',
-            CAST(100 * h.least_share AS NUMERIC(18, 0)), ' are needed where nothing is known beforehand')
-    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
-    WHERE s.prior_sigma IS NULL OR s.prior_mm IS NOT NULL
+    SELECT s.run_id, 6, 'edges', e.value, e.gate, e.value <= e.gate,
+        concat('log odds of ', CAST(e.value AS NUMERIC(18, 1)), ' that edges of the model are not there which should show',
+            e.but, ', and ', CAST(e.gate AS NUMERIC(18, 1)), ' are allowed')
+    FROM statistic AS s
+    JOIN criterion AS h ON h.run_id = s.run_id
+    CROSS JOIN LATERAL (
+        SELECT s.absent_anywhere AS value, h.max_absent_anywhere AS gate, '' AS but
+        WHERE s.absent_anywhere > h.max_absent_anywhere
+        UNION ALL
+        SELECT s.absent, h.max_absent, ', but of faces that have moved'
+        WHERE s.absent IS NOT NULL
+    ) AS e
     UNION ALL
     SELECT s.run_id, 7, 'cameras', s.sees, h.least_odds, s.sees >= h.least_odds,
         concat('the camera that sees least of the model sees it with log odds of ', CAST(s.sees AS NUMERIC(18, 1)), ', and ',
@@ -238,6 +248,12 @@ rule AS (
             ' sigma from the rig''s file, and ', CAST(h.max_calibration AS NUMERIC(18, 1)), ' are allowed')
     FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
     WHERE s.calibration IS NOT NULL
+    UNION ALL
+    SELECT s.run_id, 9, 'faces', s.face_mm, h.needs_mm, false,
+        concat('a face lies ', CAST(s.face_mm AS NUMERIC(18, 1)), ' mm from its place, further than the ',
+            CAST(h.needs_mm AS NUMERIC(18, 1)), ' mm needed, and as many faces say that it is the others that do')
+    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
+    WHERE s.face_mm IS NOT NULL
 )
 SELECT r.run_id, r.rule_no, r.rule, r.value, r.gate, r.holds, p.verdict, r.sentence
 FROM rule AS r
@@ -255,7 +271,8 @@ WITH failed AS (
     SELECT run_id, max(CASE rule WHEN 'likely' THEN sentence END) AS likely,
         max(CASE rule WHEN 'prior' THEN sentence END) AS prior, max(CASE rule WHEN 'apart' THEN sentence END) AS apart,
         string_agg(CASE WHEN rule IN ('translation', 'rotation') THEN sentence END, '; ' ORDER BY rule_no) AS precise,
-        max(CASE rule WHEN 'rivals' THEN sentence END) AS rivals, max(CASE rule WHEN 'share' THEN sentence END) AS share,
+        max(CASE rule WHEN 'rivals' THEN sentence END) AS rivals, max(CASE rule WHEN 'edges' THEN sentence END) AS edges,
+        max(CASE rule WHEN 'faces' THEN sentence END) AS faces,
         max(CASE rule WHEN 'cameras' THEN sentence END) AS cameras,
         max(CASE rule WHEN 'calibration' THEN sentence END) AS calibration
     FROM why_verdict
@@ -316,7 +333,7 @@ most AS (
     ) AS t ON t.run_id = s.run_id
 ),
 judged AS (
-    SELECT i.run_id, f.likely, f.prior, f.apart, f.precise, f.rivals, f.share, f.cameras,
+    SELECT i.run_id, f.likely, f.prior, f.apart, f.precise, f.rivals, f.edges, f.faces, f.cameras,
         coalesce(d.sentence, f.calibration) AS calibration, u.cameras AS pictures, i.reason,
         CASE
             WHEN u.run_id IS NOT NULL THEN 'picture'
@@ -327,7 +344,7 @@ judged AS (
             WHEN f.likely IS NOT NULL AND m.odds < m.needed THEN 'little'
             WHEN f.likely IS NOT NULL THEN 'object'
             WHEN f.calibration IS NOT NULL THEN 'calibration'
-            WHEN f.share IS NOT NULL THEN 'object'
+            WHEN f.edges IS NOT NULL OR f.faces IS NOT NULL THEN 'object'
             WHEN f.prior IS NOT NULL THEN 'prior'
             WHEN f.rivals IS NOT NULL THEN 'repeats'
             WHEN f.apart IS NOT NULL THEN 'calibration'
@@ -348,7 +365,7 @@ SELECT j.run_id, j.cause,
         WHEN 'nothing' THEN 'nothing in the pictures says where the object is'
         WHEN 'camera' THEN concat('a camera does not see the object: ', j.cameras)
         WHEN 'little' THEN concat('too little of the object is in view to be sure of it: ', j.likely)
-        WHEN 'object' THEN concat('the pictures show something else, or the object as the model does not have it: ', coalesce(j.likely, j.share))
+        WHEN 'object' THEN concat('the pictures show something else, or the object as the model does not have it: ', coalesce(j.likely, j.edges, j.faces))
         WHEN 'prior' THEN CASE WHEN j.prior IS NULL THEN 'the prior looks past the object'
             ELSE concat('the prior does not hold: ', j.prior) END
         WHEN 'repeats' THEN concat('what is in view repeats in the object: ', j.rivals)

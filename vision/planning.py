@@ -19,6 +19,7 @@ from relmodel.geometry.transforms import JointTree, rotation_vector, skew
 from relmodel.progress import Progress, silent
 from relmodel.store import Store
 from relmodel.world.kinematics import MountedRig, mount_of_rig
+from vision.account.edges import collect_samples, weigh_samples
 from vision.cameras.cameras import Rig
 from vision.cameras.record import find_rig
 from vision.localisation.hypotheses import bound_elements
@@ -27,7 +28,6 @@ from vision.localisation.visibility import PART, PartsInView
 from vision.presence.displaced import find_axes
 from vision.presence.items import Items, list_items
 from vision.presence.presence_parameters import DEFAULTS, PresenceParameters
-from vision.presence.samples import collect_samples, weigh_samples
 from vision.presence.states import pair_with_runs
 from vision.scene import Scene, StoredScene, read_scene
 
@@ -298,10 +298,10 @@ def predict_distinct_px(
     if not any(len(view.run) for view in views.values()):
         return np.zeros(len(items))
     bounds = [bound_elements(camera) for camera in rig.cameras.values()]
-    samples = collect_samples(stored, rig, bounds, world_from_rig, views, p.samples)
+    samples = collect_samples(stored, rig, bounds, world_from_rig, views, p.account.samples)
     if not len(samples.run):
         return np.zeros(len(items))
-    weight = np.bincount(samples.run, weigh_samples(samples, p.support), samples.run_count)
+    weight = np.bincount(samples.run, weigh_samples(samples, p.account.support), samples.run_count)
     head = np.flatnonzero(np.diff(samples.run, prepend=-1) != 0)
     item, run, _ = pair_with_runs(items, samples.surface[head])
     return np.bincount(item, weight[run], len(items)).astype(float)

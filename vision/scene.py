@@ -175,6 +175,10 @@ class StoredScene:
     radius: Floats
     features: dict[str, NDArray[Any]]
 
+    def name_surface(self, surface: int) -> str:
+        """The path of one of the scene's surfaces."""
+        return f"{self.paths[self.scene.surface_occurrence[surface]]}/face {self.surface_no[surface]}"
+
 
 def read_scene(
     store: Database, connection: Connection, world_id: int, among: Sequence[int] | None = None

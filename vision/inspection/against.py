@@ -66,6 +66,14 @@ LEAST_MARGIN = 3.0
 """nats of evidence, 20 to 1, that tell one variant from another, as the view `found_variant` has it"""
 
 
+def shows_another(variants: Sequence[VariantEvidence]) -> bool:
+    """Whether the pictures surely show another variant of some object than the world has."""
+    best: dict[int, float] = {}
+    for it in variants:
+        best[it.object_no] = max(it.log_odds, best.get(it.object_no, it.log_odds))
+    return any(it.placed and best[it.object_no] - it.log_odds >= LEAST_MARGIN for it in variants)
+
+
 class Candidate(NamedTuple):
     """A loaded variant of an object, and the world in which it stands alone."""
 
@@ -125,7 +133,7 @@ class Start(NamedTuple):
 
     def locate(self) -> Location:
         prior, starts, relations = self.found
-        return Location(self.target, prior, self.locator.localise(self.target.stored.scene, prior, starts), relations)
+        return Location(self.target, prior, self.locator.localise(self.target.stored, prior, starts), relations)
 
 
 def place_candidates(store: Store, run: Run, names: Sequence[str]) -> list[Candidate]:

@@ -20,6 +20,7 @@ from relmodel.resources import user_name
 from relmodel.store import Run, Store
 from relmodel.store.runs import record_digests
 from relmodel.world.kinematics import Carrier, Correction, MountedRig, correct_base, mount_of_rig, predict_covariance
+from vision.account.edges import weigh_lookalike
 from vision.cameras.cameras import DEFAULT_NEEDS, USUAL_CALIBRATION, Needs, Prior, Rig, Selection
 from vision.cameras.files import read_needs, read_prior
 from vision.cameras.images import (
@@ -39,6 +40,7 @@ from vision.inspection.against import (
     is_to_be_weighed,
     place_candidates,
     recognise,
+    shows_another,
     weigh_variants,
 )
 from vision.inspection.answer import Inspection, read_inspection
@@ -47,12 +49,14 @@ from vision.inspection.locate import Locator, Target, doubt_calibration, match_v
 from vision.inspection.pictures import doubt_pictures, extract_pictures, find_faults, measure_quality, return_memory
 from vision.inspection.record import Result, record_decisions, record_inspection
 from vision.localisation.localise import Localisation
+from vision.localisation.verdict import Verdict, doubt_edges, doubt_face
 from vision.localisation.views import Observation, view_model
 from vision.localisation.visibility import find_parts_in_view
 from vision.matching import MatchedView
-from vision.presence.states import assess
+from vision.presence.states import Presence, assess
+from vision.presence.surfaces import find_rival_face
 from vision.rig_check import LITTLE, compare_views, describe_overlap
-from vision.scene import Scenes
+from vision.scene import Scenes, StoredScene
 from vision.stereo.epipolar import choose_pair
 from vision.stereo.match import StereoMatches, check_method, match_stereo
 
@@ -75,6 +79,7 @@ KERNELS = (
     "vision.constellations.ellipse_kernels",
     "relmodel.labelling.kernels",
     "vision.localisation.kernels",
+    "vision.account.kernels",
     "vision.presence.kernels",
 )
 PACKAGES = ("duckdb", "embreex", "numba", "numpy", "opencv-python-headless", "scipy", "sqlalchemy")
@@ -320,12 +325,17 @@ def carry_out(
         parts = find_parts_in_view(stored, found.rig, view.maps, best.world_from_rig)
     run.step("view")
     if parts is not None:
-        presence = assess(stored, seen, found, view, parts, p.presence)
+        presence = assess(stored, seen, found, view, parts, p.presence, found.account)
     run.step("presence")
     if presence is not None and request.against is None and is_to_be_weighed(presence, request.variants):
         most = None if request.variants else p.most_variants
         variants = weigh_variants(run, location.target, seen, found, presence, p, most)
         run.step("variants")
+    if presence is not None and not shows_another(variants):
+        verdict = doubt_presence(verdict, stored, presence, inputs.needs, p)
+        location = location._replace(found=replace(found, verdict=verdict))
+        if verdict.verdict == "refused":
+            parts = presence = None
     notes += describe_reading(pictures[name] for name in seen.pictures)
     if unstated := [name for name in cameras.cameras if name not in cameras.sigma]:
         it = USUAL_CALIBRATION
@@ -361,6 +371,23 @@ def carry_out(
         notes=notes,
     )
     run.conclude(_Record(result, seen.rig, p, request.full_audit))
+
+
+def doubt_presence(
+    verdict: Verdict, stored: StoredScene, it: Presence, needs: Needs, p: InspectionParameters
+) -> Verdict:
+    """The verdict on a pose by what is there: edges of the parts that hold it that should show and do not, but not those
+    of faces that have moved; and faces that have moved so far that they could hold it elsewhere."""
+    runs, surfaces = it.signs.runs, it.signs.surfaces
+    occurrence = stored.scene.surface_occurrence[runs.surface[:, 0]]
+    asked = np.isin(occurrence, it.find_holding_parts(p.presence.states))
+    asked &= ~((runs.surface >= 0) & surfaces.moved[runs.surface]).any(axis=1)
+    said = weigh_lookalike(stored, runs, asked, it.cameras, p.presence.account.runs)
+    verdict = doubt_edges(verdict, "absent", *said, p.localisation.verdict.max_absent_odds)
+    face = find_rival_face(surfaces, needs.translation_mm)
+    if face is not None and verdict.verdict != "refused":
+        verdict = doubt_face(verdict, float(abs(surfaces.mm[face])), stored.name_surface(face))
+    return verdict
 
 
 @dataclass(frozen=True)

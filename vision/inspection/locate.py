@@ -12,6 +12,7 @@ import numpy as np
 
 from relmodel.errors import InputError
 from relmodel.store import Run, Store
+from vision.account.edges import take_account, weigh_lookalike
 from vision.cameras.cameras import Needs, Prior, Rig, Selection, SelectionParameters, select_in_view
 from vision.constellations.elements import Relations
 from vision.constellations.find_poses import PoseCandidates, find_poses, find_poses_of_one_picture
@@ -21,7 +22,7 @@ from vision.localisation.localise import Localisation, localise
 from vision.localisation.magnification import doubt_scale
 from vision.localisation.measurements import correct_rig
 from vision.localisation.refine import RefinedPose
-from vision.localisation.verdict import weigh_against_prior
+from vision.localisation.verdict import doubt_edges, weigh_against_prior
 from vision.localisation.views import ModelView, Observation, propagate_pose, view_model
 from vision.matching import MatchedView, MatchingParameters, describe_view, match_view
 from vision.relations.relations import open_workspace
@@ -96,12 +97,12 @@ class Locator:
         prior's volume; and where that is refused too, without the prior, which the pictures then contradict."""
         scene = target.stored.scene
         used, starts, relations = self.join(scene, prior)
-        located = Location(target, used, self.localise(scene, used, starts), relations)
+        located = Location(target, used, self.localise(target.stored, used, starts), relations)
         if prior is None:
             return located
         likely = located.found.verdict.weighed.get("likely", 0.0)
         if likely < self.p.localisation.verdict.min_posterior and _explain_enough(starts):
-            scanned = self.localise(scene, prior, replace(starts, enough=np.inf))
+            scanned = self.localise(target.stored, prior, replace(starts, enough=np.inf))
             located = max(located, located._replace(found=scanned), key=lambda it: it.found.verdict.posterior)
         doubted = self._doubt(prior) if located.found.verdict.verdict == "refused" else None
         return doubted or located
@@ -117,7 +118,7 @@ class Locator:
         used, starts, relations = self.join(everything.stored.scene, None)
         if not _explain_enough(starts):
             return None
-        found = self.localise(everything.stored.scene, used, starts)
+        found = self.localise(everything.stored, used, starts)
         if found.best is None or found.verdict.verdict != "accepted":
             return None
         pose = found.best.world_from_rig
@@ -148,8 +149,9 @@ class Locator:
         self.run.step("join")
         return found
 
-    def localise(self, scene: Scene, prior: Prior, starts: Perturbations) -> Localisation:
+    def localise(self, stored: StoredScene, prior: Prior, starts: Perturbations) -> Localisation:
         """The best pose from these starts, with its verdict."""
+        scene = stored.scene
 
         def relate(poses: Sequence[RefinedPose]) -> list[int]:
             return relate_views(scene, self.seen, poses, self.p)
@@ -159,6 +161,18 @@ class Locator:
             partnered = dict(zip(self.stereo.rectification.cameras, self.stereo.partnered, strict=True))
             seen = replace(seen, partnered=partnered)
         found = localise(scene, seen, prior, self.needs, self.p.localisation, starts, relate)
+        if prior.is_open and found.best is not None:
+            account = take_account(
+                stored, found.rig, found.best.world_from_rig, [found.edge_indexes[name] for name in found.rig.cameras],
+                found.best.camera_unknowns[:, 0], {name: view.arcs for name, view in found.views.items()},
+                self.p.presence.account,
+            )  # fmt: skip
+            every = scene.inspected[scene.surface_occurrence[account.pieces.surface[:, 0]]]
+            said = weigh_lookalike(stored, account.pieces, every, list(found.rig.cameras), self.p.presence.account.runs)
+            verdict = doubt_edges(
+                found.verdict, "absent_anywhere", *said, self.p.localisation.verdict.max_absent_odds_anywhere
+            )
+            found = replace(found, verdict=verdict, account=account)
         self.run.step("localise")
         return found
 

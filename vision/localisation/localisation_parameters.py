@@ -36,9 +36,11 @@ class VerdictParameters:
     most_rarity: float = 30.0  # rarity beyond which more says no more
     most_share: float = 1.0  # share of the expected evidence beyond which more evidence counts no more
     min_posterior: float = 0.95  # probability from which a pose is accepted
-    least_share_anywhere: float = 0.6
-    """share of the expected evidence that a pose found with no prior has to show: weights and chance are of poses near
-    one, and of a box much lies on the edges of another"""
+    max_absent_odds: float = 0.0
+    """log odds that the object lacks some of the model's edges, beside faces that have moved: more is another object"""
+    max_absent_odds_anywhere: float = 3.0
+    """the same of all edges, before it is known what has moved, at a pose found with no prior: many edges of a box lie
+    on those of another"""
     temper: float = 0.05  # by which differences of evidence between rivals are multiplied
     agreement_px: float = 1.0  # px
     rival_share: float = 0.05  # share of the best pose's evidence by which a rival may fall short of it

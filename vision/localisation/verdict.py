@@ -444,11 +444,6 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
             + ("" if np.isnan(from_prior) else f", {from_prior:.1f} sigma from the prior")
             + (f", the cameras disagree by {stats.apart:.1f} sigma" if by_camera else "")
         )
-    if np.isnan(from_prior) and stats.share < p.least_share_anywhere:
-        missing.append(
-            f"{_share(stats.share)} of the edges expected are found, and {_share(p.least_share_anywhere)} are needed "
-            "where nothing is known beforehand: give a prior" + ("" if by_camera else " or a second picture")
-        )
     if from_prior > p.max_sigma:
         missing.append(f"the pose lies {from_prior:.1f} sigma from the prior, which contradicts it")
     blind = {
@@ -505,6 +500,23 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
         if camera.tells(p):
             weighed[f"sees {name}"] = camera.log_odds(p)
     return Verdict(verdict, reason, posterior, missing, sigma_mm, sigma_rad, weakest, weighed, blind, rig)
+
+
+def doubt_edges(verdict: Verdict, name: str, absent: float, edge: str, most: float) -> Verdict:
+    """The verdict on a pose at which the object lacks some of the model's edges with these log odds, which are weighed
+    under that name and of which `most` are allowed; edge: the one that says most for that."""
+    verdict = replace(verdict, weighed=verdict.weighed | {name: absent})
+    if absent <= most:
+        return verdict
+    return verdict.refused(f"edges of the model that should show do not, log odds {absent:.1f}, most of all {edge}")
+
+
+def doubt_face(verdict: Verdict, mm: float, face: str) -> Verdict:
+    """The verdict on a pose that a face which lies mm from its place may hold as well as those that do."""
+    words = f"{face} lies {mm:.1f} mm from its place, and as many faces say that it is the others that do"
+    missing = [*verdict.missing, words]
+    weighed = verdict.weighed | {"rival_face_mm": mm}
+    return replace(verdict, verdict="ambiguous", reason="; ".join(missing), missing=missing, weighed=weighed)
 
 
 def weigh_against_prior(verdict: Verdict, prior: Prior, world_from_rig: Floats, *, believe_pictures: bool) -> Verdict:

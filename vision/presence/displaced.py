@@ -9,13 +9,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, Rows, count_from, rank_in_groups, sum_by_group
 from relmodel.geometry.transforms import rotation_matrix
-from vision.cameras.cameras import Rig
-from vision.localisation.measurements import EdgeIndex
-from vision.localisation.views import find_view_arcs
-from vision.localisation.visibility import SurfaceMap
-from vision.presence.items import NONE, Items
-from vision.presence.presence_parameters import PartParameters, PresenceParameters, StateParameters
-from vision.presence.samples import (
+from vision.account.edges import (
     EdgeRuns,
     Nearby,
     Samples,
@@ -30,6 +24,12 @@ from vision.presence.samples import (
     weigh_runs,
     weigh_samples,
 )
+from vision.cameras.cameras import Rig
+from vision.localisation.measurements import EdgeIndex
+from vision.localisation.views import find_view_arcs
+from vision.localisation.visibility import SurfaceMap
+from vision.presence.items import NONE, Items
+from vision.presence.presence_parameters import PartParameters, PresenceParameters, StateParameters
 from vision.presence.surfaces import BodyElements, Displacement, SceneSurfaces, fit
 from vision.scene import Scene, StoredScene
 
@@ -46,7 +46,7 @@ def find_loose_pieces(stored: StoredScene, samples: Samples, p: PresenceParamete
     enough edges, and not so many that they determine the pose."""
     scene, piece_of = stored.scene, find_pieces(stored.paths)
     of_sample = piece_of[scene.surface_occurrence[samples.surface[:, 0]]]
-    shown = np.bincount(of_sample, weigh_samples(samples, p.support), len(piece_of))
+    shown = np.bincount(of_sample, weigh_samples(samples, p.account.support), len(piece_of))
     inspected = np.isin(np.arange(len(piece_of)), piece_of[scene.inspected])
     few = shown <= p.parts.most_share * shown.sum()
     return piece_of, np.flatnonzero(inspected & few & (shown >= p.parts.least_px))
@@ -438,7 +438,7 @@ class _Bodies:
             return slope, beside.find_nearest(self.each, self.none, self.zero, reach)
 
         p = self.pictures.p
-        sigma, counts = np.tile(p.parts.sigma, (self.count, 1)), self.edges.length / p.runs.stretch_px
+        sigma, counts = np.tile(p.parts.sigma, (self.count, 1)), self.edges.length / p.account.runs.stretch_px
         return fit(look, self.body, counts, start, sigma, p.displacement)
 
     def score(self, x: Floats) -> Floats:
@@ -471,7 +471,7 @@ class _Bodies:
         ways = np.concatenate([aspects.axes[body], np.cross(aspects.axes[body, 2], arm)[:, None]], axis=1)
         pixel, flow = it.eyes.project(edges.camera, point, ways)
         across = np.stack([-edges.direction[:, 1], edges.direction[:, 0]], axis=1)
-        samples = replace(it.p.samples, reach_px=reach_px)
+        samples = replace(it.p.account.samples, reach_px=reach_px)
         near = find_nearby(edges.camera, pixel, edges.direction, it.indexes, it.response_px, samples)
         taken = it.taken[near.element]
         free = (taken < 0) | (taken == aspects.piece[body[near.sample]])
@@ -545,7 +545,7 @@ def look_beneath(
         name: find_view_arcs(bare.scene, camera, world_from_rig @ rig.rig_from_camera[name])
         for name, camera in rig.cameras.items()
     }
-    beneath = collect_samples(bare, rig, bounds, world_from_rig, arcs, p.samples)
+    beneath = collect_samples(bare, rig, bounds, world_from_rig, arcs, p.account.samples)
     covering = np.full(len(beneath.run), -1)
     for number, shown in enumerate(maps):
         rows = np.flatnonzero(beneath.camera == number)
@@ -563,12 +563,12 @@ def look_beneath(
     both = both.take(order)
     both = replace(both, run=np.cumsum(np.diff(both.run, prepend=-1) != 0) - 1)
     at = np.argsort(order)
-    of_bare = look_at_sides(bare.scene, rig, world_from_rig, beneath, p.sides)
+    of_bare = look_at_sides(bare.scene, rig, world_from_rig, beneath, p.account.sides)
     around = Sides.stack([sides, replace(of_bare, sample=n + of_bare.sample)])
     around = replace(around, sample=at[around.sample])
-    nearby = find_nearby(both.camera, both.pixel, both.direction, indexes, response_px, p.samples)
-    parted = part_at_turns(both, p.runs)
-    found = weigh_runs(parted, measure_support(both, nearby, p.support), around, p.runs)
+    nearby = find_nearby(both.camera, both.pixel, both.direction, indexes, response_px, p.account.samples)
+    parted = part_at_turns(both, p.account.runs)
+    found = weigh_runs(parted, measure_support(both, nearby, p.account.support), around, p.account.runs)
 
     head = order[np.flatnonzero(np.diff(parted.run, prepend=-1) != 0)]
     own = piece_of[stored.scene.surface_occurrence[samples.surface[:, 0]]]

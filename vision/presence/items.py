@@ -11,6 +11,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Bytes, Floats, Ints, Rows, sum_by_group
 from relmodel.geometry.congruence import greatest
+from vision.account.edges import Samples
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import LINE
 from vision.extraction.rows import Primitives
@@ -18,7 +19,6 @@ from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import ViewArcs
 from vision.localisation.visibility import PART, PartsInView, SurfaceMap, VisibleArcs
 from vision.presence.presence_parameters import AppearanceParameters, UnexplainedParameters
-from vision.presence.samples import Samples
 from vision.scene import Scene, StoredScene
 
 INSETS = ("through_hole", "blind_hole", "boss", "duct")

@@ -141,6 +141,7 @@ def tabulate_items(it: Presence) -> dict[str, Any]:
         "reason": [REASONS[r] for r in it.reason],
         **{name: values.sum(axis=1) for name, values in vars(it.evidence).items()},
         "visible_pixels": it.items.visible_px,
+        "absent_log_odds": it.signs.absent,
         **fields_of(it, "moved_mm moved_sigma_mm moved_log_odds uncovered_log_odds"),
     }
 

@@ -8,6 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relmodel.arrays import Bools, Floats, Ints, count_from
+from vision.account.account_parameters import RunParameters
+from vision.account.edges import (
+    EdgeAccount,
+    EdgeRuns,
+    sum_in_one_light,
+    take_account,
+    weigh_absence,
+)
 from vision.localisation.localise import Localisation
 from vision.localisation.views import SMOOTH, ModelView, Observation
 from vision.localisation.visibility import PartsInView
@@ -32,16 +40,11 @@ from vision.presence.items import (
     list_items,
     look_at_features,
 )
-from vision.presence.presence_parameters import DEFAULTS, DistanceParameters, PresenceParameters, StateParameters
-from vision.presence.samples import (
-    EdgeRuns,
-    collect_samples,
-    find_nearby,
-    look_at_sides,
-    measure_support,
-    part_at_turns,
-    sum_in_one_light,
-    weigh_runs,
+from vision.presence.presence_parameters import (
+    DEFAULTS,
+    DistanceParameters,
+    PresenceParameters,
+    StateParameters,
 )
 from vision.presence.surfaces import (
     BodyElements,
@@ -137,10 +140,11 @@ REASONS = (
     "its edges are found, which may be chance",
     "a feature of it is not as modelled",
     "what it covers shows in its place",
+    "an edge of it that should show does not",
 )
 (
     FOUND, MISSING, SHIFTED, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, STOPPED, NONE, BY_CHANCE,
-    OF_FEATURE, UNCOVERED,
+    OF_FEATURE, UNCOVERED, ABSENT,
 ) = range(len(REASONS))  # fmt: skip
 
 
@@ -178,14 +182,25 @@ class Presence:
     uncovered_log_odds: Floats
     measures: Measures
 
+    def find_holding_parts(self, p: StateParameters) -> Ints:
+        """The scene's occurrences whose edges hold the pose: of what is not missing those that lack no edge, where they
+        show enough."""
+        part = np.array([level == "part" for level in self.items.level], bool)
+        there = part & (self.state != CONTRADICTED)
+        whole = there & (self.signs.absent < 0)
+        px = self.evidence.distinct_px.sum(axis=1)
+        holding = whole if px[whole].sum() >= p.most_share * px[part].sum() else there
+        return np.asarray(self.items.occurrence[holding])
+
 
 @dataclass(frozen=True, kw_only=True)
 class Signs:
     """What speaks for and against items: the predicted edges, what their surfaces and the regions on them show, how
     they look, how far parts and features stand from their places and from each other, what shows in the place of parts,
-    and what nothing predicts."""
+    and what nothing predicts.  absent (n,): log odds of each item that some of its own edges are not there."""
 
     runs: EdgeRuns
+    absent: Floats
     surfaces: SceneSurfaces
     appearance: Appearance
     displacements: Displacements
@@ -224,6 +239,9 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     gone = (total <= -p.contradicted_log_odds) & (expected >= p.contradicted_expected) & (share <= p.contradicted_share)
     settle(gone, CONTRADICTED, MISSING)
     settle(total >= p.least_log_odds, CONFIRMED, FOUND)
+    part = np.array([level == "part" for level in items.level], bool)
+    holds = part & (distinct >= p.most_share * distinct[part].sum())
+    settle((state == CONFIRMED) & (signs.absent >= np.where(holds, 0.0, p.least_log_odds)), NOT_CONFIRMED, ABSENT)
     settle(changed, CHANGED, SHIFTED)
     settle(resized, CHANGED, RESIZED)
     few = distinct < p.least_px
@@ -242,7 +260,6 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     measures = replace(measures, changed=measures.changed & (state[measures.item] != UNDECIDABLE))
     measures = Measures.stack([measures, signs.distances])
     most_moved = _find_most_moved(items, surfaces, moved)
-    part = np.array([level == "part" for level in items.level], bool)
     uncovered = np.where(part, signs.uncovered.log_odds[items.occurrence], np.nan)
     return Presence(items, signs, cameras, evidence, state, reason, *most_moved, uncovered, measures)
 
@@ -259,6 +276,13 @@ def find_missing(items: Items, signs: Signs, p: StateParameters) -> Bools:
     resized = np.bincount(of_surface[moved], signs.surfaces.log_odds[moved], len(odds))
     missing = (signs.uncovered.beneath >= p.least_log_odds) & (odds >= np.maximum(rival, resized))
     return np.asarray(missing[items.occurrence])
+
+
+def weigh_absence_of_items(items: Items, runs: EdgeRuns, cameras: int, p: RunParameters) -> Floats:
+    """Log odds (n,) that some of its own edges are not there, of each item."""
+    item, run, lent = pair_with_runs(items, runs.surface)
+    item, run = item[~lent], run[~lent]
+    return weigh_absence(item, runs.camera[run], runs.surface[run], runs.in_light[run], len(items), cameras, p)
 
 
 def gather_evidence(items: Items, runs: EdgeRuns, cameras: int) -> ItemEvidence:
@@ -326,45 +350,40 @@ def assess(
     view: ModelView,
     parts: PartsInView,
     p: PresenceParameters = DEFAULTS,
+    account: EdgeAccount | None = None,
 ) -> Presence:
     """Evidence and state of every part, feature and surface in view at the best pose found.
 
-    view: what the cameras should see of the stored scene there, and parts: which share of each part and feature.
+    view: what the cameras should see of the stored scene there, parts: which share of each part and feature, and
+    account: of its edges, where it was taken already.
     """
     assert found.best is not None
     rig, pose, views = found.rig, found.best, view.arcs
     indexes = [found.edge_indexes[name] for name in rig.cameras]
-    bounds = [(index.edges.low, index.edges.high) for index in indexes]
-    samples = collect_samples(stored, rig, bounds, pose.world_from_rig, views, p.samples)
-    nearby = find_nearby(
-        samples.camera, samples.pixel, samples.direction, indexes, pose.camera_unknowns[:, 0], p.samples
-    )
-    support = measure_support(samples, nearby, p.support)
-    sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)
-    runs = weigh_runs(samples, support, sides, p.runs)
-    pieces = weigh_runs(part_at_turns(samples, p.runs), support, sides, p.runs)
+    where = rig, pose.world_from_rig, indexes, pose.camera_unknowns[:, 0]
+    it = account or take_account(stored, *where, views, p.account)
+    samples, support, runs = it.samples, it.support, it.runs
     maps = [view.maps[name] for name in rig.cameras]
     items = list_items(stored, parts, maps)
     smooth = {name: view.samples.take(view.kind[view.run] == SMOOTH) for name, view in views.items()}
     reach, least = p.unexplained.reach_px, p.unexplained.min_cosine
     blends = [lie_on(index, smooth[name], reach, least) for name, index in zip(rig.cameras, indexes, strict=True)]
     moving = find_moving_surfaces(samples, find_tangent(stored, p.moved.tangent_cosine))
-    usable = find_usable(samples, nearby, support, np.concatenate(blends), p.moved)
-    edges = EdgePredictions(samples, moving, BodyElements(nearby.first, nearby.offset, usable, support.weight), runs)
+    usable = find_usable(samples, it.nearby, support, np.concatenate(blends), p.moved)
+    edges = EdgePredictions(
+        samples, moving, BodyElements(it.nearby.first, it.nearby.offset, usable, support.weight), runs
+    )
     surfaces = assess_surfaces(edges, stored, items, len(rig.cameras), p)
     unexplained = find_unexplained(stored.scene, rig, seen.pictures, indexes, pose.world_from_rig, views, p.unexplained)
     appearance = look_at_features(
         items, samples, find_normals(stored.scene), [seen.greys[name] for name in rig.cameras], maps, p.appearance
     )
-    displacements = measure_displacements(
-        stored, rig, pose.world_from_rig, indexes, pose.camera_unknowns[:, 0], samples, nearby, support, runs, p
-    )
-    uncovered = look_beneath(
-        stored, rig, pose.world_from_rig, indexes, pose.camera_unknowns[:, 0], samples, sides, runs, maps, p
-    )
+    displacements = measure_displacements(stored, *where, samples, it.nearby, support, runs, p)
+    uncovered = look_beneath(stored, *where, samples, it.sides, runs, maps, p)
     distances = measure_distances(items, stored.scene, stored.radius, surfaces, p.distances)
     signs = Signs(
-        runs=pieces,
+        runs=it.pieces,
+        absent=weigh_absence_of_items(items, it.pieces, len(rig.cameras), p.account.runs),
         surfaces=surfaces,
         appearance=appearance,
         displacements=displacements,

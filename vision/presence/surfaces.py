@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, count_from, sum_by_group
+from vision.account.edges import EdgeRuns, Nearby, Samples, SampleSupport, compute_log_odds, sum_in_one_light
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DisplacementParameters, MovedParameters, PresenceParameters
-from vision.presence.samples import EdgeRuns, Nearby, Samples, SampleSupport, compute_log_odds, sum_in_one_light
 from vision.scene import Scene, StoredScene
 
 # A body is what moves as one and carries edge samples along, each by so many px along its image normal for a unit of
@@ -65,12 +65,12 @@ class BodyElements:
             np.array(q.tolerance_px), np.array([reach_px, q.hidden_px]), seen, found,
         )  # fmt: skip
         # An edge lies where it is drawn well, mostly, or roughly, which places it the less.
-        stretches, widest, odds = seen / p.runs.stretch_px, max(q.tolerance_px), []
+        stretches, widest, odds = seen / p.account.runs.stretch_px, max(q.tolerance_px), []
         for px, tolerance, likely in zip(found, q.tolerance_px, q.drawn, strict=True):
-            by_chance = np.maximum(chance * tolerance / widest, p.runs.least_chance)[:, None]
+            by_chance = np.maximum(chance * tolerance / widest, p.account.runs.least_chance)[:, None]
             placed = np.minimum(stretches, 1.0) * np.log(likely * widest / tolerance)
             share = px / np.maximum(seen, 1e-9)
-            odds.append(placed + compute_log_odds(share, stretches, by_chance, shows[:, None], p.runs))
+            odds.append(placed + compute_log_odds(share, stretches, by_chance, shows[:, None], p.account.runs))
         in_sight = seen >= q.least_seen * np.bincount(edge, self.weight[sample], len(chance))[:, None]
         return np.where(in_sight, np.logaddexp.reduce(odds), 0.0), in_sight
 
@@ -318,7 +318,7 @@ def measure_moved(
 
     free = np.where(closed[:, None], FREE_MM, FIXED_MM)
     sigma = np.concatenate([free, free, free, np.full((count, 1), FREE_MM)], axis=1)
-    return fit(look, body, length / p.runs.stretch_px, start, sigma, p.displacement), closed
+    return fit(look, body, length / p.account.runs.stretch_px, start, sigma, p.displacement), closed
 
 
 def seek_moved(
@@ -403,7 +403,10 @@ class _DisplacementSearch:
         rows = np.flatnonzero(number[self.group] >= 0)
         sample, group, rate = self.sample[rows], self.group[rows], self.rate_px[rows]
         other = edges.moving.displace(mm, len(edges.samples.run))[sample] - rate * mm[self.surface[group]]
-        run, reach = self.run[groups], self.parameters.samples.reach_px - max(self.parameters.displacement.tolerance_px)
+        run, reach = (
+            self.run[groups],
+            self.parameters.account.samples.reach_px - max(self.parameters.displacement.tolerance_px),
+        )
         odds, in_sight = edges.beside.weigh(
             (sample, self.side[rows], number[group]), rate, other, runs.chance[run], runs.shows[run], self.grid, reach,
             self.parameters,
@@ -459,7 +462,7 @@ def assess_surfaces(
     there = np.flatnonzero(weight >= p.moved.least_distinct_px)
     offsets, closed = measure_moved(edges, there, sought, p)
     # Surfaces found in place, or found displaced, or bent around and found all around.
-    agree_px = offsets.agree * p.runs.stretch_px
+    agree_px = offsets.agree * p.account.runs.stretch_px
     found = agree_px >= p.moved.least_found * weight[there]
     in_place = supported[there] >= p.moved.least_found * weight[there]
     displaced = sought[there] != 0
@@ -500,3 +503,18 @@ def _bend(samples: Samples, count: int) -> tuple[Bools, Floats, Floats]:
     mean = np.stack([np.bincount(surface, c, count) for c in normal.T], axis=1) / number
     out = np.einsum("ni,ni->n", normal, samples.point[sample] - middle[surface])
     return np.bincount(surface, out, count) < 0, middle, mean
+
+
+ALONG = 0.7  # cosine of the angle up to which faces look alike: they say where the object lies along one direction
+
+
+def find_rival_face(surfaces: SceneSurfaces, least_mm: float) -> int | None:
+    """The face that lies farthest from its place, by more than `least_mm`, where no more faces hold the pose along its
+    normal than have moved so far: which of them are where the model has them is then not known.  None where there is
+    none."""
+    away = surfaces.moved & (np.abs(surfaces.mm) > least_mm)
+    there = np.isfinite(surfaces.mm) & ~away
+    alike = np.abs(surfaces.normal @ surfaces.normal[away].T) > ALONG
+    alike |= np.isfinite(surfaces.shift_sigma)[:, None]  # a bore holds the pose all around
+    rival = np.flatnonzero(away)[(alike & there[:, None]).sum(axis=0) <= (alike & away[:, None]).sum(axis=0)]
+    return int(rival[np.argmax(np.abs(surfaces.mm[rival]))]) if len(rival) else None

@@ -10,6 +10,7 @@ FROM (
     SELECT item_no, '' AS camera, concat('it is ', CASE state WHEN 'not_confirmed' THEN 'not confirmed' ELSE state END,
         ' (', qif, '): ', reason, '; log odds of ', CAST(log_odds AS NUMERIC(18, 1)), ' for its being there, ',
         CAST(expected_log_odds AS NUMERIC(18, 1)), ' were expected',
+        '; log odds of ', CAST(absent_log_odds AS NUMERIC(18, 1)), ' that some of its edges are not there',
         '; log odds of ' || CAST(CAST(uncovered_log_odds AS NUMERIC(18, 1)) AS TEXT) || ' that what it covers shows in its place'
         ) AS sentence
     FROM item

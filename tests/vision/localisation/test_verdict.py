@@ -19,6 +19,8 @@ from vision.localisation.verdict import (
     PoseEvidence,
     Verdict,
     compute_disagreement,
+    doubt_edges,
+    doubt_face,
     find_misfit,
     find_standing,
     judge,
@@ -82,29 +84,22 @@ def test_what_is_no_number_is_refused(what: str) -> None:
     assert verdict.verdict == ("accepted" if what == "nothing" else "refused")
 
 
-@pytest.mark.parametrize("share", [0.31, 0.7])
-@pytest.mark.parametrize("prior_sigma", [1.0, np.nan])
-@pytest.mark.parametrize("cameras", [1, 2])
-def test_without_a_prior_most_of_the_edges_have_to_be_found(share: float, prior_sigma: float, cameras: int) -> None:
-    columns = (prior_sigma, 3000.0, share * 1000.0, 1000.0, 100.0, 2.0, 10.0, False, np.nan)
-    gathered = HypothesisTable(*(np.array([value]) for value in columns))
-    several = ["left", "right"] if cameras > 1 else []
-    by_camera, support = (
-        [1500.0] * len(several),
-        dict.fromkeys(several, CameraSupport(1500.0, 300.0, 400.0, 1.0, LITTLE)),
-    )
-    p = replace(DEFAULTS.verdict, min_posterior=0.5)
-    verdict = judge(
-        gathered,
-        np.array([0]),
-        PoseEvidence(1.0, by_camera, support, LITTLE, (0.01, 1e-5, "x"), 0),
-        Needs(1.0, 0.01),
-        p,
-    )
-    lacks = np.isnan(prior_sigma) and share < 0.6
-    assert verdict.verdict == ("refused" if lacks else "accepted"), verdict.reason
-    assert ("give a prior" in verdict.reason) == lacks
-    assert ("or a second picture" in verdict.reason) == (lacks and cameras == 1)
+def accepted() -> Verdict:
+    return Verdict("accepted", "it fits", 0.99, [], 0.1, 0.001, "x", {"likely": 0.99})
+
+
+@pytest.mark.parametrize(("absent", "verdict"), [(0.4, "accepted"), (0.6, "refused")])
+def test_edges_that_should_show_and_do_not_refuse_a_pose(absent: float, verdict: str) -> None:
+    it = doubt_edges(accepted(), "absent", absent, "80 px of a and b", 0.5)
+    assert (it.verdict, it.weighed) == (verdict, {"likely": 0.99, "absent": absent})
+    assert ("most of all 80 px of a and b" in it.reason) == (verdict == "refused") == bool(it.missing)
+
+
+def test_a_face_that_may_hold_the_pose_leaves_two_poses() -> None:
+    it = doubt_face(accepted(), 4.04, "it/face 3")
+    assert it.verdict == "ambiguous"
+    assert it.missing == ["it/face 3 lies 4.0 mm from its place, and as many faces say that it is the others that do"]
+    assert it.weighed["rival_face_mm"] == 4.04
 
 
 @pytest.mark.parametrize(

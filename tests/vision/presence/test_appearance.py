@@ -11,11 +11,11 @@ from scipy.stats import norm
 
 from relmodel.arrays import Floats, Ints
 from tests.vision.presence.test_elements_beside import samples_at
+from vision.account.edges import Samples
 from vision.cameras.cameras import Camera
 from vision.localisation.visibility import RayGrid, SurfaceMap
 from vision.presence.items import Appearance, Items, look_at_features
 from vision.presence.presence_parameters import AppearanceParameters
-from vision.presence.samples import Samples
 
 STEP, SIZE = 3, (400, 300)
 CAMERA = Camera(*SIZE, np.array([[500.0, 0, 199.5], [0, 500.0, 149.5], [0, 0, 1.0]]))

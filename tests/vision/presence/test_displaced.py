@@ -10,8 +10,9 @@ import pytest
 
 from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
+from tests.vision.account.test_samples import box_samples
 from tests.vision.localisation.scenes import above, box_scene, stereo_rig
-from tests.vision.presence.test_samples import box_samples
+from vision.account.edges import EdgeRuns
 from vision.presence.displaced import (
     Aspects,
     CameraPoses,
@@ -24,7 +25,6 @@ from vision.presence.displaced import (
 )
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DEFAULTS
-from vision.presence.samples import EdgeRuns
 
 
 def eyes() -> CameraPoses:

@@ -13,13 +13,13 @@ from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
 from tests.poses import pose_of
 from tests.vision.localisation.scenes import box_scene
+from vision.account.edges import EdgeRuns, Samples, find_nearby, measure_support
 from vision.cameras.cameras import Camera, Rig
 from vision.localisation.hypotheses import EdgePoints
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import find_view_arcs
 from vision.presence.displaced import Displacements, find_pieces, measure_displacements
 from vision.presence.presence_parameters import PresenceParameters
-from vision.presence.samples import EdgeRuns, Samples, find_nearby, measure_support
 from vision.scene import Scene, StoredScene
 
 P = PresenceParameters()
@@ -85,9 +85,9 @@ def measured(shift: Floats, missing: bool = False, angle: float = 0.0) -> Displa
             )
         )  # fmt: skip
     samples = Samples(*(np.concatenate([getattr(s, name) for s in pieces]) for name in Samples.__dataclass_fields__))
-    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, indexes, np.zeros(2), P.samples)
+    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, indexes, np.zeros(2), P.account.samples)
     stored = SimpleNamespace(scene=model, paths=["it/plate", "it/block", "it/moved"])
-    support = measure_support(samples, nearby, P.support)
+    support = measure_support(samples, nearby, P.account.support)
     runs = cast(
         EdgeRuns, SimpleNamespace(chance=np.full(samples.run_count, 0.05), shows=np.full(samples.run_count, 0.8))
     )

@@ -7,9 +7,9 @@ import pytest
 
 from relmodel.arrays import Floats
 from tests.vision.presence.test_elements_beside import edge_points, samples_at
+from vision.account.edges import EdgeRuns, Samples, find_nearby, measure_support
 from vision.localisation.measurements import EdgeIndex
 from vision.presence.presence_parameters import PresenceParameters
-from vision.presence.samples import EdgeRuns, Samples, find_nearby, measure_support
 from vision.presence.surfaces import (
     BodyElements,
     EdgePredictions,
@@ -34,8 +34,8 @@ def ring(radius: float, centre: Floats, count: int) -> tuple[Floats, Floats]:
 
 def look(samples: Samples, index: EdgeIndex) -> EdgePredictions:
     """What elements show along samples, of edges that mostly show where chance finds little."""
-    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, [index], np.zeros(1), P.samples)
-    support = measure_support(samples, nearby, P.support)
+    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, [index], np.zeros(1), P.account.samples)
+    support = measure_support(samples, nearby, P.account.support)
     blends = np.zeros(len(index.edges.position), bool)
     count = samples.run_count
     head = np.unique(samples.run, return_index=True)[1]

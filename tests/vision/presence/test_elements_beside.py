@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
+from vision.account.account_parameters import SampleParameters, SupportParameters
+from vision.account.edges import Nearby, Samples, find_nearby, measure_support
 from vision.localisation.hypotheses import EdgePoints
 from vision.localisation.measurements import EdgeIndex
-from vision.presence.presence_parameters import SampleParameters, SupportParameters
-from vision.presence.samples import Nearby, Samples, find_nearby, measure_support
 
 P = SampleParameters()
 

@@ -42,7 +42,7 @@ def presence() -> Presence:
         "moved_mm": np.array([np.nan, np.nan, -1.25, *[np.nan] * 6]),
         "moved_sigma_mm": np.full(count, 0.125),
         "uncovered_log_odds": np.full(count, np.nan),
-        "signs": SimpleNamespace(runs=SimpleNamespace(log_odds=[1.5, 2])),
+        "signs": SimpleNamespace(runs=SimpleNamespace(log_odds=[1.5, 2]), absent=np.zeros(count)),
     }
     return cast(Presence, SimpleNamespace(**known))
 

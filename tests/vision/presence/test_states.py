@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from vision.account.edges import EdgeRuns
 from vision.presence.displaced import Displacements, Measures, Uncovered
 from vision.presence.items import NONE, Appearance, Items, UnexplainedElements
 from vision.presence.presence_parameters import DEFAULTS as P
-from vision.presence.samples import EdgeRuns
 from vision.presence.states import REASONS, STATES, Presence, Signs, decide
 from vision.presence.surfaces import FacePairs, SceneSurfaces
 
@@ -54,7 +54,7 @@ def signs(*edges: Edge, cameras: int = 1, stopped: int | None = None, looks: tup
     )
     places = Displacements(np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3, 3)), *EMPTY * 5)
     return Signs(
-        runs=replace(runs, camera=camera), surfaces=faces, appearance=look,
+        runs=replace(runs, camera=camera), absent=np.full(len(NAMES), -9.0), surfaces=faces, appearance=look,
         displacements=replace(places, far=np.zeros(0, bool), turned=np.zeros(0, bool)),
         uncovered=Uncovered(*np.full((2, 2), np.nan)), distances=Measures.stack([no_measures()]),
         unexplained=UnexplainedElements(*EMPTY * 8),

@@ -11,18 +11,20 @@ import numpy as np
 import pytest
 
 from relmodel.arrays import Bools, Floats, Ints
+from tests.vision.account.test_samples import log_odds_of
 from tests.vision.presence.test_elements_beside import samples_at, unit
-from tests.vision.presence.test_samples import log_odds_of
+from vision.account.edges import EdgeRuns, Nearby, SampleSupport
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DEFAULTS
-from vision.presence.samples import EdgeRuns, Nearby, SampleSupport
 from vision.presence.surfaces import (
     BodyElements,
     EdgePredictions,
     FacePairs,
     MovingSurfaces,
+    SceneSurfaces,
     assess_surfaces,
     find_moving_surfaces,
+    find_rival_face,
     find_tangent,
     find_usable,
     measure_moved,
@@ -266,3 +268,23 @@ def test_only_what_bends_around_is_shifted_aside(half: bool) -> None:
     else:
         np.testing.assert_allclose(found.x[0], [0.3, 0, 0, 0], atol=1e-3)
     assert found.agree[0] == pytest.approx(weight.sum() / 20, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("moved", "mm", "least", "face"),
+    [
+        ([1, 0, 0, 0], [6, 0, 0, 0], 3.0, 0),  # one face across holds the pose, one has moved
+        ([1, 0, 0, 0], [2, 0, 0, 0], 3.0, None),  # not so far that it matters
+        ([1, 0, 0, 1], [6, 0, 0, -7], 3.0, 3),  # the farthest of two
+        ([0, 0, 1, 0], [0, 0, 6, 0], 3.0, 2),  # none is along the third's normal
+        ([1, 0, 0, 0], [6, 0, 0, 0.1], 3.0, None),  # two hold it
+    ],
+)
+def test_a_face_may_hold_the_pose_unless_more_others_do(
+    moved: list[int], mm: list[float], least: float, face: int | None
+) -> None:
+    """Two pairs of opposite faces; the last is measured where it is not zero."""
+    normal = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [1, 0, 0]], float)
+    known = np.array([*mm[:3], mm[3] or np.nan], float)
+    it = SimpleNamespace(moved=np.array(moved, bool), mm=known, normal=normal, shift_sigma=np.full(4, np.nan))
+    assert find_rival_face(cast(SceneSurfaces, it), least) == face

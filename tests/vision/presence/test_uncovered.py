@@ -15,13 +15,13 @@ import relmodel
 from tests.reading import load
 from tests.vision.localisation.scenes import box_scene
 from tests.vision.presence.test_displaced_parts import RIG, RIG_POSE
+from vision.account.edges import collect_samples, find_nearby, look_at_sides, measure_support, weigh_runs
 from vision.localisation.hypotheses import EdgePoints
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import view_model
 from vision.presence.displaced import Displacements, Uncovered, look_beneath
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DEFAULTS as P
-from vision.presence.samples import collect_samples, find_nearby, look_at_sides, measure_support, weigh_runs
 from vision.presence.states import Signs, find_missing
 from vision.presence.surfaces import SceneSurfaces
 from vision.scene import StoredScene
@@ -55,10 +55,10 @@ def uncovered(missing: list[int]) -> Uncovered:
         points = EdgePoints(place, normal, np.full(count, 40.0), np.full(count, 0.1), *bounds, 200.0)
         indexes.append(EdgeIndex(points))
     within = [(index.edges.low, index.edges.high) for index in indexes]
-    samples = collect_samples(model, RIG, within, RIG_POSE, view.arcs, P.samples)
-    sides = look_at_sides(SCENE, RIG, RIG_POSE, samples, P.sides)
-    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, indexes, np.zeros(2), P.samples)
-    runs = weigh_runs(samples, measure_support(samples, nearby, P.support), sides, P.runs)
+    samples = collect_samples(model, RIG, within, RIG_POSE, view.arcs, P.account.samples)
+    sides = look_at_sides(SCENE, RIG, RIG_POSE, samples, P.account.sides)
+    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, indexes, np.zeros(2), P.account.samples)
+    runs = weigh_runs(samples, measure_support(samples, nearby, P.account.support), sides, P.account.runs)
     maps = list(view.maps.values())
     return look_beneath(model, RIG, RIG_POSE, indexes, np.zeros(2), samples, sides, runs, maps, P)
 

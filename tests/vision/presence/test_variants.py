@@ -21,7 +21,7 @@ def presence(*state: int) -> Presence:
     )
     known = {"items": items, "state": np.array(state), "reason": np.zeros(3, int), "evidence": evidence}
     moved = dict.fromkeys(("moved_mm", "moved_sigma_mm", "moved_log_odds", "uncovered_log_odds"), none)
-    return cast(Presence, SimpleNamespace(**known, **moved))
+    return cast(Presence, SimpleNamespace(signs=SimpleNamespace(absent=none), **known, **moved))
 
 
 @pytest.mark.parametrize(

@@ -8,11 +8,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from relmodel.arrays import Bools, Floats, Ints, Rows
+from relmodel.arrays import Bools, Floats, Ints, Rows, sum_by_group
+from vision.account.account_parameters import (
+    AccountParameters,
+    RunParameters,
+    SampleParameters,
+    SideParameters,
+    SupportParameters,
+)
 from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import SMOOTH, ViewArcs
-from vision.presence.presence_parameters import RunParameters, SampleParameters, SideParameters, SupportParameters
 from vision.scene import Scene, StoredScene
 
 
@@ -275,7 +281,7 @@ def find_nearby(
 ) -> Nearby:
     """The elements near samples, which stand camera by camera; response_px (c,): how far each camera moves an edge of
     the whole range of grey toward its dark side."""
-    from vision.presence import kernels
+    from vision.account import kernels
 
     limits = np.array([p.reach_px, p.min_cosine, p.max_along_px])
     pieces, counts, elements = [], [], 0
@@ -307,6 +313,56 @@ def find_nearby(
     columns = [np.concatenate(column) for column in zip(*pieces, strict=True)]
     first = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
     return Nearby(first, *columns)
+
+
+@dataclass(frozen=True)
+class EdgeAccount:
+    """All that is known of the edges that cameras should see at a pose: their samples, the elements beside them, what
+    supports them, what lies on their sides, and the evidence run by run, of whole runs and of runs parted where they
+    turn."""
+
+    samples: Samples
+    nearby: Nearby
+    support: SampleSupport
+    sides: Sides
+    runs: EdgeRuns
+    pieces: EdgeRuns
+
+
+def take_account(
+    stored: StoredScene,
+    rig: Rig,
+    world_from_rig: Floats,
+    indexes: list[EdgeIndex],
+    response_px: Floats,
+    views: Mapping[str, ViewArcs],
+    p: AccountParameters,
+) -> EdgeAccount:
+    """The account of what cameras see of a scene at a pose; indexes, response_px: by camera, as `find_nearby` has them;
+    views: by its name."""
+    bounds = [(index.edges.low, index.edges.high) for index in indexes]
+    samples = collect_samples(stored, rig, bounds, world_from_rig, views, p.samples)
+    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, indexes, response_px, p.samples)
+    support = measure_support(samples, nearby, p.support)
+    sides = look_at_sides(stored.scene, rig, world_from_rig, samples, p.sides)
+    pieces = weigh_runs(part_at_turns(samples, p.runs), support, sides, p.runs)
+    return EdgeAccount(samples, nearby, support, sides, weigh_runs(samples, support, sides, p.runs), pieces)
+
+
+def weigh_lookalike(
+    stored: StoredScene, it: EdgeRuns, asked: Bools, cameras: Sequence[str], p: RunParameters
+) -> tuple[float, str]:
+    """Log odds that the object lacks some of its asked edges (r,), as another of like outline does, against having them
+    all; and, in words, the edge that says most for that."""
+    rows = it.take(np.flatnonzero(asked & (it.weight_px > 0)))
+    if not len(rows.camera):
+        return 0.0, ""
+    whole = np.zeros(len(rows.camera), np.int64)
+    odds = weigh_absence(whole, rows.camera, rows.surface, rows.in_light, 1, len(cameras), p)
+    worst = int(np.argmin(rows.log_odds))
+    own = [stored.name_surface(surface) for surface in rows.surface[worst].tolist() if surface >= 0]
+    where = f"{rows.weight_px[worst]:.0f} px of {' and '.join(own)} in the picture of {cameras[rows.camera[worst]]}"
+    return float(odds[0]), where
 
 
 # Evidence run by run: how likely a predicted edge shows here, and the log odds that it is there.
@@ -423,6 +479,24 @@ def sum_in_one_light(group: Ints, in_light: Floats, count: int) -> Floats:
     """Log odds (count,) of groups of edges that a camera sees in the same light, which is not known."""
     total = np.stack([np.bincount(group, column, count) for column in in_light.T], axis=1)
     return np.asarray(np.logaddexp.reduce(total, axis=1) - np.log(in_light.shape[1]))
+
+
+def weigh_absence(
+    item: Ints, camera: Ints, surface: Ints, in_light: Floats, count: int, cameras: int, p: RunParameters
+) -> Floats:
+    """Log odds (count,) that some edges of items are not there, against all being there.
+
+    item, camera (r,), surface (r, 2): of rows, of which those of one pair of surfaces in a picture are there or not
+    together; in_light (r, k): as `EdgeRuns` has it.  What share of its edges an item would lack is not known: those of
+    `missing` are as likely one as another.  So no edge that is found pays for one that should show and does not.
+    """
+    rows = np.column_stack([item * cameras + camera, np.sort(surface, axis=1)])
+    edges, edge = np.unique(rows, axis=0, return_inverse=True)
+    own = sum_by_group(edge.ravel(), in_light, len(edges))
+    each = [np.logaddexp(np.log1p(-share) + own, np.log(share)) if share else own for share in (0.0, *p.missing)]
+    there, *some = (sum_in_one_light(edges[:, 0], odds, count * cameras) for odds in each)
+    by_share = (np.stack(some) - there).reshape(len(some), count, cameras).sum(axis=2)
+    return np.asarray(np.logaddexp.reduce(by_share) - np.log(len(some)))
 
 
 def compute_log_odds(found: Floats, n: Floats, chance: Floats, share: Floats, p: RunParameters) -> Floats:

@@ -8,8 +8,8 @@ from scipy.stats import betabinom
 
 from relmodel.arrays import Floats
 from tests.vision.presence.test_elements_beside import samples_at, unit
-from vision.presence.presence_parameters import RunParameters
-from vision.presence.samples import Samples, compute_log_odds, part_at_turns, sum_in_one_light
+from vision.account.account_parameters import RunParameters
+from vision.account.edges import Samples, compute_log_odds, part_at_turns, sum_in_one_light, weigh_absence
 
 P = RunParameters()
 
@@ -55,6 +55,28 @@ def test_an_edge_that_wavers_stays_whole_and_runs_stay_apart() -> None:
         np.zeros((40, 2)), unit(np.repeat([0.0, 2.0], 20)), np.zeros((40, 2), np.int64), np.arange(40) // 20
     )
     assert part_at_turns(two, P).run.tolist() == [0] * 20 + [1] * 20
+
+
+def test_a_missing_edge_is_not_paid_for_by_others() -> None:
+    """By loops over the shares of edges that may be missing and over lights; of two pieces of an edge in a picture both
+    are there, or neither."""
+    rng = np.random.default_rng(5)
+    camera, surface = np.array([0, 0, 0, 1, 1]), np.array([[1, 2], [2, 1], [1, 3], [1, 2], [4, -1]])
+    in_light = rng.normal(1.0, 2.0, (5, 3))
+
+    def odds_of(share: float) -> float:
+        total = 0.0
+        for edges in ([in_light[0] + in_light[1], in_light[2]], [in_light[3], in_light[4]]):
+            by_light = sum(np.log((1 - share) * np.exp(edge) + share) for edge in edges)
+            total += np.log(np.mean(np.exp(by_light)))
+        return float(total)
+
+    wanted = np.log(np.mean([np.exp(odds_of(share) - odds_of(0.0)) for share in P.missing]))
+    one = np.zeros(5, np.int64)
+    assert weigh_absence(one, camera, surface, in_light, 1, 2, P) == pytest.approx([wanted])
+    sure = np.full((5, 3), 20.0)
+    gone = np.where(np.arange(5)[:, None] == 2, -3.0, sure)
+    assert weigh_absence(one, camera, surface, sure, 1, 2, P) < 0 < weigh_absence(one, camera, surface, gone, 1, 2, P)
 
 
 def test_edges_in_one_light_are_averaged_over_lights() -> None:

@@ -14,11 +14,7 @@ from scipy.stats import beta, betabinom
 from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, box_scene, stereo_rig
 from tests.vision.presence.test_elements_beside import edge_points, samples_at, unit
-from vision.localisation.hypotheses import bound_elements
-from vision.localisation.measurements import EdgeIndex
-from vision.localisation.views import find_view_arcs
-from vision.presence.presence_parameters import DEFAULTS
-from vision.presence.samples import (
+from vision.account.edges import (
     Samples,
     SampleSupport,
     Sides,
@@ -28,6 +24,10 @@ from vision.presence.samples import (
     measure_support,
     weigh_runs,
 )
+from vision.localisation.hypotheses import bound_elements
+from vision.localisation.measurements import EdgeIndex
+from vision.localisation.views import find_view_arcs
+from vision.presence.presence_parameters import DEFAULTS
 from vision.scene import Scene, StoredScene
 
 P = DEFAULTS
@@ -54,7 +54,7 @@ def box_samples(grown: float = 0.0, small: float = 500.0) -> tuple[Scene, Sample
     rig, pose = stereo_rig(), above(10, -20, 560)
     views = {n: find_view_arcs(scene, camera, pose @ rig.rig_from_camera[n]) for n, camera in rig.cameras.items()}
     bounds = [bound_elements(camera) for camera in rig.cameras.values()]
-    p = replace(P.samples, small_part_px=small)
+    p = replace(P.account.samples, small_part_px=small)
     return scene, collect_samples(stored(scene), rig, bounds, pose, views, p), pose
 
 
@@ -103,7 +103,7 @@ def test_what_lies_on_either_side_of_an_edge() -> None:
     """Seen from above: the rim of the block's upper face hides the plate, its foot is a corner, the plate's rim hides
     nothing."""
     scene, samples, pose = box_samples()
-    sides = look_at_sides(scene, stereo_rig(), pose, samples, P.sides)
+    sides = look_at_sides(scene, stereo_rig(), pose, samples, P.account.sides)
     along = np.cumsum(samples.length_px) // 6
     looked = [0] + [i for i in range(1, len(along)) if along[i] > along[i - 1] or samples.run[i] != samples.run[i - 1]]
     assert sides.sample.tolist() == looked
@@ -140,8 +140,10 @@ def test_support_is_by_the_nearest_element_of_its_own() -> None:
     samples = replace(samples, length_px=rng.uniform(1, 3, n), inside=rng.random(n) > 0.1)
     edges = edge_points(rng.uniform(0, 200, (4500, 2)), unit(rng.uniform(0, np.pi, 4500)))
     edges.contrast[:] = rng.uniform(5, 90, 4500)
-    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, [EdgeIndex(edges)], np.zeros(1), P.samples)
-    found = measure_support(samples, nearby, P.support)
+    nearby = find_nearby(
+        samples.camera, samples.pixel, samples.direction, [EdgeIndex(edges)], np.zeros(1), P.account.samples
+    )
+    found = measure_support(samples, nearby, P.account.support)
     rows = list(zip(nearby.sample.tolist(), nearby.element.tolist(), nearby.offset.tolist(), strict=True))
     nearest: dict[int, tuple[float, int]] = {}
     for sample, element, offset in rows:
@@ -209,7 +211,7 @@ def log_odds_of(found: float, n: float, chance: float, share: float) -> float:
 @pytest.mark.parametrize("seed", [0, 1])
 def test_runs_are_weighed_by_how_alike_ones_show(seed: int) -> None:
     samples, support, sides = some_runs(seed)
-    found = weigh_runs(samples, support, sides, P.runs)
+    found = weigh_runs(samples, support, sides, P.account.runs)
     runs = samples.run_count
     head = [int(np.flatnonzero(samples.run == r)[0]) for r in range(runs)]
     weight = np.array([support.weight[samples.run == r].sum() for r in range(runs)])
@@ -266,7 +268,7 @@ def test_what_is_expected_of_an_edge_that_is_there_is_the_mean_over_what_may_be_
     found = np.arange(200) % 4 != 0
     support = SampleSupport(found, np.ones(200), np.full(200, 0.1), np.zeros(200), np.zeros(200, np.int64))
     sides = Sides(np.arange(200), np.zeros((200, 2), np.int64), np.zeros((200, 2, 3)), np.zeros((200, 2)))
-    runs = weigh_runs(samples, support, sides, P.runs)
+    runs = weigh_runs(samples, support, sides, P.account.runs)
     shows = runs.shows[0]
     likely = (shows - 0.26) / (6 / 6.7 - 0.26)
     shares, weights = (np.arange(20) + 0.5) / 20, []
