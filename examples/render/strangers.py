@@ -177,10 +177,10 @@ def as_stated(view: Shot, rng: np.random.Generator) -> Shot:
     """The cameras as a calibration of the stated accuracy has them."""
     cameras, poses = {}, {}
     for side, camera in view.cameras.items():
-        centre = tuple(v + rng.normal(0, STATED["centre_px"]) for v in camera.centre)
+        x, y = (v + rng.normal(0, STATED["centre_px"]) for v in camera.centre)
         radial = (camera.distortion[0] + rng.normal(0, STATED["radial"]), *camera.distortion[1:])
         focal = camera.focal + rng.normal(0, STATED["focal_px"])
-        cameras[side] = replace(camera, focal=focal, centre=centre, distortion=radial)
+        cameras[side] = replace(camera, focal=focal, centre=(x, y), distortion=radial)
         turn = Rotation.from_rotvec(np.radians(rng.normal(0, STATED["rotation_deg"], 3)))
         error = np.eye(4) if side == "left" else rigid(turn, rng.normal(0, STATED["translation_mm"], 3))
         poses[side] = view.poses[side] @ error
@@ -203,7 +203,7 @@ def show(stranger: Stranger, folder: Path) -> None:
     if stranger.kind in CHANGES:
         change, changed = draw_change(design, stranger.kind, rng, lambda box: edge_px(edges, box, caster, view))
         shown = components_of(changed)
-        head["change"] = asdict(change) | {"edge_px": edge_px(edges, _reach(change), caster, view)}
+        head["change"] = asdict(change) | {"edge_px": edge_px(edges, change.reach, caster, view)}
     elif stranger.kind == "stretched":
         for _ in range(40):
             factors = np.ones(3)
@@ -232,21 +232,11 @@ def show(stranger: Stranger, folder: Path) -> None:
     write_trial(trial, folder, head, view, shown, Caster(shown), scene, True, stated, SAMPLES)
 
 
-def _reach(change: Change) -> Any:
-    """The box about the edges that a change moves or takes away."""
-    if change.kind != "offset" or change.after is None or change.axis is None:
-        return change.before
-    box = np.array(change.before)
-    face = int(np.abs(np.diff([change.before, change.after], axis=0)).max(axis=2).argmax())
-    box[1 - face, change.axis] = box[face, change.axis]
-    return box
-
-
 def draw_change(design: Design, kind: str, rng: np.random.Generator, seen: Any) -> tuple[Change, Design]:
     """One of the changes of a kind whose edges are in view, that the kernel can make."""
     found = list(changes(design, kind, rng))
     order = [found[i] for i in rng.permutation(len(found))]
-    wanted = [f for f in order if max(seen(_reach(f[0])).values()) >= LEAST_EDGE_PX]
+    wanted = [f for f in order if max(seen(f[0].reach).values()) >= LEAST_EDGE_PX]
     for change, changed in wanted or order:
         try:
             components_of(changed)

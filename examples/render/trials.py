@@ -54,7 +54,7 @@ LIST = Path(__file__).with_name("trials.csv")
 MODELS = Path("examples")
 SAMPLES = 16
 STREAMS = 20  # of draws for a changed part, until one fits
-MOST_WHITE = 0.4  # of the left picture of a bulkhead, however far it is overexposed
+MOST_WHITE, MOST_WHITE_OF_STRANGER = 0.4, 0.25  # of the left picture, however far it is overexposed
 MOST_BESIDE_PX = 3000  # fringes of what lies behind a change take some hundreds
 PERCENTILE = 95.5
 WORLD_FROM_TABLE = rigid(Rotation.from_euler("z", 23.0, degrees=True), (850.0, -320.0, 740.0))
@@ -353,21 +353,14 @@ def write_trial(
         linear = render(mi, scene, view, samples, trial.seed, 0.6 if on_table else 1.3)
         shown = on_object(linear["left"], caster, view) if on_table else linear["left"]
         _, white = expose(shown, 0, PERCENTILE, ev=exposure.ev)
-        if not on_table:
+        if stated:
+            white = max(white, float(np.percentile(linear["left"], 100 * (1 - MOST_WHITE_OF_STRANGER))))
+        elif not on_table:
             white = max(white, float(np.percentile(shown, 100 * (1 - MOST_WHITE))))
         for k, (side, image) in enumerate(linear.items()):
             noise = trial.seed * 10 + k
-            seen, _ = expose(
-                image,
-                noise,
-                PERCENTILE,
-                1.0 + 0.03 * k,
-                white,
-                exposure.full,
-                exposure.read,
-                blur=exposure.blur,
-                gamma=exposure.gamma,
-            )
+            sensor = exposure.full, exposure.read, 0.0, exposure.blur, exposure.gamma
+            seen, _ = expose(image, noise, PERCENTILE, 1.0 + 0.03 * k, white, *sensor)
             cv2.imwrite(str(folder / f"{trial.name}_{side}.png"), seen)
     write_truth(folder / f"{trial.name}_truth.json", truth)
 

@@ -14,7 +14,7 @@ from OCP.TopAbs import TopAbs_FACE
 
 from examples.bulkhead.solids import explore
 from examples.render.families import FAMILIES, body, changes, draw
-from examples.render.strangers import components_of, edge_px, move_px, sharp_edges, stretch, strangers
+from examples.render.strangers import components_of, edge_px, move_px, sharp_edges, strangers, stretch
 from examples.render.truth import Caster
 from tests.examples.test_trials import from_above
 
@@ -75,7 +75,7 @@ def test_a_bolt_that_is_missing_leaves_its_hole() -> None:
 
 def test_edges_of_a_cylinder_and_of_a_block_from_above() -> None:
     design = draw("turned", 5)
-    flange = replace(design, pieces=(replace(design.pieces[0], round=None),))  # a disk
+    flange = replace(design, pieces=(replace(design.pieces[0], round=("z", 0.0)),))  # a disk
     components = components_of(flange)
     edges, view = sharp_edges(components), from_above(400.0)
     (_, _, top), radius = flange.pieces[0].high, flange.pieces[0].high[0]
