@@ -317,7 +317,7 @@ def is_told(change: dict[str, Any], line: dict[str, Any]) -> str:
         for item in line["items"]:
             if item["level"] not in level or item["state"] not in AGAINST:
                 continue
-            if change["box_before"] is not None and any(_concerns(np.array(item["box"]), box) for box in boxes):
+            if change["box_before"] is not None and any(concerns(np.array(item["box"]), box) for box in boxes):
                 return str(item["state"]) if level != "surface" else "surface"
     for seen in line["unexplained"]:
         frame = change["pictured"].get(seen["camera"])
@@ -331,7 +331,7 @@ def is_told(change: dict[str, Any], line: dict[str, Any]) -> str:
     return ""
 
 
-def _concerns(item: Floats, change: Floats) -> bool:
+def concerns(item: Floats, change: Floats) -> bool:
     """Whether an item lies within a change's box, or is about as large and about there."""
     inside = (item[:3] > change[:3] - MARGIN_MM).all() and (item[3:] < change[3:] + MARGIN_MM).all()
     middle = (change[:3] + change[3:]) / 2

@@ -65,7 +65,10 @@ BENCHMARKS = (
     Benchmark("scale_out", ("--parts", "10000", "--engines", "duckdb", "postgresql")),
 )
 # What takes hours whatever it is given, or needs renders of its own: with --full alone.
-FULL_ONLY = (Benchmark("extraction", needs_data=True),)
+FULL_ONLY = (
+    Benchmark("extraction", needs_data=True),
+    Benchmark("strangers", full=("--quick", "--seed", "1"), needs_data=True),
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

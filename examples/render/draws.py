@@ -22,11 +22,14 @@ Draw = np.random.Generator
 
 @dataclass(frozen=True)
 class Exposure:
-    """Doublings brighter than the percentile of white says, electrons at white, and readout noise in electrons."""
+    """Doublings brighter than the percentile of white says, electrons at white, readout noise in electrons, blur in px
+    and the exponent of the grey values."""
 
     ev: float
     full: float
     read: float
+    blur: float = 0.7
+    gamma: float = 0.5
 
 
 def draw_exposure(rng: Draw) -> Exposure:
@@ -118,12 +121,15 @@ def draw_bulkhead_view(
     return shot(View("", target, stand_off, yaw, pitch, roll, baseline, toe_in, left, right, seed=seed, back=back))
 
 
-def draw_table_view(seed: int, size: tuple[int, int], points: Array, cameras: int) -> Shot:
-    """One camera or a pair that looks down on an object of these points (n, 3), which fills 45 to 72 % of the width."""
+def draw_table_view(
+    seed: int, size: tuple[int, int], points: Array, cameras: int, fills: tuple[float, float] = (0.45, 0.72)
+) -> Shot:
+    """One camera or a pair that looks down on an object of these points (n, 3), whose length is a share of the width
+    between two."""
     rng = np.random.default_rng([seed, 12])
     middle, reach = (points.min(0) + points.max(0)) / 2, float(np.linalg.norm(np.ptp(points, axis=0)))
     views = {side: draw_camera(rng, size) for side in ("left", "right")[:cameras]}
-    stand_off = max(250.0, views["left"].focal * reach / (size[0] * float(rng.uniform(0.45, 0.72))))
+    stand_off = max(250.0, views["left"].focal * reach / (size[0] * float(rng.uniform(*fills))))
     target = middle + rng.uniform(-0.06, 0.06, 3) * reach
     azimuth, elevation = float(rng.uniform(0, 360)), float(rng.uniform(25, 65))
     # Camera axes: z towards the object, x level, y down; then a roll.

@@ -7,31 +7,23 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
-from OCP.gp import gp_Trsf
 from OCP.IFSelect import IFSelect_RetDone
 from OCP.Interface import Interface_Static
 from OCP.Message import Message
 from OCP.STEPCAFControl import STEPCAFControl_Writer
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TDataStd import TDataStd_Name
-from OCP.TopLoc import TopLoc_Location
 from OCP.XCAFDoc import XCAFDoc_DocumentTool
 from scipy.spatial.transform import Rotation
 
-from examples.bulkhead.solids import bolt, boolean, bushing, clip, cylinder, new_document, polygon_prism
+from examples.bulkhead.solids import bolt, bushing, clip, new_document, polygon_prism
+from examples.render.families import FAMILIES, Array, Made, Placed, Shape, draw, location, make
 from examples.render.views import rigid
-
-Array = NDArray[np.float64]
-Shape = Any  # the kernel has no type hints
-Placed = tuple[str, str, Array]  # component, product, object_from_part
-Made = tuple[dict[str, Shape], list[Placed]]  # shapes by product, and where they stand
 
 
 def make_object(what: str, rng: np.random.Generator) -> Made:
-    """Parts of an object of the kind `what` (a key of `OBJECTS`), its dimensions drawn."""
-    made: Made = OBJECTS[what](rng)
+    """Parts of an object of the kind `what` (a key of `OBJECTS` or of `FAMILIES`), its dimensions drawn."""
+    made: Made = make(draw(what, int(rng.integers(1 << 31)))) if what in FAMILIES else OBJECTS[what](rng)
     return made
 
 
@@ -52,70 +44,6 @@ def _round(values: Any) -> Array:
 
 def _cube(rng: np.random.Generator) -> Made:
     return _alone("CUBE", block(_round([rng.uniform(40, 90)] * 3)))
-
-
-def _stepped(rng: np.random.Generator) -> Made:
-    x, y, z = _round(rng.uniform([60, 40, 30], [120, 80, 60]))
-    step = block((x * 0.4, y + 2, z)).Moved(_location(rigid(Rotation.identity(), (x * 0.3 + 0.5, 0.0, z * 0.55))))
-    return _alone("STEPPED", boolean(BRepAlgoAPI_Cut(), block((x, y, z)), [step]))
-
-
-def _bracket(rng: np.random.Generator) -> Made:
-    """An angle bracket, a hole in each leg."""
-    a, b, width, t = _round(rng.uniform([50, 40, 30, 4], [90, 80, 60, 9]))
-    angle = polygon_prism([(0, 0), (a, 0), (a, t), (t, t), (t, b), (0, b)], (0.0, float(width)))
-    r = float(_round(rng.uniform(4, 0.25 * width)))
-    across = rigid(Rotation.from_euler("x", -90, degrees=True), (0.6 * a, -1.0, width / 2))
-    along = rigid(Rotation.from_euler("y", 90, degrees=True), (-1.0, 0.6 * b, width / 2))
-    drill = cylinder((0.0, 0.0), r, (0.0, float(t) + 2))
-    return _alone("BRACKET", boolean(BRepAlgoAPI_Cut(), angle, [drill.Moved(_location(p)) for p in (across, along)]))
-
-
-def _tube(rng: np.random.Generator) -> Made:
-    """A tube that stands or lies."""
-    radius, length = _round(rng.uniform([18, 50], [40, 110]))
-    bore = float(_round(radius * rng.uniform(0.55, 0.85)))
-    tube = boolean(
-        BRepAlgoAPI_Cut(),
-        cylinder((0.0, 0.0), float(radius), (0.0, float(length))),
-        [cylinder((0.0, 0.0), bore, (-1.0, float(length) + 1))],
-    )
-    lying = rigid(Rotation.from_euler("x", 90, degrees=True), (0.0, length / 2, radius))
-    return _alone("TUBE", tube, lying if rng.random() < 0.5 else None)
-
-
-def _plate(rng: np.random.Generator) -> Made:
-    """A plate with four corner holes and a larger one off its middle, lying or on edge."""
-    x, y, t = _round(rng.uniform([90, 60, 6], [160, 100, 14]))
-    r = float(_round(rng.uniform(3, 6)))
-    drills = [
-        cylinder((float(u * (x / 2 - 14)), float(v * (y / 2 - 14))), r, (-1.0, float(t) + 1))
-        for u in (-1, 1)
-        for v in (-1, 1)
-    ]
-    large = (float(0.15 * x), float(-0.05 * y))
-    drills.append(cylinder(large, float(_round(0.22 * y)), (-1.0, float(t) + 1)))
-    on_edge = rigid(Rotation.from_euler("x", 90, degrees=True), (0.0, t / 2, y / 2))
-    plate = boolean(BRepAlgoAPI_Cut(), block((x, y, t)), drills)
-    return _alone("PLATE", plate, on_edge if rng.random() < 0.4 else None)
-
-
-def _flange(rng: np.random.Generator) -> Made:
-    """A round flange with a hub, a bore and six bolt holes."""
-    radius, t, high = _round(rng.uniform([35, 8, 25], [60, 14, 50]))
-    hub = 0.5 * radius
-    solid = boolean(
-        BRepAlgoAPI_Fuse(),
-        cylinder((0.0, 0.0), float(radius), (0.0, float(t))),
-        [cylinder((0.0, 0.0), float(hub), (0.0, float(high)))],
-    )
-    ring = 0.77 * radius
-    drills = [
-        cylinder((float(ring * math.cos(a)), float(ring * math.sin(a))), 4.5, (-1.0, float(t) + 1))
-        for a in np.arange(6) * math.pi / 3
-    ]
-    drills.append(cylinder((0.0, 0.0), float(0.6 * hub), (-1.0, float(high) + 1)))
-    return _alone("FLANGE", boolean(BRepAlgoAPI_Cut(), solid, drills))
 
 
 def _clip(rng: np.random.Generator) -> Made:
@@ -204,11 +132,6 @@ def _pile(rng: np.random.Generator) -> Made:
 
 OBJECTS = {
     "cube": _cube,
-    "stepped": _stepped,
-    "bracket": _bracket,
-    "tube": _tube,
-    "plate": _plate,
-    "flange": _flange,
     "clip": _clip,
     "bushing": _bushing,
     "bolts": _bolts,
@@ -222,12 +145,6 @@ OBJECTS = {
     "hexagonal": _hexagonal,
     "pile": _pile,
 }
-
-
-def _location(matrix: Array) -> Shape:
-    move = gp_Trsf()
-    move.SetValues(*(float(v) for v in matrix[:3].ravel()))
-    return TopLoc_Location(move)
 
 
 def write_step(made: Made, path: Path) -> None:
@@ -263,6 +180,6 @@ def _describe(tool: Any, shapes: Any, placed: Any) -> None:
         root = tool.NewShape()
         TDataStd_Name.Set_s(root, TCollection_ExtendedString("OBJECT"))
         for name, product, place in placed:
-            component = tool.AddComponent(root, labels[product], _location(place))
+            component = tool.AddComponent(root, labels[product], location(place))
             TDataStd_Name.Set_s(component, TCollection_ExtendedString(name))
         tool.UpdateAssemblies()

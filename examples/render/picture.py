@@ -143,15 +143,17 @@ def expose(
     full: float = 7000.0,
     read: float = 7.0,
     ev: float = 0.0,
+    blur: float = 0.7,
+    gamma: float = 0.5,
 ) -> tuple[Any, float]:
-    """8-bit picture and the radiance taken as white: PSF of 0.7 px, clipping, shot and read noise, gamma 1/2.
+    """8-bit picture and the radiance taken as white: PSF of `blur` px, clipping, shot and read noise, exponent `gamma`.
 
     `full` electrons are white, `read` of them the readout's noise; `ev` doublings brighter than the percentile says.
     """
     rng = np.random.default_rng(seed)
-    blurred = cv2.GaussianBlur(linear, (0, 0), 0.7, borderType=cv2.BORDER_REFLECT_101)
+    blurred = cv2.GaussianBlur(linear, (0, 0), blur, borderType=cv2.BORDER_REFLECT_101)
     lit = blurred[blurred > 0.02 * np.median(blurred)]
     level = float(np.percentile(lit, percentile)) / 2**ev if white is None else white
     electrons = rng.poisson(np.minimum(blurred / level * gain, 4.0) * full) + rng.normal(0, read, blurred.shape)
     value = np.clip(electrons / full, 0, 1)
-    return np.round(255 * np.sqrt(value)).astype(np.uint8), level
+    return np.round(255 * value**gamma).astype(np.uint8), level

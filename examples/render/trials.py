@@ -39,7 +39,7 @@ from examples.render.draws import (
     draw_table_view,
     first_credible,
 )
-from examples.render.files import EXACT, truth_data, write_prior, write_rig, write_truth, write_world
+from examples.render.files import EXACT, STATED, truth_data, write_prior, write_rig, write_truth, write_world
 from examples.render.lights import backdrop, lamps, table
 from examples.render.model import Component, Part, read_components, tessellate
 from examples.render.objects import make_object, write_step
@@ -54,7 +54,7 @@ LIST = Path(__file__).with_name("trials.csv")
 MODELS = Path("examples")
 SAMPLES = 16
 STREAMS = 20  # of draws for a changed part, until one fits
-MOST_WHITE = 0.4  # of the left picture of a bulkhead, however far it is overexposed
+MOST_WHITE, MOST_WHITE_OF_STRANGER = 0.4, 0.25  # of the left picture, however far it is overexposed
 MOST_BESIDE_PX = 3000  # fringes of what lies behind a change take some hundreds
 PERCENTILE = 95.5
 WORLD_FROM_TABLE = rigid(Rotation.from_euler("z", 23.0, degrees=True), (850.0, -320.0, 740.0))
@@ -306,13 +306,17 @@ def write_trial(
     caster: Caster,
     meshes: Meshes,
     pictures: bool,
+    stated: Shot | None = None,
+    samples: int = SAMPLES,
 ) -> None:
-    """Pictures, rig, prior, world and, last, truth."""
-    on_table = trial.kind in ("boxes", "small")
+    """Pictures, rig, prior, world and, last, truth; stated: the cameras as the rig file has them, where not exact."""
+    on_table = trial.kind not in ("finish", "changed")
     place = WORLD_FROM_TABLE if on_table else WORLD_FROM_OBJECT["A"]
     rng = np.random.default_rng([trial.seed, 18])
     light_name, lighting = draw_lighting(rng)
     exposure = draw_exposure(rng)
+    if stated:  # a camera of its own, and one that is known as well as its file says
+        exposure = replace(exposure, blur=round(rng.uniform(0.6, 1.3), 2), gamma=round(rng.uniform(0.4, 0.8), 2))
     if on_table:  # no dark room: the sides of a small metal part show nothing else than what is about it
         lighting = replace(lighting, surround=max(lighting.surround, 0.5))
         if exposure.ev > 0:  # table and object would be white alike
@@ -334,7 +338,7 @@ def write_trial(
         **more,
     }
     truth = truth_data(trial.name, head, view, components, caster, place)
-    write_rig(folder / f"{trial.name}_rig.yaml", view, EXACT)
+    write_rig(folder / f"{trial.name}_rig.yaml", stated or view, STATED if stated else EXACT)
     error = (10.0, 3.0) if on_table else (15.0, 1.5)
     write_prior(folder / f"{trial.name}_prior.yaml", view, place, trial.seed, *error)
     placed = {"object": head["object"], "name": head["object"]}
@@ -346,14 +350,17 @@ def write_trial(
         scene = meshes(mi) | lamps(mi, view, lighting, rng)
         if not on_table:
             scene["backdrop"] = backdrop(mi, view, rng)
-        linear = render(mi, scene, view, SAMPLES, trial.seed, 0.6 if on_table else 1.3)
+        linear = render(mi, scene, view, samples, trial.seed, 0.6 if on_table else 1.3)
         shown = on_object(linear["left"], caster, view) if on_table else linear["left"]
         _, white = expose(shown, 0, PERCENTILE, ev=exposure.ev)
-        if not on_table:
+        if stated:
+            white = max(white, float(np.percentile(linear["left"], 100 * (1 - MOST_WHITE_OF_STRANGER))))
+        elif not on_table:
             white = max(white, float(np.percentile(shown, 100 * (1 - MOST_WHITE))))
         for k, (side, image) in enumerate(linear.items()):
             noise = trial.seed * 10 + k
-            seen, _ = expose(image, noise, PERCENTILE, 1.0 + 0.03 * k, white, exposure.full, exposure.read)
+            sensor = exposure.full, exposure.read, 0.0, exposure.blur, exposure.gamma
+            seen, _ = expose(image, noise, PERCENTILE, 1.0 + 0.03 * k, white, *sensor)
             cv2.imwrite(str(folder / f"{trial.name}_{side}.png"), seen)
     write_truth(folder / f"{trial.name}_truth.json", truth)
 

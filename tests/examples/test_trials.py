@@ -19,6 +19,7 @@ from examples.bulkhead.features import all_features
 from examples.bulkhead.variation import Change, Variation, apply_change, candidates, draw_variation
 from examples.render import trials
 from examples.render.change_truth import Built, change_rows
+from examples.render.families import FAMILIES
 from examples.render.files import truth_data
 from examples.render.model import Component, Part, read_components
 from examples.render.objects import OBJECTS, make_object, write_step
@@ -124,7 +125,7 @@ def test_changed_pixels_are_counted_where_the_surface_differs() -> None:
     assert beside["left"]["differing_px"] == 0
 
 
-@pytest.mark.parametrize("what", sorted(OBJECTS))
+@pytest.mark.parametrize("what", [*OBJECTS, *FAMILIES])
 def test_objects_stand_on_the_table_and_are_written_as_step(what: str, tmp_path: Path) -> None:
     shapes, placed = make_object(what, np.random.default_rng([5, 14]))
     write_step((shapes, placed), tmp_path / "model.step")

@@ -42,7 +42,7 @@ def held(duckdb_template: Path, pair: Pair, other_pair: Pair, make_once: MakeOnc
 
     def inspect(folder: Path) -> None:
         store = str(shutil.copy(duckdb_template, folder / "cell.duckdb"))
-        write_step(make_object("flange", np.random.default_rng(1)), folder / "flange.step")
+        write_step(make_object("turned", np.random.default_rng(1)), folder / "flange.step")
         with Store.open(store) as opened:
             for variant in "AB":
                 load(opened, DEMO / f"bulkhead_{variant}.step.gz", name="bulkhead", variant=variant)
