@@ -376,8 +376,8 @@ def carry_out(
 def doubt_presence(
     verdict: Verdict, stored: StoredScene, it: Presence, needs: Needs, p: InspectionParameters
 ) -> Verdict:
-    """The verdict on a pose by what is there: edges of the parts that hold it that should show and do not, but not those
-    of faces that have moved; and faces that have moved so far that they could hold it elsewhere."""
+    """The verdict on a pose by what is there: edges of the parts that hold it that should show and do not, beside faces
+    that have moved; and faces that have moved so far that they could hold it elsewhere."""
     runs, surfaces = it.signs.runs, it.signs.surfaces
     occurrence = stored.scene.surface_occurrence[runs.surface[:, 0]]
     asked = np.isin(occurrence, it.find_holding_parts(p.presence.states))
