@@ -43,7 +43,8 @@ CREATE TABLE camera_unknown (  -- localisation: What was solved of each camera a
     value DOUBLE PRECISION NOT NULL,  -- as solved
     expected DOUBLE PRECISION NOT NULL,  -- as expected before
     sigma DOUBLE PRECISION NOT NULL,  -- standard deviation before; 0: exact, and not solved
-    sigma_after DOUBLE PRECISION NOT NULL,  -- standard deviation that the pictures leave
+    sigma_shown DOUBLE PRECISION NOT NULL,  -- standard deviation of what the pictures show of it: sigma less what they leave open, by squares, at least a
+        -- tenth of it, and what comes of all edges being drawn alike
     PRIMARY KEY (run_id, camera, name)
 );
 

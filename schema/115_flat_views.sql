@@ -189,10 +189,10 @@ CREATE VIEW camera_history (  -- localisation: What inspections solved of each c
     verdict,  -- accepted, ambiguous or refused: of the pose
     value,  -- as solved
     difference,  -- that less what was expected before
-    sigmas  -- the difference over the standard deviation of what the pictures show of it, at least a tenth of that before
+    sigmas  -- the difference over sigma_shown
 ) AS
 SELECT i.rig_id, u.camera, u.name, u.run_id, r.began_at, i.verdict, u.value, u.value - u.expected AS difference,
-    (u.value - u.expected) / greatest(sqrt(abs(u.sigma * u.sigma - u.sigma_after * u.sigma_after)), 0.1 * u.sigma) AS sigmas
+    (u.value - u.expected) / u.sigma_shown AS sigmas
 FROM camera_unknown AS u
 JOIN inspection AS i ON i.run_id = u.run_id
 JOIN run AS r ON r.id = u.run_id

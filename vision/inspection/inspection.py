@@ -345,10 +345,9 @@ def carry_out(
             "taken; state its sigma"
         )
     if best is not None and not best.sees_nothing:
-        distance = float(np.median(np.linalg.norm(best.prediction.point, axis=1)))
         notes += [
-            f"at {distance:.0f} mm {names}: {describe_overlap(it['overlap'])}"
-            for names, it in compare_views(seen.rig, distance).items()
+            f"at {best.distance:.0f} mm {names}: {describe_overlap(it['overlap'])}"
+            for names, it in compare_views(seen.rig, best.distance).items()
             if it["overlap"] < LITTLE
         ]
     if inputs.prior is None and known.mounted is not None:
@@ -376,12 +375,12 @@ def carry_out(
 def doubt_presence(
     verdict: Verdict, stored: StoredScene, it: Presence, needs: Needs, p: InspectionParameters
 ) -> Verdict:
-    """The verdict on a pose by what is there: edges of the parts that hold it that should show and do not, beside faces
-    that have moved; and faces that have moved so far that they could hold it elsewhere."""
+    """The verdict on a pose by what is there: edges of the parts that hold it that should show and do not, beside what
+    is told of by itself; and faces that have moved so far that they could hold it elsewhere."""
     runs, surfaces = it.signs.runs, it.signs.surfaces
     occurrence = stored.scene.surface_occurrence[runs.surface[:, 0]]
     asked = np.isin(occurrence, it.find_holding_parts(p.presence.states))
-    asked &= ~((runs.surface >= 0) & surfaces.moved[runs.surface]).any(axis=1)
+    asked &= ~((runs.surface >= 0) & it.find_explained_surfaces()[runs.surface]).any(axis=1)
     said = weigh_lookalike(stored, runs, asked, it.cameras, p.presence.account.runs)
     verdict = doubt_edges(verdict, "absent", *said, p.localisation.verdict.max_absent_odds)
     face = find_rival_face(surfaces, needs.translation_mm)

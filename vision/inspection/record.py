@@ -25,6 +25,7 @@ from vision.localisation.hypotheses import Stage
 from vision.localisation.localise import Localisation, View
 from vision.localisation.measurements import UNKNOWNS, describe_unknowns
 from vision.localisation.refine import Explanation, LastStep, RefinedPose
+from vision.localisation.verdict import compute_shown
 from vision.localisation.views import KINDS, NO_RUN, SILHOUETTE
 from vision.localisation.visibility import PART, PartsInView
 from vision.matching import REASONS, MatchedView, PoseProblemParameters
@@ -316,7 +317,7 @@ def record_decisions(
         value=found.best.camera_unknowns.ravel(),
         expected=unknowns.mean.ravel(),
         sigma=unknowns.sigma.ravel(),
-        sigma_after=found.best.unknowns_sigma.ravel(),
+        sigma_shown=compute_shown(rig, found.best.unknowns_sigma, found.best.distance).ravel(),
     )
     _record_solved(write, found, dict(zip(cameras, found.single_cameras, strict=False)))
 

@@ -37,7 +37,7 @@ class VerdictParameters:
     most_share: float = 1.0  # share of the expected evidence beyond which more evidence counts no more
     min_posterior: float = 0.95  # probability from which a pose is accepted
     max_absent_odds: float = 0.0
-    """log odds that the object lacks some of the model's edges, beside faces that have moved: more is another object"""
+    """log odds that the object lacks edges of the model, beside what it is said to lack: more is another object"""
     max_absent_odds_anywhere: float = 3.0
     """the same of all edges, before it is known what has moved, at a pose found with no prior: many edges of a box lie
     on those of another"""

@@ -503,8 +503,7 @@ class _Solver:
         """Poses (k, 4, 4) that displacements of the model onto itself make of one, the likeliest by the prior first."""
         seen = h.prediction
         sharp = seen.arc < len(self.scene.arc_occurrence)
-        depth = float(np.median(np.linalg.norm(seen.point, axis=1))) if len(seen.point) else 0.0
-        reach = self.p.verdict.max_sigma * (self.prior.sigma_translation_mm + self.prior.sigma_rotation * depth)
+        reach = self.p.verdict.max_sigma * (self.prior.sigma_translation_mm + self.prior.sigma_rotation * h.distance)
         shifts = find_displacements(shapes, seen.arc[sharp], seen.weight[sharp], reach)
         poses = np.repeat(h.world_from_rig[None], len(shifts), axis=0)
         poses[:, :3, 3] += shifts

@@ -184,6 +184,12 @@ class RefinedPose:
         return np.asarray(np.median(seen, axis=0) if len(seen) else np.zeros(3))
 
     @property
+    def distance(self) -> float:
+        """Of what is seen from the rig, mm, in the median; 0 where nothing is."""
+        away = np.linalg.norm(self.prediction.point, axis=1)
+        return float(np.median(away)) if len(away) else 0.0
+
+    @property
     def sees_nothing(self) -> bool:
         return not len(self.prediction.point)
 

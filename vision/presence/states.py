@@ -192,6 +192,17 @@ class Presence:
         holding = whole if px[whole].sum() >= p.most_share * px[part].sum() else there
         return np.asarray(self.items.occurrence[holding])
 
+    def find_explained_surfaces(self) -> Bools:
+        """Which of the scene's surfaces (s,) have moved, have something else in their place, or are of a hole, boss or
+        duct that is not found: what is missing of their edges is told by that."""
+        surfaces, level = self.signs.surfaces, np.array(self.items.level)
+        out = surfaces.moved.copy()
+        told = (level == "surface") & np.isin(self.state, (CONTRADICTED, CHANGED))
+        told |= (level == "feature") & np.isin(self.state, (CONTRADICTED, CHANGED, NOT_CONFIRMED))
+        member, surface = self.items.member, self.items.surface
+        out[surface[told[member] & ((level == "surface")[member] | self.items.inset[surface])]] = True
+        return out
+
 
 @dataclass(frozen=True, kw_only=True)
 class Signs:

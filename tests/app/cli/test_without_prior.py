@@ -221,12 +221,11 @@ def one_picture(
 
 def test_one_picture_says_where_it_was_taken(one_picture: Inspection) -> None:
     check_pose(one_picture.answer, 0.5)
-    assert rules_of(one_picture.store)["share"]
+    assert rules_of(one_picture.store)["edges"]
     kept = "SELECT u.*, h.sigmas FROM camera_unknown AS u JOIN camera_history AS h USING (name)"
     moved = asked(one_picture.store, kept)
-    shown = {u.name: max((u.sigma**2 - u.sigma_after**2) ** 0.5, u.sigma / 10) for u in moved}
     assert {u.name: u.sigmas for u in moved} == pytest.approx(
-        {u.name: (u.value - u.expected) / shown[u.name] for u in moved}
+        {u.name: (u.value - u.expected) / u.sigma_shown for u in moved}
     )
     (misfit,) = asked(one_picture.store, "SELECT value FROM verdict_statistic WHERE name = 'calibration'")[0]
     assert misfit == pytest.approx(max(abs(u.sigmas) for u in moved if u.name != "response"))

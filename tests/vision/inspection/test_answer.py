@@ -69,7 +69,7 @@ def write(rows: Rows, verdict: str, poses: list[Floats]) -> None:
     )
     rows.add("inspection_image", {"camera": list(cameras), "camera_no": np.arange(3), "image_id": 1})
     moved = {"camera": ["right"] * 3, "name": ["x", "rz", "focal"], "value": [0.5, 0.1, 0.2]}
-    rows.add("camera_unknown", {**moved, "expected": 0.0, "sigma": 1.0, "sigma_after": 0.5})
+    rows.add("camera_unknown", {**moved, "expected": 0.0, "sigma": 1.0, "sigma_shown": 0.5})
     rows.add("selected_part", {"occurrence_id": np.arange(5), "shown": [True, False, True, True, False]})
     steps = {"name": ["read", "locate", "locate"], "seconds": [0.25, 1.0, 2.00004]}
     rows.add("run_event", {"event_no": np.arange(10, 13), "kind": "step", "happened_at": ["2026-01-01"] * 3, **steps})
