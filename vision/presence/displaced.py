@@ -223,7 +223,10 @@ def measure_items(items: Items, radius: Floats, surfaces: SceneSurfaces, moved: 
     round_ = measured & np.isfinite(shift_sigma) & np.isfinite(radius[surface]) & (level == "feature")
     single = measured & ~round_ & (level != "part")
     diameter, grows = 2 * radius[surface], np.where(surfaces.inward[surface], -2.0, 2.0)
-    zero, always = np.zeros(len(surface)), np.ones(len(surface), bool)
+    zero, displaced = (
+        np.zeros(len(surface)),
+        surfaces.log_odds[surface] > 0,
+    )  # rims are found where it lies, not in place
     # Whether a single face lies elsewhere, as a wall of a pocket, is known from where it was sought, and a web's other
     # side is hardly ever seen: widths and webs are reported, and judged where a face of theirs has moved.
     has_moved = np.zeros(len(items), bool)
@@ -233,8 +236,8 @@ def measure_items(items: Items, radius: Floats, surfaces: SceneSurfaces, moved: 
     width_sigma = np.hypot(surfaces.sigma[opposed.one], surfaces.sigma[opposed.other])
     wall_moved = has_moved[opposed.item] & (surfaces.moved[opposed.one] | surfaces.moved[opposed.other])
     rows = [
-        _select("diameter", round_, items.member, diameter, diameter + grows * mm, 2 * sigma, always),
-        _select("shift", round_, items.member, zero, aside, shift_sigma, always),
+        _select("diameter", round_, items.member, diameter, diameter + grows * mm, 2 * sigma, displaced),
+        _select("shift", round_, items.member, zero, aside, shift_sigma, displaced),
         _select("offset", single, items.member, zero, mm, sigma, moved),
         _select(
             "thickness", np.isfinite(thickness), others, items.thickness, thickness, thickness_sigma,

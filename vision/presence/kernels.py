@@ -48,9 +48,10 @@ def count_found(
     sample, side, group: what a group's body carries, one row a sample; rate: likewise, px along the normal for each
     unit; other: likewise, px by which other bodies move the sample; weight (n,): px; first (n + 1,), offset: the
     elements near samples; usable (elements, 2): for the body on either side; tolerance: px within which an edge is
-    found, softened by half.  `limits`: greatest offset seen, px within which what is another's hides.
+    found, softened by half.  `limits`: greatest offset seen, px within which what is another's hides, and px within
+    which it does where the body has moved farther: there the picture cannot tell the two apart.
     """
-    reach, hidden = limits[0], limits[1]
+    reach, hidden, crowded = limits[0], limits[1], limits[2]
     own, alien = np.empty(len(grid)), np.empty(len(grid))
     for row in range(len(sample)):
         i, k, into = sample[row], side[row], group[row]
@@ -62,7 +63,8 @@ def count_found(
                 away = abs(at - (other[row] + rate[row] * grid[cell]))
                 nearest[cell] = away if away < nearest[cell] else nearest[cell]
         for cell in range(len(grid)):
-            if abs(other[row] + rate[row] * grid[cell]) > reach or alien[cell] < min(own[cell], hidden):
+            far = abs(other[row] + rate[row] * grid[cell])
+            if far > reach or alien[cell] < (crowded if far > crowded else min(own[cell], hidden)):
                 continue
             seen[into, cell] += weight[i]
             for wide in range(len(tolerance)):

@@ -38,10 +38,12 @@ class MovedParameters:
     least_distinct_px: float = 40.0  # px of edges told from others, from which a displacement is sought and measured
     least_log_odds: float = 1.0  # log odds of moved against in place, for all the displacements tried
     rounds: int = 6  # rounds of weighing displacements again after some surfaces moved
-    sure_log_odds: float = 3.0
-    """log odds likewise, 20 to 1, from which it is said to have moved; below, it only explains its neighbours' edges"""
+    sure_log_odds: float = 5.0
+    """log odds likewise, 150 to 1, from which it is said to have moved; below, it only explains edges of neighbours"""
     most_mean_normal: float = 0.5  # length of the mean of the unit normals below which a surface bends around
     least_spread: float = 0.15  # mean square of the normals along the second direction that they span, there
+    most_in_place: float = 0.35
+    """share of a surface's edges that may be found in place where it has moved so far that they are told apart"""
     least_found: float = 0.6  # share of a surface's edges that must be found where it is measured
 
 

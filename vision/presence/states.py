@@ -141,10 +141,11 @@ REASONS = (
     "a feature of it is not as modelled",
     "what it covers shows in its place",
     "an edge of it that should show does not",
+    "a size of it may differ from the model's",
 )
 (
     FOUND, MISSING, SHIFTED, RESIZED, NO_EDGE, SHORT, CROWDED, FAINT, DIVIDED, STOPPED, NONE, BY_CHANCE,
-    OF_FEATURE, UNCOVERED, ABSENT,
+    OF_FEATURE, UNCOVERED, ABSENT, DOUBTFUL,
 ) = range(len(REASONS))  # fmt: skip
 
 
@@ -234,7 +235,9 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     total, expected = evidence.log_odds.sum(axis=1), evidence.expected_log_odds.sum(axis=1)
     edge, distinct = evidence.edge_px.sum(axis=1), evidence.distinct_px.sum(axis=1)
     share = evidence.supported_px.sum(axis=1) / np.maximum(distinct, 1e-9)
-    changed, resized = np.zeros((2, len(items)), bool)
+    changed, resized, doubtful = np.zeros((3, len(items)), bool)
+    off = np.abs(measures.value - measures.nominal) > p.changed_sigma * measures.sigma
+    doubtful[measures.item[off & np.isin(measures.what, ("diameter", "thickness"))]] = True
     changed[measures.item[measures.changed]] = True
     resized[measures.item[measures.changed & ~np.isin(measures.what, ("offset", *DISPLACED))]] = True
 
@@ -253,6 +256,7 @@ def decide(items: Items, radius: Floats, signs: Signs, cameras: list[str], p: St
     part = np.array([level == "part" for level in items.level], bool)
     holds = part & (distinct >= p.most_share * distinct[part].sum())
     settle((state == CONFIRMED) & (signs.absent >= np.where(holds, 0.0, p.least_log_odds)), NOT_CONFIRMED, ABSENT)
+    settle((state == CONFIRMED) & doubtful, NOT_CONFIRMED, DOUBTFUL)
     settle(changed, CHANGED, SHIFTED)
     settle(resized, CHANGED, RESIZED)
     few = distinct < p.least_px

@@ -62,7 +62,7 @@ class BodyElements:
         seen, found = np.zeros((len(chance), cells)), np.zeros((len(q.tolerance_px), len(chance), cells))
         kernels.count_found(
             sample, side, edge, rate, other, self.weight, self.first, self.offset, self.usable, grid,
-            np.array(q.tolerance_px), np.array([reach_px, q.hidden_px]), seen, found,
+            np.array(q.tolerance_px), np.array([reach_px, q.hidden_px, p.account.support.crowded_px]), seen, found,
         )  # fmt: skip
         # An edge lies where it is drawn well, mostly, or roughly, which places it the less.
         stretches, widest, odds = seen / p.account.runs.stretch_px, max(q.tolerance_px), []
@@ -478,6 +478,11 @@ def assess_surfaces(
     shift_sigma[kept] = np.where(closed, across, np.nan)[sure]
     least = np.maximum(p.displacement.sure_sigma * sigma, p.displacement.least_mm)
     moved = (sought != 0) & certain & (np.abs(mm) > least)
+    # What is found in place has not moved so far that the two places are told apart.
+    carried = edges.beside.weight[edges.moving.sample]
+    rate = np.bincount(edges.moving.surface, carried * np.abs(edges.moving.rate), count)
+    px = np.abs(mm) * rate / np.maximum(np.bincount(edges.moving.surface, carried, count), 1e-9)
+    moved &= (supported <= p.moved.most_in_place * weight) | (px < p.account.support.tolerance_px)
     moved &= _count_own_px(runs, moved, log_odds) >= p.moved.least_distinct_px
     return SceneSurfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 
