@@ -36,7 +36,7 @@ class VerdictParameters:
     most_rarity: float = 30.0  # rarity beyond which more says no more
     most_share: float = 1.0  # share of the expected evidence beyond which more evidence counts no more
     min_posterior: float = 0.95  # probability from which a pose is accepted
-    max_absent_odds: float = 0.0
+    max_absent_odds: float = 1.0
     """log odds that the object lacks edges of the model, beside what it is said to lack: more is another object"""
     max_absent_odds_anywhere: float = 3.0
     """the same of all edges, before it is known what has moved, at a pose found with no prior: many edges of a box lie

@@ -520,6 +520,5 @@ def find_rival_face(surfaces: SceneSurfaces, least_mm: float) -> int | None:
     away = surfaces.moved & (np.abs(surfaces.mm) > least_mm)
     there = np.isfinite(surfaces.mm) & ~away
     alike = np.abs(surfaces.normal @ surfaces.normal[away].T) > ALONG
-    alike |= np.isfinite(surfaces.shift_sigma)[:, None]  # a bore holds the pose all around
     rival = np.flatnonzero(away)[(alike & there[:, None]).sum(axis=0) <= (alike & away[:, None]).sum(axis=0)]
     return int(rival[np.argmax(np.abs(surfaces.mm[rival]))]) if len(rival) else None

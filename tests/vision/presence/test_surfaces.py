@@ -55,7 +55,8 @@ def weighed(
             for k in mine:
                 usable = bool(beside.usable[k, side[row]])
                 away[usable] = min(away[usable], abs(beside.offset[k] - ahead))
-            if abs(ahead) > reach or away[False] < min(away[True], 2.0):
+            hides = 3.5 if abs(ahead) > 3.5 else min(away[True], 2.0)  # far off, where edges are not told apart
+            if abs(ahead) > reach or away[False] < hides:
                 continue
             seen += beside.weight[i]
             for wide, tolerance in enumerate((0.4, 1.2)):
