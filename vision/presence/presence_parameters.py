@@ -14,7 +14,7 @@ class DisplacementParameters:
     """px from the place tried within which elements count, a step of least squares each"""
     scale: float = 0.28  # scale of the robust loss (Geman and McClure), of the reach
     edge_px: float = 0.5  # px by which a stretch of an edge errs, one standard deviation: rounding, burr and response
-    systematic_px: float = 0.2  # px by which all edges of a body may be drawn alike: the response is known no better
+    systematic_px: float = 0.27  # px by which all edges of a body may be drawn alike: the response is known no better
     tolerance_px: tuple[float, ...] = (0.4, 1.2)  # px within which an edge drawn well, and one drawn roughly, is found
     drawn: tuple[float, ...] = (0.75, 0.25)  # shares of the edges that are drawn so
     hidden_px: float = 2.0  # px within which what belongs to an edge of another body hides one
