@@ -65,13 +65,12 @@ def files() -> list[tuple[str, Path]]:
     roots = {"examples": CHECKOUT / "examples"}
     if data := os.environ.get("RELMODEL_TEST_DATA"):
         roots |= {f"data_{name}": Path(data) / name for name in ("step", "bulkhead")}
-    found = [
+    return sorted(
         ("__".join((name, *path.relative_to(root).parts)), path)
         for name, root in roots.items()
-        for path in sorted(root.rglob("*"))
+        for path in root.rglob("*")
         if path.name.lower().endswith(SUFFIXES)
-    ]
-    return sorted(found)
+    )
 
 
 def make(folder: Path, code: Path = CHECKOUT) -> None:
@@ -135,9 +134,8 @@ def differences(old: Path, new: Path) -> Iterator[str]:
 
 def _read(folder: Path) -> Tables:
     """The rows of each table, without supplemental parts and what only they have, and without what says so."""
-    tables: Tables = defaultdict(
-        list, {file.stem: pq.read_table(file).to_pylist() for file in folder.glob("*.parquet")}
-    )
+    tables: Tables = defaultdict(list)
+    tables |= {file.stem: pq.read_table(file).to_pylist() for file in folder.glob("*.parquet")}
     for shape in tables["shape"]:
         corners = zip(*(shape.pop(f"hull_{axis}") or [] for axis in "xyz"), strict=True)
         tables["hull"] += [{"shape_id": shape["id"], "x": x, "y": y, "z": z} for x, y, z in corners]
