@@ -7,6 +7,7 @@ import gc
 import json
 import os
 import shutil
+import sys
 import tempfile
 import uuid
 from collections.abc import Callable, Iterator
@@ -21,6 +22,9 @@ from tests.browser import CHROMIUM
 
 # Before NumPy is imported: beside another worker the threads of linear algebra only wait for each other, and loudly.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Programs that tests start need not compile all modules each time.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

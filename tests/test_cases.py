@@ -15,6 +15,7 @@ from PIL import Image
 from relmodel.app.cli.main import main
 from relmodel.resources import resource_dir
 from vision.cameras.images import read_picture
+from vision.extraction.extract import Extraction, extract
 
 pytestmark = pytest.mark.data
 
@@ -245,7 +246,19 @@ def test_each_case_has_a_check(data_dir: Path) -> None:
 
 @pytest.mark.parametrize("name", CHECKS)
 def test_case(
-    name: str, data_dir: Path, duckdb_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], reads_here: None
+    name: str,
+    data_dir: Path,
+    duckdb_file: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    reads_here: None,
 ) -> None:
+    seen: dict[bytes, Extraction] = {}
+
+    def extract_once(grey: Any, parameters: Any) -> Extraction:
+        return seen.get(grey.tobytes()) or seen.setdefault(grey.tobytes(), extract(grey, parameters))
+
+    monkeypatch.setattr("vision.inspection.pictures.extract", extract_once)
     folder = shutil.copytree(data_dir / "cases" / name, tmp_path / "case")
     CHECKS[name](Case(folder, duckdb_file, capsys))

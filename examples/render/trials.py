@@ -161,25 +161,6 @@ def drawn_view(trial: Trial, model: Built, rows: list[dict[str, Any]], stream: i
     )
 
 
-def draw_again(trial: Trial, told: list[dict[str, Any]]) -> Variation:
-    """The variation that a changed trial shows, by the changes that its truth tells.
-
-    Raises ValueError where no draw has them.
-    """
-    components = variant("A")
-    model, rows = Built(variant_a(), components, Caster(components)), variant_features("A")
-    wanted = [(row["name"], row["change"], row["amount"]) for row in told if row["name"]]
-    for stream in range(STREAMS):
-        try:
-            variation = drawn_changes(trial, model, drawn_view(trial, model, rows, stream), stream)
-        except (ValueError, RuntimeError):
-            continue
-        drawn = [(c.name, c.change, json.loads(json.dumps(c.amount))) for c in variation.changes]
-        if drawn == wanted:
-            return variation
-    raise ValueError(f"no draw of {trial.name} has the changes that its truth tells")
-
-
 def drawn_changes(trial: Trial, model: Built, view: Shot, stream: int) -> Variation:
     """Three to six changes of what lies in the left picture."""
     camera, pose = view.cameras["left"], view.poses["left"]

@@ -86,23 +86,29 @@ def halve(stem: str, folder: Path) -> Pair:
     return Pair(folder / "left.png", folder / "right.png", folder / "rig.yaml", prior_file, rig, prior)
 
 
-def fill(target: str, pair: Pair, folder: Path) -> None:
-    """Load and place the bulkhead, and a slider that carries the rig, in a store that is there."""
+def load_bulkhead(target: str | Path, variant: str = "A") -> None:
+    with Store.open(target) as store:
+        load(store, DEMO / f"bulkhead_{variant}.step.gz", name="bulkhead", variant=variant)
+
+
+@pytest.fixture(scope="session")
+def loaded(duckdb_template: Path, make_once: MakeOnce) -> Path:
+    """A DuckDB store with variant A of the bulkhead, to be copied: loading it takes seconds."""
+    return make_once("loaded", lambda folder: load_bulkhead(copied(duckdb_template)(folder))) / "cell.duckdb"
+
+
+def place(target: str, pair: Pair, folder: Path) -> None:
+    """Place the bulkhead that a store has, and a slider that carries the rig."""
     slider, world = write_world(folder, pair.rig_file, pair.prior["world_from_rig"], "slider")
     with Store.open(target) as store:
-        load(store, DEMO / "bulkhead_A.step.gz", name="bulkhead", variant="A")
         load(store, slider, name="slider")
     assert main(["world", str(world), "--store", target]) == 0
 
 
 @pytest.fixture(scope="session")
-def bulkhead_template(duckdb_template: Path, pair: Pair, make_once: MakeOnce) -> Path:
-    """A DuckDB store with the bulkhead placed, to be copied: reading its STEP file takes seconds."""
-
-    def place(folder: Path) -> None:
-        fill(str(shutil.copy(duckdb_template, folder / "cell.duckdb")), pair, folder)
-
-    return make_once("bulkhead", place) / "cell.duckdb"
+def bulkhead_template(loaded: Path, pair: Pair, make_once: MakeOnce) -> Path:
+    """A DuckDB store with the bulkhead placed, to be copied."""
+    return make_once("bulkhead", lambda folder: place(copied(loaded)(folder), pair, folder)) / "cell.duckdb"
 
 
 def asked(of: Store | str | Path, question: str, **given: Any) -> list[Any]:
@@ -251,8 +257,7 @@ def other_variant(bulkhead_template: Path, other_pair: Pair, make_once: MakeOnce
 
     def begin(folder: Path) -> str:
         store, world = copied(bulkhead_template)(folder), folder / "world.yaml"
-        with Store.open(store) as opened:
-            load(opened, DEMO / "bulkhead_B.step.gz", name="bulkhead", variant="B")
+        load_bulkhead(store, "B")
         world.write_text((DEMO / "world_B.yaml").read_text().replace("variant: B", "variant: A"))
         assert main(["world", str(world), "--store", store]) == 0
         return store
@@ -274,8 +279,8 @@ def dark(inspection: Inspection, pair: Pair, make_once: MakeOnce) -> Inspection:
 
 def load_other(target: str) -> str:
     """Load variant B beside A and compare them."""
+    load_bulkhead(target, "B")
     with Store.open(target) as store:
-        load(store, DEMO / "bulkhead_B.step.gz", name="bulkhead", variant="B")
         compare(store, ("bulkhead", "A"), ("bulkhead", "B"))
     return target
 
@@ -292,7 +297,8 @@ def postgresql_inspection(new_store: NewStore, copy_store: CopyStore, pair: Pair
 
     def begin(folder: Path) -> str:
         target = new_store("postgresql")
-        fill(target, pair, folder)
+        load_bulkhead(target)
+        place(target, pair, folder)
         run_as_owner(target, ["ANALYZE"])
         return target
 

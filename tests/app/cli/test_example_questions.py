@@ -109,7 +109,8 @@ def test_the_answers_are_those_of_independent_lists(store: Store) -> None:
 
     # The others against the rows themselves, by plain Python.
     length = {r["id"]: r["length"] for r in columns(store, "arc")}
-    edges = [r for r in columns(store, "shape_arc") if r["shape_id"] == body_shape(store)]
+    shape = body_shape(store)
+    edges = [r for r in columns(store, "shape_arc") if r["shape_id"] == shape]
     long = {r["arc_no"] for r in edges if r["convexity"] == "convex" and length[r["arc_id"]] > 500}
     assert {r[0] for r in answers["long_sharp_edges"]} == long
     sides = [({r["surface_a"], r["surface_b"]}, r["convexity"]) for r in edges if r["angle"] is not None]

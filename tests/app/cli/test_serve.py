@@ -51,7 +51,7 @@ BOX = {"x0": "1800", "y0": "-500", "z0": "900", "x1": "2000", "y1": "-400", "z1"
 @contextmanager
 def serving(target: str, time_limit_s: float = 60.0) -> Iterator[Server]:
     with Server(target, 0, time_limit_s) as server:
-        thread = threading.Thread(target=server.serve_forever, daemon=True)
+        thread = threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True)
         thread.start()
         try:
             yield server
