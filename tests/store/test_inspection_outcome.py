@@ -30,12 +30,12 @@ def outcome(target: str, states: list[str], variants: Variants, verdict: str = "
             given |= {"prior_covariance": Ragged.pack([np.eye(6).ravel()]), **matrix_columns(np.eye(4)[None])}
             found: dict[str, Any] = {"verdict": verdict, "reason": "so", "posterior": 0.99}
             run.append(connection, "inspection", {"run_id": [run.id], **given, **found})
-            evidence = ("log_odds", "expected_log_odds", "visible_pixels", "edge_px", "distinct_px", "supported_px")
+            evidence = ("log_odds", "expected_log_odds", "absent_log_odds", "visible_pixels", "edge_px", "distinct_px")
             seen: dict[str, Any] = {"path": "part", "qif": "FAIL", "reason": "so"}
             seen |= {"feature_no": np.ma.masked_array(np.arange(count), np.array(levels) == "surface")}
             seen |= {"surface_no": np.ma.masked_array(np.arange(count), np.array(levels) != "surface")}
             seen |= {"item_no": np.arange(count), "level": levels, "occurrence_id": 1}
-            seen |= {"state": [*states, "changed"][:count], **dict.fromkeys(evidence, 1.0)}
+            seen |= {"state": [*states, "changed"][:count], **dict.fromkeys((*evidence, "supported_px"), 1.0)}
             run.append(connection, "presence", {"run_id": run.id, **seen})
             ids = store.new_ids(connection, "object_variant", len(variants))
             loaded: dict[str, Any] = {"name": "bulkhead", "variant": [name for name, _, _ in variants]}

@@ -149,7 +149,7 @@ def test_thresholds_and_pictures_are_those_of_the_run(done: Done) -> None:
     }
     assert thresholds["verdict", "min_posterior"] == DEFAULTS.localisation.verdict.min_posterior
     assert thresholds["presence", "states.least_px"] == 30
-    assert thresholds["presence", "support.chance_px[5]"] == 13
+    assert thresholds["presence", "account.support.chance_px[5]"] == 13
     assert thresholds["picture", "most_blur_px"] == 3.5
     assert thresholds["verdict", "needs_translation_mm"] == 3
     pictures = rows(
