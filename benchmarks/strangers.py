@@ -33,6 +33,7 @@ from benchmarks.trials import Models, find_data, inspect_trial, rendered, single
 from examples.render.families import FAMILIES
 from examples.render.strangers import Stranger, strangers
 from relmodel.app.api import OpenStore
+from vision.cameras.files import parse_needs
 from vision.inspection.answer import Inspection
 from vision.inspection.demonstration import Truth, measure_pose_error, read_truth
 
@@ -246,7 +247,8 @@ def inspect_prints(folder: Path) -> Iterator[Result]:
         for trial in (*boxes, *single_pictures(find_data(), "photo_cube", models)):
             assert trial.world_from_rig is not None
             with models.open(trial.model) as store:
-                answer = inspect_trial(store, trial, Path(kept))
+                needs = parse_needs("{}mm,{}deg".format(*NEEDS[len(trial.pictures)]), "needs")
+                answer = inspect_trial(store, trial, Path(kept), needs=needs)
             truth = Truth("", trial.world_from_rig, trial.target)
             out = Result.of(trial.name, "prints", "boxes", len(trial.pictures), answer, truth)
             if answer.verdict == "accepted":
