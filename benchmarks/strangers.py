@@ -18,8 +18,9 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, field
-from itertools import groupby
+from itertools import chain, groupby
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ from benchmarks.trials import Models, find_data, inspect_trial, rendered, single
 from examples.render.families import FAMILIES
 from examples.render.strangers import Stranger, strangers
 from relmodel.app.api import OpenStore
+from vision.cameras.files import parse_needs
 from vision.inspection.answer import Inspection
 from vision.inspection.demonstration import Truth, measure_pose_error, read_truth
 
@@ -190,6 +192,7 @@ def _relate(change: dict[str, Any], items: list[dict[str, Any]]) -> None:
             own, about = on.all() and inside[aside].all(), on.any() and meets[aside].all()
         elif change["kind"] == "resized":
             own = np.abs(box - before)[:, aside].max() < 1 and meets.all()
+            about |= meets.all() and "pattern" in item["path"].rpartition("/")[2]
         else:
             own = inside.all()
         item["relation"] = "own" if own else "about" if about else ""
@@ -211,12 +214,14 @@ def _judge_change(out: Result, change: dict[str, Any], items: list[dict[str, Any
 
 
 def _find_errors(items: list[dict[str, Any]], change: dict[str, Any] | None) -> Iterator[tuple[str, str, float, float]]:
-    """What, path, error and sigma of each size whose truth is known."""
+    """What, path, error and sigma of each size whose truth is known; a feature's and its face's count once."""
+    told = set()
     for item in items:
         relation, kind = (item["relation"], change["kind"]) if change else ("", "")
         for size in item["measured"]:
             what, true = size["what"], size["nominal"]
-            if what not in ("diameter", "thickness", "width", "offset"):
+            key = what, size["value"], size["sigma"]
+            if key in told or what not in ("diameter", "thickness", "width", "offset"):
                 continue
             if change and relation and kind == "offset" and what == "offset" and relation == "own":
                 true += change["amount"]
@@ -229,6 +234,7 @@ def _find_errors(items: list[dict[str, Any]], change: dict[str, Any] | None) -> 
                 true += change["amount"]
             elif relation:  # which face or hole it is of is not known
                 continue
+            told.add(key)
             what += ", not as modelled" if true != size["nominal"] else ""
             yield what, item["path"], round(size["value"] - true, 3), size["sigma"]
 
@@ -241,7 +247,8 @@ def inspect_prints(folder: Path) -> Iterator[Result]:
         for trial in (*boxes, *single_pictures(find_data(), "photo_cube", models)):
             assert trial.world_from_rig is not None
             with models.open(trial.model) as store:
-                answer = inspect_trial(store, trial, Path(kept))
+                needs = parse_needs("{}mm,{}deg".format(*NEEDS[len(trial.pictures)]), "needs")
+                answer = inspect_trial(store, trial, Path(kept), needs=needs)
             truth = Truth("", trial.world_from_rig, trial.target)
             out = Result.of(trial.name, "prints", "boxes", len(trial.pictures), answer, truth)
             if answer.verdict == "accepted":
@@ -321,13 +328,13 @@ def main() -> int:
 
     results = []
     trials = list(strangers(args.seed, models, args.only))
-    for source in (inspect_strangers(folder, trials, draw), () if args.only else inspect_prints(args.folder)):
-        for result in source:
+    with args.json.open("w") if args.json else nullcontext() as lines:
+        for result in chain(inspect_strangers(folder, trials, draw), () if args.only else inspect_prints(args.folder)):
             results.append(result)
             print(f"\r{len(results)} {result.name:40}", end="", file=sys.stderr, flush=True)
+            if lines:
+                print(json.dumps(asdict(result)), file=lines, flush=True)
     print(file=sys.stderr)
-    if args.json:
-        args.json.write_text("".join(json.dumps(asdict(r)) + "\n" for r in results))
     return int(not report(results))
 
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from examples.render.draws import draw_finish, draw_table_view
-from examples.render.families import FAMILIES, Change, Design, changes, draw, make
+from examples.render.families import FAMILIES, Design, changes, draw, make
 from examples.render.files import STATED
 from examples.render.lights import table
 from examples.render.model import Component, tessellate
@@ -30,7 +30,7 @@ from examples.render.objects import write_step
 from examples.render.surfaces import finished_meshes
 from examples.render.trials import Trial, write_trial
 from examples.render.truth import Caster, project
-from examples.render.views import Camera, Shot, rigid
+from examples.render.views import Shot, rigid
 
 Array = NDArray[np.float64]
 SIZE = (960, 720)
@@ -60,14 +60,9 @@ class Stranger:
     def name(self) -> str:
         return f"{self.model}_{self.kind}" + (f"_{self.view + 1}" if self.kind == "good" else "")
 
-    @property
-    def own_seed(self) -> int:
-        """Of the views and all else that is the trial's own."""
-        return self.seed * 100_000 + zlib.crc32(self.name.encode()) % 100_000
-
-    @property
-    def model_seed(self) -> int:
-        return self.seed * 100_000 + zlib.crc32(self.model.encode()) % 100_000
+    def seed_of(self, name: str) -> int:
+        """What the model, or else all that is the trial's own, is drawn from."""
+        return self.seed * 100_000 + zlib.crc32(name.encode()) % 100_000
 
 
 def strangers(seed: int, models: int, only: list[str] | None = None) -> Iterator[Stranger]:
@@ -101,75 +96,58 @@ def stretch(components: list[Component], factors: Array) -> list[Component]:
     return out
 
 
-def sharp_edges(components: list[Component], step: float = 1.0) -> tuple[Array, Array]:
-    """Both ends (n, 3) of pieces up to `step` mm long of all edges at which two faces meet at 20 degrees and more."""
-    starts, ends = [], []
+def sharp_edges(components: list[Component], step: float = 1.0) -> Array:
+    """Ends (2, n, 3) of pieces up to `step` mm long of all edges at which two faces meet at 20 degrees and more."""
+    out = []
     for c in components:
         part = c.part
         sides = np.concatenate([part.triangles[:, [i, (i + 1) % 3]] for i in range(3)])
         _, first, count = np.unique(np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True)
-        rim = sides[first[count == 1]]  # the border of a face
-        key = np.round(part.vertices[rim].mean(axis=1), 3)
-        _, group = np.unique(key, axis=0, return_inverse=True)
+        rim = sides[first[count == 1]]  # the borders of faces
+        _, group = np.unique(part.vertices[rim].mean(axis=1).round(3), axis=0, return_inverse=True)
         order = np.argsort(group.ravel(), kind="stable")
         pair = np.flatnonzero(np.diff(group.ravel()[order]) == 0)
         one, two = rim[order[pair]], rim[order[pair + 1]]
         cosine = np.sum(part.normals[one[:, 0]] * part.normals[two].mean(axis=1), axis=1)
-        for p, q in (
-            part.vertices[one[cosine < np.cos(np.radians(20))]] @ c.object_from_part[:3, :3].T
-            + c.object_from_part[:3, 3]
-        ):
-            at = np.linspace(0, 1, int(np.ceil(np.linalg.norm(q - p) / step)) + 1)[:, None]
-            points = p + at * (q - p)
-            starts.append(points[:-1])
-            ends.append(points[1:])
-    return np.concatenate(starts), np.concatenate(ends)
+        ends = part.vertices[one[cosine < np.cos(np.radians(20))]]
+        for p, q in ends @ c.object_from_part[:3, :3].T + c.object_from_part[:3, 3]:
+            at = np.linspace(p, q, int(np.ceil(np.linalg.norm(q - p) / step)) + 1)
+            out.append([at[:-1], at[1:]])
+    return np.concatenate(out, axis=1)
 
 
-def seen_px(edges: tuple[Array, Array], caster: Caster, view: Shot, side: str) -> Array:
+def seen_px(edges: Array, caster: Caster, view: Shot, side: str) -> Array:
     """Lengths in a camera's picture (n,) of pieces of edges, 0 where hidden or outside."""
-    camera, pose = view.cameras[side], view.poses[side]
-    middle = (edges[0] + edges[1]) / 2
-    ray = middle - pose[:3, 3]
-    far = np.linalg.norm(ray, axis=1)
-    hit, depth = caster.cast(pose[:3, 3], ray / far[:, None])
-    shown = (hit < 0) | (depth > far - 0.4)
-    at = project(camera, pose, middle)
-    shown &= ((at > 4) & (at < np.array(camera.size) - 5)).all(axis=1)
-    length = np.linalg.norm(project(camera, pose, edges[1]) - project(camera, pose, edges[0]), axis=1)
-    return np.where(shown, length, 0.0)
+    camera, pose, middle = view.cameras[side], view.poses[side], edges.mean(axis=0)
+    far = np.linalg.norm(middle - pose[:3, 3], axis=1)
+    hit, depth = caster.cast(pose[:3, 3], (middle - pose[:3, 3]) / far[:, None])
+    start, at, end = (project(camera, pose, points) for points in (edges[0], middle, edges[1]))
+    shown = ((hit < 0) | (depth > far - 0.4)) & ((at > 4) & (at < np.array(camera.size) - 5)).all(axis=1)
+    return np.where(shown, np.linalg.norm(end - start, axis=1), 0.0)
 
 
-def edge_px(edges: tuple[Array, Array], box: Any, caster: Caster, view: Shot) -> dict[str, float]:
+def edge_px(edges: Array, box: Any, caster: Caster, view: Shot) -> dict[str, float]:
     """How long the edges in a box are in each picture."""
-    middle = (edges[0] + edges[1]) / 2
+    middle = edges.mean(axis=0)
     own = ((middle > np.array(box[0]) - 0.2) & (middle < np.array(box[1]) + 0.2)).all(axis=1)
-    inside = edges[0][own], edges[1][own]
-    return {side: round(float(seen_px(inside, caster, view, side).sum()), 1) for side in view.cameras}
+    return {side: round(float(seen_px(edges[:, own], caster, view, side).sum()), 1) for side in view.cameras}
 
 
-def move_px(edges: tuple[Array, Array], factors: Array, caster: Caster, view: Shot) -> float:
+def move_px(edges: Array, factors: Array, caster: Caster, view: Shot) -> float:
     """How far across itself (95th percentile, px) an edge lies from the model's when the model, not the part that is
     stretched, is laid over the pictures as well as it can be."""
-    rows, shifts = [], []
+    rows = []
     for side, camera in view.cameras.items():
-        pose, seen = view.poses[side], seen_px(edges, caster, view, side) > 0
-        start, end = edges[0][seen], edges[1][seen]
-        middle = (start + end) / 2
-        along = project(camera, pose, end) - project(camera, pose, start)
-        across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
-        at = project(camera, pose, middle)
-
-        def off(
-            moved: Array, camera: Camera = camera, pose: Array = pose, at: Array = at, across: Array = across
-        ) -> Array:
-            return np.asarray(np.sum((project(camera, pose, moved) - at) * across, axis=1))
-
-        turns = [off(middle + 1e-3 * np.cross(axis, middle)) / 1e-3 for axis in np.eye(3)]
-        rows.append(np.stack([*turns, *(off(middle + axis) for axis in np.eye(3))], axis=1))
-        shifts.append(off(middle * factors))
-    shift, jacobian = np.concatenate(shifts), np.concatenate(rows)
-    left = shift - jacobian @ np.linalg.lstsq(jacobian, shift, rcond=None)[0]
+        pose, seen = view.poses[side], edges[:, seen_px(edges, caster, view, side) > 0]
+        middle = seen.mean(axis=0)
+        start, at, end = (project(camera, pose, points) for points in (seen[0], middle, seen[1]))
+        across = (end - start)[:, ::-1] * [-1, 1] / np.linalg.norm(end - start, axis=1)[:, None]
+        ways = [*np.eye(3), *(np.cross(axis, middle) for axis in np.eye(3))]
+        moves = [*(1e-3 * way for way in ways), middle * (factors - 1)]
+        rows.append([np.sum((project(camera, pose, middle + move) - at) * across, axis=1) for move in moves])
+    *known, shift = np.concatenate(rows, axis=1)
+    basis = np.transpose(known)
+    left = shift - basis @ np.linalg.lstsq(basis, shift, rcond=None)[0]
     return float(np.percentile(np.abs(left), 95))
 
 
@@ -189,61 +167,48 @@ def as_stated(view: Shot, rng: np.random.Generator) -> Shot:
 
 def show(stranger: Stranger, folder: Path) -> None:
     """Write the pictures and the truth of a trial, and its model if it is not there."""
-    design = draw(stranger.family, stranger.model_seed)
+    own_seed, model_seed = stranger.seed_of(stranger.name), stranger.seed_of(stranger.model)
+    design = draw(stranger.family, model_seed)
     step = folder / f"{stranger.model}_model.step"
     if not step.exists():
         write_step(make(design), step)
-    rng = np.random.default_rng([stranger.own_seed, 41])
+    rng = np.random.default_rng([own_seed, 41])
     model = components_of(design)
     caster, edges = Caster(model), sharp_edges(model)
-    points = np.concatenate(caster.vertices)
-    view = draw_table_view(stranger.own_seed, SIZE, points, 1 + int(rng.random() < 0.55), FILLS)
+    cameras = 1 + int(rng.random() < 0.55)
+    view = draw_table_view(own_seed, SIZE, np.concatenate(caster.vertices), cameras, FILLS)
     head: dict[str, Any] = {"model": step.name, "model_variant": "", "object": stranger.model}
     shown = model
     if stranger.kind in CHANGES:
-        change, changed = draw_change(design, stranger.kind, rng, lambda box: edge_px(edges, box, caster, view))
-        shown = components_of(changed)
-        head["change"] = asdict(change) | {"edge_px": edge_px(edges, change.reach, caster, view)}
+        found = list(changes(design, stranger.kind, rng))
+        order = [found[i] for i in rng.permutation(len(found))]
+        lengths = [edge_px(edges, change.reach, caster, view) for change, _ in order]
+        number = next((i for i, px in enumerate(lengths) if max(px.values()) >= LEAST_EDGE_PX), 0)
+        head["change"] = asdict(order[number][0]) | {"edge_px": lengths[number]}
+        shown = components_of(order[number][1])
     elif stranger.kind == "stretched":
-        for _ in range(40):
+        moved = 0.0
+        while moved < LEAST_MOVE_PX:
             factors = np.ones(3)
             factors[rng.integers(3)] += rng.uniform(0.03, 0.12) * rng.choice([-1, 1])
-            if (moved := move_px(edges, factors, caster, view)) >= LEAST_MOVE_PX:
-                break
-        else:
-            raise RuntimeError(f"no stretch of {stranger.name} shows")
+            moved = move_px(edges, factors, caster, view)
         shown = stretch(model, factors)
         head |= {"factors": factors.round(4).tolist(), "move_px": round(moved, 2)}
     elif stranger.kind == "other":
-        shown = components_of(draw(stranger.family, stranger.model_seed, 1))
+        shown = components_of(draw(stranger.family, model_seed, 1))
     finishes = [draw_finish(rng) for _ in range(2)]
-    if stranger.family == "casting":  # as cast and painted, or blasted
-        while finishes[0][0] not in ("blasted", "painted"):
-            finishes[0] = draw_finish(rng)
+    while stranger.family == "casting" and finishes[0][0] not in ("blasted", "painted"):
+        finishes[0] = draw_finish(rng)
     head["finish"] = finishes[0][0]
     each = [finishes[int(c.path.startswith("BOLT"))][1] for c in shown]
 
     def scene(mi: Any) -> dict[str, Any]:
-        meshes = finished_meshes(mi, shown, each, np.random.default_rng([stranger.own_seed, 16]))
-        return {**meshes, "table": table(mi, np.random.default_rng([stranger.own_seed, 17]))}
+        meshes = finished_meshes(mi, shown, each, np.random.default_rng([own_seed, 16]))
+        return {**meshes, "table": table(mi, np.random.default_rng([own_seed, 17]))}
 
-    trial = Trial(stranger.name, stranger.kind, stranger.family, stranger.own_seed, SIZE, len(view.cameras))
-    stated = as_stated(view, np.random.default_rng([stranger.own_seed, 42]))
+    trial = Trial(stranger.name, stranger.kind, stranger.family, own_seed, SIZE, len(view.cameras))
+    stated = as_stated(view, np.random.default_rng([own_seed, 42]))
     write_trial(trial, folder, head, view, shown, Caster(shown), scene, True, stated, SAMPLES)
-
-
-def draw_change(design: Design, kind: str, rng: np.random.Generator, seen: Any) -> tuple[Change, Design]:
-    """One of the changes of a kind whose edges are in view, that the kernel can make."""
-    found = list(changes(design, kind, rng))
-    order = [found[i] for i in rng.permutation(len(found))]
-    wanted = [f for f in order if max(seen(f[0].reach).values()) >= LEAST_EDGE_PX]
-    for change, changed in wanted or order:
-        try:
-            components_of(changed)
-        except RuntimeError:
-            continue
-        return change, changed
-    raise RuntimeError(f"the kernel makes no {kind} change of {design.name}")
 
 
 def main() -> None:
