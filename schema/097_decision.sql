@@ -43,8 +43,8 @@ CREATE TABLE camera_unknown (  -- localisation: What was solved of each camera a
     value DOUBLE PRECISION NOT NULL,  -- as solved
     expected DOUBLE PRECISION NOT NULL,  -- as expected before
     sigma DOUBLE PRECISION NOT NULL,  -- standard deviation before; 0: exact, and not solved
-    sigma_shown DOUBLE PRECISION NOT NULL,  -- standard deviation of what the pictures show of it: sigma less what they leave open, by squares, at least a
-        -- tenth of it, and what comes of all edges being drawn alike
+    sigma_shown DOUBLE PRECISION NOT NULL,  -- standard deviation of what the pictures show of it, not of what they leave open, where they err half as much
+        -- again as they say; at least a tenth of sigma
     PRIMARY KEY (run_id, camera, name)
 );
 

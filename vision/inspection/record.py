@@ -317,7 +317,7 @@ def record_decisions(
         value=found.best.camera_unknowns.ravel(),
         expected=unknowns.mean.ravel(),
         sigma=unknowns.sigma.ravel(),
-        sigma_shown=compute_shown(rig, found.best.unknowns_sigma, found.best.distance).ravel(),
+        sigma_shown=compute_shown(rig, found.best.unknowns_sigma).ravel(),
     )
     _record_solved(write, found, dict(zip(cameras, found.single_cameras, strict=False)))
 

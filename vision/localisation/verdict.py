@@ -348,7 +348,7 @@ def decide(
         elsewhere.together,
         compute_precision(best.covariance, best.middle),
         int(best.excluded.sum()),
-        find_misfit(rig, best.camera_unknowns, best.unknowns_sigma, best.distance),
+        find_misfit(rig, best.camera_unknowns, best.unknowns_sigma),
     )
     return judge(HypothesisTable.of(hypotheses), standing, evidence, needs, p)
 
@@ -363,7 +363,7 @@ class Misfit:
 
 
 LEAST_SHOWN = 0.1  # of a sigma: pictures that show less of an unknown say nothing of it
-ALIKE_PX = 0.35  # by which all edges of a picture may be drawn alike: blur, rounding and light know no calibration
+BEYOND = 1.5  # all edges of a picture may be drawn alike: blur, rounding and light know no calibration
 _PICTURE, _MOUNT = "is its picture scaled or cropped?", "was the camera moved?"
 # Of each of UNKNOWNS: what is otherwise, in words of camera and amount; the amount's unit; words for more and for less.
 _OTHERWISE = {
@@ -381,31 +381,24 @@ _OTHERWISE = {
 }
 
 
-def compute_shown(rig: Rig, left: Floats, distance: float) -> Floats:
-    """Standard deviations (c, 11) of what pictures show of the cameras' unknowns: the stated ones less what they leave
-    open (c, 11), by squares, at least `LEAST_SHOWN` of them, and what comes of `ALIKE_PX` at a picture's border where
-    all is at that distance (mm)."""
-    sigma, alike = describe_unknowns(rig).sigma, []
-    for camera in rig.cameras.values():
-        half, focal = camera.width / 2, camera.matrix[0, 0]
-        px = {"centre_u": 1, "centre_v": 1, "focal": half, "radial": half**3 / focal**2, "rx": focal, "ry": focal}
-        near = 1 / max(distance, 1.0)
-        px |= {"rz": half, "x": focal * near, "y": focal * near, "z": half * near}
-        alike.append([ALIKE_PX / px.get(name, np.inf) for name in UNKNOWNS])
-    shown = np.maximum(sigma**2 - left**2, (LEAST_SHOWN * sigma) ** 2)
-    return np.asarray(np.sqrt(shown + np.array(alike) ** 2))
+def compute_shown(rig: Rig, left: Floats) -> Floats:
+    """Standard deviations (c, 11) of what pictures show of the cameras' unknowns, of which they leave open (c, 11): of
+    what they show as if it errs `BEYOND` times as much as its scatter says; at least `LEAST_SHOWN` of the stated."""
+    sigma = describe_unknowns(rig).sigma
+    share = np.clip(1 - (left / np.maximum(sigma, 1e-12)) ** 2, 0.0, 1.0)
+    return np.asarray(sigma * np.maximum(np.sqrt(share**2 + BEYOND**2 * share * (1 - share)), LEAST_SHOWN))
 
 
-def find_misfit(rig: Rig, own: Floats, left: Floats, distance: float) -> Misfit | None:
+def find_misfit(rig: Rig, own: Floats, left: Floats) -> Misfit | None:
     """What of the cameras' unknowns (c, 11) lies most standard deviations, of what the pictures show, from the rig's
-    file; left, distance: as `compute_shown` has them.  None where all is exact."""
+    file; left: as `compute_shown` has it.  None where all is exact."""
     unknowns = describe_unknowns(rig)
     known = unknowns.sigma > CALIBRATION_PX * np.isin(UNKNOWNS, ["centre_u", "centre_v"])
     known[:, RESPONSE] = False
     if not known.any():
         return None
     off = own - unknowns.mean
-    sigmas = np.where(known, np.abs(off) / np.where(known, compute_shown(rig, left, distance), 1.0), -1.0)
+    sigmas = np.where(known, np.abs(off) / np.where(known, compute_shown(rig, left), 1.0), -1.0)
     number, of = np.unravel_index(int(np.argmax(sigmas)), sigmas.shape)
     camera, name, by = list(rig.cameras)[number], UNKNOWNS[of], float(off[number, of])
     words, unit, *ways = _OTHERWISE[name]
