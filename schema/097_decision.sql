@@ -43,8 +43,8 @@ CREATE TABLE camera_unknown (  -- localisation: What was solved of each camera a
     value DOUBLE PRECISION NOT NULL,  -- as solved
     expected DOUBLE PRECISION NOT NULL,  -- as expected before
     sigma DOUBLE PRECISION NOT NULL,  -- standard deviation before; 0: exact, and not solved
-    sigma_shown DOUBLE PRECISION NOT NULL,  -- standard deviation of what the pictures show of it, not of what they leave open, where they err half as much
-        -- again as they say; at least a tenth of sigma
+    sigma_shown DOUBLE PRECISION NOT NULL,  -- standard deviation of what the pictures show of it, not of what they leave open, where they err 1.4 times
+        -- as much as they say; at least a tenth of sigma
     PRIMARY KEY (run_id, camera, name)
 );
 

@@ -363,7 +363,7 @@ class Misfit:
 
 
 LEAST_SHOWN = 0.1  # of a sigma: pictures that show less of an unknown say nothing of it
-BEYOND = 1.5  # all edges of a picture may be drawn alike: blur, rounding and light know no calibration
+BEYOND = 1.4  # all edges of a picture may be drawn alike: blur, rounding and light know no calibration
 _PICTURE, _MOUNT = "is its picture scaled or cropped?", "was the camera moved?"
 # Of each of UNKNOWNS: what is otherwise, in words of camera and amount; the amount's unit; words for more and for less.
 _OTHERWISE = {

@@ -44,6 +44,7 @@ class MovedParameters:
     least_spread: float = 0.15  # mean square of the normals along the second direction that they span, there
     most_in_place: float = 0.35
     """share of a surface's edges that may be found in place where it has moved so far that they are told apart"""
+    least_there: float = 0.5  # share of a surface's edges that must be found where it has moved to
     least_found: float = 0.6  # share of a surface's edges that must be found where it is measured
 
 

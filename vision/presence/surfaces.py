@@ -483,6 +483,7 @@ def assess_surfaces(
     rate = np.bincount(edges.moving.surface, carried * np.abs(edges.moving.rate), count)
     px = np.abs(mm) * rate / np.maximum(np.bincount(edges.moving.surface, carried, count), 1e-9)
     moved &= (supported <= p.moved.most_in_place * weight) | (px < p.account.support.tolerance_px)
+    moved[there] &= agree_px >= p.moved.least_there * weight[there]
     moved &= _count_own_px(runs, moved, log_odds) >= p.moved.least_distinct_px
     return SceneSurfaces(moved, log_odds, mm, sigma, shift, shift_sigma, inward, middle, normal, weight, opposed)
 
