@@ -172,7 +172,7 @@ class Locator:
             verdict = doubt_edges(
                 found.verdict, "absent_anywhere", *said, self.p.localisation.verdict.max_absent_odds_anywhere
             )
-            found = replace(found, verdict=verdict, account=account)
+            found = replace(found, verdict=verdict)
         self.run.step("localise")
         return found
 

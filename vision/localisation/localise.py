@@ -13,7 +13,6 @@ import numpy as np
 from relmodel.arrays import Bools, Floats, Ints, sum_by_group
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.progress import Clock
-from vision.account.edges import EdgeAccount
 from vision.cameras.cameras import DEFAULT_NEEDS, Needs, Prior, Rig, perturb, perturbation, perturbations
 from vision.extraction.rows import Primitives
 from vision.localisation.hypotheses import (
@@ -264,8 +263,7 @@ class Localisation:
     single_cameras: the pose each camera gives by itself, in the rig's order (where there are several).
     rig: as it stands at the best pose, with the unknowns of its cameras solved.
     edge_indexes: by camera, the edge elements of its picture.  views: by camera, what is seen at the best pose.
-    timings_s by step.  stages: what the search kept, and what became of it.  account: of the edges seen from the best
-    pose, where it was taken to doubt that.
+    timings_s by step.  stages: what the search kept, and what became of it.
     """
 
     verdict: Verdict
@@ -279,7 +277,6 @@ class Localisation:
     views: dict[str, View]
     timings_s: dict[str, float]
     stages: list[Stage] = field(default_factory=list)
-    account: EdgeAccount | None = None
 
 
 def localise(
