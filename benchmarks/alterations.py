@@ -26,7 +26,7 @@ from tabulate import tabulate
 from relmodel.errors import RelmodelError
 from relmodel.store import Store
 from relmodel.store.check import check
-from tests.app.cli.conftest import fill, halve, inspected
+from tests.app.cli.conftest import halve, inspected, load_bulkhead, place
 from vision.inspection.replay import replay
 
 # What a run writes of itself, which its ledger does not count.
@@ -129,7 +129,8 @@ def make_store(folder: Path) -> tuple[Path, int]:
     target = folder / "cell.duckdb"
     pair = halve("pair_00", folder)
     Store.create(target).close()
-    fill(str(target), pair, folder)
+    load_bulkhead(target)
+    place(str(target), pair, folder)
     return target, int(inspected(str(target), *pair.options())["run"])
 
 

@@ -165,8 +165,8 @@ def add_presence(model: Model) -> None:
     model["inspection"] = given | transform(0, [0, 0, 0])
     item: dict[str, Any] = {"run_id": [1], "item_no": 0, "level": "part", "occurrence_id": 3, "path": "plate"}
     item |= {"state": "confirmed", "qif": "PASS", "reason": "its edges are found"}
-    evidence = ("log_odds", "expected_log_odds", "visible_pixels", "edge_px", "distinct_px", "supported_px")
-    model["presence"] = item | dict.fromkeys(evidence, 5.0)
+    evidence = ("log_odds", "expected_log_odds", "absent_log_odds", "visible_pixels", "edge_px", "distinct_px")
+    model["presence"] = item | dict.fromkeys((*evidence, "supported_px"), 5.0)
 
 
 def leave_feature_undecided(model: Model) -> None:

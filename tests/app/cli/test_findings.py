@@ -51,7 +51,7 @@ def stop(
         given |= {"prior_covariance": Ragged.pack([np.eye(6).ravel()]), **matrix_columns(np.eye(4)[None])}
         found: dict[str, Any] = {"verdict": verdict, "reason": "so", "posterior": 0.99, "serial": [serial]}
         run.append(connection, "inspection", {"run_id": [run.id], **given, **found})
-        evidence = ("visible_pixels", "edge_px", "distinct_px", "supported_px")
+        evidence = ("absent_log_odds", "visible_pixels", "edge_px", "distinct_px", "supported_px")
         named: dict[str, Any] = {"qif": "FAIL", "reason": "so", "log_odds": -8.0}
         named |= {"level": ["part" if no is None else "feature" for _, no, _ in rows]}
         named |= {"feature_no": np.ma.masked_array([no or 0 for _, no, _ in rows], [no is None for _, no, _ in rows])}
