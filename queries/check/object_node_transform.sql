@@ -1,14 +1,7 @@
 -- Nodes of expanded objects whose transform is not that of their container times that of their instance; bodies whose
 -- transform is not the identity.
 -- Takes nothing; gives object_id and path.
-WITH instance AS (
-    SELECT object_id AS container, NULL AS child_id, part_id, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23
-    FROM object_part
-    UNION ALL
-    SELECT parent_id, child_id, NULL, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23
-    FROM object_object
-),
-placed AS (
+WITH placed AS (
     SELECT
         n.object_id, n.node_no,
         abs(n.m00 - (p.m00 * i.m00 + p.m01 * i.m10 + p.m02 * i.m20))
@@ -25,7 +18,7 @@ placed AS (
             + abs(n.m23 - (p.m20 * i.m03 + p.m21 * i.m13 + p.m22 * i.m23 + p.m23)) AS shift
     FROM object_node AS n
     JOIN object_node AS p ON p.object_id = n.object_id AND p.node_no = n.parent_no AND p.body_no = n.body_no
-    JOIN instance AS i ON i.container = p.child_id AND (i.part_id = n.part_id OR i.child_id = n.child_id)
+    JOIN object_child AS i ON i.parent_id = p.child_id AND (i.part_id = n.part_id OR i.object_id = n.child_id)
     UNION ALL
     SELECT
         n.object_id, n.node_no,

@@ -60,12 +60,9 @@ step AS (
 ),
 placed AS (
     SELECT r.world_id, r.object_no, r.robot, i.name AS link,
-        CAST(1 AS DOUBLE PRECISION) AS m00, CAST(0 AS DOUBLE PRECISION) AS m01,
-        CAST(0 AS DOUBLE PRECISION) AS m02, CAST(0 AS DOUBLE PRECISION) AS m03,
-        CAST(0 AS DOUBLE PRECISION) AS m10, CAST(1 AS DOUBLE PRECISION) AS m11,
-        CAST(0 AS DOUBLE PRECISION) AS m12, CAST(0 AS DOUBLE PRECISION) AS m13,
-        CAST(0 AS DOUBLE PRECISION) AS m20, CAST(0 AS DOUBLE PRECISION) AS m21,
-        CAST(1 AS DOUBLE PRECISION) AS m22, CAST(0 AS DOUBLE PRECISION) AS m23
+        r.m00, r.m01, r.m02, r.m03,
+        r.m10, r.m11, r.m12, r.m13,
+        r.m20, r.m21, r.m22, r.m23
     FROM robot AS r
     JOIN object_object AS i ON i.parent_id = r.object_id
     WHERE NOT EXISTS (SELECT 1 FROM joint AS j WHERE j.object_id = r.object_id AND j.child_link = i.name)
@@ -95,16 +92,8 @@ LEFT JOIN occurrence AS l ON l.world_id = r.world_id AND l.path = r.path || '/' 
 LEFT JOIN placed AS p
     ON p.world_id = r.world_id AND p.object_no = r.object_no AND p.robot = r.robot AND p.link = i.name
 WHERE p.link IS NULL OR l.id IS NULL
-    OR abs(l.m00 - (r.m00 * p.m00 + r.m01 * p.m10 + r.m02 * p.m20))
-        + abs(l.m01 - (r.m00 * p.m01 + r.m01 * p.m11 + r.m02 * p.m21))
-        + abs(l.m02 - (r.m00 * p.m02 + r.m01 * p.m12 + r.m02 * p.m22))
-        + abs(l.m10 - (r.m10 * p.m00 + r.m11 * p.m10 + r.m12 * p.m20))
-        + abs(l.m11 - (r.m10 * p.m01 + r.m11 * p.m11 + r.m12 * p.m21))
-        + abs(l.m12 - (r.m10 * p.m02 + r.m11 * p.m12 + r.m12 * p.m22))
-        + abs(l.m20 - (r.m20 * p.m00 + r.m21 * p.m10 + r.m22 * p.m20))
-        + abs(l.m21 - (r.m20 * p.m01 + r.m21 * p.m11 + r.m22 * p.m21))
-        + abs(l.m22 - (r.m20 * p.m02 + r.m21 * p.m12 + r.m22 * p.m22)) > 1e-9
-    OR abs(l.m03 - (r.m00 * p.m03 + r.m01 * p.m13 + r.m02 * p.m23 + r.m03))
-        + abs(l.m13 - (r.m10 * p.m03 + r.m11 * p.m13 + r.m12 * p.m23 + r.m13))
-        + abs(l.m23 - (r.m20 * p.m03 + r.m21 * p.m13 + r.m22 * p.m23 + r.m23)) > 1e-6
+    OR abs(l.m00 - p.m00) + abs(l.m01 - p.m01) + abs(l.m02 - p.m02)
+        + abs(l.m10 - p.m10) + abs(l.m11 - p.m11) + abs(l.m12 - p.m12)
+        + abs(l.m20 - p.m20) + abs(l.m21 - p.m21) + abs(l.m22 - p.m22) > 1e-9
+    OR abs(l.m03 - p.m03) + abs(l.m13 - p.m13) + abs(l.m23 - p.m23) > 1e-6
 ORDER BY 1, 2, 3

@@ -7,10 +7,7 @@
 -- least_mm to bin_mm, least_cosine to most_cosine (by which they may at least, and at most), along (cosine of a normal
 -- and the connecting line beyond which they leave a turn about both open), most_of_relation, most;
 -- gives unit_a, unit_b, circle_a, circle_b, alike (how many pairs of the model the relation is like).
-WITH step AS (
-    SELECT -1 AS by UNION ALL SELECT 0 UNION ALL SELECT 1
-),
-allowed AS (
+WITH allowed AS (
     SELECT unit_a, unit_b, radius_a, radius_b, distance, normals, rise_a, rise_b,
         greatest(:least_radius_mm, :sigmas * radius_a_sigma) AS radius_a_off,
         greatest(:least_radius_mm, :sigmas * radius_b_sigma) AS radius_b_off,
@@ -30,9 +27,9 @@ ordered AS (
 ),
 -- Distances that agree lie in one bin or in neighbouring ones.
 scene AS (
-    SELECT s.*, CAST(floor(s.distance / :bin_mm) AS INTEGER) + step.by AS bin
+    SELECT s.*, CAST(floor(s.distance / :bin_mm) AS INTEGER) + step.bins AS bin
     FROM ordered AS s
-    CROSS JOIN step
+    CROSS JOIN (VALUES (-1), (0), (1)) AS step (bins)
     WHERE s.rise_a <= :along
 ),
 model AS (

@@ -6,15 +6,11 @@
 -- distance, low_a, high_a, low_b, high_b), bin_mm (no distance_off is greater), along_mm (by which an edge may be seen
 -- beyond its ends), most_of_relation, most;
 -- gives unit_a, unit_b, sign_a, sign_b, line_a, line_b, alike (how many pairs of the model the relation is like).
-WITH step AS (
-    SELECT -1 AS by UNION ALL SELECT 0 UNION ALL SELECT 1
-),
--- Distances that agree lie in one bin or in neighbouring ones.
-scene AS (
-    SELECT s.*, CAST(floor(s.distance / :bin_mm) AS INTEGER) + step.by AS bin,
+WITH scene AS (  -- distances that agree lie in one bin or in neighbouring ones
+    SELECT s.*, CAST(floor(s.distance / :bin_mm) AS INTEGER) + step.bins AS bin,
         least(s.unit_a, s.unit_b) AS low, greatest(s.unit_a, s.unit_b) AS high
     FROM scene_pair AS s
-    CROSS JOIN step
+    CROSS JOIN (VALUES (-1), (0), (1)) AS step (bins)
 ),
 model AS (
     SELECT *, CAST(floor(distance / :bin_mm) AS INTEGER) AS bin

@@ -18,25 +18,13 @@ WITH RECURSIVE child AS MATERIALIZED (
 robot AS (
     SELECT DISTINCT object_id FROM joint
 ),
-moved AS (  -- an object in a robot is a body, and stands in its own frame
-    SELECT c.parent_id, c.child_no, c.object_id, c.segment, r.object_id IS NOT NULL AS link,
-        CASE WHEN r.object_id IS NULL THEN c.m00 ELSE 1 END AS m00,
-        CASE WHEN r.object_id IS NULL THEN c.m01 ELSE 0 END AS m01,
-        CASE WHEN r.object_id IS NULL THEN c.m02 ELSE 0 END AS m02,
-        CASE WHEN r.object_id IS NULL THEN c.m03 ELSE 0 END AS m03,
-        CASE WHEN r.object_id IS NULL THEN c.m10 ELSE 0 END AS m10,
-        CASE WHEN r.object_id IS NULL THEN c.m11 ELSE 1 END AS m11,
-        CASE WHEN r.object_id IS NULL THEN c.m12 ELSE 0 END AS m12,
-        CASE WHEN r.object_id IS NULL THEN c.m13 ELSE 0 END AS m13,
-        CASE WHEN r.object_id IS NULL THEN c.m20 ELSE 0 END AS m20,
-        CASE WHEN r.object_id IS NULL THEN c.m21 ELSE 0 END AS m21,
-        CASE WHEN r.object_id IS NULL THEN c.m22 ELSE 1 END AS m22,
-        CASE WHEN r.object_id IS NULL THEN c.m23 ELSE 0 END AS m23
+moved AS (
+    SELECT c.*, r.object_id IS NOT NULL AS link
     FROM child AS c
     LEFT JOIN robot AS r ON r.object_id = c.parent_id
     WHERE c.object_id IS NOT NULL
 ),
-placed AS (
+placed AS (  -- an object in a robot is a body, and stands in its own frame
     SELECT 0 AS depth, ARRAY[0] AS ordinals, '' AS path, id AS object_id, FALSE AS link,
         CAST(1 AS DOUBLE PRECISION) AS m00, CAST(0 AS DOUBLE PRECISION) AS m01, CAST(0 AS DOUBLE PRECISION) AS m02, CAST(0 AS DOUBLE PRECISION) AS m03,
         CAST(0 AS DOUBLE PRECISION) AS m10, CAST(1 AS DOUBLE PRECISION) AS m11, CAST(0 AS DOUBLE PRECISION) AS m12, CAST(0 AS DOUBLE PRECISION) AS m13,
@@ -45,18 +33,18 @@ placed AS (
     WHERE id = :object_id
     UNION ALL
     SELECT p.depth + 1, p.ordinals || ARRAY[c.child_no], p.path || '/' || c.segment, c.object_id, c.link,
-        CASE WHEN c.link THEN c.m00 ELSE p.m00 * c.m00 + p.m01 * c.m10 + p.m02 * c.m20 END,
-        CASE WHEN c.link THEN c.m01 ELSE p.m00 * c.m01 + p.m01 * c.m11 + p.m02 * c.m21 END,
-        CASE WHEN c.link THEN c.m02 ELSE p.m00 * c.m02 + p.m01 * c.m12 + p.m02 * c.m22 END,
-        CASE WHEN c.link THEN c.m03 ELSE p.m00 * c.m03 + p.m01 * c.m13 + p.m02 * c.m23 + p.m03 END,
-        CASE WHEN c.link THEN c.m10 ELSE p.m10 * c.m00 + p.m11 * c.m10 + p.m12 * c.m20 END,
-        CASE WHEN c.link THEN c.m11 ELSE p.m10 * c.m01 + p.m11 * c.m11 + p.m12 * c.m21 END,
-        CASE WHEN c.link THEN c.m12 ELSE p.m10 * c.m02 + p.m11 * c.m12 + p.m12 * c.m22 END,
-        CASE WHEN c.link THEN c.m13 ELSE p.m10 * c.m03 + p.m11 * c.m13 + p.m12 * c.m23 + p.m13 END,
-        CASE WHEN c.link THEN c.m20 ELSE p.m20 * c.m00 + p.m21 * c.m10 + p.m22 * c.m20 END,
-        CASE WHEN c.link THEN c.m21 ELSE p.m20 * c.m01 + p.m21 * c.m11 + p.m22 * c.m21 END,
-        CASE WHEN c.link THEN c.m22 ELSE p.m20 * c.m02 + p.m21 * c.m12 + p.m22 * c.m22 END,
-        CASE WHEN c.link THEN c.m23 ELSE p.m20 * c.m03 + p.m21 * c.m13 + p.m22 * c.m23 + p.m23 END
+        CASE WHEN c.link THEN 1 ELSE p.m00 * c.m00 + p.m01 * c.m10 + p.m02 * c.m20 END,
+        CASE WHEN c.link THEN 0 ELSE p.m00 * c.m01 + p.m01 * c.m11 + p.m02 * c.m21 END,
+        CASE WHEN c.link THEN 0 ELSE p.m00 * c.m02 + p.m01 * c.m12 + p.m02 * c.m22 END,
+        CASE WHEN c.link THEN 0 ELSE p.m00 * c.m03 + p.m01 * c.m13 + p.m02 * c.m23 + p.m03 END,
+        CASE WHEN c.link THEN 0 ELSE p.m10 * c.m00 + p.m11 * c.m10 + p.m12 * c.m20 END,
+        CASE WHEN c.link THEN 1 ELSE p.m10 * c.m01 + p.m11 * c.m11 + p.m12 * c.m21 END,
+        CASE WHEN c.link THEN 0 ELSE p.m10 * c.m02 + p.m11 * c.m12 + p.m12 * c.m22 END,
+        CASE WHEN c.link THEN 0 ELSE p.m10 * c.m03 + p.m11 * c.m13 + p.m12 * c.m23 + p.m13 END,
+        CASE WHEN c.link THEN 0 ELSE p.m20 * c.m00 + p.m21 * c.m10 + p.m22 * c.m20 END,
+        CASE WHEN c.link THEN 0 ELSE p.m20 * c.m01 + p.m21 * c.m11 + p.m22 * c.m21 END,
+        CASE WHEN c.link THEN 1 ELSE p.m20 * c.m02 + p.m21 * c.m12 + p.m22 * c.m22 END,
+        CASE WHEN c.link THEN 0 ELSE p.m20 * c.m03 + p.m21 * c.m13 + p.m22 * c.m23 + p.m23 END
     FROM placed AS p
     JOIN moved AS c ON c.parent_id = p.object_id
 ),

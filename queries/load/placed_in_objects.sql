@@ -7,11 +7,5 @@ SELECT o.id, o.name, c.child_no,
     c.m20, c.m21, c.m22, c.m23
 FROM sought
 JOIN object AS o ON o.name = sought.name
-JOIN (
-    SELECT object_id, child_no, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23
-    FROM object_part
-    UNION ALL
-    SELECT parent_id, child_no, m00, m01, m02, m03, m10, m11, m12, m13, m20, m21, m22, m23
-    FROM object_object
-) AS c ON c.object_id = o.id
+JOIN object_child AS c ON c.parent_id = o.id
 ORDER BY o.id, c.child_no

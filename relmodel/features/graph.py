@@ -15,7 +15,7 @@ from relmodel.arrays import Bools, Floats, Ints
 from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.geometry.congruence import clusters, components, group_bounds, unsigned
 from relmodel.geometry.curves import boxes_of, vectors
-from relmodel.geometry.transforms import outermost
+from relmodel.geometry.transforms import outermost, rigid
 from relmodel.model.content_keys import content_key, quantised
 from relmodel.model.model import Shape
 
@@ -114,9 +114,7 @@ def frame(x: Floats, z: Floats, origin: Floats) -> Floats:
     """shape_from_feature (4, 4) with Z along z and X as near to x as that allows."""
     x = x - (x @ z) * z
     x = x / np.linalg.norm(x)
-    out = np.eye(4)
-    out[:3, 0], out[:3, 1], out[:3, 2], out[:3, 3] = x, cross(z, x), z, origin
-    return out
+    return rigid(np.column_stack([x, cross(z, x), z]), origin)
 
 
 def at_level(point: Floats, up: Floats, level: float) -> Floats:

@@ -34,14 +34,17 @@ def matrices(columns: Mapping[Any, Any]) -> Floats:
     return out
 
 
+def rigid(rotation: Floats, shift: npt.ArrayLike) -> Floats:
+    """Transforms (..., 4, 4) of rotations (..., 3, 3) and shifts (..., 3)."""
+    out = np.zeros((*rotation.shape[:-2], 4, 4))
+    out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = rotation, shift, 1
+    return out
+
+
 def inverse(transforms: Floats) -> Floats:
     """Inverse of rigid transforms (..., 4, 4)."""
-    out = np.zeros_like(transforms)
     rotation = np.swapaxes(transforms[..., :3, :3], -1, -2)
-    out[..., :3, :3] = rotation
-    out[..., :3, 3] = -np.einsum("...ij,...j->...i", rotation, transforms[..., :3, 3])
-    out[..., 3, 3] = 1
-    return out
+    return rigid(rotation, -np.einsum("...ij,...j->...i", rotation, transforms[..., :3, 3]))
 
 
 def apply(a_from_b: Floats, points: Floats) -> Floats:

@@ -20,6 +20,7 @@ from relmodel.geometry.transforms import (
     Mimic,
     inverse,
     matrices,
+    rigid,
     rotation_matrix,
     rotation_vector,
     skew,
@@ -430,9 +431,7 @@ def _information(covariance: Floats, what: str) -> Floats:
 
 
 def _perturbed(transform: Floats, delta: Floats) -> Floats:
-    step = np.eye(4)
-    step[:3, :3], step[:3, 3] = rotation_matrix(delta[3:]), delta[:3]
-    return np.asarray(transform @ step)
+    return np.asarray(transform @ rigid(rotation_matrix(delta[3:]), delta[:3]))
 
 
 def _perturbation(a: Floats, b: Floats) -> tuple[Floats, Floats]:

@@ -16,7 +16,7 @@ from relmodel.errors import InputError
 from relmodel.find.find import in_volumes
 from relmodel.find.volumes import Frustum, Polyhedron, boxes_met, widened
 from relmodel.geometry.curves import boxes_of
-from relmodel.geometry.transforms import matrices, rotation_matrix, rotation_vector
+from relmodel.geometry.transforms import matrices, rigid, rotation_matrix, rotation_vector
 from relmodel.store import Store
 
 # k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4 tx ty
@@ -111,11 +111,7 @@ def _tilt(seen: Floats, h: Floats) -> tuple[Floats, Floats]:
 def perturb(world_from_rig: Floats, delta: Floats) -> Floats:
     """`world_from_rig @ [Exp(r), t]` for perturbations `delta` (..., 6) = (t mm, r rad); (..., 4, 4)."""
     delta = np.asarray(delta, float)
-    step = np.zeros((*delta.shape[:-1], 4, 4))
-    step[..., :3, :3] = rotation_matrix(delta[..., 3:])
-    step[..., :3, 3] = delta[..., :3]
-    step[..., 3, 3] = 1
-    return np.asarray(world_from_rig @ step)
+    return np.asarray(world_from_rig @ rigid(rotation_matrix(delta[..., 3:]), delta[..., :3]))
 
 
 def perturbation(world_from_a: Floats, world_from_b: Floats) -> Floats:

@@ -15,6 +15,7 @@ import yaml
 
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
+from relmodel.geometry import transforms
 from relmodel.geometry.transforms import inverse
 from relmodel.names import MOST_BYTES, read_text
 from vision.cameras.cameras import CalibrationSigma, Camera, Rig
@@ -194,10 +195,8 @@ def parse_opencv(data: dict[str, Any], path: Path) -> Rig:
             raise InputError(
                 f"{path}: R and T of the pair are missing: add them, or put extrinsics{path.suffix} beside"
             )
-        second_from_first = np.eye(4)
-        second_from_first[:3, :3] = _matrix(data, "R", path, (3, 3))
-        second_from_first[:3, 3] = _matrix(data, "T", path, (3, 1), (1, 3)).ravel()
-        poses["right"] = inverse(rigid(second_from_first, path, "R, T"))
+        turn, shift = _matrix(data, "R", path, (3, 3)), _matrix(data, "T", path, (3, 1), (1, 3)).ravel()
+        poses["right"] = inverse(rigid(transforms.rigid(turn, shift), path, "R, T"))
     return Rig(cameras, poses, _sigma(data, cameras, poses))
 
 
@@ -484,9 +483,7 @@ def _pose(words: list[str], path: Path) -> Floats:
 
     try:
         w, x, y, z, *translation = (float(word) for word in words)
-        out = np.eye(4)
-        out[:3, :3] = Rotation.from_quat([x, y, z, w]).as_matrix()
-        out[:3, 3] = translation
+        out = transforms.rigid(Rotation.from_quat([x, y, z, w]).as_matrix(), translation)
     except ValueError as e:
         raise InputError(f"{path}: a pose is not QW QX QY QZ TX TY TZ: correct it") from e
     if not np.isfinite(out).all():

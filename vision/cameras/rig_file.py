@@ -11,6 +11,7 @@ import numpy as np
 
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
+from relmodel.geometry import transforms
 from relmodel.names import read_text
 from vision.cameras.cameras import CalibrationSigma, Camera, Rig
 
@@ -83,10 +84,7 @@ def rigid(matrix: Floats, path: Path, name: str) -> Floats:
             f"{path}: {name} is not a rigid transform (off by {off:.2g}): give a rotation, mm, and 0 0 0 1"
         )
     u, _, vt = np.linalg.svd(r)
-    out = np.eye(4)
-    out[:3, :3] = u @ vt
-    out[:3, 3] = matrix[:3, 3]
-    return out
+    return transforms.rigid(u @ vt, matrix[:3, 3])
 
 
 # The project's own rig file: everything that a rig holds, in mm, under names.

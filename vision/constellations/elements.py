@@ -11,6 +11,7 @@ from sqlalchemy import Connection
 from relmodel.arrays import Bools, Floats, Ints, Rows, count_from
 from relmodel.features.holes import CIRCLE_DEFAULTS as KEPT
 from relmodel.features.holes import relate
+from relmodel.geometry.transforms import rigid
 from relmodel.store.database import Database
 from vision.cameras.cameras import Camera
 from vision.constellations.constellation_parameters import (
@@ -396,12 +397,8 @@ def solve_line_poses(scene: Lines, model: Lines, joined: JoinedPairs) -> Floats:
     sign = joined.sign.astype(float)
     here = _frames(sign[:, :1] * seen.along_a, (sign[:, 1] * seen.turned)[:, None] * seen.along_b)
     rotation = _frames(stored.along_a, stored.along_b) @ here.transpose(0, 2, 1)
-    out = np.zeros((len(sign), 4, 4))
-    out[:, 3, 3] = 1
-    out[:, :3, :3] = rotation
     middle = 0.5 * (seen.foot_a + seen.foot_b)
-    out[:, :3, 3] = 0.5 * (stored.foot_a + stored.foot_b) - np.einsum("kij,kj->ki", rotation, middle)
-    return out
+    return rigid(rotation, 0.5 * (stored.foot_a + stored.foot_b) - np.einsum("kij,kj->ki", rotation, middle))
 
 
 def _pair(lines: Lines, a: Ints, b: Ints, p: LineParameters) -> _Pairs:

@@ -13,7 +13,7 @@ from sqlalchemy import Connection
 
 from relmodel.arrays import Bools, Columns, Floats, Ints, count_from
 from relmodel.features.holes import CIRCLE_DEFAULTS as KEPT
-from relmodel.geometry.transforms import matrices
+from relmodel.geometry.transforms import matrices, rigid
 from relmodel.store.database import Database
 from relmodel.store.runs import Run
 from vision.cameras.cameras import Camera, Prior, Rig, perturbations
@@ -94,16 +94,15 @@ def solve_poses(scene: Circles, model: Circles, joined: JoinedPairs) -> Floats:
     a, b = joined.scene.T
     c, d = joined.model.T
     here = _frames(scene.centre[b] - scene.centre[a], scene.normal[a] + _aligned(scene.normal, a, b))
-    out = np.zeros((len(a), 2, 4, 4))
-    out[:, :, 3, 3] = 1
+    out = []
     normal = model.normal[c] + _aligned(model.normal, c, d)
-    for way, sign in enumerate((1.0, -1.0)):
+    for sign in (1.0, -1.0):
         there = _frames(model.centre[d] - model.centre[c], sign * normal)
         rotation = there @ here.transpose(0, 2, 1)
         middle = 0.5 * (scene.centre[a] + scene.centre[b])
-        out[:, way, :3, :3] = rotation
-        out[:, way, :3, 3] = 0.5 * (model.centre[c] + model.centre[d]) - np.einsum("kij,kj->ki", rotation, middle)
-    return out
+        shift = 0.5 * (model.centre[c] + model.centre[d]) - np.einsum("kij,kj->ki", rotation, middle)
+        out.append(rigid(rotation, shift))
+    return np.stack(out, axis=1)
 
 
 def _aligned(normal: Floats, a: Ints, b: Ints) -> Floats:
@@ -318,7 +317,8 @@ def _start(
         arcs, lines = find_scene_lines(space, p.lines)
         relations = relate_lines(lines, p.lines)
     counted = np.zeros(len(relations["unit_a"]), np.int64)
-    for object_id, world_from_object in read_inspected(store, connection, world_id):
+    objects = store.columns(connection, "constellations/objects", world_id=world_id)
+    for object_id, world_from_object in zip(objects["object_id"].tolist(), matrices(objects), strict=True):
         if by_circles:
             joined = join_pairs(store, connection, object_id, relations, p.join)
             solved = solve_poses(circles, read_circles(store, connection, object_id), joined)
@@ -334,12 +334,6 @@ def _start(
     decided = np.isfinite(every).all(axis=(1, 2))
     kind = "circles" if by_circles else "lines"
     return every[decided], rarity[decided], kind, relations | named | {"alike": counted}
-
-
-def read_inspected(store: Database, connection: Connection, world_id: int) -> list[tuple[int, Floats]]:
-    """The inspected objects of a world, each with world_from_object."""
-    objects = store.columns(connection, "constellations/objects", world_id=world_id)
-    return list(zip(objects["object_id"].tolist(), matrices(objects), strict=True))
 
 
 def _fit_best(

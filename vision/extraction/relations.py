@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from relmodel.arrays import Bools, Floats, Ints, Ints32
+from relmodel.arrays import Bools, Floats, Ints, Ints32, Rows
 from vision.extraction.arcs import CIRCULAR, LINE, Arcs
 from vision.extraction.edges import EdgeElements
 from vision.extraction.extraction_parameters import ExtractionParameters, UnitParameters
@@ -33,16 +33,13 @@ _DEFAULTS = UnitParameters()
 
 
 @dataclass(frozen=True)
-class RegionArcs:
+class RegionArcs(Rows):
     """Which arc borders which region, on which side of the arc (0 left, 1 right), over what length (px)."""
 
     arc: Ints32
     region: Ints32
     side: npt.NDArray[np.int8]
     length: Floats
-
-    def __len__(self) -> int:
-        return len(self.arc)
 
 
 def find_region_arcs(edges: EdgeElements, arcs: Arcs, regions: Regions, p: UnitParameters = _DEFAULTS) -> RegionArcs:

@@ -10,6 +10,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, Rows, count_from
 from relmodel.errors import InputError
+from relmodel.geometry.transforms import rigid
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.rows import Primitives
 from vision.stereo.stereo_parameters import EpipolarParameters, RangeParameters
@@ -134,9 +135,7 @@ def rectify(rig: Rig) -> Rectification:
     x = base / baseline
     z = forward - (forward @ x) * x
     z /= max(float(np.linalg.norm(z)), 1e-9)
-    rig_from_rectified = np.eye(4)
-    rig_from_rectified[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
-    rig_from_rectified[:3, 3] = rig_from_first[:3, 3]
+    rig_from_rectified = rigid(np.stack([x, np.cross(z, x), z], axis=1), rig_from_first[:3, 3])
     rectified_from_rig = rig_from_rectified[:3, :3].T
     views = [
         RectifiedCamera(rig.cameras[n], rectified_from_rig @ rig.rig_from_camera[n][:3, :3]) for n in (first, second)

@@ -28,34 +28,23 @@ from relmodel.names import visible
 
 # Verbs in the order in which help lists them, each with the module of relmodel.app.cli.verbs that declares it.
 VERBS = {
-    "init": "stores",
-    "migrate": "stores",
-    "load": "objects",
-    "show": "objects",
-    "set": "objects",
-    "diff": "objects",
-    "export": "objects",
-    "world": "cell",
-    "rig": "cell",
-    "where": "cell",
-    "find": "cell",
-    "extract": "pictures",
-    "stereo": "pictures",
-    "inspect": "inspect",
-    "plan": "cell",
-    "runs": "runs",
-    "report": "pages",
-    "accept": "runs",
-    "reject": "runs",
-    "serve": "pages",
-    "why": "runs",
-    "replay": "runs",
-    "compare": "runs",
-    "prune": "runs",
-    "schema": "stores",
-    "sql": "stores",
-    "check": "stores",
-    "demo": "demo",
+    verb: module
+    for module, verbs in (
+        ("stores", "init migrate"),
+        ("objects", "load show set diff export"),
+        ("cell", "world rig where find"),
+        ("pictures", "extract stereo"),
+        ("inspect", "inspect"),
+        ("cell", "plan"),
+        ("runs", "runs"),
+        ("pages", "report"),
+        ("runs", "accept reject"),
+        ("pages", "serve"),
+        ("runs", "why replay compare prune"),
+        ("stores", "schema sql check"),
+        ("demo", "demo"),
+    )
+    for verb in verbs.split()
 }
 
 UNFORESEEN = 4

@@ -26,7 +26,7 @@ from relmodel.drawing.draw import (
     path_data,
     residual_map,
 )
-from relmodel.geometry.transforms import inverse, matrices, rotation_matrix, rotation_vector
+from relmodel.geometry.transforms import inverse, matrices, rigid, rotation_matrix, rotation_vector
 from relmodel.store import Store
 
 _ELLIPSES = 24  # a camera: as many as one still tells apart
@@ -162,8 +162,7 @@ def pose_spread(store: Store, connection: Connection, run: int) -> dict[str, tup
     values, vectors = np.linalg.eigh(np.reshape(poses[0].covariance, (6, 6)))
     steps = (vectors * np.sqrt(np.maximum(values, 0))).T  # one standard deviation along each principal axis
     steps = np.concatenate([np.zeros((1, 6)), steps, -steps])
-    moves = np.zeros((13, 4, 4))
-    moves[:, :3, :3], moves[:, :3, 3], moves[:, 3, 3] = rotation_matrix(steps[:, 3:]), steps[:, :3], 1
+    moves = rigid(rotation_matrix(steps[:, 3:]), steps[:, :3])
     measured = store.columns(connection, "report/measurements", run_id=run)
     camera = np.asarray(measured["camera"])
     world = np.stack([np.asarray(measured[f"world_{a}"], float) for a in "xyz"], axis=1)

@@ -24,7 +24,7 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from relmodel.errors import InputError, missing_library
-from relmodel.geometry.transforms import nearest_rotation
+from relmodel.geometry.transforms import nearest_rotation, rigid
 from relmodel.model.model import Assembly, Finding, Instance, Model, Part, Shape, SourceFile
 from relmodel.readers.formats import UNITS_MM, check_unit, known_unit
 from relmodel.readers.mesh.shape import shape_from_triangles
@@ -413,11 +413,10 @@ class _GraphWalk:
             if not np.all(np.isfinite(matrix)):
                 raise InputError(f"node {node!r} of the file is placed by numbers that are not finite: mend the file")
             linear = above @ matrix[:3, :3]
-            parent_from_node = np.eye(4)
-            parent_from_node[:3, :3] = rotation = nearest_rotation(np.sign(np.linalg.det(linear) or 1.0) * linear)
+            rotation = nearest_rotation(np.sign(np.linalg.det(linear) or 1.0) * linear)
             inner = rotation.T @ linear  # the identity for a rigid motion
             inner = np.eye(3) if np.allclose(inner, np.eye(3), atol=1e-6) else inner
-            parent_from_node[:3, 3] = above @ matrix[:3, 3] * self.unit_mm
+            parent_from_node = rigid(rotation, above @ matrix[:3, 3] * self.unit_mm)
             parts = [] if mesh is None else self._parts(mesh, inner)
             placed.append((node, parent, parts, parent_from_node))
             waiting += [(child, node, inner) for child in reversed(self._children.get(node, []))]

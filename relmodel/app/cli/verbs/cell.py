@@ -525,7 +525,7 @@ def _volume(args: argparse.Namespace) -> Volume:
     import numpy as np
 
     from relmodel.find.volumes import Box, OrientedBox, Polyhedron, Sphere
-    from relmodel.geometry.transforms import rotation_matrix
+    from relmodel.geometry.transforms import rigid, rotation_matrix
 
     if args.box:
         return Box(*args.box)
@@ -534,9 +534,7 @@ def _volume(args: argparse.Namespace) -> Volume:
     if args.obb:
         if not np.isfinite(args.obb).all():
             raise InputError(f"the box {args.obb} is not finite: give centre, half sizes (mm) and turn (degrees)")
-        world_from_box = np.eye(4)
-        world_from_box[:3, :3] = rotation_matrix(np.radians(args.obb[6:]))
-        world_from_box[:3, 3] = args.obb[:3]
+        world_from_box = rigid(rotation_matrix(np.radians(args.obb[6:])), args.obb[:3])
         return OrientedBox(world_from_box, np.array(args.obb[3:6]))
     return Polyhedron(_rows(args.polyhedron, "polyhedron", "half_spaces", "nx, ny, nz, d"))
 
