@@ -20,7 +20,6 @@ from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
 from tests.find.test_find import Answer, Oracle, paths
 from tests.find.test_many_volumes_in_sql import row_of
-from tests.find.test_sql_clients import add_camera
 from tests.poses import pose_of
 from tests.synthetic_model import SyntheticModel, place_things
 
@@ -33,11 +32,10 @@ PLACES = {f"{i}": pose_of([0, 700.0 * i, -300.0 * i], turn) for i, turn in enume
 
 @dataclass(frozen=True)
 class Filled:
-    """A store, closed, with its truth, the identity of a camera in it, and an index of each kind."""
+    """A store, closed, with its truth and an index of each kind."""
 
     target: str
     oracle: Oracle
-    camera: int
     indexes: list[WorldIndex]
     paths: dict[int, str]
 
@@ -48,8 +46,8 @@ def filled(new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFac
     with Store.open(target) as store:
         model.fill(store)
         place_things(store, tmp_path_factory.mktemp("long"), PLACES)
-        camera, indexes = add_camera(store), [WorldIndex.load(store, kind=kind) for kind in KINDS]
-        return Filled(target, Oracle(model, PLACES), camera, indexes, paths(store))
+        indexes = [WorldIndex.load(store, kind=kind) for kind in KINDS]
+        return Filled(target, Oracle(model, PLACES), indexes, paths(store))
 
 
 def beside_sides(low: Floats, high: Floats, rng: np.random.Generator, sign: float) -> list[Box]:

@@ -1,4 +1,5 @@
-"""Parts of a third hand, written before it was looked at how features are recognised: cam discs.
+"""Parts of a third hand, written before it was looked at how features are recognised: housings and cam
+discs.
 
 What is known of a feature is what its operation states; the recogniser may say more.  Frames are stated too: the
 direction out of the material, and that of the length where there is one.
@@ -63,7 +64,33 @@ class Work(Part):
 def toolroom(seed: int) -> Work:
     """The part of a seed."""
     rng = np.random.default_rng(7000 + seed)
-    return cam_disc(rng)
+    return housing(rng) if seed % 2 else cam_disc(rng)
+
+
+def housing(rng: Rng) -> Work:
+    """A block on feet: a stepped bearing seat with a snap-ring groove, tapped feet, a window in one wall."""
+    a, b, h = uniform(rng, 60, 75), uniform(rng, 60, 75), uniform(rng, 40, 55)
+    foot, t = uniform(rng, 22, 30), uniform(rng, 9, 14)
+    work = Work(box((-a, -b, 0), (a, b, h)))
+    work.fuse(box((-a - foot, -b, 0), (a + foot, b, t)))
+    for side in (-1.0, 1.0):
+        work.note("step", (side * a, 0, (h + t) / 2), (side * (a + foot / 2), 0, t), length=2 * b)
+        for y in (-b / 2, b / 2):
+            work.drill(side * (a + foot / 2), y, 4.5, t, 0.0)
+    seat, through = uniform(rng, 25, 35), uniform(rng, 15, 22)
+    deep = uniform(rng, 0.5, 0.7) * h
+    work.cut(cylinder((0, 0, h - deep), seat, 100), cylinder((0, 0, -1), through, 200))
+    ring, width, down = uniform(rng, 1.2, 2.5), uniform(rng, 1.5, 3), uniform(rng, 4, 8)
+    work.cut(revolved([(0, h - down - width), (seat + ring, h - down - width), (seat + ring, h - down), (0, h - down)]))
+    more: dict[str, Any] = {"counterbore_diameter": 2 * seat, "counterbore_depth": deep}
+    more |= {"groove_diameter": 2 * (seat + ring), "groove_width": width}
+    work.note("through_hole", (0, 0, h), out=UP, diameter=2 * through, depth=h, **more)
+    # A lubrication hole from the side into the seat.
+    q, z = uniform(rng, 2, 3.5), h - deep / 2 - 6
+    work.cut(cylinder((0, -b - 1, z), q, b - seat / 2, (0, 1, 0)))
+    end = float(np.sqrt(seat**2 - q**2))
+    work.note("through_hole", (0, -b, z), (0, -end, z), diameter=2 * q, depth=b - end)
+    return work
 
 
 def cam_disc(rng: Rng) -> Work:

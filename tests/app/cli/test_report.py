@@ -211,13 +211,6 @@ def test_a_failed_run_and_others_have_pages(duckdb_file: Path, tmp_path: Path) -
     assert found.text.index("Failed") < found.text.index("the lens fell off")
 
 
-def test_loads_and_worlds_have_pages(inspection: Inspection, tmp_path: Path) -> None:
-    for run, kind in asked(inspection.store, "SELECT max(id), kind FROM run WHERE kind <> 'inspect' GROUP BY kind"):
-        text = Page(written(inspection.store, tmp_path, str(run))).text
-        assert "Done" in text
-        assert ("What was loaded" in text) == (kind == "load")
-
-
 def test_what_is_not_there_is_said(duckdb_file: Path, tmp_path: Path, capsys: Capsys) -> None:
     options = ["-o", str(tmp_path / "x.html"), "--store", str(duckdb_file)]
     assert main(["report", "7", *options]) == 2

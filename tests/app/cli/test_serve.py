@@ -268,20 +268,6 @@ def test_the_tables_of_an_object_are_files_with_all_rows(server: Server, monkeyp
     assert linked(shown, ".csv") == {f"/object/bulkhead.csv?variant=A&table={name}" for name in found}
 
 
-def test_pages_of_one_table_are_files_and_say_so(server: Server) -> None:
-    assert rows(server, "/") == rows(server, "/runs")
-    for address, parameters in {
-        "/runs": {"kind": "load"},
-        "/find": {"level": "part", **BOX},
-        "/question/deep_pockets": {"depth": "30.0"},
-    }.items():
-        shown = page(server, address, **parameters)
-        for suffix in (".json", ".csv"):
-            (link,) = linked(shown, suffix)
-            status, _, text = asked(server, link)
-            assert (status, text) == (200, asked(server, address + suffix, **parameters)[2])
-
-
 def json_of(value: Any) -> Any:
     return json.loads(json.dumps(value, default=plain))
 
@@ -308,7 +294,6 @@ def test_every_question_is_answered_and_takes_its_parameters(server: Server) -> 
     [
         ("/nothing", {}, 404, "no such page"),
         ("/run/99999", {}, 400, "there is no run 99999"),
-        ("/run/99999.json", {}, 400, "there is no run 99999"),
         ("/run/1.csv", {}, 400, "name it with ?table=, one of run_findings, checked"),
         ("/run/1.json", {"table": "nothing"}, 400, "there is no table 'nothing' here"),
         ("/run/1", {"table": "steps"}, 400, "no parameter 'table' here"),
