@@ -127,7 +127,7 @@ def content(store: Path) -> dict[str, list[str]]:
         }
 
 
-@pytest.mark.usefixtures("reads_here")  # the test after it interrupts a child
+@pytest.mark.usefixtures("reads_here")
 @pytest.mark.parametrize("verb", LONG)
 def test_an_interrupt_leaves_the_store_as_it_was(
     verb: str, calls: dict[str, list[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
