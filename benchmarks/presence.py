@@ -4,22 +4,19 @@
     python -m benchmarks.presence table FOLDER [--misses]                           # figures, and what was missed
 
 Trials are pictures with the right model (whatever is said against it is false) and pictures with the model of another
-variant, of the part before it was changed, or changed itself: "added" has a hole, a boss, a rib and a recess more where
-the trial sees webs, "altered" up to three features removed, moved, resized or added.  Poses are found from the priors
-at hand, and trials whose pose is not found are counted apart.  Poses and extractions are kept in FOLDER/poses: with
-presence.jsonl removed, only presence is computed again.  RELMODEL_TEST_DATA names the test data; without it there is
-the demonstration.  TRIALS is what `python -m examples.render.trials` wrote.  Models are changed with the extra `step`.
+variant, or of the part before it was changed.  Poses are found from the priors at hand, and trials whose pose is not
+found are counted apart.  Poses and extractions are kept in FOLDER/poses: with presence.jsonl removed, only presence is
+computed again.  RELMODEL_TEST_DATA names the test data; without it there is the demonstration.  TRIALS is what
+`python -m examples.render.trials` wrote.
 """
 
 from __future__ import annotations
 
 import argparse
-import gzip
 import json
 import os
 import pickle
 import time
-import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -39,7 +36,7 @@ from benchmarks.trials import (
     rendered,
     shared_bulkheads,
 )
-from examples.bulkhead.design import VARIANTS, variant_a
+from examples.bulkhead.design import variant_a
 from examples.bulkhead.variation import boxes
 from relmodel.arrays import Floats, Ints
 from relmodel.geometry.transforms import apply, inverse
@@ -56,7 +53,6 @@ from vision.scene import Scene, StoredScene
 
 FOUND_MM = 2.0  # error of the pose at the target up to which what is said at it counts
 LEAST_PX = 200  # pixels from which an item, or a change in one camera, counts as seen
-DRAWS = 2  # of changes of the model, for each pair
 LEAST_MM = 1.5  # of a change of size or place, to count
 MARGIN_MM = 3.0  # around the box of a change, for what belongs to it
 MARGIN_PX = 15.0  # likewise in the picture, for what nothing explains
@@ -87,7 +83,6 @@ def cases(models: Models, renders: Path | None, is_wanted: Callable[[str], bool]
         {"name": name, "kind": name.split("_")[0].lower(), "change": change, "box": places[name]}
         for name, change in (("CLIP_2", "turned"), ("BOLT_F13", "removed"))
     ]
-    altered = Altered(models)
     demo = [(trial, _boxes(json.loads(golden.read_text()) + components)) for trial in demonstration(models)]
     shared: list[tuple[Trial, list[dict[str, Any]]]] = []
     if data:
@@ -111,67 +106,16 @@ def cases(models: Models, renders: Path | None, is_wanted: Callable[[str], bool]
             placed,
             [{**c, "seen_px": int(n)} for c, n in zip(changes, seen, strict=True)],
         )
-    for trial, _ in demo + shared:
-        yield from altered.cases(trial, trial.model[-1] if trial.group == "demo" else "", is_wanted)
     for trial in rendered(renders, models) if renders else ():
         if trial.group not in ("finish", "changed") or len(trial.pictures) < 2:
             continue
         (file,) = Path(str(renders)).glob(f"*/{trial.name}_truth.json")
-        if trial.group == "finish":
-            yield from altered.cases(trial, json.loads(file.read_text())["model_variant"], is_wanted)
         if not is_wanted(trial.name):
             continue
         rows = [row for row in json.loads(file.read_text()).get("changes", []) if row["name"]]
         seen_px = [max(row[side]["differing_px"] for side in trial.pictures) for row in rows]
         rows = [{**row, "seen_px": n} for row, n in zip(rows, seen_px, strict=True)]
         yield Case(trial, models.sources[trial.model][1], rows)
-
-
-@dataclass(frozen=True)
-class Altered:
-    """Cases of pictures with a model that was changed: DRAWS of what the model has in addition, and as many of what it
-    has otherwise where the design of the part is known, their STEP files beside the stores of the models."""
-
-    models: Models
-
-    def cases(self, trial: Trial, variant: str, is_wanted: Callable[[str], bool]) -> Iterator[Case]:
-        """variant: of the bulkhead, empty of another part."""
-        own, placed, _ = self.models.sources[trial.model]
-        for what in ("added", "altered") if variant else ("added",):
-            for draw in range(DRAWS):
-                name = f"{trial.name} {what} {draw}"
-                if not is_wanted(name):
-                    continue
-                file = self.models.folder / f"{name.replace(' ', '_')}.step"
-                try:
-                    changes = self._make(what, own, file, trial, variant, draw)
-                except (RuntimeError, ValueError) as error:  # a draw that does not fit, or that the kernel cannot make
-                    print(f"{name}: {error}")
-                    continue
-                model = self.models.add(file.stem, file, placed)
-                seen = _count_differing(
-                    self.models.scene(trial.model), self.models.scene(model), trial, placed, changes
-                )
-                changes = [{**c, "seen_px": int(n)} for c, n in zip(changes, seen, strict=True)]
-                group = f"{trial.group} {what}"
-                yield Case(replace(trial, name=name, group=group, kind="another", model=model), placed, changes)
-                self.models.forget(model)
-
-    def _make(self, what: str, own: Path, file: Path, trial: Trial, variant: str, draw: int) -> list[dict[str, Any]]:
-        """Write a model, unless it is there, and give the changes from it to the part in the pictures."""
-        from benchmarks.altered_models import add_to_model, alter_design
-
-        told = file.with_suffix(".json")
-        if not told.exists():
-            placed, seed = self.models.sources[trial.model][1], zlib.crc32(f"{trial.name} {draw}".encode())
-            if what == "altered":
-                changes = alter_design(VARIANTS[variant](), trial, placed, file.with_suffix(".gz"), seed)
-                file.write_bytes(gzip.decompress(file.with_suffix(".gz").read_bytes()))
-            else:
-                changes = add_to_model(own, file, self.models.scene(trial.model), trial, placed, seed)
-            told.write_text(json.dumps(changes))
-        rows: list[dict[str, Any]] = json.loads(told.read_text())
-        return rows
 
 
 def _boxes(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

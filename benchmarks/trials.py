@@ -152,10 +152,6 @@ class Models:
                 self._stored[name] = read_scene(store, connection, 1)
         return self._stored[name]
 
-    def forget(self, name: str) -> None:
-        """Keep a scene no longer in memory."""
-        self._stored.pop(name, None)
-
     def open(self, name: str) -> Store:
         """The store of a model, which stands alone in its world 1, `cell`."""
         file, placed, unit = self.sources[name]

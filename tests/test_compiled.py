@@ -119,22 +119,6 @@ def test_kernels_run_where_nothing_can_be_written(package: Path, tmp_path: Path)
     assert cache.read_text() == ""
 
 
-def test_a_folder_that_can_only_be_read_serves(package: Path, cache: Path) -> None:
-    """As one that was filled when a container's image was made; what it lacks is compiled."""
-    refuse = f"""
-import sys
-def refuse(event, arguments):
-    if event == "open" and str(arguments[0]).startswith({str(cache)!r}) and "w" in (arguments[1] or ""):
-        raise PermissionError(arguments[0])
-sys.addaudithook(refuse)
-"""
-    assert said(started(package, cache, refuse + _USE)) == "[0.0, 2.0, 4.0] 1\n"
-    for file in cache.rglob("*.nb?"):
-        file.unlink()
-    assert said(started(package, cache, refuse + _USE)) == "[0.0, 2.0, 4.0] 0\n"
-    assert not list(cache.rglob("*.nb?"))
-
-
 def test_a_torn_file_is_compiled_anew(package: Path, cache: Path) -> None:
     (file,) = cache.rglob("*.nbc")
     file.write_bytes(file.read_bytes()[:20])

@@ -7,9 +7,6 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from xml.etree import ElementTree
-
-import pytest
 
 from docs import generate
 from relmodel.store import Store
@@ -48,12 +45,3 @@ def test_every_flat_view_is_described(duckdb_template: Path) -> None:
     with Store.open(duckdb_template, read_only=True) as store, store.read() as connection:
         views = {row.relation for row in store.rows(connection, "store/relations") if row.standing == "view"}
     assert set(made) <= set(described) <= views
-
-
-@pytest.mark.parametrize("drawing", sorted(DOCS.glob("figures/*.svg")), ids=lambda file: str(file.stem))
-def test_drawings_have_a_size_and_a_title(drawing: Path) -> None:
-    root = ElementTree.parse(drawing).getroot()
-    assert root.get("viewBox") == f"0 0 {root.get('width')} {root.get('height')}"
-    title = root.find("{http://www.w3.org/2000/svg}title")
-    assert title is not None
-    assert title.text

@@ -10,16 +10,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from relmodel.app.report.page import cell, clauses, script_json
+from relmodel.app.report.page import cell, script_json
 from relmodel.drawing.draw import (
     Point,
-    bars,
     courses,
     data_uri,
     ellipse_points,
-    histogram,
     history,
-    path_data,
     read_image,
 )
 
@@ -48,21 +45,6 @@ def test_an_ellipse_has_its_covariance() -> None:
     np.testing.assert_allclose(points.T @ points / len(points) * 2 / 4, covariance, rtol=1e-9)
 
 
-def test_a_histogram_has_one_bar_a_bin_in_proportion() -> None:
-    values = RNG.normal(size=4000)
-    heights = np.array(
-        [float(h) for h in re.findall(r'<rect [^>]*height="([\d.]+)"', histogram(values, np.ones(4000)))]
-    )
-    counts, _ = np.histogram(np.clip(values, -4, 4), 40, (-4, 4))
-    np.testing.assert_allclose(heights / heights.sum(), counts / counts.sum(), atol=2e-3)
-
-
-def test_bars_are_as_long_as_their_values() -> None:
-    drawn = bars(["a<b", "c"], [3.0, 12.0], "mm")
-    assert re.findall(r'width="([0-9.]+)"', drawn) == ["95.0", "380.0"]
-    assert "a&lt;b" in drawn
-
-
 def test_a_history_has_its_limits() -> None:
     """Without a nominal one limit of the value itself, else two about the nominal; one value alone has its labels."""
     points = [Point("/run/1", "run 1", 2.0, limit=3.0), Point("/run/2", "run 2", 1.0, limit=3.0)]
@@ -75,10 +57,6 @@ def test_a_history_has_its_limits() -> None:
     assert float(nominal) == pytest.approx((below + above) / 2, abs=0.11)
     assert len(set(re.findall(r">([0-9.]+)</text>", history([Point("/run/1", "run 1", 2.0)], "mm")))) == 5
     assert history([Point("/run/1", "run 1", 2.0)] * 900, "mm").count("<circle") == 500
-
-
-def test_path_data_closes() -> None:
-    assert path_data(np.array([[0.04, 1.0], [2.0, 3.26]]), closed=True) == "M0.0 1.0L2.0 3.3Z"
 
 
 def encoded(array: np.ndarray, form: str) -> bytes:
@@ -113,10 +91,6 @@ def test_large_pictures_are_made_smaller_and_broken_ones_left_out() -> None:
     assert decoded(shown(encoded(np.full((1000, 5000), 90, np.uint8), "PNG"))).shape == (410, 2048)
     assert read_image(b"no picture") is None
     assert read_image(encoded(np.zeros((600, 600), np.uint8), "PNG")[:200]) is None
-
-
-def test_clauses_are_parted_outside_of_parentheses() -> None:
-    assert clauses("a (b; c); d") == ["a (b; c)", "d"]
 
 
 def test_cells_are_visible_text_and_json_ends_no_script() -> None:

@@ -12,7 +12,7 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.errors import UsageError
-from relmodel.find.find import LEVELS, find_rows, in_volume, in_volumes
+from relmodel.find.find import LEVELS, in_volume, in_volumes
 from relmodel.find.indexes import KINDS, WorldIndex
 from relmodel.find.volumes import Box, Frustum, OrientedBox, Polyhedron, Sphere, Volume, widened
 from relmodel.store import Store
@@ -248,17 +248,6 @@ def test_touching_counts(store: Store) -> None:
                     asked = in_volume(store, Box(*bounds), level=level)
                     keys = set(zip(asked["occurrence_id"].tolist(), asked["element_no"].tolist(), strict=True))
                     assert (key in keys) is expected
-
-
-def test_rows_to_print(store: Store, filled: Filled) -> None:
-    oracle = filled.oracle
-    box = Box(-250, -250, -250, 250, 250, 250)
-    rows = find_rows(store, box)
-    assert {path for path, level, *_ in rows if level == "part"} == {p for p, _ in oracle.in_box(box, "part")}
-    assert sum(level == "feature" for _, level, *_ in rows) == len(oracle.in_box(box, "feature"))
-    assert rows == sorted(rows, key=lambda row: (row[1] == "feature", row[0]))
-    assert find_rows(store, box, level="arc")[0][2].startswith("arc ")
-    assert find_rows(store, Box(9000, 0, 0, 9001, 1, 1)) == []
 
 
 def test_worlds_by_name(fresh_store: str, tmp_path: Path) -> None:

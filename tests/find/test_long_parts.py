@@ -15,12 +15,11 @@ import pytest
 from relmodel.arrays import Floats, Ints
 from relmodel.find.find import LEVELS
 from relmodel.find.indexes import KINDS, WorldIndex
-from relmodel.find.volumes import Box, Frustum, OrientedBox, Sphere, Volume
+from relmodel.find.volumes import Box, OrientedBox, Sphere, Volume
 from relmodel.geometry.transforms import rotation_matrix
 from relmodel.store import Store
-from tests.find.test_find import Answer, Oracle, paths, random_views
+from tests.find.test_find import Answer, Oracle, paths
 from tests.find.test_many_volumes_in_sql import row_of
-from tests.find.test_sql_clients import add_camera, call, rows_of
 from tests.poses import pose_of
 from tests.synthetic_model import SyntheticModel, place_things
 
@@ -33,11 +32,10 @@ PLACES = {f"{i}": pose_of([0, 700.0 * i, -300.0 * i], turn) for i, turn in enume
 
 @dataclass(frozen=True)
 class Filled:
-    """A store, closed, with its truth, the identity of a camera in it, and an index of each kind."""
+    """A store, closed, with its truth and an index of each kind."""
 
     target: str
     oracle: Oracle
-    camera: int
     indexes: list[WorldIndex]
     paths: dict[int, str]
 
@@ -48,8 +46,8 @@ def filled(new_store: Callable[[str], str], tmp_path_factory: pytest.TempPathFac
     with Store.open(target) as store:
         model.fill(store)
         place_things(store, tmp_path_factory.mktemp("long"), PLACES)
-        camera, indexes = add_camera(store), [WorldIndex.load(store, kind=kind) for kind in KINDS]
-        return Filled(target, Oracle(model, PLACES), camera, indexes, paths(store))
+        indexes = [WorldIndex.load(store, kind=kind) for kind in KINDS]
+        return Filled(target, Oracle(model, PLACES), indexes, paths(store))
 
 
 def beside_sides(low: Floats, high: Floats, rng: np.random.Generator, sign: float) -> list[Box]:
@@ -87,18 +85,6 @@ def beside_corners(corners: Floats, rng: np.random.Generator, sign: float) -> It
             turn = rotation_matrix(rng.uniform(-2, 2, 3))
             half, middle = rng.uniform(1, 20, 3), own[np.argmax(own @ turn[:, 0])]
             yield OrientedBox(pose_of(middle + turn[:, 0] * (half[0] + sign * STEP), turn), half)
-
-
-def views(rng: np.random.Generator, at: Floats) -> list[Frustum]:
-    """Of the camera of `random_views`, each with one of some points before it."""
-    out = []
-    for point, camera in zip(at, random_views(len(at), 6), strict=True):
-        pose = camera.world_from_camera.copy()
-        pose[:3, 3] = point - pose[:3, :3] @ (rng.uniform(-0.3, 0.3, 3) * [1, 1, 0] + [0, 0, 1]) * 200
-        out.append(
-            Frustum(camera.width, camera.height, camera.matrix, pose, *rng.uniform([5, 190], [150, 260]).tolist())
-        )
-    return out
 
 
 def asked(target: str, kind: str, level: str, volumes: Sequence[Volume]) -> list[Answer]:
@@ -152,41 +138,3 @@ def test_balls_and_turned_boxes_that_only_just_reach_a_corner(filled: Filled, le
         assert sum(reached) > 100 if sign < 0 else not any(reached)
         assert asked(filled.target, "volumes", level, volumes) == expected
         assert in_process(filled, level, volumes, 0) == expected
-
-
-@pytest.mark.parametrize("level", ["part", "arc"])
-def test_balls_and_views_one_by_one(filled: Filled, level: str) -> None:
-    oracle, rng = filled.oracle, np.random.default_rng(3)
-    some = rng.choice(thick(oracle.corners[level]), 10, replace=False)
-    looks = views(rng, oracle.corners[level][some, 3])
-    balls = [v for v in beside_corners(oracle.corners[level][some], rng, -1.0) if isinstance(v, Sphere)]
-    expected = [oracle.in_view(view, level) for view in looks] + [oracle.in_solid(ball, level) for ball in balls]
-    statements = [call(volume, level, filled.camera) for volume in [*looks, *balls]]
-    answers = [{(row[2], row[1]) for row in rows} for rows in rows_of(filled.target, statements)]
-    assert answers == expected
-    assert in_process(filled, level, [*looks, *balls], 0) == expected
-    assert sum(map(bool, expected)) > 8
-
-
-@pytest.mark.parametrize("level", ["part", "feature"])
-def test_nearest_and_wholly_within(filled: Filled, level: str) -> None:
-    oracle, rng = filled.oracle, np.random.default_rng(4)
-    low, high = oracle.low[level], oracle.high[level]
-    element = "-1" if level == "part" else "feature_no"
-    with duckdb.connect(filled.target) as connection:
-        for count in (1, 3, 11, 40, 300):
-            at = rng.uniform(low.min(axis=0), high.max(axis=0))
-            away = oracle.away(level, at)
-            question = f"SELECT path, {element}, distance_mm FROM nearest_{level}s(?, ?, ?, {count})"  # noqa: S608
-            rows = connection.execute(question, at.tolist()).fetchall()
-            assert [row[2] for row in rows] == pytest.approx(np.sort(away)[:count])
-            known = dict(zip(oracle.key[level], away.tolist(), strict=True))
-            assert all(known[path, no] == pytest.approx(distance) for path, no, distance in rows)
-        for i in rng.choice(len(low), 8):
-            for grown in (STEP, -STEP):
-                bounds = np.concatenate([low[i] - STEP, high[i] + STEP])
-                bounds[rng.integers(3)] += STEP - grown
-                question = f"SELECT path, {element} FROM {level}s_within_box(?, ?, ?, ?, ?, ?)"  # noqa: S608
-                found = set(connection.execute(question, bounds.tolist()).fetchall())
-                assert found == oracle.within_box(level, bounds)
-                assert (oracle.key[level][i] in found) == (grown > 0)

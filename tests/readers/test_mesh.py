@@ -333,13 +333,6 @@ def test_round_parts_have_the_areas_by_kind_of_their_exact_model(seed: int) -> N
         assert found == pytest.approx(true, rel=0.03, abs=1e-6)
 
 
-@pytest.mark.parametrize("name", ["part.stl", "part.ply", "part.obj", "part.glb", "part.3mf", "part.gltf"])
-def test_text_is_refused(name: str, tmp_path: Path) -> None:
-    (tmp_path / name).write_text("It was a dark and stormy night.\n")
-    with pytest.raises(InputError, match="part"):
-        read_mesh(tmp_path / name, "mm" if name[-3:] in ("stl", "ply", "obj") else None)
-
-
 @pytest.mark.parametrize(("old", "new"), [("3 2 1 0", "3 2 1 99"), ("0.0 0.0 5.0", "nan 0.0 5.0"), ("30.0", "3e30")])
 def test_damaged_numbers_are_refused(old: str, new: str, tmp_path: Path) -> None:
     bracket = l_bracket()

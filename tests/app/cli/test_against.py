@@ -129,8 +129,6 @@ def test_the_store_has_no_world_of_its_own_by_that(held: Held, pair: Pair, capsy
         (["--against", "bulkhead,cup"], "the object 'cup' is not loaded: name some of bulkhead, flange, twin"),
         (["--against", "--variants"], "weigh all variants"),
         (["--against", "--world", "cell"], "have no world, prior or arm"),
-        (["--against", "--set", "travel=3"], "have no world, prior or arm"),
-        (["--against", "--believe-pictures"], "have no world, prior or arm"),
         (["--against", "--prior", str(DEMO / "pair_00_prior.yaml")], "have no world, prior or arm"),
     ],
 )

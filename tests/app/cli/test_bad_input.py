@@ -133,14 +133,9 @@ LONG = "x" * 300
     [
         "init --store NAME.duckdb",
         "sql --store NAME/cell.duckdb SELECT",
-        "world NAME.yaml",
-        "extract NAME.png",
         "export bulkhead --variant A -o NAME.glb",
         "report --object bulkhead --variant A -o NAME.html",
-        "check --report NAME.html",
-        "rig show NAME.yaml",
         "find --camera NAME.yaml --at NAME.yaml",
-        "sql --file NAME.sql",
     ],
 )
 def test_a_name_too_long_for_a_file(words: str, refuse: Refuse, tmp_path: Path) -> None:
@@ -245,9 +240,6 @@ NO_FILES: list[tuple[str, Callable[[Path], None], str]] = [
     ("inspect --rig given.yaml", a_device, "is not a regular file"),
     ("inspect --prior given.yaml", a_huge_file, "is larger than 64 MB"),
     ("extract given.png", os.mkfifo, "is not a regular file"),
-    ("rig show given.yaml", a_device, "is not a regular file"),
-    ("find --polyhedron given.yaml", a_device, "is not a regular file"),
-    ("sql --file given.sql", a_device, "is not a regular file"),
 ]
 
 

@@ -18,8 +18,7 @@ import sqlalchemy as sa
 
 from relmodel.geometry.transforms import matrices
 from relmodel.resources import resource_dir
-from relmodel.store import Store, sql
-from relmodel.store.ask import ask
+from relmodel.store import Store
 from tests.app.cli.conftest import Inspection, Pair, answered, asked, load_other
 from tests.app.cli.slider import BASE
 from tests.given import CopyStore
@@ -305,15 +304,3 @@ def test_the_body_of_a_variant_is_that_of_its_newest_revision(inspection: Inspec
             "WHERE variant = 'A'"
         )
         assert answers() == before
-
-
-def test_the_questions_say_what_they_ask_and_run_read_only(duckdb_template: Path) -> None:
-    names = sql.query_names("examples")
-    with Store.open(duckdb_template, read_only=True) as store:
-        for name in names:
-            text = (resource_dir("queries") / f"{name}.sql").read_text()
-            assert "?" in text.splitlines()[0]
-            assert ":" not in text  # nothing to bind: a person edits the literals
-    question = (resource_dir("queries") / "examples/thin_ribs.sql").read_text()
-    with Store.open(duckdb_template, read_only=True) as store, ask(store, question) as (_, rows):
-        assert list(rows) == []

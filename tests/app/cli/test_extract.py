@@ -47,14 +47,6 @@ def counts(capsys: Capsys, *arguments: str) -> dict[str, int]:
     return {row["stage"]: row["found"] for row in json.loads(capsys.readouterr().out)}
 
 
-@pytest.mark.parametrize("shape", [(1, 1), (1, 200), (200, 1), (64, 64)])
-def test_tiny_and_blank_pictures_are_one_region(shape: tuple[int, int], tmp_path: Path, capsys: Capsys) -> None:
-    for values in (np.array(255), np.random.default_rng(1).integers(0, 255, shape)):
-        Image.fromarray(np.full(shape, values, np.uint8)).save(tmp_path / "small.png")
-        found = counts(capsys, str(tmp_path / "small.png"))
-        assert (found["arcs"], found["regions"], found["topography"]) == (0, 1, shape[0] * shape[1])
-
-
 def test_a_picture_that_cannot_be_written_is_told_first(square: Path, tmp_path: Path) -> None:
     assert main(["extract", str(square), "--picture", str(tmp_path / "arcs.xyz")]) == 3
     assert main(["extract", str(square), "--picture", str(tmp_path / "nowhere" / "arcs.png")]) == 3

@@ -19,7 +19,6 @@ from relmodel.arrays import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
 from tests.app.cli.conftest import Pair, asked
-from tests.browser import Browser
 from tests.given import Capsys, CopyStore
 from tests.pages import Page
 
@@ -302,50 +301,3 @@ def test_the_headline_counts_what_was_accepted(target: str) -> None:
 def store_zones(store: Store) -> list[Any]:
     with store.read() as connection:
         return [tuple(row) for row in store.rows(connection, "report/serial_zones", serial="SN1")]
-
-
-@pytest.mark.browser
-def test_nothing_is_cut_and_what_decides_comes_first_at_any_width(
-    target: str, tmp_path: Path, chromium: Browser
-) -> None:
-    with Store.open(target) as store:
-        stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)], [(RIB, "thickness", 8.0, 10.5, True)])
-    page = tmp_path / "part.html"
-    assert main(["report", "--serial", "SN1", "-o", str(page), "--store", target]) == 0
-    chromium.open(page.as_uri())
-    assert not chromium.complaints
-    for width in (1920, 420):
-        chromium.wide(width)
-        assert chromium.run("document.documentElement.scrollWidth") <= width
-        tops = "['.verdict', 'article.finding', '.summary', '#canvas']"
-        found = chromium.run(f"{tops}.map(s => document.querySelector(s).getBoundingClientRect().top)")
-        assert found == sorted(found)
-        assert found[1] < 1000  # on the first screen
-    chromium.until(lambda: chromium.covered() > 0.002)
-    assert chromium.run(UNCUT)
-    # A link opens what it is of, whatever was open.
-    chromium.run("document.querySelector('[for=tab-tables]').click()")
-    assert chromium.run("document.querySelector('article.finding').offsetParent") is None
-    chromium.run(f"location.hash = 'feature=bulkhead/{OTHER}'")
-    chromium.until(lambda: chromium.run("document.getElementById('tab-seen').checked"))
-    assert chromium.run("document.querySelector('.linked').dataset.feature") == f"bulkhead/{OTHER}"
-    chromium.run("location.hash = 'feature=bulkhead/BODY/rib 3'")
-    chromium.until(lambda: chromium.run("document.querySelector('.linked').closest('details').open"))
-    # On paper all is open, and there is a place to sign.
-    chromium.run("document.querySelectorAll('details').forEach(d => { d.open = false })")
-    chromium.run("dispatchEvent(new Event('beforeprint'))")
-    assert chromium.run("[...document.querySelectorAll('details.group')].every(d => d.open)")
-    chromium.wide(718, "print")
-    assert chromium.run("getComputedStyle(document.querySelector('.sign')).display") == "grid"
-    assert chromium.run("document.querySelector('article.finding').offsetParent !== null")
-
-
-# Whether the model touches no border of its canvas.
-UNCUT = """(c => {
-  const g = c.getContext('webgl2'), w = c.width, h = c.height, p = new Uint8Array(4 * w * h);
-  g.readPixels(0, 0, w, h, g.RGBA, g.UNSIGNED_BYTE, p);
-  let clear = true;
-  for (let y = 0; y < h; y++) for (let x = 0; x < w; x++)
-    if ((x < 1 || y < 1 || x >= w - 1 || y >= h - 1) && p[4 * (y * w + x) + 3]) clear = false;
-  return clear;
-})(document.getElementById('canvas'))"""

@@ -240,13 +240,6 @@ def test_an_accepted_pose_fails_on_what_is_asked(
         assert capsys.readouterr().err.strip().endswith("give some of changed,contradicted,variant,unchecked")
 
 
-def test_crops_show_the_worst_first(answer: Answer, other_variant: Inspection) -> None:
-    names = sorted(p.name for p in (other_variant.folder / "crops").iterdir())
-    assert len(names) == len(answer["presence"]["look_at"])
-    for name, path in zip(names, answer["presence"]["look_at"], strict=True):
-        assert item(answer, path)["state"] in name
-
-
 def test_the_overlay_shows_states_where_cameras_see_them(other_variant: Inspection) -> None:
     """By the rendering's own poses: the hole that B lacks is red all round, one that both have green."""
     truth = json.loads((DEMO / "pair_04_truth.json").read_text())

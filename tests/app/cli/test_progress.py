@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import re
 import shutil
 import signal
 import subprocess
@@ -13,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from threading import Event, Lock
+from threading import Lock
 from typing import Any
 
 import duckdb
@@ -117,38 +116,6 @@ def test_a_step_the_share_done_and_the_time_left_are_said(
     assert watch.words() == words
 
 
-def test_the_time_left_is_that_of_what_was_done_where_nothing_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    now = 100.0
-    monkeypatch.setattr("time.monotonic", lambda: now)
-    watch = Watch({})
-    watch.tell("one.step: reading", 0, 4)
-    now = 110.0
-    assert watch.words() == "one.step: reading, 10 s so far"
-    watch.tell("two.step: reading", 1, 4)
-    now = 116.0
-    assert watch.words() == "two.step: reading, 25%, about 24 s left"
-    now = 146.0  # what is left takes longer than what was done
-    assert watch.words() == "two.step: reading, 25%, 46 s so far"
-
-
-@pytest.mark.usefixtures("reads_here")
-def test_without_a_terminal_there_is_a_line_now_and_then(
-    calls: dict[str, list[str]], monkeypatch: pytest.MonkeyPatch, capsys: Capsys
-) -> None:
-    class Hasty(Event):
-        def wait(self, timeout: float | None = None) -> bool:
-            return super().wait(0.001)
-
-    monkeypatch.setattr("relmodel.app.cli.progress.Event", Hasty)
-    assert main(calls["load"]) == 0
-    assert main(calls["world"]) == 0
-    printed = capsys.readouterr()
-    assert re.search(r"^A\.stl: (reading|storing)", printed.err, re.MULTILINE)
-    assert printed.out == ""
-    assert main([*calls["diff"], "--quiet"]) == 0
-    assert capsys.readouterr().err == ""
-
-
 def content(store: Path) -> dict[str, list[str]]:
     """Rows of all tables but those that say what was run."""
     with duckdb.connect(str(store), read_only=True) as connection:
@@ -160,7 +127,7 @@ def content(store: Path) -> dict[str, list[str]]:
         }
 
 
-@pytest.mark.usefixtures("reads_here")  # the test after it interrupts a child
+@pytest.mark.usefixtures("reads_here")
 @pytest.mark.parametrize("verb", LONG)
 def test_an_interrupt_leaves_the_store_as_it_was(
     verb: str, calls: dict[str, list[str]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
@@ -192,29 +159,6 @@ def test_an_interrupt_leaves_the_store_as_it_was(
         told, last = 0, last + 1
     assert last > 1
     assert main(["check", "--store", str(store)]) == 0
-
-
-def test_an_interrupt_from_the_terminal_ends_the_child_that_reads_too(duckdb_template: Path, tmp_path: Path) -> None:
-    """Which it finds in /proc."""
-    store = tmp_path / "cell.duckdb"
-    shutil.copy(duckdb_template, store)
-    was = content(store)
-    file = box(tmp_path / "A.stl", 10)
-    words = ["load", str(file), "--object", "box", "--unit", "mm", "--store", str(store)]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "relmodel", *words], stderr=subprocess.PIPE, text=True, start_new_session=True
-    )
-    tasks = Path(f"/proc/{process.pid}/task")
-    while process.poll() is None:
-        children = [number for task in tasks.glob("*/children") for number in task.read_text().split()]
-        if any(b"relmodel.readers" in Path(f"/proc/{number}/cmdline").read_bytes() for number in children):
-            break
-        time.sleep(0.01)
-    os.killpg(process.pid, signal.SIGINT)
-    _, said = process.communicate()
-    assert said == f"relmodel load: {INTERRUPTED}\n"
-    assert process.returncode in INTERRUPTED_STATUSES
-    assert content(store) == was
 
 
 def interrupted_when(ready: Callable[[], bool], words: list[str]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import io
 import json
 import re
 from pathlib import Path
@@ -13,7 +12,6 @@ import duckdb
 import numpy as np
 import numpy.typing as npt
 import pytest
-from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from relmodel.app.audit import run_named
@@ -24,7 +22,7 @@ from relmodel.find.find import world_named
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Run, Store
 from tests.app.cli.conftest import Inspection, Pair, asked
-from tests.browser import COVERED, Browser
+from tests.browser import Browser
 from tests.given import Capsys, CopyStore
 from tests.pages import Page, data_of
 from vision.cameras.files import read_rig
@@ -213,13 +211,6 @@ def test_a_failed_run_and_others_have_pages(duckdb_file: Path, tmp_path: Path) -
     assert found.text.index("Failed") < found.text.index("the lens fell off")
 
 
-def test_loads_and_worlds_have_pages(inspection: Inspection, tmp_path: Path) -> None:
-    for run, kind in asked(inspection.store, "SELECT max(id), kind FROM run WHERE kind <> 'inspect' GROUP BY kind"):
-        text = Page(written(inspection.store, tmp_path, str(run))).text
-        assert "Done" in text
-        assert ("What was loaded" in text) == (kind == "load")
-
-
 def test_what_is_not_there_is_said(duckdb_file: Path, tmp_path: Path, capsys: Capsys) -> None:
     options = ["-o", str(tmp_path / "x.html"), "--store", str(duckdb_file)]
     assert main(["report", "7", *options]) == 2
@@ -281,32 +272,6 @@ def test_a_browser_shows_it_without_complaint_or_request_and_toggles_layers(
         assert (shown.run(width) < whole) == nearer
 
 
-@pytest.mark.browser
-def test_list_and_pictures_are_linked_both_ways(shown: Browser, page: str) -> None:
-    items = data_of(page)["items"]
-    number = next(n for n, item in enumerate(items) if item["surfaces"] and len(item["arcs"]) > 3)
-    shown.run(f"document.querySelector('[data-item=\"{number}\"]').focus()")
-    shown.press("Enter")
-    of_lit = "[...document.querySelectorAll('.picture path.lit')].map(p => p.id)"
-    assert sorted(shown.run(of_lit)) == sorted(items[number]["arcs"])
-    shown.press("Escape")
-    assert shown.run(of_lit) == []
-    # A click on an arc in the picture chooses what it belongs to.
-    arc = next(a for a in items[number]["arcs"] if a.startswith("c0-"))
-    x, y = shown.run(
-        f"(p => {{ const svg = p.ownerSVGElement; svg.scrollIntoView(); const m = p.getScreenCTM(), "
-        f"q = p.getPointAtLength(p.getTotalLength() / 2); return [m.a * q.x + m.e, m.d * q.y + m.f]; }})"
-        f"(document.getElementById({arc!r}))"
-    )
-    shown.mouse("mousePressed", x, y, 1)
-    shown.mouse("mouseReleased", x, y)
-    pressed = "[...document.querySelectorAll('[aria-pressed=true]')].map(b => +b.dataset.item)"
-    shown.until(lambda: len(shown.run(pressed)) == 1)
-    (chosen,) = shown.run(pressed)
-    assert arc in items[chosen]["arcs"]
-    assert set(items[chosen]["arcs"]) <= set(shown.run(of_lit))
-
-
 LENS = [-0.12, 0.03, 0.004, -0.003, 0.01, 0.02, -0.01, 0.005]
 
 
@@ -351,54 +316,6 @@ def test_a_point_under_the_pointer_is_named_and_shown_in_the_other_camera(
             assert readout.startswith(stored.paths[occurrence].rpartition("/")[0])
             chromium.mouse("mouseMoved", 2, 2)
             chromium.until(lambda: chromium.run(mark) == "")
-
-
-@pytest.mark.browser
-def test_the_slider_draws_the_model_where_the_picture_has_it(
-    shown: Browser, inspection: Inspection, pair: Pair
-) -> None:
-    blend = "document.querySelector('[data-blend]')"
-    shown.run(f"{blend}.value = 60; {blend}.dispatchEvent(new Event('input'))")
-    drawn = shown.run("(i => [i.getAttribute('href'), i.style.clipPath])(document.querySelector('image.rendered'))")
-    assert drawn[1] == "inset(0px 40% 0px 0px)"
-    with Image.open(io.BytesIO(base64.b64decode(drawn[0].partition(",")[2]))) as opened_image:
-        there = np.asarray(opened_image)[..., 3] > 127
-    camera = pair.rig["cameras"]["left"]
-    assert there.shape == (camera["height"], camera["width"])
-    with Store.open(inspection.store) as store, store.read() as connection:
-        scene = read_scene(store, connection, world_named(store, connection, None)[0]).scene
-    pose = np.array(inspection.answer["world_from_camera"]["left"])
-    v, u = np.mgrid[: camera["height"], : camera["width"]].reshape(2, -1)
-    ways = np.column_stack([u, v, np.ones(len(u))]) @ np.linalg.inv(camera["matrix"]).T @ pose[:3, :3].T
-    truth = scene.rays.meet(pose[:3, 3], ways).reshape(there.shape)
-    assert 0.2 < truth.mean() < 0.98
-    assert (there & truth).sum() >= 0.999 * truth.sum()
-    assert (there & ~truth).sum() <= 0.01 * truth.sum()  # lines along outlines are a pixel wide
-
-
-@pytest.mark.browser
-def test_the_model_is_drawn_and_turns_and_is_there_in_every_frame(shown: Browser) -> None:
-    """While the window's size changes, too; and again where its context was lost, as when a computer slept."""
-    shown.until(lambda: shown.covered() > 0.03)
-    before = shown.covered()
-    shown.run("window.canvas = document.getElementById('canvas'); canvas.focus({preventScroll: true})")
-    shown.press("ArrowRight")
-    shown.until(lambda: abs(shown.covered() - before) > 1e-4)
-    shown.run("document.querySelector('[data-view=left]').click()")
-    shown.until(lambda: shown.covered() > 0.5)  # the part fills the picture
-    shown.run("document.querySelector('[data-view=\"\"]').click()")
-    shown.until(lambda: abs(shown.covered() - before) < 1e-4)
-    for height in ("300px", "380px", ""):
-        # Once the page has done what it does for a frame, and before it does anything for the next.
-        frame = f"new Promise(done => requestAnimationFrame(() => setTimeout(() => done({COVERED}))))"
-        assert shown.run(f"canvas.style.height = {height!r}; {frame}") > 0.03
-    shown.run(
-        "new Promise(done => { const lose = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');"
-        " canvas.addEventListener('webglcontextlost', () => setTimeout(() => done(lose.restoreContext())));"
-        " lose.loseContext(); })"
-    )
-    shown.until(lambda: abs(shown.covered() - before) < 1e-4)
-    assert not shown.complaints
 
 
 @pytest.mark.browser

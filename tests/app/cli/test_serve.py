@@ -17,34 +17,24 @@ from typing import Any
 from urllib.parse import urlencode
 
 import duckdb
-import numpy as np
 import pytest
 import sqlalchemy as sa
-from PIL import Image
 
 from relmodel.app.cli.main import main
-from relmodel.app.serve.pages import PLOTS, question_names, read_question
+from relmodel.app.serve.pages import question_names, read_question
 from relmodel.app.serve.server import Server, StoppedError, only_reading
 from relmodel.errors import StoreError, UsageError
 from relmodel.printing import plain
 from relmodel.resources import resource_dir
 from relmodel.store import Store
-from tests.app.cli.conftest import Inspection, Pair
+from tests.app.cli.conftest import Inspection
 from tests.app.cli.conftest import asked as asked_of
 from tests.app.cli.test_report import EVIL, changed
 from tests.browser import Browser
 from tests.given import CopyStore
-from tests.pages import Page, data_of
+from tests.pages import Page
 
 WEBP = "image/webp"
-# A pixel of the canvas that shows a part which was found, in the middle of them, from its upper left corner.
-DRAWN = """(c => {
-  const g = c.getContext('webgl2'), p = new Uint8Array(4 * c.width * c.height), found = [];
-  g.readPixels(0, 0, c.width, c.height, g.RGBA, g.UNSIGNED_BYTE, p);
-  for (let i = 0; i < p.length; i += 4) if (p[i + 1] > p[i] + 30 && p[i + 1] > p[i + 2] + 20) found.push(i / 4);
-  const at = found[found.length >> 1], scale = c.clientWidth / c.width;
-  return [(at % c.width + .5) * scale, (c.height - Math.floor(at / c.width) - .5) * scale];
-})(document.getElementById('canvas'))"""
 BOX = {"x0": "1800", "y0": "-500", "z0": "900", "x1": "2000", "y1": "-400", "z1": "1100"}
 
 
@@ -180,42 +170,6 @@ def test_sizes_and_cameras_are_plotted_over_time(server: Server) -> None:
     assert "circle" in page(server, "/camera", rig=str(camera["rig"]), name="left")
 
 
-def picture(server: Server, address: str) -> Image.Image:
-    status, headers, text = asked(server, address)
-    assert (status, headers["Content-Type"]) == (200, WEBP)
-    return Image.open(io.BytesIO(text.encode("latin-1"))).convert("RGB")
-
-
-def test_runs_are_shown_by_their_pictures(server: Server, pair: Pair) -> None:
-    (run,) = (r["run"] for r in rows(server, "/runs", kind="inspect"))
-    shown = [a["src"] for tag, a in Page(page(server, "/")).elements if tag == "img"]
-    assert shown == [f"/picture/run/{run}"]
-    small = np.asarray(picture(server, shown[0]), float)
-    with Image.open(pair.left) as opened:
-        given = np.asarray(opened.convert("RGB").resize((240, 180), Image.Resampling.BICUBIC), float)
-    drawn = np.ptp(small, axis=2) > 40  # the pair is grey, what is drawn over it is not
-    assert 0.02 < drawn.mean() < 0.4
-    assert np.abs(small - given)[np.ptp(small, axis=2) < 8].mean() < 6
-    assert picture(server, shown[0]).tobytes() == picture(server, shown[0]).tobytes()
-    for nothing in ("1", "99999", "x", "1" * 30, "../run/1", ""):
-        assert asked(server, f"/picture/run/{nothing}")[0] == asked(server, f"/picture/object/{nothing}0000")[0] == 404
-
-
-def test_objects_are_shown_by_picture_name_and_revision(server: Server) -> None:
-    found = rows(server, "/objects")
-    assert list(found[0]) == ["name", "variant", "revision", "parts", "mass_kg", "file", "format"]
-    bulkhead = next(r for r in found if r["name"] == "bulkhead")
-    ((mass, parts),) = asked_of(server.target, "SELECT sum(mass), count(*) FROM placed_part WHERE object = 'bulkhead'")
-    assert (bulkhead["revision"], bulkhead["parts"], bulkhead["mass_kg"]) == (1, parts, pytest.approx(mass))
-    shown = [a["src"] for tag, a in Page(page(server, "/objects")).elements if tag == "img"]
-    assert len(shown) == len(found)
-    ((number,),) = asked_of(server.target, "SELECT object_id FROM object_variant WHERE name = 'bulkhead'")
-    solid = np.asarray(picture(server, f"/picture/object/{number}")).min(axis=2) < 240
-    wide, high = np.ptp(np.flatnonzero(solid.any(axis=0))), np.ptp(np.flatnonzero(solid.any(axis=1)))
-    assert 1.3 < wide / high < 4  # a bulkhead of 1.9 m by .9 m, seen from aside
-    assert 0.2 < solid.mean() < 0.8
-
-
 def test_a_physical_part_is_shown_by_all_its_stops(inspection: Inspection, copy_store: CopyStore) -> None:
     """Names bring no elements, and no formulas."""
     store = changed(
@@ -244,50 +198,6 @@ def test_a_physical_part_is_shown_by_all_its_stops(inspection: Inspection, copy_
     with serving(inspection.store) as started:
         assert rows(started, "/parts") == []
         assert asked(started, "/part", serial="none")[0] == 400
-
-
-def test_a_rig_is_shown_as_a_whole(server: Server) -> None:
-    (inspected,) = rows(server, "/runs", kind="inspect")
-    rig = str(next(r for r in rows(server, "/over-time") if r["what"] == "all")["rig"])
-    found = rows(server, "/rig", rig=rig)
-    rules = {r["rule"]: r for r in rows(server, f"/run/{inspected['run']}", table="rules")}
-    at, place = next((k, r) for k, r in enumerate(found) if r["quantity"].startswith("place"))
-    assert (place["value"], place["gate"]) == (rules["translation"]["value"], rules["translation"]["gate"])
-    assert {r["quantity"] for r in found} > {"residual of camera left", "residual of camera right"}
-    shown = Page(page(server, "/rig", rig=rig))
-    limits, circles = shown.with_class("limit"), [a for tag, a in shown.elements if tag == "circle"]
-    assert (len(shown.with_class("history")), len(circles), len(limits)) == (len(found), len(found), 2)
-    # What passed lies below its limit, on paper too: y goes down.
-    assert float(circles[at]["cy"]) > float(limits[0]["d"].partition(" ")[2].partition("L")[0])
-    assert circles[at]["class"] == "good"
-    assert f'href="/rig?rig={rig}"' in page(server, "/over-time")
-
-
-def test_questions_stand_by_who_asks_with_a_plot(server: Server) -> None:
-    listed = rows(server, "/questions")
-    assert len({r["asked_by"] for r in listed}) == 4
-    assert sorted(r["name"] for r in listed) == sorted(question_names())
-    shown = Page(page(server, "/questions"))
-    assert not any(name in shown.text for name in question_names() if "_" in name)
-    assert all(r["question"] in shown.text for r in listed)
-    drawn = Page(page(server, "/question/hole_sizes"))
-    wide = np.array([float(a["width"]) for tag, a in drawn.elements if tag == "rect"])
-    many = np.array([float(r["holes"]) for r in rows(server, "/question/hole_sizes")])
-    np.testing.assert_allclose(wide / wide.max(), many / many.max(), atol=1e-3)
-    with Store.open(server.target, read_only=True) as store, store.read() as connection:
-        for name, columns in PLOTS.items():
-            assert set(columns) <= set(
-                connection.execute(read_question(name).query, read_question(name).defaults).keys()
-            )
-
-
-def test_the_world_of_a_box_is_drawn(server: Server) -> None:
-    found = {r["path"] for r in rows(server, "/find", level="feature", **BOX)}
-    scene = data_of(page(server, "/find", level="feature", **BOX))["scene"]
-    assert {p["path"] for p in scene["parts"] if p["colour"] != "plain"} == found
-    placed = asked_of(server.target, "SELECT path, m03, m13, m23 FROM occurrence WHERE kind = 'part'")
-    places = {path: pytest.approx(at, abs=1e-6) for path, *at in placed}
-    assert {p["path"]: p["m"][3::4] for p in scene["parts"]} == places
 
 
 @on_both
@@ -358,20 +268,6 @@ def test_the_tables_of_an_object_are_files_with_all_rows(server: Server, monkeyp
     assert linked(shown, ".csv") == {f"/object/bulkhead.csv?variant=A&table={name}" for name in found}
 
 
-def test_pages_of_one_table_are_files_and_say_so(server: Server) -> None:
-    assert rows(server, "/") == rows(server, "/runs")
-    for address, parameters in {
-        "/runs": {"kind": "load"},
-        "/find": {"level": "part", **BOX},
-        "/question/deep_pockets": {"depth": "30.0"},
-    }.items():
-        shown = page(server, address, **parameters)
-        for suffix in (".json", ".csv"):
-            (link,) = linked(shown, suffix)
-            status, _, text = asked(server, link)
-            assert (status, text) == (200, asked(server, address + suffix, **parameters)[2])
-
-
 def json_of(value: Any) -> Any:
     return json.loads(json.dumps(value, default=plain))
 
@@ -398,7 +294,6 @@ def test_every_question_is_answered_and_takes_its_parameters(server: Server) -> 
     [
         ("/nothing", {}, 404, "no such page"),
         ("/run/99999", {}, 400, "there is no run 99999"),
-        ("/run/99999.json", {}, 400, "there is no run 99999"),
         ("/run/1.csv", {}, 400, "name it with ?table=, one of run_findings, checked"),
         ("/run/1.json", {"table": "nothing"}, 400, "there is no table 'nothing' here"),
         ("/run/1", {"table": "steps"}, 400, "no parameter 'table' here"),
@@ -526,65 +421,9 @@ def test_a_page_that_takes_too_long_is_stopped(server: Server) -> None:
         assert "stopped after 0.0001 s" in Page(text).text
 
 
-def test_a_statement_that_does_not_heed_the_limit_is_told_of(
-    duckdb_file: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("relmodel.app.serve.server.GRACE_S", 0.0)
-    unheeding = "SELECT sum(levenshtein(repeat('a', 10000 + i::INT), repeat('b', 10000))) FROM range(3) AS t(i)"
-    told: list[str] = []
-    with (
-        Store.open(duckdb_file, read_only=True) as store,
-        pytest.raises(StoppedError, match="stopped"),
-        only_reading(store, 0.5, lambda: told.append("overdue")),
-        store.read() as connection,
-    ):
-        connection.execute(sa.text(unheeding))
-    assert told == ["overdue"]
-
-
 def test_a_port_that_is_taken_is_told(server: Server) -> None:
     with pytest.raises(UsageError, match="give another with --port"):
         Server(server.target, server.server_port)
-
-
-@pytest.mark.browser
-def test_new_runs_appear_by_themselves(inspection: Inspection, copy_store: CopyStore, chromium: Browser) -> None:
-    store = copy_store(inspection.store)
-    with serving(store) as started:
-        before = asked(started, "/newest")[2]
-        chromium.open(started.url)
-        with started.turn, duckdb.connect(store) as connection:
-            connection.execute("INSERT INTO run SELECT * REPLACE (77 AS id) FROM run WHERE id = 1")
-            connection.execute("INSERT INTO run_event SELECT * REPLACE (77 AS run_id) FROM run_event WHERE run_id = 1")
-        assert asked(started, "/newest")[2] != before
-        chromium.until(lambda: bool(chromium.run("Boolean(document.querySelector('a[href=\"/run/77\"]'))")))
-        assert not chromium.complaints
-
-
-@pytest.mark.browser
-def test_a_box_is_drawn_and_asked(inspection: Inspection, chromium: Browser) -> None:
-    """A slider moves a face; a click on a part puts the box about it, which then holds the part's own."""
-    value = "document.querySelector('.ask [name={}]').value"
-    with serving(inspection.store) as started:
-        chromium.open(started.url + "find?" + urlencode(BOX))
-        chromium.run(
-            "(s => { s.value = 1700; s.dispatchEvent(new Event('input')) })(document.querySelector('[data-bound=x0]'))"
-        )
-        assert chromium.run(value.format("x0")) == "1700"
-        left, top = chromium.run("(r => [r.left, r.top])(document.getElementById('canvas').getBoundingClientRect())")
-        u, v = chromium.run(DRAWN)
-        chromium.mouse("mousePressed", left + u, top + v, 1)
-        chromium.mouse("mouseReleased", left + u, top + v)
-        path = chromium.run("document.getElementById('model-part').textContent")
-        low_high = [float(chromium.run(value.format(name))) for name in BOX]
-        box = "SELECT x0, y0, z0, x1, y1, z1 FROM occurrence WHERE path = :path"
-        (own,) = asked_of(started.target, box, path=path)
-        assert all(at <= its for at, its in zip(low_high[:3], own[:3], strict=True))
-        assert all(at >= its for at, its in zip(low_high[3:], own[3:], strict=True))
-        chromium.run("document.querySelector('.ask button').click()")
-        chromium.until(lambda: f"x0={low_high[0]:.0f}" in str(chromium.run("location.search")))
-        chromium.until(lambda: path in str(chromium.run("document.body.textContent")))
-        assert not chromium.complaints
 
 
 @pytest.mark.browser

@@ -75,21 +75,6 @@ def test_the_pose_is_found_wherever_the_pair_was_taken_and_rows_say_that_there_w
     assert {row.name: row.looked_at for row in ask("SELECT name, looked_at FROM search_stage")}["join"] >= 1
 
 
-def test_every_page_of_it_is_made(found: Inspection, tmp_path: Path, capsys: Capsys) -> None:
-    where = ["--store", found.store]
-    run = str(found.answer["run"])
-    assert main(["why", run, "--verdict", *where]) == 0
-    said = capsys.readouterr().out
-    assert "prior" not in said
-    assert "circles that stereo puts in space lie on circles of the model" in said
-    assert "relations of circles in space are like relations of the model; the rarest: two circles of radius" in said
-    assert main(["report", run, "--out", str(tmp_path / "run.html"), *where]) == 0
-    assert "from the prior" not in (tmp_path / "run.html").read_text()
-    for name in ("answer.json", "scene.glb"):
-        assert main(["export", "--run", run, "-o", str(tmp_path / name), *where]) == 0
-    assert json.loads((tmp_path / "answer.json").read_text())["prior"] is None
-
-
 def test_the_joints_of_what_carries_the_rig_are_a_prior_and_the_scan_needs_no_circles(
     bulkhead_template: Path, pair: Pair, tmp_path: Path, capsys: Capsys
 ) -> None:

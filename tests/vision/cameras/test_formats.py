@@ -232,12 +232,11 @@ READ: list[tuple[Put, int, int, bool, bool]] = [
 ]
 
 
-@pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize(("put", "cameras", "coefficients", "one_size", "own_frame"), READ)
 def test_one_truth_through_each_format(
-    put: Put, cameras: int, coefficients: int, one_size: bool, own_frame: bool, seed: int, tmp_path: Path
+    put: Put, cameras: int, coefficients: int, one_size: bool, own_frame: bool, tmp_path: Path
 ) -> None:
-    truths = draw(seed, cameras, coefficients, one_size=one_size, own_frame=own_frame)
+    truths = draw(1, cameras, coefficients, one_size=one_size, own_frame=own_frame)
     given = put(truths, tmp_path / "given.data")  # the name says nothing
     rig = read_rig(given)
     assert_same_pixels(rig, truths)
@@ -353,19 +352,15 @@ def dumped(data: dict[str, Any], **other: Any) -> str:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (dumped(ROS, distortion_model="equidistant"), "distortion_model is 'equidistant'"),
         (dumped({k: v for k, v in ROS.items() if k != "image_height"}), "'image_height' is missing"),
         (dumped(ROS, camera_matrix={"data": [0.0] * 9}), "not calibrated"),
         (dumped(ROS, camera_matrix={"data": [700.0, 0, 320]}), "size 3: give 9 numbers"),
-        (dumped(ROS, camera_matrix={"data": [700.0, 2, 320, 0, 700, 240, 0, 0, 1]}), "skew 2"),
         (dumped(ROS, binning_x=2), "binned"),
         *(
             (dumped(ROS, roi={"x_offset": 0, "y_offset": 0, "width": 640, "height": 480} | cut), "roi names a part")
             for cut in ({"x_offset": 1}, {"width": 639}, {"height": 240})
         ),
         (dumped(ROS, distortion_coefficients={"data": [0.1] * 8}), "plumb_bob has 4 or 5 coefficients, not 8"),
-        (dumped(KALIBR, cam0=KALIBR_CAMERA | {"distortion_model": "equidistant"}), "distortion_model is 'equidistant'"),
-        (dumped(KALIBR, cam0=KALIBR_CAMERA | {"camera_model": "omni"}), "camera_model is 'omni'"),
         (dumped(KALIBR, cam1=KALIBR_CAMERA), "cam1.T_cn_cnm1' is missing"),
         (dumped(KALIBR, cam0=KALIBR_CAMERA | {"resolution": [640]}), "resolution is"),
         (dumped(KALIBR, cam0=KALIBR_CAMERA | {"T_cam_imu": EYE}), "cam1 has no T_cam_imu"),
@@ -390,7 +385,6 @@ def dumped(data: dict[str, Any], **other: Any) -> str:
         (ONE.replace("700., 0.,", "700., 3.,"), "skew 3"),
         (ONE.replace("cols: 5", "cols: 3").replace("0., 0., 0., 0., 0.", "0., 0., 0."), "has 3 numbers"),
         (ONE.replace("700., 0.,", ".NaN, 0.,"), "finite"),
-        ("1 OPENCV_FISHEYE 640 480 700 700 320 240 0 0 0 0\n", "model OPENCV_FISHEYE"),
         ("1 PINHOLE 640 480 700 700 320\n", "3 parameters, and PINHOLE 4"),
         ("1 PINHOLE 640 480 700 x 320 240\n", "not made of numbers"),
         ("1 PINHOLE 640 480 700 700 320 240\n2 PINHOLE 640 480 700 700 320 240\n", "2 cameras"),
@@ -493,7 +487,7 @@ def put_pair(truths: list[Truth], folder: Path, suffix: str, *, sized: bool) -> 
 
 
 @pytest.mark.parametrize("suffix", [".yml", ".xml", ".json"])
-@pytest.mark.parametrize("named", ["", "intrinsics", "extrinsics"])
+@pytest.mark.parametrize("named", ["", "extrinsics"])
 def test_a_pair_in_two_files_of_opencv(suffix: str, named: str, tmp_path: Path) -> None:
     truths = draw(6, 2, 5)
     put_pair(truths, tmp_path / "cv", suffix, sized=True)
@@ -530,27 +524,18 @@ def test_a_size_that_the_file_does_not_say_has_the_principal_point_near_its_midd
             read_rig(tmp_path / "cv", size=(width, 960))
 
 
-@pytest.mark.parametrize("form", ["XML", "JSON", "YAML"])
-def test_file_storage_in_each_of_its_forms(form: str, tmp_path: Path) -> None:
-    """With the samples' keys, and those of interactive-calibration."""
+def test_file_storage_with_the_keys_of_interactive_calibration(tmp_path: Path) -> None:
     (truth,) = draw(7, 1, 14)
-    for keys in (("camera_matrix", "distortion_coefficients"), ("cameraMatrix", "dist_coeffs")):
-        path = tmp_path / keys[0]
-        file = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE | getattr(cv2, f"FILE_STORAGE_FORMAT_{form}"))
-        file.write("calibration_time", "Thu 01 Jan 2026 10:00:00 AM: <none> & 7")
-        if keys[0] == "camera_matrix":
-            file.write("image_width", truth.width)
-            file.write("image_height", truth.height)
-            file.write("fisheye_model", 0)
-        else:
-            file.startWriteStruct("cameraResolution", cv2.FileNode_SEQ | cv2.FileNode_FLOW)
-            file.write("", truth.width)
-            file.write("", truth.height)
-            file.endWriteStruct()
-        file.write(keys[0], matrix3(truth))
-        file.write(keys[1], truth.distortion[None])
-        file.release()
-        assert_same_pixels(read_rig(path), [truth])
+    file = cv2.FileStorage(str(tmp_path / "cv"), cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_FORMAT_XML)
+    file.write("calibration_time", "Thu 01 Jan 2026 10:00:00 AM: <none> & 7")
+    file.startWriteStruct("cameraResolution", cv2.FileNode_SEQ | cv2.FileNode_FLOW)
+    file.write("", truth.width)
+    file.write("", truth.height)
+    file.endWriteStruct()
+    file.write("cameraMatrix", matrix3(truth))
+    file.write("dist_coeffs", truth.distortion[None])
+    file.release()
+    assert_same_pixels(read_rig(tmp_path / "cv"), [truth])
 
 
 OWN_CAMERA = {"width": 640, "height": 480, "matrix": [[700, 0, 320], [0, 700, 240], [0, 0, 1]], "rig_from_camera": EYE}
@@ -600,23 +585,14 @@ KITTI = "P0: 7.2e+02 0.0e+00 6.1e+02 0.0e+00 0.0e+00 7.2e+02 1.7e+02 0.0e+00 0.0
     ("text", "message"),
     [
         (f"%YAML:1.0\nimu: 1\ncam0_calib: \"a.yaml\"\nbody_T_cam0: {POSE}image_width: 640\n", "VINS.*Kalibr"),
-        ("%YAML:1.0\n---\nmodel_type: PINHOLE\nprojection_parameters:\n   fx: 4.6e+02\n", "VINS"),
         ("%YAML:1.0\nrelative_config_imucam: \"kalibr_imucam_chain.yaml\"\n", "OpenVINS.*kalibr_imucam_chain"),
-        (f"%YAML:1.0\nCamera.type: \"PinHole\"\nCamera1.fx: 458.6\nStereo.T_c1_c2: {POSE}", "ORB-SLAM"),
         ("cameras:\n     - {T_SC: [1.0, 0.0], image_dimension: [752, 480]}\n", "OKVIS"),
-        ("sensor_type: camera\nT_BS: {cols: 4, rows: 4}\nresolution: [752, 480]\ncamera_model: pinhole\n", "EuRoC"),
-        ('{"value0": {"intrinsics": [{"camera_type": "ds", "intrinsics": {"fx": 1.0}}]}}', "Basalt"),
         ('{"width": 640, "height": 480, "ppx": 320.1, "ppy": 240.2, "fx": 600.0, "coeffs": [0]}', "RealSense"),
-        ('Intrinsic of "Color" / 640x480 / {YUYV}\n  Width:\t640\n  PPX:\t320.1\n', "RealSense"),
         ('{"0": {"cam_K": [700, 0, 320, 0, 700, 240, 0, 0, 1], "depth_scale": 0.1}}', "BOP"),
-        ('{"cx": 320.0, "cy": 240.0, "depth_scale": 1.0, "fx": 700.0, "height": 480, "width": 640}', "BOP"),
         (KITTI + KITTI.replace("P0", "P1"), "KITTI"),
-        ("calib_time: 09-Jan-2012 13:57:47\ncorner_dist: 9.95e-02\nS_00: 1.392e+03 5.12e+02\n", "KITTI"),
         ('<?xml version="1.0"?>\n<root><camera><model><type>perspectiveProjWithDistortion</type></model></camera>'
          "</root>", "ViSP.*px, py, u0, v0"),
-        ("<calibration><projection>frame</projection></calibration>", "no format that a rig is read from"),
         ("<opencv_storage><image_width>640", "not valid XML"),
-        ("w: 640\nh: 480\nfl_x: 700.0\n", "no format that a rig is read from"),
     ],
 )  # fmt: skip
 def test_files_of_others_are_answered(text: str, message: str, tmp_path: Path) -> None:

@@ -6,8 +6,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from relmodel.arrays import Floats
-from vision.cameras import cameras
 from vision.extraction import arcs as module
 from vision.extraction.arcs import CIRCULAR, LINE, Arcs
 from vision.extraction.chains import Chains
@@ -20,13 +18,6 @@ from vision.extraction.segmentation import fit_arcs
 pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
 
 RADII = (3.0, 30.0, 1e3, 3.4e4, 1e5, 1e6, 1e7, 1e9, np.inf)
-
-
-def bent(shape: tuple[int, int], radius: float) -> Floats:
-    """A dark disc whose rim crosses the picture's middle from left to right, one pixel wide in grey."""
-    y, x = np.mgrid[: shape[0], : shape[1]].astype(float)
-    across = y - shape[0] / 2 + (0.0 if np.isinf(radius) else (x - shape[1] / 2) ** 2 / (2 * radius))
-    return np.asarray(60 + 100 * np.clip(0.5 + across, 0, 1))
 
 
 def are_whole(arcs: Arcs) -> bool:
@@ -69,43 +60,6 @@ def test_edge_elements_of_any_radius_length_and_noise_give_arcs_that_lie_on_them
             if noise < 0.5 and length >= 60:
                 on = np.isin(arcs.kind, (LINE, CIRCULAR))
                 assert np.max(arcs.residual[on], initial=0.0) < 3 * noise + 0.3
-
-
-@pytest.mark.parametrize("radius", RADII)
-def test_pictures_of_edges_of_any_radius_and_noise(radius: float) -> None:
-    rng = np.random.default_rng(3)
-    for shape in ((60, 900), (48, 5500)):
-        if radius < 1000 and shape[1] > 900:
-            continue
-        for noise in (0.0, 4.0):
-            picture = bent(shape, radius) + (rng.normal(0, noise, shape) if noise else 0.0)
-            found = extract(picture)
-            make_rows(found)
-            assert are_whole(found.arcs)
-            if radius >= 1e5:
-                course = shape[0] / 2 - (found.arcs.x - shape[1] / 2) ** 2 / (2 * radius)
-                assert np.median(np.abs(found.arcs.y - course)) < 0.3
-
-
-@pytest.mark.parametrize("k", [-0.45, -0.1, 1e-4, 0.3])
-@pytest.mark.parametrize("noise", [0.0, 6.0])
-def test_a_board_through_any_lens(k: float, noise: float) -> None:
-    y, x = np.mgrid[:360, :480].astype(float)
-    plain = cameras.place(np.column_stack([x.ravel() - 240, y.ravel() - 180]) / 400, np.array([k, 0.0, 0, 0]))
-    board = ((np.floor(plain * 9).sum(axis=1) % 2) * 120 + 60).reshape(360, 480)
-    found = extract(board + np.random.default_rng(1).normal(0, noise, board.shape))
-    make_rows(found)
-    assert are_whole(found.arcs)
-    assert len(found.arcs) > 20
-
-
-def test_a_picture_of_twenty_megapixels() -> None:
-    picture = np.repeat(np.repeat(bent((73, 110), 3.4e4), 50, axis=0), 50, axis=1)
-    assert picture.shape == (3650, 5500)
-    found = extract(picture)
-    make_rows(found)
-    assert are_whole(found.arcs)
-    assert len(found.arcs) > 0
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 700), (700, 1), (5, 5), (11, 400), (12, 12), (13, 40)])

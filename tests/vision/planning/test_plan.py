@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
-from itertools import combinations
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -30,7 +29,6 @@ from vision.planning import (
     PoseGrid,
     _items,
     _left,
-    choose_views,
     find_table,
     lay_grid,
     plan_views,
@@ -163,25 +161,6 @@ def test_px_of_a_face_seen_straight_on(block: Store) -> None:
     assert holes[0] == 0.0
     assert holes[1] == pytest.approx(rim + floor, rel=0.01)
     assert px["block/block"] == pytest.approx(outline + rim + floor, rel=0.01)
-
-
-def test_chosen_views_against_every_set_of_views() -> None:
-    rng = np.random.default_rng(3)
-    for _ in range(40):
-        px = np.where(rng.random((9, 14)) < 0.3, rng.uniform(1, 9, (9, 14)), 0.0)
-        checks = px > 0
-        some = checks.any(axis=0).sum()
-        chosen = choose_views(checks, px, 1.0)
-        assert checks[chosen].any(axis=0).sum() == some
-        fewest = next(
-            n for n in range(1, 10) if any(checks[list(s)].any(0).sum() == some for s in combinations(range(9), n))
-        )
-        assert len(chosen) <= fewest * (1 + np.log(checks.sum(axis=1).max()))
-        two = choose_views(checks, px, 1.0, most=2)
-        best = max(checks[list(pair)].any(axis=0).sum() for pair in combinations(range(9), 2))
-        assert len(two) <= 2
-        assert checks[two].any(axis=0).sum() >= 0.75 * best  # 1 - (1 - 1/2)^2, which greed always reaches
-    assert choose_views(np.zeros((3, 4), bool), np.zeros((3, 4)), 1.0) == []
 
 
 def arm(joints: int = 6) -> MountedRig:
