@@ -146,6 +146,76 @@ CREATE TABLE part (  -- part: A product: number, name, and the shape it has; mat
     shape_id BIGINT NOT NULL  -- REFERENCES shape (id): its geometry
 );
 
+CREATE TABLE part_attribute (  -- part: Attribute-value table of parts; appended to, never changed: current_part_attribute has the newest value of each.
+    part_id BIGINT NOT NULL,  -- REFERENCES part (id): the part
+    name TEXT NOT NULL,  -- name of the attribute
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run that stated it: the greatest has the newest value
+    value_number DOUBLE PRECISION,  -- value, where it is a number
+    value_text TEXT,  -- value, where it is text
+    value_boolean BOOLEAN,  -- value, where it is true or false
+    unit TEXT,  -- unit of a number; null where it has none
+    source TEXT NOT NULL,  -- where the value comes from: file, derived, user
+    PRIMARY KEY (part_id, name, run_id),
+    CHECK (CASE WHEN value_number IS NOT NULL THEN value_text IS NULL AND value_boolean IS NULL
+        ELSE (value_text IS NULL) <> (value_boolean IS NULL) AND unit IS NULL END),
+    CHECK (source IN ('file', 'derived', 'user'))
+);
+
+CREATE VIEW current_part_attribute (  -- part: The newest value of each attribute of parts.
+    part_id, name, value_number, value_text, value_boolean, unit, source, run_id
+) AS
+SELECT DISTINCT ON (part_id, name) part_id, name, value_number, value_text, value_boolean, unit, source, run_id
+FROM part_attribute
+ORDER BY part_id, name, run_id DESC;
+
+CREATE TABLE surface_attribute (  -- surface: Attribute-value table of the surfaces of a shape; appended to, never changed: current_surface_attribute has the
+    -- newest value of each.
+    shape_id BIGINT NOT NULL,  -- the shape: what parts share it share the value
+    surface_no INTEGER NOT NULL,  -- REFERENCES shape_surface (shape_id, surface_no): the surface in it
+    name TEXT NOT NULL,  -- name of the attribute
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run that stated it: the greatest has the newest value
+    value_number DOUBLE PRECISION,  -- value, where it is a number
+    value_text TEXT,  -- value, where it is text
+    value_boolean BOOLEAN,  -- value, where it is true or false
+    unit TEXT,  -- unit of a number; null where it has none
+    source TEXT NOT NULL,  -- where the value comes from: file, derived, user
+    PRIMARY KEY (shape_id, surface_no, name, run_id),
+    CHECK (CASE WHEN value_number IS NOT NULL THEN value_text IS NULL AND value_boolean IS NULL
+        ELSE (value_text IS NULL) <> (value_boolean IS NULL) AND unit IS NULL END),
+    CHECK (source IN ('file', 'derived', 'user'))
+);
+
+CREATE VIEW current_surface_attribute (  -- surface: The newest value of each attribute of the surfaces of a shape.
+    shape_id, surface_no, name, value_number, value_text, value_boolean, unit, source, run_id
+) AS
+SELECT DISTINCT ON (shape_id, surface_no, name) shape_id, surface_no, name, value_number, value_text, value_boolean, unit, source, run_id
+FROM surface_attribute
+ORDER BY shape_id, surface_no, name, run_id DESC;
+
+CREATE TABLE arc_attribute (  -- surface: Attribute-value table of the arcs of a shape; appended to, never changed: current_arc_attribute has the newest value
+    -- of each.
+    shape_id BIGINT NOT NULL,  -- the shape: what parts share it share the value
+    arc_no INTEGER NOT NULL,  -- REFERENCES shape_arc (shape_id, arc_no): the arc in it
+    name TEXT NOT NULL,  -- name of the attribute
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run that stated it: the greatest has the newest value
+    value_number DOUBLE PRECISION,  -- value, where it is a number
+    value_text TEXT,  -- value, where it is text
+    value_boolean BOOLEAN,  -- value, where it is true or false
+    unit TEXT,  -- unit of a number; null where it has none
+    source TEXT NOT NULL,  -- where the value comes from: file, derived, user
+    PRIMARY KEY (shape_id, arc_no, name, run_id),
+    CHECK (CASE WHEN value_number IS NOT NULL THEN value_text IS NULL AND value_boolean IS NULL
+        ELSE (value_text IS NULL) <> (value_boolean IS NULL) AND unit IS NULL END),
+    CHECK (source IN ('file', 'derived', 'user'))
+);
+
+CREATE VIEW current_arc_attribute (  -- surface: The newest value of each attribute of the arcs of a shape.
+    shape_id, arc_no, name, value_number, value_text, value_boolean, unit, source, run_id
+) AS
+SELECT DISTINCT ON (shape_id, arc_no, name) shape_id, arc_no, name, value_number, value_text, value_boolean, unit, source, run_id
+FROM arc_attribute
+ORDER BY shape_id, arc_no, name, run_id DESC;
+
 CREATE VIEW part_mass (  -- part: Mass of one piece of each part that encloses a volume and whose density is known; placed_part has all that
     -- an object holds.
     part_id,  -- the part

@@ -20,6 +20,29 @@ CREATE TABLE object_variant (  -- object: The name, variant and revision under w
     UNIQUE (name, variant, revision)
 );
 
+CREATE TABLE object_attribute (  -- object: Attribute-value table of objects; appended to, never changed: current_object_attribute has the newest value of
+    -- each.
+    object_id BIGINT NOT NULL,  -- REFERENCES object (id): the object
+    name TEXT NOT NULL,  -- name of the attribute
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run that stated it: the greatest has the newest value
+    value_number DOUBLE PRECISION,  -- value, where it is a number
+    value_text TEXT,  -- value, where it is text
+    value_boolean BOOLEAN,  -- value, where it is true or false
+    unit TEXT,  -- unit of a number; null where it has none
+    source TEXT NOT NULL,  -- where the value comes from: file, derived, user
+    PRIMARY KEY (object_id, name, run_id),
+    CHECK (CASE WHEN value_number IS NOT NULL THEN value_text IS NULL AND value_boolean IS NULL
+        ELSE (value_text IS NULL) <> (value_boolean IS NULL) AND unit IS NULL END),
+    CHECK (source IN ('file', 'derived', 'user'))
+);
+
+CREATE VIEW current_object_attribute (  -- object: The newest value of each attribute of objects.
+    object_id, name, value_number, value_text, value_boolean, unit, source, run_id
+) AS
+SELECT DISTINCT ON (object_id, name) object_id, name, value_number, value_text, value_boolean, unit, source, run_id
+FROM object_attribute
+ORDER BY object_id, name, run_id DESC;
+
 CREATE TABLE object_object (  -- object: Objects placed directly in an object.
     parent_id BIGINT NOT NULL,  -- REFERENCES object (id): the object that contains
     child_no INTEGER NOT NULL,  -- ordinal in the parent, counted over objects and parts together

@@ -22,6 +22,28 @@ FROM world
 WHERE revision > 0
 ORDER BY name, revision DESC;
 
+CREATE TABLE world_attribute (  -- world: Attribute-value table of worlds; appended to, never changed: current_world_attribute has the newest value of each.
+    world_id BIGINT NOT NULL,  -- REFERENCES world (id): the revision of a world; the next takes all values over
+    name TEXT NOT NULL,  -- name of the attribute
+    run_id BIGINT NOT NULL,  -- REFERENCES run (id): the run that stated it: the greatest has the newest value
+    value_number DOUBLE PRECISION,  -- value, where it is a number
+    value_text TEXT,  -- value, where it is text
+    value_boolean BOOLEAN,  -- value, where it is true or false
+    unit TEXT,  -- unit of a number; null where it has none
+    source TEXT NOT NULL,  -- where the value comes from: file, derived, user
+    PRIMARY KEY (world_id, name, run_id),
+    CHECK (CASE WHEN value_number IS NOT NULL THEN value_text IS NULL AND value_boolean IS NULL
+        ELSE (value_text IS NULL) <> (value_boolean IS NULL) AND unit IS NULL END),
+    CHECK (source IN ('file', 'derived', 'user'))
+);
+
+CREATE VIEW current_world_attribute (  -- world: The newest value of each attribute of worlds.
+    world_id, name, value_number, value_text, value_boolean, unit, source, run_id
+) AS
+SELECT DISTINCT ON (world_id, name) world_id, name, value_number, value_text, value_boolean, unit, source, run_id
+FROM world_attribute
+ORDER BY world_id, name, run_id DESC;
+
 CREATE SEQUENCE placed_object_id_seq;
 CREATE TABLE placed_object (  -- world: What was ever placed in a world under a name: it keeps its number while it moves, goes and comes back. Another object
     -- under its name, or another content, is another.

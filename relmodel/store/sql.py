@@ -7,7 +7,6 @@ import tomllib
 from functools import cache
 from hashlib import sha256
 from itertools import product, takewhile
-from pathlib import Path
 
 from sqlalchemy import TextClause, text
 
@@ -22,29 +21,27 @@ def schema_scripts(dialect: str) -> tuple[str, ...]:
     """Texts of the files of `schema/` in their order, without those of other dialects."""
     others = {f".{d}" for d in DIALECTS if d != dialect}
     files = sorted(resource_dir("schema").glob("*.sql"))
-    return tuple(_for_each(f) for f in files if not others.intersection(f.suffixes))
+    return tuple(_for_each(f.read_text()) for f in files if not others.intersection(f.suffixes))
 
 
-_EACH = re.compile(r"^-- each of ([\w, ]+)(?:; ([\w, ]+))?:\n((?:.+\n)+)", re.MULTILINE)
+_EACH = re.compile(r"^-- each of ([\w, ]+); ([\w, ]+):\n((?:.+\n)+)", re.MULTILINE)
 _ARGUMENT = re.compile(r"^    \('(\w+)', \d+, '(\w+)', '([A-Z ]+)'", re.MULTILINE)
 _NAME = re.compile(r"\{(\w+)\}")
 
 
-def _for_each(file: Path) -> str:
-    """A script whose paragraphs that begin with levels, or levels and volumes, are repeated for each, or each pair, of
-    these, with the words that the file NAME.toml has for them."""
-    script = file.read_text()
+def _for_each(script: str) -> str:
+    """A script whose paragraphs that begin with levels and volumes are repeated for each pair of these."""
     if _EACH.search(script) is None:
         return script
-    fill = tomllib.loads(file.with_name(f"{file.name.partition('.')[0]}.toml").read_text())
-    listed = _ARGUMENT.findall(file.with_name("107_arguments.sql").read_text())
+    folder = resource_dir("schema")
+    fill = tomllib.loads((folder / "106_volume_functions.toml").read_text())
+    listed = _ARGUMENT.findall((folder / "107_arguments.sql").read_text())
 
     def repeat(paragraph: re.Match[str]) -> str:
         said = []
-        for level, volume in product(paragraph[1].split(", "), (paragraph[2] or "").split(", ")):
+        for level, volume in product(paragraph[1].split(", "), paragraph[2].split(", ")):
             own = [(name, kind) for of, name, kind in listed if of == volume and name != "in_world"]
-            words = {"level": level, "volume": volume, **fill["level"][level]}
-            words |= fill["volume"][volume] if volume else {}
+            words = {"level": level, "volume": volume, **fill["level"][level], **fill["volume"][volume]}
             words["arguments"] = ", ".join(name for name, _ in own)
             words["types"] = ", ".join(map(" ".join, own))
             said.append(_NAME.sub(lambda hit, words=words: words[hit[1]], paragraph[3]))
