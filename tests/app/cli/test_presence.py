@@ -278,7 +278,7 @@ def test_findings_come_first_with_what_each_camera_shows(
     wide = next(row for row in findings if row.path == feature_at(store, 1130, 138))
     assert wide.least_difference == pytest.approx(max(0.8, 4 * wide.sigma))
     text = " ".join(read.text.split())
-    assert f"diameter 104 → {wide.value:.2f} ± {wide.sigma:.2f} mm counts from" in text
+    assert f"diameter 104 → {wide.value:.1f} ± {wide.sigma:.1f} mm counts from" in text
     assert text.index("Findings") < text.index("Not checked") < text.index("As modelled") < text.index("Pictures")
     boxes = [[float(v) for v in a["viewbox"].split()] for tag, a in read.elements if a.get("class") == "crop"]
     assert len(boxes) == 2 * 3 * len(findings)  # raw, drawn and of the model, of two cameras

@@ -321,6 +321,11 @@ def test_what_cannot_be_asked_is_told(
 # What keeps it safe.
 
 
+@pytest.mark.parametrize("nothing", ["1", "99999", "x", "1" * 30, "../run/1", ""])
+def test_there_is_no_other_picture(server: Server, nothing: str) -> None:
+    assert asked(server, f"/picture/run/{nothing}")[0] == asked(server, f"/picture/object/{nothing}0000")[0] == 404
+
+
 def test_it_listens_on_the_loopback_address_only(server: Server) -> None:
     assert server.socket.getsockname()[0] == "127.0.0.1"
     with pytest.raises(OSError, match="refused"):
