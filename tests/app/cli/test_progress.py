@@ -161,6 +161,29 @@ def test_an_interrupt_leaves_the_store_as_it_was(
     assert main(["check", "--store", str(store)]) == 0
 
 
+def test_an_interrupt_from_the_terminal_ends_the_child_that_reads_too(duckdb_template: Path, tmp_path: Path) -> None:
+    """Which it finds in /proc."""
+    store = tmp_path / "cell.duckdb"
+    shutil.copy(duckdb_template, store)
+    was = content(store)
+    file = box(tmp_path / "A.stl", 10)
+    words = ["load", str(file), "--object", "box", "--unit", "mm", "--store", str(store)]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "relmodel", *words], stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    tasks = Path(f"/proc/{process.pid}/task")
+    while process.poll() is None:
+        children = [number for task in tasks.glob("*/children") for number in task.read_text().split()]
+        if any(b"relmodel.readers" in Path(f"/proc/{number}/cmdline").read_bytes() for number in children):
+            break
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate()
+    assert said == f"relmodel load: {INTERRUPTED}\n"
+    assert process.returncode in INTERRUPTED_STATUSES
+    assert content(store) == was
+
+
 def interrupted_when(ready: Callable[[], bool], words: list[str]) -> None:
     """Run the program, send it SIGINT as soon as it is ready for that, and check how it ends."""
     with subprocess.Popen([sys.executable, "-m", "relmodel", *words], stderr=subprocess.PIPE, text=True) as process:
