@@ -94,9 +94,9 @@ def inspection_named(store: Store, connection: Connection, name: int | str | Non
     it = find_run(store, connection, run)
     if it.kind != "inspect":
         raise UsageError(f"run {run} is of kind {it.kind}: name one of kind inspect, as relmodel runs lists them")
-    pruned = store.rows(connection, "audit/pruned", run=run)
-    if pruned:
-        raise UsageError(f"what run {run} found was pruned by run {pruned[0].by_run_id}")
+    pruned = store.select(connection, "pruned_run", "by_run_id", run_id=run, what="runs")["by_run_id"]
+    if len(pruned):
+        raise UsageError(f"what run {run} found was pruned by run {pruned[0]}")
     if it.verdict is None:
         raise UsageError(f"run {run} came to no verdict, it is {it.state}{f': {it.message}' if it.message else ''}")
     return run

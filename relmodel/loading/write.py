@@ -115,10 +115,11 @@ def write(run: Run, connection: Connection, derived: Derivation, name: str, vari
 
 def _source(run: Run, connection: Connection, model: Model) -> int:
     source = model.files[0]
-    key = {"sha256": source.sha256, "unit_mm": model.unit_mm, "loader_version": model.loader_version}
-    known = run.store.rows(connection, "load/source", **key)
-    if known:
-        return int(known[0].id)
+    known = run.store.select(
+        connection, "source", "id", sha256=source.sha256, unit_mm=model.unit_mm, loader_version=model.loader_version
+    )["id"]
+    if len(known):
+        return int(known[0])
     source_id = int(run.store.new_ids(connection, "source", 1)[0])
     columns = {"file_name": source.name, "sha256": source.sha256, **stored_fields("source", model)}
     run.append(connection, "source", {"id": [source_id], **columns})

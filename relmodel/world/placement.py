@@ -103,9 +103,9 @@ def place_in_own_worlds(store: Store, run: Run, objects: Sequence[Mapping[str, A
 
 def _place_in_own_world(store: Store, run: Run, connection: Connection, row: Mapping[str, Any]) -> tuple[int, str]:
     name = f"{row['name']} (variant {row['variant']}, revision {row['revision']}) alone"
-    known = store.rows(connection, "world/own_world", name=name)
-    if known:
-        return int(known[0].world_id), name
+    known = store.select(connection, "world", "id", name=name, revision=0)["id"]
+    if len(known):
+        return int(known[0]), name
     placed = PlacedObject(row["name"], row["variant"], row["name"], "inspected", np.eye(4), {}, 0.0)
     file, poses = WorldFile(Path(name), name, (placed,), {}, ()), [np.eye(4)]
     objects = _standing(store, connection, file, [row])
@@ -245,8 +245,9 @@ def _write_objects(
     """Write where objects, links and joints stand, of those objects of which something stands otherwise than before.
     Returns the `object_no` of each by its name: the one that it ever had in this world, or a new one."""
     store = run.store
-    rows = store.rows(connection, "world/known_objects", world=world)
-    known = {(row.name, int(row.object_id)): int(row.object_no) for row in rows}
+    held = store.select(connection, "placed_object", "name", "object_id", "object_no", world=world)
+    rows = zip(*(column.tolist() for column in held.values()), strict=True)
+    known = {(name, object_id): number for name, object_id, number in rows}
     named = [(o.placed.name, int(o.row["object_id"])) for o in objects]
     new = [one for one in named if one not in known]
     ids = store.new_ids(connection, "placed_object", len(new)).tolist()

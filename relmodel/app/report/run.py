@@ -72,9 +72,10 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     items = read_entries(store, connection, run, pictures, part_of, tables["run_findings"].rows)
     word, mood = _ENDS.get(row.state, (row.state, "warn"))
     reason = (pose.reason if pose is not None else row.message) or _NO_MORE.get(row.state, "")
-    if pruned := store.rows(connection, "audit/pruned", run=run):
+    pruned = store.select(connection, "pruned_run", "by_run_id", run_id=run, what="runs")["by_run_id"]
+    if len(pruned):
         word, mood = "Pruned", "warn"
-        reason = f"run {pruned[0].by_run_id} removed what it found; it had ended: {reason}"
+        reason = f"run {pruned[0]} removed what it found; it had ended: {reason}"
     if pose is not None:
         word, mood = pose.outcome[0].upper() + pose.outcome[1:], pose.mood
         shown = store.rows(connection, "why/verdict/12_against", run=run)[:1]
