@@ -180,13 +180,7 @@ class ModelView:
 
 def view_model(scene: Scene, rig: Rig, world_from_rig: Floats, arcs: Mapping[str, ViewArcs] | None = None) -> ModelView:
     """What a rig's cameras should see of a scene at a pose; arcs: those in view, where they are known."""
+    placed = {name: (camera, world_from_rig @ rig.rig_from_camera[name]) for name, camera in rig.cameras.items()}
     if arcs is None:
-        arcs = {
-            name: find_view_arcs(scene, camera, world_from_rig @ rig.rig_from_camera[name])
-            for name, camera in rig.cameras.items()
-        }
-    maps = {
-        name: map_surfaces(scene, camera, world_from_rig @ rig.rig_from_camera[name])
-        for name, camera in rig.cameras.items()
-    }
-    return ModelView(arcs, maps)
+        arcs = {name: find_view_arcs(scene, *it) for name, it in placed.items()}
+    return ModelView(arcs, {name: map_surfaces(scene, *it) for name, it in placed.items()})
