@@ -153,7 +153,7 @@ WHERE r.kind = 'inspect' AND coalesce(i.serial, (r.parameters ->> 'serial')) IS 
 CREATE VIEW serial_outcome (  -- localisation: How a physical part is by all inspections of it: what its report and `relmodel runs` would say in one line.
     serial,  -- the physical part
     part_verdict,  -- as modelled, deviates, another variant (by the newest usable stop that weighed some) or not enough seen: less than
-        -- half of all that its model has is checked
+        -- half of all that its model has is checked, or a part is not confirmed
     mood,  -- good, warn or bad: good only where all that the model has is checked
     findings,  -- how many there are
     checked,  -- parts and features that are checked
@@ -168,7 +168,8 @@ CREATE VIEW serial_outcome (  -- localisation: How a physical part is by all ins
 WITH counted AS (
     SELECT serial, count(*) AS features, count(CASE state WHEN 'confirmed' THEN 1 END) AS confirmed,
         count(CASE WHEN state IN ('changed', 'contradicted') THEN 1 END) AS failed,
-        count(CASE state WHEN 'not_seen' THEN 1 END) AS not_seen
+        count(CASE state WHEN 'not_seen' THEN 1 END) AS not_seen,
+        count(CASE WHEN level = 'part' AND state = 'not_confirmed' THEN 1 END) AS parts_not_confirmed
     FROM serial_evidence
     GROUP BY serial
 ),
@@ -200,7 +201,7 @@ weighed AS (
 said AS (
     SELECT s.serial, coalesce(f.findings, 0) AS findings, f.accepted, f.accepted_by, coalesce(c.confirmed + c.failed, 0) AS checked,
         coalesce(c.features, 0) AS features, coalesce(c.not_seen, 0) AS not_seen, s.stops, s.usable_stops, s.unusable, o.ends, w.variant,
-        CASE WHEN w.variant IS NOT NULL THEN 'another variant' WHEN c.failed > 0 THEN 'deviates' WHEN 2 * c.confirmed >= c.features THEN 'as modelled' ELSE 'not enough seen' END AS part_verdict
+        CASE WHEN w.variant IS NOT NULL THEN 'another variant' WHEN c.failed > 0 THEN 'deviates' WHEN 2 * c.confirmed >= c.features AND c.parts_not_confirmed = 0 THEN 'as modelled' ELSE 'not enough seen' END AS part_verdict
     FROM stop AS s
     LEFT JOIN counted AS c ON c.serial = s.serial
     LEFT JOIN other AS o ON o.serial = s.serial

@@ -233,7 +233,7 @@ rule AS (
         SELECT s.absent_anywhere AS value, h.max_absent_anywhere AS gate, '' AS but
         WHERE s.absent_anywhere > h.max_absent_anywhere
         UNION ALL
-        SELECT s.absent, h.max_absent, ', but of faces that have moved'
+        SELECT s.absent, h.max_absent, ', beside what has moved or is told missing'
         WHERE s.absent IS NOT NULL
     ) AS e
     UNION ALL

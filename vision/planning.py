@@ -19,7 +19,7 @@ from relmodel.geometry.transforms import JointTree, rotation_vector, skew
 from relmodel.progress import Progress, silent
 from relmodel.store import Store
 from relmodel.world.kinematics import MountedRig, mount_of_rig
-from vision.account.edges import collect_samples, weigh_samples
+from vision.account.samples import collect_samples, weigh_samples
 from vision.cameras.cameras import Rig
 from vision.cameras.record import find_rig
 from vision.localisation.hypotheses import bound_elements

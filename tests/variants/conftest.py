@@ -25,9 +25,10 @@ def step_file(variant: str) -> Path:
 
 @dataclass(frozen=True)
 class Bulkheads:
-    """The store, and what loading each variant, A first, added to it."""
+    """The store, a copy of its file for who must open it, and what loading each variant, A first, added to it."""
 
     store: Store
+    copy: Path
     reports: dict[str, LoadReport]
 
 
@@ -37,8 +38,9 @@ def bulkheads(duckdb_template: Path, tmp_path_factory: pytest.TempPathFactory) -
     shutil.copy(duckdb_template, file)
     with Store.open(file) as store:
         reports = {v: load(store, step_file(v), name="bulkhead", variant=v) for v in LOADED}
+    shutil.copy(file, file.with_name("copy.duckdb"))
     with Store.open(file) as store:
-        yield Bulkheads(store, reports)
+        yield Bulkheads(store, file.with_name("copy.duckdb"), reports)
 
 
 @pytest.fixture

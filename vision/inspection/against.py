@@ -187,9 +187,7 @@ def doubt(verdict: Verdict, alike: Sequence[str]) -> Verdict:
     """The verdict on what is shown where other objects, of these names, explain the same edges about as well."""
     if not alike:
         return verdict
-    words = f"{' and '.join(alike)} explain{'s' * (len(alike) == 1)} the same edges about as well"
-    missing = [*verdict.missing, words]
-    return replace(verdict, verdict="ambiguous", reason="; ".join(missing), missing=missing)
+    return verdict.ambiguous(f"{' and '.join(alike)} explain{'s' * (len(alike) == 1)} the same edges about as well")
 
 
 def record_comparisons(write: Writer, considered: Sequence[ComparedObject]) -> None:

@@ -20,7 +20,7 @@ from relmodel.resources import user_name
 from relmodel.store import Run, Store
 from relmodel.store.runs import record_digests
 from relmodel.world.kinematics import Carrier, Correction, MountedRig, correct_base, mount_of_rig, predict_covariance
-from vision.account.edges import weigh_lookalike
+from vision.account.runs import weigh_lookalike
 from vision.cameras.cameras import DEFAULT_NEEDS, USUAL_CALIBRATION, Needs, Prior, Rig, Selection
 from vision.cameras.files import read_needs, read_prior
 from vision.cameras.images import (
@@ -378,12 +378,12 @@ def doubt_presence(
     """The verdict on a pose by what is there: edges of the parts that hold it that should show and do not, beside what
     is told of by itself; and faces that have moved so far that they could hold it elsewhere."""
     runs, surfaces = it.signs.runs, it.signs.surfaces
-    occurrence = stored.scene.surface_occurrence[runs.surface[:, 0]]
-    asked = np.isin(occurrence, it.find_holding_parts(p.presence.states))
-    asked &= ~((runs.surface >= 0) & it.find_explained_surfaces()[runs.surface]).any(axis=1)
+    holding = np.isin(stored.scene.surface_occurrence, it.find_holding_parts(p.presence.states))
+    explained = (runs.surface >= 0) & it.find_explained_surfaces()[runs.surface]
+    asked = holding[runs.surface[:, 0]] & ~explained.any(axis=1)
     said = weigh_lookalike(stored, runs, asked, it.cameras, p.presence.account.runs)
     verdict = doubt_edges(verdict, "absent", *said, p.localisation.verdict.max_absent_odds)
-    face = find_rival_face(surfaces, needs.translation_mm)
+    face = find_rival_face(surfaces, holding, needs.translation_mm)
     if face is not None and verdict.verdict != "refused":
         verdict = doubt_face(verdict, float(abs(surfaces.mm[face])), stored.name_surface(face))
     return verdict

@@ -12,7 +12,7 @@ import numpy as np
 
 from relmodel.errors import InputError
 from relmodel.store import Run, Store
-from vision.account.edges import take_account, weigh_lookalike
+from vision.account.runs import take_account, weigh_lookalike
 from vision.cameras.cameras import Needs, Prior, Rig, Selection, SelectionParameters, select_in_view
 from vision.constellations.elements import Relations
 from vision.constellations.find_poses import PoseCandidates, find_poses, find_poses_of_one_picture

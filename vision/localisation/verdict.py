@@ -145,6 +145,11 @@ class Verdict:
         missing = [*words, *self.missing]
         return replace(self, verdict="refused", reason="; ".join(missing), missing=missing)
 
+    def ambiguous(self, words: str) -> Verdict:
+        """The same, ambiguous for that too."""
+        missing = [*self.missing, words]
+        return replace(self, verdict="ambiguous", reason="; ".join(missing), missing=missing)
+
 
 @dataclass(frozen=True)
 class HypothesisTable:
@@ -523,9 +528,7 @@ def doubt_edges(verdict: Verdict, name: str, absent: float, edge: str, most: flo
 def doubt_face(verdict: Verdict, mm: float, face: str) -> Verdict:
     """The verdict on a pose that a face which lies mm from its place may hold as well as those that do."""
     words = f"{face} lies {mm:.1f} mm from its place, and as many faces say that it is the others that do"
-    missing = [*verdict.missing, words]
-    weighed = verdict.weighed | {"rival_face_mm": mm}
-    return replace(verdict, verdict="ambiguous", reason="; ".join(missing), missing=missing, weighed=weighed)
+    return replace(verdict.ambiguous(words), weighed=verdict.weighed | {"rival_face_mm": mm})
 
 
 def weigh_against_prior(verdict: Verdict, prior: Prior, world_from_rig: Floats, *, believe_pictures: bool) -> Verdict:

@@ -9,8 +9,8 @@ import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, Rows, count_from, rank_in_groups, sum_by_group
 from relmodel.geometry.transforms import rotation_matrix
-from vision.account.edges import (
-    EdgeRuns,
+from vision.account.runs import EdgeRuns, part_at_turns, sum_in_one_light, weigh_runs
+from vision.account.samples import (
     Nearby,
     Samples,
     SampleSupport,
@@ -19,9 +19,6 @@ from vision.account.edges import (
     find_nearby,
     look_at_sides,
     measure_support,
-    part_at_turns,
-    sum_in_one_light,
-    weigh_runs,
     weigh_samples,
 )
 from vision.cameras.cameras import Rig
@@ -223,10 +220,8 @@ def measure_items(items: Items, radius: Floats, surfaces: SceneSurfaces, moved: 
     round_ = measured & np.isfinite(shift_sigma) & np.isfinite(radius[surface]) & (level == "feature")
     single = measured & ~round_ & (level != "part")
     diameter, grows = 2 * radius[surface], np.where(surfaces.inward[surface], -2.0, 2.0)
-    zero, displaced = (
-        np.zeros(len(surface)),
-        surfaces.log_odds[surface] > 0,
-    )  # rims are found where it lies, not in place
+    zero = np.zeros(len(surface))
+    displaced = surfaces.log_odds[surface] > 0  # rims are found where it lies, not in place
     # Whether a single face lies elsewhere, as a wall of a pocket, is known from where it was sought, and a web's other
     # side is hardly ever seen: widths and webs are reported, and judged where a face of theirs has moved.
     has_moved = np.zeros(len(items), bool)

@@ -11,7 +11,7 @@ import numpy as np
 
 from relmodel.arrays import Bools, Bytes, Floats, Ints, Rows, sum_by_group
 from relmodel.geometry.congruence import greatest
-from vision.account.edges import Samples
+from vision.account.samples import Samples
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.arcs import LINE
 from vision.extraction.rows import Primitives

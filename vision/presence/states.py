@@ -9,12 +9,7 @@ from numpy.typing import NDArray
 
 from relmodel.arrays import Bools, Floats, Ints, count_from
 from vision.account.account_parameters import RunParameters
-from vision.account.edges import (
-    EdgeRuns,
-    sum_in_one_light,
-    take_account,
-    weigh_absence,
-)
+from vision.account.runs import EdgeRuns, sum_in_one_light, take_account, weigh_absence
 from vision.localisation.localise import Localisation
 from vision.localisation.views import SMOOTH, ModelView, Observation
 from vision.localisation.visibility import PartsInView

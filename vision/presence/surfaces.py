@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, count_from, sum_by_group
-from vision.account.edges import EdgeRuns, Nearby, Samples, SampleSupport, compute_log_odds, sum_in_one_light
+from vision.account.runs import EdgeRuns, compute_log_odds, sum_in_one_light
+from vision.account.samples import Nearby, Samples, SampleSupport
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DisplacementParameters, MovedParameters, PresenceParameters
 from vision.scene import Scene, StoredScene
@@ -403,13 +404,11 @@ class _DisplacementSearch:
         rows = np.flatnonzero(number[self.group] >= 0)
         sample, group, rate = self.sample[rows], self.group[rows], self.rate_px[rows]
         other = edges.moving.displace(mm, len(edges.samples.run))[sample] - rate * mm[self.surface[group]]
-        run, reach = (
-            self.run[groups],
-            self.parameters.account.samples.reach_px - max(self.parameters.displacement.tolerance_px),
-        )
+        run, p = self.run[groups], self.parameters
+        reach = p.account.samples.reach_px - max(p.displacement.tolerance_px)
         odds, in_sight = edges.beside.weigh(
             (sample, self.side[rows], number[group]), rate, other, runs.chance[run], runs.shows[run], self.grid, reach,
-            self.parameters,
+            p,
         )  # fmt: skip
         # An edge that is out of sight at a displacement is no evidence for it where it is not found in place.
         return np.where(in_sight, odds, np.minimum(odds[:, middle, None], 0.0))
@@ -514,12 +513,12 @@ def _bend(samples: Samples, count: int) -> tuple[Bools, Floats, Floats]:
 ALONG = 0.7  # cosine of the angle up to which faces look alike: they say where the object lies along one direction
 
 
-def find_rival_face(surfaces: SceneSurfaces, least_mm: float) -> int | None:
+def find_rival_face(surfaces: SceneSurfaces, holding: Bools, least_mm: float) -> int | None:
     """The face that lies farthest from its place, by more than `least_mm`, where no more faces hold the pose along its
     normal than have moved so far: which of them are where the model has them is then not known.  None where there is
-    none."""
-    away = surfaces.moved & (np.abs(surfaces.mm) > least_mm)
-    there = np.isfinite(surfaces.mm) & ~away
+    none; holding (s,): faces of the parts that hold the pose."""
+    away = holding & surfaces.moved & (np.abs(surfaces.mm) > least_mm)
+    there = holding & np.isfinite(surfaces.mm) & ~away
     alike = np.abs(surfaces.normal @ surfaces.normal[away].T) > ALONG
     rival = np.flatnonzero(away)[(alike & there[:, None]).sum(axis=0) <= (alike & away[:, None]).sum(axis=0)]
     return int(rival[np.argmax(np.abs(surfaces.mm[rival]))]) if len(rival) else None

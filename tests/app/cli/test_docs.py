@@ -89,7 +89,7 @@ def test_commands_are_taken(page: Path) -> None:
 # What a page speaks of as the reader's own.
 SERVER = "postgresql+psycopg://host/cell"
 # Pages whose blocks need stores of their own: of variants, whose comparisons these tests hold, and one to be copied.
-ELSEWHERE = {"variants": "tests/variants/test_bulkhead_variants.py", "store": "tests/app/cli/test_backup.py"}
+ELSEWHERE = {"variants": "tests/variants/test_page.py", "store": "tests/app/cli/test_backup.py"}
 RUN_HERE = [page for page in PAGES if shell_blocks(page.read_text()) and page.stem not in ELSEWHERE]
 
 

@@ -9,7 +9,8 @@ from scipy.stats import betabinom
 from relmodel.arrays import Floats
 from tests.vision.presence.test_elements_beside import samples_at, unit
 from vision.account.account_parameters import RunParameters
-from vision.account.edges import Samples, compute_log_odds, part_at_turns, sum_in_one_light, weigh_absence
+from vision.account.runs import compute_log_odds, part_at_turns, sum_in_one_light, weigh_absence
+from vision.account.samples import Samples
 
 P = RunParameters()
 

@@ -14,7 +14,8 @@ from scipy.stats import beta, betabinom
 from relmodel.arrays import Floats
 from tests.vision.localisation.scenes import above, box_scene, stereo_rig
 from tests.vision.presence.test_elements_beside import edge_points, samples_at, unit
-from vision.account.edges import (
+from vision.account.runs import weigh_runs
+from vision.account.samples import (
     Samples,
     SampleSupport,
     Sides,
@@ -22,7 +23,6 @@ from vision.account.edges import (
     find_nearby,
     look_at_sides,
     measure_support,
-    weigh_runs,
 )
 from vision.localisation.hypotheses import bound_elements
 from vision.localisation.measurements import EdgeIndex

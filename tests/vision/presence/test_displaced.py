@@ -12,7 +12,7 @@ from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
 from tests.vision.account.test_samples import box_samples
 from tests.vision.localisation.scenes import above, box_scene, stereo_rig
-from vision.account.edges import EdgeRuns
+from vision.account.runs import EdgeRuns
 from vision.presence.displaced import (
     Aspects,
     CameraPoses,

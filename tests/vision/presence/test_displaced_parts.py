@@ -13,7 +13,8 @@ from relmodel.arrays import Floats
 from relmodel.geometry.transforms import rotation_matrix
 from tests.poses import pose_of
 from tests.vision.localisation.scenes import box_scene
-from vision.account.edges import EdgeRuns, Samples, find_nearby, measure_support
+from vision.account.runs import EdgeRuns
+from vision.account.samples import Samples, find_nearby, measure_support
 from vision.cameras.cameras import Camera, Rig
 from vision.localisation.hypotheses import EdgePoints
 from vision.localisation.measurements import EdgeIndex

@@ -7,7 +7,8 @@ import pytest
 
 from relmodel.arrays import Floats
 from tests.vision.presence.test_elements_beside import edge_points, samples_at
-from vision.account.edges import EdgeRuns, Samples, find_nearby, measure_support
+from vision.account.runs import EdgeRuns
+from vision.account.samples import Samples, find_nearby, measure_support
 from vision.localisation.measurements import EdgeIndex
 from vision.presence.presence_parameters import PresenceParameters
 from vision.presence.surfaces import (

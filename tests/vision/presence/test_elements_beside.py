@@ -6,7 +6,7 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from vision.account.account_parameters import SampleParameters, SupportParameters
-from vision.account.edges import Nearby, Samples, find_nearby, measure_support
+from vision.account.samples import Nearby, Samples, find_nearby, measure_support
 from vision.localisation.hypotheses import EdgePoints
 from vision.localisation.measurements import EdgeIndex
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vision.account.edges import EdgeRuns
+from vision.account.runs import EdgeRuns
 from vision.presence.displaced import Displacements, Measures, Uncovered
 from vision.presence.items import NONE, Appearance, Items, UnexplainedElements
 from vision.presence.presence_parameters import DEFAULTS as P

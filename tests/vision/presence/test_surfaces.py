@@ -13,7 +13,8 @@ import pytest
 from relmodel.arrays import Bools, Floats, Ints
 from tests.vision.account.test_samples import log_odds_of
 from tests.vision.presence.test_elements_beside import samples_at, unit
-from vision.account.edges import EdgeRuns, Nearby, SampleSupport
+from vision.account.runs import EdgeRuns
+from vision.account.samples import Nearby, SampleSupport
 from vision.presence.items import Items
 from vision.presence.presence_parameters import DEFAULTS
 from vision.presence.surfaces import (
@@ -288,4 +289,5 @@ def test_a_face_may_hold_the_pose_unless_more_others_do(
     normal = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [1, 0, 0]], float)
     known = np.array([*mm[:3], mm[3] or np.nan], float)
     it = SimpleNamespace(moved=np.array(moved, bool), mm=known, normal=normal, shift_sigma=np.full(4, np.nan))
-    assert find_rival_face(cast(SceneSurfaces, it), least) == face
+    assert find_rival_face(cast(SceneSurfaces, it), np.ones(4, bool), least) == face
+    assert find_rival_face(cast(SceneSurfaces, it), np.zeros(4, bool), least) is None

@@ -15,7 +15,8 @@ import relmodel
 from tests.reading import load
 from tests.vision.localisation.scenes import box_scene
 from tests.vision.presence.test_displaced_parts import RIG, RIG_POSE
-from vision.account.edges import collect_samples, find_nearby, look_at_sides, measure_support, weigh_runs
+from vision.account.runs import weigh_runs
+from vision.account.samples import collect_samples, find_nearby, look_at_sides, measure_support
 from vision.localisation.hypotheses import EdgePoints
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import view_model
