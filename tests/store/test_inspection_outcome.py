@@ -18,9 +18,10 @@ from vision.localisation.localisation_parameters import VerdictParameters
 Variants = list[tuple[str, float, int]]  # name, log odds, and how many items differ from it; the first is placed
 
 
-def outcome(target: str, states: list[str], variants: Variants, verdict: str = "accepted") -> Outcome:
-    """What stands beside the verdict of an inspection that found features in these states, and a changed face."""
-    levels = ["feature"] * len(states) + ["surface"] * bool(states)
+def outcome(target: str, states: list[str], variants: Variants, verdict: str = "accepted", parts: int = 0) -> Outcome:
+    """What stands beside the verdict of an inspection that found features in these states, the first some parts, and a
+    changed face."""
+    levels = ["part"] * parts + ["feature"] * (len(states) - parts) + ["surface"] * bool(states)
     count = len(levels)
     with Store.open(target) as store:
         with Run.begin(store, "inspect", {}) as run, run.write() as connection:
@@ -32,7 +33,7 @@ def outcome(target: str, states: list[str], variants: Variants, verdict: str = "
             run.append(connection, "inspection", {"run_id": [run.id], **given, **found})
             evidence = ("log_odds", "expected_log_odds", "absent_log_odds", "visible_pixels", "edge_px", "distinct_px")
             seen: dict[str, Any] = {"path": "part", "qif": "FAIL", "reason": "so"}
-            seen |= {"feature_no": np.ma.masked_array(np.arange(count), np.array(levels) == "surface")}
+            seen |= {"feature_no": np.ma.masked_array(np.arange(count), np.array(levels) != "feature")}
             seen |= {"surface_no": np.ma.masked_array(np.arange(count), np.array(levels) != "surface")}
             seen |= {"item_no": np.arange(count), "level": levels, "occurrence_id": 1}
             seen |= {"state": [*states, "changed"][:count], **dict.fromkeys((*evidence, "supported_px"), 1.0)}
@@ -87,6 +88,12 @@ def test_what_is_not_checked_never_reads_as_passed(
     assert (said.words, said.mood, said.is_usable) == (words, mood, verdict == "accepted")
     assert said.unchecked == (open_ if confirmed + open_ else None)
     assert not any(said.has(what) for what in ("changed", "contradicted", "variant"))
+
+
+@pytest.mark.parametrize(("parts", "part"), [(0, "as modelled"), (1, "not enough seen")])
+def test_no_part_that_should_be_seen_and_is_not_is_as_modelled(store_of_runs: str, parts: int, part: str) -> None:
+    said = outcome(store_of_runs, ["not_confirmed", "confirmed", "confirmed"], [], parts=parts)
+    assert said.words == f"pose usable; part {part}; 2 of 3 checked, 1 not confirmed"
 
 
 A = ("A", 10.0, 12)
@@ -152,10 +159,14 @@ PASSED |= {"chance_level": -4.0, "chance_scale": 2.0}
 CAUSES: list[tuple[dict[str, float], float, str]] = [
     ({"rivals": 2.0}, 900.0, "repeats"),
     ({"apart": 9.0}, 900.0, "calibration"),
-    ({"calibration": 9.6, "share": 0.4, "prior_sigma": 12.0}, 900.0, "calibration"),
+    ({"calibration": 9.6, "absent": 2.0, "prior_sigma": 12.0}, 900.0, "calibration"),
     ({"sigma_mm": 4.0}, 900.0, "precision"),
     ({"likely": 0.3}, 900.0, "object"),
     ({"likely": 0.3}, 3.0, "little"),
+    ({"absent": 1.1}, 900.0, "object"),
+    ({"absent": 0.9, "absent_anywhere": 2.9}, 900.0, "alike"),
+    ({"absent_anywhere": 3.1}, 900.0, "object"),
+    ({"rival_face_mm": 4.0}, 900.0, "object"),
     ({"likely": 0.3, "apart": 9.0, "rivals": 1.0, "sigma_mm": 4.0}, 900.0, "object"),
     ({"prior_sigma": 12.0}, 900.0, "prior"),
     ({"sees left": 30.0, "sees right": -40.0}, 900.0, "camera"),

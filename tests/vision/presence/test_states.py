@@ -131,6 +131,61 @@ def test_looks_count_with_edges_and_a_stopped_hole_is_contradicted() -> None:
     assert gone["hole"] == ("contradicted", "its edges are not found, where they would show")
 
 
+LARGE: Edge = ((0, 1), 600, 600, 0.9, 9.0, 9)
+SMALL: Edge = ((3, 4), 60, 60, 0.9, 9.0, 9)
+
+
+@pytest.mark.parametrize(
+    ("name", "odds", "state"),
+    [("part", -0.1, "confirmed"), ("part", 0.0, "not_confirmed"),
+     ("other", 2.9, "confirmed"), ("other", 3.0, "not_confirmed")],
+)  # fmt: skip
+def test_what_is_found_pays_for_no_edge_that_should_show(name: str, odds: float, state: str) -> None:
+    """The part of nine tenths of the edges holds the pose: there even odds are too much."""
+    absent = np.where(np.array(NAMES) == name, odds, -9.0)
+    it = decided(replace(signs(LARGE, SMALL), absent=absent))
+    assert said(it)[name] == (
+        state, "its edges are found" if state == "confirmed" else "an edge of it that should show does not"
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("absent", "holding"), [(-1.0, [0, 1]), (0.1, [1]), (0.1, [0, 1])])
+def test_the_pose_is_held_by_what_lacks_no_edge_where_that_shows_enough(absent: float, holding: list[int]) -> None:
+    other = SMALL if holding == [0, 1] else ((3, 4), 300, 300, 0.9, 9.0, 9)
+    it = decided(replace(signs(LARGE, other), absent=np.array([absent, -9, -9, -9, -9.0])))
+    assert it.find_holding_parts(P.states).tolist() == holding
+
+
+@pytest.mark.parametrize(("odds", "explained"), [(9.0, []), (-5.0, [2]), (-9.0, [2])])
+def test_what_is_told_missing_explains_its_edges(odds: float, explained: list[int]) -> None:
+    """A hole that is not found does; a body whose edge is not found does not."""
+    it = decided(signs(((0, 2), 60, 60, float(odds > 0), odds, 9), ((3, 4), 60, 60, 0.0, -9.0, 9)))
+    assert np.flatnonzero(it.find_explained_surfaces()).tolist() == explained
+    assert np.flatnonzero(decided(moved(signs(SMALL))).find_explained_surfaces()).tolist() == [0, 3]
+
+
+@pytest.mark.parametrize(
+    ("sigma", "log_odds", "state", "why"),
+    [
+        (0.1, 2.0, "changed", "its size differs from the model's"),
+        (0.1, 0.0, "not_confirmed", "a size of it may differ from the model's"),
+        (0.13, 2.0, "confirmed", "its edges are found"),
+    ],
+)
+def test_a_diameter_has_changed_where_the_rims_are_found_displaced(
+    sigma: float, log_odds: float, state: str, why: str
+) -> None:
+    """A bore of 10 mm measured as 9: 5 sigma, or 3.8."""
+    it, wall = signs(((0, 2), 60, 60, 0.9, 9.0, 9)), np.arange(SURFACES) == 2
+    faces = replace(
+        it.surfaces, mm=np.where(wall, 0.5, np.nan), sigma=np.where(wall, sigma, np.nan), inward=wall,
+        shift=np.where(wall[:, None], 0.0, np.nan), shift_sigma=np.where(wall, sigma, np.nan),
+        log_odds=np.where(wall, log_odds, 0.0),
+    )  # fmt: skip
+    found = decide(items(), np.where(wall, 5.0, np.nan), replace(it, surfaces=faces), ["0"], P.states)
+    assert said(found)["hole"] == (state, why)
+
+
 def moved(it: Signs, log_odds: float = 8.0) -> Signs:
     """Faces 0 and 3 are found 1.5 mm outward, surely."""
     at = np.isin(np.arange(SURFACES), [0, 3])

@@ -191,11 +191,7 @@ def rim(shift: Floats, wider: float, noise: float = 0.0) -> tuple[EdgePrediction
     return EdgePredictions(samples, moving, beside, runs), support
 
 
-@pytest.mark.parametrize(
-    ("shift", "wider"), [((0.0, 0.0), 0.0), ((0.3, -0.2), 0.1), ((-0.4, 0.1), -0.25), ((0.0, 0.0), 2.0)]
-)
-def test_a_bore_lies_where_its_rim_is_found(shift: tuple[float, float], wider: float) -> None:
-    edges, _ = rim(np.array(shift), wider)
+def assessed(edges: EdgePredictions) -> SceneSurfaces:
     scene = SimpleNamespace(
         vertices=np.zeros((3, 3)), triangles=np.array([[0, 1, 2]] * 2), triangle_surface=np.arange(2),
         surface_occurrence=np.zeros(2, np.int64),
@@ -206,7 +202,15 @@ def test_a_bore_lies_where_its_rim_is_found(shift: tuple[float, float], wider: f
         ["feature"], one, one, one - 1, ["bore"], ["through_hole"], np.ones(1), np.full(1, np.nan), one, one + 1,
         np.array([False, True]),
     )  # fmt: skip
-    found = assess_surfaces(edges, stored, items, 1, P)
+    return assess_surfaces(edges, stored, items, 1, P)
+
+
+@pytest.mark.parametrize(
+    ("shift", "wider"), [((0.0, 0.0), 0.0), ((0.3, -0.2), 0.1), ((-0.4, 0.1), -0.25), ((0.0, 0.0), 2.0)]
+)
+def test_a_bore_lies_where_its_rim_is_found(shift: tuple[float, float], wider: float) -> None:
+    edges, _ = rim(np.array(shift), wider)
+    found = assessed(edges)
     # Outward of a bore is toward its axis.
     assert found.inward.tolist() == [False, True]
     assert found.mm[1] == pytest.approx(-wider, abs=1e-3)
@@ -221,6 +225,22 @@ def test_a_bore_lies_where_its_rim_is_found(shift: tuple[float, float], wider: f
     if wider < 1:
         assert found.shift_sigma[1] == pytest.approx(0.27 / 3, rel=0.05)
         assert found.log_odds[1] <= 0
+
+
+@pytest.mark.parametrize(
+    ("in_place", "gone", "has_moved"), [(0, 0, True), (60, 0, True), (70, 0, False), (0, 100, False)]
+)
+def test_what_is_found_in_place_or_hardly_found_elsewhere_has_not_moved(
+    in_place: int, gone: int, has_moved: bool
+) -> None:
+    """A rim 2 mm wider, of whose 190 px some are found in place, or at neither: at most .35, and .5, may be."""
+    edges, _ = rim(np.zeros(2), 2.0)
+    there = np.arange(190) < in_place
+    usable = edges.beside.usable & ~(np.arange(190) >= 190 - gone)[:, None]
+    beside = replace(edges.beside, usable=usable)
+    found = np.bincount(edges.samples.run, there) / 38
+    edges = replace(edges, beside=beside, runs=replace(edges.runs, found=found.astype(float)))
+    assert bool(assessed(edges).moved[1]) == has_moved
 
 
 def test_a_displacement_is_weighed_against_in_place_and_what_is_tried() -> None:

@@ -1,0 +1,68 @@
+"""What there is of the object doubts its pose: hand-made edges, each group of them taken away in turn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from tests.vision.presence.test_states import Edge, decided, moved, signs
+from vision.cameras.cameras import Needs
+from vision.inspection.against import shows_another
+from vision.inspection.inspection import doubt_presence
+from vision.inspection.inspection_parameters import DEFAULTS
+from vision.localisation.verdict import Verdict
+from vision.presence.report import VariantEvidence
+from vision.presence.states import Presence
+from vision.scene import StoredScene
+
+STORED = cast(
+    StoredScene,
+    SimpleNamespace(
+        scene=SimpleNamespace(surface_occurrence=np.array([0, 0, 0, 1, 1])),
+        name_surface=lambda surface: f"face {surface}",
+    ),
+)
+SHOWN: list[Edge] = [((0, 1), 200, 200, 0.9, 6.0, 6), ((1, 1), 200, 200, 0.9, 6.0, 6), ((0, 0), 200, 200, 0.9, 6.0, 6)]
+ACCEPTED = Verdict("accepted", "it fits", 0.99, [], 0.1, 0.001, "x")
+
+
+def doubted(it: Presence, needs_mm: float = 3.0) -> Verdict:
+    return doubt_presence(ACCEPTED, STORED, it, Needs(needs_mm, 0.01), DEFAULTS)
+
+
+@pytest.mark.parametrize(
+    ("missing", "verdict"),
+    [
+        (((1, 0), 90, 90, 0.0, 6.0, 6), "accepted"),  # it shows
+        (((1, -1), 90, 90, 0.0, -4.0, 6), "refused"),  # an edge of the body
+        (((0, 2), 90, 90, 0.0, -9.0, 9), "accepted"),  # the rim of a hole, which is told missing
+        (((3, 4), 90, 90, 0.0, -9.0, 9), "accepted"),  # a part that is told missing
+    ],
+)
+def test_edges_of_what_holds_the_pose_refuse_it(missing: Edge, verdict: str) -> None:
+    """However much else is found; with the three others alone the pose is accepted."""
+    assert doubted(decided(signs(*SHOWN))).verdict == "accepted"
+    it = doubted(decided(signs(*SHOWN, missing)))
+    assert it.verdict == verdict
+    if verdict == "refused":
+        assert it.reason.endswith("most of all 90 px of face 1 in the picture of 0")
+
+
+@pytest.mark.parametrize(("needs_mm", "verdict"), [(1.4, "ambiguous"), (1.6, "accepted")])
+def test_a_face_that_moved_farther_than_is_needed_may_hold_the_pose(needs_mm: float, verdict: str) -> None:
+    """It lies 1.5 mm from its place, and nothing else is measured along its normal; its own edges say no more."""
+    it = signs(*SHOWN, ((0, -1), 90, 90, 0.0, -9.0, 9))
+    faces = replace(it.surfaces, normal=np.tile([0.0, 0, 1], (5, 1)))
+    found = doubted(decided(moved(replace(it, surfaces=faces))), needs_mm)
+    assert found.verdict == verdict
+    assert found.weighed.get("rival_face_mm", 0.0) == (1.5 if verdict == "ambiguous" else 0.0)
+
+
+@pytest.mark.parametrize(("odds", "another"), [((2.0, 4.9), False), ((2.0, 5.0), True), ((5.0, 2.0), False)])
+def test_another_variant_is_shown_from_three_nats_on(odds: tuple[float, float], another: bool) -> None:
+    given = [VariantEvidence(0, "it", "AB"[k], k, k == 0, odds[k], 0, 3, []) for k in range(2)]
+    assert shows_another(given) == another
