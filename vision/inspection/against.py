@@ -133,7 +133,8 @@ class Start(NamedTuple):
 
     def locate(self) -> Location:
         prior, starts, relations = self.found
-        return Location(self.target, prior, self.locator.localise(self.target.stored, prior, starts), relations)
+        found = self.locator.localise(self.target.stored.scene, prior, starts)
+        return self.locator.doubt(Location(self.target, prior, found, relations))
 
 
 def place_candidates(store: Store, run: Run, names: Sequence[str]) -> list[Candidate]:

@@ -325,7 +325,7 @@ def carry_out(
         parts = find_parts_in_view(stored, found.rig, view.maps, best.world_from_rig)
     run.step("view")
     if parts is not None:
-        presence = assess(stored, seen, found, view, parts, p.presence)
+        presence = assess(stored, seen, found, view, parts, p.presence, location.account)
     run.step("presence")
     if presence is not None and request.against is None and is_to_be_weighed(presence, request.variants):
         most = None if request.variants else p.most_variants

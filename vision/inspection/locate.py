@@ -12,7 +12,7 @@ import numpy as np
 
 from relmodel.errors import InputError
 from relmodel.store import Run, Store
-from vision.account.runs import take_account, weigh_lookalike
+from vision.account.runs import EdgeAccount, take_account, weigh_lookalike
 from vision.cameras.cameras import Needs, Prior, Rig, Selection, SelectionParameters, select_in_view
 from vision.constellations.elements import Relations
 from vision.constellations.find_poses import PoseCandidates, find_poses, find_poses_of_one_picture
@@ -41,12 +41,14 @@ class Target(NamedTuple):
 
 class Location(NamedTuple):
     """Where the rig is: what was looked for, the prior that the pose was found with, an open one where none was used,
-    what was found, and the relations in space that the search started at."""
+    what was found, the relations in space that the search started at, and the account of the edges seen from there,
+    where that was doubted by it."""
 
     target: Target
     prior: Prior
     found: Localisation
     relations: dict[str, Relations]
+    account: EdgeAccount | None = None
 
 
 def select_parts(
@@ -97,17 +99,17 @@ class Locator:
         prior's volume; and where that is refused too, without the prior, which the pictures then contradict."""
         scene = target.stored.scene
         used, starts, relations = self.join(scene, prior)
-        located = Location(target, used, self.localise(target.stored, used, starts), relations)
+        located = Location(target, used, self.localise(scene, used, starts), relations)
         if prior is None:
-            return located
+            return self.doubt(located)
         likely = located.found.verdict.weighed.get("likely", 0.0)
         if likely < self.p.localisation.verdict.min_posterior and _explain_enough(starts):
-            scanned = self.localise(target.stored, prior, replace(starts, enough=np.inf))
+            scanned = self.localise(scene, prior, replace(starts, enough=np.inf))
             located = max(located, located._replace(found=scanned), key=lambda it: it.found.verdict.posterior)
-        doubted = self._doubt(prior) if located.found.verdict.verdict == "refused" else None
+        doubted = self._without(prior) if located.found.verdict.verdict == "refused" else None
         return doubted or located
 
-    def _doubt(self, prior: Prior) -> Location | None:
+    def _without(self, prior: Prior) -> Location | None:
         """What the pictures show without the prior; None where that is nothing sure, or agrees with it, and in a world
         of too many parts to look for them all unasked."""
         with self.store.read() as connection:
@@ -118,14 +120,16 @@ class Locator:
         used, starts, relations = self.join(everything.stored.scene, None)
         if not _explain_enough(starts):
             return None
-        found = self.localise(everything.stored, used, starts)
+        found = self.localise(everything.stored.scene, used, starts)
+        located = self.doubt(Location(everything, used, found, relations))
+        found = located.found
         if found.best is None or found.verdict.verdict != "accepted":
             return None
         pose = found.best.world_from_rig
         if prior.distance(pose) <= self.p.localisation.verdict.max_sigma:
             return None
         verdict = weigh_against_prior(found.verdict, prior, pose, believe_pictures=self.p.believe_pictures)
-        return Location(everything, used, replace(found, verdict=verdict), relations)
+        return located._replace(found=replace(found, verdict=verdict))
 
     def join(self, scene: Scene, prior: Prior | None) -> PoseCandidates:
         """The poses that the join of circles gives, and what they are perturbations of; without stereo those of the
@@ -149,9 +153,8 @@ class Locator:
         self.run.step("join")
         return found
 
-    def localise(self, stored: StoredScene, prior: Prior, starts: Perturbations) -> Localisation:
+    def localise(self, scene: Scene, prior: Prior, starts: Perturbations) -> Localisation:
         """The best pose from these starts, with its verdict."""
-        scene = stored.scene
 
         def relate(poses: Sequence[RefinedPose]) -> list[int]:
             return relate_views(scene, self.seen, poses, self.p)
@@ -161,20 +164,23 @@ class Locator:
             partnered = dict(zip(self.stereo.rectification.cameras, self.stereo.partnered, strict=True))
             seen = replace(seen, partnered=partnered)
         found = localise(scene, seen, prior, self.needs, self.p.localisation, starts, relate)
-        if prior.is_open and found.best is not None:
-            account = take_account(
-                stored, found.rig, found.best.world_from_rig, [found.edge_indexes[name] for name in found.rig.cameras],
-                found.best.camera_unknowns[:, 0], {name: view.arcs for name, view in found.views.items()},
-                self.p.presence.account,
-            )  # fmt: skip
-            every = scene.inspected[scene.surface_occurrence[account.pieces.surface[:, 0]]]
-            said = weigh_lookalike(stored, account.pieces, every, list(found.rig.cameras), self.p.presence.account.runs)
-            verdict = doubt_edges(
-                found.verdict, "absent_anywhere", *said, self.p.localisation.verdict.max_absent_odds_anywhere
-            )
-            found = replace(found, verdict=verdict)
         self.run.step("localise")
         return found
+
+    def doubt(self, it: Location) -> Location:
+        """The same, doubted by the edges that should show there and do not, where it was found without a prior."""
+        found, stored, p = it.found, it.target.stored, self.p.presence.account
+        if not it.prior.is_open or found.best is None:
+            return it
+        indexes = [found.edge_indexes[name] for name in found.rig.cameras]
+        response, arcs = found.best.camera_unknowns[:, 0], {name: view.arcs for name, view in found.views.items()}
+        account = take_account(stored, found.rig, found.best.world_from_rig, indexes, response, arcs, p)
+        every = stored.scene.inspected[stored.scene.surface_occurrence[account.pieces.surface[:, 0]]]
+        said = weigh_lookalike(stored, account.pieces, every, list(found.rig.cameras), p.runs)
+        most = self.p.localisation.verdict.max_absent_odds_anywhere
+        verdict = doubt_edges(found.verdict, "absent_anywhere", *said, most)
+        self.run.step("doubt")
+        return it._replace(found=replace(found, verdict=verdict), account=account)
 
 
 def _explain_enough(starts: Perturbations) -> bool:
