@@ -207,6 +207,9 @@ def one_picture(
 def test_one_picture_says_where_it_was_taken(one_picture: Inspection) -> None:
     check_pose(one_picture.answer, 0.5)
     assert rules_of(one_picture.store)["edges"]
+    doubts = asked(one_picture.store, "SELECT value FROM verdict_statistic WHERE starts_with(name, 'absent')")
+    assert len(doubts) == 2  # of all edges, before it is known what has moved, and of those that hold the pose
+    assert all(doubt.value < 0 for doubt in doubts)
     kept = "SELECT u.*, h.sigmas FROM camera_unknown AS u JOIN camera_history AS h USING (name)"
     moved = asked(one_picture.store, kept)
     assert {u.name: u.sigmas for u in moved} == pytest.approx(
