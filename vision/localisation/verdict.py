@@ -405,7 +405,9 @@ def find_misfit(rig: Rig, own: Floats, left: Floats) -> Misfit | None:
     off = own - unknowns.mean
     sigmas = np.where(known, np.abs(off) / np.where(known, compute_shown(rig, left), 1.0), -1.0)
     number, of = np.unravel_index(int(np.argmax(sigmas)), sigmas.shape)
-    camera, name, by = list(rig.cameras)[number], UNKNOWNS[of], float(off[number, of])
+    # What the pictures show by themselves: the file's word lets an unknown move by a share of that.
+    share = 1 - (left[number, of] / unknowns.sigma[number, of]) ** 2
+    camera, name, by = list(rig.cameras)[number], UNKNOWNS[of], float(off[number, of] / max(share, LEAST_SHOWN**2))
     words, unit, *ways = _OTHERWISE[name]
     said = words.format(camera, unit * abs(by), ways[by < 0])
     ask = _MOUNT if PLACE.start <= of < PLACE.stop else _PICTURE

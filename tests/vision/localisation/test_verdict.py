@@ -180,6 +180,7 @@ def test_what_the_pictures_show_otherwise_than_the_file_is_said(
     seldom = find_misfit(rig, 0.002 * np.tile(np.arange(11) == 3, (2, 1)), 0.8 * describe_unknowns(rig).sigma)
     assert seldom is not None
     assert seldom.sigmas == pytest.approx(0.002 / (STATED.focal * np.hypot(0.36, 1.4 * 0.6 * 0.8)))
+    assert seldom.words.startswith("the focal length that right shows is 0.56 % greater")  # .002 is .36 of it
 
 
 @pytest.mark.parametrize(("sigmas", "verdict"), [(3.4, "accepted"), (3.6, "refused")])
