@@ -158,7 +158,7 @@ def _record_hypotheses(write: Writer, hypotheses: list[RefinedPose]) -> None:
         outline_evidence=[h.outlines.evidence if h.outlines else 0.0 for h in hypotheses],
         distance=np.ma.masked_invalid([h.prior_sigma for h in hypotheses]),
         is_symmetric=[h.is_symmetric for h in hypotheses],
-        relational_distance=np.ma.masked_invalid([h.relational_distance for h in hypotheses]),
+        account_log_odds=np.ma.masked_invalid([h.told for h in hypotheses]),
     )
 
 

@@ -155,9 +155,8 @@ class RefinedPose:
     prior_sigma: its distance from the prior, NaN where nothing is known beforehand.  outlines: the greys beside the
     outlines, where they were asked for.  last_step: where prediction, measurements and support are of.
     is_symmetric: whether the model, carried onto itself, leads here from the best pose.  is_rough: whether it was only
-    looked at roughly, as rivals are.  relational_distance: what the best labelling of the pictures by the
-    views from here costs, NaN where it was not asked.  others: poses that explain the pictures by other occurrences
-    being off their place, or by none.
+    looked at roughly, as rivals are.  told: log odds of the account of all edges seen from here, NaN where it was not
+    asked.  others: poses that explain the pictures by other occurrences being off their place, or by none.
     cost: half of the prior's distance squared, less the evidence of edges and outlines.
     """
 
@@ -174,7 +173,7 @@ class RefinedPose:
     last_step: LastStep | None = None
     is_symmetric: bool = False
     is_rough: bool = False
-    relational_distance: float = float("nan")
+    told: float = float("nan")
     others: tuple[RefinedPose, ...] = ()
 
     @property
