@@ -13,7 +13,7 @@ from PIL import Image
 from relmodel.app.report.page import cell, script_json
 from relmodel.drawing.draw import (
     Point,
-    courses,
+    course,
     data_uri,
     ellipse_points,
     history,
@@ -23,13 +23,11 @@ from relmodel.drawing.draw import (
 RNG = np.random.default_rng(5)
 
 
-def test_courses_keep_ends_and_stay_near() -> None:
+def test_a_course_keeps_its_ends_and_stays_near() -> None:
     at = np.linspace(0, 3, 400)
     x, y = 100 + 40 * np.cos(at), 80 + 40 * np.sin(at)
-    drawn = courses(np.repeat([4, 9], [400, 2]), np.r_[x, 1.0, 5.0], np.r_[y, 2.0, 2.0])
-    assert list(drawn) == [4, 9]
-    assert drawn[9] == "M1.0 2.0L5.0 2.0"
-    kept = np.array([[float(n) for n in p.split()] for p in re.split("[ML]", drawn[4])[1:]])
+    assert course(np.array([[1.0, 2.0], [5.0, 2.0]])) == "M1.0 2.0L5.0 2.0"
+    kept = np.array([[float(n) for n in p.split()] for p in re.split("[ML]", course(np.column_stack([x, y])))[1:]])
     assert len(kept) < 40
     np.testing.assert_allclose(kept[[0, -1]], [[x[0], y[0]], [x[-1], y[-1]]], atol=0.06)
     steps = np.linspace(0, 1, 50)[:, None, None]

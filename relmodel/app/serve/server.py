@@ -113,7 +113,7 @@ class Handler(BaseHTTPRequestHandler):
         self._fail(HTTPStatus.METHOD_NOT_ALLOWED if method else HTTPStatus(code), message or "")
 
     def _fail(self, status: HTTPStatus, words: str) -> None:
-        text = render("listing.html", **AROUND, title=status.phrase, listing=None, words=words, data=None)
+        text = render(**AROUND, title=status.phrase, words=words)
         self._send(status, Page(text))
 
     def _send(self, status: HTTPStatus, page: Page) -> None:
