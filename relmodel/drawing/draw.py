@@ -81,13 +81,9 @@ def check_writable(path: str | Path) -> None:
 
 def side_by_side(images: Sequence[Bytes]) -> Bytes:
     """Pictures (rows, columns, 3: RGB) as one, a white gap between them."""
-    height = max(i.shape[0] for i in images)
-    pieces = []
-    for image in images:
-        framed = np.full((height, image.shape[1] + 8, 3), 255, np.uint8)
-        framed[: image.shape[0], : image.shape[1]] = image
-        pieces.append(framed)
-    return np.concatenate(pieces, axis=1)[:, :-8]
+    height = max(map(len, images))
+    framed = [np.pad(i, ((0, height - len(i)), (0, 8), (0, 0)), constant_values=255) for i in images]
+    return np.concatenate(framed, axis=1)[:, :-8]
 
 
 def save_side_by_side(path: str | Path, images: Sequence[Bytes]) -> None:

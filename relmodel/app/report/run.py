@@ -145,7 +145,7 @@ def _facts(
     tables: Mapping[str, PageTable], row: Any, pose: Any, prior: Any, items: list[ListEntry]
 ) -> list[tuple[str, str, str]]:
     """Name, value and note of what the head of the page says."""
-    facts = checked(tables["checked"].rows, items)
+    facts = checked(tables["states"].rows, items)
     if pose is not None and prior is not None:
         for r in tables["rules"].rows:
             if r.rule in _PRECISION:
@@ -179,7 +179,6 @@ def _layers(drawn: str) -> list[Layer]:
 _SECTIONS = {
     "What is there": {
         "result/finding": "Findings",
-        "report/checked": "How much was checked",
         "result/measured_size": "Sizes measured",
         "result/measured_distance": "Distances measured",
         "report/states": "Parts and features",
@@ -383,11 +382,16 @@ def list_entries(
 
 
 def checked(rows: Sequence[Any], entries: Sequence[ListEntry]) -> list[tuple[str, str, str]]:
-    """Name, value and note: how much is in view, and how much of it was checked."""
-    if rows:
-        return [(f"{r.level}s checked", f"{r.checked} of {r.in_view}", f"{r.confirmed} as modelled") for r in rows]
+    """Name, value and note: how much is in view, and how much of it was checked, by rows of `report/states`."""
+    facts = []
+    for level in ("part", "feature"):
+        states = [r.state for r in rows if r.level == level]
+        done = sum(state in ("confirmed", "changed", "contradicted") for state in states)
+        facts.append((f"{level}s checked", f"{done} of {len(states)}", f"{states.count('confirmed')} as modelled"))
+    if rows or not entries:
+        return facts if rows else []
     features = sum(e.surfaces is not None for e in entries)
-    return [("in view", f"{len(entries) - features} parts", f"and {features} features")] if entries else []
+    return [("in view", f"{len(entries) - features} parts", f"and {features} features")]
 
 
 # The scene of an inspection in three dimensions: the placed parts, the cameras where they were thought and found.
@@ -399,9 +403,10 @@ _NO_DEPTH_MM = 1000.0  # where nothing was measured
 
 def run_scene(store: Store, connection: Connection, run: int) -> tuple[dict[str, Any] | None, dict[int, int]]:
     """The scene, None where the run was no inspection, and which of its parts each occurrence is."""
-    rows = store.columns(connection, "report/scene_parts", run_id=run, most=MOST_PARTS)
-    if not len(rows["id"]):
+    worlds = store.select(connection, "inspection", "world_id", run_id=run)["world_id"].tolist()
+    if not worlds:
         return None, {}
+    rows = store.columns(connection, "report/scene_parts", world_id=worlds[0], run_id=run, most=MOST_PARTS)
     colours = ["seen" if it else "plain" for it in rows["in_view"]]
     shape_id = np.asarray(rows["shape_id"], np.int64)
     shapes, parts, kept = place_parts(store, connection, shape_id, rows["path"], matrices(rows), colours)
@@ -435,7 +440,7 @@ def _cameras(
             world_from_camera = world_from_rig @ matrices(camera._mapping)
             matrix = np.array([[camera.fx, camera.skew, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1.0]])
             at += camera_lines(world_from_camera, matrix, camera.width, camera.height, _DEPTH * depth)
-            views.append(view(camera, world_from_camera, depth, camera.camera))
+            views.append(_view(camera, world_from_camera, depth))
         rotation = world_from_rig[:3, :3]
         covariance = rotation @ np.reshape(row.covariance, (6, 6))[:3, :3] @ rotation.T
         at += ellipsoid_lines(world_from_rig[:3, 3], covariance, 2.0)
@@ -443,12 +448,11 @@ def _cameras(
     return lines, views
 
 
-def view(camera: Any, world_from_camera: Floats, depth: float, name: str, *, aside: bool = False) -> dict[str, Any]:
+def _view(camera: Any, world_from_camera: Floats, depth: float) -> dict[str, Any]:
     """What a camera sees, for the script: slopes of half the picture across and down, fx fy cx cy, and the first eight
-    coefficients of its lens; aside: one that is not offered to look through."""
+    coefficients of its lens."""
     return {
-        "name": name,
-        "aside": aside,
+        "name": camera.camera,
         "m": world_from_camera[:3].ravel().tolist(),
         "slope": [camera.width / camera.fx / 2, camera.height / camera.fy / 2],
         "depth": depth,
@@ -458,14 +462,11 @@ def view(camera: Any, world_from_camera: Floats, depth: float, name: str, *, asi
 
 
 def finding_views(store: Store, connection: Connection, run: int) -> list[dict[str, Any]]:
-    """What the cameras of one of several runs see, for the model beside the pictures of its findings."""
-    poses = [matrices(row._mapping) for row in store.rows(connection, "report/pose_matrix", run_id=run)]
-    cameras = [(row, matrices(row._mapping)) for row in store.rows(connection, "result/camera", run_id=run)]
-    return [
-        view(row, world_from_rig @ rig_from_camera, _NO_DEPTH_MM, view_name(run, row.camera), aside=True)
-        for world_from_rig in poses
-        for row, rig_from_camera in cameras
-    ]
+    """What the cameras of one of several runs see, for the model beside the pictures of its findings: not offered to
+    look through."""
+    rigs = [("pose", row) for row in store.rows(connection, "report/pose_matrix", run_id=run)]
+    seen = _cameras(store, connection, run, rigs)[1]
+    return [one | {"name": view_name(run, one["name"]), "aside": True} for one in seen]
 
 
 def view_name(run: int, camera: str) -> str:

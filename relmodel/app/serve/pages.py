@@ -237,18 +237,18 @@ def _compare(store: Store, asked: Mapping[str, str]) -> Shown:
 
 def _find(store: Store, connection: Connection, asked: Mapping[str, str]) -> Shown:
     """What lies in a box of a world."""
-    worlds = [str(row.name) for row in store.rows(connection, "world/current")]
+    worlds = {str(row.name): int(row.world_id) for row in store.rows(connection, "world/current")}
     level, world = asked.get("level", "part"), asked.get("world") or next(iter(worlds), "")
     if level not in LEVELS:
         raise UsageError(f"there is no level {level!r}: use one of {', '.join(LEVELS)}")
-    choices = [Field("level", level, LEVELS), Field("world", world, worlds)]
+    choices = [Field("level", level, LEVELS), Field("world", world, list(worlds))]
     rows: list[tuple[Any, ...]] = []
     words = "Give the least and the greatest corner of a box of the world, mm; a click on a part puts it about that."
     if any(asked.get(n) for n in BOUNDS):
         box = Box(*(finite(n, asked.get(n, "")) for n in BOUNDS))
         rows = find_rows(store, box, level=level, world=world or None)
         words = f"{len(rows)} {level}s of the world {world} lie in it by their boxes."
-    drawn = _world_scene(store, connection, world, {r[0] for r in rows})
+    drawn = _world_scene(store, connection, worlds.get(world), {r[0] for r in rows})
     reach = [(m - drawn["radius"], m + drawn["radius"]) for m in drawn["focus"]] if drawn else [(0.0, 0.0)] * 3
     first = [f"{low + (high - low) * (1 + 2 * n) / 4:.0f}" for n in (0, 1) for low, high in reach]
     fields = [Field(n, asked.get(n, first[i]), reach=reach[i % 3]) for i, n in enumerate(BOUNDS)]
@@ -257,9 +257,9 @@ def _find(store: Store, connection: Connection, asked: Mapping[str, str]) -> Sho
     return _list("What lies in a box", table, takes, fields=fields + choices, words=words, scene=drawn, legend=legend)
 
 
-def _world_scene(store: Store, connection: Connection, world: str, found: set[str]) -> dict[str, Any] | None:
+def _world_scene(store: Store, connection: Connection, world: int | None, found: set[str]) -> dict[str, Any] | None:
     """A world with what was found in it in another colour; None where it has no part."""
-    rows = store.columns(connection, "serve/world_parts", world=world, most=MOST_PARTS)
+    rows = store.columns(connection, "report/scene_parts", world_id=world, run_id=None, most=MOST_PARTS)
     paths = [str(p) for p in rows["path"]]
     shapes, parts, _ = place_parts(store, connection, np.asarray(rows["shape_id"], np.int64), paths, matrices(rows))
     whole = scene(shapes, parts, back=broadside(shapes, parts))  # looked at as a whole, whatever was found

@@ -296,7 +296,7 @@ def test_every_question_is_answered_and_takes_its_parameters(server: Server) -> 
     [
         ("/nothing", {}, 404, "no such page"),
         ("/run/99999", {}, 400, "there is no run 99999"),
-        ("/run/1.csv", {}, 400, "name it with ?table=, one of finding, checked"),
+        ("/run/1.csv", {}, 400, "name it with ?table=, one of finding, measured_size"),
         ("/run/1.json", {"table": "nothing"}, 400, "there is no table 'nothing' here"),
         ("/run/1", {"table": "steps"}, 400, "no parameter 'table' here"),
         ("/object/bulkhead.csv", {"variant": "A"}, 400, "one of tree, object_features"),

@@ -24,8 +24,7 @@ def demo(args: argparse.Namespace) -> int:
     """
     import os
 
-    from relmodel.app.report.page import write_page
-    from relmodel.app.report.run import run_page
+    from relmodel.app.report.write import write_report
     from relmodel.app.session import compile_behind
     from relmodel.compiled import compile_ahead
     from relmodel.errors import InputError, UsageError
@@ -68,8 +67,7 @@ def demo(args: argparse.Namespace) -> int:
                 overlay=overlay,
             ),
         )
-        with store.read() as connection:
-            write_page(page, lambda: run_page(store, connection, answer.run))
+        write_report(store, page, {"run": answer.run})
     parts = [(p["path"], p["level"], f"{p['visible_share']:.0%}") for p in answer.parts_in_view]
     print_rows(("in view", "level", "visible"), parts, "table")
     print(f"\nstore     {target}")
