@@ -197,7 +197,7 @@ def data_uri(picture: Image.Image) -> str:
     return "data:image/webp;base64," + base64.b64encode(as_webp(picture)).decode()
 
 
-# Small SVG drawings: courses of arcs, histograms, residuals on the picture, ellipses of uncertainty.
+# Small SVG drawings: courses of arcs, histograms, residuals on the picture, bars, values over time.
 
 _MOST_POINTS = 500
 _MOST_LETTERS = 26  # of a bar's label: its end tells it apart
@@ -250,14 +250,6 @@ def residual_map(points: Floats, normals: Floats, residual: Floats, width: int, 
         '<svg class="plot map" viewBox="-0.5 -0.5 {w} {h}" role="img" aria-label="residuals on the picture">'
         '<rect class="frame" x="-0.5" y="-0.5" width="{w}" height="{h}"/><path class="residual" d="{d}"/></svg>'
     ).format(w=width, h=height, d=data)
-
-
-def ellipse_points(covariance: Floats, sigmas: float, count: int = 48) -> Floats:
-    """Points (count, 2) around the ellipse of so many standard deviations about the origin."""
-    values, vectors = np.linalg.eigh(covariance)
-    at = np.linspace(0, 2 * np.pi, count, endpoint=False)
-    circle = np.stack([np.cos(at), np.sin(at)], axis=1)
-    return np.asarray(sigmas * circle * np.sqrt(np.maximum(values, 0)) @ vectors.T)
 
 
 def bars(labels: Sequence[str], values: Sequence[float], unit: str) -> Markup:
@@ -455,14 +447,6 @@ def write_crops(folder: str | Path, store: Store, run: int, greys: Mapping[str, 
         if pieces:
             words = re.sub(r"[^A-Za-z0-9.-]+", "_", row.path)[-200:]  # a name of a file may have 255 bytes
             save_side_by_side(Path(folder) / f"{place:02d}_{row.state}_{words}.png", pieces)
-
-
-def check_crops(folder: str | Path) -> None:
-    """Raise InputError where the folder cannot be made, before anything is computed."""
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"the folder {folder} cannot be made ({error.strerror}): name another place") from error
 
 
 def box_about(edges: Iterable[Edge], size: tuple[int, int]) -> tuple[int, int, int, int]:

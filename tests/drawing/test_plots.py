@@ -15,12 +15,9 @@ from relmodel.drawing.draw import (
     Point,
     course,
     data_uri,
-    ellipse_points,
     history,
     read_image,
 )
-
-RNG = np.random.default_rng(5)
 
 
 def test_a_course_keeps_its_ends_and_stays_near() -> None:
@@ -33,14 +30,6 @@ def test_a_course_keeps_its_ends_and_stays_near() -> None:
     steps = np.linspace(0, 1, 50)[:, None, None]
     along = (kept[:-1] + steps * (kept[1:] - kept[:-1])).reshape(-1, 2)
     assert np.abs(np.hypot(along[:, 0] - 100, along[:, 1] - 80) - 40).max() < 0.5
-
-
-def test_an_ellipse_has_its_covariance() -> None:
-    half = RNG.normal(size=(2, 2))
-    covariance = half @ half.T
-    points = ellipse_points(covariance, 2.0)
-    np.testing.assert_allclose(np.einsum("ni,ij,nj->n", points, np.linalg.inv(covariance), points), 4, rtol=1e-9)
-    np.testing.assert_allclose(points.T @ points / len(points) * 2 / 4, covariance, rtol=1e-9)
 
 
 def test_a_history_has_its_limits() -> None:

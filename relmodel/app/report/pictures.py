@@ -5,41 +5,32 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-import cv2
 import numpy as np
 from markupsafe import Markup
 from sqlalchemy import Connection
 
 from relmodel.app.report.page import PageTable, cell
-from relmodel.arrays import Floats
 from relmodel.drawing.draw import (
     Seen,
     course,
     data_uri,
-    ellipse_points,
     histogram,
-    path_data,
     residual_map,
 )
-from relmodel.geometry.transforms import inverse, matrices, rigid, rotation_matrix, rotation_vector
 from relmodel.store import Store
 
-_ELLIPSES = 24  # a camera: as many as one still tells apart
 _REGION_DETAIL_PX = 1.5
 
 
 @dataclass(frozen=True)
 class RunPicture:
-    """A picture of a page: its camera, what it is called, its size in px, the drawing, how many things it shows."""
+    """A picture of a page: its row, of `report/pictures`; its address, None where it was not kept; what is drawn."""
 
-    camera: str
-    file_name: str
-    width: int
-    height: int
+    row: Any
     uri: str | None
     drawing: Markup
-    ellipse_scale: float
 
 
 def read_pictures(
@@ -49,21 +40,16 @@ def read_pictures(
     arc), `cN-rM` (region)."""
     fates = _fates(tables)
     shown = {(r.camera, r.region_no): r.surfaces for r in store.rows(connection, "report/region_surfaces", run_id=run)}
-    spread = pose_spread(store, connection, run)
     alien = {
         (r.camera, kind, no)
         for r in tables["unexplained"].rows
         for kind, no in (("i", r.image_arc_no), ("r", r.region_no))
     }
-    out = []
-    for number, it in enumerate(seen):
-        picture = it.row
-        drawn = _drawing(store, connection, number, it, fates, shown, alien)
-        scale, ellipses = _ellipses(*spread[picture.camera]) if picture.camera in spread else (1.0, [])
-        uri = None if it.image is None else data_uri(it.image)
-        drawing = Markup("").join([*drawn, *ellipses])
-        out.append(RunPicture(picture.camera, picture.file_name, picture.width, picture.height, uri, drawing, scale))
-    return out
+    drawings = [_drawing(store, connection, n, it, fates, shown, alien) for n, it in enumerate(seen)]
+    return [
+        RunPicture(it.row, None if it.image is None else data_uri(it.image), Markup("").join(drawn))
+        for it, drawn in zip(seen, drawings, strict=True)
+    ]
 
 
 def _drawing(
@@ -121,52 +107,6 @@ def _fates(tables: Mapping[str, PageTable]) -> dict[tuple[str, str, int], str]:
         near = "" if r.residual is None else f"; nearest model arc {r.view_arc_no}, residual {r.residual:.2f} px"
         out[r.camera, "i", int(r.image_arc_no)] = f"rejected: {r.reason}{near}"
     return out
-
-
-def pose_spread(store: Store, connection: Connection, run: int) -> dict[str, tuple[Floats, Floats]]:
-    """By camera: where model points stand that measured the pose (n, 2) px, and the covariance (n, 2, 2) px2 that the
-    pose's covariance gives them; some of them, spread over the picture's arcs."""
-    poses = store.rows(connection, "report/pose_matrix", run_id=run)
-    if not poses:
-        return {}
-    world_from_rig = matrices(poses[0]._mapping)
-    values, vectors = np.linalg.eigh(np.reshape(poses[0].covariance, (6, 6)))
-    steps = (vectors * np.sqrt(np.maximum(values, 0))).T  # one standard deviation along each principal axis
-    steps = np.concatenate([np.zeros((1, 6)), steps, -steps])
-    moves = rigid(rotation_matrix(steps[:, 3:]), steps[:, :3])
-    measured = store.columns(connection, "report/measurements", run_id=run)
-    camera = np.asarray(measured["camera"])
-    world = np.stack([np.asarray(measured[f"world_{a}"], float) for a in "xyz"], axis=1)
-    out = {}
-    for row in store.rows(connection, "result/camera", run_id=run):
-        own = np.flatnonzero(camera == row.camera)
-        if not len(own):
-            continue
-        own = own[np.unique(np.linspace(0, len(own) - 1, _ELLIPSES).astype(np.int64))]
-        camera_from_world = inverse(world_from_rig @ moves @ matrices(row._mapping))
-        k = np.array([[row.fx, row.skew, row.cx], [0, row.fy, row.cy], [0, 0, 1]])
-        lens = np.asarray(row.distortion, float)
-        seen = (
-            cv2.projectPoints(world[own], rotation_vector(m[:3, :3]), m[:3, 3], k, lens if len(lens) else None)[0]
-            for m in camera_from_world
-        )
-        pixels = np.stack([one[:, 0] for one in seen])
-        along = (pixels[1:7] - pixels[7:]) / 2
-        out[row.camera] = (pixels[0], np.einsum("kni,knj->nij", along, along))
-    return out
-
-
-def _ellipses(at: Floats, covariance: Floats) -> tuple[float, list[Markup]]:
-    """Ellipses of two standard deviations, drawn so many times larger (a power of ten) that they can be seen."""
-    largest = float(np.median(2 * np.sqrt(np.linalg.eigvalsh(covariance)[:, -1])))
-    scale = 10.0 ** max(0, int(np.ceil(np.log10(6 / max(largest, 1e-9)))))
-    out = []
-    for centre, cov in zip(at, covariance, strict=True):
-        across, along = 2 * np.sqrt(np.maximum(np.linalg.eigvalsh(cov), 0))
-        title = f"two sigma of the pose here: {along:.3f} px by {across:.3f} px"
-        data = path_data(centre + scale * ellipse_points(cov, 2), True)
-        out.append(Markup('<path class="ellipse" d="{}"><title>{}</title></path>').format(data, title))
-    return scale, out
 
 
 # Plots of a run's rows: how the residuals lie.

@@ -54,7 +54,6 @@ _LAYERS = (
     Layer("elliptic", "elliptic arcs", "arc elliptic"),
     Layer("free", "free arcs", "arc free"),
     Layer("regions", "regions", "region "),
-    Layer("ellipses", "error ellipses", '"ellipse"'),
 )
 
 
@@ -84,7 +83,7 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         reason = "; ".join([reason, *(r.sentence for r in (*shown, *variants))])
     drawn = Markup("").join(p.drawing for p in pictures)
     rest, passed = group_rest(tables["states"].rows)
-    number = {p.camera: i for i, p in enumerate(pictures)}
+    number = {p.row.camera: i for i, p in enumerate(pictures)}
     for name in ("unexplained", "matched_arc", "rejected_arc"):
         tables[name] = replace(tables[name], marks=_marks(tables[name], number))
     plots = {"residuals": evidence_plots(store, connection, run)}  # by the table that they stand before
@@ -262,21 +261,10 @@ class Card:
         return size_words(self.row)
 
     @property
-    def limit(self) -> str:
-        if self.row.what is None:
-            return ""
-        least = self.row.least_difference
-        return "decided by the odds" if least is None else f"counts from {least:.2g} mm on"
-
-    @property
     def odds(self) -> str:
         most = self.row.evidence > math.log(_MOST_ODDS)
         words = f"over {_MOST_ODDS:,}" if most else f"{float(f'{math.exp(self.row.evidence):.2g}'):,.0f}"
         return f"{words} to 1 against it being as modelled"
-
-    @property
-    def together(self) -> list[str]:
-        return [] if self.row.together is None else self.row.together.split(", ")
 
 
 def size_words(row: Any) -> str:
@@ -326,24 +314,16 @@ def _crop(seen: Seen, own: Sequence[Edge], run: int | None) -> Crop:
     return Crop(camera, uri, (u0, v0, u1 - u0, v1 - v0), Markup("").join(paths), view)
 
 
-@dataclass(frozen=True)
-class Group:
-    """Parts and features that are in one state for one reason."""
-
-    state: str
-    reason: str
-    names: list[str]
-
-
-def group_rest(rows: Iterable[Any]) -> tuple[list[Group], list[str]]:
-    """What is not checked, by state and reason, what should be seen and is not first; and what is as modelled."""
+def group_rest(rows: Iterable[Any]) -> tuple[list[tuple[str, str, list[str]]], list[str]]:
+    """State, reason and names of what is not checked, what should be seen and is not first; names of what is as
+    modelled."""
     groups: dict[tuple[str, str], list[str]] = defaultdict(list)
     for row in rows:
         groups[row.state, row.reason or "in view of no stop whose pose is usable"].append(row.path)
     order = ("not_confirmed", "undecidable", "not_seen")
-    open_ = [Group(*key, names) for key, names in groups.items() if key[0] in order]
+    left = [(*key, names) for key, names in groups.items() if key[0] in order]
     passed = [path for key, names in groups.items() if key[0] == "confirmed" for path in names]
-    return sorted(open_, key=lambda g: (order.index(g.state), -len(g.names), g.reason)), passed
+    return sorted(left, key=lambda g: (order.index(g[0]), -len(g[2]), g[1])), passed
 
 
 def list_entries(
@@ -351,7 +331,7 @@ def list_entries(
 ) -> list[ListEntry]:
     """What is not as modelled, the worst first; then the parts in view, each followed by its features in view: rows of
     `report/items`.  part_of: which part of the scene a placed part is."""
-    number = {p.camera: i for i, p in enumerate(pictures)}
+    number = {p.row.camera: i for i, p in enumerate(pictures)}
     sizes = {r.item_no: size_words(r) for r in findings}
 
     def entry(row: Any, level: str, name: str, size: str | None = None) -> ListEntry:

@@ -27,8 +27,9 @@ def demo(args: argparse.Namespace) -> int:
     from relmodel.app.report.write import write_report
     from relmodel.app.session import compile_behind
     from relmodel.compiled import compile_ahead
-    from relmodel.errors import InputError, UsageError
+    from relmodel.errors import UsageError
     from relmodel.loading.load import load
+    from relmodel.names import make_folder
     from relmodel.resources import resource_dir
     from relmodel.store import Store
     from relmodel.world.placement import place_world
@@ -41,10 +42,7 @@ def demo(args: argparse.Namespace) -> int:
         known = ", ".join(sorted(p.name[5:7] for p in source.glob("pair_*_truth.json")))
         raise UsageError(f"there is no pair {args.pair} in the demonstration: use one of {known}")
     truth = read_truth(truth_file)
-    try:
-        args.folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"the folder {args.folder} cannot be made ({error.strerror}): give another") from error
+    make_folder(args.folder)
     target = args.store or os.environ.get("RELMODEL_STORE") or str(args.folder / "cell.duckdb")
     overlay = args.folder / f"pair_{args.pair}_overlay.png"
     page = args.folder / f"pair_{args.pair}.html"
