@@ -439,8 +439,9 @@ def write_crops(folder: str | Path, store: Store, run: int, greys: Mapping[str, 
     failures = [item for item in failing(items) if item.drawn == item.state]  # by more than its features
     for place, row in enumerate(failures[:_MOST_CROPS], 1):
         pieces: list[Bytes] = []
+        mine = set(edges_of(row))
         for name, grey in greys.items():
-            own = [e for e in edges.get(name, ()) if (name, e.number) in edges_of(row)]
+            own = [e for e in edges.get(name, ()) if (name, e.number) in mine]
             if own:
                 u0, v0, u1, v1 = box_about(own, (grey.shape[1], grey.shape[0]))
                 pieces += [in_colour(grey[v0:v1, u0:u1]), drawn[name][v0:v1, u0:u1]]

@@ -289,7 +289,7 @@ def read_cards(
     shown = {row.finding_no: row.finding_no for row in rows} if numbers is None else numbers
     out = []
     for row in (row for row in rows if row.finding_no in shown):
-        mine = edges.get(row.item_no, [])
+        mine = set(edges.get(row.item_no, ()))
         own = [(s, [e for e in s.edges if (s.row.camera, e.number) in mine]) for s in seen if s.image is not None]
         crops = [_crop(s, drawn, None if numbers is None else run) for s, drawn in own if drawn]
         out.append(Card(shown[row.finding_no], run, row, crops))
