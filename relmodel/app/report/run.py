@@ -413,7 +413,8 @@ def _cameras(
     views: list[dict[str, Any]] = []
     for colour, row in rigs:
         world_from_rig = matrices(row._mapping)
-        depth = _NO_DEPTH_MM if looked_at is None else float(np.linalg.norm(looked_at - world_from_rig[:3, 3]))
+        away = _NO_DEPTH_MM if looked_at is None else np.linalg.norm(looked_at - world_from_rig[:3, 3])
+        depth = round(float(away), 3)  # a page is the same wherever it is made again
         at: list[float] = []
         views = []
         for camera in cameras:

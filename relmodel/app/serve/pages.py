@@ -412,7 +412,7 @@ def lists() -> dict[str, Question]:
             (
                 *("parts", "Physical parts", "parts", {}, {}),
                 lambda row: f"/part?{urlencode({'serial': row['serial']})}",
-                lambda row: _picture_of(row["newest"]),
+                lambda row: _picture_of(row["answered"]),
             ),
             (
                 *("objects", "Objects", "objects", {}, {}),
