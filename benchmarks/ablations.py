@@ -5,10 +5,10 @@
 Of each bulkhead in the folder that RELMODEL_TEST_DATA names the first N pairs (default: all), with the prior `large` of
 their truth and without one, and as many single pictures of bodies without circles, from priors some 10 mm and 3 degrees
 off. `join off`: no relations of circles or straight edges start a pose; `scan off`: no prior's volume is scanned where
-the join explains too little; `account off`: nothing tells rivals apart but the sum of edges. `right`: accepted within .1 mm and
-.02 degrees of the truth, at a point 700 mm before the rig (of single pictures 5 mm and 2 degrees, as they need);
-`wrong`: accepted and farther than 20 times that (twice); `decided`: parts, features and surfaces that are confirmed or
-found to differ.
+the join explains too little; `account off`: nothing tells rivals apart but the sum of edges. `right`: accepted within
+.1 mm and .02 degrees of the truth, at a point 700 mm before the rig (of single pictures 5 mm and 2 degrees, as they
+need); `wrong`: accepted and farther than 20 times that (twice); `decided`: parts, features and surfaces that are
+confirmed or found to differ.
 """
 
 from __future__ import annotations

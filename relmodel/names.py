@@ -105,3 +105,11 @@ def check_writable(path: Path, what: str) -> None:
         raise InputError(f"there is no folder {path.parent} for the {what} {path.name}: make it, or name another place")
     if path.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):
         raise InputError(f"the {what} {path} cannot be written: check the permissions, or name another place")
+
+
+def make_folder(folder: str | Path) -> None:
+    """Make a folder that is not there yet.  Raises InputError where it cannot be made."""
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"the folder {folder} cannot be made ({error.strerror}): name another place") from error

@@ -8,6 +8,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from itertools import count
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -19,9 +20,9 @@ from sqlalchemy import Connection
 import relmodel
 from relmodel.app.tree import Tree, read_tree
 from relmodel.arrays import Floats
-from relmodel.errors import InputError, UsageError
+from relmodel.errors import UsageError
 from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrices, matrix_columns
-from relmodel.names import check_writable, visible
+from relmodel.names import check_writable, make_folder, visible
 from relmodel.printing import finite, json_text
 from relmodel.progress import Progress, silent
 from relmodel.store import Store, sql
@@ -304,7 +305,7 @@ def write_qif(tables: dict[str, pa.Table], path: Path) -> None:
     blocks["Measurement"] = _add(of_result, "CharacteristicMeasurements")
     _add(_add(result, "InspectionStatus"), "InspectionStatusEnum", _verdict(about))
     sizes: dict[str, list[dict[str, Any]]] = defaultdict(list)
-    for row in tables["measured_size"].to_pylist():
+    for row in sorted(tables["measured_size"].to_pylist(), key=itemgetter("measure_no")):
         sizes[row["path"]].append(row)
     for row in tables["presence"].to_pylist():
         if row["level"] != "surface":
@@ -435,10 +436,7 @@ def write_tables(tables: Mapping[str, pa.Table], folder: Path, form: str, progre
 
     if form not in FORMS:
         raise UsageError(f"there is no table format {form}: name parquet or csv")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"the folder {folder} cannot be made ({error.strerror}): name another place") from error
+    make_folder(folder)
     first = next(iter(tables))
     if not _stores_in(folder / f"{first}.{form}", form) <= set(tables[first]["store_id"].to_pylist()):
         raise UsageError(f"{folder} holds tables of another store: name another folder")

@@ -268,7 +268,7 @@ def test_findings_come_first_with_what_each_camera_shows(
 ) -> None:
     """The hole of 88 mm for 104: its size and limit, its own link, and crops that show it in both cameras."""
     with store.read() as connection:
-        findings = store.rows(connection, "report/run_findings", run_id=answer["run"])
+        findings = store.rows(connection, "result/finding", run_id=answer["run"])
     page = tmp_path / "run.html"
     assert main(["report", "-o", str(page), "--store", other_variant.store]) == 0
     read = Page(page.read_text())
