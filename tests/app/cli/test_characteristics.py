@@ -18,9 +18,9 @@ from relmodel.model.model import Assembly, Instance, Model, Part, Pmi
 from relmodel.readers import urdf
 from relmodel.store import Run, Store
 from relmodel.world import place_world
-from tests.app.cli.conftest import Inspection, asked
+from tests.app.cli.conftest import Inspection, Pair, asked
 from tests.app.cli.test_results import check_qif_order
-from tests.given import CopyStore
+from tests.given import Capsys, CopyStore
 from tests.reading import load, store_model
 from tests.synthetic_model import write_world
 
@@ -176,7 +176,7 @@ def test_pmi_of_a_file(duckdb_file: Path, data_dir: Path) -> None:
     np.testing.assert_allclose(sorted(tuple(row) for row in rows), ends, atol=1e-9)
 
 
-def test_exports(inspection: Inspection, copy_store: CopyStore, tmp_path: Path) -> None:
+def test_exports(inspection: Inspection, pair: Pair, copy_store: CopyStore, tmp_path: Path, capsys: Capsys) -> None:
     target, file = copy_store(inspection.store), tmp_path / "t.csv"
     query = "SELECT number, path, measured FROM characteristic_result WHERE what = 'diameter' AND measured IS NOT NULL"
     first, second, *_ = asked(target, f"{query} AND path LIKE '%BODY%'")
@@ -196,3 +196,5 @@ def test_exports(inspection: Inspection, copy_store: CopyStore, tmp_path: Path) 
         one = found[f"{row.number} {row.path}/diameter"]
         assert one.findtext(f"{q}Status/{q}CharacteristicStatusEnum") == status
         assert float(one.findtext(f"{q}Value") or "") == pytest.approx(row.measured, abs=1e-8)
+    assert main(["rig", "check", str(pair.rig_file), "--object", "bulkhead", "--store", target]) == 0
+    assert f"U is too great for the tolerance of: {second.path} diameter\n" in capsys.readouterr().out
