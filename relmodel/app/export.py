@@ -307,6 +307,8 @@ def write_qif(tables: dict[str, pa.Table], path: Path) -> None:
     sizes: dict[str, list[dict[str, Any]]] = defaultdict(list)
     for row in sorted(tables["measured_size"].to_pylist(), key=itemgetter("measure_no")):
         sizes[row["path"]].append(row)
+    judged = [row for row in tables["characteristic"].to_pylist() if row["qif"] is not None]
+    stated = {(row["path"], row["measured"]) for row in judged}  # by the limits of the part, not those of a change
     for row in tables["presence"].to_pylist():
         if row["level"] != "surface":
             _add_state(row, blocks, numbers)
@@ -314,7 +316,11 @@ def write_qif(tables: dict[str, pa.Table], path: Path) -> None:
             for size in sizes[row["path"]]:
                 seen[size["what"]] += 1  # of several faces each has an offset
                 name = f"{row['path']}/{size['what']}" + (f" {seen[size['what']]}" if seen[size["what"]] > 1 else "")
-                _add_size(name, size, blocks, numbers)
+                if (row["path"], size["value"]) not in stated:
+                    _add_size(name, size, blocks, numbers)
+    for row in judged:
+        size = {**row, "unit": "mm", "value": row["measured"], "sigma": (row["expanded_uncertainty"] or 0) / 2}
+        _add_size(f"{row['number']} {row['path']}/{row['what']}", size, blocks, numbers)
     for block in blocks.values():
         block.set("n", str(len(block)))
     if not len(blocks["Measurement"]):  # the standard has no empty lists
@@ -338,22 +344,25 @@ def _add_state(row: dict[str, Any], blocks: dict[str, ET.Element], numbers: Iter
 
 def _add_size(name: str, row: dict[str, Any], blocks: dict[str, ET.Element], numbers: Iterator[int]) -> None:
     """A size of it; without a limit of its own the odds decided, and the definition has none."""
-    kind = _KINDS.get(row["what"], "UserDefinedAngular" if row["unit"] == "deg" else "UserDefinedLinear")
-    undecided = row["state"] == "undecidable"
-    status = "NOT_ANALYZED" if undecided else "FAIL" if row["changed"] else "PASS"
+    kind = _KINDS.get(row["what"].rpartition("_")[2], f"UserDefined{'Angular' if row['unit'] == 'deg' else 'Linear'}")
+    status, limits = row["qif"], [row.get("upper_limit"), row.get("lower_limit")]
+    if "decision" not in row:
+        status = "NOT_ANALYZED" if row["state"] == "undecidable" else "FAIL" if row["changed"] else "PASS"
+        limits = [row["least_difference"], row["least_difference"] and -row["least_difference"]]
     definition, nominal, measurement = _add_four(kind, name, status, blocks, numbers)
-    if row["least_difference"] is None:
+    if limits == [None, None]:
         _add(definition, "NonTolerance", "MEASURED")
     else:
         tolerance = _add(definition, "Tolerance")
-        _add(tolerance, "MaxValue", _number(row["least_difference"]))
-        _add(tolerance, "MinValue", _number(-row["least_difference"]))
-        _add(tolerance, "DefinedAsLimit", "false")
+        for end, limit in zip(("MaxValue", "MinValue"), limits, strict=True):
+            if limit is not None:
+                _add(tolerance, end, _number(limit))
+        _add(tolerance, "DefinedAsLimit", str("decision" in row).lower())
     if kind.startswith("UserDefined"):
         _add(definition, "WhatToMeasure", row["what"])
     _add(nominal, "TargetValue", _number(row["nominal"]))
-    # The standard has both attributes or none.
-    _add(measurement, "Value", _number(row["value"]), combinedUncertainty=_number(row["sigma"]), meanError="0")
+    if row["value"] is not None:  # the standard has both attributes or none
+        _add(measurement, "Value", _number(row["value"]), combinedUncertainty=_number(row["sigma"]), meanError="0")
 
 
 def _add_four(
