@@ -167,7 +167,16 @@ def test_a_world_with_a_byte_order_mark(form: str, tmp_path: Path) -> None:
     assert read_yaml(file, "prior") == said
 
 
-NO_YAML = [b"cameras:\n\tleft: 1\n", b"a: \xff\xfe", b"a: 2020-99-99\n", b"[" * 1000, b"", b"- 1\n"]
+NO_YAML = [
+    b"cameras:\n\tleft: 1\n",
+    b"a: \xff\xfe",
+    b"a: 2020-99-99\n",
+    b"[" * 1000,
+    b"",
+    b"- 1\n",
+    b"\0",
+    b"a: 1\n---\nb: 2\n",
+]
 
 
 @pytest.mark.parametrize("content", NO_YAML, ids=[repr(c[:12]) for c in NO_YAML])
@@ -175,9 +184,10 @@ def test_files_that_are_no_yaml(content: bytes, tmp_path: Path) -> None:
     file = tmp_path / "bad.yaml"
     file.write_bytes(content)
     readers: list[Callable[[Path], object]] = [read_rig, read_prior, read_world_file]
-    for kind, read in zip(("the rig file", "the prior file", ""), readers, strict=True):
-        with pytest.raises(InputError, match=f"^{kind}.*{file}") as refused:
+    for read in readers:
+        with pytest.raises(InputError) as refused:
             read(file)
+        assert str(file) in str(refused.value)
         assert "\n" not in str(refused.value)
 
 
