@@ -40,10 +40,7 @@ from vision.scene import Scene, StoredScene, read_scene
 
 Pictures = dict[str, NDArray[Any]]  # grey, by camera
 # The poses that the join gave an inspection, the best first.
-JOINED_POSES = sa.text(
-    "SELECT p.* FROM search_pose AS p JOIN search_stage AS s ON s.run_id = p.run_id AND s.stage_no = p.stage_no"
-    " WHERE p.run_id = :run AND s.name IN ('join', 'lines') ORDER BY p.pose_no"
-)
+JOINED_POSES = sa.text("SELECT * FROM search_pose WHERE run_id = :run AND stage IN ('join', 'lines') ORDER BY pose_no")
 
 
 @dataclass(frozen=True)

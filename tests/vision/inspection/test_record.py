@@ -79,7 +79,7 @@ def test_costs_add_up(done: Done) -> None:
 def test_the_search_is_told_from_the_prior_on(done: Done) -> None:
     store, _ = done
     prior = read_prior(DEMO / "pair_00_prior.yaml")
-    stages = rows(store, "SELECT stage_no, name, looked_at FROM search_stage ORDER BY stage_no")
+    stages = rows(store, "SELECT DISTINCT stage_no, stage, looked_at FROM search_pose ORDER BY stage_no")
     assert [number for number, _, _ in stages] == list(range(len(stages)))
     assert all(looked_at > 0 for _, _, looked_at in stages)
     left = rows(store, "SELECT stage_no, pose_no, rule FROM search_pose ORDER BY stage_no, pose_no")
