@@ -1,4 +1,4 @@
-"""Render trials with exact truth: finishes, changed parts, printed boxes and small objects, from the list of seeds.
+"""Render trials with exact truth: finishes, printed boxes and small objects, from the list of seeds.
 
     python -m examples.render.trials [FOLDER] [--only KIND_OR_NAME ...] [--count N] [--data-only]
 
@@ -25,12 +25,6 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from examples.bulkhead.build import placements
-from examples.bulkhead.design import CLIP_BOLTS, Design, variant_a
-from examples.bulkhead.features import CLIP_THICKNESS, all_features, changes
-from examples.bulkhead.solids import body, bolt, bushing, clip, cylinder
-from examples.bulkhead.variation import Candidate, Variation, draw_variation
-from examples.render.change_truth import Built, change_rows
 from examples.render.draws import (
     draw_bulkhead_view,
     draw_exposure,
@@ -41,7 +35,7 @@ from examples.render.draws import (
 )
 from examples.render.files import EXACT, STATED, truth_data, write_prior, write_rig, write_truth, write_world
 from examples.render.lights import backdrop, lamps, table
-from examples.render.model import Component, Part, read_components, tessellate
+from examples.render.model import Component, read_components
 from examples.render.objects import make_object, write_step
 from examples.render.picture import expose, render, renderer
 from examples.render.prints import PRINTS, draw_print
@@ -53,9 +47,7 @@ Meshes = Callable[[Any], dict[str, Any]]  # of the renderer's module
 LIST = Path(__file__).with_name("trials.csv")
 MODELS = Path("examples")
 SAMPLES = 16
-STREAMS = 20  # of draws for a changed part, until one fits
 MOST_WHITE, MOST_WHITE_OF_STRANGER = 0.4, 0.25  # of the left picture, however far it is overexposed
-MOST_BESIDE_PX = 3000  # fringes of what lies behind a change take some hundreds
 PERCENTILE = 95.5
 WORLD_FROM_TABLE = rigid(Rotation.from_euler("z", 23.0, degrees=True), (850.0, -320.0, 740.0))
 
@@ -122,98 +114,6 @@ def finish_trial(trial: Trial, folder: Path, pictures: bool) -> None:
     write_trial(trial, folder, head, view, components, caster, bulkhead_scene(trial, components), pictures)
 
 
-def changed_trial(trial: Trial, folder: Path, pictures: bool) -> None:
-    """A part with drawn changes, to be inspected with the model of variant A."""
-    components = variant("A")
-    model, rows = Built(variant_a(), components, Caster(components)), variant_features("A")
-
-    for stream in range(STREAMS):
-        view = drawn_view(trial, model, rows, stream)
-        try:
-            variation = drawn_changes(trial, model, view, stream)
-            rendered = build(variation)
-        except (ValueError, RuntimeError):  # a wall without room for its corner, a solid that falls apart: draw again
-            continue
-        *found, beside = change_rows(variation.changes, model, rendered, view)
-        # The kernel's cuts fail now and then, and leave a pocket filled in a solid that it finds valid.
-        sound = all(beside[side]["differing_px"] < MOST_BESIDE_PX for side in view.cameras)
-        if sound and sum(row["left"]["differing_px"] > 100 for row in found) >= 2:
-            break
-    else:
-        raise RuntimeError(f"no change drawn for {trial.name} fits")
-    after = [feature.row() for feature in all_features(rendered.design)]
-    head = {
-        "model": model_file("A").as_posix(),
-        "model_variant": "A",
-        "changes": [*found, beside],
-        "feature_rows": changes([feature.row() for feature in all_features(model.design)], after),
-    }
-    scene = bulkhead_scene(trial, rendered.components)
-    write_trial(trial, folder, head, view, rendered.components, rendered.caster, scene, pictures)
-
-
-def drawn_view(trial: Trial, model: Built, rows: list[dict[str, Any]], stream: int) -> Shot:
-    """A view of a part that is to be changed."""
-    return first_credible(
-        partial(draw_bulkhead_view, trial.seed, trial.size, rows, structured=True),
-        lambda view: part_share(model.caster, view) > 0.45,
-        first=100 * stream,
-    )
-
-
-def drawn_changes(trial: Trial, model: Built, view: Shot, stream: int) -> Variation:
-    """Three to six changes of what lies in the left picture."""
-    camera, pose = view.cameras["left"], view.poses["left"]
-    front = bool(view.normal[2] > 0)
-
-    def seen(candidate: Candidate) -> bool:
-        x0, y0, z0, x1, y1, z1 = candidate.box
-        middle = np.array([[(x0 + x1) / 2, (y0 + y1) / 2, z1 if front else z0]])
-        if ((middle - pose[:3, 3]) @ pose[:3, 2]).item() < 50:
-            return False
-        (x, y), (width, height) = project(camera, pose, middle)[0], camera.size
-        inside = 30 < x < width - 30 and 30 < y < height - 30
-        return inside and ("front" if front else "back") in candidate.sides
-
-    rng = np.random.default_rng([trial.seed, 13, stream])
-    variation = draw_variation(model.design, int(rng.integers(3, 7)), rng, seen)
-    if len(variation.changes) < 3:
-        raise ValueError("too little in view that can be changed")
-    return variation
-
-
-@lru_cache(maxsize=1)
-def fittings() -> dict[str, Part]:
-    shapes = {"BUSHING_25": bushing(), "BOLT_M8": bolt(), "CLIP": clip()}
-    return {name: tessellate(name, shape) for name, shape in shapes.items()}
-
-
-def build(variation: Variation) -> Built:
-    """The solids of a variation, put together."""
-    design, components = variation.design, []
-    parts = {**fittings(), "BULKHEAD_BODY": tessellate("BULKHEAD_BODY", body(design))}
-    for name, product, origin, turn in placements(design):
-        place = rigid(Rotation.from_euler("z", turn, degrees=True), origin)
-        if product != "CLIP_ASSEMBLY":
-            components.append(Component(name, parts[product], place))
-            continue
-        components.append(Component(f"{name}/CLIP", parts["CLIP"], place))
-        for i, (u, v) in enumerate(CLIP_BOLTS):
-            on_clip = place @ rigid(Rotation.identity(), (u, v, CLIP_THICKNESS))
-            components.append(Component(f"{name}/BOLT_{i + 1}", parts["BOLT_M8"], on_clip))
-    components = [c for c in components if c.path not in variation.missing]
-    for name in variation.plugs:
-        components.append(Component(f"PLUG_{name}", tessellate("PLUG", plug(design, name)), np.eye(4)))
-    return Built(design, components, Caster(components))
-
-
-def plug(design: Design, name: str) -> Any:
-    """A disk that fills a hole and stands out of the web by a millimetre on both sides."""
-    hole = design.holes[name]
-    (row,) = [f for f in all_features(design) if f.name == name]
-    return cylinder(hole.centre, hole.radius, (row.z[0] - 1.0, row.z[1] + 1.0))
-
-
 def table_trial(trial: Trial, folder: Path, pictures: bool) -> None:
     """A small object or a printed box on a table that is in no model."""
     step = folder / f"{trial.name}_model.step"
@@ -249,7 +149,7 @@ def table_trial(trial: Trial, folder: Path, pictures: bool) -> None:
     write_trial(trial, folder, head, view, components, caster, scene, pictures)
 
 
-TRIALS = {"finish": finish_trial, "changed": changed_trial, "boxes": table_trial, "small": table_trial}
+TRIALS = {"finish": finish_trial, "boxes": table_trial, "small": table_trial}
 
 
 def bulkhead_scene(trial: Trial, components: list[Component]) -> Meshes:
@@ -291,7 +191,7 @@ def write_trial(
     samples: int = SAMPLES,
 ) -> None:
     """Pictures, rig, prior, world and, last, truth; stated: the cameras as the rig file has them, where not exact."""
-    on_table = trial.kind not in ("finish", "changed")
+    on_table = trial.kind != "finish"
     place = WORLD_FROM_TABLE if on_table else WORLD_FROM_OBJECT["A"]
     rng = np.random.default_rng([trial.seed, 18])
     light_name, lighting = draw_lighting(rng)
@@ -308,7 +208,7 @@ def write_trial(
     head = {
         "pair": trial.name,
         "object": trial.name if on_table else "bulkhead",
-        "variant": "" if on_table else trial.what if trial.kind == "finish" else "A_changed",
+        "variant": "" if on_table else trial.what,
         "kind": trial.kind,
         "what": trial.what,
         "seed": trial.seed,
