@@ -156,8 +156,8 @@ class Locator:
     def localise(self, scene: Scene, prior: Prior, starts: Perturbations) -> Localisation:
         """The best pose from these starts, with its verdict."""
 
-        def relate(poses: Sequence[RefinedPose]) -> list[int]:
-            return relate_views(scene, self.seen, poses, self.p)
+        def relate(poses: Sequence[RefinedPose], rig: Rig) -> list[int]:
+            return relate_views(scene, replace(self.seen, rig=rig), poses, self.p)
 
         seen = self.seen
         if self.stereo is not None:
@@ -189,7 +189,7 @@ def _explain_enough(starts: Perturbations) -> bool:
 
 def doubt_calibration(seen: Observation, scene: Scene, prior: Prior | None) -> str | None:
     """How pictures that show no pose say that the rig is, where not as its file says."""
-    names = choose_pair(seen.rig) or list(seen.pictures)[:2]
+    names = choose_pair(seen.rig) or ([] if seen.rig.moved else list(seen.pictures)[:2])
     if len(names) > 1:
         two = seen.rig.only(*names)
         points, size = find_shared_points(seen.greys, two), float(np.ptp(scene.vertices, axis=0).max())
