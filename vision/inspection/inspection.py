@@ -456,5 +456,7 @@ def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> Mounted
 def _correction(mounted: MountedRig | None, carrier: Carrier, found: Localisation) -> Correction | None:
     if mounted is None or found.best is None or found.verdict.verdict != "accepted":
         return None
-    known = fields_of(carrier, "joint_sigmas base_covariance")
-    return correct_base(mounted, found.best.world_from_rig, found.best.covariance, **known)
+    known, first = fields_of(carrier, "joint_sigmas base_covariance"), found.rig.standpoints.get(found.rig.first)
+    # Joints say where the first standpoint is no better than it is known.
+    covariance = found.best.covariance + (0 if first is None else first.covariance)
+    return correct_base(mounted, found.best.world_from_rig, covariance, **known)

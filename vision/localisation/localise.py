@@ -370,12 +370,13 @@ def place_standpoints(fit: Fit, world_from_rig: Floats) -> tuple[Rig, Floats]:
         it = rig.standpoints[name]
         there = back @ perturb(it.world_from_rig, moved)
         rows = [number for number, camera in enumerate(cameras) if rig.standpoint_of(camera) == name]
-        if name != rig.first and support.found[rows].sum() < LOST_SHARE * support.expected[rows].sum():
+        least = LOST_SHARE * float(support.expected[rows].sum())
+        if name != rig.first and support.found[rows].sum() < least:
             own, only = Fields(fit.fields[row] for row in rows), rig.only(*(cameras[row] for row in rows))
             to_rig = carry(first_from_world @ it.world_from_rig)
             information = np.asarray(LOST_INFORMATION * np.linalg.inv(to_rig @ it.covariance @ to_rig.T), float)
             climbed = climb_from(fit.scene, only, own, pose, information, (LOST_FIRST_PX, RIVAL_LAST_PX))
-            if climbed is not None:
+            if climbed is not None and climbed[1] > least:
                 moved_first = first.world_from_rig @ np.linalg.inv(pose) @ climbed[0]
                 there = moved_first @ first_from_world @ it.world_from_rig
         placed[name] = replace(it, world_from_rig=there, stated=it.world_from_rig)
