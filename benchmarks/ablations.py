@@ -1,14 +1,14 @@
-"""What each part of the chain is worth: inspections with the join, the matcher or the scan taken out.
+"""What each part of the chain is worth: inspections with the join, the scan, or the account between rivals taken out.
 
     python -m benchmarks.ablations [--pairs N] [--sets A B C render_box photo_cube]
 
 Of each bulkhead in the folder that RELMODEL_TEST_DATA names the first N pairs (default: all), with the prior `large` of
 their truth and without one, and as many single pictures of bodies without circles, from priors some 10 mm and 3 degrees
 off. `join off`: no relations of circles or straight edges start a pose; `scan off`: no prior's volume is scanned where
-the join explains too little; `matcher off`: nothing tells rivals apart but edges. `right`: accepted within .1 mm and
-.02 degrees of the truth, at a point 700 mm before the rig (of single pictures 5 mm and 2 degrees, as they need);
-`wrong`: accepted and farther than 20 times that (twice); `decided`: parts, features and surfaces that are confirmed or
-found to differ.
+the join explains too little; `account off`: nothing tells rivals apart but the sum of edges. `right`: accepted within
+.1 mm and .02 degrees of the truth, at a point 700 mm before the rig (of single pictures 5 mm and 2 degrees, as they
+need); `wrong`: accepted and farther than 20 times that (twice); `decided`: parts, features and surfaces that are
+confirmed or found to differ.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from vision.inspection.inspection_parameters import DEFAULTS, InspectionParamete
 from vision.localisation.hypotheses import Perturbations
 
 HEADERS = ("set", "prior", "chain", "trials", "right", "wrong", "mm", "decided", "undecided", "cpu s")
-CHAINS = ("whole", "join off", "scan off", "matcher off")
+CHAINS = ("whole", "join off", "scan off", "account off")
 SINGLE = ("render_box", "photo_cube")
 
 
@@ -107,8 +107,8 @@ def _chain(chain: str) -> Iterator[InspectionParameters]:
         nothing = Perturbations(np.zeros((0, 6)), np.zeros(0))
         with patch("vision.localisation.localise.search_poses", lambda *_: nothing):
             yield DEFAULTS
-    elif chain == "matcher off":
-        verdict = replace(DEFAULTS.localisation.verdict, most_related=0)
+    elif chain == "account off":
+        verdict = replace(DEFAULTS.localisation.verdict, most_told=0)
         yield replace(DEFAULTS, localisation=replace(DEFAULTS.localisation, verdict=verdict))
     else:
         yield DEFAULTS

@@ -44,6 +44,7 @@ BESIDE = {  # folder or file of code: folders of tests
     "relmodel/loading": ["tests/loading"],
     "relmodel/features": ["tests/features"],
     "relmodel/labelling": ["tests/labelling"],
+    "vision/account": ["tests/vision/account"],
     "vision/cameras": ["tests/vision/cameras"],
     "vision/constellations": ["tests/vision/constellations"],
     "vision/extraction": ["tests/vision/extraction"],

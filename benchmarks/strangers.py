@@ -28,11 +28,11 @@ import numpy as np
 from tabulate import tabulate
 
 import relmodel
-from benchmarks.presence import concerns
 from benchmarks.trials import Models, find_data, inspect_trial, rendered, single_pictures
 from examples.render.families import FAMILIES
 from examples.render.strangers import Stranger, strangers
 from relmodel.app.api import OpenStore
+from relmodel.arrays import Floats
 from vision.cameras.files import parse_needs
 from vision.inspection.answer import Inspection
 from vision.inspection.demonstration import Truth, measure_pose_error, read_truth
@@ -43,6 +43,7 @@ NEEDS = {1: (5.0, 2.0), 2: (3.0, 0.5)}  # mm and degrees, by cameras
 LEAST_PX = 60.0  # of the edges of what changed, in one picture
 LEAST_SIGMAS = 3.0  # by which a size that was measured has changed
 PLANE_MM = 0.2
+MARGIN_MM = 3.0  # around the box of a change, for what belongs to it
 BOXES = 6  # trials of boxes with prints
 AGAINST = ("contradicted", "changed")
 LOOK_ALIKE, LOOK_ALIKE_POSE, POSE = "look-alikes as modelled", "look-alikes at a wrong pose", "good at a wrong pose"
@@ -196,6 +197,15 @@ def _relate(change: dict[str, Any], items: list[dict[str, Any]]) -> None:
         else:
             own = inside.all()
         item["relation"] = "own" if own else "about" if about else ""
+
+
+def concerns(item: Floats, change: Floats) -> bool:
+    """Whether an item (6,) lies within a change's box, or is about as large and about there."""
+    inside = (item[:3] > change[:3] - MARGIN_MM).all() and (item[3:] < change[3:] + MARGIN_MM).all()
+    middle = (change[:3] + change[3:]) / 2
+    around = ((item[:3] <= middle) & (middle <= item[3:])).all()
+    alike = (item[3:] - item[:3] < 3 * (change[3:] - change[:3]) + 2 * MARGIN_MM).all()
+    return bool(inside or (around and alike))
 
 
 def _judge_change(out: Result, change: dict[str, Any], items: list[dict[str, Any]]) -> None:

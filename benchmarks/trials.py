@@ -39,12 +39,8 @@ from vision.inspection.inspection_parameters import DEFAULTS, InspectionParamete
 from vision.scene import Scene, StoredScene, read_scene
 
 Pictures = dict[str, NDArray[Any]]  # grey, by camera
-SAMPLED_PX = 4  # of the grid that differences of models are counted on
 # The poses that the join gave an inspection, the best first.
-JOINED_POSES = sa.text(
-    "SELECT p.* FROM search_pose AS p JOIN search_stage AS s ON s.run_id = p.run_id AND s.stage_no = p.stage_no"
-    " WHERE p.run_id = :run AND s.name IN ('join', 'lines') ORDER BY p.pose_no"
-)
+JOINED_POSES = sa.text("SELECT * FROM search_pose WHERE run_id = :run AND stage IN ('join', 'lines') ORDER BY pose_no")
 
 
 @dataclass(frozen=True)
@@ -349,27 +345,3 @@ def miscalibrate(trial: Trial, kind: str) -> Trial:
         poses[side] = poses[side].copy()
         poses[side][:3, 3] *= 1 + 1.0 / np.linalg.norm(poses[side][:3, 3])
     return replace(trial, name=f"{trial.name} {kind}", kind=kind, rig=Rig(cameras, poses))
-
-
-def meet(scene: Scene, centre: Floats, rays: Floats) -> tuple[Floats, Floats]:
-    """Points (n, 3) that rays meet first, far away where they meet nothing, and the normals there."""
-    hit = scene.rays.nearest(centre, rays)
-    corner = scene.vertices[scene.triangles[np.maximum(hit, 0)]]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    depth = np.einsum("ni,ni->n", normal, corner[:, 0] - centre) / np.einsum("ni,ni->n", normal, rays)
-    unit = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    return np.where((hit >= 0)[:, None], centre + depth[:, None] * rays, 1e6), unit
-
-
-def find_differing(shown: Scene, other: Scene, trial: Trial) -> Iterator[tuple[Floats, Floats]]:
-    """Of each camera the points (n, 3) of two models along those rays of a grid at which they are 0.1 mm and more
-    apart."""
-    assert trial.world_from_rig is not None
-    for name, camera in trial.rig.cameras.items():
-        pose = trial.world_from_rig @ trial.rig.rig_from_camera[name]
-        x, y = np.meshgrid(np.arange(0.0, camera.width, SAMPLED_PX), np.arange(0.0, camera.height, SAMPLED_PX))
-        pixel = camera.undistort(np.stack([x.ravel(), y.ravel()], axis=1))
-        rays = np.concatenate([camera.normalise(pixel), np.ones((len(pixel), 1))], axis=1) @ pose[:3, :3].T
-        one, two = (meet(scene, pose[:3, 3], rays)[0] for scene in (shown, other))
-        apart = np.linalg.norm(one - two, axis=1) > 0.1
-        yield one[apart], two[apart]

@@ -6,8 +6,6 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent))
 
 import generate
-from pygments.lexers.special import TextLexer
-from sphinx.application import Sphinx
 
 project = "relmodel"
 author = "the relmodel engineers"
@@ -19,11 +17,5 @@ html_sidebars = {"**": ["about.html", "searchfield.html", "navigation.html"]}
 html_show_sourcelink = False
 pygments_style = "default"
 myst_heading_anchors = 3
-
-
-def setup(app: Sphinx) -> None:
-    """Mermaid's diagrams, which GitHub draws, stand here as they are written."""
-    app.add_lexer("mermaid", TextLexer)
-
 
 generate.write_reference(Path(__file__).parent / "reference")

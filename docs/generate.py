@@ -14,7 +14,7 @@ from relmodel.store.store import FUNCTION, Column, columns_of, dictionary, schem
 
 _WIDTH = "88"  # columns of the help
 
-# The levels as docs/views.md draws them, and between tables without keys what leads from one to the other.
+# The levels as the drawings of docs/views.md have them, and between tables without keys what leads to the other.
 LEVELS = {
     "model": {
         *("world", "placed_object", "placed_body", "object_variant", "object", "object_node", "part", "shape"),

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from difflib import SequenceMatcher
 from pathlib import Path
 
@@ -95,6 +96,24 @@ def read_text(path: Path, what: str, most_bytes: int = MOST_TEXT_BYTES) -> str:
         raise InputError(f"the {what} {path} is not text in UTF-8: save it as UTF-8") from error
 
 
+def read_csv(path: Path, what: str) -> Iterator[tuple[str, list[str]]]:
+    """Rows of a spreadsheet's table, the names of its columns first, each with `FILE, line N`; but empty ones and those
+    that begin with #.  Raises InputError as `read_text`, and where a row is no CSV or longer than the first."""
+    lines, width = read_text(path, what).splitlines(keepends=True), 0
+    rows = csv.reader(lines, delimiter=max(",;\t", key="".join(lines[:1]).count), strict=True)
+    try:
+        for row in rows:
+            cells, place = [cell.strip() for cell in row], f"{path}, line {rows.line_num}"
+            if width and (not any(cells) or cells[0].startswith("#")):
+                continue
+            if width and len(cells) > width:
+                raise InputError(f"{place}: {len(cells)} cells under {width} columns: quote cells that hold commas")
+            width = width or len(cells)
+            yield place, cells
+    except csv.Error as error:
+        raise InputError(f"{path}, line {rows.line_num}: this is no CSV ({error}): see to its quotes") from error
+
+
 def _unreadable(path: Path, what: str, error: OSError) -> InputError:
     return InputError(f"the {what} {path} cannot be read ({error.strerror}): check its name and permissions")
 
@@ -105,3 +124,11 @@ def check_writable(path: Path, what: str) -> None:
         raise InputError(f"there is no folder {path.parent} for the {what} {path.name}: make it, or name another place")
     if path.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):
         raise InputError(f"the {what} {path} cannot be written: check the permissions, or name another place")
+
+
+def make_folder(folder: str | Path) -> None:
+    """Make a folder that is not there yet.  Raises InputError where it cannot be made."""
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"the folder {folder} cannot be made ({error.strerror}): name another place") from error

@@ -101,8 +101,7 @@ CREATE TABLE hypothesis (  -- localisation: A pose of the rig that was considere
     outline_evidence DOUBLE PRECISION NOT NULL,  -- log odds by those pixels that the outline is one; a part of the cost
     distance DOUBLE PRECISION,  -- Mahalanobis distance from the prior; null where there is none
     is_symmetric BOOLEAN NOT NULL,  -- whether a symmetry of the model leads here from the best: no rival, since nothing tells them apart
-    relational_distance BIGINT,  -- what the best labelling of the pictures by what this pose lets them show costs, over all cameras; the margin of
-        -- the best over a rival is the difference, in quarters of a natural logarithm; null where there was no rival, or too many
+    account_log_odds DOUBLE PRECISION,  -- log odds of all edges seen from here, by the account of edges; null where there was no rival, or too many
     CHECK (abs(m00 * m00 + m10 * m10 + m20 * m20 - 1) < 1e-6 AND abs(m01 * m01 + m11 * m11 + m21 * m21 - 1) < 1e-6
         AND abs(m00 * m01 + m10 * m11 + m20 * m21) < 1e-6
         AND abs(m02 - (m10 * m21 - m20 * m11)) < 1e-6 AND abs(m12 - (m20 * m01 - m00 * m21)) < 1e-6

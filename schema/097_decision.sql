@@ -89,19 +89,13 @@ CREATE TABLE solved_pose (  -- localisation: Poses of the rig that go with the b
         AND abs(m22 - (m00 * m11 - m10 * m01)) < 1e-6)
 );
 
-CREATE TABLE search_stage (  -- localisation: The stages of the search for the pose.
-    run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
-    stage_no INTEGER NOT NULL,  -- ordinal in the run, from 0
-    name TEXT NOT NULL,  -- join (of circles), lines (a join of straight edges where circles explain too little), about (drawn about the best where few edges hold it), scan (of the prior's volume, on coarse evidence), climb (on finer), and shift 1 .. (of the best
-        -- pose by what repeats in the model)
-    looked_at INTEGER NOT NULL,  -- poses that it looked at
-    PRIMARY KEY (run_id, stage_no)
-);
-
 CREATE TABLE search_pose (  -- localisation: The poses of the rig that left a stage of the search, and what became of each.
-    run_id BIGINT NOT NULL,  -- the run
-    stage_no INTEGER NOT NULL,  -- REFERENCES search_stage (run_id, stage_no): the stage
+    run_id BIGINT NOT NULL,  -- REFERENCES inspection (run_id): the run
+    stage_no INTEGER NOT NULL,  -- ordinal of the stage in the run, from 0
     pose_no INTEGER NOT NULL,  -- ordinal in the stage, from 0
+    stage TEXT NOT NULL,  -- join (of circles), lines (a join of straight edges where circles explain too little), about (drawn about the best where few
+        -- edges hold it), scan (of the prior's volume, on coarse evidence), climb (on finer), and shift 1 .. (of the best pose by what repeats in the model)
+    looked_at INTEGER NOT NULL,  -- poses that the stage looked at
     m00 DOUBLE PRECISION NOT NULL, m01 DOUBLE PRECISION NOT NULL, m02 DOUBLE PRECISION NOT NULL, m03 DOUBLE PRECISION NOT NULL,  -- world_from_rig
     m10 DOUBLE PRECISION NOT NULL, m11 DOUBLE PRECISION NOT NULL, m12 DOUBLE PRECISION NOT NULL, m13 DOUBLE PRECISION NOT NULL,
     m20 DOUBLE PRECISION NOT NULL, m21 DOUBLE PRECISION NOT NULL, m22 DOUBLE PRECISION NOT NULL, m23 DOUBLE PRECISION NOT NULL,

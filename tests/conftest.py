@@ -46,9 +46,10 @@ def pytest_collection_finish() -> None:
 # Folders whose files share fixtures that take long (six bulkheads loaded): to one worker each.
 _TOGETHER = ("tests/variants",)
 # What takes longest goes first, so that no worker is left with it while the others have nothing more to do.
+# One of two workers makes the stores of the command line's tests while the other waits for Spark, not for those stores.
 _FIRST = (
-    "tests/app/cli/",
     "tests/find/test_parquet.py",
+    "tests/app/cli/",
     "tests/vision/presence/",
     "tests/loading/",
     "tests/readers/",

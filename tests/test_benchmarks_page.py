@@ -20,7 +20,6 @@ TOOLS = {
     "faults",
     "inspection_snapshot",
     "load_snapshot",
-    "presence",
     "run",
     "trials",
     "verdict",

@@ -4,9 +4,10 @@ pictures agree with its file.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ from vision.stereo.epipolar import LATTICE, sees, view_lattice
 RELIEF = 0.05  # of the distance, by which what is looked at is deep, either way
 EDGE_PX = 0.3  # by which each of POINTS edges errs across its direction: so many arcs at some .1 px, together
 POINTS = 64
-DIAMETER_PX = 0.2  # of a bore's rim, by which its diameter errs, as the demonstration's inspections tell
+DIAMETER_PX = 0.43  # by which the diameter of a bore errs: what the demonstration's inspections state in the median
 BORE_MM = 10.0
 LITTLE = 0.3  # share of a picture that the other camera sees, below which a pair matches little
 
@@ -40,7 +41,8 @@ class RigCheck:
     angle of their axes and the baseline.  sigma_mm, sigma_deg, diameter_sigma_mm: expected standard deviations of a
     pose, along the worst directions, and of the diameter of a bore of BORE_MM, with the calibration as stated, or as is
     usual for the cameras that are unstated.  errors: how far (mm) an error of the file would move a pose, were it
-    believed.  agreement, doubt: how two pictures agree with the file, and how they say that the rig is otherwise."""
+    believed.  agreement, doubt: how two pictures agree with the file, and how they say that the rig is otherwise.
+    undecidable: diameters with a tolerance that it is too rough for."""
 
     distance_mm: float
     mm_per_px: dict[str, float]
@@ -53,6 +55,15 @@ class RigCheck:
     unstated: list[str]
     agreement: Agreement | None = None
     doubt: str | None = None
+    undecidable: list[str] = field(default_factory=list)
+
+    def weigh_diameters(self, stated: Iterable[Any]) -> RigCheck:
+        """The same with those of `stated`, rows of `object/diameters`, whose tolerance is no more than twice U."""
+        edge = DIAMETER_PX * min(self.mm_per_px.values())
+        scale = np.sqrt(max(self.diameter_sigma_mm**2 - edge**2, 0)) / BORE_MM
+        return replace(
+            self, undecidable=[r.size for r in stated if r.tolerance <= 4 * np.hypot(edge, r.nominal * scale)]
+        )
 
     def sentences(self) -> list[str]:
         """The same in words."""
@@ -77,6 +88,7 @@ class RigCheck:
                 f"of {self.agreement.points} points that both pictures show {self.agreement.near:.0%} lie within 2 px "
                 f"of where the file has them, {self.agreement.distance_mm:.0f} mm off"
             )
+        said += [f"U is too great for the tolerance of: {', '.join(self.undecidable)}"] * bool(self.undecidable)
         return said + ([self.doubt] if self.doubt else [])
 
 

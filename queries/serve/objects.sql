@@ -1,7 +1,7 @@
 -- Objects and variants that were loaded, each in its newest revision.
--- Takes nothing; gives object_id (for its picture), name, variant, revision, parts (how many stand in it), mass_kg (null where that of some is
--- not known), file (that it was first loaded from) and format.
-SELECT v.object_id, v.name, v.variant, v.revision, p.parts, p.mass_kg, s.file_name AS file, s.format
+-- Takes nothing; gives name, variant, revision, parts (how many stand in it), mass_kg (null where that of some is not known),
+-- file (that it was first loaded from), format and object_id.
+SELECT v.name, v.variant, v.revision, p.parts, p.mass_kg, s.file_name AS file, s.format, v.object_id
 FROM object_variant AS v
 JOIN source AS s ON s.id = v.source_id
 LEFT JOIN (

@@ -1,13 +1,13 @@
 -- How a rig did in each usable inspection: how exactly place and rotation were known, how much of the expected evidence was found,
 -- how far the edge points of each camera lie from the model.
--- Takes rig (its number); gives quantity, run, began_at, serial, value, gate (the most or least that was allowed; null where there
--- is none) and unit, the oldest first.
-SELECT q.quantity, i.run_id AS run, r.began_at, i.serial, q.value, q.gate, q.unit
+-- Takes rig (its number); gives quantity, run, began_at, serial, value, bound (the most that was allowed; null where there is
+-- none), changed (whether it is beyond that) and unit, the oldest first.
+SELECT q.quantity, i.run_id AS run, r.began_at, i.serial, q.value, q.bound, q.value > q.bound AS changed, q.unit
 FROM inspection AS i
 JOIN run AS r ON r.id = i.run_id
 JOIN (
     SELECT run_id, CASE rule WHEN 'translation' THEN 'place known to, two sigma' ELSE 'rotation known to, two sigma' END AS quantity,
-        value, gate, CASE rule WHEN 'translation' THEN 'mm' ELSE 'deg' END AS unit
+        value, gate AS bound, CASE rule WHEN 'translation' THEN 'mm' ELSE 'deg' END AS unit
     FROM why_verdict
     WHERE rule IN ('translation', 'rotation')
     UNION ALL

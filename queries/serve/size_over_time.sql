@@ -1,9 +1,9 @@
 -- A size of a part or feature in each usable inspection that measured it, the oldest first.
--- Takes path and what; gives run, began_at, serial, value, sigma, nominal, least_difference (how far it must differ to count as
--- changed, null where odds decide), unit and changed.
-SELECT m.run_id AS run, r.began_at, i.serial, m.value, m.sigma, m.nominal,
-    CASE WHEN m.what IN ('diameter', 'shift', 'thickness', 'width') THEN greatest(t.value, k.value * m.sigma) END AS least_difference,
-    m.unit, m.changed
+-- Takes path and what; gives quantity, run, began_at, serial, value, sigma, nominal, bound (how far it must differ to count as
+-- changed, null where odds decide), changed and unit.
+SELECT m.what AS quantity, m.run_id AS run, r.began_at, i.serial, m.value, m.sigma, m.nominal,
+    CASE WHEN m.what IN ('diameter', 'shift', 'thickness', 'width') THEN greatest(t.value, k.value * m.sigma) END AS bound,
+    m.changed, m.unit
 FROM presence AS p
 JOIN measured_size AS m ON m.run_id = p.run_id AND m.item_no = p.item_no
 JOIN inspection AS i ON i.run_id = p.run_id AND i.verdict = 'accepted'

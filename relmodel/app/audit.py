@@ -18,6 +18,7 @@ from relmodel.arrays import Floats
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import matrices, rotation_vector
 from relmodel.names import nearest_name
+from relmodel.printing import rounded
 from relmodel.store import Run, Store, sql
 
 
@@ -40,10 +41,23 @@ def run_named(store: Store, connection: Connection, name: int | str | None) -> i
 
 def find_run(store: Store, connection: Connection, run: int) -> Row[Any]:
     """The row of a run, as `audit/run` gives it.  Raises UsageError where there is none."""
-    found = store.rows(connection, "audit/run", run=run)
+    found = store.rows(connection, "audit/run", run_id=run)
     if not found:
         raise UsageError(f"there is no run {run}: relmodel runs lists them")
     return found[0]
+
+
+def run_in_short(row: Any) -> tuple[Any, ...]:
+    """What a person looks at of a run, a row of `run/runs`: run, kind, serial, how it ended (of an inspection its
+    verdicts and how much was checked), began_at, seconds, message."""
+    result = row.state
+    if row.pose_verdict is not None:
+        result = row.part_verdict if row.pose_verdict == "usable" else f"pose {row.pose_verdict}"
+    if row.in_view:
+        result += f", {row.checked} of {row.in_view} checked"
+    began = row.began_at and row.began_at.isoformat(" ", "minutes")[:16]
+    seconds = None if row.seconds is None else rounded(row.seconds, 1)
+    return row.run, row.kind, row.serial, result, began, seconds, row.message and row.message.partition(";")[0]
 
 
 # Why an inspection decided as it did: sentences that follow from its rows.

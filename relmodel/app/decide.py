@@ -24,7 +24,7 @@ def decide(store: Store, number: int | str | None, finding: int, decision: str, 
             )
     with store.read() as connection:
         inspection = run_named(store, connection, number)
-        rows = store.rows(connection, "report/run_findings", run_id=inspection)
+        rows = store.rows(connection, "result/finding", run_id=inspection)
     row = next((row for row in rows if row.finding_no == finding), None)
     if row is None:
         there = f"it has 1 to {len(rows)}" if rows else "it has none"

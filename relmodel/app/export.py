@@ -8,6 +8,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from itertools import count
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -19,9 +20,9 @@ from sqlalchemy import Connection
 import relmodel
 from relmodel.app.tree import Tree, read_tree
 from relmodel.arrays import Floats
-from relmodel.errors import InputError, UsageError
+from relmodel.errors import UsageError
 from relmodel.geometry.transforms import MATRIX_COLUMNS, inverse, matrices, matrix_columns
-from relmodel.names import check_writable, visible
+from relmodel.names import check_writable, make_folder, visible
 from relmodel.printing import finite, json_text
 from relmodel.progress import Progress, silent
 from relmodel.store import Store, sql
@@ -304,8 +305,10 @@ def write_qif(tables: dict[str, pa.Table], path: Path) -> None:
     blocks["Measurement"] = _add(of_result, "CharacteristicMeasurements")
     _add(_add(result, "InspectionStatus"), "InspectionStatusEnum", _verdict(about))
     sizes: dict[str, list[dict[str, Any]]] = defaultdict(list)
-    for row in tables["measured_size"].to_pylist():
+    for row in sorted(tables["measured_size"].to_pylist(), key=itemgetter("measure_no")):
         sizes[row["path"]].append(row)
+    judged = [row for row in tables["characteristic"].to_pylist() if row["qif"] is not None]
+    stated = {(row["path"], row["measured"]) for row in judged}  # by the limits of the part, not those of a change
     for row in tables["presence"].to_pylist():
         if row["level"] != "surface":
             _add_state(row, blocks, numbers)
@@ -313,7 +316,11 @@ def write_qif(tables: dict[str, pa.Table], path: Path) -> None:
             for size in sizes[row["path"]]:
                 seen[size["what"]] += 1  # of several faces each has an offset
                 name = f"{row['path']}/{size['what']}" + (f" {seen[size['what']]}" if seen[size["what"]] > 1 else "")
-                _add_size(name, size, blocks, numbers)
+                if (row["path"], size["value"]) not in stated:
+                    _add_size(name, size, blocks, numbers)
+    for row in judged:
+        size = {**row, "unit": "mm", "value": row["measured"], "sigma": (row["expanded_uncertainty"] or 0) / 2}
+        _add_size(f"{row['number']} {row['path']}/{row['what']}", size, blocks, numbers)
     for block in blocks.values():
         block.set("n", str(len(block)))
     if not len(blocks["Measurement"]):  # the standard has no empty lists
@@ -337,22 +344,25 @@ def _add_state(row: dict[str, Any], blocks: dict[str, ET.Element], numbers: Iter
 
 def _add_size(name: str, row: dict[str, Any], blocks: dict[str, ET.Element], numbers: Iterator[int]) -> None:
     """A size of it; without a limit of its own the odds decided, and the definition has none."""
-    kind = _KINDS.get(row["what"], "UserDefinedAngular" if row["unit"] == "deg" else "UserDefinedLinear")
-    undecided = row["state"] == "undecidable"
-    status = "NOT_ANALYZED" if undecided else "FAIL" if row["changed"] else "PASS"
+    kind = _KINDS.get(row["what"].rpartition("_")[2], f"UserDefined{'Angular' if row['unit'] == 'deg' else 'Linear'}")
+    status, limits = row["qif"], [row.get("upper_limit"), row.get("lower_limit")]
+    if "decision" not in row:
+        status = "NOT_ANALYZED" if row["state"] == "undecidable" else "FAIL" if row["changed"] else "PASS"
+        limits = [row["least_difference"], row["least_difference"] and -row["least_difference"]]
     definition, nominal, measurement = _add_four(kind, name, status, blocks, numbers)
-    if row["least_difference"] is None:
+    if limits == [None, None]:
         _add(definition, "NonTolerance", "MEASURED")
     else:
         tolerance = _add(definition, "Tolerance")
-        _add(tolerance, "MaxValue", _number(row["least_difference"]))
-        _add(tolerance, "MinValue", _number(-row["least_difference"]))
-        _add(tolerance, "DefinedAsLimit", "false")
+        for end, limit in zip(("MaxValue", "MinValue"), limits, strict=True):
+            if limit is not None:
+                _add(tolerance, end, _number(limit))
+        _add(tolerance, "DefinedAsLimit", str("decision" in row).lower())
     if kind.startswith("UserDefined"):
         _add(definition, "WhatToMeasure", row["what"])
     _add(nominal, "TargetValue", _number(row["nominal"]))
-    # The standard has both attributes or none.
-    _add(measurement, "Value", _number(row["value"]), combinedUncertainty=_number(row["sigma"]), meanError="0")
+    if row["value"] is not None:  # the standard has both attributes or none
+        _add(measurement, "Value", _number(row["value"]), combinedUncertainty=_number(row["sigma"]), meanError="0")
 
 
 def _add_four(
@@ -435,10 +445,7 @@ def write_tables(tables: Mapping[str, pa.Table], folder: Path, form: str, progre
 
     if form not in FORMS:
         raise UsageError(f"there is no table format {form}: name parquet or csv")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"the folder {folder} cannot be made ({error.strerror}): name another place") from error
+    make_folder(folder)
     first = next(iter(tables))
     if not _stores_in(folder / f"{first}.{form}", form) <= set(tables[first]["store_id"].to_pylist()):
         raise UsageError(f"{folder} holds tables of another store: name another folder")

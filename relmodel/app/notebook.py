@@ -12,7 +12,7 @@ from html import escape
 import numpy as np
 from PIL import Image
 
-from relmodel.drawing.draw import draw_over, read_image, side_by_side
+from relmodel.drawing.draw import draw_over, read_seen, side_by_side
 from relmodel.names import visible
 from relmodel.store import Store
 from vision.inspection.answer import Inspection
@@ -33,9 +33,8 @@ class PicturedInspection(Inspection):
         if self.store.is_closed:
             opened = Store.open(self.store.engine.url.render_as_string(hide_password=False), read_only=True)
         with opened as store, store.read() as connection:
-            kept = store.rows(connection, "report/pictures", run_id=self.run)
-            images = {row.camera: read_image(row.bytes) for row in kept}
-            greys = {name: np.asarray(image.convert("L")) for name, image in images.items() if image is not None}
+            kept = read_seen(store, connection, self.run)
+            greys = {it.row.camera: np.asarray(it.image.convert("L")) for it in kept if it.image is not None}
             drawn = Image.fromarray(side_by_side(list(draw_over(store, connection, self.run, greys).values())))
         drawn.thumbnail((_WIDTH, drawn.height))
         out = io.BytesIO()

@@ -81,13 +81,9 @@ def check_writable(path: str | Path) -> None:
 
 def side_by_side(images: Sequence[Bytes]) -> Bytes:
     """Pictures (rows, columns, 3: RGB) as one, a white gap between them."""
-    height = max(i.shape[0] for i in images)
-    pieces = []
-    for image in images:
-        framed = np.full((height, image.shape[1] + 8, 3), 255, np.uint8)
-        framed[: image.shape[0], : image.shape[1]] = image
-        pieces.append(framed)
-    return np.concatenate(pieces, axis=1)[:, :-8]
+    height = max(map(len, images))
+    framed = [np.pad(i, ((0, height - len(i)), (0, 8), (0, 0)), constant_values=255) for i in images]
+    return np.concatenate(framed, axis=1)[:, :-8]
 
 
 def save_side_by_side(path: str | Path, images: Sequence[Bytes]) -> None:
@@ -109,6 +105,8 @@ STATES: dict[str, Rgb] = {
     "undecidable": (154, 167, 176),
     "confirmed": (61, 220, 115),
 }
+FAILING = tuple(STATES)[:3]
+_DRAWN = (*FAILING, "confirmed", "undecidable")  # of several states of an edge the first
 BLEND: Rgb = (90, 162, 255)  # edges of fillets, which show as shading and not as edges
 UNEXPLAINED: Rgb = (255, 107, 255)  # what the model does not account for
 # Of features by kind.
@@ -199,28 +197,16 @@ def data_uri(picture: Image.Image) -> str:
     return "data:image/webp;base64," + base64.b64encode(as_webp(picture)).decode()
 
 
-# Small SVG drawings: courses of arcs, histograms, residuals on the picture, ellipses of uncertainty.
+# Small SVG drawings: courses of arcs, histograms, residuals on the picture, bars, values over time.
 
 _MOST_POINTS = 500
 _MOST_LETTERS = 26  # of a bar's label: its end tells it apart
 _DETAIL_PX = 0.4  # how far a drawn course may leave the points that it stands for: less than a line is wide
 
 
-def courses(owner: npt.ArrayLike, x: npt.ArrayLike, y: npt.ArrayLike, *, detail: float = _DETAIL_PX) -> dict[int, str]:
-    """SVG path data of each owner's points, columns of a table, px; the points of an owner are contiguous.
-
-    Points that a straight piece passes within `detail` are left out (Douglas and Peucker 1973, by OpenCV).
-    """
-    numbers, points = np.asarray(owner, np.int64), np.stack([np.asarray(c, float) for c in (x, y)], axis=1)
-    if not len(numbers):
-        return {}
-    starts = np.flatnonzero(np.r_[True, numbers[1:] != numbers[:-1]])
-    pieces = zip(numbers[starts].tolist(), np.split(points, starts[1:]), strict=True)
-    return {int(no): course(piece, detail) for no, piece in pieces}
-
-
 def course(points: Floats, detail: float = _DETAIL_PX) -> str:
-    """SVG path data of points (n, 2), px, as `courses` has it."""
+    """SVG path data of points (n, 2), px, without those that a straight piece passes within `detail` (Douglas and
+    Peucker 1973, by OpenCV)."""
     return path_data(np.asarray(cv2.approxPolyDP(points.astype(np.float32), detail, False)[:, 0], float))
 
 
@@ -264,30 +250,6 @@ def residual_map(points: Floats, normals: Floats, residual: Floats, width: int, 
         '<svg class="plot map" viewBox="-0.5 -0.5 {w} {h}" role="img" aria-label="residuals on the picture">'
         '<rect class="frame" x="-0.5" y="-0.5" width="{w}" height="{h}"/><path class="residual" d="{d}"/></svg>'
     ).format(w=width, h=height, d=data)
-
-
-def ellipse(covariance: Floats, label: str) -> Markup:
-    """One and two standard deviations of a covariance (2, 2) in mm, the longer half axis of two filling the drawing."""
-    half = 2 * float(np.sqrt(max(np.linalg.eigvalsh(covariance)[-1], 1e-30)))
-    paths = Markup("").join(
-        Markup('<path class="ellipse" d="{}"/>').format(
-            path_data(ellipse_points(covariance, k) * [80 / half, -80 / half], True)
-        )
-        for k in (1, 2)
-    )
-    return Markup(
-        '<svg class="plot ellipses" viewBox="-100 -100 200 215" role="img" aria-label="error ellipse {label}">'
-        '<path class="axis" d="M-90 0H90M0 -90V90"/>{paths}<text x="0" y="110" text-anchor="middle">{label}: '
-        "two sigma at most {half:.2g} mm</text></svg>"
-    ).format(label=label, paths=paths, half=half)
-
-
-def ellipse_points(covariance: Floats, sigmas: float, count: int = 48) -> Floats:
-    """Points (count, 2) around the ellipse of so many standard deviations about the origin."""
-    values, vectors = np.linalg.eigh(covariance)
-    at = np.linspace(0, 2 * np.pi, count, endpoint=False)
-    circle = np.stack([np.cos(at), np.sin(at)], axis=1)
-    return np.asarray(sigmas * circle * np.sqrt(np.maximum(values, 0)) @ vectors.T)
 
 
 def bars(labels: Sequence[str], values: Sequence[float], unit: str) -> Markup:
@@ -412,20 +374,23 @@ def read_seen(store: Store, connection: Connection, run: int) -> list[Seen]:
 
 
 def read_edges(store: Store, connection: Connection, run: int) -> dict[str, list[Edge]]:
-    """The edges of the model at the best pose, by camera."""
-    courses = store.columns(connection, "report/model_arc_courses", run_id=run)
-    number, camera = np.asarray(courses["view_arc_no"], np.int64), np.asarray(courses["camera"])
-    points = np.stack([np.asarray(courses[c], float) for c in "xy"], axis=1)
-    starts = np.flatnonzero(np.r_[True, (number[1:] != number[:-1]) | (camera[1:] != camera[:-1])][: len(number)])
-    keys = zip(camera[starts].tolist(), number[starts].tolist(), strict=True)
-    course = dict(zip(keys, np.split(points, starts[1:]), strict=False))
-    states = {(r.camera, int(r.view_arc_no)): r.state for r in store.rows(connection, "report/state_arcs", run_id=run)}
+    """The edges of the model at the best pose, by camera.  Each is drawn in the worst state of the features that it
+    bounds, of those that are decided; without any, in the part's."""
+    said = [item for item in store.rows(connection, "report/items", run_id=run) if item.drawn]
+    states: dict[tuple[str, int], str] = {}
+    for item in sorted(said, key=lambda it: (it.level == "part", _DRAWN.index(it.drawn))):
+        for edge in edges_of(item):
+            states.setdefault(edge, item.drawn)
     out: dict[str, list[Edge]] = defaultdict(list)
     for row in store.rows(connection, "report/model_arcs", run_id=run):
-        key = row.camera, int(row.view_arc_no)
-        if key in course:
-            out[row.camera].append(Edge(row, course[key], states.get(key, "")))
+        state = states.get((row.camera, int(row.view_arc_no)), "")
+        out[row.camera].append(Edge(row, np.column_stack([row.x, row.y]), state))
     return out
+
+
+def edges_of(item: Any) -> list[tuple[str, int]]:
+    """Cameras and numbers of the edges that show a part or feature, a row of `report/items`."""
+    return list(zip(item.cameras or (), item.arc_nos or (), strict=True))
 
 
 def draw_model(canvas: Bytes, edges: Sequence[Edge], boxes: Sequence[Floats] = ()) -> Bytes:
@@ -460,38 +425,29 @@ def write_overlay(path: str | Path, store: Store, run: int, greys: Mapping[str, 
     save_side_by_side(path, list(drawn.values()))
 
 
+def failing(items: Iterable[Any]) -> list[Any]:
+    """Rows of `report/items` that are not as modelled or not confirmed, the worst first."""
+    found = [item for item in items if item.state in FAILING]
+    return sorted(found, key=lambda it: (FAILING.index(it.state), -it.evidence, it.item_no))
+
+
 def write_crops(folder: str | Path, store: Store, run: int, greys: Mapping[str, Bytes | Floats]) -> None:
     """Write pictures of the failures, the worst first, at most 50: what each camera shows, then with the model."""
     with store.read() as connection:
         edges, drawn = read_edges(store, connection, run), draw_over(store, connection, run, greys)
-        of_item = item_edges(store, connection, run)
-        failures = store.rows(connection, "report/failures", run_id=run)[:_MOST_CROPS]
-    for place, row in enumerate(failures, 1):
+        items = store.rows(connection, "report/items", run_id=run)
+    failures = [item for item in failing(items) if item.drawn == item.state]  # by more than its features
+    for place, row in enumerate(failures[:_MOST_CROPS], 1):
         pieces: list[Bytes] = []
+        mine = set(edges_of(row))
         for name, grey in greys.items():
-            own = [e for e in edges.get(name, ()) if (name, e.number) in of_item[int(row.in_view_no)]]
+            own = [e for e in edges.get(name, ()) if (name, e.number) in mine]
             if own:
                 u0, v0, u1, v1 = box_about(own, (grey.shape[1], grey.shape[0]))
                 pieces += [in_colour(grey[v0:v1, u0:u1]), drawn[name][v0:v1, u0:u1]]
         if pieces:
             words = re.sub(r"[^A-Za-z0-9.-]+", "_", row.path)[-200:]  # a name of a file may have 255 bytes
             save_side_by_side(Path(folder) / f"{place:02d}_{row.state}_{words}.png", pieces)
-
-
-def check_crops(folder: str | Path) -> None:
-    """Raise InputError where the folder cannot be made, before anything is computed."""
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"the folder {folder} cannot be made ({error.strerror}): name another place") from error
-
-
-def item_edges(store: Store, connection: Connection, run: int) -> dict[int, set[tuple[str, int]]]:
-    """Cameras and numbers of the edges that show each part and feature, by its number in view."""
-    out: dict[int, set[tuple[str, int]]] = defaultdict(set)
-    for r in store.rows(connection, "report/item_arcs", run_id=run):
-        out[int(r.in_view_no)].add((r.camera, int(r.view_arc_no)))
-    return out
 
 
 def box_about(edges: Iterable[Edge], size: tuple[int, int]) -> tuple[int, int, int, int]:

@@ -15,6 +15,7 @@ from sqlalchemy import Connection
 from relmodel.arrays import Bytes, Floats, Ints
 from relmodel.drawing.draw import INK, PLAIN, Rgb, colours_of, with_key
 from relmodel.errors import UsageError
+from relmodel.geometry.rays import Rays
 from relmodel.geometry.transforms import apply
 from relmodel.names import check_writable
 from relmodel.store import Store
@@ -136,17 +137,20 @@ def _scene(store: Store, connection: Connection, shape_id: Ints, pose: Floats, a
 
 def _draw(scene: _Scene, width: int) -> Ints:
     """The triangle that each pixel shows, -1 where none."""
-    from relmodel.drawing.solid_kernels import draw
-
     low, high = scene.corners.min((0, 1)), scene.corners.max((0, 1))
     margin = 0.02 * (high - low)[:2].max()
     step = ((high - low)[0] + 2 * margin) / width
     height = max(1, int(np.ceil(((high - low)[1] + 2 * margin) / step)))
-    corner = np.array([low[0] - margin, high[1] + margin, 0.0])
-    pixels = (scene.corners - corner) / [step, -step, 1.0] - [0.5, 0.5, 0.0]
-    depth, hit = np.full((height, width), np.inf), np.full((height, width), -1, np.int64)
-    draw(np.ascontiguousarray(pixels), depth, hit)
-    return hit
+    x, y = np.meshgrid(np.arange(0.5, width), np.arange(0.5, height))
+    eyes = np.stack([low[0] - margin + step * x, high[1] + margin - step * y, np.full_like(x, low[2] - 1)], axis=-1)
+    return first_hits(scene.corners, eyes)
+
+
+def first_hits(corners: Floats, eyes: Floats) -> Ints:
+    """Which of the triangles (n, 3, 3) each of the eyes (rows, columns, 3) sees first along z, -1 where none."""
+    rays = Rays(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3), robust=True)
+    away = np.broadcast_to([0.0, 0.0, 1.0], (eyes[..., 0].size, 3))
+    return rays.nearest(eyes.reshape(-1, 3), away).reshape(eyes.shape[:2])
 
 
 def _areas(scene: _Scene, hit: Ints) -> Ints:

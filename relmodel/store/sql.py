@@ -141,7 +141,7 @@ def comment_statements(dialect: str) -> str:
                 ]
             else:
                 axes = re.search(r"\bx(, y)? and [yz]\b", words) if len(names) > 1 else None
-                for name, axis in zip(names, "xyz", strict=False):
+                for name, axis in zip(names, "xyz" * 9, strict=False):
                     own = words if axes is None else words[: axes.start()] + axis + words[axes.end() :]
                     statements.append(_comment("COLUMN", f"{relation}.{name}", own))
     return "\n".join(statements)

@@ -13,36 +13,23 @@ from PIL import Image
 from relmodel.app.report.page import cell, script_json
 from relmodel.drawing.draw import (
     Point,
-    courses,
+    course,
     data_uri,
-    ellipse_points,
     history,
     read_image,
 )
 
-RNG = np.random.default_rng(5)
 
-
-def test_courses_keep_ends_and_stay_near() -> None:
+def test_a_course_keeps_its_ends_and_stays_near() -> None:
     at = np.linspace(0, 3, 400)
     x, y = 100 + 40 * np.cos(at), 80 + 40 * np.sin(at)
-    drawn = courses(np.repeat([4, 9], [400, 2]), np.r_[x, 1.0, 5.0], np.r_[y, 2.0, 2.0])
-    assert list(drawn) == [4, 9]
-    assert drawn[9] == "M1.0 2.0L5.0 2.0"
-    kept = np.array([[float(n) for n in p.split()] for p in re.split("[ML]", drawn[4])[1:]])
+    assert course(np.array([[1.0, 2.0], [5.0, 2.0]])) == "M1.0 2.0L5.0 2.0"
+    kept = np.array([[float(n) for n in p.split()] for p in re.split("[ML]", course(np.column_stack([x, y])))[1:]])
     assert len(kept) < 40
     np.testing.assert_allclose(kept[[0, -1]], [[x[0], y[0]], [x[-1], y[-1]]], atol=0.06)
     steps = np.linspace(0, 1, 50)[:, None, None]
     along = (kept[:-1] + steps * (kept[1:] - kept[:-1])).reshape(-1, 2)
     assert np.abs(np.hypot(along[:, 0] - 100, along[:, 1] - 80) - 40).max() < 0.5
-
-
-def test_an_ellipse_has_its_covariance() -> None:
-    half = RNG.normal(size=(2, 2))
-    covariance = half @ half.T
-    points = ellipse_points(covariance, 2.0)
-    np.testing.assert_allclose(np.einsum("ni,ij,nj->n", points, np.linalg.inv(covariance), points), 4, rtol=1e-9)
-    np.testing.assert_allclose(points.T @ points / len(points) * 2 / 4, covariance, rtol=1e-9)
 
 
 def test_a_history_has_its_limits() -> None:

@@ -8,8 +8,7 @@ import pytest
 
 from relmodel.errors import UsageError
 from relmodel.find.indexes import KINDS, PackedRTree, build
-from relmodel.find.volumes import Box, Frustum, OrientedBox, Sphere, Volume, VolumeTable
-from tests.poses import pose_of
+from relmodel.find.volumes import Box, VolumeTable
 
 Floats = npt.NDArray[np.float64]
 
@@ -73,28 +72,6 @@ def test_equal_to_brute_force(kind: str, case: str, count: int) -> None:
         assert index.any_in_boxes(asked).tolist() == [bool(e) for e in expected]
     assert len(index) == count
     assert index.nbytes >= boxes.nbytes
-
-
-@pytest.mark.parametrize("kind", KINDS[1:])
-def test_volumes_as_the_rtree(kind: str) -> None:
-    boxes = boxes_of("clustered", 3000)
-    rng = np.random.default_rng(2)
-    volumes: list[Volume] = []
-    for point in rng.choice(boxes[:, :3], 40):
-        x, y, z = point.tolist()
-        pose = pose_of(point, rng.uniform(-2, 2, 3))
-        matrix = np.array([[500.0, 0, 319.5], [0, 500, 239.5], [0, 0, 1]])
-        volumes += [
-            Sphere(x, y, z, 30),
-            OrientedBox(pose, rng.uniform(5, 60, 3)),
-            Frustum(640, 480, matrix, pose, 1, 200),
-        ]
-    table = VolumeTable.of(volumes)
-    pairs = [
-        sorted(zip(*(c.tolist() for c in build(k, boxes).in_volumes(table)), strict=True)) for k in ("rtree", kind)
-    ]
-    assert pairs[0] == pairs[1]
-    assert len(pairs[0]) > 1000
 
 
 def test_unknown_kind() -> None:

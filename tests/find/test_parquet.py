@@ -110,16 +110,6 @@ def _row(row: Any) -> tuple[Any, ...]:
     return (volume_no, *rest)
 
 
-def test_files_answer_as_the_store_does(fresh_store: str, tmp_path: Path) -> None:
-    with Store.open(fresh_store) as store:
-        volumes = questions(fill(store, tmp_path))
-        write_questions(volumes, tmp_path)
-        rows = expected(store, volumes)
-    assert main(["export", "--parquet", str(tmp_path / "parts"), "--store", fresh_store]) == 0
-    assert len(rows) > 1000
-    assert duckdb_rows(tmp_path) == rows
-
-
 def test_worlds_side_by_side_and_bad_calls(fresh_store: str, tmp_path: Path) -> None:
     with Store.open(fresh_store) as store:
         with store.read() as connection, pytest.raises(UsageError, match="no part is placed"):

@@ -11,12 +11,14 @@ from itertools import product
 from typing import Any
 
 import numpy as np
+import sqlalchemy as sa
 from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import csr_array
 
 from relmodel.labelling import branch_and_bound
 from relmodel.labelling.branch_and_bound import SCALE, Duals
 from relmodel.labelling.problem import MatchingProblem, MatchingResult, matching_problem, result_rows
+from relmodel.store import Run
 
 
 def random_problem(rng: np.random.Generator, most_units: int = 9) -> MatchingProblem:
@@ -280,3 +282,13 @@ def prohibitive_cost(problem: MatchingProblem) -> int:
     dearest = np.maximum.reduceat(cost, first[has]).clip(min=0).sum() if len(has) else 0
     cheapest = np.minimum.reduceat(cost, first[has]).clip(max=0).sum() if len(has) else 0
     return int(1 + dearest - cheapest + problem.neighbour_weight.sum())
+
+
+def add_unit_set(run: Run, connection: sa.Connection, number: int) -> None:
+    """Of an extraction of a picture, without the rows of either, for problems to be of."""
+    picture: dict[str, Any] = {"sha256": [f"{number}"], "file_name": ["x.png"], "width": [1], "height": [1]}
+    run.append(connection, "image", {"id": [number], **picture, "depth": [8]})
+    extraction: dict[str, Any] = {"image_id": [number], "content_key": [f"{number}"], "parameters": ["{}"]}
+    extraction |= {"version": ["1"], "bits": [8], "bits_from": ["file"], "grey_dark": [0.0], "grey_bright": [255.0]}
+    run.append(connection, "extraction", {"id": [number], **extraction})
+    run.append(connection, "unit_set", {"id": [number], "kind": "extraction", "extraction_id": [number]})

@@ -13,7 +13,7 @@ from relmodel.labelling.problem import result_rows
 from relmodel.labelling.solve import solve
 from relmodel.store.runs import Run
 from relmodel.store.store import Store
-from tests.labelling.oracle import random_problem
+from tests.labelling.oracle import add_unit_set, random_problem
 from tests.labelling.scenes import scene
 
 CHECKS = ("check/matching_cost", "check/matching_bound")
@@ -28,12 +28,7 @@ def store(fresh_store: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[Store]:
     problems += [(scene("hard", 48, 4).problem, 1)] + [(random_problem(rng), 10_000) for _ in range(12)]
     with Store.open(fresh_store) as store, Run.begin(store, "inspect", {}) as run:
         with run.write() as connection:
-            image: dict[str, Any] = {"sha256": ["1"], "file_name": ["x.png"], "width": [1], "height": [1], "depth": [8]}
-            run.append(connection, "image", {"id": [1], **image})
-            extraction: dict[str, Any] = {"image_id": [1], "content_key": ["1"], "parameters": ["{}"], "version": ["1"]}
-            extraction |= {"bits": [8], "bits_from": ["file"], "grey_dark": [0.0], "grey_bright": [255.0]}
-            run.append(connection, "extraction", {"id": [1], **extraction})
-            run.append(connection, "unit_set", {"id": [1], "kind": "extraction", "extraction_id": [1]})
+            add_unit_set(run, connection, 1)
             for number, (problem, nodes) in enumerate(problems):
                 key = {"run_id": run.id, "problem_no": number}
                 about: dict[str, Any] = {
@@ -68,6 +63,11 @@ DAMAGES = {
     "UPDATE problem_relation SET weight = weight + 1 WHERE problem_no = 0": "the cost of a decision",
     "DELETE FROM compatibility WHERE problem_no = 0": "the cost of a decision",
     "UPDATE compatibility SET saves = 0 WHERE problem_no = 0": "the cost of a decision",
+    "UPDATE assignment SET label_no = NULL, reason = 'null_cheaper' WHERE problem_no = 0": "the cost of a decision",
+    "UPDATE assignment SET cost = cost + 1 WHERE problem_no = 0": "the cost of a decision",
+    """UPDATE assignment SET label_no = (SELECT min(label_no) FROM candidate WHERE problem_no = 0)
+        WHERE label_no IS NOT NULL AND problem_no = 0""": "a label is taken twice",
+    "DELETE FROM assignment WHERE problem_no = 0": "a unit has no decision",
     "INSERT INTO problem_relation SELECT * FROM problem_relation WHERE problem_no = 0": "a relation is there twice",
 }
 

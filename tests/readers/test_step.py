@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import re
 from pathlib import Path
 
@@ -35,14 +34,6 @@ def test_names_and_units(data_dir: Path) -> None:
         shape = model.shapes[0]
         assert shape.surfaces["area"] == pytest.approx(np.full(6, 1e6))
         assert shape.volume == pytest.approx(1e9)
-
-
-@pytest.mark.data
-def test_gzipped_file_is_the_same(data_dir: Path, tmp_path: Path) -> None:
-    path = data_dir / "step" / "cube-in.step"
-    packed = tmp_path / "cube.STEP.gz"
-    packed.write_bytes(gzip.compress(path.read_bytes()))
-    assert shared(packed).shapes[0].volume == loaded(path).shapes[0].volume
 
 
 @pytest.mark.data

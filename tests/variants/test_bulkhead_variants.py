@@ -31,8 +31,6 @@ from scipy.spatial import cKDTree
 
 from examples.bulkhead.design import BASES, CLIP_BOLTS, VARIANTS
 from examples.bulkhead.features import CLIP_THICKNESS, all_features, changes
-from tests.loading.test_load import row_counts
-from tests.reading import load
 from tests.variants.composed import differences
 from tests.variants.conftest import EXAMPLES, Bulkheads, step_file
 
@@ -101,13 +99,6 @@ def same_faces(a: Faces, b: Faces) -> set[tuple[int, int]]:
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("kernel")
-
-
-def test_a_reload_adds_nothing(bulkheads: Bulkheads) -> None:
-    counts = row_counts(bulkheads.store)
-    again = load(bulkheads.store, step_file("B"), name="bulkhead", variant="B")
-    assert (again.status, again.surfaces_added, again.arcs_added) == ("unchanged", 0, 0)
-    assert row_counts(bulkheads.store) == counts
 
 
 def test_of_bolts_added_the_holes_are_new(bulkheads: Bulkheads) -> None:

@@ -144,6 +144,11 @@ def sum_in_one_light(group: Ints, in_light: Floats, count: int) -> Floats:
     return np.asarray(np.logaddexp.reduce(total, axis=1) - np.log(in_light.shape[1]))
 
 
+def weigh_edges(it: EdgeRuns) -> float:
+    """Log odds of all edges being there against not there, each camera's in one light."""
+    return float(sum_in_one_light(it.camera, it.in_light, int(it.camera.max(initial=-1)) + 1).sum())
+
+
 def weigh_absence(
     item: Ints, camera: Ints, surface: Ints, in_light: Floats, count: int, cameras: int, p: RunParameters
 ) -> Floats:

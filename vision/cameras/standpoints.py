@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any
 
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
-from relmodel.names import read_text
+from relmodel.names import read_csv
 from vision.cameras.cameras import BETWEEN, Standpoint
 from vision.cameras.files import parse_covariance, read_world_from_rig
 from vision.cameras.images import OnePicture
@@ -20,7 +19,6 @@ Standpoints = str | Path | Sequence[Mapping[str, Any]]
 """A CSV or YAML file, or what its entries hold."""
 
 COLUMNS = ("name", "pose", "joints", "sigma_mm", "sigma_deg", "prior", "rig", "serial")  # all others are cameras
-_SEPARATORS = ",;\t"
 
 
 @dataclass(frozen=True)
@@ -90,14 +88,14 @@ def _parse(entry: dict[str, Any], place: Path, folder: Path, number: int, ignore
 
 def _read_csv(file: Path) -> list[dict[str, Any]]:
     """The lines of a table of standpoints as entries of a list of them."""
-    lines, entries = read_text(file, "standpoints file").lstrip("\ufeff").splitlines(), []
-    separator = max(_SEPARATORS, key=next(iter(lines), "").count)
-    for row in csv.DictReader(lines, delimiter=separator, skipinitialspace=True):
-        cells = {str(key).strip(): cell.strip() for key, cell in row.items() if isinstance(cell, str) and cell.strip()}
+    rows, entries = read_csv(file, "standpoints file"), []
+    names = next(rows, ("", []))[1]
+    for _, row in rows:
+        cells = {name: cell for name, cell in zip(names, row, strict=False) if cell}
         entry: dict[str, Any] = {"pictures": {key: cell for key, cell in cells.items() if key not in COLUMNS}}
         entry |= {"name": cells.get("name"), "pose": cells.get("pose") or cells.get("prior")}
         entry["joints"] = dict(word.partition("=")[::2] for word in cells.get("joints", "").split())
         if "sigma_mm" in cells or "sigma_deg" in cells:
             entry["sigma"] = {"translation_mm": cells.get("sigma_mm"), "rotation_deg": cells.get("sigma_deg")}
-        entries += [entry] if cells else []
+        entries.append(entry)
     return entries

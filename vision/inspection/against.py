@@ -133,7 +133,7 @@ class Start(NamedTuple):
 
     def locate(self) -> Location:
         prior, starts, relations = self.found
-        found = self.locator.localise(self.target.stored.scene, prior, starts)
+        found = self.locator.localise(self.target.stored, prior, starts)
         return self.locator.doubt(Location(self.target, prior, found, relations))
 
 

@@ -12,10 +12,11 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.arrays import fields_of
-from relmodel.drawing.draw import check_crops, check_writable, write_crops, write_overlay
+from relmodel.drawing.draw import check_writable, write_crops, write_overlay
 from relmodel.errors import UsageError
 from relmodel.find.find import world_named
 from relmodel.labelling.solve import check_mode
+from relmodel.names import make_folder
 from relmodel.resources import user_name
 from relmodel.store import Run, Store
 from relmodel.store.runs import record_digests
@@ -138,7 +139,7 @@ class Task:
         if self.overlay is not None:
             check_writable(self.overlay)
         if self.crops is not None:
-            check_crops(self.crops)
+            make_folder(self.crops)
         if (self.pictures is None) == (self.standpoints is None) or (self.ignored and self.standpoints is None):
             raise UsageError("give pictures taken together, or standpoints, of which some may be ignored")
         given = (self.prior, self.world, self.variants, p.believe_pictures or None)

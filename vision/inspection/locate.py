@@ -4,7 +4,7 @@ pose shows.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from relmodel.errors import InputError
 from relmodel.store import Run, Store
-from vision.account.runs import EdgeAccount, take_account, weigh_lookalike
+from vision.account.runs import EdgeAccount, take_account, weigh_edges, weigh_lookalike
 from vision.cameras.cameras import Needs, Prior, Rig, Selection, SelectionParameters, select_in_view
 from vision.constellations.elements import Relations
 from vision.constellations.find_poses import PoseCandidates, find_poses, find_poses_of_one_picture
@@ -20,10 +20,10 @@ from vision.inspection.inspection_parameters import InspectionParameters
 from vision.localisation.hypotheses import Perturbations
 from vision.localisation.localise import Localisation, localise
 from vision.localisation.magnification import doubt_scale
-from vision.localisation.measurements import correct_rig
+from vision.localisation.measurements import EdgeIndex, correct_rig
 from vision.localisation.refine import RefinedPose
 from vision.localisation.verdict import doubt_edges, weigh_against_prior
-from vision.localisation.views import ModelView, Observation, propagate_pose, view_model
+from vision.localisation.views import ModelView, Observation, ViewArcs, find_view_arcs, propagate_pose
 from vision.matching import MatchedView, MatchingParameters, describe_view, match_view
 from vision.relations.relations import open_workspace
 from vision.scene import Scene, Scenes, StoredScene
@@ -99,12 +99,12 @@ class Locator:
         prior's volume; and where that is refused too, without the prior, which the pictures then contradict."""
         scene = target.stored.scene
         used, starts, relations = self.join(scene, prior)
-        located = Location(target, used, self.localise(scene, used, starts), relations)
+        located = Location(target, used, self.localise(target.stored, used, starts), relations)
         if prior is None:
             return self.doubt(located)
         likely = located.found.verdict.weighed.get("likely", 0.0)
         if likely < self.p.localisation.verdict.min_posterior and _explain_enough(starts):
-            scanned = self.localise(scene, prior, replace(starts, enough=np.inf))
+            scanned = self.localise(target.stored, prior, replace(starts, enough=np.inf))
             located = max(located, located._replace(found=scanned), key=lambda it: it.found.verdict.posterior)
         doubted = self._without(prior) if located.found.verdict.verdict == "refused" else None
         return doubted or located
@@ -120,7 +120,7 @@ class Locator:
         used, starts, relations = self.join(everything.stored.scene, None)
         if not _explain_enough(starts):
             return None
-        found = self.localise(everything.stored.scene, used, starts)
+        found = self.localise(everything.stored, used, starts)
         located = self.doubt(Location(everything, used, found, relations))
         found = located.found
         if found.best is None or found.verdict.verdict != "accepted":
@@ -153,28 +153,42 @@ class Locator:
         self.run.step("join")
         return found
 
-    def localise(self, scene: Scene, prior: Prior, starts: Perturbations) -> Localisation:
+    def localise(self, stored: StoredScene, prior: Prior, starts: Perturbations) -> Localisation:
         """The best pose from these starts, with its verdict."""
+        scene, seen = stored.scene, self.seen
 
-        def relate(poses: Sequence[RefinedPose], rig: Rig) -> list[int]:
-            return relate_views(scene, replace(self.seen, rig=rig), poses, self.p)
+        def weigh(pose: RefinedPose, rig: Rig, indexes: Mapping[str, EdgeIndex]) -> float:
+            rig = correct_rig(rig, pose.camera_unknowns)
+            placed = {name: pose.world_from_rig @ it for name, it in rig.rig_from_camera.items()}
+            arcs = {name: find_view_arcs(scene, camera, placed[name]) for name, camera in rig.cameras.items()}
+            return weigh_edges(self.take_account(stored, rig, pose, indexes, arcs).pieces)
 
-        seen = self.seen
         if self.stereo is not None:
             partnered = dict(zip(self.stereo.rectification.cameras, self.stereo.partnered, strict=True))
             seen = replace(seen, partnered=partnered)
-        found = localise(scene, seen, prior, self.needs, self.p.localisation, starts, relate)
+        found = localise(scene, seen, prior, self.needs, self.p.localisation, starts, weigh)
         self.run.step("localise")
         return found
+
+    def take_account(
+        self,
+        stored: StoredScene,
+        rig: Rig,
+        pose: RefinedPose,
+        indexes: Mapping[str, EdgeIndex],
+        arcs: Mapping[str, ViewArcs],
+    ) -> EdgeAccount:
+        """The account of the edges seen from a pose, by what it solved of the cameras."""
+        lists, response = [indexes[name] for name in rig.cameras], pose.camera_unknowns[:, 0]
+        return take_account(stored, rig, pose.world_from_rig, lists, response, arcs, self.p.presence.account)
 
     def doubt(self, it: Location) -> Location:
         """The same, doubted by the edges that should show there and do not, where it was found without a prior."""
         found, stored, p = it.found, it.target.stored, self.p.presence.account
         if not it.prior.is_open or found.best is None:
             return it
-        indexes = [found.edge_indexes[name] for name in found.rig.cameras]
-        response, arcs = found.best.camera_unknowns[:, 0], {name: view.arcs for name, view in found.views.items()}
-        account = take_account(stored, found.rig, found.best.world_from_rig, indexes, response, arcs, p)
+        arcs = {name: view.arcs for name, view in found.views.items()}
+        account = self.take_account(stored, found.rig, found.best, found.edge_indexes, arcs)
         every = stored.scene.inspected[stored.scene.surface_occurrence[account.pieces.surface[:, 0]]]
         said = weigh_lookalike(stored, account.pieces, every, list(found.rig.cameras), p.runs)
         most = self.p.localisation.verdict.max_absent_odds_anywhere
@@ -210,17 +224,3 @@ def match_views(
             match = match_view(workspace, number, seen.pictures[name], units, seen_surfaces, p.pose)
             matched[name] = MatchedView(units, match)
     return matched
-
-
-def relate_views(scene: Scene, seen: Observation, poses: Sequence[RefinedPose], p: InspectionParameters) -> list[int]:
-    """What the best labelling of the pictures by the views from each pose costs, over all cameras.
-
-    All are labellings of the same primitives, so what one costs less is its margin over the other.
-    """
-    costs = []
-    for pose in poses:
-        rig = correct_rig(seen.rig, pose.camera_unknowns)
-        view = view_model(scene, rig, pose.world_from_rig)
-        matched = match_views(rig, pose, view, seen, p.matching)
-        costs.append(sum(one.match.solved.result.cost for one in matched.values()))
-    return costs

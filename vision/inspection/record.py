@@ -179,7 +179,7 @@ def _record_hypotheses(write: Writer, hypotheses: list[RefinedPose]) -> None:
         outline_evidence=[h.outlines.evidence if h.outlines else 0.0 for h in hypotheses],
         distance=np.ma.masked_invalid([h.prior_sigma for h in hypotheses]),
         is_symmetric=[h.is_symmetric for h in hypotheses],
-        relational_distance=np.ma.masked_invalid([h.relational_distance for h in hypotheses]),
+        account_log_odds=np.ma.masked_invalid([h.told for h in hypotheses]),
     )
 
 
@@ -348,13 +348,13 @@ def record_decisions(
 
 def _record_search(write: Writer, prior: Prior, stages: list[Stage]) -> None:
     """Append what left each stage of the search, and what became of it."""
-    number = np.arange(len(stages))
-    write("search_stage", stage_no=number, name=[it.name for it in stages], looked_at=[it.looked_at for it in stages])
     counts = [len(stage.rule) for stage in stages]
     write(
         "search_pose",
-        stage_no=np.repeat(number, counts),
+        stage_no=np.repeat(np.arange(len(stages)), counts),
         pose_no=np.concatenate([np.arange(count) for count in counts]),
+        stage=[stage.name for stage in stages for _ in stage.rule],
+        looked_at=np.repeat([stage.looked_at for stage in stages], counts),
         **matrix_columns(list(perturb(prior.world_from_rig, np.concatenate([stage.delta for stage in stages])))),
         score=np.ma.masked_invalid(np.concatenate([stage.score for stage in stages])),
         rule=[rule for stage in stages for rule in stage.rule],

@@ -45,8 +45,9 @@ class VerdictParameters:
     agreement_px: float = 1.0  # px
     rival_share: float = 0.05  # share of the best pose's evidence by which a rival may fall short of it
     min_margin: float = 10.0  # evidence: likewise, at least
-    most_related: int = 4
-    """poses that stand up to which relational matching is asked which of them it is: more repeat each other"""
+    most_told: int = 4  # poses that stand of which the account of edges is taken: more repeat each other
+    rival_odds: float = 12.0
+    """log odds of that account by which a rival may fall short: cells that repeat differ by 2, others by 37 and more"""
     prior_odds: float = 8.0  # log odds by the prior beyond which a pose is no rival: one in 3,000
     max_sigma: float = 6.0
     """sigmas from the prior beyond which a pose contradicts it: one in 5,000 errs by 5 in six dimensions"""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import radians
@@ -244,8 +244,8 @@ MAX_REFINED = 60  # hypotheses; the likeliest by the prior are followed first
 PARTNER_ODDS, NO_PARTNER_ODDS = 1.1, -0.63
 
 
-Relate = Callable[[Sequence[RefinedPose], Rig], list[int]]
-"""What the best labelling of the pictures by the views of a rig from each of some poses costs."""
+Weigh = Callable[[RefinedPose, Rig, Mapping[str, EdgeIndex]], float]
+"""Log odds of all edges seen from a pose of a rig, by the edge elements of each camera's picture."""
 
 
 @dataclass(frozen=True)
@@ -289,13 +289,12 @@ def localise(
     needs: Needs = DEFAULT_NEEDS,
     p: LocalisationParameters = DEFAULTS,
     starts: Perturbations | None = None,
-    relate: Relate | None = None,
+    weigh: Weigh | None = None,
 ) -> Localisation:
     """The pose of the rig from what its cameras saw.
 
     starts: poses that a join gives, perturbations of the prior, with what each explains; where one explains enough, or
-    the prior is open, they take the place of a scan of the prior's volume.  relate: tells a few rivals apart by
-    relational matching.
+    the prior is open, they take the place of a scan of the prior's volume.  weigh: tells a few rivals apart.
     """
     clock, rig, pictures = Clock(), seen.rig, seen.pictures
     points = {name: collect_edge_points(pictures[name], camera) for name, camera in rig.cameras.items()}
@@ -333,11 +332,11 @@ def localise(
         unknown = Verdict("refused", nothing, 0.0, [nothing], prior.sigma_translation_mm, prior.sigma_rotation, "all")
         return Localisation(unknown, None, [], [], [], [], rig, indexes, {}, clock.laps)
     hypotheses, standing, motions = _order(hypotheses, scene, p)
-    if relate is not None and 1 < len(standing) <= p.verdict.most_related:
-        distance = dict(zip(standing.tolist(), relate([hypotheses[h] for h in standing], rig), strict=True))
-        hypotheses = [replace(h, relational_distance=distance.get(n, np.nan)) for n, h in enumerate(hypotheses)]
+    if weigh is not None and 1 < len(standing) <= p.verdict.most_told:
+        for n in standing.tolist():
+            hypotheses[n] = replace(hypotheses[n], told=weigh(hypotheses[n], rig, indexes))
         hypotheses, standing, motions = _order(hypotheses, scene, p)
-        clock.lap("relate")
+        clock.lap("weigh")
     best = hypotheses[0]
     equivalent = [m @ best.world_from_rig for m in complete_group([m for m in motions if m is not None])]
     names = rig.cameras if len(rig.cameras) > 1 else ()

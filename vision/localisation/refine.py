@@ -155,10 +155,10 @@ class RefinedPose:
     prior_sigma: its distance from the prior, NaN where nothing is known beforehand.  outlines: the greys beside the
     outlines, where they were asked for.  last_step: where prediction, measurements and support are of.
     is_symmetric: whether the model, carried onto itself, leads here from the best pose.  is_rough: whether it was only
-    looked at roughly, as rivals are.  relational_distance: what the best labelling of the pictures by the
-    views from here costs, NaN where it was not asked.  others: poses that explain the pictures by other occurrences
-    being off their place, or by none.  solved (u,): what was solved of the cameras, of which their unknowns follow;
-    left (6 + u, 6 + u): covariance of pose and that, were all errors of the measurements independent.
+    looked at roughly, as rivals are.  told: log odds of the account of all edges seen from here, NaN where it was not
+    asked.  others: poses that explain the pictures by other occurrences being off their place, or by none.
+    solved (u,): what was solved of the cameras, of which their unknowns follow; left (6 + u, 6 + u): covariance of pose
+    and that, were all errors of the measurements independent.
     cost: half of the prior's distance squared, less the evidence of edges and outlines.
     """
 
@@ -175,7 +175,7 @@ class RefinedPose:
     last_step: LastStep | None = None
     is_symmetric: bool = False
     is_rough: bool = False
-    relational_distance: float = float("nan")
+    told: float = float("nan")
     others: tuple[RefinedPose, ...] = ()
     solved: Floats = field(default_factory=lambda: np.zeros(0))
     left: Floats = field(default_factory=lambda: np.zeros((6, 6)))

@@ -115,7 +115,6 @@ def draw_elsewhere(prediction: Prediction, p: ElsewhereParameters) -> Floats:
 # as precise as the user needs it.
 
 AXES = ("x", "y", "z")
-LABELLING_SCALE = 4  # costs of a labelling are quarters of a natural logarithm
 
 
 @dataclass(frozen=True)
@@ -159,7 +158,7 @@ class HypothesisTable:
     found, expected: sum of the places' log odds without regard to arcs, and its expectation at the right pose;
     outline_px, outline_contrast, outline_evidence: length of the outlines against the background, contrast of the greys
     beside them, and the log odds that they are outlines; is_symmetric: whether a symmetry of the model leads there from
-    the best; relational_distance: cost of the best labelling of the pictures by the views, NaN where it was not asked.
+    the best; told: log odds of the account of all edges, NaN where it was not asked.
     """
 
     prior_sigma: Floats
@@ -170,7 +169,7 @@ class HypothesisTable:
     outline_contrast: Floats
     outline_evidence: Floats
     is_symmetric: Bools
-    relational_distance: Floats
+    told: Floats
 
     @classmethod
     def of(cls, hypotheses: Sequence[RefinedPose]) -> HypothesisTable:
@@ -178,7 +177,7 @@ class HypothesisTable:
             (
                 h.prior_sigma, h.evidence, h.support.found.sum(), h.support.expected.sum(),
                 *((h.outlines.total_px, h.outlines.mean, h.outlines.evidence) if h.outlines else (0.0, 0.0, 0.0)),
-                h.is_symmetric, h.relational_distance,
+                h.is_symmetric, h.told,
             )
             for h in hypotheses
         ]  # fmt: skip
@@ -195,12 +194,9 @@ class HypothesisTable:
         return np.asarray(self.believed - self.evidence - self.outline_evidence)
 
     @property
-    def related(self) -> Floats:
-        """Log likelihood (h,) of what the views and the pictures have in common as relational matching sees it, against
-        the best; 0 where it was not asked."""
-        if np.isnan(self.relational_distance).all():
-            return np.zeros(len(self.relational_distance))
-        return np.nan_to_num((np.nanmin(self.relational_distance) - self.relational_distance) / LABELLING_SCALE)
+    def behind(self) -> Floats:
+        """Log odds (h,) by which the account speaks for the one that it speaks for most; 0 where it was not asked."""
+        return np.asarray(np.nan_to_num(np.max(self.told, where=self.told > -np.inf, initial=-np.inf) - self.told))
 
     @property
     def share(self) -> Floats:
@@ -214,11 +210,11 @@ def find_standing(g: HypothesisTable, p: VerdictParameters) -> Ints:
 
     What edges are found is compared without regard to arcs: a whole arc that one of two poses leaves without an edge
     tells them apart, however many arcs light may hide.  Printed edges may be found as well as the object's own: the
-    greys beside the outlines count with them, and how well relational matching labels the pictures, where it was
-    asked."""
-    first, *others = np.argsort(g.cost - g.related, kind="stable").tolist()
-    found = g.found + g.outline_evidence + g.related
+    greys beside the outlines count with them.  Where the account of edges was taken, a rival falls not short by it."""
+    first, *others = np.argsort(g.cost + g.behind, kind="stable").tolist()
+    found = g.found + g.outline_evidence
     near = found > found[first] - max(p.rival_share * found[first], p.min_margin)
+    near &= g.behind < g.behind[first] + p.rival_odds
     near &= g.believed - g.believed[first] < p.prior_odds
     standing = np.array([first, *(h for h in others if near[h])])
     standing = standing[~g.is_symmetric[standing]]
@@ -410,7 +406,9 @@ def find_misfit(rig: Rig, own: Floats, left: Floats) -> Misfit | None:
     off = own - unknowns.mean
     sigmas = np.where(known, np.abs(off) / np.where(known, compute_shown(rig, left), 1.0), -1.0)
     number, of = np.unravel_index(int(np.argmax(sigmas)), sigmas.shape)
-    camera, name, by = list(rig.cameras)[number], UNKNOWNS[of], float(off[number, of])
+    # What the pictures show by themselves: the file's word lets an unknown move by a share of that.
+    share = 1 - (left[number, of] / unknowns.sigma[number, of]) ** 2
+    camera, name, by = list(rig.cameras)[number], UNKNOWNS[of], float(off[number, of] / max(share, LEAST_SHOWN**2))
     words, unit, *ways = _OTHERWISE[name]
     said = words.format(camera, unit * abs(by), ways[by < 0])
     ask = _MOUNT if PLACE.start <= of < PLACE.stop else _PICTURE
@@ -477,7 +475,7 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
     outline = float(g.outline_px[first]), float(g.outline_contrast[first])
     signs = float(g.prior_sigma[first]), float(g.share[first]), it.agreement, *outline, apart
     stats = VerdictStatistics(evidence, chance.rarity(evidence), *signs)
-    costs, believed, from_prior = (g.cost - g.related)[standing], g.believed[standing], stats.prior_sigma
+    costs, believed, from_prior = (g.cost + g.behind)[standing], g.believed[standing], stats.prior_sigma
     odds = stats.log_odds(p)
     # Rivals share what the best has in proportion to prior and evidence, which is tempered: neighbouring edges err
     # together.

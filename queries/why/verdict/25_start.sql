@@ -2,20 +2,19 @@
 -- or in a scan.
 -- Takes run; gives sentence.
 WITH joined AS (
-    SELECT p.pose_no, p.score, s.name
-    FROM search_pose AS p
-    JOIN search_stage AS s ON s.run_id = p.run_id AND s.stage_no = p.stage_no
-    WHERE p.run_id = :run AND s.name IN ('join', 'lines')
+    SELECT pose_no, score, stage
+    FROM search_pose
+    WHERE run_id = :run AND stage IN ('join', 'lines')
 ),
 best AS (
-    SELECT count(*) AS poses, CASE WHEN max(name) = 'lines' THEN 'straight edges or circles' ELSE 'circles' END AS seen, max(score) AS first_score, max(CASE WHEN pose_no = 1 THEN score END) AS next_score
+    SELECT count(*) AS poses, CASE WHEN max(stage) = 'lines' THEN 'straight edges or circles' ELSE 'circles' END AS seen, max(score) AS first_score, max(CASE WHEN pose_no = 1 THEN score END) AS next_score
     FROM joined
 ),
 seen AS (
     SELECT count(*) AS cameras FROM inspection_image WHERE run_id = :run
 ),
 scanned AS (
-    SELECT count(*) AS scans FROM search_stage WHERE run_id = :run AND name = 'scan'
+    SELECT count(*) AS scans FROM search_pose WHERE run_id = :run AND stage = 'scan'
 )
 SELECT concat(
     CASE

@@ -31,7 +31,7 @@ VERBS = {
     verb: module
     for module, verbs in (
         ("stores", "init migrate"),
-        ("objects", "load show set diff export"),
+        ("objects", "load show set tolerances diff export"),
         ("cell", "world rig where find"),
         ("pictures", "extract stereo"),
         ("inspect", "inspect"),

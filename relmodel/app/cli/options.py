@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from relmodel.errors import InputError, UsageError
-from relmodel.names import read_text
+from relmodel.names import read_csv
 
 if TYPE_CHECKING:
     from relmodel.arrays import Floats
@@ -173,7 +172,6 @@ def base_covariance(sigma_mm: float, sigma_deg: float) -> Floats:
 
 FILES = ("prior", "rig", "overlay", "crops")
 COLUMNS = (*FILES, "serial")  # all others are cameras
-SEPARATORS = ",;\t"
 # From what is right to what is worst.
 _STATUSES = (0, 5, 1, 3, 2, 4)
 
@@ -194,25 +192,10 @@ def read_pairs(file: Path, serial: str | None = None, **given: Path | None) -> l
     """The lines of a list, whose first names its columns, some of COLUMNS and cameras; paths are relative to the list's
     folder; `serial` and the paths `given` stand for empty cells.  Raises InputError, which names the line, where it is
     no such list."""
-    text = read_text(file, "list of pictures")
-    heading = next(iter(text.splitlines()), "")
-    rows = csv.reader(text.splitlines(keepends=True), delimiter=max(SEPARATORS, key=heading.count), strict=True)
-    pairs: list[ListLine] = []
-    try:
-        names = [name.lower() if name.lower() in COLUMNS else name for name in map(str.strip, next(rows, []))]
-        _check_columns(names, file)
-        for row in rows:
-            cells = [cell.strip() for cell in row]
-            place = f"{file}, line {rows.line_num}"
-            if not any(cells) or cells[0].startswith("#"):
-                continue
-            if len(cells) > len(names):
-                raise InputError(
-                    f"{place}: {len(cells)} cells under {len(names)} columns: quote cells that hold commas"
-                )
-            pairs.append(_listed(dict(zip(names, cells, strict=False)), place, file.parent, serial, given))
-    except csv.Error as error:
-        raise InputError(f"{file}, line {rows.line_num}: this is no CSV ({error}): see to its quotes") from error
+    rows = read_csv(file, "list of pictures")
+    names = [name.lower() if name.lower() in COLUMNS else name for name in next(rows, ("", []))[1]]
+    _check_columns(names, file)
+    pairs = [_listed(dict(zip(names, cells, strict=False)), place, file.parent, serial, given) for place, cells in rows]
     if not pairs:
         raise InputError(
             f"the list {file} names no picture: give a line for those taken together, below the columns' names"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -10,17 +10,8 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection
 
-from relmodel.app.report.page import PageTable, read_table
-from relmodel.app.report.run import (
-    Card,
-    ListEntry,
-    finding_views,
-    group_rest,
-    read_cards,
-    read_sheet,
-    render_linked,
-    size_words,
-)
+from relmodel.app.report.page import ListEntry, PageTable, read_table, render
+from relmodel.app.report.run import Card, finding_views, group_rest, read_cards, read_sheet, size_words
 from relmodel.app.tree import Tree, read_tree, tree_rows
 from relmodel.drawing.draw import Rgb, colours_of, hexadecimal, read_seen
 from relmodel.drawing.solid import Part, place_parts, scene
@@ -45,28 +36,28 @@ def object_page(
     shape_ids = [s["id"] for s in shapes]
     kinds = _paint(store, connection, shapes)
     tables = _tables(connection, rows, shape_ids)
-    rows_by_path = {r["path"]: r for r in rows}
-    entries = _entries(store, connection, tree, parts, rows_by_path, shape_ids)
+    features = tables["object_features"].rows
     whole = rows[0]
     facts = [
         ("parts", str(whole["parts"]), f"of {len(shape_ids)} shapes"),
-        ("features", str(len(tables["object_features"].rows)), f"of {len(kinds)} kinds"),
+        ("features", str(len(features)), f"of {len(kinds)} kinds"),
     ]
     if whole["mass"]:
         facts.append(("mass", f"{whole['mass']:.4g} kg", ""))
     title = f"{name} {variant}".strip()
-    return render_linked(
-        store,
-        entries,
-        scene(shapes, parts, up=_UP),
-        around,
+    many = Counter(f.kind for f in features)
+    return render(
+        **(around or {}),
+        store=store.name,
         title=title,
         word=title,
         over=f"Object, revision {tree.revision}",
         facts=facts,
+        items=_entries(parts, {r["path"]: r for r in rows}, features),
         items_title="Parts and features",
-        legend=[(kind.replace("_", " "), hexadecimal(rgb)) for kind, rgb in kinds.items()],
-        sections=[("Tree", [tables["tree"]]), ("Features", [tables["object_features"], tables["object_kinds"]])],
+        scene=scene(shapes, parts, up=_UP),
+        legend=[(f"{kind.replace('_', ' ')} {many[kind]}", hexadecimal(rgb)) for kind, rgb in kinds.items()],
+        sections=[("Tree", [tables["tree"]]), ("Features", [tables["object_features"]])],
     )
 
 
@@ -82,7 +73,6 @@ def _tables(connection: Connection, rows: Sequence[Mapping[str, Any]], shape_ids
     return {
         "tree": PageTable("What stands in it", columns, [[r.get(c) for c in columns] for r in rows], name="tree"),
         "object_features": read_table(connection, "Features", "report/object_features", shape_ids=shape_ids),
-        "object_kinds": read_table(connection, "Kinds", "report/object_kinds", shape_ids=shape_ids),
     }
 
 
@@ -91,56 +81,50 @@ def diff_page(
 ) -> str:
     """The page of a comparison of two variants, given as (name, variant): what differs, on the later model."""
     trees = [read_tree(store, connection, *named) for named in (before, after)]
-    changes = store.rows(connection, "report/changed_items", comparison_id=comparison)
+    changed = read_table(connection, "What differs", "compare/changes", comparison_id=comparison)
+    changes = [r for r in changed.rows if r.level != "surface" and r.status != "identical"]
     moved = {r.path: r.status for r in changes if r.level == "part" and r.status in ("added", "moved")}
+    old_shapes, old_parts = _parts(store, connection, trees[0])
     shapes, parts = _parts(store, connection, trees[1], moved)
-    gone = [_parts(store, connection, trees[0])] if any(r.status == "removed" for r in changes) else []
     ordinal = {p["path"]: i for i, p in enumerate(parts)}
-    lost: dict[str, int] = {}
-    for old_shapes, old_parts in gone:  # what is no longer there is drawn where it was, and nothing else of its part
-        known = {s["id"] for s in shapes}
-        shapes += [s for s in old_shapes if s["id"] not in known]
-        removed = {r.path: r.level == "part" for r in changes if r.status == "removed"}
-        for p in old_parts:
-            if p["path"] in removed:
-                lost[p["path"]] = len(parts)
-                parts.append(p | {"colour": "removed", "only": int(not removed[p["path"]])})
-    painted: dict[tuple[int, str], set[int]] = {}
+    # What is no longer there is drawn where it was, and nothing else of its part.
+    removed = {r.path: r.level == "part" for r in changes if r.status == "removed"}
+    gone = [p for p in old_parts if p["path"] in removed]
+    lost = {p["path"]: i for i, p in enumerate(gone, len(parts))}
+    parts += [p | {"colour": "removed", "only": int(not removed[p["path"]])} for p in gone]
+    known, used = {s["id"] for s in shapes}, {p["shape"] for p in gone}
+    shapes += [s for s in old_shapes if s["id"] in used - known]
+    rows = store.rows(connection, "report/object_features", shape_ids=[s["id"] for s in shapes])
+    surfaces = {(int(r.shape_id), int(r.feature_no)): list(map(int, r.surfaces or ())) for r in rows}
+    painted: dict[tuple[int, str], set[int]] = defaultdict(set)
+    entries = []
     for r in changes:
-        if r.level == "feature" and r.status in _COLOURED:
-            painted.setdefault((int(r.shape_id), r.status), set()).update(map(int, r.surfaces))
+        part = (lost if r.status == "removed" else ordinal).get(r.path)
+        own = None
+        if r.level == "feature":
+            own = [] if part is None else surfaces.get((parts[part]["shape"], int(r.element_no)), [])
+            if part is not None and r.status in _COLOURED:
+                painted[parts[part]["shape"], r.status].update(own)
+        name = r.path if r.level == "part" else f"{r.after or r.before or r.kind or r.level} of {r.path}"
+        entries.append(ListEntry(r.level, name, _motion(r), part, own, r.status, r.differs or ""))
     for s in shapes:
         s["paint"] = [[status, sorted(on)] for (shape, status), on in sorted(painted.items()) if shape == s["id"]]
-    entries = [
-        ListEntry(
-            r.level,
-            r.path if r.level == "part" else f"{r.name or r.kind or r.level} of {r.path}",
-            _motion(r),
-            (ordinal if r.after else lost).get(r.path),
-            None if r.level == "part" else sorted({int(s) for s in r.surfaces}),
-            r.status,
-            r.differs or "",
-        )
-        for r in changes
-        if r.level != "surface"
-    ]
     counts = read_table(connection, "How much differs", "report/change_counts", comparison_id=comparison)
     facts = [
         (f"{r.level}s {r.status}", str(r.how_many), "")
         for r in counts.rows
         if r.level != "surface" and r.status in _COLOURED
     ]
-    changed = read_table(connection, "What differs", "compare/changes", comparison_id=comparison)
     title = " → ".join(" ".join(filter(None, named)) for named in (before, after))
-    return render_linked(
-        store,
-        entries[:MOST_ITEMS],
-        scene(shapes, parts, up=_UP),
+    return render(
+        store=store.name,
         title=title,
         word=title,
         over=f"Variants compared, revisions {trees[0].revision} and {trees[1].revision}",
         facts=facts,
+        items=entries[:MOST_ITEMS],
         items_title="What differs",
+        scene=scene(shapes, parts, up=_UP),
         legend=[(status, status) for status in _COLOURED],
         sections=[("Differences", [counts, changed])],
     )
@@ -177,26 +161,18 @@ def _paint(store: Store, connection: Connection, shapes: list[dict[str, Any]]) -
     return colours
 
 
-def _entries(
-    store: Store,
-    connection: Connection,
-    tree: Tree,
-    parts: Sequence[Part],
-    rows_by_path: dict[str, dict[str, Any]],
-    shape_ids: list[int],
-) -> list[ListEntry]:
-    """Parts, the first of each shape followed by its features."""
-    features: dict[int, list[Any]] = defaultdict(list)
-    for r in store.rows(connection, "report/feature_surfaces", shape_ids=shape_ids):
-        features[int(r.shape_id)].append(r)
+def _entries(parts: Sequence[Part], rows: dict[str, dict[str, Any]], features: Sequence[Any]) -> list[ListEntry]:
+    """Parts, the first of each shape followed by its features.  rows: of the tree, by path."""
+    by_shape: dict[int, list[Any]] = defaultdict(list)
+    for f in features:
+        by_shape[int(f.shape_id)].append(f)
     out: list[ListEntry] = []
     for number, p in enumerate(parts):
-        row = rows_by_path.get(p["path"], {})
-        mass = row.get("mass")
+        mass = rows.get(p["path"], {}).get("mass")
         out.append(ListEntry("part", p["path"], f"{mass:.3g} kg" if mass else "", number))
-        for f in features.pop(p["shape"], ()):
+        for f in by_shape.pop(p["shape"], ()):
             words = f.name or f"{f.kind} {f.feature_no}", f.kind.replace("_", " ")
-            out.append(ListEntry("feature", *words, number, list(map(int, f.surfaces))))
+            out.append(ListEntry("feature", *words, number, list(map(int, f.surfaces or ()))))
     return out[:MOST_ITEMS]
 
 
@@ -220,8 +196,7 @@ _TABLES = {
     "serial_findings": "Findings",
     "serial_states": "Parts and features",
     "serial_stops": "Stops",
-    "serial_zones": "By zone",
-    "serial_kinds": "By kind of feature",
+    "serial_counts": "By kind of feature and by zone",
 }
 
 
@@ -246,12 +221,9 @@ def serial_page(store: Store, connection: Connection, serial: str, around: Mappi
     newest = next((row[0] for row in reversed(tables["serial_stops"].rows) if row[3] is not None), stops[-1][0])
     sheet = dict(read_sheet(store, connection, newest)) | {"run": None, "stops": len(stops)}
     folded = [replace(tables[name], folded=True) for name in ("serial_findings", "serial_states")]
-    by_place: list[Any] = [tables[name] for name in ("serial_zones", "serial_kinds", "serial_stops")]
-    return render_linked(
-        store,
-        entries,
-        drawn,
-        around,
+    return render(
+        **(around or {}),
+        store=store.name,
         title=f"{serial}: {word}",
         over="Inspection of a part, all stops",
         word=word,
@@ -259,12 +231,13 @@ def serial_page(store: Store, connection: Connection, serial: str, around: Mappi
         reason=found[0].unusable or "",
         sheet=list(sheet.items()),
         cards=cards,
-        chosen={e.key: n for n, e in enumerate(entries)},
         rest=rest,
         passed=passed,
         seal=(f"serial {serial}", seal(store, connection, [run for run, _ in stops])),
-        summary=by_place,
+        summary=[tables["serial_counts"], tables["serial_stops"]],
+        items=entries,
         items_title="Parts and features",
+        scene=drawn,
         legend=_LEGEND,
         sections=[("All rows", folded)],
     )

@@ -39,7 +39,7 @@ class PageTable:
     name: what files of the page's tables know it by.  Of a long one the first rows are shown: the query gives all.
     upright: the one row stands as a column.  folded: shown when its title is clicked.  empty: what is said where there
     are no rows; without it the table is left out then.  marks: of each row the ids of what it stands for in the
-    pictures, which the page's script lights.
+    pictures, which the page's script lights.  links, pictures: where each row leads, and where its picture is.
     """
 
     title: str
@@ -52,7 +52,9 @@ class PageTable:
     upright: bool = False
     folded: bool = False
     empty: str = ""
-    marks: Sequence[str] | None = None
+    marks: Sequence[str] = ()
+    links: Sequence[str] = ()
+    pictures: Sequence[str] = ()
 
     @property
     def records(self) -> list[dict[str, Any]]:
@@ -61,32 +63,65 @@ class PageTable:
 
     @property
     def shown(self) -> Sequence[Any]:
-        return self.rows[:ROWS_SHOWN] if self.query else self.rows
+        return self.rows[:ROWS_SHOWN]
 
     @property
     def left_out(self) -> int:
         return len(self.rows) - len(self.shown)
 
 
-def read_table(connection: Connection, title: str, name: str, /, **parameters: Any) -> PageTable:
-    """The table of the named query `queries/NAME.sql`."""
+def read_table(
+    connection: Connection, title: str, name: str, /, most: int | None = None, **parameters: Any
+) -> PageTable:
+    """The table of the named query `queries/NAME.sql`, of the first rows where `most` says how many."""
     found = connection.execute(sql.query(name), parameters)
-    columns, rows, own = list(found.keys()), found.all(), name.rpartition("/")[2]
+    columns, own = list(found.keys()), name.rpartition("/")[2]
+    rows = found.all() if most is None else found.fetchmany(most)
     return PageTable(title, columns, rows, sql.query(name).text, parameters, sql.description(name), own)
 
 
-def render(template: str, **values: Any) -> str:
-    """A page: the template filled in; of what it may show, nothing where it is not given."""
+@dataclass(frozen=True)
+class ListEntry:
+    """An entry of the list next to pictures and model: what it is and is called, its part in the scene, surfaces of
+    that (None: all), ids of arcs in the pictures; key: the placed part and its feature.
+
+    level: finding (not as modelled), part or feature; share: its size where that is another, or how much of it there
+    is; state empty where nothing was said of it.
+    """
+
+    level: str
+    name: str
+    share: str
+    part: int | None
+    surfaces: list[int] | None = None
+    state: str = ""
+    note: str = ""
+    key: tuple[int, int | None] | None = None
+    arcs: Sequence[str] = ()
+
+
+def render(*, items: Sequence[ListEntry] = (), scene: dict[str, Any] | None = None, **values: Any) -> str:
+    """A page, of what the template may show that which is given; sections: each a heading, and tables and drawings."""
     own: dict[str, Any] = {
-        **dict.fromkeys(("mood", "reason", "pictures_title", "seal"), ""),
-        **dict.fromkeys(("facts", "sheet", "pictures", "states", "layers", "summary"), ()),
+        **dict.fromkeys(
+            ("nav", "over", "word", "mood", "reason", "words", "seal", "newest", "older", "files", "store"), ""
+        ),
+        **dict.fromkeys(
+            ("sheet", "facts", "fields", "plots", "summary", "pictures", "states", "layers", "sections"), ()
+        ),
+        **dict.fromkeys(("rest", "passed", "legend"), ()),
         "cards": None,
+        "chosen": {e.key: n for n, e in enumerate(items)},
+        "items": items,
+        "scene": scene,
+        "data": (items or scene)
+        and {"items": [{"arcs": e.arcs, "part": e.part, "surfaces": e.surfaces} for e in items], "scene": scene},
         "maker": f"Made by relmodel {relmodel.__version__} from rows of the store",
         "script": page_script(),
         "policy": policy(),
         "style": Markup(_style()),
     }
-    return _environment().get_template(template).render(**(own | values))
+    return _environment().get_template("page.html").render(**(own | values))
 
 
 def write_page(path: Path, made: Callable[[], str]) -> None:

@@ -13,10 +13,10 @@ from markupsafe import Markup
 from sqlalchemy import Connection
 
 from relmodel.app.audit import find_run
-from relmodel.app.report.page import PageTable, cell, read_table, render
-from relmodel.app.report.pictures import RunPicture, evidence_plots, pose_plots, read_pictures, times
+from relmodel.app.report.page import ListEntry, PageTable, cell, read_table, render
+from relmodel.app.report.pictures import RunPicture, evidence_plots, read_pictures
 from relmodel.arrays import Floats
-from relmodel.drawing.draw import Edge, Seen, box_about, course, data_uri, item_edges, read_seen
+from relmodel.drawing.draw import FAILING, STATES, Edge, Seen, box_about, course, data_uri, edges_of, failing, read_seen
 from relmodel.drawing.solid import MOST_PARTS, Lines, camera_lines, ellipsoid_lines, place_parts, scene
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
@@ -54,7 +54,6 @@ _LAYERS = (
     Layer("elliptic", "elliptic arcs", "arc elliptic"),
     Layer("free", "free arcs", "arc free"),
     Layer("regions", "regions", "region "),
-    Layer("ellipses", "error ellipses", '"ellipse"'),
 )
 
 
@@ -67,9 +66,10 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     tables = run_tables(store, connection, run)
     pose, prior = (next(iter(tables[name].rows), None) for name in ("pose", "prior"))
     seen = read_seen(store, connection, run)
-    pictures = read_pictures(store, connection, run, seen)
+    pictures = read_pictures(store, connection, run, seen, tables)
     scene, part_of = run_scene(store, connection, run)
-    items = read_entries(store, connection, run, pictures, part_of, tables["run_findings"].rows)
+    rows = store.rows(connection, "report/items", run_id=run)
+    items = list_entries(rows, pictures, part_of, tables["finding"].rows)
     word, mood = _ENDS.get(row.state, (row.state, "warn"))
     reason = (pose.reason if pose is not None else row.message) or _NO_MORE.get(row.state, "")
     pruned = store.select(connection, "pruned_run", "by_run_id", run_id=run, what="runs")["by_run_id"]
@@ -83,11 +83,19 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         reason = "; ".join([reason, *(r.sentence for r in (*shown, *variants))])
     drawn = Markup("").join(p.drawing for p in pictures)
     rest, passed = group_rest(tables["states"].rows)
-    return render_linked(
-        store,
-        items,
-        scene,
-        around,
+    number = {p.row.camera: i for i, p in enumerate(pictures)}
+    for name in ("unexplained", "matched_arc", "rejected_arc"):
+        tables[name] = replace(tables[name], marks=_marks(tables[name], number))
+    plots = {"residuals": evidence_plots(store, connection, run)}  # by the table that they stand before
+    named = {title: [query.rpartition("/")[2] for query in queries] for title, queries in _SECTIONS.items()}
+    sections = [
+        (title, [it for name in names for it in (*plots.get(name, ()), tables[name])])
+        for title, names in named.items()
+        if any(tables[name].rows for name in names)
+    ]
+    return render(
+        **(around or {}),
+        store=store.name,
         title=f"run {run}: {word}",
         over=f"{_KINDS.get(row.kind, row.kind)}, run {run}"
         + (f", world {prior.world} revision {prior.revision}" if prior is not None else "")
@@ -98,17 +106,17 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         facts=_facts(tables, row, pose, prior, items),
         sheet=read_sheet(store, connection, run),
         cards=read_cards(store, connection, run, seen),
-        chosen={e.key: n for n, e in enumerate(items)},
         rest=rest,
         passed=passed,
         seal=None if pose is None else (f"run {run}", seal(store, connection, [run])),
         pictures=pictures,
-        pictures_title="Pictures" if len(pictures) > 1 else "Picture",
         layers=_layers(drawn),
         states=[s for s in STATES if f" state-{s}" in drawn],
+        items=items,
         items_title="In view",
+        scene=scene,
         legend=LEGEND,
-        sections=_sections(store, connection, run, pictures, tables),
+        sections=sections,
     )
 
 
@@ -136,7 +144,7 @@ def _facts(
     tables: Mapping[str, PageTable], row: Any, pose: Any, prior: Any, items: list[ListEntry]
 ) -> list[tuple[str, str, str]]:
     """Name, value and note of what the head of the page says."""
-    facts = checked(tables["checked"].rows, items)
+    facts = checked(tables["states"].rows, items)
     if pose is not None and prior is not None:
         for r in tables["rules"].rows:
             if r.rule in _PRECISION:
@@ -166,69 +174,50 @@ def _layers(drawn: str) -> list[Layer]:
     return there if 'class="model' in drawn else [replace(layer, on=layer.name in kinds) for layer in there]
 
 
-# The sections of the page, and their tables by the named query that gives each, queries/report/NAME.sql.
+# The sections of the page: the named queries that give their tables, and the tables' titles.
 _SECTIONS = {
     "What is there": {
-        "run_findings": "Findings",
-        "checked": "How much was checked",
-        "sizes": "Sizes measured",
-        "distances": "Distances measured",
-        "states": "Parts and features",
-        "unexplained": "Not in the model",
+        "result/finding": "Findings",
+        "result/measured_size": "Sizes measured",
+        "result/measured_distance": "Distances measured",
+        "report/states": "Parts and features",
+        "result/unexplained": "Not in the model",
     },
     "Pose": {
-        "rules": "Why this verdict",
-        "pose": "Pose and verdict",
-        "prior": "Prior",
-        "corrections": "Base correction",
-        "joints": "Joints",
+        "report/rules": "Why this verdict",
+        "report/pose": "Pose and verdict",
+        "report/prior": "Prior",
+        "report/corrections": "Base correction",
+        "report/joints": "Joints",
     },
-    "Hypotheses": {"hypotheses": "Poses considered"},
+    "Hypotheses": {"report/hypotheses": "Poses considered"},
     "Evidence": {
-        "residuals": "Residuals of edge points",
-        "rejected_reasons": "Why image arcs were rejected",
-        "matched": "Matched arcs",
-        "rejected": "Rejected arcs",
+        "report/residuals": "Residuals of edge points",
+        "report/rejected_reasons": "Why image arcs were rejected",
+        "result/matched_arc": "Matched arcs",
+        "result/rejected_arc": "Rejected arcs",
     },
-    "What was loaded": {"load": "Load", "findings": "Findings of the load"},
-    "Time": {"steps": "Steps"},
+    "What was loaded": {"report/load": "Load", "report/findings": "Findings of the load"},
+    "Time": {"report/steps": "Steps"},
     "What the run was given and wrote": {
-        "inputs": "Files read",
-        "written": "Rows written",
-        "run": "Parameters, versions and machine",
+        "report/inputs": "Files read",
+        "report/written": "Rows written",
+        "audit/run": "Parameters, versions and machine",
     },
 }
 _UPRIGHT = ("pose", "prior", "corrections", "load", "run")
-_FOLDED = ("states", "distances", "unexplained", "matched", "rejected", "written", "run")
+_FOLDED = ("states", "measured_distance", "unexplained", "matched_arc", "rejected_arc", "written", "run")
 
 
 def run_tables(store: Store, connection: Connection, run: int) -> dict[str, PageTable]:
     """The tables of a run's page by name, those without rows too.  Raises UsageError where there is no such run."""
     find_run(store, connection, run)
-    return {
-        name: replace(
-            read_table(connection, title, f"report/{name}", run_id=run),
-            upright=name in _UPRIGHT,
-            folded=name in _FOLDED,
-        )
+    tables = [
+        read_table(connection, title, query, run_id=run)
         for titles in _SECTIONS.values()
-        for name, title in titles.items()
-    }
-
-
-def _sections(
-    store: Store, connection: Connection, run: int, pictures: list[RunPicture], tables: dict[str, PageTable]
-) -> list[tuple[str, list[Any]]]:
-    number = {p.camera: i for i, p in enumerate(pictures)}
-    for name in ("unexplained", "matched", "rejected"):
-        tables[name] = replace(tables[name], marks=_marks(tables[name], number))
-    tables["steps"] = times(tables["steps"])
-    plots = {  # by the table that they stand before
-        "corrections": pose_plots(store, connection, run),
-        "residuals": evidence_plots(store, connection, run),
-    }
-    shown = {name: [*plots.get(name, ()), *([table] if table.rows else ())] for name, table in tables.items()}
-    return [(title, [it for name in names for it in shown[name]]) for title, names in _SECTIONS.items()]
+        for query, title in titles.items()
+    ]
+    return {t.name: replace(t, upright=t.name in _UPRIGHT, folded=t.name in _FOLDED) for t in tables}
 
 
 def _marks(table: PageTable, number: dict[str, int]) -> list[str]:
@@ -272,21 +261,10 @@ class Card:
         return size_words(self.row)
 
     @property
-    def limit(self) -> str:
-        if self.row.what is None:
-            return ""
-        least = self.row.least_difference
-        return "decided by the odds" if least is None else f"counts from {least:.2g} mm on"
-
-    @property
     def odds(self) -> str:
         most = self.row.evidence > math.log(_MOST_ODDS)
         words = f"over {_MOST_ODDS:,}" if most else f"{float(f'{math.exp(self.row.evidence):.2g}'):,.0f}"
         return f"{words} to 1 against it being as modelled"
-
-    @property
-    def together(self) -> list[str]:
-        return [] if self.row.together is None else self.row.together.split(", ")
 
 
 def size_words(row: Any) -> str:
@@ -306,13 +284,12 @@ def read_cards(
     store: Store, connection: Connection, run: int, seen: Sequence[Seen], numbers: dict[int, int] | None = None
 ) -> list[Card]:
     """The findings of a run, whose pictures are `seen`; numbers: those wanted, and their numbers on the page."""
-    rows = store.rows(connection, "report/run_findings", run_id=run)
-    edges = item_edges(store, connection, run) if rows else {}
-    in_view = {r.item_no: int(r.in_view_no) for r in store.rows(connection, "report/failures", run_id=run)}
+    rows = store.rows(connection, "result/finding", run_id=run)
+    edges = {it.item_no: edges_of(it) for it in store.rows(connection, "report/items", run_id=run)} if rows else {}
     shown = {row.finding_no: row.finding_no for row in rows} if numbers is None else numbers
     out = []
     for row in (row for row in rows if row.finding_no in shown):
-        mine = edges.get(in_view.get(row.item_no, -1), set())
+        mine = set(edges.get(row.item_no, ()))
         own = [(s, [e for e in s.edges if (s.row.camera, e.number) in mine]) for s in seen if s.image is not None]
         crops = [_crop(s, drawn, None if numbers is None else run) for s, drawn in own if drawn]
         out.append(Card(shown[row.finding_no], run, row, crops))
@@ -337,123 +314,64 @@ def _crop(seen: Seen, own: Sequence[Edge], run: int | None) -> Crop:
     return Crop(camera, uri, (u0, v0, u1 - u0, v1 - v0), Markup("").join(paths), view)
 
 
-@dataclass(frozen=True)
-class Group:
-    """Parts and features that are in one state for one reason."""
-
-    state: str
-    reason: str
-    names: list[str]
-
-
-def group_rest(rows: Iterable[Any]) -> tuple[list[Group], list[str]]:
-    """What is not checked, by state and reason, what should be seen and is not first; and what is as modelled."""
+def group_rest(rows: Iterable[Any]) -> tuple[list[tuple[str, str, list[str]]], list[str]]:
+    """State, reason and names of what is not checked, what should be seen and is not first; names of what is as
+    modelled."""
     groups: dict[tuple[str, str], list[str]] = defaultdict(list)
     for row in rows:
         groups[row.state, row.reason or "in view of no stop whose pose is usable"].append(row.path)
     order = ("not_confirmed", "undecidable", "not_seen")
-    open_ = [Group(*key, names) for key, names in groups.items() if key[0] in order]
+    left = [(*key, names) for key, names in groups.items() if key[0] in order]
     passed = [path for key, names in groups.items() if key[0] == "confirmed" for path in names]
-    return sorted(open_, key=lambda g: (order.index(g.state), -len(g.names), g.reason)), passed
+    return sorted(left, key=lambda g: (order.index(g[0]), -len(g[2]), g[1])), passed
 
 
-# The list next to pictures and model, which it is linked to; of a run the parts and features in view.
-
-_FAILING = ("contradicted", "changed", "not_confirmed")  # the worst first
-STATES = (*_FAILING, "undecidable", "confirmed")
-
-
-@dataclass(frozen=True)
-class ListEntry:
-    """An entry of the list: what it is and is called, its part in the scene, surfaces of that (None: all), ids of arcs
-    in the pictures; key: the placed part and its feature.
-
-    level: finding (not as modelled), part or feature; share: its size where that is another, or how much of it there
-    is; state empty where nothing was said of it.
-    """
-
-    level: str
-    name: str
-    share: str
-    part: int | None
-    surfaces: list[int] | None = None
-    state: str = ""
-    note: str = ""
-    key: tuple[int, int | None] | None = None
-    arcs: Sequence[str] = ()
-
-
-def render_linked(
-    store: Store,
-    entries: Sequence[ListEntry],
-    scene: dict[str, Any] | None,
-    around: Mapping[str, Any] | None = None,
-    **values: Any,
-) -> str:
-    """A page with the list beside pictures and model; around: what stands about it where it is one of several."""
-    return render(
-        "run.html",
-        **(around or {}),
-        **values,
-        items=entries,
-        scene=scene,
-        data={"items": [{"arcs": e.arcs, "part": e.part, "surfaces": e.surfaces} for e in entries], "scene": scene},
-        store=store.name,
-    )
-
-
-def read_entries(
-    store: Store,
-    connection: Connection,
-    run: int,
-    pictures: Sequence[RunPicture],
-    part_of: dict[int, int],
-    findings: Sequence[Any],
+def list_entries(
+    rows: Sequence[Any], pictures: Sequence[RunPicture], part_of: dict[int, int], findings: Sequence[Any]
 ) -> list[ListEntry]:
-    """What is not as modelled, the worst first; then the parts in view, each followed by its features in view."""
-    number = {p.camera: i for i, p in enumerate(pictures)}
-    arcs: dict[int, list[str]] = defaultdict(list)
-    for r in store.rows(connection, "report/item_arcs", run_id=run):
-        if r.camera in number:
-            arcs[int(r.in_view_no)].append(f"c{number[r.camera]}-m{r.view_arc_no}")
-    surfaces: dict[int, list[int]] = defaultdict(list)
-    for r in store.rows(connection, "report/item_surfaces", run_id=run):
-        surfaces[int(r.in_view_no)].append(int(r.surface_no))
+    """What is not as modelled, the worst first; then the parts in view, each followed by its features in view: rows of
+    `report/items`.  part_of: which part of the scene a placed part is."""
+    number = {p.row.camera: i for i, p in enumerate(pictures)}
     sizes = {r.item_no: size_words(r) for r in findings}
 
     def entry(row: Any, level: str, name: str, size: str | None = None) -> ListEntry:
-        occurrence, no = int(row.occurrence_id), int(row.in_view_no)
+        occurrence = int(row.occurrence_id)
         return ListEntry(
             level,
             name,
             size or ("under 1 % visible" if 0 < row.visible < 0.01 else f"{100 * row.visible:.0f} % visible"),
             part_of.get(occurrence),
-            None if row.feature_no is None else surfaces[no],
+            None if row.feature_no is None else list(map(int, row.surfaces or ())),
             row.state or "",
             (f"{row.reason}; " if row.reason else "")
             + f"{row.matched} of {row.arcs} edges matched, {row.pixels:.0f} px in view",
             (occurrence, None if row.feature_no is None else int(row.feature_no)),
-            arcs[no],
+            [f"c{number[camera]}-m{no}" for camera, no in edges_of(row) if camera in number],
         )
 
-    rows = store.rows(connection, "report/items", run_id=run)
     part = {int(r.occurrence_id): r for r in rows if r.level == "part"}
     place = {occurrence: i for i, occurrence in enumerate(part)}
-    rows = sorted(rows, key=lambda r: (place.get(int(r.occurrence_id), len(place)), r.level == "feature", r.in_view_no))
-    failing = sorted((r for r in rows if r.state in _FAILING), key=lambda r: _FAILING.index(r.state))
-    return [entry(r, "finding", r.path, sizes.get(r.item_no)) for r in failing] + [
+    others = sorted(
+        (r for r in rows if r.state not in FAILING and int(r.occurrence_id) in part),
+        key=lambda r: (place[int(r.occurrence_id)], r.level == "feature", r.in_view_no),
+    )
+    return [entry(r, "finding", r.path, sizes.get(r.item_no)) for r in failing(rows)] + [
         entry(r, r.level, r.path if r.level == "part" else r.path.removeprefix(part[int(r.occurrence_id)].path + "/"))
-        for r in rows
-        if r.state not in _FAILING and (r.level == "part" or int(r.occurrence_id) in part)
+        for r in others
     ]
 
 
 def checked(rows: Sequence[Any], entries: Sequence[ListEntry]) -> list[tuple[str, str, str]]:
-    """Name, value and note: how much is in view, and how much of it was checked."""
-    if rows:
-        return [(f"{r.level}s checked", f"{r.checked} of {r.in_view}", f"{r.confirmed} as modelled") for r in rows]
+    """Name, value and note: how much is in view, and how much of it was checked, by rows of `report/states`."""
+    facts = []
+    for level in ("part", "feature"):
+        states = [r.state for r in rows if r.level == level]
+        done = sum(state in ("confirmed", "changed", "contradicted") for state in states)
+        facts.append((f"{level}s checked", f"{done} of {len(states)}", f"{states.count('confirmed')} as modelled"))
+    if rows or not entries:
+        return facts if rows else []
     features = sum(e.surfaces is not None for e in entries)
-    return [("in view", f"{len(entries) - features} parts", f"and {features} features")] if entries else []
+    return [("in view", f"{len(entries) - features} parts", f"and {features} features")]
 
 
 # The scene of an inspection in three dimensions: the placed parts, the cameras where they were thought and found.
@@ -465,42 +383,45 @@ _NO_DEPTH_MM = 1000.0  # where nothing was measured
 
 def run_scene(store: Store, connection: Connection, run: int) -> tuple[dict[str, Any] | None, dict[int, int]]:
     """The scene, None where the run was no inspection, and which of its parts each occurrence is."""
-    priors = store.rows(connection, "report/prior_matrix", run_id=run)
-    if not priors:
+    worlds = store.select(connection, "inspection", "world_id", run_id=run)["world_id"].tolist()
+    if not worlds:
         return None, {}
-    rows = store.columns(connection, "report/scene_parts", run_id=run, most=MOST_PARTS)
+    rows = store.columns(connection, "report/scene_parts", world_id=worlds[0], run_id=run, most=MOST_PARTS)
     colours = ["seen" if it else "plain" for it in rows["in_view"]]
     shape_id = np.asarray(rows["shape_id"], np.int64)
     shapes, parts, kept = place_parts(store, connection, shape_id, rows["path"], matrices(rows), colours)
-    poses = store.rows(connection, "report/pose_matrix", run_id=run)
-    lines, views = _cameras(store, connection, run, priors[0], poses)
+    rigs = [
+        (colour, row)
+        for colour, query in (("prior", "result/prior"), ("pose", "report/pose_matrix"))
+        for row in store.rows(connection, query, run_id=run)
+    ]
+    lines, views = _cameras(store, connection, run, rigs)
     part_of = {int(rows["id"][row]): i for i, row in enumerate(kept)}
-    seen_from = next((p for p in (priors[0], *poses) if p.m00 is not None), None)
-    back = np.array([0.0, 0.0, 1.0]) if seen_from is None else -matrices(seen_from._mapping)[:3, 2]
+    back = -matrices(rigs[0][1]._mapping)[:3, 2] if rigs else np.array([0.0, 0.0, 1.0])
     return scene(shapes, parts, lines, views, back=back), part_of
 
 
 def _cameras(
-    store: Store, connection: Connection, run: int, prior: Any, poses: Sequence[Any]
+    store: Store, connection: Connection, run: int, rigs: Sequence[tuple[str, Any]]
 ) -> tuple[list[Lines], list[dict[str, Any]]]:
-    """Pyramids of the cameras at the prior and at the pose found, ellipsoids about the rig; what cameras see."""
-    cameras = store.rows(connection, "report/rig_cameras", run_id=run)
-    mean = store.rows(connection, "report/look", run_id=run)[0]
+    """Pyramids of the cameras at the prior and at the pose found, ellipsoids about the rig; what cameras see, from the
+    pose where there is one.  rigs: colours, and rows of transforms with covariances."""
+    cameras = store.rows(connection, "result/camera", run_id=run)
+    measured = store.columns(connection, "report/measurements", run_id=run)
+    looked_at = np.array([np.mean(measured[f"world_{a}"]) for a in "xyz"]) if len(measured["u"]) else None
     lines: list[Lines] = []
-    views = []
-    rigs = [("prior", prior), *[("pose", p) for p in poses]]
-    for colour, row in [(colour, row) for colour, row in rigs if row.covariance is not None]:
+    views: list[dict[str, Any]] = []
+    for colour, row in rigs:
         world_from_rig = matrices(row._mapping)
-        depth = _NO_DEPTH_MM
-        if mean.x is not None:
-            depth = float(np.linalg.norm(np.array([mean.x, mean.y, mean.z]) - world_from_rig[:3, 3]))
+        away = _NO_DEPTH_MM if looked_at is None else np.linalg.norm(looked_at - world_from_rig[:3, 3])
+        depth = round(float(away), 3)  # a page is the same wherever it is made again
         at: list[float] = []
+        views = []
         for camera in cameras:
             world_from_camera = world_from_rig @ matrices(camera._mapping)
             matrix = np.array([[camera.fx, camera.skew, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1.0]])
             at += camera_lines(world_from_camera, matrix, camera.width, camera.height, _DEPTH * depth)
-            if colour == "pose" or not poses:
-                views.append(view(camera, world_from_camera, depth, camera.camera))
+            views.append(_view(camera, world_from_camera, depth))
         rotation = world_from_rig[:3, :3]
         covariance = rotation @ np.reshape(row.covariance, (6, 6))[:3, :3] @ rotation.T
         at += ellipsoid_lines(world_from_rig[:3, 3], covariance, 2.0)
@@ -508,12 +429,11 @@ def _cameras(
     return lines, views
 
 
-def view(camera: Any, world_from_camera: Floats, depth: float, name: str, *, aside: bool = False) -> dict[str, Any]:
+def _view(camera: Any, world_from_camera: Floats, depth: float) -> dict[str, Any]:
     """What a camera sees, for the script: slopes of half the picture across and down, fx fy cx cy, and the first eight
-    coefficients of its lens; aside: one that is not offered to look through."""
+    coefficients of its lens."""
     return {
-        "name": name,
-        "aside": aside,
+        "name": camera.camera,
         "m": world_from_camera[:3].ravel().tolist(),
         "slope": [camera.width / camera.fx / 2, camera.height / camera.fy / 2],
         "depth": depth,
@@ -523,14 +443,11 @@ def view(camera: Any, world_from_camera: Floats, depth: float, name: str, *, asi
 
 
 def finding_views(store: Store, connection: Connection, run: int) -> list[dict[str, Any]]:
-    """What the cameras of one of several runs see, for the model beside the pictures of its findings."""
-    poses = [matrices(row._mapping) for row in store.rows(connection, "report/pose_matrix", run_id=run)]
-    cameras = [(row, matrices(row._mapping)) for row in store.rows(connection, "report/rig_cameras", run_id=run)]
-    return [
-        view(row, world_from_rig @ rig_from_camera, _NO_DEPTH_MM, view_name(run, row.camera), aside=True)
-        for world_from_rig in poses
-        for row, rig_from_camera in cameras
-    ]
+    """What the cameras of one of several runs see, for the model beside the pictures of its findings: not offered to
+    look through."""
+    rigs = [("pose", row) for row in store.rows(connection, "report/pose_matrix", run_id=run)]
+    seen = _cameras(store, connection, run, rigs)[1]
+    return [one | {"name": view_name(run, one["name"]), "aside": True} for one in seen]
 
 
 def view_name(run: int, camera: str) -> str:

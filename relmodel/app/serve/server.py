@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import parse_qsl, unquote, urlsplit
 
-from sqlalchemy import event
+from sqlalchemy import Connection, event
 from sqlalchemy.exc import DBAPIError
 
 import relmodel
@@ -113,7 +113,7 @@ class Handler(BaseHTTPRequestHandler):
         self._fail(HTTPStatus.METHOD_NOT_ALLOWED if method else HTTPStatus(code), message or "")
 
     def _fail(self, status: HTTPStatus, words: str) -> None:
-        text = render("listing.html", **AROUND, title=status.phrase, listing=None, words=words, data=None)
+        text = render(**AROUND, title=status.phrase, words=words)
         self._send(status, Page(text))
 
     def _send(self, status: HTTPStatus, page: Page) -> None:
@@ -157,38 +157,24 @@ def only_reading(store: Store, time_limit_s: float, overdue: Callable[[], object
     configuration locked; what is not done after `time_limit_s` is interrupted.  Raises StoppedError then.  Where a
     statement does not heed that, `overdue` is called, from another thread.
     """
-    drivers: list[Any] = []
-    running: list[Any] = []  # the statement that does
+    running: list[Any] = []  # the connection of the driver whose statement does
     ends = time.monotonic() + time_limit_s
 
-    def interrupt() -> None:
-        for driver in drivers:
-            with suppress(Exception):  # it has just come to its end
-                driver.interrupt() if store.dialect == "duckdb" else driver.cancel()
-
-    def check(driver: Any, *_: object) -> None:
-        drivers.append(driver)
-        refuse()
-
-    def refuse(*_: object) -> None:
+    def begin(connection: Connection, *_: object) -> None:
         if time.monotonic() > ends:
             raise StoppedError("it is over")
+        running.append(connection.connection.driver_connection)
 
-    def begin(_: object, cursor: Any, *__: object) -> None:
-        refuse()
-        running.append(cursor)
+    def interrupt() -> None:
+        for driver in running:
+            with suppress(Exception):  # it has just come to its end
+                driver.interrupt() if store.dialect == "duckdb" else driver.cancel()
 
     def give_up() -> None:
         if running and overdue is not None:
             overdue()
 
-    def done(driver: Any, *_: object) -> None:
-        if driver in drivers:
-            drivers.remove(driver)
-
     listened: dict[str, Callable[..., Any]] = {
-        "checkout": check,
-        "checkin": done,
         "before_cursor_execute": begin,
         "after_cursor_execute": lambda *_: running.clear(),
     }

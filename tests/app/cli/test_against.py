@@ -14,7 +14,7 @@ from examples.render.objects import make_object, write_step
 from relmodel.app.cli.main import main
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
-from tests.app.cli.conftest import DEMO, Pair, asked, copied, inspected, load_bulkhead
+from tests.app.cli.conftest import DEMO, Pair, asked, copied, inspected
 from tests.given import Capsys, CopyStore, MakeOnce
 from tests.json_schema import violations
 from tests.reading import load
@@ -35,17 +35,16 @@ class Held:
 
 
 @pytest.fixture(scope="session")
-def held(loaded: Path, pair: Pair, other_pair: Pair, make_once: MakeOnce) -> Held:
-    """Two variants of the bulkhead, one of them under another name too, and a flange; a pair of B held against two of
-    them, and a picture of A against the flange."""
+def held(both_loaded: Path, pair: Pair, other_pair: Pair, make_once: MakeOnce) -> Held:
+    """Two variants of the bulkhead, and a flange under two names; a pair of B held against three of them, and a picture
+    of A against the flange."""
 
     def inspect(folder: Path) -> None:
-        store = copied(loaded)(folder)
-        load_bulkhead(store, "B")
+        store = copied(both_loaded)(folder)
         write_step(make_object("turned", np.random.default_rng(1)), folder / "flange.step")
         with Store.open(store) as opened:
-            load(opened, DEMO / "bulkhead_A.step.gz", name="twin")
-            load(opened, folder / "flange.step", name="flange")
+            for name in ("flange", "twin"):
+                load(opened, folder / "flange.step", name=name)
         answers = {
             "B": inspected(store, *other_pair.options(prior=None), "--against", "flange,bulkhead"),
             "foreign": inspected(store, *pair.options(prior=None, right=None), "--against", "flange"),

@@ -18,7 +18,7 @@ import yaml
 from PIL import Image
 
 from relmodel.app.cli.main import main
-from relmodel.errors import StoreError
+from relmodel.errors import InputError, StoreError
 from relmodel.names import visible
 from relmodel.readers.formats import stem_of
 from relmodel.store import Store, engine
@@ -26,6 +26,8 @@ from relmodel.world.world_file import read_world_file
 from tests.app.cli.conftest import DEMO, Inspection, Pair
 from tests.given import Capsys
 from tests.holding import held
+from vision.cameras.files import read_prior, read_rig
+from vision.cameras.images import read_picture
 from vision.cameras.rig_file import read_yaml
 
 Given = dict[str, Any]
@@ -165,16 +167,28 @@ def test_a_world_with_a_byte_order_mark(form: str, tmp_path: Path) -> None:
     assert read_yaml(file, "prior") == said
 
 
-NO_YAML = [b"cameras:\n\tleft: 1\n", b"a: \xff\xfe", b"a: 2020-99-99\n", b"[" * 1000, b"", b"- 1\n"]
+NO_YAML = [
+    b"cameras:\n\tleft: 1\n",
+    b"a: \xff\xfe",
+    b"a: 2020-99-99\n",
+    b"[" * 1000,
+    b"",
+    b"- 1\n",
+    b"\0",
+    b"a: 1\n---\nb: 2\n",
+]
 
 
 @pytest.mark.parametrize("content", NO_YAML, ids=[repr(c[:12]) for c in NO_YAML])
-def test_files_that_are_no_yaml(content: bytes, refuse: Refuse, pair: Pair, tmp_path: Path) -> None:
+def test_files_that_are_no_yaml(content: bytes, tmp_path: Path) -> None:
     file = tmp_path / "bad.yaml"
     file.write_bytes(content)
-    option = ("rig", "prior")[NO_YAML.index(content) % 2]
-    assert f"the {option} file" in refuse("inspect", *pair.options(**{option: file}))
-    assert str(file) in refuse("world", file)
+    readers: list[Callable[[Path], object]] = [read_rig, read_prior, read_world_file]
+    for read in readers:
+        with pytest.raises(InputError) as refused:
+            read(file)
+        assert str(file) in str(refused.value)
+        assert "\n" not in str(refused.value)
 
 
 def beyond_all_bounds() -> bytes:
@@ -192,21 +206,25 @@ BAD_PICTURES: list[tuple[Callable[[Path, Path], object], str]] = [
     (lambda good, to: to.write_bytes(b""), "not a picture"),
     (lambda good, to: to.write_bytes(good.read_bytes()[:9999]), "cannot be read"),
     (lambda good, to: Image.open(good).convert("RGB").convert("LAB").save(to, "TIFF"), "coded as LAB"),
-    (lambda good, to: Image.open(good).crop((0, 0, 320, 240)).save(to), "is 320x240 but its camera 640x480"),
     (lambda good, to: Image.open(good).convert("F").save(to, "TIFF"), "neither grey nor colour of 8 or 16 bits"),
     (lambda good, to: to.write_bytes(beyond_all_bounds()), "cannot be read"),
 ]
 
 
 @pytest.mark.parametrize(("make", "says"), BAD_PICTURES, ids=[says for _, says in BAD_PICTURES])
-def test_bad_picture(
-    make: Callable[[Path, Path], object], says: str, refuse: Refuse, pair: Pair, tmp_path: Path
-) -> None:
+def test_bad_picture(make: Callable[[Path, Path], object], says: str, pair: Pair, tmp_path: Path) -> None:
     file = tmp_path / "bad.png"
     make(pair.right, file)
-    said = refuse("inspect", *pair.options(right=file))
-    assert says in said
-    assert str(file) in said
+    with pytest.raises(InputError, match=says) as refused:
+        read_picture(file)
+    assert str(file) in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_picture_of_another_size(refuse: Refuse, pair: Pair, tmp_path: Path) -> None:
+    with Image.open(pair.right) as good:
+        good.crop((0, 0, 320, 240)).save(tmp_path / "cropped.png")
+    assert "is 320x240 but its camera 640x480" in refuse("inspect", *pair.options(right=tmp_path / "cropped.png"))
 
 
 def test_empty_picture_is_refused_by_verdict(dark: Inspection, pair: Pair) -> None:

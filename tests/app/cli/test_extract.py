@@ -67,13 +67,6 @@ def test_a_mask_bounds_what_is_looked_at(square: Path, tmp_path: Path, capsys: C
         assert sentence in capsys.readouterr().err
 
 
-def test_rows_reach_the_store(square: Path, fresh_store: str) -> None:
-    assert main(["extract", str(square), "--store", fresh_store]) == 0
-    assert main(["extract", str(square), "--store", fresh_store]) == 0
-    counts = "SELECT (SELECT count(*) FROM extraction), (SELECT count(*) FROM image_arc)"
-    assert asked(fresh_store, counts) == [(1, 4)]
-
-
 def test_bits_of_a_camera_are_said_and_stored(square: Path, fresh_store: str, tmp_path: Path, capsys: Capsys) -> None:
     grey = np.asarray(Image.open(square))
     Image.fromarray(grey.astype(np.uint16) * 16).save(tmp_path / "twelve.png")

@@ -193,7 +193,8 @@ def test_the_report_of_a_part_has_the_findings_of_all_stops_once(target: str, tm
     with Store.open(target) as store:
         stop(store, [(RIB, "changed", 9.0), ("CLIP_2/CLIP", "confirmed", 9.0)], sizes)
         stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)], sizes, serial="SN1")
-        zones = store_zones(store)
+        with store.read() as connection:
+            counts = store.rows(connection, "report/serial_counts", serial="SN1")
     page = tmp_path / "part.html"
     assert main(["report", "--serial", "SN1", "-o", str(page), "--store", target]) == 0
     read = Page(page.read_text())
@@ -204,7 +205,8 @@ def test_the_report_of_a_part_has_the_findings_of_all_stops_once(target: str, tm
     data = json.loads(page.read_text().partition('id="data">')[2].partition("</script>")[0])
     body = next(part for part in data["scene"]["parts"] if part["path"] == "bulkhead/BODY")
     assert (body["colour"], [colour for colour, _ in body["paint"]]) == ("open", ["open", "changed", "removed"])
-    assert sum(features for _, features, _, _, _ in zones) == len(data["items"])
+    for of in ("kind", "zone"):
+        assert sum(row.features for row in counts if row.what == of) == len(data["items"])
     assert main(["check", "--report", str(page), "--store", target]) == 0
     with Store.open(target) as store:
         stop(store, [(RIB, "confirmed", 9.0)])
@@ -296,8 +298,3 @@ def test_the_headline_counts_what_was_accepted(target: str) -> None:
         "part deviates (2 findings, accepted by A. Meier)",
         "part deviates (2 findings, 1 accepted by A. Meier)",
     ]
-
-
-def store_zones(store: Store) -> list[Any]:
-    with store.read() as connection:
-        return [tuple(row) for row in store.rows(connection, "report/serial_zones", serial="SN1")]

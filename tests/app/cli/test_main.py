@@ -43,12 +43,6 @@ def test_wrong_use_is_2(capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None
     assert ended.value.code == 2
 
 
-def test_store_comes_from_the_environment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("RELMODEL_STORE", str(tmp_path / "a.duckdb"))
-    assert main(["init"]) == 0
-    assert (tmp_path / "a.duckdb").is_file()
-
-
 def test_reader_that_leaves_early_is_no_error(duckdb_template: Path) -> None:
     query = "SELECT * FROM range(200000)"
     printing = subprocess.Popen(
@@ -79,13 +73,16 @@ def test_places_that_cannot_hold_a_store_are_3(tmp_path: Path, capsys: Capsys) -
         assert "secret" not in said
 
 
-def test_quiet_prints_data_and_errors_only(tmp_path: Path, capsys: Capsys) -> None:
-    store = str(tmp_path / "a.duckdb")
-    assert main(["init", "--store", store]) == 0
+def test_quiet_prints_data_and_errors_only_of_the_store_of_the_environment(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
+) -> None:
+    monkeypatch.setenv("RELMODEL_STORE", str(tmp_path / "a.duckdb"))
+    assert main(["init"]) == 0
+    assert (tmp_path / "a.duckdb").is_file()
     assert capsys.readouterr().err
-    assert main(["check", "--store", store, "--quiet"]) == 0
+    assert main(["check", "--quiet"]) == 0
     assert capsys.readouterr() == ("", "")
-    assert main(["runs", "--store", store, "--quiet"]) == 0
+    assert main(["runs", "--quiet"]) == 0
     assert capsys.readouterr().out.startswith("run")
     assert main(["runs", "--store", str(tmp_path / "b.duckdb"), "--quiet"]) == 3
     assert "there is no store" in capsys.readouterr().err

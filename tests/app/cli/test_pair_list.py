@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 import yaml
-from PIL import Image
 
 import relmodel
 from relmodel.app.cli.main import main
@@ -134,8 +133,9 @@ def test_a_session_writes_the_rows_of_a_list_and_sees_a_new_revision_of_the_worl
             session.inspect(pictures={"left": tmp_path / "nothing.png"}, serial="one")
         first = session.inspect(**given)
         store.place(less_exact(pair, tmp_path))
-        Image.new("L", (640, 480), 7).save(tmp_path / "dark.png")
-        session.inspect(**given | {"pictures": {"left": tmp_path / "dark.png"}})
+        monkeypatch.setattr("vision.inspection.inspection.extract_pictures", far_enough)
+        with pytest.raises(InputError, match="far enough"):
+            session.inspect(**given)
         revisions = [world for (world,) in store.query("SELECT id FROM world WHERE name = 'demo_cell' ORDER BY id")]
     assert scenes[:2] == revisions
     by_list, by_session = rows_of(left_alone.store, first.run), rows_of(target, first.run)
@@ -144,6 +144,10 @@ def test_a_session_writes_the_rows_of_a_list_and_sees_a_new_revision_of_the_worl
     assert by_session.keys() == by_list.keys()
     own = first.to_json() | {"timings_s": left_alone.answer["timings_s"]}
     assert json.loads(json.dumps(own)) == left_alone.answer
+
+
+def far_enough(*_: object, **__: object) -> None:
+    raise InputError("far enough")
 
 
 def less_exact(pair: Pair, folder: Path) -> Path:

@@ -10,22 +10,17 @@ from pathlib import Path
 import cv2
 import duckdb
 import numpy as np
-import numpy.typing as npt
 import pytest
-from scipy.spatial.transform import Rotation
 
 from relmodel.app.audit import run_named
 from relmodel.app.cli.main import main
-from relmodel.app.report.pictures import pose_spread
 from relmodel.errors import UsageError
 from relmodel.find.find import world_named
-from relmodel.geometry.transforms import matrices
 from relmodel.store import Run, Store
 from tests.app.cli.conftest import Inspection, Pair, asked
 from tests.browser import Browser
 from tests.given import Capsys, CopyStore
 from tests.pages import Page, data_of
-from vision.cameras.files import read_rig
 from vision.scene import read_scene
 
 EVIL = """</script></title></style><img src=x onerror="window.hacked=1">'"`<!--&amp;\x1b[31m"""
@@ -105,40 +100,6 @@ def test_the_model_is_the_stored_mesh(page: str, inspection: Inspection) -> None
         assert sorted(zip(map(tuple, drawn.tolist()), of.tolist(), strict=True)) == sorted(rows)
     paths = {p for (p,) in asked(inspection.store, "SELECT path FROM occurrence WHERE kind = 'part'")}
     assert {p["path"] for p in scene["parts"]} == paths
-
-
-def test_error_ellipses_are_what_poses_drawn_at_random_give(inspection: Inspection, pair: Pair) -> None:
-    rig = read_rig(pair.rig_file)
-    with Store.open(inspection.store, read_only=True) as store, store.read() as connection:
-        (run,) = (r.run_id for r in store.rows(connection, "audit/newest_inspection"))
-        drawn = pose_spread(store, connection, run)
-        row = store.rows(connection, "report/pose_matrix", run_id=run)[0]
-        measured = store.columns(connection, "report/measurements", run_id=run)
-    draws = np.random.default_rng(3).multivariate_normal(np.zeros(6), np.reshape(row.covariance, (6, 6)), 4000)
-    for name, (at, covariance) in drawn.items():
-        own = np.asarray(measured["camera"]) == name
-        world = np.stack([np.asarray(measured[f"world_{a}"], float)[own] for a in "xyz"], axis=1)
-
-        def pixels(
-            points: npt.NDArray[np.float64],
-            turn: npt.NDArray[np.float64],
-            shift: npt.NDArray[np.float64],
-            of: str = name,
-        ) -> npt.NDArray[np.float64]:
-            pose = matrices(row._mapping) @ transform(turn, shift) @ rig.rig_from_camera[of]
-            return rig.cameras[of].project((points - pose[:3, 3]) @ pose[:3, :3])[0]
-
-        shown = pixels(world, np.zeros(3), np.zeros(3))
-        nearest = np.linalg.norm(shown[:, None] - at[:1], axis=2)[:, 0].argmin()
-        np.testing.assert_allclose(shown[nearest], at[0], atol=1e-3)
-        cloud = np.stack([pixels(world[[nearest]], d[3:], d[:3])[0] for d in draws])
-        np.testing.assert_allclose(np.cov(cloud.T), covariance[0], atol=0.08 * np.trace(covariance[0]))
-
-
-def transform(turn: npt.NDArray[np.float64], shift: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    out = np.eye(4)
-    out[:3, :3], out[:3, 3] = Rotation.from_rotvec(turn).as_matrix(), shift
-    return out
 
 
 def changed(store: str, *statements: str, given: str = "") -> str:

@@ -187,15 +187,6 @@ def test_runs_lists_states_and_filters(duckdb_file: Path, capsys: Capsys) -> Non
     assert [r["kind"] for r in printed(capsys, "runs", "--store", str(duckdb_file), "--kind", "world")] == ["world"]
 
 
-def test_check_prints_what_offends(duckdb_file: Path, capsys: Capsys) -> None:
-    assert main(["check", "--store", str(duckdb_file)]) == 0
-    assert capsys.readouterr().out == ""
-    with Store.open(duckdb_file) as store, store.write() as connection:
-        store.append(connection, "feature_class", {"id": [1], "content_key": ["k"], "kind": ["pocket"]})
-    assert main(["check", "--store", str(duckdb_file)]) == 1
-    assert "feature_class" in capsys.readouterr().out
-
-
 def test_a_world_says_whether_it_is_new(bulkhead_template: Path, tmp_path: Path, capsys: Capsys) -> None:
     store = str(shutil.copy(bulkhead_template, tmp_path / "cell.duckdb"))
     for said in ("added", "unchanged"):

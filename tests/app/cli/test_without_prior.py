@@ -72,7 +72,7 @@ def test_the_pose_is_found_wherever_the_pair_was_taken_and_rows_say_that_there_w
     assert set(ask("SELECT DISTINCT distance FROM hypothesis")) == {(None,)}
     assert "prior" not in [row.rule for row in ask("SELECT rule FROM why_verdict")]
     assert "prior" not in [row.role for row in ask("SELECT role FROM run_input")]
-    assert {row.name: row.looked_at for row in ask("SELECT name, looked_at FROM search_stage")}["join"] >= 1
+    assert {row.stage: row.looked_at for row in ask("SELECT stage, looked_at FROM search_pose")}["join"] >= 1
 
 
 def test_the_joints_of_what_carries_the_rig_are_a_prior_and_the_scan_needs_no_circles(
@@ -92,7 +92,7 @@ def test_the_joints_of_what_carries_the_rig_are_a_prior_and_the_scan_needs_no_ci
     assert answer["outcome"]["refusal"][1].startswith("next: ask for less with --needs")
     assert off_truth(answer).target_mm < 1
     assert any("where slider has it" in note for note in answer["notes"])
-    stages = "SELECT name, looked_at, count(*) FROM search_stage JOIN search_pose USING (run_id, stage_no) GROUP BY ALL"
+    stages = "SELECT stage, looked_at, count(*) FROM search_pose GROUP BY ALL"
     (row,) = asked(store, "SELECT m03, m13, m23, prior_covariance FROM inspection")
     left = {name: (looked_at, poses) for name, looked_at, poses in asked(store, stages)}
     assert np.array(row[:3], float) == pytest.approx(np.array(pair.prior["world_from_rig"])[:3, 3], abs=1e-6)

@@ -68,25 +68,6 @@ def test_eight_bits_are_as_they_are(scene: Floats, tmp_path: Path) -> None:
     assert describe_reading([picture]) == []
 
 
-@pytest.mark.parametrize(
-    ("bits", "shift", "brightest", "taken"),
-    [
-        (12, 4, 1.0, 16),
-        (12, 4, 0.2, 16),  # as large as fourteen bits
-        (10, 6, 1.0, 16),
-        (14, 2, 0.1, 16),
-        (8, 4, 1.0, 12),  # a common picture made one of twelve bits
-        (8, 6, 1.0, 14),
-    ],
-)
-def test_values_that_were_shifted_up_fill_sixteen(
-    bits: int, shift: int, brightest: float, taken: int, scene: Floats, tmp_path: Path
-) -> None:
-    picture = read_picture(save(tmp_path / "a.png", brightest * scene, bits, shift=shift))
-    assert picture.bits == taken
-    np.testing.assert_allclose(picture.grey, 255 * brightest * scene, atol=1.6)
-
-
 def of_twelve_packed(path: Path, light: Floats) -> None:
     """A TIFF of three bytes for two pixels, tag by tag."""
     first, second = counts(light, 12).reshape(-1, 2).astype(int).T

@@ -207,14 +207,6 @@ def test_bad_priors(tmp_path: Path, path: str, value: object, message: str) -> N
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("text", ["- 1\n- 2\n", "a: [1\n", "\x00", "a: 1\n---\nb: 2\n"])
-def test_files_that_hold_no_mapping(tmp_path: Path, text: str) -> None:
-    with pytest.raises(InputError):
-        read_prior(write(tmp_path, text))
-    with pytest.raises(InputError, match="there is no rig file"):
-        read_rig(tmp_path / "none.yaml")
-
-
 def test_calibration_sigmas_are_rows(fresh_store: str) -> None:
     camera = Camera(640, 480, np.array([[700.0, 0, 320], [0, 700, 240], [0, 0, 1]]))
     cameras = {"left": camera, "right": camera}

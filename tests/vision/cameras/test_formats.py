@@ -590,6 +590,10 @@ KITTI = "P0: 7.2e+02 0.0e+00 6.1e+02 0.0e+00 0.0e+00 7.2e+02 1.7e+02 0.0e+00 0.0
         ('{"width": 640, "height": 480, "ppx": 320.1, "ppy": 240.2, "fx": 600.0, "coeffs": [0]}', "RealSense"),
         ('{"0": {"cam_K": [700, 0, 320, 0, 700, 240, 0, 0, 1], "depth_scale": 0.1}}', "BOP"),
         (KITTI + KITTI.replace("P0", "P1"), "KITTI"),
+        ("%YAML:1.0\nsensor_type: camera\nT_BS: {rows: 4, cols: 4}\nintrinsics: [458, 457, 367, 248]\n", "EuRoC"),
+        ('{"value0": {"T_imu_cam": [], "intrinsics": [{"camera_type": "ds", "intrinsics": {}}]}}', "Basalt"),
+        ("%YAML:1.0\nCamera.type: \"PinHole\"\nCamera.fx: 458.6\nCamera.fy: 457.3\n", "ORB-SLAM"),
+        ("%YAML:1.0\nCamera1.fx: 458.6\nCamera2.fx: 457.6\nStereo.b: 0.11\n", "ORB-SLAM"),
         ('<?xml version="1.0"?>\n<root><camera><model><type>perspectiveProjWithDistortion</type></model></camera>'
          "</root>", "ViSP.*px, py, u0, v0"),
         ("<opencv_storage><image_width>640", "not valid XML"),

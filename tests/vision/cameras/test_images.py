@@ -34,7 +34,9 @@ from vision.cameras.images import (
         ([4097], (), None, (14, "values")),
         ([16385], (), None, (16, "values")),
         ([1023 << 2], (), None, (16, "values")),  # ten bits, shifted up
+        ([819 << 4], (), None, (16, "values")),  # twelve, of a dark picture: as large as fourteen
         ([255 << 2], (), None, (10, "values")),  # eight: may be as it is
+        ([255 << 4], (), None, (12, "values")),
         ([1023 << 1], (), None, (12, "values")),  # by one only
         ([1023], (9, 16), None, (16, "file")),
         ([511], (9, 16), None, (9, "file")),

@@ -37,7 +37,7 @@ def test_no_more_is_found_than_is_expected_and_zero_has_no_sign(found: float, ac
     gathered = HypothesisTable(
         prior_sigma=one, evidence=evidence * one, found=1e3 * found * one, expected=1e3 * one, outline_px=105 * one,
         outline_contrast=-0.04 * one, outline_evidence=0 * one, is_symmetric=np.zeros(1, bool),
-        relational_distance=np.nan * one,
+        told=np.nan * one,
     )  # fmt: skip
     verdict = judge(
         gathered,
@@ -103,20 +103,22 @@ def test_a_face_that_may_hold_the_pose_leaves_two_poses() -> None:
 
 
 @pytest.mark.parametrize(
-    ("distances", "standing"),
+    ("told", "standing"),
     [
         ([np.nan, np.nan], [0, 1]),  # not asked: the edges do not say which it is
-        ([4000.0, 4000.0], [0, 1]),
-        ([4000.0, 4400.0], [0]),  # 100 nats in favour of the first
-        ([4400.0, 4000.0], [1]),  # and of the second
+        ([1700.0, 1700.0], [0, 1]),
+        ([1700.0, 1688.1], [0, 1]),
+        ([1700.0, 1687.9], [0]),  # 12 nats in favour of the first
+        ([1688.1, 1711.0], [1]),  # and of the second, beyond what the edges say for the first
+        ([1688.1, 1700.0], [1, 0]),
     ],
 )
-def test_relational_matching_tells_rivals_apart(distances: list[float], standing: list[int]) -> None:
+def test_the_account_of_edges_tells_rivals_apart(told: list[float], standing: list[int]) -> None:
     two = np.ones(2)
     gathered = HypothesisTable(
         prior_sigma=np.nan * two, evidence=np.array([1000.0, 990.0]), found=np.array([1000.0, 990.0]),
         expected=1000 * two, outline_px=0 * two, outline_contrast=0 * two, outline_evidence=0 * two,
-        is_symmetric=np.zeros(2, bool), relational_distance=np.array(distances),
+        is_symmetric=np.zeros(2, bool), told=np.array(told),
     )  # fmt: skip
     found = find_standing(gathered, DEFAULTS.verdict)
     assert found.tolist() == standing
@@ -180,6 +182,7 @@ def test_what_the_pictures_show_otherwise_than_the_file_is_said(
     seldom = find_misfit(rig, 0.002 * np.tile(np.arange(11) == 3, (2, 1)), 0.8 * describe_unknowns(rig).sigma)
     assert seldom is not None
     assert seldom.sigmas == pytest.approx(0.002 / (STATED.focal * np.hypot(0.36, 1.4 * 0.6 * 0.8)))
+    assert seldom.words.startswith("the focal length that right shows is 0.56 % greater")  # .002 is .36 of it
 
 
 @pytest.mark.parametrize(("sigmas", "verdict"), [(3.4, "accepted"), (3.6, "refused")])

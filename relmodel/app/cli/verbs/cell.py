@@ -127,6 +127,7 @@ def _check_rig(args: argparse.Namespace) -> int:
 
     import numpy as np
 
+    from relmodel.find.find import world_named
     from vision.cameras.files import read_prior, read_rig
     from vision.cameras.images import read_rig_with_pictures
     from vision.planning import usual_distance
@@ -136,6 +137,7 @@ def _check_rig(args: argparse.Namespace) -> int:
         raise UsageError("--unit and --size are of convert and show: convert the file, and check what that writes")
     files = pictures_by_camera(args.pictures)
     rig, pictures = read_rig_with_pictures(args.source, files) if files else (read_rig(args.source), {})
+    stated: Sequence[Any] = ()
     distance, edges = args.distance, None
     if args.prior is not None or args.object is not None:
         if args.prior is not None and (args.object or distance):
@@ -143,12 +145,16 @@ def _check_rig(args: argparse.Namespace) -> int:
         whence = (args.object, distance) if args.prior is None else read_prior(args.prior)
         with open_store(args, read_only=True) as store:
             edges = find_edges_in_view(store, rig, args.world, whence)
+            with store.read() as connection:
+                key = {"world": world_named(store, connection, args.world)[1], "object": args.object}
+                stated = store.rows(connection, "object/diameters", **key)
         distance = float(np.median(np.linalg.norm(edges, axis=1)))
     elif distance is None:
         distance = usual_distance(rig, np.full(3, np.inf))
     if not 0 < distance < np.inf:
         raise UsageError("the distance is not known: give --distance MM above zero, from the cameras to the object")
     found = check_rig(rig, distance, {name: picture.grey for name, picture in pictures.items()}, edges)
+    found = found.weigh_diameters(stated)
     print(json_text(asdict(found)) if args.format == "json" else "\n".join(found.sentences()))
     return int(found.doubt is not None)
 

@@ -24,12 +24,12 @@ def demo(args: argparse.Namespace) -> int:
     """
     import os
 
-    from relmodel.app.report.page import write_page
-    from relmodel.app.report.run import run_page
+    from relmodel.app.report.write import write_report
     from relmodel.app.session import compile_behind
     from relmodel.compiled import compile_ahead
-    from relmodel.errors import InputError, UsageError
+    from relmodel.errors import UsageError
     from relmodel.loading.load import load
+    from relmodel.names import make_folder
     from relmodel.resources import resource_dir
     from relmodel.store import Store
     from relmodel.world.placement import place_world
@@ -42,10 +42,7 @@ def demo(args: argparse.Namespace) -> int:
         known = ", ".join(sorted(p.name[5:7] for p in source.glob("pair_*_truth.json")))
         raise UsageError(f"there is no pair {args.pair} in the demonstration: use one of {known}")
     truth = read_truth(truth_file)
-    try:
-        args.folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"the folder {args.folder} cannot be made ({error.strerror}): give another") from error
+    make_folder(args.folder)
     target = args.store or os.environ.get("RELMODEL_STORE") or str(args.folder / "cell.duckdb")
     overlay = args.folder / f"pair_{args.pair}_overlay.png"
     page = args.folder / f"pair_{args.pair}.html"
@@ -68,8 +65,7 @@ def demo(args: argparse.Namespace) -> int:
                 overlay=overlay,
             ),
         )
-        with store.read() as connection:
-            write_page(page, lambda: run_page(store, connection, answer.run))
+        write_report(store, page, {"run": answer.run})
     parts = [(p["path"], p["level"], f"{p['visible_share']:.0%}") for p in answer.parts_in_view]
     print_rows(("in view", "level", "visible"), parts, "table")
     print(f"\nstore     {target}")

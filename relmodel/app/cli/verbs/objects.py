@@ -214,6 +214,20 @@ def set_(args: argparse.Namespace) -> int:
     return 0
 
 
+@verb(
+    "relmodel tolerances tolerances.csv --variant A --store cell.duckdb",
+    option("file", type=Path, metavar="FILE.csv", help="columns path, what, nominal, plus and minus, mm"),
+    option("--variant", default="", help="variant of the objects that it names, where they have several"),
+)
+def tolerances(args: argparse.Namespace) -> int:
+    """State the tolerances of sizes that inspections measure, where the CAD file does not: all of FILE or nothing."""
+    from relmodel.app.characteristics import record_tolerances
+
+    with open_store(args) as store:
+        say(record_tolerances(store, args.file, args.variant))
+    return 0
+
+
 def _value(text: str) -> float | str | bool:
     if text in ("true", "false"):
         return text == "true"

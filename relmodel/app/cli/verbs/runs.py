@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from relmodel.app.cli.options import ALL, FORMAT, RUN, one_of, open_store, option, verb
 from relmodel.app.cli.output import print_folded, say
 from relmodel.names import visible
-from relmodel.printing import WIDTH, print_rows, rounded
+from relmodel.printing import WIDTH, print_rows
 
 if TYPE_CHECKING:
     from relmodel.app.audit import Difference
@@ -33,6 +33,7 @@ ANY_RUN = 2**62  # above any run's number
 )
 def runs(args: argparse.Namespace) -> int:
     """List the runs of the store: what was run, how it ended, how long it took."""
+    from relmodel.app.audit import run_in_short
     from relmodel.store import sql
 
     with open_store(args, read_only=True) as store, store.read() as connection:
@@ -42,24 +43,11 @@ def runs(args: argparse.Namespace) -> int:
         rows = found.all()
     if args.format == "table" and not args.all:
         print_folded(
-            ("run", "kind", "serial", "result", "began_at", "seconds", "message"), [_run_line(r) for r in rows]
+            ("run", "kind", "serial", "result", "began_at", "seconds", "message"), [run_in_short(r) for r in rows]
         )
     else:
         print_rows(list(found.keys()), rows, args.format)
     return 0
-
-
-def _run_line(row: Any) -> tuple[Any, ...]:
-    """What a person looks at of a run: how it ended, of an inspection its verdicts and how much was checked."""
-    result = row.state
-    if row.pose_verdict is not None:
-        result = row.part_verdict if row.pose_verdict == "usable" else f"pose {row.pose_verdict}"
-    if row.in_view:
-        result += f", {row.checked} of {row.in_view} checked"
-    began = row.began_at and row.began_at.isoformat(" ", "minutes")[:16]
-    seconds = None if row.seconds is None else rounded(row.seconds, 1)
-    said = row.message and row.message.partition(";")[0]  # --all has the rest
-    return row.run, row.kind, row.serial, result, began, seconds, said
 
 
 @verb(

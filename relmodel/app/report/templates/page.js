@@ -10,6 +10,11 @@
   const owners = new Map();
   items.forEach((item, number) => item.arcs.forEach(id => owners.set(id, [...(owners.get(id) || []), number])));
 
+  function drawn(tag, attributes) {
+    const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
+    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+    return made;
+  }
   function light(ids, name) {
     document.querySelectorAll(".picture path." + name).forEach(p => p.classList.remove(name));
     for (const id of ids) { const path = document.getElementById(id); if (path) path.classList.add(name); }
@@ -130,7 +135,7 @@
     for (const other of pictures) {
       const at = met && other !== svg && viewer.project(other.dataset.camera, met.point);
       let mark = other.querySelector(".pointed");
-      if (at && !mark) { mark = document.createElementNS("http://www.w3.org/2000/svg", "path"); mark.setAttribute("class", "pointed"); other.append(mark); }
+      if (at && !mark) { mark = drawn("path", { class: "pointed" }); other.append(mark); }
       if (mark) mark.setAttribute("d", at ? `M${at[0] - 14} ${at[1]}h28M${at[0]} ${at[1] - 14}v28` : "");
     }
     if (!met) return "";
@@ -148,8 +153,7 @@
     if (!image) {
       const address = viewer && viewer.render(svg.dataset.camera, [-0.5, -0.5, width, height], null, 1);
       if (!address) { slider.disabled = true; return; }
-      image = document.createElementNS("http://www.w3.org/2000/svg", "image");
-      for (const [name, value] of Object.entries({ class: "rendered", x: -0.5, y: -0.5, width, height, preserveAspectRatio: "none", href: address })) image.setAttribute(name, value);
+      image = drawn("image", { class: "rendered", x: -0.5, y: -0.5, width, height, preserveAspectRatio: "none", href: address });
       svg.insertBefore(image, svg.querySelector("path"));
     }
     image.style.clipPath = `inset(0 ${100 - slider.value}% 0 0)`;
@@ -207,9 +211,7 @@
     const box = svg.getAttribute("viewBox").split(" ").map(Number), item = items[svg.dataset.chosen];
     const address = viewer && viewer.render(svg.dataset.model, box, item && new Map([[item.part, item.surfaces && new Set(item.surfaces)]]), Math.max(1, 480 / box[2]));
     if (!address) { svg.remove(); return; }
-    const image = document.createElementNS("http://www.w3.org/2000/svg", "image");
-    for (const [name, value] of Object.entries({ x: box[0], y: box[1], width: box[2], height: box[3], preserveAspectRatio: "none", href: address })) image.setAttribute(name, value);
-    svg.append(image);
+    svg.append(drawn("image", { x: box[0], y: box[1], width: box[2], height: box[3], preserveAspectRatio: "none", href: address }));
   });
 
   // A link to a finding or a feature opens what it stands in: #finding=3, #feature=bulkhead/BODY/rib 16.
