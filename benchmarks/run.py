@@ -68,6 +68,7 @@ BENCHMARKS = (
 FULL_ONLY = (
     Benchmark("extraction", needs_data=True),
     Benchmark("strangers", full=("--quick", "--seed", "1"), needs_data=True),
+    Benchmark("standpoints", full=("--seed", "1"), needs_data=True),
 )
 
 

@@ -262,7 +262,7 @@ JOIN pose AS p ON p.run_id = r.run_id;
 CREATE VIEW why_verdict_cause (  -- localisation: Why an inspection's pose is most likely not accepted, and what to do next: one row an inspection whose pose is not.
     run_id,  -- the run
     cause,  -- picture (unusable), camera (does not see the model), prior (looks past the object or is contradicted), nothing (no pose is
-        -- found), little (of the object is in view), repeats, calibration, precision, object (another one, or another variant), or
+        -- found), little (of the object is in view), repeats, standpoint (contradicts the others), calibration, precision, object (another one, or another variant), or
         -- alike (loaded objects or variants that the pictures do not distinguish)
     likely_cause,  -- that in words, with each number next to its limit
     advice  -- what to do next
@@ -334,9 +334,10 @@ most AS (
 ),
 judged AS (
     SELECT i.run_id, f.likely, f.prior, f.apart, f.precise, f.rivals, f.edges, f.faces, f.cameras,
-        coalesce(d.sentence, f.calibration) AS calibration, u.cameras AS pictures, i.reason,
+        coalesce(d.sentence, f.calibration) AS calibration, p.name AS standpoint, u.cameras AS pictures, i.reason,
         CASE
             WHEN u.run_id IS NOT NULL THEN 'picture'
+            WHEN p.name IS NOT NULL THEN 'standpoint'
             WHEN d.run_id IS NOT NULL THEN 'calibration'
             WHEN i.covariance IS NULL AND i.m00 IS NULL THEN 'nothing'
             WHEN i.covariance IS NULL THEN 'prior'
@@ -357,6 +358,12 @@ judged AS (
     LEFT JOIN most AS m ON m.run_id = i.run_id
     LEFT JOIN seeing AS s ON s.run_id = i.run_id
     LEFT JOIN inspection_sentence AS d ON d.run_id = i.run_id AND d.kind = 'rig'
+    LEFT JOIN (
+        SELECT s.run_id, max(s.name) AS name
+        FROM standpoint AS s
+        JOIN verdict_statistic AS v ON v.run_id = s.run_id AND v.name = 'calibration' AND v.value = s.sigmas
+        GROUP BY s.run_id
+    ) AS p ON p.run_id = i.run_id AND f.calibration IS NOT NULL
     WHERE i.verdict <> 'accepted'
 )
 SELECT j.run_id, j.cause,
@@ -369,6 +376,7 @@ SELECT j.run_id, j.cause,
         WHEN 'prior' THEN CASE WHEN j.prior IS NULL THEN 'the prior looks past the object'
             ELSE concat('the prior does not hold: ', j.prior) END
         WHEN 'repeats' THEN concat('what is in view repeats in the object: ', j.rivals)
+        WHEN 'standpoint' THEN concat('the standpoints contradict each other, most of all ', j.standpoint, ': ', j.calibration)
         WHEN 'calibration' THEN concat('the rig is not as its file says: ', coalesce(j.calibration, j.apart))
         WHEN 'precision' THEN concat('the pose is not known as well as asked: ', j.precise)
         WHEN 'alike' THEN concat('what is in view is alike in several loaded objects or variants: ', j.reason)
@@ -382,6 +390,7 @@ SELECT j.run_id, j.cause,
         WHEN 'prior' THEN CASE WHEN j.prior IS NULL THEN 'correct the prior or where the world has the object, or inspect without --prior'
             ELSE 'correct the prior, or trust the pictures with --believe-pictures' END
         WHEN 'repeats' THEN 'move the rig until an end of the object or something that does not repeat is in view, or give a prior that rules the others out'
+        WHEN 'standpoint' THEN concat('correct where it is stated to be, or leave it out with --ignore-standpoint ', j.standpoint)
         WHEN 'calibration' THEN 'give the pictures as the camera took them, neither scaled nor cropped; calibrate the rig again, or state in its sigma how well it is known'
         WHEN 'alike' THEN 'move the rig until what distinguishes them is in view'
         WHEN 'precision' THEN 'ask for less with --needs, move nearer, add a camera, or state in the rig''s sigma how well it is calibrated'

@@ -87,7 +87,7 @@ class OpenStore(Store):
         self,
         *,
         rig: str | Path,
-        pictures: Pictures,
+        pictures: Pictures | None = None,
         prior: str | Path | None = None,
         carrier: Carrier | None = None,
         serial: str | None = None,
@@ -105,7 +105,7 @@ class OpenStore(Store):
         carrier: what is known of the arm that carries the rig.
         serial: number of the physical part, by which its inspections add up.
         operator: who makes the inspection (default: the user of this machine).
-        options: needs, world, against, believe_pictures and ignore_blind_camera: `relmodel.app.session.Options`.
+        options: needs, world, against, standpoints instead of pictures, ...: `relmodel.app.session.Options`.
         """
         from relmodel.app.session import Session
 

@@ -17,18 +17,22 @@ if TYPE_CHECKING:
     from relmodel.world.kinematics import Carrier
     from vision.cameras.cameras import Needs
     from vision.cameras.images import Pictures
+    from vision.cameras.standpoints import Standpoints
     from vision.inspection.answer import Inspection
     from vision.scene import Scenes
 
 
 class Options(TypedDict, total=False):
-    """What inspections in a row have in common, beside the rig.
+    """What inspections in a row have in common, beside the rig, and may have of their own.
 
     needs: how exactly the pose is needed, as in "5mm,2deg".
     world: its name, where the store has several.
     against: names of loaded objects, an empty list for all: say which of them the pictures show; needs no world.
     believe_pictures: accept a pose that the pictures show surely although it contradicts the prior.
     ignore_blind_camera: answer by the other cameras where one does not see the model.
+    standpoints: instead of pictures, those of one unmoving object from several places of the rig (`docs/rig.md`): a
+    file, or a list of mappings with name, pictures, world_from_rig (or joints) and sigma (or covariance).
+    ignored: names of standpoints to leave out.
     """
 
     needs: Needs | str | None
@@ -36,6 +40,8 @@ class Options(TypedDict, total=False):
     against: Sequence[str] | None
     believe_pictures: bool
     ignore_blind_camera: bool
+    standpoints: Standpoints | None
+    ignored: Sequence[str]
 
 
 class Session:
@@ -58,7 +64,7 @@ class Session:
     def inspect(
         self,
         *,
-        pictures: Pictures,
+        pictures: Pictures | None = None,
         prior: str | Path | None = None,
         carrier: Carrier | None = None,
         serial: str | None = None,

@@ -179,7 +179,15 @@ def leave_feature_undecided(model: Model) -> None:
 ELEMENT = dict.fromkeys(("x", "y", "normal_x", "normal_y", "contrast", "width", "sigma"), 1.0)
 
 
+def leave_standpoint(model: Model) -> None:
+    """A standpoint that counts, and took no picture."""
+    add_presence(model)
+    given: dict[str, Any] = {"run_id": [1], "standpoint_no": 0, "name": "a", "rig_id": 1, "ignored": False}
+    model["standpoint"] = given | {"joints": "{}", "covariance": [[0.0] * 36]} | transform(0, [0, 0, 0])
+
+
 FAULTS = {
+    "standpoint": leave_standpoint,
     "edge_element": add("edge_element", extraction_id=7, edge_element_no=0, **ELEMENT),
     "presence": add_presence,
     "final_decision": leave_feature_undecided,

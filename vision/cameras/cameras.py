@@ -252,13 +252,70 @@ USUAL_CALIBRATION = CalibrationSigma(0.002, 0.7, 0.15, 3e-4, 0.002)
 
 
 @dataclass(frozen=True)
+class Standpoint:
+    """Where a rig stood that took pictures of one unmoving object from several places.
+
+    world_from_rig: as stated (4, 4), but for what all standpoints have in common.  covariance: (6, 6) of a right
+    perturbation in the rig's frame there, t mm then r rad, by which it may be off, independently of the others.
+    joints: at which the world was asked for it, where they were given.  ignored: whether its pictures are left out.
+    stated: the pose as stated, where pictures have moved the other near to where they show it.
+    """
+
+    world_from_rig: Floats
+    covariance: Floats
+    joints: Mapping[str, float] = field(default_factory=dict)
+    ignored: bool = False
+    stated: Floats | None = None
+
+    @cached_property
+    def root(self) -> Floats:
+        """A root (6, 6) of the covariance: perturbations are this times six numbers of standard deviation 1."""
+        return np.asarray(np.linalg.cholesky(self.covariance))
+
+    @cached_property
+    def expected(self) -> Floats:
+        """The six numbers that lead back to the pose as stated."""
+        if self.stated is None:
+            return np.zeros(6)
+        return np.asarray(np.linalg.solve(self.root, perturbation(self.world_from_rig, self.stated)))
+
+
+BETWEEN = "/"  # in the name of a camera at a standpoint: STANDPOINT/CAMERA
+
+
+@dataclass(frozen=True)
 class Rig:
     """Cameras by name, in the file's order, where each sits in the rig (4, 4), and how well that is known, where the
-    rig says so."""
+    rig says so.
+
+    standpoints: by name, those of another rig, `moved`, whose cameras these are, each named STANDPOINT/CAMERA, in the
+    frame of `moved` at the first that is not ignored.
+    """
 
     cameras: dict[str, Camera]
     rig_from_camera: dict[str, Floats]
     sigma: dict[str, CalibrationSigma] = field(default_factory=dict)
+    standpoints: dict[str, Standpoint] = field(default_factory=dict)
+    moved: Rig | None = None
+
+    def at_standpoints(self, standpoints: dict[str, Standpoint]) -> Rig:
+        """The cameras of this rig at all standpoints that are not ignored, as one rig."""
+        used = {name: it for name, it in standpoints.items() if not it.ignored}
+        first_from_world = np.linalg.inv(next(iter(used.values())).world_from_rig)
+        rig_from_place = {place: first_from_world @ it.world_from_rig for place, it in used.items()}
+        names = {f"{place}{BETWEEN}{own}": (place, own) for place in used for own in self.cameras}
+        poses = {name: rig_from_place[place] @ self.rig_from_camera[own] for name, (place, own) in names.items()}
+        cameras = {name: self.cameras[own] for name, (_, own) in names.items()}
+        return Rig(cameras, poses, {}, standpoints, self)
+
+    @property
+    def first(self) -> str:
+        """The standpoint whose frame the rig has, an empty name in a rig that took all pictures at once."""
+        return next((name for name, it in self.standpoints.items() if not it.ignored), "")
+
+    def standpoint_of(self, name: str) -> str:
+        """The standpoint of a camera, an empty name in a rig that took all pictures at once."""
+        return name.partition(BETWEEN)[0] if self.moved else ""
 
     def only(self, *names: str) -> Rig:
         """The rig with only these cameras."""
@@ -267,14 +324,17 @@ class Rig:
                 raise InputError(
                     f"the rig has no camera '{name}' (it has {', '.join(self.cameras)}): name one of these, or add it"
                 )
-        return Rig(
-            {n: self.cameras[n] for n in names},
-            {n: self.rig_from_camera[n] for n in names},
-            {n: self.sigma[n] for n in names if n in self.sigma},
+        return replace(
+            self,
+            cameras={n: self.cameras[n] for n in names},
+            rig_from_camera={n: self.rig_from_camera[n] for n in names},
+            sigma={n: self.sigma[n] for n in names if n in self.sigma},
         )
 
     def sigma_of(self, name: str) -> CalibrationSigma:
-        """How well a camera is known: as the rig says, else as is usual."""
+        """How well a camera is known in the rig that took its picture: as that says, else as is usual."""
+        if self.moved is not None:
+            return self.moved.sigma_of(name.partition(BETWEEN)[2])
         return self.sigma.get(name) or USUAL_CALIBRATION.at(self.rig_from_camera[name])
 
 

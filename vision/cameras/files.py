@@ -146,7 +146,7 @@ def _in_mm(rig: Rig, unit_mm: float, path: Path) -> Rig:
 def read_pose(path: Path | str) -> Floats:
     """`world_from_rig` (4, 4) in a YAML file: a pose file, or a prior."""
     path = Path(path)
-    return _world_from_rig(read_yaml(path, "pose"), path)
+    return read_world_from_rig(read_yaml(path, "pose"), path)
 
 
 def read_prior(path: Path | str) -> Prior:
@@ -157,9 +157,14 @@ def read_prior(path: Path | str) -> Prior:
     and rotation_deg, per axis)."""
     path = Path(path)
     data = read_yaml(path, "prior")
-    pose = _world_from_rig(data, path)
-    given = data.get("covariance")
-    return Prior.isotropic(pose, *_sigma(data, path)) if given is None else Prior(pose, _covariance(data, path))
+    return Prior(read_world_from_rig(data, path), parse_covariance(data, path))
+
+
+def parse_covariance(data: dict[str, Any], path: Path) -> Floats:
+    """The covariance (6, 6) that `covariance` or `sigma` of a prior says."""
+    if data.get("covariance") is not None:
+        return _covariance(data, path)
+    return Prior.isotropic(np.eye(4), *_sigma(data, path)).covariance
 
 
 def _sigma(data: dict[str, Any], path: Path) -> tuple[float, float]:
@@ -227,7 +232,8 @@ def _checked_needs(mm: float, degrees: float, name: str) -> Needs:
     return Needs(mm, float(np.radians(degrees)))
 
 
-def _world_from_rig(data: dict[str, Any], path: Path) -> Floats:
+def read_world_from_rig(data: dict[str, Any], path: Path) -> Floats:
+    """What stands under `world_from_rig` (4, 4)."""
     return rigid(numbers(data, "world_from_rig", path, "", (4, 4)), path, "world_from_rig")
 
 

@@ -9,7 +9,7 @@ import re
 import struct
 import warnings
 import zlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -300,10 +300,11 @@ def pictures_as_files(pictures: Pictures) -> dict[str, Path | PictureBytes]:
 
 
 def digest_given(
-    files: Mapping[str, Path | PictureBytes], rig: str | Path, prior: str | Path | None = None
+    files: Mapping[str, Path | PictureBytes], rig: str | Path, **others: str | Path | None
 ) -> dict[str, tuple[str, str]]:
-    """What a run is given, as `digest_inputs` has it: a picture by its camera, unless a file beside it goes by that."""
-    beside = rig_inputs(rig) | ({} if prior is None else {"prior": Path(prior)})
+    """What a run is given, as `digest_inputs` has it: a picture by its camera, unless a file beside it goes by that;
+    others: files by what they are, as a prior."""
+    beside = rig_inputs(rig) | {name: Path(it) for name, it in others.items() if it is not None}
     roles = {name: f"camera {name}".rstrip() if name in {*beside, UNNAMED} else name for name in files}
     paths = {roles[name]: it for name, it in files.items() if isinstance(it, Path)}
     return digest_inputs(paths | beside) | {
@@ -313,15 +314,18 @@ def digest_given(
     }
 
 
-def read_rig_with_pictures(rig: Path, files: Mapping[str, Path | PictureBytes]) -> tuple[Rig, dict[str, Picture]]:
+def read_rig_with_pictures(
+    rig: Path, files: Mapping[str, Path | PictureBytes], move: Callable[[Rig], Rig] = lambda rig: rig
+) -> tuple[Rig, dict[str, Picture]]:
     """A rig, and what some of its cameras took, in the rig's order; a file that does not say the size of its pictures
-    has that of the first.  Raises InputError and UsageError as `read_rig`, `name_pictures` and `read_pictures` do."""
+    has that of the first.  move: makes of the rig that of all its standpoints.  Raises InputError and UsageError as
+    `read_rig`, `name_pictures` and `read_pictures` do."""
 
     def size() -> tuple[int, int]:
         first = read_picture(next(iter(files.values())))
         return first.width, first.height
 
-    whole = read_rig(rig, size=size)
+    whole = move(read_rig(rig, size=size))
     return whole, read_pictures(name_pictures(files, whole), whole)
 
 

@@ -96,6 +96,7 @@ class Inspection:
     else was considered), and how many of them no sampled pose shows.
     hypotheses: poses considered, the best first.  equivalent: poses of the rig, beside the best, from which a symmetric
     model looks the same.
+    standpoints: where one rig took the pictures from several; the pose above is of the first that is not ignored.
     notes: what was taken for given that the inputs do not say, of the pictures and of the prior, a sentence each.
     """
 
@@ -118,6 +119,7 @@ class Inspection:
     selection: dict[str, int]
     hypotheses: list[dict[str, Any]]
     equivalent: list[Floats]
+    standpoints: list[dict[str, Any]]
     notes: list[str]
     timings_s: dict[str, float] = field(compare=False)
 
@@ -210,6 +212,11 @@ def read_inspection(store: Store, run: int) -> Inspection:
             selection={"parts": len(shown), "superfluous": shown.count(False)},
             hypotheses=hypotheses,
             equivalent=[_pose(it) for it in select("solved_pose", "solved_no", kind="equivalent")],
+            standpoints=[
+                _with_pose(it, "world_from_rig", "name ignored")
+                | {"moved": None if it["moved"] is None else np.asarray(it["moved"]), "sigmas": it["sigmas"]}
+                for it in select("standpoint", "standpoint_no")
+            ],
             notes=said["note"],
             timings_s=timings,
         )

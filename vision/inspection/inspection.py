@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from math import degrees
 from pathlib import Path
@@ -34,6 +34,7 @@ from vision.cameras.images import (
     read_rig_with_pictures,
 )
 from vision.cameras.record import find_rig
+from vision.cameras.standpoints import GivenStandpoint, Standpoints, pictures_of, read_standpoints
 from vision.extraction import extract as extraction
 from vision.inspection.against import (
     Candidate,
@@ -95,6 +96,8 @@ class Task:
     stereo finds, one by its ellipses, wherever in the world they were taken.
     pictures: by the names of their cameras, up to sixteen, files or arrays (grey, RGB or RGBA, of bytes, of 16 bits, or
     of floats from 0 to 1), or one alone where the rig has one camera.
+    standpoints: instead of pictures, those of one unmoving object from several places of the rig: a file or a list of
+    its entries; prior and pose are then of the first.  ignored: names of those that are left out.
     needs: how exactly the pose is needed, else as the prior file says, else the default.
     world: its name, where the store has several.
     against: names of loaded objects, all where there are none, to say which of them the pictures show, with no world
@@ -111,7 +114,9 @@ class Task:
     """
 
     rig: str | Path
-    pictures: Pictures
+    pictures: Pictures | None = None
+    standpoints: Standpoints | None = None
+    ignored: Sequence[str] = ()
     prior: str | Path | None = None
     needs: Needs | None = None
     world: str | None = None
@@ -135,6 +140,8 @@ class Task:
             check_writable(self.overlay)
         if self.crops is not None:
             make_folder(self.crops)
+        if (self.pictures is None) == (self.standpoints is None) or (self.ignored and self.standpoints is None):
+            raise UsageError("give pictures taken together, or standpoints, of which some may be ignored")
         given = (self.prior, self.world, self.variants, p.believe_pictures or None)
         if self.against is not None and (self.carrier.is_given or any(it is not None for it in given)):
             raise UsageError(
@@ -155,8 +162,10 @@ def inspect(
     run then ended as failed, and the store is otherwise as it was.
     """
     task.check(parameters)
-    files = pictures_as_files(task.pictures)
+    given = None if task.standpoints is None else read_standpoints(task.standpoints, task.ignored)
+    files = pictures_as_files(pictures_of(given) if given else task.pictures if task.pictures is not None else {})
     request = InspectionRequest.of(store, task)
+    listed = task.standpoints if isinstance(task.standpoints, str | Path) else None
     return_memory()
     with (
         store.one_thread(),
@@ -164,11 +173,11 @@ def inspect(
             store,
             "inspect",
             {**request.parameters(), **asdict(parameters)},
-            inputs=digest_given(files, task.rig, task.prior),
+            inputs=digest_given(files, task.rig, prior=task.prior, standpoints=listed),
             packages=PACKAGES,
         ) as run,
     ):
-        inputs = _read_inputs(task, files, parameters)
+        inputs = _read_inputs(task, files, parameters, lambda rig: _move(store, request, rig, given))
         run.step("read")
         carry_out(scenes or Scenes(store), run, request, inputs, parameters)
         answer = read_inspection(store, run.id)
@@ -229,10 +238,27 @@ class Inputs:
     selection: Selection | None = None
 
 
-def _read_inputs(task: Task, files: dict[str, Path | PictureBytes], p: InspectionParameters) -> Inputs:
+def _move(store: Store, request: InspectionRequest, rig: Rig, given: Sequence[GivenStandpoint] | None) -> Rig:
+    """A rig at its standpoints, where these are given; by joints where the world has it with these."""
+    if given is None:
+        return rig
+    mounted, stood = _mounted(store, request.world_id, rig, request.carrier), {}
+    for it in given:
+        pose = it.world_from_rig
+        if pose is None:
+            if mounted is None:
+                raise UsageError("the world does not mount this rig: say by world_from_rig where it stood, or mount it")
+            pose = mounted.moved(it.joints).world_from_rig
+        stood[it.name] = it.at(pose)
+    return rig.at_standpoints(stood)
+
+
+def _read_inputs(
+    task: Task, files: dict[str, Path | PictureBytes], p: InspectionParameters, move: Callable[[Rig], Rig]
+) -> Inputs:
     check_mode(p.matching.pose.search)
     check_method(p.stereo)
-    whole, pictures = read_rig_with_pictures(Path(task.rig), files)
+    whole, pictures = read_rig_with_pictures(Path(task.rig), files, move)
     choose_pair(whole.only(*pictures))  # refuses cameras that all are at one place
     prior = None if task.prior is None else Path(task.prior)
     needs = task.needs or (None if prior is None else read_needs(prior)) or DEFAULT_NEEDS
@@ -258,10 +284,13 @@ def _select(
         scenes.keep_only({it.world_id for it in among})
         return _PriorKnowledge(None, None, None, among)
     scenes.keep_only({request.world_id})
-    mounted = _mounted(scenes.store, request.world_id, inputs.rig, request.carrier)
-    prior = inputs.prior
+    mounted = _mounted(scenes.store, request.world_id, inputs.rig.moved or inputs.rig, request.carrier)
+    prior, first = inputs.prior, inputs.rig.standpoints.get(inputs.rig.first)
+    if first is not None:
+        mounted = mounted.moved(first.joints) if mounted is not None and first.joints else None
     if prior is None and mounted is not None:
-        prior = Prior(mounted.world_from_rig, predict_covariance(mounted, request.carrier))
+        covariance = predict_covariance(mounted, request.carrier)
+        prior = Prior(mounted.world_from_rig, covariance + (0 if first is None else first.covariance))
     cameras = inputs.rig.only(*inputs.pictures)
     target = select_parts(scenes, request.world_id, request.world, cameras, prior, p.selection, inputs.selection)
     return _PriorKnowledge(mounted, prior, target, [])
@@ -338,14 +367,15 @@ def carry_out(
         if verdict.verdict == "refused":
             parts = presence = None
     notes += describe_reading(pictures[name] for name in seen.pictures)
-    if unstated := [name for name in cameras.cameras if name not in cameras.sigma]:
+    taking = cameras.moved or cameras
+    if unstated := [name for name in taking.cameras if name not in taking.sigma]:
         it = USUAL_CALIBRATION
         notes.append(
             f"the rig's file does not say how well {', '.join(unstated)} were calibrated: {100 * it.focal:g} % of the "
             f"focal length, {it.centre_px:g} px, {it.translation_mm:g} mm and {degrees(it.rotation):.2g} degrees are "
             "taken; state its sigma"
         )
-    if best is not None and not best.sees_nothing:
+    if best is not None and not best.sees_nothing and seen.rig.moved is None:
         notes += [
             f"at {best.distance:.0f} mm {names}: {describe_overlap(it['overlap'])}"
             for names, it in compare_views(seen.rig, best.distance).items()
@@ -427,5 +457,7 @@ def _mounted(store: Store, world_id: int, rig: Rig, carrier: Carrier) -> Mounted
 def _correction(mounted: MountedRig | None, carrier: Carrier, found: Localisation) -> Correction | None:
     if mounted is None or found.best is None or found.verdict.verdict != "accepted":
         return None
-    known = fields_of(carrier, "joint_sigmas base_covariance")
-    return correct_base(mounted, found.best.world_from_rig, found.best.covariance, **known)
+    known, first = fields_of(carrier, "joint_sigmas base_covariance"), found.rig.standpoints.get(found.rig.first)
+    # Joints say where the first standpoint is no better than it is known.
+    covariance = found.best.covariance + (0 if first is None else first.covariance)
+    return correct_base(mounted, found.best.world_from_rig, covariance, **known)

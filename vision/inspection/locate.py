@@ -157,8 +157,8 @@ class Locator:
         """The best pose from these starts, with its verdict."""
         scene, seen = stored.scene, self.seen
 
-        def weigh(pose: RefinedPose, indexes: Mapping[str, EdgeIndex]) -> float:
-            rig = correct_rig(self.seen.rig, pose.camera_unknowns)
+        def weigh(pose: RefinedPose, rig: Rig, indexes: Mapping[str, EdgeIndex]) -> float:
+            rig = correct_rig(rig, pose.camera_unknowns)
             placed = {name: pose.world_from_rig @ it for name, it in rig.rig_from_camera.items()}
             arcs = {name: find_view_arcs(scene, camera, placed[name]) for name, camera in rig.cameras.items()}
             return weigh_edges(self.take_account(stored, rig, pose, indexes, arcs).pieces)
@@ -203,7 +203,7 @@ def _explain_enough(starts: Perturbations) -> bool:
 
 def doubt_calibration(seen: Observation, scene: Scene, prior: Prior | None) -> str | None:
     """How pictures that show no pose say that the rig is, where not as its file says."""
-    names = choose_pair(seen.rig) or list(seen.pictures)[:2]
+    names = choose_pair(seen.rig) or ([] if seen.rig.moved else list(seen.pictures)[:2])
     if len(names) > 1:
         two = seen.rig.only(*names)
         points, size = find_shared_points(seen.greys, two), float(np.ptp(scene.vertices, axis=0).max())

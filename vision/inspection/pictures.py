@@ -156,7 +156,7 @@ def _find_stale(run: int, store: Database, rig: Rig, pictures: Mapping[str, Pict
         for name, beside in pairs
         if pictures[name].sha256 == pictures[beside].sha256 and not np.array_equal(place[name], place[beside])
     }
-    if stale:
+    if stale or rig.moved is not None:  # of standpoints some may be left out, or others be beside them
         return stale
     with store.read() as connection:
         for name, beside in pairs:

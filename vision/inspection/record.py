@@ -14,7 +14,7 @@ from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run
 from relmodel.store.runs import Writer
 from relmodel.world.kinematics import Correction
-from vision.cameras.cameras import Needs, Prior, Rig, Selection, perturb
+from vision.cameras.cameras import Needs, Prior, Rig, Selection, perturb, perturbation
 from vision.cameras.record import record_rig
 from vision.constellations.find_poses import record_relations
 from vision.inspection.against import ComparedObject, record_comparisons
@@ -23,9 +23,9 @@ from vision.inspection.locate import Location
 from vision.inspection.pictures import Quality, SeenPicture
 from vision.localisation.hypotheses import Stage
 from vision.localisation.localise import Localisation, View
-from vision.localisation.measurements import UNKNOWNS, describe_unknowns
+from vision.localisation.measurements import PLACE, UNKNOWNS, describe_unknowns
 from vision.localisation.refine import Explanation, LastStep, RefinedPose
-from vision.localisation.verdict import compute_shown
+from vision.localisation.verdict import compare_standpoints, compute_shown
 from vision.localisation.views import KINDS, NO_RUN, SILHOUETTE
 from vision.localisation.visibility import PART, PartsInView
 from vision.matching import REASONS, MatchedView, PoseProblemParameters
@@ -102,6 +102,8 @@ def record_inspection(run: Run, connection: Connection, it: Result, p: PoseProbl
         units, labels = (it.pictures[name].recorded.unit_set_id for name in it.stereo.rectification.cameras)
         record_stereo(run, connection, STEREO, units, labels, it.stereo)
         record_relations(run, connection, STEREO, it.location.relations)
+    if it.rig.moved is not None:
+        _record_standpoints(write, it, record_rig(run, connection, it.rig.moved))
     if it.found.hypotheses:
         _record_hypotheses(write, it.found.hypotheses)
     for number, (name, view) in enumerate(views.items()):
@@ -144,6 +146,25 @@ def _record_verdict(write: Writer, it: Result, rig_id: int) -> None:
     said += [("rig", verdict.rig)] if verdict.rig else []
     write("inspection_sentence", sentence_no=np.arange(len(said)), **by_column("kind sentence", said))
     write("selected_part", **fields_of(it.selection, "occurrence_id shown"))
+
+
+def _record_standpoints(write: Writer, it: Result, rig_id: int) -> None:
+    best, stated = it.found.best, it.rig.standpoints
+    solved = {} if best is None else compare_standpoints(it.found.rig, best)
+    each = [(one, solved.get(name)) for name, one in stated.items()]
+    write(
+        "standpoint",
+        standpoint_no=np.arange(len(each)),
+        name=list(stated),
+        rig_id=rig_id,
+        ignored=[one.ignored for one in stated.values()],
+        joints=[json.dumps(dict(one.joints), sort_keys=True) for one in stated.values()],
+        **matrix_columns([one.world_from_rig for one in stated.values()]),
+        covariance=Ragged.pack([one.covariance for one in stated.values()]),
+        moved=Ragged.pack([None if found is None else found.moved for _, found in each]),
+        covariance_left=Ragged.pack([None if found is None else found.covariance for _, found in each]),
+        sigmas=[None if found is None else found.misfit.sigmas for _, found in each],
+    )
 
 
 def _record_hypotheses(write: Writer, hypotheses: list[RefinedPose]) -> None:
@@ -309,12 +330,15 @@ def record_decisions(
         camera=cameras * len(supports),
         **{name: np.concatenate([getattr(it, field) for it in supports]) for name, field in columns.items()},
     )
-    unknowns = describe_unknowns(rig)
+    unknowns, value = describe_unknowns(rig), found.best.camera_unknowns
+    if rig.moved is not None:  # solved from where the pictures have them, told from where they are stated to be
+        value = value.copy()
+        value[:, PLACE] = [perturbation(rig.rig_from_camera[name], found.rig.rig_from_camera[name]) for name in cameras]
     write(
         "camera_unknown",
         camera=np.repeat(cameras, len(UNKNOWNS)).tolist(),
         name=list(UNKNOWNS) * len(cameras),
-        value=found.best.camera_unknowns.ravel(),
+        value=value.ravel(),
         expected=unknowns.mean.ravel(),
         sigma=unknowns.sigma.ravel(),
         sigma_shown=compute_shown(rig, found.best.unknowns_sigma).ravel(),

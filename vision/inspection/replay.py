@@ -20,7 +20,7 @@ from relmodel.store import Run, Store, bulk
 from relmodel.store.database import round_columns
 from relmodel.store.runs import package_versions, read_rows
 from relmodel.world.kinematics import Carrier
-from vision.cameras.cameras import Needs, Prior, Selection
+from vision.cameras.cameras import Needs, Prior, Selection, Standpoint
 from vision.cameras.images import PictureBytes, read_pictures
 from vision.cameras.record import read_recorded_rig
 from vision.inspection.inspection import Inputs, InspectionRequest, carry_out
@@ -128,6 +128,13 @@ def _read_inputs(store: Store, connection: Connection, run: int, given: Any, pic
             "holds its rows against each other"
         )
     rig = read_recorded_rig(store.columns(connection, "cameras/rig", rig_id=given.rig_id))
+    of = store.select(connection, "standpoint", order="standpoint_no", run_id=run)
+    if len(of["name"]):
+        moved = read_recorded_rig(store.columns(connection, "cameras/rig", rig_id=int(of["rig_id"][0])))
+        joints = [json.loads(it) if isinstance(it, str) else it for it in of["joints"]]
+        covariances = [np.reshape(it, (6, 6)) for it in of["covariance"]]
+        each = map(Standpoint, matrices(of), covariances, joints, of["ignored"].tolist())
+        rig = moved.at_standpoints(dict(zip(of["name"], each, strict=True)))
     for row in pictures:
         if row.bits_from == "rig":
             rig.cameras[row.camera] = replace(rig.cameras[row.camera], bits=row.bits)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, sum_by_group
-from relmodel.geometry.transforms import skew
+from relmodel.geometry.transforms import inverse, skew
 from vision.cameras.cameras import Rig, perturb
 from vision.localisation.hypotheses import (
     EdgePoints,
@@ -46,15 +46,35 @@ OFFSET_PX = 0.4  # standard deviation of edges about the arcs they belong to, be
 
 @dataclass(frozen=True)
 class CameraUnknowns:
-    """Expected values and standard deviations (c, 11) of the cameras' own unknowns; sigma zero: exact."""
+    """Expected values and standard deviations (c, 11) of the cameras' own unknowns; sigma zero: exact.
+
+    What is solved are u numbers, expected and deviation (u,), of which those of the cameras follow by `shared` (c, 11,
+    u): the numbers of each camera, or where one rig took pictures from several standpoints those of its cameras once
+    and six of each standpoint, by `Standpoint.root`, of which `standpoints` has the columns by name."""
 
     mean: Floats
     sigma: Floats
+    expected: Floats
+    deviation: Floats
+    shared: Floats
+    standpoints: dict[str, slice]
 
     @property
     def precision(self) -> Floats:
-        """Inverse variances (11 c,); one for what is exact, which no measurement moves."""
-        return np.where(self.sigma > 0, self.sigma, 1.0).ravel() ** -2.0
+        """Inverse variances (u,); one for what is exact, which no measurement moves."""
+        return np.where(self.deviation > 0, self.deviation, 1.0) ** -2.0
+
+    @property
+    def start(self) -> Floats:
+        """What a solution begins with (u,): standpoints where the rig has them."""
+        out = self.expected.copy()
+        for columns in self.standpoints.values():
+            out[columns] = 0
+        return out
+
+    def of_cameras(self, solved: Floats) -> Floats:
+        """The cameras' unknowns (c, 11) by what is solved (u,)."""
+        return np.asarray(self.shared @ np.ravel(solved))
 
 
 def describe_unknowns(rig: Rig) -> CameraUnknowns:
@@ -68,7 +88,38 @@ def describe_unknowns(rig: Rig) -> CameraUnknowns:
         sigma[number, FOCAL] = known.focal
         sigma[number, PLACE] = np.repeat([known.translation_mm, known.rotation], 3)
         sigma[number, RADIAL] = known.radial
-    return CameraUnknowns(mean, sigma)
+    if rig.moved is None:
+        each = np.eye(mean.size).reshape(*mean.shape, -1)
+        return CameraUnknowns(mean, sigma, mean.ravel(), sigma.ravel(), each, {})
+    # The response is that of a picture, all else that of the camera wherever it stands.
+    own = [name.removeprefix(rig.standpoint_of(name)) for name in rig.cameras]
+    source = np.array([[number, *[own.index(name)] * (COUNT - 1)] for number, name in enumerate(own)])
+    column, at = np.unique(source * COUNT + np.arange(COUNT), return_inverse=True)
+    names = list(dict.fromkeys([rig.first, *map(rig.standpoint_of, rig.cameras)]))
+    shared = np.zeros((*mean.shape, len(column) + 6 * len(names)))
+    np.put_along_axis(shared, at.reshape(*mean.shape, 1), 1.0, axis=2)
+    columns = {name: slice(len(column) + 6 * k, len(column) + 6 * k + 6) for k, name in enumerate(names)}
+    for number, name in enumerate(rig.cameras):
+        if (place := rig.standpoint_of(name)) == rig.first:
+            continue
+        first, it = rig.standpoints[rig.first], rig.standpoints[place]
+        camera_from_rig = inverse(rig.rig_from_camera[name])
+        camera_from_place = camera_from_rig @ inverse(first.world_from_rig) @ it.world_from_rig
+        shared[number, PLACE, columns[place]] = carry(camera_from_place) @ it.root
+        shared[number, PLACE, columns[rig.first]] = -carry(camera_from_rig) @ first.root
+    expected = np.concatenate([mean.ravel()[column], *(rig.standpoints[name].expected for name in names)])
+    deviation = np.concatenate([sigma.ravel()[column], np.ones(6 * len(names))])
+    shared *= deviation > 0  # what is exact moves nothing
+    of_cameras = shared @ expected, np.sqrt(shared**2 @ deviation**2)
+    return CameraUnknowns(*of_cameras, expected, deviation, shared, columns)
+
+
+def carry(a_from_b: Floats) -> Floats:
+    """What takes a small right perturbation (t, r) of frame b to that (6, 6) of frame a, fixed to it."""
+    out = np.zeros((6, 6))
+    out[:3, :3] = out[3:, 3:] = a_from_b[:3, :3]
+    out[:3, 3:] = skew(a_from_b[:3, 3]) @ a_from_b[:3, :3]
+    return out
 
 
 def differentiate(
@@ -122,7 +173,7 @@ def correct_rig(rig: Rig, own: Floats) -> Rig:
             distortion[0] += values[RADIAL]
         cameras[name] = replace(camera, matrix=matrix, distortion=distortion)
         poses[name] = perturb(rig.rig_from_camera[name], values[PLACE])
-    return Rig(cameras, poses, rig.sigma)
+    return replace(rig, cameras=cameras, rig_from_camera=poses)
 
 
 class EdgeIndex:
@@ -168,8 +219,8 @@ class Measurements:
     within its tolerance; offset (n,) px along (-dy, dx) to the edge element `found` (-1: none); edge_sigma (n,) px of
     that element; sigma (n,) px with the tolerance of its arc; weight (n,) of the robust loss, 0..1, zero where the
     sample is excluded; slope (n,): derivative of weight times offset by the offset; arc_shift (n,) px: standard
-    deviation by which the image of its arc may be shifted as a whole;
-    jacobian (n, 6 + u c) of the offset's prediction by the pose and the u own unknowns of each of the c cameras.
+    deviation by which the image of its arc may be shifted as a whole; response (n,): derivative of the offset's
+    prediction by its camera's response; jacobian (n, 6 + u) by the pose and what is solved of the cameras.
     """
 
     pixel: Floats
@@ -182,6 +233,7 @@ class Measurements:
     weight: Floats
     slope: Floats
     arc_shift: Floats
+    response: Floats
     jacobian: Floats
 
 
@@ -203,7 +255,7 @@ def measure(
     there = pixel + shift_pixels(prediction, delta, pixel, own)
     (reach, scale), wide = limits, float(prediction.tolerance_px.max(initial=0.0))
     found, offset, edge_sigma = np.full(len(pixel), -1), np.zeros(len(pixel)), np.ones(len(pixel))
-    by_camera = np.zeros((len(pixel), *own.shape))
+    responses, by_unknown = np.zeros(len(pixel)), np.zeros((len(pixel), len(unknowns.expected)))
     for number, index in enumerate(indexes):
         rows = np.flatnonzero(prediction.view == number)
         at, along = np.ascontiguousarray(there[rows]), np.ascontiguousarray(direction[rows])
@@ -215,11 +267,10 @@ def measure(
             edges.sigma[edge] ** 2 + SYSTEMATIC_PX**2 + (TEXTURE_PX * index.texture / contrast) ** 2
         )
         response = -np.sign(np.einsum("ni,ni->n", normal[hit], edges.normal[edge])) * contrast / edges.grey_range
-        by_camera[hit, number] = differentiate(
-            prediction, delta, hit, pixel[hit], normal[hit], response, unknowns.sigma[number]
-        )
+        by_camera = differentiate(prediction, delta, hit, pixel[hit], normal[hit], response, unknowns.sigma[number])
+        responses[hit], by_unknown[hit] = by_camera[:, RESPONSE], by_camera @ unknowns.shared[number]
         away = edges.position[edge] - pixel[hit]
-        offset[hit] = np.einsum("ni,ni->n", normal[hit], away) - by_camera[hit, number] @ own[number]
+        offset[hit] = np.einsum("ni,ni->n", normal[hit], away) - by_camera @ own[number]
     use = (found >= 0) & votes
     shift = _find_shifts(prediction, offset, use, scale)
     weight, slope = weigh(offset, shift, use, scale)
@@ -230,8 +281,8 @@ def measure(
     share = total / np.maximum(_sum_by_arc(prediction, np.ones(len(total))), 1)
     arc_shift = ARC_SHIFT_PX / np.maximum(share, LEAST_FOUND)
     by_pose = np.einsum("ni,nij->nj", normal, jacobian)
-    derivative = np.concatenate([by_pose, by_camera.reshape(len(pixel), own.size)], axis=1)
-    return Measurements(pixel, direction, shift, offset, found, edge_sigma, sigma, weight, slope, arc_shift, derivative)
+    of_sample = (pixel, direction, shift, offset, found, edge_sigma, sigma, weight, slope, arc_shift, responses)
+    return Measurements(*of_sample, np.concatenate([by_pose, by_unknown], axis=1))
 
 
 def _find_shifts(prediction: Prediction, offset: Floats, use: Bools, scale: float) -> Floats:

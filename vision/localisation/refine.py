@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -157,6 +157,8 @@ class RefinedPose:
     is_symmetric: whether the model, carried onto itself, leads here from the best pose.  is_rough: whether it was only
     looked at roughly, as rivals are.  told: log odds of the account of all edges seen from here, NaN where it was not
     asked.  others: poses that explain the pictures by other occurrences being off their place, or by none.
+    solved (u,): what was solved of the cameras, of which their unknowns follow; left (6 + u, 6 + u): covariance of pose
+    and that, were all errors of the measurements independent.
     cost: half of the prior's distance squared, less the evidence of edges and outlines.
     """
 
@@ -175,6 +177,8 @@ class RefinedPose:
     is_rough: bool = False
     told: float = float("nan")
     others: tuple[RefinedPose, ...] = ()
+    solved: Floats = field(default_factory=lambda: np.zeros(0))
+    left: Floats = field(default_factory=lambda: np.zeros((6, 6)))
 
     @property
     def middle(self) -> Floats:
@@ -260,7 +264,7 @@ class Fit:
                 break
             rejected.append(refined)
             refined = best
-        start = self.measure(world_from_rig, self.unknowns.mean, self._none)
+        start = self.measure(world_from_rig, self.unknowns.start, self._none)
         near = self.solve(world_from_rig, self._none, NEAR_ROUNDS)
         # A view of nothing costs nothing, and no prior holds the pose where there is none.
         other = min([near, start], key=lambda h: (h.sees_nothing, h.cost))
@@ -306,44 +310,49 @@ class Fit:
     ) -> RefinedPose:
         """The best pose from all occurrences that are not excluded, by all rounds or by those given; without an arc of
         the scene, where one is named."""
-        pose, own = world_from_rig, self.unknowns.mean
+        pose, solved = world_from_rig, self.unknowns.start
         for reach, scale in rounds or ROUNDS:
             prediction = self.predict(pose)
             votes = ~excluded[self.scene.occurrence_of_arc[prediction.arc]] & (prediction.arc != arc)
-            delta = np.zeros(6)
+            delta, own = np.zeros(6), self.unknowns.of_cameras(solved)
             if (reach, scale) != ROUNDS[0]:
                 m = measure(prediction, self.cameras, delta, self.unknowns, own, (reach, scale), votes)
                 delta = _find_consensus(m, prediction, self.prior, pose, self.seed)
             for _ in range(STEPS):
                 m = measure(prediction, self.cameras, delta, self.unknowns, own, (reach, scale), votes)
                 here = perturb(pose, delta)
-                hessian, gradient = self._normal_equations(hold_shifts(m, prediction), here, own)
+                hessian, gradient = self._normal_equations(hold_shifts(m, prediction), here, solved)
                 step = np.asarray(np.linalg.solve(hessian, gradient), float)
-                delta = perturbation(pose, perturb(here, step[:6]))
-                own = own + step[6:].reshape(own.shape)
+                delta, solved = perturbation(pose, perturb(here, step[:6])), solved + step[6:]
+                own = self.unknowns.of_cameras(solved)
                 if step @ hessian @ step < MIN_STEP_SIGMA**2:
                     break
             pose = perturb(pose, delta)
-        return self.measure(pose, own, excluded)
+        return self.measure(pose, solved, excluded)
 
-    def measure(self, pose: Floats, own: Floats, excluded: Bools) -> RefinedPose:
-        """What the pictures say of a pose as it stands."""
+    def measure(self, pose: Floats, solved: Floats, excluded: Bools) -> RefinedPose:
+        """What the pictures say of a pose as it stands, with what is solved of the cameras (u,)."""
+        solved = np.ravel(solved)
+        own = self.unknowns.of_cameras(solved)
         prediction = self.predict(pose)
         occurrence = self.scene.occurrence_of_arc[prediction.arc]
         votes = ~excluded[occurrence]
         m = measure(prediction, self.cameras, np.zeros(6), self.unknowns, own, ROUNDS[-1], votes)
         held = hold_shifts(m, prediction)
-        hessian, _ = self._normal_equations(held, pose, own)
+        hessian, _ = self._normal_equations(held, pose, solved)
+        inverse, shared = np.asarray(np.linalg.inv(hessian), float), self.unknowns.shared
         return RefinedPose(
             pose,
             compute_covariance(m, held, prediction, group_by_stretch(prediction), hessian),
             own,
-            np.sqrt(np.diag(np.linalg.inv(hessian))[6:]).reshape(own.shape),
+            np.sqrt(np.maximum(np.einsum("ciu,uv,civ->ci", shared, inverse[6:, 6:], shared, optimize=True), 0.0)),
             prediction,
             m,
             excluded,
             measure_support(prediction, m, own, self.fields, self.cameras, np.where(votes, -1, occurrence)),
             self.prior.distance(pose),
+            solved=solved,
+            left=inverse,
         )
 
     def is_determined(self, refined: RefinedPose) -> bool:
@@ -398,13 +407,14 @@ class Fit:
         where its edges lie."""
         _, hessian, gradient = self._measured(refined)
         step = np.asarray(np.linalg.solve(hessian, gradient), float)
-        pose, own = refined.world_from_rig, refined.camera_unknowns
+        pose, solved = refined.world_from_rig, refined.solved
         if step @ hessian @ step <= MAX_LAST_STEP_SIGMA**2:
-            pose, own = perturb(pose, step[:6]), own + step[6:].reshape(own.shape)
+            pose, solved = perturb(pose, step[:6]), solved + step[6:]
         return replace(
             refined,
             world_from_rig=pose,
-            camera_unknowns=own,
+            camera_unknowns=self.unknowns.of_cameras(solved),
+            solved=solved,
             covariance=join_explanations(refined.world_from_rig, refined.covariance, explanations),
             prior_sigma=self.prior.distance(pose),
             last_step=LastStep(refined.world_from_rig, refined.camera_unknowns, refined.covariance, explanations),
@@ -413,11 +423,11 @@ class Fit:
     def _measured(self, refined: RefinedPose) -> tuple[Measurements, Floats, Floats]:
         """What was measured at a pose, as `hold_shifts` gives it, and its normal equations there."""
         m = hold_shifts(refined.measurements, refined.prediction)
-        return m, *self._normal_equations(m, refined.world_from_rig, refined.camera_unknowns)
+        return m, *self._normal_equations(m, refined.world_from_rig, refined.solved)
 
-    def _normal_equations(self, m: Measurements, world_from_rig: Floats, own: Floats) -> tuple[Floats, Floats]:
-        """Hessian and gradient of least squares by (t, r, each camera's own unknowns), the priors of all included; the
-        measurements as `hold_shifts` gives them."""
+    def _normal_equations(self, m: Measurements, world_from_rig: Floats, solved: Floats) -> tuple[Floats, Floats]:
+        """Hessian and gradient of least squares by (t, r, what is solved of the cameras), the priors of all included;
+        the measurements as `hold_shifts` gives them."""
         scaled = m.jacobian * (m.weight / m.sigma**2)[:, None]
         hessian, gradient = scaled.T @ m.jacobian, scaled.T @ m.offset
         away = np.zeros(6) if self.prior.is_open else perturbation(self.prior.world_from_rig, world_from_rig)
@@ -428,7 +438,7 @@ class Fit:
         gradient[:6] -= information @ away
         precision = self.unknowns.precision
         hessian[6:, 6:] += np.diag(precision)
-        gradient[6:] -= precision * (own - self.unknowns.mean).ravel()
+        gradient[6:] -= precision * (solved - self.unknowns.expected)
         return hessian, gradient
 
 

@@ -342,6 +342,8 @@ def decide(
     """The verdict on the first of the hypotheses that stand; `by_camera`: the poses that single cameras give, in the
     rig's order, where there are several; `elsewhere`: what poses elsewhere gather."""
     best = hypotheses[standing[0]]
+    misfits = [find_misfit(rig, best.camera_unknowns, best.unknowns_sigma)]
+    misfits += [it.misfit for it in compare_standpoints(rig, best).values()]
     evidence = PoseEvidence(
         measure_agreement(best, p),
         [h.evidence for h in by_camera.values()],
@@ -349,7 +351,7 @@ def decide(
         elsewhere.together,
         compute_precision(best.covariance, best.middle),
         int(best.excluded.sum()),
-        find_misfit(rig, best.camera_unknowns, best.unknowns_sigma),
+        max(filter(None, misfits), key=lambda it: it.sigmas, default=None),
     )
     return judge(HypothesisTable.of(hypotheses), standing, evidence, needs, p)
 
@@ -364,6 +366,7 @@ class Misfit:
 
 
 LEAST_SHOWN = 0.1  # of a sigma: pictures that show less of an unknown say nothing of it
+LEAST_TOLD = 0.2  # of the variance of a standpoint along an axis: pictures that show less say nothing of it
 BEYOND = 1.4  # all edges of a picture may be drawn alike: blur, rounding and light know no calibration
 _PICTURE, _MOUNT = "is its picture scaled or cropped?", "was the camera moved?"
 # Of each of UNKNOWNS: what is otherwise, in words of camera and amount; the amount's unit; words for more and for less.
@@ -396,6 +399,8 @@ def find_misfit(rig: Rig, own: Floats, left: Floats) -> Misfit | None:
     unknowns = describe_unknowns(rig)
     known = unknowns.sigma > CALIBRATION_PX * np.isin(UNKNOWNS, ["centre_u", "centre_v"])
     known[:, RESPONSE] = False
+    if rig.moved is not None:  # where a standpoint is, is told of it by itself
+        known[[rig.standpoint_of(name) != rig.first for name in rig.cameras], PLACE] = False
     if not known.any():
         return None
     off = own - unknowns.mean
@@ -408,6 +413,39 @@ def find_misfit(rig: Rig, own: Floats, left: Floats) -> Misfit | None:
     said = words.format(camera, unit * abs(by), ways[by < 0])
     ask = _MOUNT if PLACE.start <= of < PLACE.stop else _PICTURE
     return Misfit(float(sigmas[number, of]), f"{said}, {sigmas[number, of]:.0f} sigma: {ask}")
+
+
+@dataclass(frozen=True)
+class SolvedStandpoint:
+    """How far (6,) a standpoint is from where it is stated, a right perturbation in its rig's frame (t mm, r rad); the
+    covariance (6, 6) of what pictures and the other standpoints leave open of it; and by how many standard deviations,
+    of one number that is as improbable, they contradict it."""
+
+    moved: Floats
+    covariance: Floats
+    misfit: Misfit
+
+
+def compare_standpoints(rig: Rig, best: RefinedPose) -> dict[str, SolvedStandpoint]:
+    """Each standpoint by name, at the best pose of a rig."""
+    from scipy.special import chdtrc, ndtri
+
+    unknowns, out = describe_unknowns(rig), {}
+    for name, columns in unknowns.standpoints.items():
+        off, root = best.solved[columns] - unknowns.expected[columns], rig.standpoints[name].root
+        left = best.left[6:, 6:][columns, columns]
+        value, axes = np.linalg.eigh(left)
+        share = np.clip(1 - value, 0.0, 1.0)
+        shown = share**2 + BEYOND**2 * share * (1 - share)
+        told = share > LEAST_TOLD
+        square = float(((axes.T @ off)[told] ** 2 / shown[told]).sum())
+        sigmas = -float(ndtri(max(float(chdtrc(max(told.sum(), 1), square)), 1e-300) / 2))
+        moved = root @ off
+        mm, degrees = float(np.linalg.norm(moved[:3])), float(np.degrees(np.linalg.norm(moved[3:])))
+        words = f"standpoint {name} is {mm:.2g} mm and {degrees:.2g} degrees from where it is stated to be, as the "
+        words += f"others have it, {sigmas:.0f} sigma: state it anew, or leave it out"
+        out[name] = SolvedStandpoint(moved, root @ left @ root.T, Misfit(sigmas, words))
+    return out
 
 
 @dataclass(frozen=True)

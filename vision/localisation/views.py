@@ -12,7 +12,7 @@ from relmodel.arrays import Bools, Bytes, Floats, Ints
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.rows import Primitives
 from vision.localisation.hypotheses import Prediction, project_with_jacobians
-from vision.localisation.measurements import COUNT, EdgeIndex
+from vision.localisation.measurements import EdgeIndex
 from vision.localisation.refine import RefinedPose
 from vision.localisation.visibility import SurfaceMap, VisibleArcs, find_visible_arcs, map_surfaces
 from vision.scene import Scene
@@ -132,7 +132,7 @@ def collect_edge_measurements(refined: RefinedPose, camera: int, view: ViewArcs,
         sigma=m.sigma[rows],
         weight=m.weight[rows],
         residual=m.offset[rows],
-        response=m.jacobian[rows, 6 + COUNT * camera],
+        response=m.response[rows],
         arc_shift=m.arc_shift[rows],
         arc=p.arc[rows],
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import combinations, permutations
+from itertools import combinations
 
 import numpy as np
 
@@ -84,12 +84,13 @@ def choose_pair(rig: Rig) -> tuple[str, str] | None:
 
     Raises InputError where all cameras are at one place and look the same way, as of a rig that lacks their poses."""
     names, poses = list(rig.cameras), np.array(list(rig.rig_from_camera.values()))
-    if len(names) > 1 and np.allclose(poses, poses[0], rtol=0, atol=1e-6):
+    if rig.moved is None and len(names) > 1 and np.allclose(poses, poses[0], rtol=0, atol=1e-6):
         rectify(rig.only(*names[:2]))  # which says what is wrong
     centre, axis = poses[:, :3, 3], poses[:, :3, 2]
     points = {name: view_lattice(rig, name, _distance_of_axes(centre, axis)) for name in names}
-    seen = {(a, b): float(sees(rig, a, points[b]).mean()) for a, b in permutations(names, 2)}
-    overlap = {(a, b): seen[a, b] + seen[b, a] for a, b in combinations(names, 2)}
+    # Pictures from two standpoints are no pair: where these are to each other is not known exactly.
+    pairs = [(a, b) for a, b in combinations(names, 2) if rig.standpoint_of(a) == rig.standpoint_of(b)]
+    overlap = {(a, b): float(sees(rig, a, points[b]).mean() + sees(rig, b, points[a]).mean()) for a, b in pairs}
     for pair in sorted((pair for pair in overlap if overlap[pair] > 0), key=lambda pair: -overlap[pair]):
         with suppress(InputError):
             rectify(rig.only(*pair))

@@ -101,7 +101,7 @@ def test_pictures_are_those_of_the_cameras_in_their_order_and_known_by_their_byt
     for name in ("rig.yaml", "prior.yaml", "left.png"):
         (tmp_path / name).write_text(name)
     files: dict[str, Path | PictureBytes] = {"left": tmp_path / "left.png", "prior": one, "": one}
-    found = digest_given(files, tmp_path / "rig.yaml", tmp_path / "prior.yaml")
+    found = digest_given(files, tmp_path / "rig.yaml", prior=tmp_path / "prior.yaml")
     names = {"left": "left.png", "rig": "rig.yaml", "prior": "prior.yaml"}
     digest = {role: (name, hashlib.sha256(name.encode()).hexdigest()) for role, name in names.items()}
     some = ("x.png", hashlib.sha256(b"some").hexdigest())

@@ -42,7 +42,7 @@ def test_the_mean_of_an_arc_counts_no_more_than_its_shift_allows() -> None:
     )
     m = Measurements(
         zero[:, :2], zero[:, :2], none, offset, np.arange(n), none + sigma, none + sigma, np.ones(n), np.ones(n),
-        none + shift, np.ones((n, 1)),
+        none + shift, none, np.ones((n, 1)),
     )  # fmt: skip
     held = hold_shifts(m, prediction)
     estimate = float(held.jacobian[:, 0] @ held.offset / (held.jacobian[:, 0] @ held.jacobian[:, 0]))

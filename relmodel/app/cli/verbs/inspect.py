@@ -53,6 +53,14 @@ LIST_COLUMNS = ("pair", "name", "verdict", "run", "outcome", "reason", "exit_sta
         help="inspect what these lines name one after the other; --rig and --prior count where the list names none",
     ),
     option(
+        "--standpoints",
+        type=Path,
+        metavar="SCAN.csv",
+        help="inspect one unmoving object by all pictures that the rig took from these standpoints (CSV or YAML: "
+        "docs/rig.md)",
+    ),
+    option("--ignore-standpoint", action="append", default=[], metavar="NAME", help="leave this standpoint out"),
+    option(
         "--prior",
         type=Path,
         metavar="PRIOR.yaml",
@@ -141,6 +149,9 @@ def inspect(args: argparse.Namespace) -> int:
     rig that no arm carries is located by the circles that its pictures show, wherever they were taken.  With --against
     no world is needed: the pictures are compared with each of the loaded objects that it names.
 
+    With --standpoints the pictures that the rig took of one unmoving object from several places are one inspection:
+    each place is correct within the sigma that the file states, and --prior is of the first of them.
+
     With --list the sets of pictures that a CSV file names, a line each, are inspected one after the other, which saves
     starting anew for each.  The first line names the columns: prior, rig, overlay, crops and serial, where needed, and
     the cameras of which there are pictures; paths are relative to the file.  Each line gives one of the answer, and one
@@ -185,7 +196,9 @@ def inspect(args: argparse.Namespace) -> int:
 
         def inspect_one(one: ListLine) -> Inspection:
             task = Task(
-                pictures=one.pictures,
+                pictures=None if args.standpoints else one.pictures,
+                standpoints=args.standpoints,
+                ignored=args.ignore_standpoint,
                 **one.paths,
                 needs=needs,
                 serial=one.serial,
@@ -214,6 +227,10 @@ def _listed(args: argparse.Namespace) -> list[ListLine]:
     if args.against is not None and "=" in args.against:  # --against NAME=PATH: a picture, and no object's name
         args.pictures, args.against = [args.against, *args.pictures], ""
     given = {name: getattr(args, name) for name in FILES}
+    if args.standpoints is not None:
+        if args.list is not None or args.pictures or args.rig is None:
+            raise UsageError("--standpoints names all pictures, and needs --rig: leave other pictures and --list out")
+        return [ListLine({}, given, args.standpoints.name, args.serial, "")]
     if args.list is not None:
         alone = [f"--{name}" for name in FILES if name not in ("rig", "prior") and given[name] is not None]
         alone += ["pictures"] if args.pictures else []

@@ -1,0 +1,134 @@
+"""Pictures of the demonstration by one camera at three standpoints: one inspection, its rows, and bad lists."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+import relmodel
+from relmodel.app.cli.main import main
+from relmodel.errors import InputError
+from tests.app.cli.conftest import DEMO, asked, halve, inspected, off_truth
+from tests.given import Capsys, CopyStore
+from vision.cameras.cameras import perturb
+from vision.cameras.standpoints import read_standpoints
+
+SIGMA = np.repeat([1.0, np.radians(0.1)], 3)
+
+
+@pytest.fixture
+def scan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """rig.yaml, prior.yaml and scan.csv in the folder at hand: stops 00, 03, 05, stated with errors of their sigma."""
+    rng, lines = np.random.default_rng(4), ["name,left,pose,sigma_mm,sigma_deg"]
+    for stop in ("00", "03", "05"):
+        (tmp_path / stop).mkdir()
+        pair = halve(f"pair_{stop}", tmp_path / stop)
+        truth = json.loads((DEMO / f"pair_{stop}_truth.json").read_text())["world_from_rig"]
+        stated = perturb(np.array(truth), rng.normal(size=6) * SIGMA)
+        (tmp_path / f"{stop}.yaml").write_text(yaml.safe_dump({"world_from_rig": stated.tolist()}))
+        lines.append(f"stop {stop},{stop}/left.png,{stop}.yaml,1,0.1")
+    rig = {"cameras": {"left": pair.rig["cameras"]["left"] | {"sigma": {"focal_px": 0.4, "centre_px": 0.2}}}}
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig))
+    (tmp_path / "prior.yaml").write_text((DEMO / "pair_00_prior.yaml").read_text())
+    (tmp_path / "scan.csv").write_text("\n".join(lines) + "\n")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "scan.csv"
+
+
+def test_standpoints_are_one_inspection_with_rows_that_come_out_again(
+    scan: Path, bulkhead_template: Path, copy_store: CopyStore, capsys: Capsys
+) -> None:
+    store = copy_store(str(bulkhead_template))
+    options = ("--rig", "rig.yaml", "--standpoints", "scan.csv", "--prior", "prior.yaml")
+    answer = inspected(store, *options)
+    assert answer["verdict"] == "accepted"
+    assert off_truth(answer).target_mm < 1.0
+    assert [it["name"] for it in answer["standpoints"]] == ["stop 00", "stop 03", "stop 05"]
+    assert all(np.abs(np.array(it["moved"]) / SIGMA).max() < 4 and it["sigmas"] < 3.5 for it in answer["standpoints"])
+    assert set(answer["world_from_camera"]) == {"stop 00/left", "stop 03/left", "stop 05/left"}
+    for stop in ("00", "03", "05"):
+        truth = json.loads((DEMO / f"pair_{stop}_truth.json").read_text())["world_from_rig"]
+        assert np.abs(np.array(answer["world_from_camera"][f"stop {stop}/left"]) - truth)[:3, 3].max() < 2.0
+    # The lens is one, wherever it stands.
+    lens = "SELECT count(DISTINCT value) FROM camera_unknown WHERE name = 'focal'"
+    assert asked(store, lens)[0][0] == 1
+    assert main(["replay", "--store", store]) == main(["check", "--store", store]) == 0
+    capsys.readouterr()
+    assert main(["why", "--pose", "--store", store]) == 0
+    assert "standpoint stop 03 is " in capsys.readouterr().out
+    # The second is moved by far: it is named, and left out.
+    moved = yaml.safe_load(Path("03.yaml").read_text())
+    moved["world_from_rig"][0][3] += 12.0
+    Path("03.yaml").write_text(yaml.safe_dump(moved))
+    refused = inspected(store, *options)
+    assert refused["verdict"] == "refused", refused["standpoints"]
+    assert any(words.startswith("standpoint stop 03 is ") for words in refused["missing"]), refused["missing"]
+    assert refused["outcome"]["cause"] == "standpoint"
+    assert refused["outcome"]["refusal"][1].endswith("--ignore-standpoint stop 03")
+    left = inspected(store, *options, "--ignore-standpoint", "stop 03")
+    assert left["verdict"] == "accepted"
+    assert [it["ignored"] for it in left["standpoints"]] == [False, True, False]
+    assert left["standpoints"][1]["moved"] is None
+    assert main(["replay", "--store", store]) == main(["check", "--store", store]) == 0
+    with relmodel.open(store, read_only=False) as opened:
+        again = opened.inspect(rig="rig.yaml", standpoints="scan.csv", ignored=["stop 03"], prior="prior.yaml")
+    np.testing.assert_array_equal(again.world_from_rig, np.array(left["world_from_rig"]))
+
+
+GOOD: dict[str, Any] = {"pictures": {"left": "a.png"}, "world_from_rig": np.eye(4)}
+GOOD |= {"sigma": {"translation_mm": 1, "rotation_deg": 0.1}}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"sigma": None}, "standpoint 2 does not say how well it is known: give its sigma, as"),
+        ({"sigma": {"translation_mm": 1}}, "'sigma.rotation_deg' is missing: add it"),
+        ({"joints": {"z": 1}}, "say where the rig stood by world_from_rig, or by the joints"),
+        ({"world_from_rig": None}, "say where the rig stood by world_from_rig, or by the joints"),
+        ({"name": "a/b"}, "a name holds /: leave that out"),
+        ({"name": "1"}, "two standpoints are named 1: give each its own name"),
+        ({"pictures": {}}, "standpoint 2 has no picture: name one under its camera"),
+    ],
+)
+def test_a_bad_standpoint_is_one_sentence(change: dict[str, Any], said: str) -> None:
+    entry = {name: value for name, value in (GOOD | change).items() if value is not None}
+    with pytest.raises(InputError) as raised:
+        read_standpoints([GOOD, entry])
+    assert said in str(raised.value)
+
+
+def test_lists_are_read_alike(scan: Path) -> None:
+    found = read_standpoints(scan)
+    entries = [
+        {
+            "name": it.name,
+            "pictures": {"left": f"{it.name[-2:]}/left.png"},
+            "world_from_rig": np.asarray(it.world_from_rig).tolist(),
+            "sigma": {"translation_mm": 1.0, "rotation_deg": 0.1},
+        }
+        for it in found
+    ]
+    scan.with_suffix(".yaml").write_text(yaml.safe_dump({"standpoints": entries}))
+    for one, other in zip(found, read_standpoints(scan.with_suffix(".yaml")), strict=True):
+        assert (one.name, one.pictures, one.ignored) == (other.name, other.pictures, other.ignored)
+        np.testing.assert_allclose(np.asarray(one.world_from_rig), np.asarray(other.world_from_rig), atol=1e-12)
+        np.testing.assert_allclose(one.covariance, np.diag(SIGMA**2))
+    scan.write_text("name,left,joints,sigma_mm,sigma_deg\na,a.png,z=1 turn_deg=2,1,.1\nb,b.png,z=x,1,.1\n")
+    with pytest.raises(InputError, match=r"standpoint b: joints\.z is not made of numbers"):
+        read_standpoints(scan)
+    with pytest.raises(InputError, match="has no standpoint stop 9 to be left out"):
+        read_standpoints([GOOD, GOOD | {"name": "b"}], ["stop 9"])
+    with pytest.raises(InputError, match="fewer than two standpoints are left"):
+        read_standpoints([GOOD, GOOD | {"name": "b"}], ["b"])
+
+
+@pytest.mark.parametrize("words", [["left=a.png"], ["--list", "pairs.csv"]])
+def test_a_call_names_standpoints_or_pictures(words: list[str], capsys: Capsys) -> None:
+    assert main(["inspect", "--rig", "rig.yaml", "--standpoints", "scan.csv", *words, "--store", "cell.duckdb"]) == 2
+    assert "--standpoints names all pictures" in capsys.readouterr().err

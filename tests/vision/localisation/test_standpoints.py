@@ -1,0 +1,141 @@
+"""One rig at several standpoints: scipy's least squares by exact projections, draws of known size, and what is lost
+without any of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from relmodel.arrays import Floats
+from relmodel.geometry.transforms import rotation_matrix
+from tests.vision.localisation.scenes import above, blocks, off, stereo_rig
+from tests.vision.localisation.simulation import Errors, draw_edges
+from vision.cameras.cameras import CalibrationSigma, Rig, Standpoint, perturb, perturbation
+from vision.localisation.hypotheses import EdgePoints, build_fine_evidence
+from vision.localisation.localise import place_standpoints
+from vision.localisation.measurements import EdgeIndex, correct_rig, share_left
+from vision.localisation.refine import Fit
+from vision.localisation.verdict import compare_standpoints, compute_precision
+
+SIGMA = np.repeat([1.0, np.radians(0.1)], 3)
+TILTS = np.radians([[0, 0, 0], [25, 0, 0], [-14, 22, 5], [0, -25, 10]])
+
+
+def stand(seed: int, moved: float = 0.0) -> tuple[Fit, Rig, list[Floats]]:
+    """Least squares of blocks seen from four standpoints, stated with errors of `SIGMA`, the last further off by
+    so many sigma; the rig as it stood, and how far each standpoint is from where it is stated."""
+    rng, rig = np.random.default_rng(seed), stereo_rig().only("left")
+    rig = replace(rig, sigma={"left": CalibrationSigma(0.001, 0.3)})
+    turns = [np.vstack([np.column_stack([rotation_matrix(tilt), np.zeros(3)]), [0, 0, 0, 1]]) for tilt in TILTS]
+    stood = {f"s{k}": turn @ above(0, 0, 520) for k, turn in enumerate(turns)}
+    errors = [rng.normal(size=6) * SIGMA for _ in stood]
+    way = rng.normal(size=6)
+    errors[-1] = errors[-1] + moved * way / np.linalg.norm(way) * SIGMA
+    covariance = np.diag(SIGMA**2)
+    true = rig.at_standpoints({name: Standpoint(pose, covariance) for name, pose in stood.items()})
+    places = zip(stood.items(), errors, strict=True)
+    stated = {
+        name: Standpoint(pose @ np.linalg.inv(perturb(np.eye(4), error)), covariance) for (name, pose), error in places
+    }
+    edges = draw_edges(blocks(), true, stood["s0"], Errors(arc_px=0.05), rng)
+    return fit_of(rig.at_standpoints(stated), edges, stood["s0"]), true, errors
+
+
+def fit_of(rig: Rig, edges: dict[str, EdgePoints], truth: Floats) -> Fit:
+    indexes = {name: EdgeIndex(edges[name]) for name in rig.cameras}
+    some = {name: edges[name] for name in rig.cameras}
+    return Fit(blocks(), rig, indexes, build_fine_evidence(rig, some), off(truth, 10.0, 0.02, 1))
+
+
+def test_it_ends_where_scipy_does() -> None:
+    """By poses of cameras that are composed of standpoints, where the fit knows derivatives alone."""
+    fit, _, _ = stand(1)
+    found = fit.refine_roughly(above(0, 0, 520))
+    m, p, rig, columns = found.measurements, found.prediction, fit.rig, fit.unknowns.standpoints
+    assert found.last_step is not None
+    start = found.last_step.world_from_rig
+    lens, count = min(it.start for it in columns.values()), len(found.solved)
+    group, weight = p.image_of_arc, np.sqrt(m.weight) / m.sigma
+    known, keep = np.bincount(group, weight**2), 1 - np.sqrt(share_left(m, p))
+    hit = m.found >= 0
+    position = np.zeros_like(m.pixel)
+    for view, index in enumerate(fit.cameras):
+        rows = hit & (p.view == view)
+        position[rows] = index.edges.position[m.found[rows]]
+    normal = np.stack([-m.direction[:, 1], m.direction[:, 0]], axis=1)
+
+    def residuals(x: Floats) -> Floats:
+        solved = x[6:]
+        own = fit.unknowns.shared[:, :, :lens] @ solved[:lens]
+        first = perturb(rig.standpoints["s0"].world_from_rig, SIGMA * solved[columns["s0"]])
+        pixel = np.zeros_like(m.pixel)
+        for view, (name, camera) in enumerate(correct_rig(rig, own).cameras.items()):
+            place = rig.standpoint_of(name)
+            there = perturb(rig.standpoints[place].world_from_rig, SIGMA * solved[columns[place]])
+            pose = np.linalg.inv(perturb(np.eye(4), x[:6]) @ np.linalg.inv(first) @ there)
+            rows = p.view == view
+            pixel[rows] = camera.project(p.point[rows] @ pose[:3, :3].T + pose[:3, 3])[0]
+        left = np.where(hit, np.einsum("ni,ni->n", normal, position - pixel) - m.response * own[p.view, 0], 0.0)
+        mean = np.bincount(group, weight**2 * left) / np.maximum(known, 1e-12)
+        away = perturbation(fit.prior.world_from_rig, perturb(start, x[:6]))
+        priors = np.concatenate(
+            [np.linalg.cholesky(fit.prior.information).T @ away, np.sqrt(fit.unknowns.precision) * (solved - expected)]
+        )
+        return np.concatenate([weight * (left - keep * mean[group]), priors])
+
+    expected = fit.unknowns.expected
+    best = least_squares(residuals, np.concatenate([np.zeros(6), expected]), x_scale=np.sqrt(np.diag(found.left)))
+    assert len(best.x) == 6 + count
+    taken = np.concatenate([perturbation(start, found.world_from_rig), found.solved])
+    sigmas = (taken - best.x) / np.sqrt(np.diag(found.left))
+    assert np.abs(sigmas).max() < 0.05
+    jacobian: Floats = np.asarray(best.jac, float)
+    np.testing.assert_allclose(np.linalg.inv(jacobian.T @ jacobian)[:6, :6], found.left[:6, :6], rtol=0.1, atol=1e-7)
+    assert np.ptp(found.camera_unknowns[:, 1:4], axis=0).max() == 0  # one camera, wherever it stands
+
+
+def test_pictures_together_are_surer_and_as_right_as_they_say_and_exact_standpoints_are_not() -> None:
+    """The same pictures one by one are less sure; standpoints held exact are surer than they are right."""
+    together, exact, apart = [], [], []
+    for seed in range(5):
+        fit, true, errors = stand(seed)
+        truth = true.standpoints["s0"].world_from_rig
+        rig, start = place_standpoints(fit, truth)
+        edges = {name: index.edges for name, index in zip(fit.rig.cameras, fit.cameras, strict=True)}
+        placed = fit_of(rig, edges, truth)
+        found = placed.refine(start)
+        d = perturbation(found.world_from_rig, truth)
+        together.append(d @ np.linalg.solve(found.covariance, d))
+        mm, rad, _ = compute_precision(found.covariance, found.middle)
+        for name, it in compare_standpoints(rig, found).items():
+            left = it.moved - errors[int(name[1:])]
+            assert left @ np.linalg.solve(it.covariance, left) < 30
+            assert it.misfit.sigmas < 3.5
+        certain = {n: replace(it, covariance=1e-6 * it.covariance) for n, it in fit.rig.standpoints.items()}
+        assert fit.rig.moved is not None
+        held = fit_of(fit.rig.moved.at_standpoints(certain), edges, truth).refine(truth)
+        d = perturbation(held.world_from_rig, truth)
+        exact.append(d @ np.linalg.solve(held.covariance, d))
+        alone = fit_of(fit.rig.moved, {"left": edges["s0/left"]}, truth).refine(truth)
+        one_mm, one_rad, _ = compute_precision(alone.covariance, alone.middle)
+        apart.append((one_mm / mm, one_rad / rad))
+    assert np.mean(together) < 9  # of six degrees of freedom
+    assert np.mean(exact) > 4 * np.mean(together)
+    assert min(np.min(apart, axis=0)) > 1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_standpoint_that_is_moved_is_named_with_the_amount(seed: int) -> None:
+    fit, true, errors = stand(seed, 8.0)
+    rig, start = place_standpoints(fit, true.standpoints["s0"].world_from_rig)
+    edges = {name: index.edges for name, index in zip(fit.rig.cameras, fit.cameras, strict=True)}
+    found = compare_standpoints(rig, fit_of(rig, edges, start).refine(start))
+    worst = max(found, key=lambda name: found[name].misfit.sigmas)
+    assert worst == "s3"
+    assert found[worst].misfit.sigmas > 3.5
+    assert found[worst].misfit.words.startswith("standpoint s3 is ")
+    left = found[worst].moved - errors[-1]
+    assert left @ np.linalg.solve(found[worst].covariance, left) < 40
