@@ -100,9 +100,11 @@ def _with_snapped_attributes(store: Database, connection: Connection, model: Mod
 
 @dataclass(frozen=True)
 class _Level:
-    """Arcs or surfaces: what their place is called, and their columns by how exactly they are known."""
+    """Arcs or surfaces: the table of their splines, what their place is called, and their columns by how exactly they
+    are known."""
 
     name: str
+    splines: str
     place: str
     same: tuple[str, ...]
     lengths: tuple[str, ...]
@@ -114,6 +116,7 @@ _FRAME = ("axis_x_x", "axis_x_y", "axis_x_z", "axis_z_x", "axis_z_y", "axis_z_z"
 _SIZES = ("origin_x", "origin_y", "origin_z", "radius", "radius2")
 _ARCS = _Level(
     "arc",
+    "arc_spline",
     "start",
     ("kind", "recognised_kind", "provenance"),
     (*_SIZES, "start_x", "start_y", "start_z", "end_x", "end_y", "end_z"),
@@ -122,6 +125,7 @@ _ARCS = _Level(
 )
 _SURFACES = _Level(
     "surface",
+    "surface_spline",
     "centroid",
     ("kind", "recognised_kind", "provenance", "direct", "reversed"),
     (*_SIZES, "centroid_x", "centroid_y", "centroid_z"),
@@ -143,7 +147,7 @@ def snapped_shapes(store: Database, connection: Connection, shapes: Sequence[Sha
         row, stored, number = _near(store, connection, level, tables, bare)
         first = np.cumsum([0, *(row_count_or_none(t) for t in tables)])
         ids = np.unique(np.asarray(stored["id"], np.int64)[number])
-        splines = _among(store, connection, f"{level.name}_spline", f"{level.name}_id", ids)
+        splines = _among(store, connection, level.splines, f"{level.name}_id", ids)
         splines["id"] = splines.pop(f"{level.name}_id")
         for (i, name), is_bare, start, end in zip(blocks, bare, first[:-1], first[1:], strict=True):
             here = np.flatnonzero((row >= start) & (row < end))

@@ -164,7 +164,8 @@ def _surfaces(store: Store, connection: Connection, shape: int) -> SurfaceSet:
 def _curves(store: Store, connection: Connection, arcs: list[int]) -> Curves:
     """Arcs in order of their identities, with what offset ones are made from."""
     columns = store.select(connection, "arc", order="id", id=arcs)
-    splines, offsets = (store.select(connection, f"arc_{n}", order="arc_id", arc_id=arcs) for n in ("spline", "offset"))
+    splines = store.select(connection, "arc_spline", order="arc_id", arc_id=arcs)
+    offsets = store.select(connection, "arc_offset", order="arc_id", arc_id=arcs)
     for made in (splines, offsets):
         made["arc_no"] = np.searchsorted(arcs, np.asarray(made["arc_id"], np.int64))
     if "offset" not in columns["kind"]:
