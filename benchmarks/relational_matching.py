@@ -115,7 +115,7 @@ def compare(cases: list[Case], peers: list[str], seconds: float) -> str:
 
 
 def _cost(case: Case, answer: Answer) -> float:
-    return float("inf") if answer.label is None else labelling_cost(case.problem, answer.label).total
+    return float("inf") if answer.label is None else labelling_cost(case.problem, answer.label).sum()
 
 
 def _summary(cases: list[Case], answers: list[Answer], best: list[float]) -> list[float | None]:

@@ -104,7 +104,8 @@ def set_attribute(
     parameters["user"] = user_name()
     with Run.begin(store, "set", parameters) as run:
         with store.read() as connection:
-            units = {row.symbol: row for row in store.rows(connection, "object/units")}
+            known = store.select(connection, "unit_of_measure", order="dimension factor")
+            units = dict(zip(known["symbol"], zip(known["dimension"], known["factor"], strict=True), strict=True))
             owner = _owner(store, connection, path, whose)
         _check(owner, name, value, unit, units, text)
         _, columns = attribute_rows([(owner.id, [(name, value, unit)])])
@@ -193,14 +194,14 @@ def _check_known(owner: Owner, name: str, value: Value, unit: str | None, units:
         if name == "colour" and not _COLOUR.fullmatch(value):
             raise UsageError(f"the colour {value!r} is not #rrggbb: give six hexadecimal digits, as in #c0c0c0")
         return
-    fitting = ", ".join(symbol for symbol, one in units.items() if one.dimension == known.dimension)
+    fitting = ", ".join(symbol for symbol, (of, _) in units.items() if of == known.dimension)
     if isinstance(value, str | bool) or not value > 0:
         raise UsageError(f"{name} takes a number above zero, not {value!r}: give one with its unit ({fitting})")
-    if unit is None or units[unit].dimension != known.dimension:
-        given = "has no unit" if unit is None else f"has the unit {unit}, which is one of {units[unit].dimension}"
+    if unit is None or units[unit][0] != known.dimension:
+        given = "has no unit" if unit is None else f"has the unit {unit}, which is one of {units[unit][0]}"
         raise UsageError(f"the {name} {value:g} {given}: give one of {fitting}")
     per_volume = 1.0 if name == "density" else 1e9 / owner.volume if owner.volume else 0.0
-    density = value * units[unit].factor * per_volume  # kg/m3
+    density = value * units[unit][1] * per_volume  # kg/m3
     if density > _DENSITIES[1] or (name == "density" and density < _DENSITIES[0]):
         raise UsageError(
             f"with the {name} {value:g} {unit}, {owner.words} would have {density:.3g} kg/m3, and materials have "

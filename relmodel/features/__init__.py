@@ -17,6 +17,7 @@ from relmodel.features.graph import Boundary, Feature, boundary, feature_class_k
 from relmodel.features.holes import holes, patterns
 from relmodel.features.hollows import openings, pockets
 from relmodel.geometry.curves import vectors
+from relmodel.geometry.transforms import rigid
 from relmodel.model.model import Shape
 
 __all__ = ["Feature", "feature_class_key", "recognise"]
@@ -91,8 +92,6 @@ def _body(b: Boundary, taken: set[int]) -> list[Feature]:
     if not rest:
         return []
     box = union(b.surfaces.boxes[rest])
-    size = box[3:] - box[:3]
-    pose = np.eye(4)
-    pose[:3, 3] = (box[:3] + box[3:]) / 2
+    size, pose = box[3:] - box[:3], rigid(np.eye(3), (box[:3] + box[3:]) / 2)
     measures = lengths(length=size[0], width=size[1], height=size[2])
     return [Feature("body", "", measures, pose, box, [(i, "body") for i in rest])]

@@ -10,10 +10,10 @@ from relmodel.arrays import Floats
 from relmodel.features.feature_parameters import DEFAULTS
 from relmodel.features.graph import Boundary, BoundaryArc, Feature, angle_gaps, at_level, cross, frame, lengths, union
 from relmodel.geometry.congruence import joined
+from relmodel.geometry.surfaces import ANALYTIC_KINDS
 
 _ALL = DEFAULTS.common
 _P = DEFAULTS.blends
-_EXACT = ("plane", "cylinder", "cone", "sphere", "torus")
 _OPPOSED = -1 + _ALL.angle_rad**2
 
 
@@ -38,7 +38,7 @@ def running(b: Boundary) -> dict[int, tuple[tuple[float, float], Floats]]:
     """
     s, found = b.surfaces, {}
     for i, sides in sorted(b.sides.items()):
-        if s.kind[i] in _EXACT or s.start[i] == s.start[i + 1]:
+        if s.kind[i] in ANALYTIC_KINDS or s.start[i] == s.start[i + 1]:
             continue
         tangent = sorted({x.other for x in sides if x.convexity == "smooth"})
         if len(tangent) != 2 or set(s.kind[tangent]) != {"plane"}:

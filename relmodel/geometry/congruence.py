@@ -9,7 +9,7 @@ from math import prod
 import numpy as np
 
 from relmodel.arrays import Floats, Ints
-from relmodel.geometry.transforms import apply, nearest_rotation
+from relmodel.geometry.transforms import apply, nearest_rotation, rigid
 
 
 def unsigned(directions: Floats, clearly: float = 1e-3) -> Floats:
@@ -162,10 +162,8 @@ def _landmarks(a: Constituents, b: Constituents, label: tuple[Ints, Ints], toler
         apart = np.linalg.norm(arm_b - arm_b[i], axis=1) - np.linalg.norm(arm_a[q] - arm_a[p])
         like = (of_b == of_a[q]) & (np.abs(reach_b - reach_a[q]) <= tolerance) & (np.abs(apart) <= tolerance)
         for j in np.flatnonzero(like).tolist():
-            motion = np.eye(4)
-            motion[:3, :3] = _frame(arm_b[i], arm_b[j]) @ frame_a.T
-            motion[:3, 3] = centre_b - motion[:3, :3] @ centre_a
-            yield motion
+            turn = _frame(arm_b[i], arm_b[j]) @ frame_a.T
+            yield rigid(turn, centre_b - turn @ centre_a)
             trials += 1
             if trials == _MOST_TRIALS:
                 return
@@ -216,8 +214,6 @@ def _best_motion(points: Floats, to: Floats) -> Floats:
     """Rotation and shift (4, 4) of least squares (Kabsch, Acta Cryst. A32, 1976)."""
     centre, centre_to = points.mean(axis=0), to.mean(axis=0)
     covariance = (to - centre_to).T @ (points - centre)
-    motion = np.eye(4)
     # Where the points leave a turn open, there is none.
-    motion[:3, :3] = nearest_rotation(covariance + 1e-10 * max(np.abs(covariance).max(), 1e-12) * np.eye(3))
-    motion[:3, 3] = centre_to - motion[:3, :3] @ centre
-    return motion
+    turn = nearest_rotation(covariance + 1e-10 * max(np.abs(covariance).max(), 1e-12) * np.eye(3))
+    return rigid(turn, centre_to - turn @ centre)

@@ -5,7 +5,7 @@ Parameterisation as at the head of `schema/030_surface.sql`; agrees with the CAD
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
@@ -22,7 +22,7 @@ CONICS = ("circle", "ellipse", "parabola", "hyperbola")
 BOX = ("x0", "y0", "z0", "x1", "y1", "z1")
 # Gauss-Legendre points of a span; kinds without knots are cut into spans of at most a quarter turn.
 _GAUSS = 20
-_SECANTS = 8
+_SAMPLES, _SECANTS = 17, 8  # of a span
 _LEVEL_MM = 1e-11  # over a span: extremes nearer than this to the samples are not refined
 
 
@@ -84,11 +84,6 @@ def pieces(t0: Floats, t1: Floats, which: Ints, cuts: Floats) -> tuple[Ints, Flo
     return which, start, np.where(last, t1[which], np.roll(start, -1))
 
 
-def rows_of(keys: Iterable[Any], rows: Mapping[int, int] | None) -> list[int]:
-    """The row of each key; the key itself where keys count the rows."""
-    return [int(one) if rows is None else rows[int(one)] for one in keys]
-
-
 class FramedCurves:
     """Lines, conics and splines to be evaluated, many at once, in two or three dimensions d.  origin, x, y (n, d):
     frames, which classes that are made from this set; columns: kind, radius, radius2."""
@@ -102,7 +97,7 @@ class FramedCurves:
         self._by_kind = ByKind(self.kind)
         self.radius, self.radius2 = (np.asarray(columns[name], float) for name in ("radius", "radius2"))
 
-    def _set_splines(self, owner: Ints | list[int], splines: Splines | None) -> None:
+    def _set_splines(self, owner: Ints, splines: Splines | None) -> None:
         self._spline = np.full(len(self.kind), -1)  # number of each row's spline
         self._spline[owner] = np.arange(len(owner))
         self._splines = splines
@@ -139,8 +134,7 @@ class Curves(FramedCurves):
     """Arcs to be evaluated, many at once.
 
     columns: columns of the table `arc`.
-    splines, offsets: columns of `arc_spline` and `arc_offset`, with `key` saying whose row each is.
-    rows: value of `key` -> row of `columns`; None where `key` counts the rows.
+    splines, offsets: columns of `arc_spline` and `arc_offset`, with `arc_no` saying whose row each is.
     basis: what offset rows refer to by row in their column `basis_arc`; None: earlier rows of these curves.
     """
 
@@ -148,8 +142,6 @@ class Curves(FramedCurves):
         self,
         columns: Mapping[str, Any],
         splines: Mapping[str, Any],
-        key: str = "arc_no",
-        rows: Mapping[int, int] | None = None,
         offsets: Mapping[str, Any] = _EMPTY,
         basis: Curves | None = None,
     ) -> None:
@@ -157,13 +149,13 @@ class Curves(FramedCurves):
         self.origin, self.x, self.z = (vectors(columns, name) for name in ("origin", "axis_x", "axis_z"))
         self.y = cross(self.z.T, self.x.T).T
         self.t0, self.t1 = (np.asarray(columns[name], float) for name in ("t0", "t1"))
-        owner = rows_of(splines.get(key, ()), rows)
-        self._set_splines(owner, Splines(splines, np.arange(len(owner))) if owner else None)
+        owner = np.asarray(splines.get("arc_no", ()), np.int64)
+        self._set_splines(owner, Splines(splines, np.arange(len(owner))) if len(owner) else None)
         self.basis = basis or self
         self.offsets: dict[int, tuple[int, Floats, float]] = {}
         axes = vectors(offsets, "axis") if offsets else np.empty((0, 3))
-        for i, row in enumerate(rows_of(offsets.get(key, ()), rows)):
-            self.offsets[row] = int(offsets["basis_arc"][i]), axes[i], float(offsets["distance"][i])
+        for i, row in enumerate(offsets.get("arc_no", ())):
+            self.offsets[int(row)] = int(offsets["basis_arc"][i]), axes[i], float(offsets["distance"][i])
 
     def _of_other_kind(self, kind: str, row: Ints, t: Floats) -> tuple[Floats, Floats]:
         point, by = super()._of_other_kind(kind, row, t)
@@ -221,11 +213,6 @@ class Curves(FramedCurves):
             cuts.append(t)
         return np.concatenate(which), np.concatenate(cuts)
 
-    def cuts(self, row: int, t0: float, t1: float) -> Floats:
-        """Ends of an interval of an arc's parameter with those of the smooth pieces within."""
-        one = np.array([t0]), np.array([t1])
-        return np.append(pieces(*one, *self.inner_cuts(np.array([row]), *one))[1], t1)
-
     @cached_property
     def ends(self) -> tuple[Floats, Floats]:
         """First and last points (n, 3) of the arcs, mm."""
@@ -270,16 +257,14 @@ class Curves(FramedCurves):
         np.minimum.at(low.reshape(-1), 3 * arc + axis, value)
         np.maximum.at(high.reshape(-1), 3 * arc + axis, value)
 
-    def _widen_free(self, low: Floats, high: Floats, samples: int = 17) -> None:
+    def _widen_free(self, low: Floats, high: Floats) -> None:
         """Extremes of other kinds: where a derivative changes its sign between samples, by secants."""
         free = np.flatnonzero(~self._of_kinds("line", "circle", "ellipse", "degenerate"))
         if not len(free):
             return
         row, start, end = self.spans(free)
-        steps = np.linspace(0, 1, samples)
-        t = start[:, None] + (end - start)[:, None] * steps
-        points, by = self.evaluate(np.repeat(row, samples), t.ravel())
-        by, points = by.reshape(-1, samples, 3), points.reshape(-1, samples, 3)
+        t = start[:, None] + (end - start)[:, None] * np.linspace(0, 1, _SAMPLES)
+        points, by = (x.reshape(-1, _SAMPLES, 3) for x in self.evaluate(np.repeat(row, _SAMPLES), t.ravel()))
         first = np.flatnonzero(np.diff(row, prepend=-1))
         low[free] = np.minimum(low[free], np.minimum.reduceat(points.min(axis=1), first))
         high[free] = np.maximum(high[free], np.maximum.reduceat(points.max(axis=1), first))

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.geometry.curves import ByKind, Curves, FramedCurves, rows_of, vectors
+from relmodel.geometry.curves import ByKind, Curves, FramedCurves, vectors
 from relmodel.geometry.splines import Splines
 from relmodel.geometry.transforms import cross, dot, scatter, take, unit
 
@@ -34,8 +34,7 @@ class Surfaces:
     """Surfaces to be evaluated, many at once.
 
     columns: columns of the table `surface`.
-    splines, swept: columns of `surface_spline` and `surface_swept`, with `key` saying whose row each is.
-    rows: value of `key` -> row of `columns`; None where `key` counts the rows.
+    splines, swept: columns of `surface_spline` and `surface_swept`, with `surface_no` saying whose row each is.
     basis_curves, basis_surfaces: what swept rows refer to by row in their columns `basis_arc`, `basis_surface`
         (-1 is none); without basis surfaces these are earlier rows of the surfaces themselves.
     """
@@ -47,8 +46,6 @@ class Surfaces:
         swept: Mapping[str, Any] = _EMPTY,
         basis_curves: Curves | None = None,
         basis_surfaces: Surfaces | None = None,
-        key: str = "surface_no",
-        rows: Mapping[int, int] | None = None,
     ) -> None:
         self.kind = np.asarray(columns["kind"], dtype=object)
         self.by_kind = ByKind(self.kind)
@@ -59,14 +56,14 @@ class Surfaces:
         self.radius, self.radius2, self.semi_angle = (np.asarray(columns[name], float) for name in sizes)
         self.domain = np.stack([np.asarray(columns[name], float) for name in ("u0", "u1", "v0", "v1")], axis=1)
         self.reversed = np.asarray(columns["reversed"], bool)
-        owner = rows_of(splines.get(key, ()), rows)
+        owner = np.asarray(splines.get("surface_no", ()), np.int64)
         self._spline = np.full(len(self.kind), -1)  # number of each row's spline
         self._spline[owner] = np.arange(len(owner))
-        self._splines = Splines(splines, np.arange(len(owner)), ways=("u_", "v_")) if owner else None
+        self._splines = Splines(splines, np.arange(len(owner)), ways=("u_", "v_")) if len(owner) else None
         self._basis_arc, self._basis_surface = np.full(len(self.kind), -1), np.full(len(self.kind), -1)
         self._axis, self._distance = np.zeros((3, len(self.kind))).T, np.zeros(len(self.kind))
-        own = rows_of(swept.get(key, ()), rows)
-        if own:
+        own = np.asarray(swept.get("surface_no", ()), np.int64)
+        if len(own):
             self._basis_arc[own], self._basis_surface[own] = swept["basis_arc"], swept["basis_surface"]
             self._axis[own], self._distance[own] = vectors(swept, "axis"), swept["distance"]
         self.basis_curves = basis_curves
@@ -78,25 +75,16 @@ class Surfaces:
     def evaluate(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> SurfacePoints:
         """Points, mm, and partial derivatives of the surfaces `row` (n,) at the parameters u, v (n,)."""
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
-        kinds = self.by_kind.of(row)
-        if len(kinds) == 1:
-            found = self._of_kind(kinds[0][0], row, u, v)
-            return SurfacePoints(*(values.T for values in found))
         out = np.empty((3, len(row))), np.empty((3, len(row))), np.empty((3, len(row)))
-        for name, at in kinds:
+        for name, at in self.by_kind.of(row):
             for values, one in zip(out, self._of_kind(name, row[at], u[at], v[at]), strict=True):
                 scatter(values, at, one)
         return SurfacePoints(*(values.T for values in out))
 
     def normals(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
         """Outward unit normals (n, 3); at a singular point (apex, pole) that of a point a little inside the domain."""
-        return self.located(row, u, v)[1]
-
-    def located(self, row: npt.ArrayLike, u: npt.ArrayLike, v: npt.ArrayLike) -> tuple[Floats, Floats]:
-        """Points (n, 3), mm, and outward unit normals (n, 3), as from `normals`."""
         row, u, v = np.broadcast_arrays(np.asarray(row, np.int64), np.asarray(u, float), np.asarray(v, float))
-        at, normal = self._directed(row, u, v)
-        return at.points, (normal.T * np.where(self.reversed[row], -1.0, 1.0)).T
+        return (self._directed(row, u, v)[1].T * np.where(self.reversed[row], -1.0, 1.0)).T
 
     def _directed(self, row: Ints, u: Floats, v: Floats) -> tuple[SurfacePoints, Floats]:
         """Points with derivatives, and unit normals dS/du x dS/dv; where there is none, the limit from within."""

@@ -303,7 +303,6 @@ class JointTree:
             twice = sorted({name for name in names if names.count(name) > 1})
             if twice:
                 raise InputError(f"the {what} {twice[0]!r} is defined twice: give one of them another name")
-        self.links = tuple(links)
         by_child: dict[str, Joint] = {}
         for joint in joints:
             for link in (joint.parent, joint.child):
@@ -353,16 +352,18 @@ class JointTree:
         A joint that is not given stands at zero, or at the limit next to it.  Raises InputError, beginning with
         `what`, for an unknown joint, one given twice, or a value outside the limits, of a follower too.
         """
-        named, out = self._named(given, what), {}
-        for joint in self.movable:
-            out[joint.name] = named.get(joint.name, float(np.clip(0.0, *joint.limits)))
-        for joint in self.joints:
-            if joint.mimic is not None:
-                out[joint.name] = joint.mimic.factor * out[joint.mimic.joint] + joint.mimic.offset
+        named = self.named(given, what)
+        out = self.followed({j.name: named.get(j.name, float(np.clip(0.0, *j.limits))) for j in self.movable})
         for joint in self.joints:
             if joint.name in out:
                 _check_limits(joint, out[joint.name], what)
         return out
+
+    def followed(self, values: dict[str, float]) -> dict[str, float]:
+        """Values of the joints that move by themselves, with those of the joints that follow them."""
+        return values | {
+            j.name: j.mimic.factor * values[j.mimic.joint] + j.mimic.offset for j in self.joints if j.mimic is not None
+        }
 
     def sigmas(self, given: Mapping[str, float], what: str) -> dict[str, float]:
         """Standard deviations of the joints given, rad or mm, named as for `values`.
@@ -370,14 +371,14 @@ class JointTree:
         Raises InputError, beginning with `what`, for an unknown joint, one given twice, or a sigma that is not above
         zero.
         """
-        out = self._named(given, what)
+        out = self.named(given, what)
         for name, sigma in out.items():
             if not 0 < sigma < np.inf:
                 raise InputError(f"{what}: that of joint {name!r} is {sigma:g}: give one above zero")
         return out
 
-    def _named(self, given: Mapping[str, float], what: str) -> dict[str, float]:
-        """Values in rad or mm by joint, of names that may end in `_deg`."""
+    def named(self, given: Mapping[str, float], what: str) -> dict[str, float]:
+        """Values in rad or mm by joint, of names that may end in `_deg`.  Raises InputError as `values`."""
         out: dict[str, float] = {}
         for name, number in given.items():
             joint, value = self._joint.get(name), float(number)

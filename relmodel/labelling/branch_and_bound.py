@@ -11,7 +11,6 @@ import numpy as np
 
 from relmodel.arrays import Bools, Ints
 from relmodel.labelling.problem import (
-    BOUNDED,
     BRANCHED,
     NONE,
     OPEN,
@@ -271,15 +270,15 @@ class _Node:
     status: str = OPEN
 
 
-def search(problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None) -> MatchingResult:
+def search(problem: MatchingProblem, nodes: int, seconds: float | None) -> MatchingResult:
     """See `relmodel.labelling.solve`."""
-    return _Search(problem, limit).run(nodes, seconds)
+    return _Search(problem).run(nodes, seconds)
 
 
 class _Search:
-    def __init__(self, problem: MatchingProblem, limit: int | None) -> None:
+    def __init__(self, problem: MatchingProblem) -> None:
         tables = search_tables(problem)
-        self.problem, self.limit, self.tables = problem, limit, tables
+        self.problem, self.tables = problem, tables
         self.bounds = Bounds(tables)
         self.found = LocalSearch(tables)
         self.nodes: list[_Node] = []
@@ -290,8 +289,7 @@ class _Search:
     @property
     def cutoff(self) -> int:
         """Only labellings that cost this or less are of interest."""
-        best = self.found.cost - 1
-        return best if self.limit is None else min(best, self.limit)
+        return self.found.cost - 1
 
     def run(self, nodes: int, seconds: float | None) -> MatchingResult:
         end = None if seconds is None else time.monotonic() + seconds
@@ -385,21 +383,19 @@ class _Search:
 
     def _result(self) -> MatchingResult:
         """Close what waits: its bound is its parent's, which may suffice."""
-        cutoff = self.cutoff
-        for bound, node, _, _ in self.waiting:
-            if bound > cutoff * SCALE:
-                self.nodes[node].status = PRUNED
         cost = self.found.cost
+        for bound, node, _, _ in self.waiting:
+            if bound > self.cutoff * SCALE:
+                self.nodes[node].status = PRUNED
         leaves = [-(-node.bound // SCALE) for node in self.nodes if node.status != BRANCHED]
         bound = min(cost, *leaves)
-        finished = bound > cutoff
         nodes = self.nodes if len(self.nodes) <= _MOST_NODES else [_Node(-1, 0, ROOT, NONE, bound * SCALE)]
         return MatchingResult(
             mode=MODE,
             label=self.found.label,
             cost=cost,
             bound=bound,
-            status=OPTIMAL if bound == cost else BOUNDED if finished else STOPPED,
+            status=OPTIMAL if bound == cost else STOPPED,
             nodes=self.opened,
             selections=self.taken,
             tree=tuple(self._frozen(number, node) for number, node in enumerate(nodes)),

@@ -103,24 +103,20 @@ def matching_problem(
     compatibilities: npt.ArrayLike,
     *,
     injective: bool = True,
-    symmetric: bool = False,
 ) -> MatchingProblem:
     """The problem of rows: candidates (n, 3): unit, label, cost; neighbours (n, 3): unit, other unit, weight;
     compatibilities (n, 4 or 5): unit, label, other unit, its label, in either order or both, and what they save of the
     relations of the two units, all where it is not given.
 
-    symmetric: a neighbour row stands for its inverse too; else (u, v) and (v, u) are two relations, each with a weight
-    of its own.  Compatibilities of what is no candidate or no neighbour, and of one label with itself in an injective
-    problem, confirm nothing and are left out.  Raises ValueError where rows name what is not there, twice, or cost
-    what no sum can hold.
+    (u, v) and (v, u) are two relations, each with a weight of its own.  Compatibilities of what is no candidate or no
+    neighbour, and of one label with itself in an injective problem, confirm nothing and are left out.  Raises
+    ValueError where rows name what is not there, twice, or cost what no sum can hold.
     """
     nulls = np.asarray(null_cost, np.int64).ravel()
     rows, near = _table(candidates, 3), _table(neighbours, 3)
     by_degrees = np.asarray(compatibilities).shape[-1] == 5
     pairs = _table(compatibilities, 5 if by_degrees else 4)
     units = len(nulls)
-    if symmetric:
-        near = np.concatenate([near, near[:, [1, 0, 2]]])
     rows, near = rows[np.lexsort((rows[:, 1], rows[:, 0]))], near[np.lexsort((near[:, 1], near[:, 0]))]
     _check(nulls, labels, rows, near, pairs)
 
@@ -200,17 +196,9 @@ def _check(nulls: Ints, labels: int, rows: Ints, near: Ints, pairs: Ints) -> Non
 # What a labelling costs.
 
 
-@dataclass(frozen=True)
-class LabellingCost:
-    """unit_cost (units,): what each unit pays for its label and what is not confirmed of its relations, or for having
-    none; total: their sum."""
-
-    unit_cost: Ints
-    total: int
-
-
-def labelling_cost(problem: MatchingProblem, label: npt.ArrayLike) -> LabellingCost:
-    """The cost of a labelling; label (units,), -1 for none.  Raises ValueError where it is none of this problem."""
+def labelling_cost(problem: MatchingProblem, label: npt.ArrayLike) -> Ints:
+    """The cost of a labelling (units,): what each unit pays for its label and what is not confirmed of its relations,
+    or for having none; label (units,), -1 for none.  Raises ValueError where it is none of this problem."""
     chosen = problem.candidates_of(label)
     has = chosen != NONE
     taken = np.zeros(problem.candidates + 1, bool)  # the last stands for none, and is not taken
@@ -219,7 +207,7 @@ def labelling_cost(problem: MatchingProblem, label: npt.ArrayLike) -> LabellingC
     cost = problem.null_cost.copy()
     cost[has] = problem.candidate_cost[chosen[has]] + problem.weight_out[has]
     np.subtract.at(cost, problem.candidate_unit[problem.compatibility[confirmed]], problem.savings[confirmed])
-    return LabellingCost(cost, int(cost.sum()))
+    return cost
 
 
 # A problem laid out for the kernels: candidates of a unit, slots of messages, halves of a pair of units.
@@ -321,7 +309,7 @@ class SearchNode:
     branch: `root` (all of them), `take` (those of the parent in which `unit` has `label`, -1 for none) or `rest` (those
     of the parent that none of its `take` children holds); so the children of a node cover it.  bound: no labelling of
     the node costs less, or none costs less than what was found.  status: `branched` (it has children), `pruned` (it
-    holds nothing better than what was found, or nothing within the limit), `open` (the search ended before it).
+    holds nothing better than what was found), `open` (the search ended before it).
     """
 
     node: int
@@ -338,9 +326,9 @@ class SearchNode:
 class MatchingResult:
     """label (units,), -1 for none; cost of it; bound: no labelling costs less.
 
-    status: `optimal` (cost = bound), `bounded` (the search ended with a gap: no labelling costs less than bound, which
-    suffices to know that none is within the limit, or is all that the mode can tell), `stopped` (a limit on nodes or
-    seconds ended it).  nodes: searched; selections: units or functions instantiated.  tree: of the default mode.
+    status: `optimal` (cost = bound), `bounded` (no labelling costs less than bound, which is all that the mode can
+    tell), `stopped` (a limit on nodes or seconds ended it).  nodes: searched; selections: units or functions
+    instantiated.  tree: of the default mode.
     """
 
     mode: str
@@ -360,7 +348,6 @@ def result_rows(problem: MatchingProblem, result: MatchingResult) -> dict[str, d
     """Columns by table, in the order in which they may be appended; run_id, problem_no and what else the row of
     `problem` holds (kind, method, units_id, labels_id, parameters) are the caller's to add.
     """
-    cost = labelling_cost(problem, result.label)
     pair = problem.compatibility
     unit, label = problem.candidate_unit, problem.candidate_label
     return {
@@ -386,7 +373,7 @@ def result_rows(problem: MatchingProblem, result: MatchingResult) -> dict[str, d
         "assignment": {
             "unit_no": np.arange(problem.units),
             "label_no": np.ma.masked_equal(result.label, NONE),
-            "cost": cost.unit_cost.astype(float),
+            "cost": labelling_cost(problem, result.label).astype(float),
             "null_cost": problem.null_cost.astype(float),
             "reason": _reasons(problem, result.label),
         },
@@ -401,22 +388,18 @@ def _reasons(problem: MatchingProblem, label: Ints) -> list[str]:
     count = np.diff(problem.first_candidate)
     free = np.zeros(problem.units, np.int64)
     np.add.at(free, problem.candidate_unit, ~taken[problem.candidate_label])
-    reason = np.select(
-        [label != NONE, count == 0, free == 0], ["matched", "no_candidate", "taken"], default="null_cheaper"
-    )
-    return [str(r) for r in reason]
+    reasons = ["matched", "no_candidate", "taken"]
+    return list(np.select([label != NONE, count == 0, free == 0], reasons, default="null_cheaper").tolist())
 
 
 def _tree(tree: tuple[SearchNode, ...]) -> dict[str, Any]:
-    take = np.array([node.branch == TAKE for node in tree], bool)
-    label = np.array([node.label for node in tree], np.int64)
     return {
         "node_no": np.array([node.node for node in tree]),
         "parent_no": np.ma.masked_equal([node.parent for node in tree], -1),
         "depth": np.array([node.depth for node in tree]),
         "branch": [node.branch for node in tree],
-        "unit_no": np.ma.masked_array([node.unit for node in tree], ~take),
-        "label_no": np.ma.masked_array(label, ~take | (label == NONE)),
+        "unit_no": np.ma.masked_equal([node.unit for node in tree], NONE),
+        "label_no": np.ma.masked_equal([node.label for node in tree], NONE),
         "bound": np.array([float(node.bound) for node in tree]),
         "status": [node.status for node in tree],
     }

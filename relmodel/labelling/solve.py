@@ -97,17 +97,17 @@ def _count(confirming: list[dict[int, list[tuple[int, int]]]]) -> int:
     return sum(int(np.prod([len(labels) for labels in c.values()], dtype=float)) for c in confirming)
 
 
-def search_as_printed(problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None) -> MatchingResult:
+def search_as_printed(problem: MatchingProblem, nodes: int, seconds: float | None) -> MatchingResult:
     """See `relmodel.labelling.solve`.  Only here may a label be taken twice; where the limits end the search before its
     first mapping, nothing is matched.  The bound, the sum of the units' least errors at the start, holds for mappings
     that are total wherever there are candidates."""
-    run = _PrintedSearch(problem, limit, nodes, seconds)
+    run = _PrintedSearch(problem, nodes, seconds)
     stopped = False
     try:
         run.extend(run.label, run.table.error)
     except SearchLimit:
         stopped = True
-    found = labelling_cost(run.problem, run.label).total
+    found = int(labelling_cost(run.problem, run.label).sum())
     bound = min(found, run.bound(run.table.error, np.diff(problem.first_candidate) > 0))
     return MatchingResult(
         mode=PAPER,
@@ -126,14 +126,13 @@ class SearchLimit(Exception):  # noqa: N818 - no error
 
 
 class _PrintedSearch:
-    def __init__(self, problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None) -> None:
+    def __init__(self, problem: MatchingProblem, nodes: int, seconds: float | None) -> None:
         self.problem = replace(problem, injective=False)
         self.table = whole_functions(problem)
-        self.limit = limit
         self.nodes = self.selections = 0
         self._most_nodes = nodes
         self._end = None if seconds is None else time.monotonic() + seconds
-        self.cost: int | None = None
+        self.cost = np.iinfo(np.int64).max
         self.label: Ints = np.full(problem.units, NONE, np.int64)
         self.without = np.diff(problem.first_candidate) == 0
 
@@ -149,11 +148,11 @@ class _PrintedSearch:
             raise SearchLimit
         self.nodes += 1
         left = (label == NONE) & ~self.without
-        if self._too_dear(self.bound(error, left)):
+        if self.bound(error, left) >= self.cost:
             return
         if not left.any():
-            cost = labelling_cost(self.problem, label).total
-            if not self._too_dear(cost):
+            cost = int(labelling_cost(self.problem, label).sum())
+            if cost < self.cost:
                 self.cost, self.label = cost, label
             return
         choice = np.flatnonzero(left[self.table.unit])
@@ -162,9 +161,6 @@ class _PrintedSearch:
             self.selections += 1
             extended = np.where(label == NONE, self.table.label[function], label)
             self.extend(extended, error + self.table.disagreement(function))
-
-    def _too_dear(self, cost: int) -> bool:
-        return (self.cost is not None and cost >= self.cost) or (self.limit is not None and cost > self.limit)
 
 
 # Star matching, after Cheng and Huang (Pattern Recognition 17, 1984): a peer, quick and without proof of its own.
@@ -177,11 +173,11 @@ class _PrintedSearch:
 STAR = "star"
 
 
-def search_star(problem: MatchingProblem, limit: int | None, nodes: int, seconds: float | None) -> MatchingResult:
+def search_star(problem: MatchingProblem, nodes: int, seconds: float | None) -> MatchingResult:
     """See `relmodel.labelling.solve`.  The bound is the default mode's: how far off the best labelling it is."""
-    proved = branch_and_bound.search(problem, limit, nodes, seconds)
+    proved = branch_and_bound.search(problem, nodes, seconds)
     label, selections = lay_stars(problem)
-    cost = labelling_cost(problem, label).total
+    cost = int(labelling_cost(problem, label).sum())
     return replace(
         proved,
         mode=STAR,
@@ -247,7 +243,6 @@ def solve(
     problem: MatchingProblem,
     mode: str = branch_and_bound.MODE,
     *,
-    limit: int | None = None,
     nodes: int = NODES,
     seconds: float | None = None,
 ) -> MatchingResult:
@@ -256,18 +251,17 @@ def solve(
     mode: `dual_ascent`, the default, proves what it finds; `paper` is the printed search with whole functions, a
     heuristic whose mapping is total and not injective; `star` is Cheng and Huang's star matching, a heuristic, with the
     bound of the default.
-    limit: only labellings that cost this or less matter, and 0 asks for a consistent one: a bound above it says that
-    there is none.  nodes (PAPER_NODES times as many of `paper`) and seconds end the search, the latter at the price of
-    runs that differ.
+    nodes (PAPER_NODES times as many of `paper`) and seconds end the search, the latter at the price of runs that
+    differ.
 
     Equal problems give equal results unless `seconds` ends the search.  Raises UsageError for a mode that is none.
     """
     check_mode(mode)
     if mode == STAR:
-        return search_star(problem, limit, nodes, seconds)
+        return search_star(problem, nodes, seconds)
     if mode == PAPER:
-        return search_as_printed(problem, limit, nodes * PAPER_NODES, seconds)
-    return branch_and_bound.search(problem, limit, nodes, seconds)
+        return search_as_printed(problem, nodes * PAPER_NODES, seconds)
+    return branch_and_bound.search(problem, nodes, seconds)
 
 
 def check_mode(mode: str) -> None:

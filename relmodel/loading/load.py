@@ -208,17 +208,14 @@ def _begin(pool: ThreadPoolExecutor, reader: Reader, request: LoadRequest) -> tu
             raise InputError(
                 f"{path.name} is to be loaded as the variant {request.variant!r}: give text, '' for the plain one"
             )
-        form = format_of(path)
+        format_of(path)
         check_readable(path)
         for what, given in (("name", request.name), ("variant", request.variant)):
             if len(given.encode(errors="replace")) > MOST_NAME_BYTES:
                 raise InputError(f"{path.name} is to have a {what} of over {MOST_NAME_BYTES} bytes: shorten it")
         if path.stat().st_size == 0:
             raise InputError(f"{path} is empty: export it again")
-        if form == "mesh":
-            check_unit(path, request.unit)
-        elif request.unit is not None:
-            raise InputError(f"{path.name} states its own unit of length: leave --unit out")
+        check_unit(path, request.unit)
     except InputError as error:
         return request, error
     options = ReadOptions(request.unit, request.name, request.time_limit_s, request.occluder)

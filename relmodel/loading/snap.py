@@ -12,7 +12,7 @@ import numpy.typing as npt
 import sqlalchemy as sa
 from sqlalchemy import Connection
 
-from relmodel.arrays import Bools, Floats, Ints, Ragged, stack, take
+from relmodel.arrays import Bools, ColumnValues, Floats, Ints, Ragged, stack, take
 from relmodel.geometry.curves import BOX, boxes_of
 from relmodel.geometry.splines import Splines
 from relmodel.geometry.transforms import matrices
@@ -100,38 +100,37 @@ def _with_snapped_attributes(store: Database, connection: Connection, model: Mod
 
 @dataclass(frozen=True)
 class _Level:
-    """Arcs or surfaces: what their place is called, and their columns by how exactly they are known."""
+    """Arcs or surfaces: the table of their splines, what their place is called, and their columns by how exactly they
+    are known."""
 
     name: str
+    splines: str
     place: str
     same: tuple[str, ...]
     lengths: tuple[str, ...]
     angles: tuple[str, ...]
-    intervals: tuple[tuple[str, str], ...]
-
-    @property
-    def bounds(self) -> tuple[str, ...]:
-        """Columns of parameter intervals."""
-        return tuple(c for pair in self.intervals for c in pair)
+    bounds: tuple[str, ...]  # of parameter intervals, lower and upper in turn
 
 
 _FRAME = ("axis_x_x", "axis_x_y", "axis_x_z", "axis_z_x", "axis_z_y", "axis_z_z")
 _SIZES = ("origin_x", "origin_y", "origin_z", "radius", "radius2")
 _ARCS = _Level(
     "arc",
+    "arc_spline",
     "start",
     ("kind", "recognised_kind", "provenance"),
     (*_SIZES, "start_x", "start_y", "start_z", "end_x", "end_y", "end_z"),
     _FRAME,
-    (("t0", "t1"),),
+    ("t0", "t1"),
 )
 _SURFACES = _Level(
     "surface",
+    "surface_spline",
     "centroid",
     ("kind", "recognised_kind", "provenance", "direct", "reversed"),
     (*_SIZES, "centroid_x", "centroid_y", "centroid_z"),
     (*_FRAME, "semi_angle"),
-    (("u0", "u1"), ("v0", "v1")),
+    ("u0", "u1", "v0", "v1"),
 )
 
 
@@ -147,8 +146,9 @@ def snapped_shapes(store: Database, connection: Connection, shapes: Sequence[Sha
         bare = [_is_bare(out[i], f"{name}s") for i, name in blocks]
         row, stored, number = _near(store, connection, level, tables, bare)
         first = np.cumsum([0, *(row_count_or_none(t) for t in tables)])
-        with store.relation(connection, "sought", {"id": np.unique(np.asarray(stored["id"], np.int64)[number])}):
-            splines = store.columns(connection, f"load/{level.name}_splines")
+        ids = np.unique(np.asarray(stored["id"], np.int64)[number])
+        splines = _among(store, connection, level.splines, f"{level.name}_id", ids)
+        splines["id"] = splines.pop(f"{level.name}_id")
         for (i, name), is_bare, start, end in zip(blocks, bare, first[:-1], first[1:], strict=True):
             here = np.flatnonzero((row >= start) & (row < end))
             near = {c: values[number[here]] for c, values in stored.items()}
@@ -194,8 +194,15 @@ def _near(
     place = np.stack([mine[f"{level.place}_{c}"].astype(float) for c in "xyz"], axis=1)
     no, cell = _cells(place)
     sought = {"no": no, **{c: np.ascontiguousarray(column) for c, column in zip("xyz", cell.T, strict=True)}}
+    own, cells = store.table(level.name).c, sa.table("sought", *map(sa.column, sought))
+    # Columns are found by the same grid that `_cells` has.
+    inside = [
+        sa.cast(sa.func.floor(own[f"{level.place}_{c}"] / _P.cell_mm + _P.cell_shift), sa.BigInteger) == cells.c[c]
+        for c in "xyz"
+    ]
+    query = sa.select(cells.c.no, own.id, *(own[c] for c in mine)).where(*inside).order_by(cells.c.no, own.id)
     with store.relation(connection, "sought", sought):
-        found = store.columns(connection, f"load/near_{level.name}s", cell=_P.cell_mm, shift=_P.cell_shift)
+        found = fetch_columns(connection, query, {})
     row = np.asarray(found["no"], np.int64)
     good = np.ones(len(row), bool)
     # What a spline is recognised as follows from it, and is less well known.
@@ -244,7 +251,7 @@ def _tolerances(level: _Level, mine: Table) -> dict[str, Floats]:
         out |= dict.fromkeys((f"origin_{c}" for c in "xyz"), _P.round_off_mm * (1 + lean))
     out |= dict.fromkeys((f"centroid_{c}" for c in "xyz" if level is _SURFACES), np.full(len(size), _P.place_mm))
     out |= dict.fromkeys(level.angles, _P.round_off_mm / size)
-    for low, high in level.intervals:
+    for low, high in zip(level.bounds[::2], level.bounds[1::2], strict=True):
         extent = np.asarray(mine[high], float) - np.asarray(mine[low], float)
         out |= dict.fromkeys((low, high), np.maximum(extent, _P.least_size_mm) * _P.round_off_mm / size)
     return out
@@ -325,11 +332,19 @@ def stored_ids(store: Database, connection: Connection, table: str, keys: Iterab
     sought = list(dict.fromkeys(keys))
     if not sought:
         return {}
-    with store.relation(connection, "sought", {"content_key": sought}):
-        own = store.table(table).c
-        known = own.content_key.in_(sa.select(sa.column("content_key")).select_from(sa.table("sought")))
-        rows = fetch_columns(connection, sa.select(own.id, own.content_key).where(known), {})
+    rows = _among(store, connection, table, "content_key", sought, "id", "content_key")
     return dict(zip(rows["content_key"].tolist(), rows["id"].tolist(), strict=True))
+
+
+def _among(
+    store: Database, connection: Connection, table: str, column: str, values: ColumnValues, *names: str
+) -> dict[str, npt.NDArray[Any]]:
+    """Rows of a table with one of these values in a column, or of them the columns of some names."""
+    own = store.table(table).c
+    with store.relation(connection, "sought", {column: values}):
+        known = own[column].in_(sa.select(sa.column(column)).select_from(sa.table("sought")))
+        query = sa.select(*(own[name] for name in names or own.keys())).where(known)
+        return fetch_columns(connection, query, {})
 
 
 def ids_by_key(run: Run, connection: Connection, table: str, keys: Sequence[str]) -> tuple[dict[str, int], Ints]:

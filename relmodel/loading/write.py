@@ -73,11 +73,12 @@ def write(run: Run, connection: Connection, derived: Derivation, name: str, vari
 
     source_id = _source(run, connection, model)
     object_id = object_ids[keys.assemblies[model.root]]
-    latest = run.store.rows(connection, "load/latest_variant", name=name, variant=variant)
-    if latest and latest[0].object_id == object_id:
-        status, revision, object_variant_id = "unchanged", int(latest[0].revision), int(latest[0].id)
+    known = run.store.select(connection, "object_variant", order="revision", name=name, variant=variant)
+    revision = int(known["revision"].max(initial=0))
+    if revision and known["object_id"][-1] == object_id:
+        status, object_variant_id = "unchanged", int(known["id"][-1])
     else:
-        status, revision = "added", int(latest[0].revision) + 1 if latest else 1
+        status, revision = "added", revision + 1
         object_variant_id = int(run.store.new_ids(connection, "object_variant", 1)[0])
         row = (object_variant_id, name, variant, revision, object_id, source_id)
         columns = by_column("id name variant revision object_id source_id", [row])
@@ -133,13 +134,11 @@ def append_parts(run: Run, connection: Connection, derived: Derivation, shape_id
     model, keys = derived.model, derived.keys
     ids, fresh = ids_by_key(run, connection, "part", keys.parts)
     new = [(ids[keys.parts[i]], model.parts[i]) for i in fresh.tolist()]
-    if new:
-        of_shape = [shape_ids[keys.shapes[p.shape].shape] for _, p in new]
-        rows = [
-            (i, keys.parts[k], p.number, p.name, shape)
-            for k, (i, p), shape in zip(fresh.tolist(), new, of_shape, strict=True)
-        ]
-        run.append(connection, "part", by_column("id content_key number name shape_id", rows))
+    rows = [
+        (i, keys.parts[k], p.number, p.name, shape_ids[keys.shapes[p.shape].shape])
+        for k, (i, p) in zip(fresh.tolist(), new, strict=True)
+    ]
+    run.append(connection, "part", by_column("id content_key number name shape_id", rows))
     _append_attributes(run, connection, "part", [(i, part_attributes(p)) for i, p in new])
     append_pmi(run, connection, [(i, p, keys.shapes[p.shape], shape_ids) for i, p in new if p.pmi])
     return ids
@@ -149,8 +148,6 @@ def append_objects(run: Run, connection: Connection, derived: Derivation, part_i
     model, keys = derived.model, derived.keys
     ids, fresh = ids_by_key(run, connection, "object", keys.assemblies)
     new = [(ids[keys.assemblies[i]], model.assemblies[i]) for i in fresh.tolist()]
-    if not new:
-        return ids
     rows = [(i, keys.assemblies[k], a.name, a.kind) for k, (i, a) in zip(fresh.tolist(), new, strict=True)]
     run.append(connection, "object", by_column("id content_key name kind", rows))
     _append_attributes(run, connection, "object", [(i, a.attributes) for i, a in new])
@@ -231,7 +228,7 @@ def append_finding_rows(
 
 def append_expansion(store: Database, connection: Connection, object_id: int) -> None:
     """Append the nodes of an object, their pages, and its circles with their relations, unless they are there."""
-    if store.rows(connection, "load/expanded", object_id=object_id):
+    if len(store.select(connection, "object_node", "node_no", object_id=object_id, node_no=0)["node_no"]):
         return
     placed = store.columns(connection, "load/object_nodes", object_id=object_id)
     number, is_part = placed["number"].astype(np.int64), placed["part_id"] >= 0

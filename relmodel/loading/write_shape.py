@@ -85,10 +85,7 @@ def _hull(new: NewShape) -> Table:
 def _shape_arcs(shape: Shape, ids: Ints) -> Table:
     if not len(ids):
         return {}
-    sides = {
-        c: [None if no < 0 else no for no in np.asarray(shape.arcs[c], np.int64).tolist()]
-        for c in ("surface_a", "surface_b")
-    }
+    sides = {c: np.ma.masked_less(np.asarray(shape.arcs[c], np.int64), 0) for c in ("surface_a", "surface_b")}
     return {
         "arc_no": np.arange(len(ids)),
         "arc_id": ids,
@@ -118,8 +115,6 @@ def _append_feature_classes(run: Run, connection: Connection, shapes: list[NewSh
     keys = [key for new in shapes for key in new.class_keys]
     ids, fresh = ids_by_key(run, connection, "feature_class", keys)
     new = [(ids[keys[i]], keys[i], features[i]) for i in fresh.tolist()]
-    if not new:
-        return ids
     classes = [(i, key, f.kind) for i, key, f in new]
     run.append(connection, "feature_class", by_column("id content_key kind", classes))
     dimensions = [(i, name, *measure) for i, _, f in new for name, measure in f.dimensions.items()]

@@ -385,7 +385,8 @@ def _classes(shapes: Sequence[Shape]) -> tuple[Ints, Floats, dict[int, Ints]]:
             for k in (first, i):
                 if k not in elements:
                     elements[k] = _elements(shapes[k])
-            found = _fit(elements[first], elements[i])
+            within = ROUND_OFF_MM + ROUND_OFF_SHARE * elements[first].extent
+            found = next(motions(elements[first], elements[i], within, 20 * within), None)
             if found is not None:
                 of[i], motion[i], like[i] = first, found[0], found[1][: len(shapes[first].surfaces["kind"])]
                 break
@@ -418,12 +419,6 @@ def _elements(shape: Shape) -> Constituents:
     weight = np.zeros((len(points), 3))
     weight[:n, 0], weight[:n, 1], weight[n:, 2] = area, area**2, length
     return Constituents([*_face_kinds(shape), *_edge_kinds(shape)], np.nan_to_num(sizes), points, weight)
-
-
-def _fit(a: Constituents, b: Constituents) -> tuple[Floats, Ints] | None:
-    """The motion (4, 4) that takes the elements a (n,) to the elements b within round-off, and which of b each is."""
-    within = ROUND_OFF_MM + ROUND_OFF_SHARE * a.extent
-    return next(motions(a, b, within, 20 * within), None)
 
 
 def _face_kinds(shape: Shape) -> list[str]:

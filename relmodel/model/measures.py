@@ -22,6 +22,7 @@ MOST_SAMPLES = 2000
 _STEP_SLACK = 1e-6  # of a step, so that round-off of a length of whole millimetres makes no sample
 _FINE_AT_ONCE = 200_000  # points of polylines
 _SAMPLES_AT_ONCE = 16384
+_CELLS = 32  # of a grid over a domain, each way
 
 
 def curves_of(shape: Shape) -> Curves:
@@ -31,10 +32,9 @@ def curves_of(shape: Shape) -> Curves:
 
 def surfaces_of(shape: Shape) -> Surfaces:
     """The surfaces of a shape, to be evaluated."""
-    if not shape.basis_surfaces:  # not read from a boundary representation
-        return Surfaces(shape.surfaces, shape.surface_splines)
-    curves = _basis_curves(shape)
-    basis = Surfaces(shape.basis_surfaces, shape.basis_surface_splines, shape.basis_surface_swept, curves)
+    curves, basis = _basis_curves(shape), None
+    if shape.basis_surfaces:  # read from a boundary representation
+        basis = Surfaces(shape.basis_surfaces, shape.basis_surface_splines, shape.basis_surface_swept, curves)
     return Surfaces(shape.surfaces, shape.surface_splines, shape.surface_swept, curves, basis)
 
 
@@ -55,27 +55,25 @@ def arc_measures(curves: Curves) -> Table:
     }
 
 
-def surface_measures(surfaces: Surfaces, cells: int = 32) -> Table:
+def surface_measures(surfaces: Surfaces) -> Table:
     """Columns area, centroid and box of whole (untrimmed) domains, by a grid: good to about a thousandth."""
-    count = len(surfaces)
-    middle = (np.arange(cells) + 0.5) / cells
-    points, element = _grid(surfaces, middle)
-    area = element / cells**2
+    row = np.arange(len(surfaces))
+    points, across = grid(surfaces, row, (np.arange(_CELLS) + 0.5) / _CELLS)
+    u0, u1, v0, v1 = surfaces.domain.T[:, :, None]
+    area = np.linalg.norm(across, axis=2) * (u1 - u0) * (v1 - v0) / _CELLS**2
     centroid = np.einsum("nk,nkd->nd", area, points) / np.maximum(area.sum(1), 1e-300)[:, None]
-    corners, _ = _grid(surfaces, np.linspace(0, 1, cells + 1))
-    box = np.concatenate([corners.min(1), corners.max(1)], axis=1) if count else np.empty((0, 6))
+    corners, _ = grid(surfaces, row, np.linspace(0, 1, _CELLS + 1))
+    box = np.concatenate([corners.min(1), corners.max(1)], axis=1) if len(row) else np.empty((0, 6))
     return {"area": area.sum(1), **vector_columns("centroid", centroid), **box_columns(box)}
 
 
-def _grid(surfaces: Surfaces, steps: Floats) -> tuple[Floats, Floats]:
-    """Points (n, k, 3) and area elements (n, k) of each domain's unit square on a grid of steps in 0..1."""
-    count, side = len(surfaces), len(steps)
-    a, b = (np.tile(g.ravel(), count) for g in np.meshgrid(steps, steps, indexing="ij"))
-    row = np.repeat(np.arange(count), side * side)
-    u0, u1, v0, v1 = surfaces.domain[row].T
-    at = surfaces.evaluate(row, u0 + a * (u1 - u0), v0 + b * (v1 - v0))
-    element = np.linalg.norm(np.cross(at.by_u, at.by_v), axis=1) * (u1 - u0) * (v1 - v0)
-    return at.points.reshape(count, side * side, 3), element.reshape(count, side * side)
+def grid(surfaces: Surfaces, row: Ints, steps: Floats) -> tuple[Floats, Floats]:
+    """Points and normals dS/du x dS/dv (n, k, 3) of surfaces `row` (n,) on a grid of steps in 0..1 of their domains."""
+    u0, u1, v0, v1 = (surfaces.domain[row, i, None, None] for i in range(4))
+    u, v = np.broadcast_arrays(u0 + steps[:, None] * (u1 - u0), v0 + steps * (v1 - v0))
+    at = surfaces.evaluate(np.repeat(row, len(steps) ** 2), u.ravel(), v.ravel())
+    shape = len(row), len(steps) ** 2, 3
+    return at.points.reshape(shape), np.cross(at.by_u, at.by_v).reshape(shape)
 
 
 class ArcNormals:
@@ -308,14 +306,9 @@ class TrimmedFaces:
         if len(drawn):
             scatter(uv.T, drawn, self.pcurves.evaluate(row[drawn], t[drawn])[0].T)
         if len(bare):
-            scatter(uv.T, bare, self._feet(coedge[bare], t[bare]))
+            points = self.curves.evaluate(self.arc[coedge[bare]], t[bare])[0]
+            scatter(uv.T, bare, np.stack(self.surfaces.parameters(self.surface[coedge[bare]], points)))
         return uv
-
-    def _feet(self, coedge: Ints, t: Floats) -> Floats:
-        """Parameters (2, n) of the feet of points of arcs on analytic surfaces."""
-        surface = self.surface[coedge]
-        points = self.curves.evaluate(self.arc[coedge], t)[0]
-        return np.stack(self.surfaces.parameters(surface, points))
 
 
 # What is measured on the triangles of a shape: how far they are from the exact geometry, and whether they close.

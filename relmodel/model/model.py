@@ -182,16 +182,16 @@ class Model:
     """
 
     format: str
-    schema_name: str | None
     unit: str
     unit_mm: float
     shapes: tuple[Shape, ...]
     parts: tuple[Part, ...]
     assemblies: tuple[Assembly, ...]
     root: int
-    faces_in_file: int | None
     faces_loaded: int
     loader_version: str
+    schema_name: str | None = None
+    faces_in_file: int | None = None
     findings: tuple[Finding, ...] = ()
     files: tuple[SourceFile, ...] = ()
 

@@ -15,9 +15,10 @@ UNITLESS_FORMATS = ("obj", "stl", "ply")
 MESH_FORMATS = (*UNITLESS_FORMATS, "glb", "gltf", "3mf")
 UNITS_MM = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1e3, "in": 25.4, "ft": 304.8}
 
-_LONG_UNITS = {"micron": "um", "millimeter": "mm", "centimeter": "cm", "decimeter": "dm", "meter": "m", "inch": "in"}
-_LONG_UNITS |= {"micrometre": "um", "millimetre": "mm", "centimetre": "cm", "decimetre": "dm", "metre": "m"}
-_LONG_UNITS |= {"foot": "ft", "inches": "in", "feet": "ft"}
+FULL_UNITS = {"um": "micrometre", "mm": "millimetre", "cm": "centimetre", "dm": "decimetre", "m": "metre"}
+FULL_UNITS |= {"in": "inch", "ft": "foot"}
+_LONG_UNITS = {full: short for short, full in FULL_UNITS.items()} | {"micron": "um", "inches": "in", "feet": "ft"}
+_LONG_UNITS |= {"millimeter": "mm", "centimeter": "cm", "decimeter": "dm", "meter": "m"}
 
 
 def format_of(path: Path) -> str:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 import numpy as np
-import numpy.typing as npt
 
 from relmodel.arrays import Floats
 from relmodel.errors import InputError
@@ -24,44 +23,31 @@ _CHORD_MM = 0.05
 _LEAST_SEGMENTS, _MOST_SEGMENTS = 42, 360  # of a full turn
 
 
-def box(size: npt.ArrayLike) -> Shape:
-    """A box with sides size (3,), mm, about the origin."""
+def primitive(kind: str, *sizes: float) -> Shape:
+    """A box of three sides, a cylinder of a radius and a length about z, or a sphere of a radius; mm, about the
+    origin."""
     import trimesh
 
-    sides = np.asarray(size, float)
-    return _shape(trimesh.creation.box(sides), float(sides.prod()))
-
-
-def cylinder(radius: float, length: float) -> Shape:
-    """A cylinder about z through the origin, mm."""
-    import trimesh
-
-    count = _segments(radius)
-    mesh = trimesh.creation.cylinder(radius, length, sections=count)
-    return _shape(mesh, np.pi * radius**2 * length, radius * (1 - np.cos(np.pi / count)))
-
-
-def sphere(radius: float) -> Shape:
-    """A sphere about the origin, mm."""
-    import trimesh
-
-    count = _segments(radius)
-    mesh = trimesh.creation.uv_sphere(radius, [count // 2 + 1, count])
-    return _shape(mesh, 4 / 3 * np.pi * radius**3, radius * (1 - np.cos(np.pi / count) ** 2))
+    radius, count = sizes[0], _segments(sizes[0])
+    if kind == "box":
+        mesh, volume, off = trimesh.creation.box(np.array(sizes, float)), float(np.prod(sizes)), 0.0
+    elif kind == "cylinder":
+        mesh = trimesh.creation.cylinder(radius, sizes[1], sections=count)
+        volume, off = np.pi * radius**2 * sizes[1], radius * (1 - np.cos(np.pi / count))
+    else:
+        mesh = trimesh.creation.uv_sphere(radius, [count // 2 + 1, count])
+        volume, off = 4 / 3 * np.pi * radius**3, radius * (1 - np.cos(np.pi / count) ** 2)
+    shape = shape_from_triangles(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64))
+    assert shape is not None  # its sides are above zero
+    # The triangles leave the surface by so much at most.
+    mesh_of_shape = replace(shape.mesh, chord_mm=_CHORD_MM, deviation_mm=off)
+    return replace(shape, kind="solid", volume=volume, mesh=mesh_of_shape)
 
 
 def _segments(radius: float) -> int:
     """Even number of segments of a full turn that leave its circle by no more than the chord's tolerance."""
     chord = float(np.arccos(max(1 - _CHORD_MM / radius, 0.0)))
     return 2 * int(np.ceil(min(max(_LEAST_SEGMENTS, np.pi / chord), _MOST_SEGMENTS) / 2))
-
-
-def _shape(mesh: Any, volume: float, deviation_mm: float = 0.0) -> Shape:
-    """The solid of this volume whose surface the triangles leave by so much at most."""
-    shape = shape_from_triangles(np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64))
-    assert shape is not None  # its sides are above zero
-    mesh_of_shape = replace(shape.mesh, chord_mm=_CHORD_MM, deviation_mm=deviation_mm)
-    return replace(shape, kind="solid", volume=volume, mesh=mesh_of_shape)
 
 
 # Robots and tools in URDF: links become objects in the robot's, visuals parts in the links', joints rows.
@@ -74,11 +60,7 @@ def _shape(mesh: Any, volume: float, deviation_mm: float = 0.0) -> Shape:
 LOADER_VERSION = "urdf 5"
 MESH_FORMATS = ("stl", "obj", "ply", "glb", "gltf")
 _M = 1000.0  # mm in a metre
-_PRIMITIVES: dict[str, tuple[tuple[str, ...], Callable[[Floats], Shape]]] = {
-    "box": (("size",), box),
-    "cylinder": (("radius", "length"), lambda sizes: cylinder(*sizes.tolist())),
-    "sphere": (("radius",), lambda sizes: sphere(*sizes.tolist())),
-}
+_PRIMITIVES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
 _MOST_M = 1e5  # as far as a world file may place an object
 _MOST_BYTES = 64 << 20
 _LEAST_MM, _THINNEST = 0.01, 2e-7  # a primitive that is smaller, or thinner for its length, has vertices that coincide
@@ -162,14 +144,12 @@ class _RobotReader:
         self.assemblies.append(Assembly(name, tuple(instances), joints=tree.joints))
         return Model(
             format="urdf",
-            schema_name=None,
             unit="m",
             unit_mm=_M,
             shapes=tuple(self.shapes),
             parts=tuple(self.parts),
             assemblies=tuple(self.assemblies),
             root=len(self.assemblies) - 1,
-            faces_in_file=None,
             faces_loaded=sum(len(s.surfaces["kind"]) for s in self.shapes),
             loader_version=LOADER_VERSION,
             findings=tuple(self._findings),
@@ -265,13 +245,13 @@ class _RobotReader:
     def _primitive(self, element: Element, where: str) -> int:
         """Index of the shape of a primitive, the same for the same dimensions."""
         tag = str(element.tag)
-        keys, make = _PRIMITIVES[tag]
-        sizes = np.concatenate([self._numbers(element, key, where, 3 if key == "size" else 1) for key in keys]) * _M
+        stated = [self._numbers(element, key, where, 3 if key == "size" else 1) for key in _PRIMITIVES[tag]]
+        sizes = np.concatenate(stated) * _M
         if sizes.max() < _LEAST_MM or sizes.min() < _THINNEST * sizes.max():
             raise _LeftOutError(f"the {tag} has no extent")
         key = (tag, tuple(sizes.tolist()))
         if key not in self._shape_of:
-            self.shapes.append(make(sizes))
+            self.shapes.append(primitive(*key[:1], *key[1]))
             self._shape_of[key] = len(self.shapes) - 1
         return self._shape_of[key]
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from sqlalchemy import Connection
+from sqlalchemy import Connection, Row
 
 from relmodel.arrays import Bools, Floats, Ints, Texts, count_from, stack
 from relmodel.errors import UsageError
@@ -56,7 +56,7 @@ def compare(
         raise UsageError(f"the reach is {reach:g}: give mm, 0 or more")
     with store.read() as connection:
         ids = [find_variant(store, connection, *named) for named in (before, after)]
-        variants: dict[str, Any] = {"variant_a_id": ids[0].id, "variant_b_id": ids[1].id}
+        variants: dict[str, Any] = {"variant_a_id": ids[0].object_variant_id, "variant_b_id": ids[1].object_variant_id}
         known = store.select(connection, "variant_comparison", "id", "run_id", **variants, reach=reach)
         if len(known["id"]):
             return _comparison(store, connection, int(known["id"][0]), int(known["run_id"][0]))
@@ -113,7 +113,8 @@ def _differences(
             continue
         paths = {"object_path_a": a.path[i[row]], "object_path_b": b.path[j[row]]}
         where = paths | {"shape_a": shape_a, "shape_b": shape_b}
-        for level, block in _inside(store, connection, sets[0], sets[1], surfaces, (shape_a, shape_b), reach):
+        features = [_features(store, connection, s) for s in (shape_a, shape_b)]
+        for level, block in _inside(sets, features, surfaces, reach):
             count = len(block["status"])
             inner.append((level, {**block, **{name: [value] * count for name, value in where.items()}}))
 
@@ -131,16 +132,9 @@ def _differences(
 
 
 def _inside(
-    store: Store,
-    connection: Connection,
-    a: SurfaceSet,
-    b: SurfaceSet,
-    surfaces: SurfaceMatches,
-    shapes: tuple[int, int],
-    reach: float,
+    sets: Sequence[SurfaceSet], features: Sequence[FeatureSet], surfaces: SurfaceMatches, reach: float
 ) -> list[tuple[str, _Block]]:
     """Differences of the features and of the surfaces of two shapes whose surfaces are paired."""
-    features = [_features(store, connection, s) for s in shapes]
     pairs, angle = pair_features(features[0], features[1], surfaces, reach)
     unlike = [
         ", ".join(other_dimensions(features[0], features[1], i, j)) if status == "changed" else None
@@ -148,12 +142,12 @@ def _inside(
     ]
     out = []
     for level, found, given, turned, sizes in (
-        ("feature", pairs, {"differs": [words or None for words in unlike]}, angle, [len(f) for f in features]),
-        ("surface", surfaces, {}, np.zeros(len(surfaces.a)), [len(a), len(b)]),
+        ("feature", pairs, {"differs": [words or None for words in unlike]}, angle, features),
+        ("surface", surfaces, {}, np.zeros(len(surfaces.a)), sets),
     ):
         elements = {"element_a": found.a, "element_b": found.b}
         out.append((level, _rows(level, found.status, {**elements, **given}, found.shift, turned)))
-        for side, taken, size in (("a", found.a, sizes[0]), ("b", found.b, sizes[1])):
+        for side, taken, size in (("a", found.a, len(sizes[0])), ("b", found.b, len(sizes[1]))):
             left = np.setdiff1d(np.arange(size), taken)
             out.append((level, _rows(level, [_UNMATCHED[side]] * len(left), {f"element_{side}": left})))
     return out
@@ -171,18 +165,19 @@ def _curves(store: Store, connection: Connection, arcs: list[int]) -> Curves:
     """Arcs in order of their identities, with what offset ones are made from."""
     columns = store.select(connection, "arc", order="id", id=arcs)
     splines = store.select(connection, "arc_spline", order="arc_id", arc_id=arcs)
-    row_of = {arc: row for row, arc in enumerate(arcs)}
+    offsets = store.select(connection, "arc_offset", order="arc_id", arc_id=arcs)
+    for made in (splines, offsets):
+        made["arc_no"] = np.searchsorted(arcs, np.asarray(made["arc_id"], np.int64))
     if "offset" not in columns["kind"]:
-        return Curves(columns, splines, "arc_id", row_of)
-    offsets: dict[str, Any] = store.select(connection, "arc_offset", order="arc_id", arc_id=arcs)
+        return Curves(columns, splines)
     basis, offsets["basis_arc"] = np.unique(np.asarray(offsets["basis_arc_id"], np.int64), return_inverse=True)
-    return Curves(columns, splines, "arc_id", row_of, offsets, _curves(store, connection, basis.tolist()))
+    return Curves(columns, splines, offsets=offsets, basis=_curves(store, connection, basis.tolist()))
 
 
 def _features(store: Store, connection: Connection, shape: int) -> FeatureSet:
-    rows = store.columns(connection, "compare/features", shape_id=shape)
+    rows = store.select(connection, "feature", order="feature_no", shape_id=shape)
     members = store.select(connection, "feature_surface", order="feature_no surface_no", shape_id=shape)
-    return feature_set(rows, members, store.columns(connection, "compare/feature_dimensions", shape_id=shape))
+    return feature_set(rows, members, store.columns(connection, "object/export_features", shape_ids=[shape]))
 
 
 _GIVEN = ("object_path_a", "object_path_b", "shape_a", "shape_b", "element_a", "element_b", "differs")
@@ -201,18 +196,9 @@ def _rows(level: str, status: Any, given: Mapping[str, Any], shift: Floats | Non
     return rows | {name: numbers[:, k] for k, name in enumerate(_NUMBERS)}
 
 
-class NamedVariant(NamedTuple):
-    """The newest revision of a variant of an object."""
-
-    id: int
-    object_id: int
-    name: str
-    variant: str
-    revision: int
-
-
-def find_variant(store: Store, connection: Connection, name: str, variant: str = "") -> NamedVariant:
-    """The newest revision of a variant; where none is said, of the plain variant or of the only one.
+def find_variant(store: Store, connection: Connection, name: str, variant: str = "") -> Row[Any]:
+    """The newest revision of a variant, as `object/newest` has it; where none is said, of the plain variant or of the
+    only one.
 
     Raises UsageError that lists the variants, or the objects, where there is no such one.
     """
@@ -220,8 +206,7 @@ def find_variant(store: Store, connection: Connection, name: str, variant: str =
     own = {row.variant: row for row in loaded if row.name == name}
     found = own.get(variant) or (next(iter(own.values())) if not variant and len(own) == 1 else None)
     if found is not None:
-        numbers = int(found.object_variant_id), int(found.object_id)
-        return NamedVariant(*numbers, name, str(found.variant), int(found.revision))
+        return found
     asked = f"{name} variant {variant}" if variant else name
     if own:
         known = ", ".join(v or "the plain one" for v in own)
@@ -380,15 +365,18 @@ class FeatureSet:
 
 
 def feature_set(rows: Mapping[str, Any], members: Mapping[str, Any], sizes: Mapping[str, Any]) -> FeatureSet:
-    """From the columns of the queries `compare/features`, of the table `feature_surface` and of
-    `compare/feature_dimensions`."""
-    dimensions: dict[int, dict[str, tuple[float, str]]] = {int(i): {} for i in rows["class_id"]}
-    for class_id, name, value, unit in zip(*(sizes[c] for c in ("class_id", "name", "value", "unit")), strict=True):
-        dimensions[int(class_id)][str(name)] = float(value), str(unit)
+    """From the columns of the tables `feature` and `feature_surface`, and of the query `object/export_features`."""
+    class_id, kind = np.asarray(rows["feature_class_id"], np.int64), np.empty(len(rows["feature_no"]), object)
+    dimensions: dict[int, dict[str, tuple[float, str]]] = {i: {} for i in class_id.tolist()}
+    columns = (sizes[c] for c in ("feature_no", "kind", "dimension", "value", "unit"))
+    for number, of_kind, name, value, unit in zip(*columns, strict=True):
+        kind[number] = of_kind
+        if name is not None:
+            dimensions[int(class_id[number])][str(name)] = float(value), str(unit)
     low, high = np.hsplit(boxes_of(rows), 2)
     return FeatureSet(
-        np.asarray(rows["class_id"], np.int64),
-        np.asarray(rows["kind"], object),
+        class_id,
+        kind,
         matrices(rows),
         (low + high) / 2,
         np.linalg.norm(high - low, axis=1) / 2,

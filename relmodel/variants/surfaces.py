@@ -12,6 +12,7 @@ import numpy.typing as npt
 from relmodel.arrays import Bools, Floats, Ints, Texts
 from relmodel.geometry.congruence import Constituents, motions
 from relmodel.geometry.curves import Curves, vectors
+from relmodel.geometry.surfaces import ANALYTIC_KINDS
 
 
 def near_pairs(a: Floats, b: Floats, within: float) -> tuple[Ints, Ints, Floats]:
@@ -49,7 +50,6 @@ def one_to_one(i: Ints, j: Ints, *costs: npt.NDArray[Any]) -> Ints:
 TOLERANCE = 1e-4  # mm: far above what round-off does, far below what a drawing says
 _LEVER = 1e3  # mm: a turn counts as what it does at this distance
 _RELATIVE = 1e-6  # of areas
-_ANALYTIC = ("plane", "cylinder", "cone", "sphere", "torus")
 _TIP = 100.0  # mm: how far off a plane its normal's tip stands for it
 _GAUSS = 12
 
@@ -90,7 +90,7 @@ def surface_set(rows: Mapping[str, Any], boundary: Floats) -> SurfaceSet:
     origin, axis, centroid = (vectors(rows, name) for name in ("origin", "axis_z", "centroid"))
     outward = np.asarray(rows["direct"], bool) != np.asarray(rows["reversed"], bool)
     # A spline that is recognised as a plane, say, may carry no frame: only its key identifies it.
-    known = np.isin(kind.astype(str), _ANALYTIC) & ~np.isnan(origin[:, 0]) & ~np.isnan(axis[:, 0])
+    known = np.isin(kind.astype(str), ANALYTIC_KINDS) & ~np.isnan(origin[:, 0]) & ~np.isnan(axis[:, 0])
     plane = kind == "plane"
     radius, radius2, angle = (np.asarray(rows[c], float) for c in ("radius", "radius2", "semi_angle"))
     with np.errstate(invalid="ignore", divide="ignore"):

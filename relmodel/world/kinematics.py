@@ -13,6 +13,7 @@ from sqlalchemy import Connection
 from relmodel.arrays import Floats
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import world_named
+from relmodel.geometry.curves import vectors
 from relmodel.geometry.transforms import (
     MATRIX_COLUMNS,
     Joint,
@@ -49,8 +50,8 @@ class Robots:
         robots = {row.path: int(row.object_id) for row in self._ways if row.moves}
         links = {i: store.rows(connection, "object/links", object_id=i) for i in {object_id, *robots.values()}}
         self._links = {path: links[i] for path, i in {"": object_id, **robots}.items()}
-        joints = {i: store.rows(connection, "object/joints", object_id=i) for i in {*robots.values()}}
-        trees = {i: JointTree([link.name for link in links[i]], [*map(_joint, rows)]) for i, rows in joints.items()}
+        joints = {i: _joints(store, connection, i) for i in {*robots.values()}}
+        trees = {i: JointTree([link.name for link in links[i]], own) for i, own in joints.items()}
         self.trees = {path: trees[i] for path, i in robots.items()}
 
     @property
@@ -119,10 +120,15 @@ class Robots:
         return links
 
 
-def _joint(row: Any) -> Joint:
-    axis, limits = np.array([row.axis_x, row.axis_y, row.axis_z]), (row.lower_limit, row.upper_limit)
-    mimic = row.mimic_joint and Mimic(row.mimic_joint, float(row.mimic_factor), float(row.mimic_offset))
-    return Joint(row.name, row.kind, row.parent_link, row.child_link, axis, *limits, _matrix(row), mimic)
+def _joints(store: Database, connection: Connection, object_id: int) -> list[Joint]:
+    """The joints of an object, those that carry others before them."""
+    found = store.select(connection, "joint", order="joint_no", object_id=object_id)
+    limits = [[None if np.isnan(v) else v for v in found[f"{end}_limit"].tolist()] for end in ("lower", "upper")]
+    followed = zip(*(found[f"mimic_{c}"].tolist() for c in ("joint", "factor", "offset")), strict=True)
+    mimics = [Mimic(*one) if one[0] else None for one in followed]
+    named = (found[c].tolist() for c in ("name", "kind", "parent_link", "child_link"))
+    columns = (*named, vectors(found, "axis"), *limits, matrices(found), mimics)
+    return [Joint(*one) for one in zip(*columns, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -168,12 +174,8 @@ class MountedRig:
             if joints:
                 raise InputError(f"{self.carrier} has no joints: leave {next(iter(joints))} out")
             return self
-        own = {j.name: self.joints[j.name] for j in self.tree.movable}
-        given = dict(joints)
-        for name in given:
-            plain = name.removesuffix("_deg")
-            own.pop(name if name in own else plain, None)
-        values = self.tree.values({**own, **given}, f"joints of {self.carrier}")
+        what, own = f"joints of {self.carrier}", {j.name: self.joints[j.name] for j in self.tree.movable}
+        values = self.tree.values(own | self.tree.named(joints, what), what)
         return replace(self, joints=values, object_from_link=self.tree.poses(values)[self.link or self.tree.root])
 
     def unit(self, joint: str) -> str:
@@ -365,9 +367,12 @@ def correct_base(
     joint_weight = np.array([1 / sigmas[n] ** 2 for n in names])
 
     base, change = mounted.world_from_object.copy(), np.zeros(len(names))
+
+    def moved() -> dict[str, float]:
+        return dict(mounted.joints) | {n: mounted.joints[n] + d for n, d in zip(names, change.tolist(), strict=True)}
+
     for _ in range(_MOST_STEPS):
-        values = dict(mounted.joints) | {n: mounted.joints[n] + d for n, d in zip(names, change, strict=True)}
-        object_from_rig, chain = _chain(mounted, values, names)
+        object_from_rig, chain = _chain(mounted, moved(), names)
         error, slope = _perturbation(world_from_rig_found, base @ object_from_rig)
         away, base_slope = _perturbation(mounted.world_from_object, base)
         slope = slope @ chain
@@ -380,9 +385,6 @@ def correct_base(
         if np.abs(step).max() < _CONVERGED:
             break
     posterior: Floats = np.asarray(np.linalg.inv(information), float)
-    values = _followed(
-        mounted, dict(mounted.joints) | {n: mounted.joints[n] + d for n, d in zip(names, change.tolist(), strict=True)}
-    )
     return Correction(
         mounted=mounted,
         prior_sigmas=sigmas,
@@ -390,7 +392,7 @@ def correct_base(
         shift=base[:3, 3] - mounted.world_from_object[:3, 3],
         turn=_perturbation(mounted.world_from_object, base)[0][3:],
         covariance=posterior[:6, :6],
-        joints=values,
+        joints=moved() if mounted.tree is None else mounted.tree.followed(moved()),
         joint_sigmas=dict(zip(names, np.sqrt(np.diag(posterior)[6:]).tolist(), strict=True)),
     )
 
@@ -401,7 +403,7 @@ def _chain(mounted: MountedRig, values: dict[str, float], names: list[str]) -> t
     if mounted.tree is None or mounted.link is None:
         object_from_link, screws = mounted.object_from_link, np.zeros((6, len(names)))
     else:
-        values = _followed(mounted, values)
+        values = mounted.tree.followed(values)
         object_from_link = mounted.tree.poses(values)[mounted.link]
         screws = mounted.tree.screws(mounted.link, values, names)
     object_from_rig = np.asarray(object_from_link @ mounted.link_from_rig)
@@ -409,14 +411,6 @@ def _chain(mounted: MountedRig, values: dict[str, float], names: list[str]) -> t
     turn, shift = rig_from_object[:3, :3], rig_from_object[:3, 3]
     adjoint = np.block([[turn, skew(shift) @ turn], [np.zeros((3, 3)), turn]])  # takes twists (v, w) to the rig's frame
     return object_from_rig, adjoint @ np.hstack([np.eye(6), screws])
-
-
-def _followed(mounted: MountedRig, values: dict[str, float]) -> dict[str, float]:
-    """Values with those of joints that follow others recomputed."""
-    for joint in mounted.tree.joints if mounted.tree is not None else ():
-        if joint.mimic is not None:
-            values[joint.name] = joint.mimic.factor * values[joint.mimic.joint] + joint.mimic.offset
-    return values
 
 
 def _information(covariance: Floats, what: str) -> Floats:

@@ -197,7 +197,7 @@ def _poses(file: WorldFile, objects: Sequence[_WorldObject]) -> list[Floats]:
     """`world_from_object` (4, 4) of each object of the file: as it says, or by its carrier at the joint values."""
     poses = {o.name: o.world_from_object for o in file.objects if o.world_from_object is not None}
     of = {o.placed.name: o for o in objects}
-    waiting = dict(file.carried)
+    waiting = {mount.name: mount for mount in file.mounts if mount.kind == "object"}
     while waiting:  # mounts go in no circle, so each turn places one at least
         for name, mount in [(name, mount) for name, mount in waiting.items() if mount.on in poses]:
             link = of[mount.on].robots.frame(mount.link, of[mount.on].joints)
@@ -280,11 +280,10 @@ def _write_objects(
 
     kept: dict[str, Any] = {"first_revision": revision}
     written = [i for i, row in enumerate(bodies) if row[0] in changed]
-    if written:
-        columns = by_column(_BODY, [bodies[i] for i in written])
-        carried = boxes_carried(matrices(columns), np.array([boxes[i] for i in written], float))
-        carried += np.repeat([-_ROUND_OFF_MM, _ROUND_OFF_MM], 3)
-        run.append(connection, "placed_body", kept | columns | box_columns(carried))
+    columns = by_column(_BODY, [bodies[i] for i in written])
+    carried = boxes_carried(matrices(columns), np.array([boxes[i] for i in written], float).reshape(-1, 6))
+    carried += np.repeat([-_ROUND_OFF_MM, _ROUND_OFF_MM], 3)
+    run.append(connection, "placed_body", kept | columns | box_columns(carried))
     moved = [row for row in joints if row[0] in changed]
     run.append(connection, "joint_state", kept | by_column("object_no robot joint value", moved))
     return {name: known[name, object_id] for name, object_id in named}
@@ -314,12 +313,8 @@ def _write_mounts(
         for no, (m, path) in enumerate(zip(file.mounts, link_paths, strict=True))
     ]
     kept = {tuple(row) for row in run.store.rows(connection, "world/current_mounts", world=file.world)}
-    ended = {row[0] for row in kept.difference(mounts)}
-    if ended:
-        mount_nos = run.store.array(sorted(ended))
-        gone = {"world": file.world, "mount_nos": mount_nos, "revision": revision}
-        connection.execute(sql.query("world/end_mounts"), gone)
-    new = [row for row in mounts if row not in kept]
-    if new:
-        columns = by_column(_MOUNT, new)
-        run.append(connection, "world_mount", {"world": file.world, "first_revision": revision, **columns})
+    mount_nos = run.store.array(sorted({row[0] for row in kept.difference(mounts)}))
+    gone = {"world": file.world, "mount_nos": mount_nos, "revision": revision}
+    connection.execute(sql.query("world/end_mounts"), gone)
+    new = by_column(_MOUNT, [row for row in mounts if row not in kept])
+    run.append(connection, "world_mount", {"world": file.world, "first_revision": revision, **new})

@@ -81,11 +81,6 @@ class WorldFile:
     rigs: Mapping[str, Path]
     mounts: tuple[Mount, ...]
 
-    @property
-    def carried(self) -> dict[str, Mount]:
-        """Mounts of objects, by the object's name."""
-        return {mount.name: mount for mount in self.mounts if mount.kind == "object"}
-
 
 def read_world_file(path: str | Path) -> WorldFile:
     """Read and check a world file.  Raises InputError that says what is wrong, where, and the cure."""
@@ -98,7 +93,6 @@ def read_world_file(path: str | Path) -> WorldFile:
     entries = _list(data, "objects", path)
     if not entries:
         raise InputError(f"{path}: objects is missing or empty: list the objects that stand in the world")
-    _convert_poses(entries)
     mount_entries = _list(data, "mounts", path)
     mounted = {str(entry["object"]) for entry in mount_entries if isinstance(entry, dict) and "object" in entry}
     objects = tuple(_placed_object(entry, path, f"objects[{i}]", mounted) for i, entry in enumerate(entries))
@@ -268,8 +262,6 @@ def _rigid(entry: dict[str, Any], key: str, path: Path, where: str) -> Floats:
     value = entry.get(key)
     if value is None:
         return np.eye(4)
-    if isinstance(value, np.ndarray):  # checked by `_convert_poses`
-        return value
     what = f"{path}: {key} of {where}"
     try:
         matrix = np.array(value, dtype=np.float64)
@@ -281,7 +273,9 @@ def _rigid(entry: dict[str, Any], key: str, path: Path, where: str) -> Floats:
         raise InputError(f"{what} holds a number that is not finite: correct it")
     if np.abs(matrix[:3, 3]).max() > _MOST_MM:
         raise InputError(f"{what} lies farther off than {_MOST_MM / 1e6:g} km: give its translation in mm")
-    off = float(_off_rigid(matrix))
+    rotation = matrix[:3, :3]
+    last, squared = np.abs(matrix[3] - [0, 0, 0, 1]).max(), np.abs(rotation.T @ rotation - np.eye(3)).max()
+    off = float(max(squared, abs(np.linalg.det(rotation) - 1), last))
     if off > _ROTATION_TOLERANCE:
         raise InputError(
             f"{what} is not a rotation and a translation (off by {off:.3g}): its rows 0 to 2 must hold an orthonormal, "
@@ -291,28 +285,6 @@ def _rigid(entry: dict[str, Any], key: str, path: Path, where: str) -> Floats:
         matrix[:3, :3] = nearest_rotation(matrix[:3, :3])
         matrix[3] = [0, 0, 0, 1]
     return matrix
-
-
-def _off_rigid(matrices: Floats) -> Floats:
-    """How far matrices (..., 4, 4) are off rotations and translations."""
-    rotation = matrices[..., :3, :3]
-    squared = np.abs(np.swapaxes(rotation, -1, -2) @ rotation - np.eye(3)).max(axis=(-1, -2))
-    last = np.abs(matrices[..., 3, :] - [0, 0, 0, 1]).max(axis=-1)
-    return np.asarray(np.maximum(np.maximum(squared, np.abs(np.linalg.det(rotation) - 1)), last))
-
-
-def _convert_poses(entries: list[Any]) -> None:
-    """Replace the poses of a list of objects by matrices where all are valid: a thousand are then checked at once.
-    Otherwise each is checked by itself, to say what is wrong."""
-    key = "world_from_object"
-    posed = [entry for entry in entries if isinstance(entry, dict) and isinstance(entry.get(key), list)]
-    try:
-        found = np.array([entry[key] for entry in posed], dtype=np.float64)
-    except (TypeError, ValueError):
-        return
-    if found.shape[1:] == (4, 4) and (np.abs(found) <= _MOST_MM).all() and (_off_rigid(found) <= _ROUND_OFF).all():
-        for entry, matrix in zip(posed, found, strict=True):
-            entry[key] = matrix
 
 
 def _inside(path: Path, name: str, where: str) -> Path:

@@ -62,9 +62,7 @@ def test_slivers_narrower_than_a_line_are_not_all_lines(duckdb_template: Path, t
     rod = Assembly("ROD", (Instance("ROD", "part", 0, np.eye(4)),))
     target = str(shutil.copy(duckdb_template, tmp_path / "s.duckdb"))
     with Store.open(target) as store:
-        store_model(
-            store, Model("STL", None, "mm", 1.0, (shape,), (Part("R", "R", 0),), (rod,), 0, None, 0, "test"), "rod"
-        )
+        store_model(store, Model("STL", "mm", 1.0, (shape,), (Part("R", "R", 0),), (rod,), 0, 0, "test"), "rod")
     assert main(["show", "rod", "--picture", str(tmp_path / "rod.png"), "--view", "right", "--store", target]) == 0
     grey = np.asarray(Image.open(tmp_path / "rod.png").convert("L"))
     step = 1600 / (600 * 1.04)  # px in a mm

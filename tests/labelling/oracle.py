@@ -131,8 +131,8 @@ Rows = dict[str, dict[str, Any]]
 class _Witnessed(branch_and_bound._Search):
     """The search, and the duals of each node that has its own; of the root those that it starts from, if no others."""
 
-    def __init__(self, problem: MatchingProblem, limit: int | None = None) -> None:
-        super().__init__(problem, limit)
+    def __init__(self, problem: MatchingProblem) -> None:
+        super().__init__(problem)
         self.duals: dict[int, Duals] = {}
 
     def _wait(self, node: int, duals: Duals, state: int) -> None:

@@ -145,14 +145,14 @@ def test_better_labellings_cost_what_is_said_and_no_move_betters_them() -> None:
                 start[unit] = rng.choice(own)
         begun = labels_of(problem, start)
         found.offer(start)
-        cost = labelling_cost(problem, found.label).total
-        assert found.cost == cost <= min(problem.null_cost.sum(), labelling_cost(problem, begun).total)
+        cost = labelling_cost(problem, found.label).sum()
+        assert found.cost == cost <= min(problem.null_cost.sum(), labelling_cost(problem, begun).sum())
         if cost == problem.null_cost.sum():
             continue
         for label, own in neighbours_of(problem, found.chosen):
             free = replace(problem, injective=False)
-            wanted = labelling_cost(free, own).total < cost  # by the unit that moves
-            assert not wanted or labelling_cost(problem, label).total >= cost
+            wanted = labelling_cost(free, own).sum() < cost  # by the unit that moves
+            assert not wanted or labelling_cost(problem, label).sum() >= cost
 
 
 def labels_of(problem: MatchingProblem, chosen: Ints) -> Ints:

@@ -12,7 +12,6 @@ from scipy.optimize import linear_sum_assignment
 from relmodel.errors import UsageError
 from relmodel.labelling import branch_and_bound
 from relmodel.labelling.problem import (
-    BOUNDED,
     NONE,
     OPTIMAL,
     STOPPED,
@@ -39,7 +38,7 @@ EXACT = tuple(mode for mode in MODES if mode not in ("paper", "star"))
 
 def assert_optimal(problem: MatchingProblem, found: MatchingResult, cost: int) -> None:
     assert (found.status, found.cost, found.bound) == (OPTIMAL, cost, cost)
-    assert labelling_cost(problem, found.label).total == cost
+    assert labelling_cost(problem, found.label).sum() == cost
 
 
 def nothing_to_match(units: int = 3) -> MatchingProblem:
@@ -81,32 +80,16 @@ def test_without_relations_it_is_the_linear_assignment() -> None:
 
 
 @pytest.mark.parametrize("mode", EXACT)
-def test_a_limit_asks_whether_any_labelling_is_that_cheap(mode: str) -> None:
-    rng = np.random.default_rng(5)
-    for _ in range(30):
-        problem = random_problem(rng, 6)
-        least = enumerated_cost(problem)
-        assert least is not None
-        for limit in (least - 1, least, least + 2):
-            found = solve(problem, mode, limit=limit, nodes=1_000_000)
-            if least <= limit:
-                assert_optimal(problem, found, least)
-            else:
-                assert limit < found.bound <= least
-                assert found.status in (BOUNDED, OPTIMAL)
-
-
-@pytest.mark.parametrize("mode", EXACT)
-def test_limit_zero_finds_a_consistent_labelling_or_says_that_there_is_none(mode: str) -> None:
+def test_a_consistent_labelling_is_found_or_the_bound_says_that_there_is_none(mode: str) -> None:
     """Three units in a ring, each pair of which must have unlike labels: three labels do, two do not."""
     for labels, consistent in ((3, True), (2, False)):
         rows = [(u, x, 0) for u in range(3) for x in range(labels)]
         unlike = [
             (u, x, v, m) for u, v in ((0, 1), (1, 2), (0, 2)) for x in range(labels) for m in range(labels) if x != m
         ]
-        ring = [(0, 1, 1), (1, 2, 1), (0, 2, 1)]
-        problem = without_nulls(matching_problem([0] * 3, labels, rows, ring, unlike, injective=False, symmetric=True))
-        found = solve(problem, mode, limit=0)
+        ring = [(u, v, 1) for u in range(3) for v in range(3) if u != v]
+        problem = without_nulls(matching_problem([0] * 3, labels, rows, ring, unlike, injective=False))
+        found = solve(problem, mode)
         assert (found.cost == 0) == consistent
         assert (found.bound > 0) != consistent
 
@@ -128,7 +111,7 @@ def test_a_stopped_search_has_a_bound_and_a_labelling() -> None:
     stopped = solve(problem, nodes=1)
     assert (least.status, stopped.status) == (OPTIMAL, STOPPED)
     assert stopped.bound <= least.cost <= stopped.cost
-    assert labelling_cost(problem, stopped.label).total == stopped.cost
+    assert labelling_cost(problem, stopped.label).sum() == stopped.cost
     assert 0 < stopped.cost - stopped.bound < 0.05 * stopped.cost
     assert solve(problem, seconds=0.0).nodes == 0
 
@@ -244,7 +227,7 @@ def test_a_labelling_that_is_none_has_no_cost(label: list[int], said: str) -> No
     problem = matching_problem([1, 1], 2, [(0, 0, 1), (1, 0, 1), (1, 1, 1)], [], [])
     with pytest.raises(ValueError, match=said):
         labelling_cost(problem, label)
-    assert labelling_cost(replace(problem, injective=False), [0, 0]).total == 2
+    assert labelling_cost(replace(problem, injective=False), [0, 0]).sum() == 2
 
 
 def test_the_cost_of_a_labelling_by_hand() -> None:
@@ -256,4 +239,4 @@ def test_the_cost_of_a_labelling_by_hand() -> None:
         [(0, 1, 10), (1, 0, 20), (0, 2, 3), (1, 2, 4), (2, 0, 40)],
         [(1, 1, 0, 0, 15)],
     )
-    assert labelling_cost(problem, [0, 1, -1]).unit_cost.tolist() == [4, 11, 5]
+    assert labelling_cost(problem, [0, 1, -1]).tolist() == [4, 11, 5]

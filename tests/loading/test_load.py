@@ -220,7 +220,7 @@ def test_what_offset_and_swept_ones_are_made_from_is_stored_and_shared(duckdb_fi
     shape = step_shape.extract(compound(*faces_of_rare_kinds()))
     assembly = Assembly("root", (Instance("sheet", "part", 0, np.eye(4)),))
     parts = (Part("1", "sheet", 0),)
-    model = Model("STEP", None, "millimetre", 1.0, (shape,), parts, (assembly,), 0, None, 14, "test")
+    model = Model("STEP", "millimetre", 1.0, (shape,), parts, (assembly,), 0, 14, "test")
     with Store.open(duckdb_file) as store:
         first = store_model(store, model, "rare")
         counts = row_counts(store)

@@ -107,6 +107,6 @@ def test_an_assembly_within_itself_is_refused() -> None:
         Assembly("a", (Instance("b:1", "assembly", 1, np.eye(4)),)),
         Assembly("b", (Instance("a:1", "assembly", 0, np.eye(4)),)),
     )
-    model = Model("step", None, "mm", 1.0, (), (), loop, 0, None, 0, "1")
+    model = Model("step", "mm", 1.0, (), (), loop, 0, 0, "1")
     with pytest.raises(InputError, match="contains itself"):
         model_keys(model)

@@ -164,5 +164,5 @@ def test_named_faces_keep_shapes_apart() -> None:
         plain, named = (step_shape.extract(handed(), {"name": names}) for names in ({}, {1: name} if name else {}))
         placed = tuple(Instance(str(i), "part", i, np.eye(4)) for i in range(2))
         parts = (Part("a", "a", 0), Part("b", "b", 1))
-        model = Model("STEP", None, "mm", 1.0, (plain, named), parts, (Assembly("", placed),), 0, None, 0, "test")
+        model = Model("STEP", "mm", 1.0, (plain, named), parts, (Assembly("", placed),), 0, 0, "test")
         assert len(share(model).shapes) == count

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from relmodel.model.model import Shape
-from relmodel.readers import urdf
+from relmodel.readers.urdf import primitive
 
 
 @dataclass(frozen=True)
@@ -22,11 +22,11 @@ class Case:
 
 
 CASES = {
-    "box": Case(urdf.box((30, 50, 110)), 165_000, 20_600, ["plane"] * 6, ["line"] * 12),
+    "box": Case(primitive("box", 30, 50, 110), 165_000, 20_600, ["plane"] * 6, ["line"] * 12),
     "cylinder": Case(
-        urdf.cylinder(40, 25), 40_000 * np.pi, 5200 * np.pi, ["cylinder", "plane", "plane"], ["circle"] * 2, [40] * 3
+        primitive("cylinder", 40, 25), 4e4 * np.pi, 5200 * np.pi, ["cylinder", *["plane"] * 2], ["circle"] * 2, [40] * 3
     ),
-    "sphere": Case(urdf.sphere(75), 562_500 * np.pi, 22_500 * np.pi, ["sphere"], [], [75]),
+    "sphere": Case(primitive("sphere", 75), 562_500 * np.pi, 22_500 * np.pi, ["sphere"], [], [75]),
 }
 
 

@@ -38,7 +38,7 @@ def store_items(store: Store, variant: str, items: Sequence[Item], name: str = "
     shapes = tuple(step_shape.extract(item.body) for item in items)
     parts = tuple(Part(item.number, item.number, i, item.material) for i, item in enumerate(items))
     placed = tuple(Instance(item.name, "part", i, item.pose) for i, item in enumerate(items))
-    model = Model("STEP", "AP242", "mm", 1.0, shapes, parts, (Assembly(name, placed),), 0, None, 0, "test")
+    model = Model("STEP", "mm", 1.0, shapes, parts, (Assembly(name, placed),), 0, 0, "test", "AP242")
     return keep(store, variant, model, name)
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints
-from relmodel.readers.mesh.triangles import DEFAULTS
+from relmodel.readers.mesh.triangles import DEFAULTS, group_sums
 
 # A surface is a row of eight numbers: origin, axis, radius and a second one. cylinder: a point of the axis, the axis,
 # the radius. cone: a point of the axis, the axis, the radius there and the half angle by which it widens along the
@@ -53,15 +54,9 @@ def fit_surfaces(
     size = np.maximum(np.sqrt(np.maximum.reduceat(np.sum(points**2, axis=1), start[:-1])), 1e-300)
     points = points / size[group, None]
     feet = (feet - middle[normal_group]) / size[normal_group, None]
-
-    def sums(values: Floats) -> Floats:
-        """Sums over the normals of each group."""
-        flat = values.reshape(len(values), -1)
-        out = np.stack([np.bincount(normal_group, column, count) for column in flat.T], axis=1)
-        return np.asarray(out.reshape(count, *values.shape[1:]))
-
     with np.errstate(all="ignore"):
         if begin is None:
+            sums = partial(group_sums, group=normal_group, count=count)  # over the normals of each group
             row = _begin(kind, points, start, normals, feet, sums, directions)
         else:
             row = np.column_stack([(begin[:, :3] - middle) / size[:, None], begin[:, 3:]])
@@ -147,7 +142,7 @@ def _begin(
     outer = sums(normals[:, :, None] * unit[:, None, :])
     if kind == CYLINDER:
         axis = np.linalg.eigh(outer)[1][:, :, 0]
-        frame = _frames(axis)
+        frame = frames_about(axis)
         flat = np.einsum("nij,nj->ni", frame[group, :2], points)
         centre, row[:, 6] = _centres(flat, start)
         row[:, :3] = np.einsum("gi,gij->gj", centre, frame[:, :2])
@@ -193,7 +188,7 @@ def _refine(kind: int, row: Floats, points: Floats, start: Ints, iterations: int
     damping = np.full(len(row), 1e-6)
     cost = np.add.reduceat(distances(kinds, row[group], points) ** 2, start[:-1])
     for _ in range(iterations):
-        frame = _frames(row[:, 3:6])
+        frame = frames_about(row[:, 3:6])
         x, y, z = np.einsum("nij,nj->in", frame[group], points - row[group, :3])
         rho = np.maximum(np.hypot(x, y), 1e-300)
         radius, second = row[group, 6], row[group, 7]
@@ -236,7 +231,7 @@ def _refine(kind: int, row: Floats, points: Floats, start: Ints, iterations: int
     return row
 
 
-def _frames(axis: Floats) -> Floats:
+def frames_about(axis: Floats) -> Floats:
     """Rows x, y and z (g, 3, 3) of a right-handed frame about each axis."""
     x = np.cross(np.eye(3)[np.argmin(np.abs(axis), axis=1)], axis)
     x /= np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-300)
@@ -337,7 +332,7 @@ def _conics(out: FittedArcs, points: Floats, start: Ints, which: Ints, tolerance
     normal = np.add.reduceat(np.cross(arm, arm[following]), first)
     area = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = np.where(area > 1e-300, normal / np.maximum(area, 1e-300), [0.0, 0.0, 1.0])  # there and back again
-    x, y = _frames(normal)[:, :2].transpose(1, 0, 2)
+    x, y = frames_about(normal)[:, :2].transpose(1, 0, 2)
     size = np.maximum.reduceat(np.linalg.norm(arm, axis=1), first)
     p, q, h = (np.sum(arm * axis[which], axis=1) / size[which] for axis in (x, y, normal))
     flat = np.maximum.reduceat(np.abs(h), first) * size <= tolerance

@@ -381,14 +381,12 @@ class _GraphWalk:
         self.assemblies.append(Assembly(name, tuple(self._placed(stretch))))
         return Model(
             format=form,
-            schema_name=None,
             unit=unit,
             unit_mm=self.unit_mm,
             shapes=tuple(self.shapes),
             parts=tuple(self.parts),
             assemblies=tuple(self.assemblies),
             root=len(self.assemblies) - 1,
-            faces_in_file=None,
             faces_loaded=sum(len(s.surfaces["kind"]) for s in self.shapes),
             loader_version=LOADER_VERSION,
             findings=self.build.findings,

@@ -6,11 +6,11 @@ import numpy as np
 import numpy.typing as npt
 
 from relmodel.arrays import Bools, Floats, Ints, Ragged
-from relmodel.geometry.congruence import components, greatest, group_bounds
+from relmodel.geometry.congruence import components, greatest, group_bounds, unsigned
 from relmodel.geometry.curves import Curves, box_columns, vector_columns, vectors
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.model.model import ArcSamples, Finding, Mesh, Shape, Table
-from relmodel.readers.mesh.fit import FittedArcs, fit_arcs
+from relmodel.readers.mesh.fit import FittedArcs, fit_arcs, frames_about
 from relmodel.readers.mesh.segment import MeshRegions, fit_faces, segment_mesh, smooth_regions
 from relmodel.readers.mesh.triangles import (
     DEFAULTS,
@@ -43,13 +43,10 @@ def surface_rows(vertices: Floats, triangles: Ints, regions: MeshRegions) -> tup
     axis, origin, radius, radius2, semi = _frames(regions, plane_normal, centroid)
     reach = greatest(np.linalg.norm(corner - centroid[region][:, None], axis=2).max(axis=1), region, count)
     axis = _aligned(kind, axis, reach, plane_residual, fine)
-    helper = np.eye(3)[np.argmin(np.abs(axis), axis=1)]
-    axis_x = np.cross(helper, axis)
-    axis_x /= np.linalg.norm(axis_x, axis=1, keepdims=True)
     table: Table = {
         "kind": np.where(kind == "facets", "plane", kind),  # a mean plane, until all is evaluated
         **vector_columns("origin", origin),
-        **vector_columns("axis_x", axis_x),
+        **vector_columns("axis_x", frames_about(axis)[:, 0]),
         **vector_columns("axis_z", axis),
         "direct": np.ones(count, bool),
         "radius": radius,
@@ -123,15 +120,11 @@ def _frames(regions: MeshRegions, normal: Floats, centroid: Floats) -> tuple[Flo
     axis = np.where(np.isnan(row[:, 3:6]), normal, row[:, 3:6])
     origin = np.where((plane | facets)[:, None], centroid, row[:, :3])
     semi = np.where(cone, row[:, 7], np.nan)
-    flip = cone & (semi < 0)
-    axis = np.where(flip[:, None], -axis, axis)
-    semi = np.abs(semi)
     shift = np.where(ruled, np.sum((centroid - origin) * axis, axis=1), 0.0)
     origin = origin + np.nan_to_num(shift)[:, None] * axis
     radius = row[:, 6] + np.where(cone, shift * np.tan(np.nan_to_num(semi)), 0.0)
     # A directed axis for what has none: the component that is greatest is positive.
-    greatest = np.take_along_axis(axis, np.argmax(np.abs(axis) > 0.5, axis=1)[:, None], axis=1)[:, 0]
-    axis = np.where(((kind == "cylinder") | torus)[:, None] & (greatest < 0)[:, None], -axis, axis)
+    axis = np.where(((kind == "cylinder") | torus)[:, None], unsigned(axis, 0.5), axis)
     out = centroid - origin
     length = np.linalg.norm(out, axis=1, keepdims=True)
     out = np.where(length > 0.05 * radius[:, None], out / np.maximum(length, 1e-300), [0.0, 0.0, 1.0])

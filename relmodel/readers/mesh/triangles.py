@@ -104,9 +104,11 @@ def area_normals(vertices: Floats, triangles: Ints) -> Floats:
     return np.asarray(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]) / 2)
 
 
-def group_sums(vectors: Floats, group: Ints, count: int) -> Floats:
-    """Sums (count, 3) of vectors (n, 3) by their groups (n,)."""
-    return np.stack([np.bincount(group, column, count) for column in vectors.T], axis=1).astype(float)
+def group_sums(values: Floats, group: Ints, count: int) -> Floats:
+    """Sums (count, ...) of values (n, ...) by their groups (n,)."""
+    columns = values.reshape(len(values), -1).T
+    sums = np.stack([np.bincount(group, column, count) for column in columns], axis=1)
+    return np.asarray(sums, float).reshape(count, *values.shape[1:])
 
 
 def sides(triangles: Ints) -> Ints:

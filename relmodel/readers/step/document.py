@@ -27,7 +27,7 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.XCAFDoc import XCAFDoc_DocumentTool, XCAFDoc_ShapeTool
 
 from relmodel.model.model import Assembly, Finding, Instance, Model, Part, Shape
-from relmodel.readers.formats import UNITS_MM, short_unit
+from relmodel.readers.formats import FULL_UNITS, UNITS_MM, short_unit
 from relmodel.readers.step import faces as maps
 from relmodel.readers.step import geometry as step_geometry
 from relmodel.readers.step import part21
@@ -39,9 +39,6 @@ from relmodel.readers.step.shape import Labels, entry
 from relmodel.readers.step.step_parameters import Findings
 
 LOADER_VERSION = f"step-7 ocp-{OCP.__version__}"
-# Length units in full, as the kernel names them.
-_FULL_NAME = {"um": "micrometre", "mm": "millimetre", "cm": "centimetre", "dm": "decimetre", "m": "metre"}
-_FULL_NAME |= {"in": "inch", "ft": "foot"}
 _MADE_UP = "=>["  # the kernel names a component after the label that it refers to: =>[0:1:1:3]
 
 
@@ -79,7 +76,6 @@ def read_document(content: bytes, instances: Instances) -> Model:
         parts=tuple(walk.parts),
         assemblies=tuple(walk.assemblies),
         root=root,
-        faces_in_file=None,
         faces_loaded=walk.faces.Extent(),
         loader_version=LOADER_VERSION,
     )
@@ -123,7 +119,7 @@ def _unit(reader: Any, instances: Instances) -> tuple[str, float]:
     name = next((str(one.ToCString()).strip().lower() for one in lengths), "")
     short = short_unit(name)
     if short in UNITS_MM:
-        return _FULL_NAME[short], UNITS_MM[short]
+        return FULL_UNITS[short], UNITS_MM[short]
     for context in instances.of("GLOBAL_UNIT_ASSIGNED_CONTEXT"):
         stated = length_unit(instances, Reference(context))
         if stated is not None:
@@ -155,8 +151,7 @@ class _Walk:
     def __post_init__(self) -> None:
         main = self.document.Main()
         self._tool = XCAFDoc_DocumentTool.ShapeTool_s(main)
-        self._layers = XCAFDoc_DocumentTool.LayerTool_s(main)
-        self.labels = Labels(self.findings, self.units, self._layers)
+        self.labels = Labels(self.findings, self.units, XCAFDoc_DocumentTool.LayerTool_s(main))
         self.faces = ShapeMap()  # every distinct face that came through, wherever it is placed
         self._places: dict[int, list[tuple[int, int]]] = {}  # by ordinal in it: part and surface_no
         self._solids = ShapeMap()  # distinct shapes in a place of their own

@@ -17,6 +17,7 @@ from relmodel.arrays import Bools, Floats, Ints
 from relmodel.geometry.curves import Curves, vectors
 from relmodel.geometry.surfaces import Surfaces
 from relmodel.geometry.transforms import unit
+from relmodel.model.measures import grid
 from relmodel.model.model import Table
 from relmodel.readers.splines import spline_columns, spline_of, surface_spline_columns
 from relmodel.readers.step.step_parameters import DEFAULTS
@@ -45,13 +46,14 @@ def tori(surfaces: Surfaces, row: Ints, tolerance: float) -> Tori:
     The normals of a surface of revolution meet its axis: their Pluecker coordinates are linear in those of the axis
     (Pottmann and Wallner, Computational Line Geometry, 2001).  A torus is one whose meridian is a circle.
     """
-    points, normals = _grid(surfaces, row, _P.torus_side)
+    points, across = grid(surfaces, row, np.linspace(0, 1, _P.torus_side))
+    normals = unit(across.reshape(-1, 3).T).T.reshape(across.shape)
     good = np.isfinite(points).all(axis=(1, 2)) & np.isfinite(normals).all(axis=(1, 2))
     found, near = _fitted(row[good], points[good], normals[good], tolerance)
     found, near = found[near > 0], near[near > 0]
     if not len(found.row):
         return found
-    points = _grid(surfaces, found.row, _P.torus_close_side)[0]
+    points = grid(surfaces, found.row, np.linspace(0, 1, _P.torus_close_side))[0]
     return found[_away(found, points) <= near]
 
 
@@ -86,17 +88,6 @@ def _away(found: Tori, points: Floats) -> Floats:
     return np.asarray(
         np.abs(np.hypot(off - found.major[:, None], height) - found.minor[:, None]).max(axis=1, initial=0)
     )
-
-
-def _grid(surfaces: Surfaces, row: Ints, side: int) -> tuple[Floats, Floats]:
-    """Points and unit normals (n, side^2, 3) of surfaces evenly over their domains."""
-    share = np.linspace(0, 1, side)
-    u0, u1, v0, v1 = (surfaces.domain[row, i, None, None] for i in range(4))
-    u, v = np.broadcast_arrays(u0 + (u1 - u0) * share[:, None], v0 + (v1 - v0) * share)
-    at = np.repeat(row, side * side)
-    place = surfaces.evaluate(at, u.ravel(), v.ravel())
-    normal = unit(np.cross(place.by_u, place.by_v).T).T
-    return place.points.reshape(-1, side * side, 3), normal.reshape(-1, side * side, 3)
 
 
 def _meridian(points: Floats, foot: Floats, axis: Floats) -> tuple[Floats, Floats]:

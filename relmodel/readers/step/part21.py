@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from relmodel.arrays import Ints
 from relmodel.errors import InputError
 from relmodel.model.model import Finding
 
@@ -376,9 +377,7 @@ def damage(instances: Instances) -> tuple[Finding, ...]:
     return tuple(Finding("damaged_text", f"the file {clause}") for clause in clauses)
 
 
-def _absent(
-    text: bytes, defined: np.ndarray[tuple[int], np.dtype[np.int64]]
-) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+def _absent(text: bytes, defined: Ints) -> Ints:
     """Numbers that the text refers to and does not define, increasing."""
     pointed = np.array([int(n) for n in set(_REFERENCE.findall(text)) if len(n) < 19], np.int64)
     return np.setdiff1d(pointed, defined)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -12,7 +13,9 @@ from OCP.BRep import BRep_Tool
 from OCP.BRepLib import BRepLib
 from OCP.BRepTools import BRepTools
 from OCP.Quantity import Quantity_Color, Quantity_TypeOfColor
+from OCP.TCollection import TCollection_AsciiString
 from OCP.TDataStd import TDataStd_Name, TDataStd_TreeNode
+from OCP.TDF import TDF_Tool
 from OCP.TopAbs import TopAbs_ShapeEnum as Type
 from OCP.TopoDS import TopoDS
 
@@ -38,31 +41,22 @@ class Labels:
 
     def __init__(self, findings: Findings, units: Mapping[tuple[str, str], float], layers: Any) -> None:
         self._findings, self._units, self._layers = findings, units, layers
-
-    def name(self, label: Any) -> str | None:
-        return self._read("a name", _name, label)
-
-    def colour(self, label: Any) -> str | None:
-        """Colour of a label as #rrggbb (sRGB); of a surface before that of the whole."""
-        return self._read("a colour", _colour, label)
-
-    def material(self, label: Any) -> str | None:
-        return self._read("a material", _material, label)
-
-    def layer(self, label: Any) -> str | None:
-        """Names of the layers that a label is on."""
-        return self._read("a layer", self._layer, label)
+        self.name = partial(self._read, "a name", _name)
+        self.colour = partial(self._read, "a colour", _colour)
+        self.material = partial(self._read, "a material", _material)
+        self.layer = partial(self._read, "a layer", self._layer)
 
     def attributes(self, label: Any) -> tuple[Attribute, ...]:
         """Validation properties of the file, in mm."""
         return self._read("validation properties", self._attributes, label) or ()
 
-    def _read(self, what: str, read: Callable[[Any], Made], label: Any) -> Made | None:
+    def _read(self, what: str, read: Callable[[Any], Made | None], label: Any) -> Made | None:
         with self._findings.contained(what):
             return read(label)
         return None
 
     def _layer(self, label: Any) -> str | None:
+        """Names of the layers that a label is on."""
         names = self._layers.GetLayers(label)  # false in itself, whatever it holds
         numbers = range(1, names.Length() + 1) if names is not None else ()
         return ", ".join(names.Value(i).ToExtString() for i in numbers) or None
@@ -82,11 +76,9 @@ class Labels:
 
 def entry(label: Any) -> str:
     """Path of a label's tags, its identity in the document."""
-    tags = []
-    while not label.IsRoot():
-        tags.append(str(label.Tag()))
-        label = label.Father()
-    return ":".join(reversed(tags))
+    out = TCollection_AsciiString()
+    TDF_Tool.Entry_s(label, out)
+    return str(out.ToCString())
 
 
 def _attribute(label: Any, kind: Any, guid: Any = None) -> Any | None:
@@ -105,6 +97,7 @@ def _name(label: Any) -> str | None:
 
 
 def _colour(label: Any) -> str | None:
+    """Colour of a label as #rrggbb (sRGB); of a surface before that of the whole."""
     for kind in (XCAFDoc.XCAFDoc_ColorType.XCAFDoc_ColorSurf, XCAFDoc.XCAFDoc_ColorType.XCAFDoc_ColorGen):
         colour = Quantity_Color()
         if XCAFDoc.XCAFDoc_ColorTool.GetColor_s(label, kind, colour):

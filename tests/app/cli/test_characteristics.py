@@ -57,7 +57,7 @@ def target(fresh_store: str, tmp_path: Path) -> str:
     aside = Pmi("dimension", "linear distance", "", 50.0, 1.0, unit="mm", surfaces=((4, "origin"), (1, "target")))
     box = Part("BOX-1", "box", 0, pmi=(radius, apart, aside))
     root = Assembly("thing", tuple(Instance(name, "part", 0, np.eye(4)) for name in ("left", "right")))
-    model = Model("STEP", "AP242", "mm", 1.0, (urdf.box(np.full(3, 50.0)),), (box,), (root,), 0, None, 6, "test")
+    model = Model("STEP", "mm", 1.0, (urdf.primitive("box", 50, 50, 50),), (box,), (root,), 0, 6, "test", "AP242")
     with Store.open(fresh_store) as store:
         store_model(store, model, "thing")
         place_world(store, write_world(tmp_path / "w.yaml", "cell", [{"object": "thing"}]))

@@ -26,7 +26,7 @@ LB = 0.45359237  # kg, by definition
 
 def labelled_box() -> Shape:
     """A box of 100 x 200 x 50 mm, two of its faces red, one on a layer, and an edge with a name."""
-    shape = urdf.box(np.array([100.0, 200.0, 50.0]))
+    shape = urdf.primitive("box", 100, 200, 50)
     labels = {"colour": ["#ff0000", None, "#ff0000", None, None, None], "layer": [None, "mating", *[None] * 4]}
     names = {"name": ["datum edge", *[None] * (len(shape.arcs["kind"]) - 1)]}
     return replace(shape, surfaces=shape.surfaces | labels, arcs=shape.arcs | names)
@@ -45,14 +45,14 @@ def filled(store: Store, density: float = 2.7, variant: str = "A") -> None:
         surfaces=((3, "feature"),),
     )
     box = Part("BOX-1", "box", 0, "Al 7075", "#0000ff", tuple(stated), (flat,))
-    shapes = (labelled_box(), urdf.cylinder(5.0, 40.0))
+    shapes = (labelled_box(), urdf.primitive("cylinder", 5, 40))
     aside = np.eye(4)
     aside[0, 3] = 300
     placed = [Instance("left", "part", 0, np.eye(4)), Instance("right", "part", 0, aside)]
     inner = Assembly("inner", (Instance("pin", "part", 1, np.eye(4)),), (("mass", 0.5, "kg"),))
     root = Assembly("thing", (*placed, Instance("inner", "assembly", 0, np.eye(4))))
     parts = (box, Part("PIN-1", "pin", 1))
-    model = Model("STEP", "AP242", "mm", 1.0, shapes, parts, (inner, root), 1, None, 9, "test")
+    model = Model("STEP", "mm", 1.0, shapes, parts, (inner, root), 1, 9, "test", "AP242")
     store_model(store, model, "thing", variant)
 
 

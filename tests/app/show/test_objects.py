@@ -114,7 +114,7 @@ def test_glb_of_nested_assemblies_places_every_instance(duckdb_template: Path, t
     # The last post of a frame is a part of its own, red.
     frame = Assembly("FRAME", tuple(Instance(f"POST_{i}", "part", i // 2, p) for i, p in enumerate(inner)))
     row = Assembly("ROW", tuple(Instance(f"FRAME_{i}", "assembly", 0, p) for i, p in enumerate(outer)))
-    model = Model("GLB", None, "mm", 1.0, (shape,), parts, (frame, row), 1, None, 0, "test")
+    model = Model("GLB", "mm", 1.0, (shape,), parts, (frame, row), 1, 0, "test")
     with Store.open(tmp_path / "s.duckdb") as store:
         store_model(store, model, "row")
     out = tmp_path / "out.glb"
@@ -180,5 +180,5 @@ def store_rack(store: Store) -> None:
     frame = Assembly("FRAME", (*posts, Instance("BOLT", "part", 1, np.eye(4))))
     frames = [Instance(f"FRAME_{i}", "assembly", 0, np.eye(4)) for i in range(40)]
     top = Assembly("RACK", (*frames, *(Instance(f"B_{i}", "part", 2 + i, np.eye(4)) for i in range(300))))
-    model = Model("GLB", None, "mm", 1.0, (shape,), (post, bolt, *others), (frame, top), 1, None, 0, "test")
+    model = Model("GLB", "mm", 1.0, (shape,), (post, bolt, *others), (frame, top), 1, 0, "test")
     store_model(store, model, "rack")
