@@ -194,11 +194,6 @@ class HypothesisTable:
         return np.asarray(self.believed - self.evidence - self.outline_evidence)
 
     @property
-    def behind(self) -> Floats:
-        """Log odds (h,) by which the account speaks for the one that it speaks for most; 0 where it was not asked."""
-        return np.asarray(np.nan_to_num(np.max(self.told, where=self.told > -np.inf, initial=-np.inf) - self.told))
-
-    @property
     def share(self) -> Floats:
         """Evidence found over what the right pose is expected to find."""
         return np.asarray(self.found / np.maximum(self.expected, 1e-9))
@@ -210,11 +205,12 @@ def find_standing(g: HypothesisTable, p: VerdictParameters) -> Ints:
 
     What edges are found is compared without regard to arcs: a whole arc that one of two poses leaves without an edge
     tells them apart, however many arcs light may hide.  Printed edges may be found as well as the object's own: the
-    greys beside the outlines count with them.  Where the account of edges was taken, a rival falls not short by it."""
-    first, *others = np.argsort(g.cost + g.behind, kind="stable").tolist()
+    greys beside the outlines count with them.  Where the account of edges speaks for the best as well, and much more
+    than for another, that is no rival; where it speaks against the best, which a print may cause, both stand."""
+    first, *others = np.argsort(g.cost, kind="stable").tolist()
     found = g.found + g.outline_evidence
     near = found > found[first] - max(p.rival_share * found[first], p.min_margin)
-    near &= g.behind < g.behind[first] + p.rival_odds
+    near &= ~(g.told <= g.told[first] - p.rival_odds)  # NaN: not asked
     near &= g.believed - g.believed[first] < p.prior_odds
     standing = np.array([first, *(h for h in others if near[h])])
     standing = standing[~g.is_symmetric[standing]]
@@ -475,7 +471,7 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
     outline = float(g.outline_px[first]), float(g.outline_contrast[first])
     signs = float(g.prior_sigma[first]), float(g.share[first]), it.agreement, *outline, apart
     stats = VerdictStatistics(evidence, chance.rarity(evidence), *signs)
-    costs, believed, from_prior = (g.cost + g.behind)[standing], g.believed[standing], stats.prior_sigma
+    costs, believed, from_prior = g.cost[standing], g.believed[standing], stats.prior_sigma
     odds = stats.log_odds(p)
     # Rivals share what the best has in proportion to prior and evidence, which is tempered: neighbouring edges err
     # together.
