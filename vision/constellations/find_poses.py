@@ -391,12 +391,6 @@ def _best_ways(poses: Floats, share: Floats) -> Ints:
     return np.asarray(kept[share[kept] >= ALIKE_SHARE * share.max()])
 
 
-def _angles(poses: Floats, pose: Floats) -> Floats:
-    """By how much (k,) rad poses are turned against one."""
-    cosine = (np.einsum("kij,ij->k", poses[:, :3, :3], pose[:3, :3]) - 1) / 2
-    return np.asarray(np.arccos(np.clip(cosine, -1, 1)))
-
-
 def best_distinct(poses: Floats, score: Floats, middle: Floats, count: int) -> Ints:
     """Rows of the best poses, at most `count`, no two of which put what is seen about `middle` (3,) in one place."""
     at = poses[:, :3, :3] @ middle + poses[:, :3, 3]
@@ -405,7 +399,8 @@ def best_distinct(poses: Floats, score: Floats, middle: Floats, count: int) -> I
     while len(left) and len(kept) < count:
         row = int(left[0])
         kept.append(row)
-        turned = _angles(poses[left], poses[row])
+        cosine = (np.einsum("kij,ij->k", poses[left][:, :3, :3], poses[row, :3, :3]) - 1) / 2
+        turned = np.arccos(np.clip(cosine, -1, 1))
         left = left[(np.linalg.norm(at[left] - at[row], axis=1) > DISTINCT_MM) | (turned > DISTINCT_RAD)]
     return np.array(kept, np.int64)
 
