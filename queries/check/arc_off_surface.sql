@@ -2,20 +2,19 @@
 -- torus than the tolerance of the coedge.
 -- Takes nothing; gives surface_id, loop_no, coedge_no, kind and the distance, mm.
 WITH ends AS (
-    SELECT surface_id, loop_no, coedge_no, tolerance, arc_id, start_x AS x, start_y AS y, start_z AS z
-    FROM coedge JOIN arc ON arc.id = arc_id
+    SELECT id AS arc_id, start_x AS x, start_y AS y, start_z AS z FROM arc
     UNION ALL
-    SELECT surface_id, loop_no, coedge_no, tolerance, arc_id, end_x, end_y, end_z
-    FROM coedge JOIN arc ON arc.id = arc_id
+    SELECT id, end_x, end_y, end_z FROM arc
 ),
 placed AS (
     SELECT
-        e.surface_id, e.loop_no, e.coedge_no, e.tolerance, s.kind, s.radius, s.radius2, s.semi_angle,
+        c.surface_id, c.loop_no, c.coedge_no, c.tolerance, s.kind, s.radius, s.radius2, s.semi_angle,
         (e.x - s.origin_x) * s.axis_z_x + (e.y - s.origin_y) * s.axis_z_y + (e.z - s.origin_z) * s.axis_z_z AS height,
         (e.x - s.origin_x) * (e.x - s.origin_x) + (e.y - s.origin_y) * (e.y - s.origin_y)
             + (e.z - s.origin_z) * (e.z - s.origin_z) AS square
-    FROM ends AS e
-    JOIN surface AS s ON s.id = e.surface_id
+    FROM coedge AS c
+    JOIN ends AS e ON e.arc_id = c.arc_id
+    JOIN surface AS s ON s.id = c.surface_id
 ),
 cylindrical AS (  -- height above the origin along the axis, and distance from the axis
     SELECT *, sqrt(greatest(square - height * height, 0)) AS reach

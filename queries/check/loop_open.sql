@@ -15,19 +15,11 @@ WITH course AS (
 followed AS (
     SELECT
         *,
-        lead(from_x, 1, first_x) OVER following AS next_x,
-        lead(from_y, 1, first_y) OVER following AS next_y,
-        lead(from_z, 1, first_z) OVER following AS next_z
-    FROM (
-        SELECT
-            *,
-            first_value(from_x) OVER loops AS first_x,
-            first_value(from_y) OVER loops AS first_y,
-            first_value(from_z) OVER loops AS first_z
-        FROM course
-        WINDOW loops AS (PARTITION BY surface_id, loop_no ORDER BY coedge_no)
-    ) AS begun
-    WINDOW following AS (PARTITION BY surface_id, loop_no ORDER BY coedge_no)
+        coalesce(lead(from_x) OVER loops, first_value(from_x) OVER loops) AS next_x,
+        coalesce(lead(from_y) OVER loops, first_value(from_y) OVER loops) AS next_y,
+        coalesce(lead(from_z) OVER loops, first_value(from_z) OVER loops) AS next_z
+    FROM course
+    WINDOW loops AS (PARTITION BY surface_id, loop_no ORDER BY coedge_no)
 ),
 gaps AS (
     SELECT

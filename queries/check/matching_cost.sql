@@ -12,16 +12,14 @@ WITH confirmed AS MATERIALIZED (
         AND c.label_a = CASE WHEN r.unit_no < r.neighbour_no THEN a.label_no ELSE b.label_no END
         AND c.label_b = CASE WHEN r.unit_no < r.neighbour_no THEN b.label_no ELSE a.label_no END
 ),
-error AS MATERIALIZED (
-    SELECT r.run_id, r.problem_no, r.unit_no, r.weight - least(r.weight, coalesce(c.saves, 0)) AS weight
+error_sum AS MATERIALIZED (
+    SELECT r.run_id, r.problem_no, r.unit_no, sum(r.weight - least(r.weight, coalesce(c.saves, 0))) AS weight
     FROM problem_relation AS r
     JOIN assignment AS a ON a.run_id = r.run_id AND a.problem_no = r.problem_no AND a.unit_no = r.unit_no
     LEFT JOIN confirmed AS c ON c.run_id = r.run_id AND c.problem_no = r.problem_no
         AND c.unit_no = r.unit_no AND c.neighbour_no = r.neighbour_no
     WHERE a.label_no IS NOT NULL
-),
-error_sum AS MATERIALIZED (
-    SELECT run_id, problem_no, unit_no, sum(weight) AS weight FROM error GROUP BY run_id, problem_no, unit_no
+    GROUP BY r.run_id, r.problem_no, r.unit_no
 ),
 paid AS MATERIALIZED (
     SELECT a.run_id, a.problem_no, a.unit_no, a.label_no, a.cost AS stored,

@@ -19,17 +19,14 @@ WITH carried AS (
     FROM object_node AS o
     JOIN shape AS s ON s.id = o.shape_id
     WHERE o.part_id IS NOT NULL
-),
-compared AS (
-    SELECT
-        c.object_id, c.path,
-        greatest(
-            abs(c.x0 - c.least_x), abs(c.y0 - c.least_y), abs(c.z0 - c.least_z),
-            abs(c.x1 - c.most_x), abs(c.y1 - c.most_y), abs(c.z1 - c.most_z)
-        ) AS difference
-    FROM carried AS c
 )
 SELECT object_id, path, difference
-FROM compared
+FROM carried AS c
+CROSS JOIN LATERAL (
+    SELECT greatest(
+        abs(c.x0 - c.least_x), abs(c.y0 - c.least_y), abs(c.z0 - c.least_z),
+        abs(c.x1 - c.most_x), abs(c.y1 - c.most_y), abs(c.z1 - c.most_z)
+    ) AS difference
+) AS compared
 WHERE difference IS NULL OR difference > 1e-6
 ORDER BY object_id, path

@@ -1,11 +1,10 @@
 -- Items whose evidence is not the sum of the cameras', or whose state contradicts its evidence or its sizes.
 -- Takes nothing; gives run_id, item_no and what is wrong.
 WITH total AS (
-    SELECT c.run_id, c.item_no, sum(c.log_odds) AS log_odds, sum(c.distinct_px) AS distinct_px, sum(c.supported_px) AS supported_px
+    SELECT c.run_id, c.item_no, sum(c.log_odds) AS log_odds, sum(c.distinct_px) AS distinct_px,
+        sum(c.supported_px) AS supported_px, bool_or(c.stopped) AS stopped
     FROM presence_camera AS c
     GROUP BY c.run_id, c.item_no
-), stopped AS (
-    SELECT DISTINCT t.run_id, t.item_no FROM presence_camera AS t WHERE t.stopped
 ), another AS (
     SELECT DISTINCT m.run_id, m.item_no FROM measured_size AS m WHERE m.changed AND m.what <> 'distance'
 )
@@ -18,7 +17,7 @@ WHERE t.run_id IS NULL OR abs(t.log_odds - s.log_odds) > 1e-6 * (1 + abs(s.log_o
 UNION ALL
 SELECT s.run_id, s.item_no, 'state against the evidence'
 FROM presence AS s
-LEFT JOIN stopped AS h ON h.run_id = s.run_id AND h.item_no = s.item_no
+LEFT JOIN total AS h ON h.run_id = s.run_id AND h.item_no = s.item_no AND h.stopped
 WHERE (s.state = 'confirmed' AND s.log_odds <= 0)
     OR (s.state IN ('contradicted', 'not_confirmed') AND s.log_odds >= 0 AND h.run_id IS NULL)
     OR (h.run_id IS NOT NULL AND s.state <> 'contradicted')

@@ -13,7 +13,7 @@ WITH RECURSIVE robot AS (
 ),
 stand AS (
     SELECT r.world_id, r.object_no, r.robot, j.parent_link, j.child_link, j.kind,
-        coalesce(CASE WHEN j.mimic_joint IS NULL THEN s.value ELSE j.mimic_factor * f.value + j.mimic_offset END, 0) AS q,
+        coalesce(CASE WHEN j.mimic_joint IS NULL THEN s.value ELSE j.mimic_factor * s.value + j.mimic_offset END, 0) AS q,
         j.axis_x AS x, j.axis_y AS y, j.axis_z AS z,
         j.m00 AS p00, j.m01 AS p01, j.m02 AS p02, j.m03 AS p03,
         j.m10 AS p10, j.m11 AS p11, j.m12 AS p12, j.m13 AS p13,
@@ -21,11 +21,8 @@ stand AS (
     FROM robot AS r
     JOIN joint AS j ON j.object_id = r.object_id
     LEFT JOIN joint_state AS s
-        ON s.object_no = r.object_no AND s.robot = r.robot AND s.joint = j.name
+        ON s.object_no = r.object_no AND s.robot = r.robot AND s.joint = coalesce(j.mimic_joint, j.name)
         AND r.revision BETWEEN s.first_revision AND coalesce(s.last_revision, r.revision)
-    LEFT JOIN joint_state AS f
-        ON f.object_no = r.object_no AND f.robot = r.robot AND f.joint = j.mimic_joint
-        AND r.revision BETWEEN f.first_revision AND coalesce(f.last_revision, r.revision)
 ),
 motion AS (
     SELECT s.*,

@@ -49,16 +49,12 @@ matched AS (
         AND abs(m.rise_a - s.rise_a) <= s.rise_a_off
         AND abs(m.rise_b - s.rise_b) <= s.rise_b_off
 ),
-counted AS (
-    SELECT low, high, sum(pairs) AS alike
-    FROM matched
-    GROUP BY low, high
-),
 -- No more relations than give `most` pairs: those behind are not joined with pairs at all.
 ranked AS (
-    SELECT low, high, alike,
-        sum(least(alike, :most_of_relation)) OVER (ORDER BY alike, low, high ROWS UNBOUNDED PRECEDING) AS so_far
-    FROM counted
+    SELECT low, high, sum(pairs) AS alike, sum(least(sum(pairs), :most_of_relation)) OVER (
+        ORDER BY sum(pairs), low, high ROWS UNBOUNDED PRECEDING) AS so_far
+    FROM matched
+    GROUP BY low, high
 ),
 paired AS (
     SELECT r.low, r.high, r.alike, m.unit_a, m.unit_b,

@@ -25,15 +25,11 @@ matched AS (
         AND s.low_a >= m.low_a - :along_mm AND s.high_a <= m.high_a + :along_mm
         AND s.low_b >= m.low_b - :along_mm AND s.high_b <= m.high_b + :along_mm
 ),
-counted AS (
-    SELECT low, high, count(*) AS alike
+ranked AS (
+    SELECT low, high, count(*) AS alike, sum(least(count(*), :most_of_relation)) OVER (
+        ORDER BY count(*), low, high ROWS UNBOUNDED PRECEDING) AS so_far
     FROM matched
     GROUP BY low, high
-),
-ranked AS (
-    SELECT low, high, alike,
-        sum(least(alike, :most_of_relation)) OVER (ORDER BY alike, low, high ROWS UNBOUNDED PRECEDING) AS so_far
-    FROM counted
 ),
 joined AS (
     SELECT m.unit_a, m.unit_b, m.sign_a, m.sign_b, m.line_a, m.line_b, r.alike,

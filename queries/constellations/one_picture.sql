@@ -10,10 +10,7 @@
 -- normal and connecting line beyond which they leave a turn about both open), least_distance, greatest_distance,
 -- most_of_relation, most;
 -- gives unit_a, unit_b, circle_a, circle_b, alike (how many pairs of the object the pair in space is like).
-WITH step AS (
-    SELECT -1 AS by UNION ALL SELECT 0 UNION ALL SELECT 1
-),
-class AS (
+WITH class AS (
     SELECT class_no, pairs, CAST(radius_a AS DOUBLE PRECISION) AS radius_a, CAST(radius_b AS DOUBLE PRECISION) AS radius_b,
         CAST(round(radius_a / :radius_step) AS INTEGER) AS size_a, CAST(round(radius_b / :radius_step) AS INTEGER) AS size_b,
         CAST(distance AS DOUBLE PRECISION) AS distance, acos(least(CAST(normals AS DOUBLE PRECISION), 1)) AS lean,
@@ -72,23 +69,21 @@ scene AS (
 matched AS (
     SELECT s.unit_a, s.unit_b, s.size_a, s.size_b, m.class_no, m.pairs
     FROM scene AS s
-    JOIN (SELECT *, CAST(floor(distance / :most_mm) AS INTEGER) + step.by AS bin FROM class CROSS JOIN step) AS m
-        ON m.size_a = s.size_a AND m.size_b = s.size_b AND m.bin = s.bin
+    JOIN (
+        SELECT *, CAST(floor(distance / :most_mm) AS INTEGER) + step.bins AS bin
+        FROM class
+        CROSS JOIN (VALUES (-1), (0), (1)) AS step (bins)
+    ) AS m ON m.size_a = s.size_a AND m.size_b = s.size_b AND m.bin = s.bin
     WHERE abs(m.distance - s.distance) <= s.off
         AND abs(m.lean - s.lean) <= s.tilt
         AND abs(m.rise_a - s.rise_a) <= s.turned + s.tilt_a
         AND abs(m.rise_b - s.rise_b) <= s.turned + s.tilt_b
 ),
-counted AS (
-    SELECT unit_a, unit_b, size_a, size_b, sum(pairs) AS alike
+ranked AS (
+    SELECT unit_a, unit_b, size_a, size_b, sum(pairs) AS alike, sum(least(sum(pairs), :most_of_relation)) OVER (
+        ORDER BY sum(pairs), greatest(unit_a, unit_b), unit_a, unit_b, size_a, size_b ROWS UNBOUNDED PRECEDING) AS so_far
     FROM matched
     GROUP BY unit_a, unit_b, size_a, size_b
-),
-ranked AS (
-    SELECT *,
-        sum(least(alike, :most_of_relation)) OVER (
-            ORDER BY alike, greatest(unit_a, unit_b), unit_a, unit_b, size_a, size_b ROWS UNBOUNDED PRECEDING) AS so_far
-    FROM counted
 ),
 paired AS (
     SELECT r.size_a, r.size_b, r.alike, m.unit_a, m.unit_b,

@@ -69,13 +69,10 @@ class Owner:
 
 @dataclass(frozen=True)
 class Setting:
-    """An attribute as it was set."""
+    """By which run an attribute was set, and of what."""
 
     run_id: int
     owner: Owner
-    name: str
-    value: Value
-    unit: str | None
 
 
 class AttributeOwner(TypedDict, total=False):
@@ -116,7 +113,7 @@ def set_attribute(
             run.finish(f"{name} of {owner.words} is set", connection)
 
         run.transact(write)
-    return Setting(run.id, owner, name, value, unit)
+    return Setting(run.id, owner)
 
 
 def _owner(store: Store, connection: Connection, path: str, whose: AttributeOwner) -> Owner:

@@ -81,6 +81,7 @@ def explain(
 
     Raises UsageError where it is not there, and for other runs than inspections that came to a verdict."""
     asked: dict[str, Any] = {"camera": "", "arc": -1, "path": feature or ""}
+    subject = "feature" if feature is not None else "pose" if pose else "verdict"
     if arc is not None:
         camera, _, number = arc.rpartition(":")
         if not camera or not number.isdigit():
@@ -88,8 +89,6 @@ def explain(
                 f"the arc {arc} is not CAMERA:NUMBER: give the camera's name and the arc's number, as left:17"
             )
         subject, asked = "arc", {"camera": camera, "arc": int(number), "path": ""}
-    else:
-        subject = "feature" if feature is not None else "pose" if pose else "verdict"
     with store.read() as connection:
         asked["run"] = inspection_named(store, connection, name)
         said = [

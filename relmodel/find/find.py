@@ -226,8 +226,6 @@ def exactly_met(
     geometry = _Geometry.load(store, connection, level, shapes)
     element = geometry.number(found)
     known = np.flatnonzero(element >= 0)
-    if not len(known):
-        return met
 
     from relmodel.find.exact_kernels import meet_volumes
 

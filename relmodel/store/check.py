@@ -128,13 +128,15 @@ def _found(store: Store, search: Callable[[Connection], list[dict[str, Any]]]) -
 
 def _unreadable(store: Store) -> list[dict[str, Any]]:
     with store.read() as connection:
-        reads = store.rows(connection, f"store/full_reads.{store.dialect}")
+        names = sorted(sa.inspect(connection).get_table_names())
 
-    def read(statement: str, connection: Connection) -> list[dict[str, Any]]:
-        connection.exec_driver_sql(statement).all()
+    def read(name: str, connection: Connection) -> list[dict[str, Any]]:
+        row: sa.ColumnElement[Any] = sa.literal_column("t")
+        number = sa.func.hash(row) if store.dialect == "duckdb" else sa.func.hashtextextended(sa.cast(row, sa.Text), 0)
+        connection.execute(sa.select(sa.func.bit_xor(number)).select_from(sa.table(name).alias("t"))).all()
         return []
 
-    return [{"relation": one.relation, **row} for one in reads for row in _found(store, partial(read, one.statement))]
+    return [{"relation": name, **row} for name in names for row in _found(store, partial(read, name))]
 
 
 def _offending(store: Store, connection: Connection, name: str) -> list[dict[str, Any]]:
@@ -157,6 +159,8 @@ def _ledger(store: Store, connection: Connection) -> list[dict[str, Any]]:
 
 def _journal(store: Store, connection: Connection) -> list[dict[str, Any]]:
     known = {
-        side_files.Commit(row.relation, row.run_id, row.ordinal) for row in store.rows(connection, "store/commits")
+        side_files.Commit(relation, run, ordinal)
+        for relation, number in (("run_event", "event_no"), ("ledger", "write_no"))
+        for run, ordinal in zip(*store.select(connection, relation, "run_id", number).values(), strict=True)
     }
     return [commit._asdict() for commit in side_files.recorded(store) if commit not in known]

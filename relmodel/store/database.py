@@ -73,6 +73,7 @@ class Database:
         self._read_only = read_only
         self.is_closed = False
         self.dead_runs: list[int] = []
+        self._tables: dict[str, Table] = {}  # made so far: making all hundred takes longer than opening the store
         self.watch: Callable[[str, str], None] | None = None
 
     @property
@@ -140,11 +141,6 @@ class Database:
             columns.setdefault(row.relation, []).append((row.name, row.type))
         return columns
 
-    @cached_property
-    def _tables(self) -> dict[str, Table]:
-        """Tables made so far: making all hundred takes longer than opening the store."""
-        return {}
-
     def table(self, name: str) -> Table:
         """Table of the store, with the columns that are there: they are spelled in `schema/` only."""
         if name not in self._columns:
@@ -168,9 +164,10 @@ class Database:
         """Place of each table that refers to others or is referred to, behind all that it refers to."""
         parents: dict[str, list[str]] = {}
         with self.read() as connection:
-            for row in self.rows(connection, "store/references"):
-                if row.parent != row.relation:
-                    parents.setdefault(row.relation, []).append(row.parent)
+            refers = self.select(connection, "sds_reference", "relation", "parent", order="relation parent")
+        for relation, parent in dict.fromkeys(zip(*refers.values(), strict=True)):
+            if parent != relation:
+                parents.setdefault(relation, []).append(parent)
         return {name: place for place, name in enumerate(TopologicalSorter(parents).static_order())}
 
     def parents_first(self, names: Iterable[str]) -> list[str]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 from uuid import uuid4
 
 import duckdb_sqlalchemy.alembic_impl  # noqa: F401  (tells Alembic of DuckDB)
+import sqlalchemy as sa
 from alembic import command
 from alembic.config import Config
 from alembic.runtime.migration import MigrationContext
@@ -58,16 +60,20 @@ def create_schema(connection: Connection, name: str = "") -> None:
     for script in sql.schema_scripts(connection.dialect.name):
         connection.exec_driver_sql(script)
         relations, references = sql.catalogue(script)
-        for query, rows in (("store/note_relation", relations), ("store/note_reference", references)):
+        for table, rows in (("sds_relation", relations), ("sds_reference", references)):
             if rows:
-                connection.execute(sql.query(query), rows)
+                connection.execute(_insertion(table, rows[0]), rows)
     connection.exec_driver_sql(sql.comment_statements(connection.dialect.name))
     noted = {
-        "store_id": str(uuid4()),
+        "id": str(uuid4()),
         "cell": Path(name or connection.engine.url.database or "").stem,
-        "sha256": sql.schema_hash(connection.dialect.name),
+        "schema_sha256": sql.schema_hash(connection.dialect.name),
     }
-    connection.execute(sql.query("store/note_identity"), noted)
+    connection.execute(_insertion("store", noted), noted)
+
+
+def _insertion(table: str, columns: Iterable[str]) -> sa.Insert:
+    return sa.insert(sa.table(table, *map(sa.column, columns)))
 
 
 def upgrade(store: Database, revision: str) -> None:

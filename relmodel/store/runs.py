@@ -252,7 +252,7 @@ def record_kept(store: Database) -> None:
         run._count = kept.so_far._replace(step_began=now - kept.so_far.step_began)
         try:
             with run.write() as connection:
-                due = [(row.run_id, row.event_no) for row in store.rows(connection, "run/unfinished.duckdb")]
+                due = [(row.run_id, row.event_no) for row in store.rows(connection, "run/unfinished")]
                 if (run.id, kept.so_far.events) not in due:
                     raise _NotDueError
                 kept.found.record(run, connection)
@@ -435,8 +435,9 @@ class Run:
 
     def _is_committed(self) -> bool:
         with self.store.read() as connection:
-            asked = {"run": self.id, "write_no": self._writes, "event_no": self._count.events}
-            return bool(self.store.rows(connection, "run/committed", **asked))
+            events = self.store.select(connection, "run_event", "kind", run_id=self.id, event_no=self._count.events)
+            written = self.store.select(connection, "ledger", "write_no", run_id=self.id, write_no=self._writes)
+            return len(written["write_no"]) > 0 or bool(set(events["kind"]) - {"found_dead"})
 
     def new_ids(self, connection: Connection, table: str, count: int) -> Ints:
         """New identities, as `Database.new_ids`."""

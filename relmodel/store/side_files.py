@@ -252,8 +252,10 @@ def _is_alive(store: Database, run_id: int) -> bool:
 
 def find_dead_runs(store: Database, connection: Connection) -> list[int]:
     """The runs that neither ended nor have a living process; on PostgreSQL this transaction then holds their locks."""
-    unfinished = [int(row.run_id) for row in store.rows(connection, f"run/unfinished.{store.dialect}")]
-    return [run for run in unfinished if store.dialect != "duckdb" or not _is_alive(store, run)]
+    if store.dialect != "duckdb":
+        return [int(row.run_id) for row in store.rows(connection, "run/dead.postgresql")]
+    unfinished = (int(row.run_id) for row in store.rows(connection, "run/unfinished"))
+    return [run for run in unfinished if not _is_alive(store, run)]
 
 
 def name_dead_runs(store: Database) -> None:
@@ -275,9 +277,9 @@ def mark_dead_runs(store: Database) -> None:
         if not found:
             return
         # A run may have ended while the locks were tried: this statement sees that.
-        with store.relation(connection, "asked_run", {"run_id": found}):
-            dead = store.rows(connection, "run/still_unfinished")
-        columns = by_column("run_id event_no", [(row.run_id, row.event_no) for row in dead])
+        unfinished = store.rows(connection, "run/unfinished")
+        dead = [(row.run_id, row.event_no) for row in unfinished if row.run_id in found]
+        columns = by_column("run_id event_no", dead)
         columns["happened_at"] = [datetime.now(UTC)] * len(dead)
         said = {"kind": "found_dead", "name": "", "state": "killed", "message": "its process ended before the run did"}
         store.append(connection, "run_event", {**columns, **said})
@@ -294,7 +296,7 @@ def _remove_locks_of_ended(store: Database, connection: Connection) -> None:
     locks = store.file.parent.glob(f"{glob.escape(store.file.name)}.run-*")
     files = {int(file.suffix.removeprefix(".run-")): file for file in locks if file.suffix[5:].isdigit()}
     if files:
-        for row in store.rows(connection, "run/ended"):
-            if row.run_id in files:
-                with suppress(OSError):
-                    files[row.run_id].unlink(missing_ok=True)
+        ended = store.select(connection, "run_event", "run_id", kind=["ended", "found_dead"])["run_id"]
+        for run in files.keys() & set(ended.tolist()):
+            with suppress(OSError):
+                files[run].unlink(missing_ok=True)

@@ -129,16 +129,9 @@ def comment_statements(dialect: str) -> str:
                 continue
             known |= {f"{relation}.{name}": words for name in names}
             if names == ["m00", "m01", "m02", "m03"]:
-                statements += [
-                    _comment("COLUMN", f"{relation}.m{row}{column}", f"{words}: {place}")
-                    for row in range(3)
-                    for column in range(4)
-                    for place in [
-                        f"row {row}, column {column} of the rotation"
-                        if column < 3
-                        else f"row {row} of the translation, mm"
-                    ]
-                ]
+                for row, column in product(range(3), range(4)):
+                    of = f", column {column} of the rotation" if column < 3 else " of the translation, mm"
+                    statements.append(_comment("COLUMN", f"{relation}.m{row}{column}", f"{words}: row {row}{of}"))
             else:
                 axes = re.search(r"\bx(, y)? and [yz]\b", words) if len(names) > 1 else None
                 for name, axis in zip(names, "xyz" * 9, strict=False):

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple, Self
 from uuid import uuid4
 
+import sqlalchemy as sa
 from sqlalchemy import URL, create_engine, inspect
 from sqlalchemy.engine.reflection import ObjectKind
 
@@ -78,7 +79,8 @@ class Store(Database):
     def name_cell(self, cell: str) -> None:
         """Assign the store to a cell; a store of another cell, such as a copied file, becomes a store of its own."""
         with self.write() as connection:
-            connection.execute(sql.query("store/name_cell"), {"store_id": str(uuid4()), "cell": cell})
+            own = self.table("store")
+            connection.execute(sa.update(own).where(own.c.cell != cell).values(id=str(uuid4()), cell=cell))
 
     @classmethod
     @contextmanager

@@ -66,23 +66,15 @@ def record_rig(run: Run, connection: Connection, rig: Rig) -> int:
     def append(rig_id: int, key: str) -> None:
         run.append(connection, "rig", {"id": [rig_id], "content_key": key})
         for name, camera_id in camera_ids.items():
-            run.append(
-                connection,
-                "rig_camera",
-                {
-                    "rig_id": [rig_id],
-                    "name": name,
-                    "camera_id": camera_id,
-                    **matrix_columns(rig.rig_from_camera[name]),
-                    **dict(
-                        zip(
-                            _SIGMA,
-                            astuple(rig.sigma[name]) if name in rig.sigma else (None,) * len(_SIGMA),
-                            strict=True,
-                        )
-                    ),
-                },
-            )
+            sigma = astuple(rig.sigma[name]) if name in rig.sigma else [None] * len(_SIGMA)
+            columns: Columns = {
+                "rig_id": [rig_id],
+                "name": name,
+                "camera_id": camera_id,
+                **matrix_columns(rig.rig_from_camera[name]),
+                **dict(zip(_SIGMA, sigma, strict=True)),
+            }
+            run.append(connection, "rig_camera", columns)
 
     return _once(run, connection, "rig", _rig_content(rig, camera_ids), append)
 

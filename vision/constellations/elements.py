@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -385,8 +385,7 @@ def join_lines(
         store.relation(connection, "scene_pair", _lay_every_way(relations, p)),
         store.relation(connection, "model_pair", _describe(_pair(model, *np.triu_indices(len(model), 1), p), model)),
     ):
-        names = ("bin_mm", "along_mm", "most_of_relation", "most")
-        joined = store.columns(connection, "constellations/join_lines", **{name: getattr(p, name) for name in names})
+        joined = store.columns(connection, "constellations/join_lines", **asdict(p))
     return read_joined(joined, "line")
 
 

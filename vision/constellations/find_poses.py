@@ -4,7 +4,7 @@ scores, fit.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -68,14 +68,8 @@ def join_pairs(
     store: Database, connection: Connection, object_id: int, relations: Relations, p: JoinParameters
 ) -> JoinedPairs:
     """Join `Circles.relations` of circles in space with those of an object: `queries/constellations/join.sql`."""
-    names = (
-        "sigmas", "least_radius_mm", "least_mm", "bin_mm", "least_cosine", "most_cosine", "along", "most_of_relation",
-        "most",
-    )  # fmt: skip
     with store.relation(connection, "scene_relation", relations):
-        joined = store.columns(
-            connection, "constellations/join", object_id=object_id, **{name: getattr(p, name) for name in names}
-        )
+        joined = store.columns(connection, "constellations/join", object_id=object_id, **asdict(p))
     return read_joined(joined, "circle")
 
 
@@ -397,12 +391,6 @@ def _best_ways(poses: Floats, share: Floats) -> Ints:
     return np.asarray(kept[share[kept] >= ALIKE_SHARE * share.max()])
 
 
-def _angles(poses: Floats, pose: Floats) -> Floats:
-    """By how much (k,) rad poses are turned against one."""
-    cosine = (np.einsum("kij,ij->k", poses[:, :3, :3], pose[:3, :3]) - 1) / 2
-    return np.asarray(np.arccos(np.clip(cosine, -1, 1)))
-
-
 def best_distinct(poses: Floats, score: Floats, middle: Floats, count: int) -> Ints:
     """Rows of the best poses, at most `count`, no two of which put what is seen about `middle` (3,) in one place."""
     at = poses[:, :3, :3] @ middle + poses[:, :3, 3]
@@ -411,7 +399,8 @@ def best_distinct(poses: Floats, score: Floats, middle: Floats, count: int) -> I
     while len(left) and len(kept) < count:
         row = int(left[0])
         kept.append(row)
-        turned = _angles(poses[left], poses[row])
+        cosine = (np.einsum("kij,ij->k", poses[left][:, :3, :3], poses[row, :3, :3]) - 1) / 2
+        turned = np.arccos(np.clip(cosine, -1, 1))
         left = left[(np.linalg.norm(at[left] - at[row], axis=1) > DISTINCT_MM) | (turned > DISTINCT_RAD)]
     return np.array(kept, np.int64)
 
@@ -473,9 +462,6 @@ def join_ellipses(
 ) -> JoinedPairs:
     """Join the circles that ellipses may be with those of an object: `queries/constellations/one_picture.sql`, whose
     relation `seen_circle` is given; the scene's circles are its units."""
-    names = (
-        "radius_step", "distance_mm", "distance_share", "most_mm", "turn", "along", "most_of_relation", "most",
-    )  # fmt: skip
     with store.relation(connection, "seen_circle", seen):
         joined = store.columns(
             connection,
@@ -483,7 +469,7 @@ def join_ellipses(
             object_id=object_id,
             least_distance=KEPT.least_distance,
             greatest_distance=KEPT.greatest_distance,
-            **{name: getattr(p, name) for name in names},
+            **asdict(p),
         )
     return read_joined(joined, "circle")
 

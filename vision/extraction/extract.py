@@ -212,16 +212,6 @@ _RELATION_COLOURS = {
 _JUNCTION_COLOURS = ((30, 160, 80), (0, 190, 200), (40, 120, 255), (170, 40, 200), (240, 150, 30))
 
 
-def draw_stage(grey: Floats, extraction: Extraction, stage: str) -> Bytes:
-    """What `stage`, one of `STAGES`, found in `grey` (rows, columns; 0..255): (rows, columns, 3), RGB."""
-    return STAGES[stage][0](grey, extraction)
-
-
-def count_of_stage(extraction: Extraction, stage: str) -> int:
-    """How many elements, chains, arcs, junctions, regions, labelled pixels or relations the stage gave."""
-    return STAGES[stage][1](extraction)
-
-
 def _edges(grey: Floats, found: Extraction) -> Bytes:
     """Edge elements, the brighter the higher the step."""
     canvas = np.zeros(found.shape, np.uint8)
@@ -320,3 +310,4 @@ STAGES: dict[str, tuple[Callable[[Floats, Extraction], Bytes], Callable[[Extract
     "topography": (_draw_topography, lambda found: int((found.regions.labels >= 0).sum())),
     "relations": (_relations, lambda found: len(found.relations)),
 }
+"""by stage what draws what it found in a grey picture, 0..255, as RGB (rows, columns, 3), and what counts it"""

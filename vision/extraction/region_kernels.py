@@ -1,4 +1,4 @@
-"""Compiled kernels of pixels: regions, quality of arcs, significance, topography."""
+"""Compiled kernels of pixels: regions, quality of arcs, topography."""
 
 from __future__ import annotations
 
@@ -49,52 +49,6 @@ def sums(labels: Ints32, grey: Floats, depth: Floats32, saturation: float, out: 
                 row[14] = max(row[14], r)
                 row[15] = max(row[15], deepest)
             begin = end
-
-
-@kernel("i8(i8[::1], i8, i4[::1], i8, i8[:, ::1])")
-def trap(runs: Ints, stride: int, cells: Ints32, count: int, room: Ints) -> int:
-    """Give the 4-connected parts that hold no labelled pixel new labels after `count`; returns the last.
-
-    `runs`: where in `cells` stretches of the parts begin and end, in turn, ascending and none beyond its row.  `cells`:
-    the picture, row by row, `stride` from one to the next, framed by one pixel of -1; 256 times the label (0 is none)
-    plus a level below 256.  Worked in `room` (2, stretches).
-    """
-    n = len(runs) // 2
-    part, new = room[0], room[1]
-    for run in range(n):
-        part[run], new[run] = run, 0
-    # joined where they touch a run of the row above
-    above = 0
-    for run in range(n):
-        begin, end = runs[2 * run], runs[2 * run + 1]
-        while runs[2 * above + 1] + stride <= begin:
-            above += 1
-        at = above
-        while runs[2 * at] + stride < end:
-            one, other = part[at], part[run]
-            while part[one] != one:
-                one = part[one]
-            while part[other] != other:
-                other = part[other]
-            part[max(one, other)] = part[run] = min(one, other)
-            at += 1
-    for run in range(n):
-        part[run] = part[part[run]]  # what a part is joined to comes before it, and is settled
-        if new[part[run]] < 0:
-            continue
-        for pixel in range(runs[2 * run], runs[2 * run + 1]):
-            if cells[pixel] >= 256:
-                new[part[run]] = -1
-                break
-    for run in range(n):
-        if part[run] == run and new[run] == 0:
-            count += 1
-            new[run] = count
-        label = new[part[run]]
-        if label > 0:
-            for pixel in range(runs[2 * run], runs[2 * run + 1]):
-                cells[pixel] += label << 8
-    return count
 
 
 @kernel("void(i4[::1], f4[:, ::1], i4[:, ::1], i8[:, ::1])")
@@ -194,27 +148,6 @@ def parallels(
             for step in alike[3 * turn : 3 * turn + 3]:
                 total += grid[cell[i] + offset + step + first]
         out[at] = total
-
-
-# Compiled kernels of significance: how high steps are around a place, and how rare a step is there.
-
-
-@kernel("void(f8[:, ::1], i8[:, ::1], i8, i8, u1[::1], i4[:, :, :, ::1])")
-def histograms(grey: Floats, offsets: Ints, cell: int, stride: int, grade: Bytes, out: Ints32) -> None:
-    """Add to `out` (cells down, cells across, turns, grades) the magnitudes of steps across every `stride`-th pixel,
-    between the greys at plus and minus each of `offsets` (turns, 2: down, across), by `grade` (256,) of the magnitude.
-    """
-    rows, columns = grey.shape
-    for first in range(0, rows, stride):
-        for turn in range(len(offsets)):
-            down, across = offsets[turn]
-            r, reach = first + abs(down), abs(across)
-            if r >= rows - abs(down):
-                continue
-            ahead, behind = grey[r + down], grey[r - down]
-            for c in range(reach, columns - reach, stride):
-                height = abs(ahead[c + across] - behind[c - across])
-                out[r // cell, c // cell, turn, grade[min(int(height), 255)]] += 1
 
 
 # Compiled kernel of the topographic labels.

@@ -199,20 +199,28 @@ def _flooded(depth: Floats32, p: RegionParameters) -> Ints32:
     """Labels 0.. of the trapped balls, grown over the picture."""
     from vision.extraction import region_kernels
 
-    rows, columns = depth.shape
-    cells, deep = np.zeros((rows + 2, columns + 2), np.int32), np.zeros((rows + 2, columns + 2), np.bool_)
-    cells[[0, -1]], cells[:, [0, -1]] = -1, -1
-    count, flat, flags = 0, cells.reshape(-1), deep.reshape(-1)
+    trapped = np.zeros(depth.shape, np.int32)
+    count = 0
     for radius in p.balls:
-        np.greater(depth, np.float32(radius), out=deep[1:-1, 1:-1])
-        runs = np.flatnonzero(flags[1:] != flags[:-1]) + 1
-        count = region_kernels.trap(runs, columns + 2, flat, count, np.empty((2, len(runs) // 2), np.int64))
-    if count == 0:
-        cells[1:-1, 1:-1] = 256
+        count = trap(depth > np.float32(radius), trapped, count)
+    cells = np.pad(trapped << 8 if count else np.full_like(trapped, 256), 1, constant_values=-1)
+    flat = cells.reshape(-1)
     region_kernels.flood(flat, depth, np.empty((3, len(flat)), np.int32), np.empty((2, 257), np.int64))
     labels = cells[1:-1, 1:-1] >> 8
     labels -= 1
     return labels
+
+
+def trap(deep: Bools, labels: Ints32, count: int) -> int:
+    """Give the 4-connected parts of what is deep that hold no label (0 is none) new labels after `count`; returns the
+    last."""
+    import cv2
+
+    number, part = cv2.connectedComponents(deep.view(np.uint8), connectivity=4, ltype=cv2.CV_32S)
+    new = np.arange(number) > 0
+    new[part[labels > 0]] = False
+    labels += np.where(new, count + np.cumsum(new), 0).astype(np.int32).take(np.asarray(part, np.int32))
+    return count + int(new.sum())
 
 
 def _share_out(labels: Ints32, edges: EdgeElements, p: RegionParameters) -> None:

@@ -370,8 +370,11 @@ def find_extraction(
     store: Database, connection: Connection, picture: Picture, parameters: ExtractionParameters
 ) -> RecordedExtraction | None:
     """The extraction of that picture with those parameters, if the store holds it."""
-    rows = store.rows(connection, "extraction/by_key", content_key=content_key(picture, parameters))
-    return RecordedExtraction(int(rows[0].id), int(rows[0].unit_set_id)) if rows else None
+    key = content_key(picture, parameters)
+    for extraction_id in store.select(connection, "extraction", "id", content_key=key)["id"].tolist():
+        unit_sets = store.select(connection, "unit_set", "id", extraction_id=extraction_id)["id"]
+        return RecordedExtraction(extraction_id, int(unit_sets[0]))
+    return None
 
 
 def read_primitives(store: Database, connection: Connection, extraction_id: int) -> Primitives:

@@ -18,7 +18,7 @@ from vision.extraction.segmentation import fit_arcs
 # the threshold, makes it a ridge or ravine, two a peak, pit or saddle.
 
 
-_DEFAULTS, _ALL = TopographyParameters(), ExtractionParameters()
+_DEFAULTS = TopographyParameters()
 LABELS = ("peak", "pit", "saddle", "ridge", "ravine", "inflection", "flat", "slope", "convex", "concave", "saddle_hill")
 _RIDGE, _RAVINE = LABELS.index("ridge"), LABELS.index("ravine")
 
@@ -99,7 +99,7 @@ def _collect_ridges(
     return Ridges(elements, second > 0)
 
 
-def fit_ridge_arcs(ridges: Ridges, shape: tuple[int, int], p: ExtractionParameters = _ALL) -> Arcs:
+def fit_ridge_arcs(ridges: Ridges, shape: tuple[int, int], p: ExtractionParameters) -> Arcs:
     """Arcs along ridges, then along ravines, of an image of `shape` (rows, columns).
 
     Fillets show so: no step, but a ridge of grey along them.  `offsets` and `elements` of the arcs refer to
@@ -127,8 +127,6 @@ def fit_ridge_arcs(ridges: Ridges, shape: tuple[int, int], p: ExtractionParamete
 #
 # The ridges of fillets and chamfers differ from those of streaks by their height and, again, by having none parallel.
 
-_QUALITY = QualityParameters()
-
 
 @dataclass(frozen=True)
 class ArcQuality(Rows):
@@ -142,7 +140,7 @@ class ArcQuality(Rows):
     highlight: Floats
 
 
-def assess_arcs(grey: Floats, edges: EdgeElements, arcs: Arcs, p: QualityParameters = _QUALITY) -> ArcQuality:
+def assess_arcs(grey: Floats, edges: EdgeElements, arcs: Arcs, p: QualityParameters) -> ArcQuality:
     """Quality of the arcs found in `grey` (rows, columns; 0..255) among all its edge elements, linked or not."""
     if len(arcs) == 0:
         return ArcQuality(np.zeros(0), np.zeros(0))
@@ -166,7 +164,7 @@ def assess_arcs(grey: Floats, edges: EdgeElements, arcs: Arcs, p: QualityParamet
     return ArcQuality(_against(odds), saturated)
 
 
-def assess_ridge_arcs(grey: Floats, ridges: EdgeElements, arcs: Arcs, p: QualityParameters = _QUALITY) -> ArcQuality:
+def assess_ridge_arcs(grey: Floats, ridges: EdgeElements, arcs: Arcs, p: QualityParameters) -> ArcQuality:
     """Quality of the arcs along ridges and ravines found in `grey` (rows, columns; 0..255) among all their elements."""
     if len(arcs) == 0:
         return ArcQuality(np.zeros(0), np.zeros(0))

@@ -11,13 +11,12 @@ from scipy.ndimage import gaussian_filter
 
 from relmodel.arrays import Bools, Floats, Ints, Ints32
 from tests.vision.extraction.synthetic import disc, linked, render
-from vision.extraction import region_kernels
 from vision.extraction.arcs import LINE
 from vision.extraction.chains import fill_gaps, link
 from vision.extraction.edges import detect_edges
 from vision.extraction.extract import extract
 from vision.extraction.junctions import find_junctions
-from vision.extraction.regions import draw_edge_mask, find_leak_proof_regions, find_plain_regions, sum_borders
+from vision.extraction.regions import draw_edge_mask, find_leak_proof_regions, find_plain_regions, sum_borders, trap
 from vision.extraction.segmentation import fit_arcs
 
 
@@ -248,15 +247,10 @@ def test_borders_are_those_of_all_neighbours(kinds: int) -> None:
 @pytest.mark.parametrize("share", [0.6, 0.3])
 def test_trapped_balls_are_the_connected_parts_that_hold_no_label(share: float) -> None:
     rng = np.random.default_rng(5)
-    deep = np.zeros((42, 35), np.bool_)
-    deep[1:-1, 1:-1] = rng.random((40, 33)) < share
-    runs = np.flatnonzero(deep.reshape(-1)[1:] != deep.reshape(-1)[:-1]) + 1
-    deep = deep[1:-1, 1:-1]
-    cells = np.full((42, 35), -1, np.int32)
-    cells[1:-1, 1:-1] = np.where(rng.random((40, 33)) < 0.02, 256, 0)
-    marked = cells[1:-1, 1:-1] > 0
-    count = region_kernels.trap(runs, 35, cells.reshape(-1), 7, np.empty((2, len(runs) // 2), np.int64))
-    found = cells[1:-1, 1:-1] >> 8
+    deep = rng.random((40, 33)) < share
+    found = np.where(rng.random((40, 33)) < 0.02, 1, 0).astype(np.int32)
+    marked = found > 0
+    count = trap(deep, found, 7)
     parts, number = scipy.ndimage.label(deep)
     new = [part for part in range(1, number + 1) if not marked[parts == part].any()]
     assert count == 7 + len(new)

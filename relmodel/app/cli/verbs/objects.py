@@ -208,9 +208,9 @@ def set_(args: argparse.Namespace) -> int:
     with open_store(args) as store:
         whose = AttributeOwner(variant=args.variant, surface=args.surface, arc=args.arc, world=args.world)
         done = set_attribute(store, args.path, args.name, value, args.unit, whose, text=args.text)
-    said = f"{done.value:.10g}" if isinstance(done.value, float) else str(done.value).lower()
-    said = done.value if isinstance(done.value, str) else said
-    say(f"{done.name} of {done.owner.words} is {said}{f' {done.unit}' if done.unit else ''} (run {done.run_id})")
+    said = f"{value:.10g}" if isinstance(value, float) else str(value).lower()
+    said = value if isinstance(value, str) else said
+    say(f"{args.name} of {done.owner.words} is {said}{f' {args.unit}' if args.unit else ''} (run {done.run_id})")
     return 0
 
 

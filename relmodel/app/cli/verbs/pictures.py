@@ -55,7 +55,7 @@ def extract(args: argparse.Namespace) -> int:
     from relmodel.compiled import compile_ahead
     from relmodel.drawing.draw import check_writable, save_side_by_side
     from vision.cameras.images import describe_reading, read_mask, read_picture
-    from vision.extraction.extract import KERNELS, STAGES, count_of_stage, draw_stage, extract
+    from vision.extraction.extract import KERNELS, STAGES, extract
     from vision.extraction.extraction_parameters import ExtractionParameters, RegionParameters
 
     if args.picture:
@@ -75,13 +75,14 @@ def extract(args: argparse.Namespace) -> int:
         if stored:
             _keep(stored, pictures, found, keep_bytes=not args.no_keep_images)
     if args.picture:
-        drawn = [draw_stage(p.grey, extraction, args.stage) for p, extraction in zip(pictures, found, strict=True)]
+        draw_stage = STAGES[args.stage][0]
+        drawn = [draw_stage(p.grey, extraction) for p, extraction in zip(pictures, found, strict=True)]
         save_side_by_side(args.picture, drawn)
         say(f"{args.stage} drawn in {args.picture}")
     rows = [
-        (picture.file_name, stage, count_of_stage(extraction, stage))
+        (picture.file_name, stage, count(extraction))
         for picture, extraction in zip(pictures, found, strict=True)
-        for stage in STAGES
+        for stage, (_, count) in STAGES.items()
     ]
     print_rows(("image", "stage", "found"), rows, args.format)
     return 0
