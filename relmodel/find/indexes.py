@@ -79,7 +79,8 @@ class PackedRTree(BoxIndex):
         levels, orders = [as_boxes(boxes)], []
         while len(levels[-1]) > FANOUT:
             orders.append(page_order(levels[-1], FANOUT))
-            levels.append(bounds_of_runs(levels[-1][orders[-1]], np.arange(0, len(orders[-1]), FANOUT)))
+            levels.append(np.empty((-(-len(levels[-1]) // FANOUT), 6)))
+            rtree_kernels.bound_runs(levels[-2], orders[-1], levels[-1])
         # From the top down, order each level by its parents, so that the children of a node are contiguous.
         final, firsts = [np.arange(len(levels[-1]))], [np.array([0, len(levels[-1])])]
         for order in reversed(orders):

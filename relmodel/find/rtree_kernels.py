@@ -162,6 +162,18 @@ def fill_nodes(boxes: Floats, order: Ints, first: Ints, below: int, nodes: Float
             nodes[i, 6, k] = row if below < 0 else below + first[i] + k
 
 
+@kernel("void(f8[:, ::1], i8[::1], f8[:, ::1])")
+def bound_runs(boxes: Floats, order: Ints, bounds: Floats) -> None:
+    """The boxes (m, 6) that bound runs of 16 of boxes (n, 6) in an order (n,)."""
+    for i in range(len(bounds)):
+        for j in range(3):
+            low, high = np.inf, -np.inf
+            for k in range(i * FANOUT, min(len(order), (i + 1) * FANOUT)):
+                low = min(low, boxes[order[k], j])
+                high = max(high, boxes[order[k], 3 + j])
+            bounds[i, j], bounds[i, 3 + j] = low, high
+
+
 @kernel("void(f8[:, ::1], f8[:, ::1], i8[::1])")
 def near_keys(boxes: Floats, span: Floats, keys: Ints) -> None:
     """Keys (k,) of boxes (k, 6), to be sorted: their place on a Z curve through the box span (1, 6), above their number
