@@ -31,25 +31,17 @@ def compute_false_alarm_terms(
 ) -> Floats:
     """Of the edge elements `which` of `grey` (rows, columns; 0..255), minus the logarithm of the share of places around
     that show as high a step of its sign and orientation; one value per edge element, zero for the others."""
-    from scipy.ndimage import correlate1d
+    from vision.extraction import region_kernels
 
     heights = np.arange(256)
     grade = np.where(heights < 1, 0, 1 + p.grades_per_octave * np.log2(np.maximum(heights, 1))).astype(np.uint8)
     grades = int(grade[-1]) + 1
     turn = np.arange(p.orientations) * np.pi / p.orientations
     offsets = np.rint(p.step_px * np.column_stack([np.sin(turn), np.cos(turn)])).astype(np.int64)
-    counts = np.empty((-(-grey.shape[0] // p.cell), -(-grey.shape[1] // p.cell), p.orientations, grades))
-    for way, offset in enumerate(offsets.tolist()):
-        steps = zip(offset, grey.shape, strict=True)
-        row, column = (np.arange(abs(step), size - abs(step), p.stride) for step, size in steps)
-        ahead, behind = (grey[np.ix_(row + sign * offset[0], column + sign * offset[1])] for sign in (1, -1))
-        level = grade[np.abs(ahead - behind).astype(np.intp).clip(max=255)]
-        place = np.add.outer(row // p.cell * counts.shape[1], column // p.cell) * grades + level
-        of_way = counts[:, :, way]
-        of_way[:] = np.bincount(place.ravel(), minlength=of_way.size).reshape(of_way.shape)
-    for axis in (0, 1):  # beyond the border lies nothing
-        counts = correlate1d(counts, np.ones(p.cells_around), axis, mode="constant")
-    exceed = np.cumsum(counts[..., ::-1], axis=3)[..., ::-1]
+    counts = np.zeros((-(-grey.shape[0] // p.cell), -(-grey.shape[1] // p.cell), p.orientations, grades), np.int32)
+    region_kernels.histograms(grey, offsets, p.cell, p.stride, grade, counts)
+    around = _sum_around(_sum_around(counts.astype(np.float64), 0, p.cells_around), 1, p.cells_around)
+    exceed = np.cumsum(around[..., ::-1], axis=3)[..., ::-1]
     least = np.searchsorted(grade, np.arange(grades))  # the least height of each grade
     share = np.minimum(np.maximum(exceed, 1.0) / np.maximum(exceed[..., :1], 1.0), np.exp(-least / p.mean_step))
     table = -np.log(0.5 * share)  # half of all steps have the sign
@@ -90,6 +82,17 @@ def _contains_any(marked: Bools, chains: Chains) -> Bools:
     return (
         np.logical_or.reduceat(marked[chains.elements], chains.offsets[:-1]) if len(chains) else np.zeros(0, np.bool_)
     )
+
+
+def _sum_around(cells: Floats, axis: int, across: int) -> Floats:
+    """Sums over `across` cells along an axis, centred; beyond the border lies nothing."""
+    half = across // 2
+    width = [(0, 0)] * cells.ndim
+    width[axis] = (half + 1, half)
+    running = np.cumsum(np.pad(cells, width), axis=axis)
+    n = cells.shape[axis]
+    upper, lower = np.arange(n) + across, np.arange(n)
+    return np.asarray(np.take(running, upper, axis=axis) - np.take(running, lower, axis=axis))
 
 
 # Steps 2 and 3: edge elements linked to chains, gaps between chain ends filled.

@@ -1,4 +1,4 @@
-"""Compiled kernels of edges: facets, steps, linking."""
+"""Compiled kernels of edges: noise, facets, steps, linking."""
 
 from __future__ import annotations
 
@@ -6,8 +6,32 @@ from math import pi, sqrt
 
 import numpy as np
 
-from relmodel.arrays import Bools, Floats, Floats32, Ints32
+from relmodel.arrays import Bools, Floats, Floats32, Ints, Ints32
 from relmodel.compiled import helper, kernel
+
+
+@kernel("void(f8[:, ::1], f4[:, ::1], i8[:, ::1])")
+def high_pass_histogram(grey: Floats, room: Floats32, out: Ints) -> None:
+    """Add to `out` (bands + 1, bins) the rounded magnitudes of the high pass by band of grey, of every second row, and
+    last those of clipped pixels; worked in `room` (2, columns)."""
+    rows, columns = grey.shape
+    bands, bins = out.shape[0] - 1, out.shape[1]
+    middle, vertical = room[0], room[1]
+    half, two, four = np.float32(0.5), np.float32(2.0), np.float32(4.0)
+    to_band = np.float32(bands / 256.0 / 9.0)
+    for r in range(1, rows - 1, 2):
+        for c in range(columns):
+            middle[c] = grey[r, c]
+            vertical[c] = np.float32(grey[r - 1, c]) + np.float32(grey[r + 1, c])
+        for c in range(1, columns - 1):
+            corners = vertical[c - 1] + vertical[c + 1]
+            sides = vertical[c] + middle[c - 1] + middle[c + 1]
+            centre = middle[c]
+            high = abs(corners - two * sides + four * centre)
+            band = min(max(int((corners + sides + centre) * to_band), 0), bands - 1)
+            if centre <= half or centre >= np.float32(254.5):
+                band = bands
+            out[band, min(int(high + half), bins - 1)] += 1
 
 
 @kernel("void(f4[:, ::1], f4[::1], f4[::1], f4, f4, f4, f4, f4, f4, f4, f4[:, ::1], b1[::1])")

@@ -30,7 +30,11 @@ def estimate_noise(grey: Floats, p: NoiseParameters = _NOISE) -> Floats:
 
     Nowhere less than `p.floor`.
     """
-    histogram = count_high_pass(grey, p.bands, _BINS)[:-1]
+    from vision.extraction import edge_kernels
+
+    histogram = np.zeros((p.bands + 1, _BINS), np.int64)
+    edge_kernels.high_pass_histogram(grey, np.empty((2, grey.shape[1]), np.float32), histogram)
+    histogram = histogram[:-1]
     counts = histogram.sum(axis=1)
     pooled = histogram.sum(axis=0)
     if pooled.sum() == 0:
@@ -41,19 +45,6 @@ def estimate_noise(grey: Floats, p: NoiseParameters = _NOISE) -> Floats:
         return np.full(256, max(p.floor, _median(pooled) * _MEDIAN_TO_SIGMA))
     sigma = np.array([_median(row) for row in histogram[good]]) * _MEDIAN_TO_SIGMA
     return np.maximum(np.interp(np.arange(256), centres[good], sigma), p.floor)
-
-
-def count_high_pass(grey: Floats, bands: int, bins: int) -> Ints:
-    """How many pixels of every second row have which rounded magnitude of the high pass, (bands + 1, bins), by band of
-    grey, and last those that are clipped."""
-    rows = grey.astype(np.float32)
-    middle, vertical = rows[1:-1:2], rows[:-2:2] + rows[2::2]
-    corners, centre = vertical[:, :-2] + vertical[:, 2:], middle[:, 1:-1]
-    sides = vertical[:, 1:-1] + middle[:, :-2] + middle[:, 2:]
-    magnitude = (np.abs(corners - 2 * sides + 4 * centre) + np.float32(0.5)).astype(np.intp).clip(max=bins - 1)
-    band = ((corners + sides + centre) * np.float32(bands / 256.0 / 9.0)).astype(np.intp).clip(0, bands - 1)
-    band[(centre <= 0.5) | (centre >= 254.5)] = bands
-    return np.bincount((band * bins + magnitude).ravel(), minlength=(bands + 1) * bins).reshape(-1, bins)
 
 
 def _median(histogram: Ints) -> float:

@@ -7,14 +7,14 @@ from scipy.ndimage import convolve
 
 from relmodel.arrays import Floats32
 from vision.extraction import edge_kernels
-from vision.extraction.edges import count_high_pass
 
 
 def test_noise_is_counted_by_the_band_of_grey_of_every_second_row() -> None:
     grey = np.linspace(20, 235, 20)[:, None] + np.random.default_rng(0).normal(0, 4, (20, 17))
     grey[8, 3], grey[9, 5], grey[11, 7], grey[13, 2] = 0.4, 254.6, 254.4, 0.6
     grey = grey.astype(np.float32).astype(float)
-    found = count_high_pass(grey, 4, 40)
+    found = np.zeros((5, 40), np.int64)
+    edge_kernels.high_pass_histogram(grey, np.empty((2, 17), np.float32), found)
     high = np.abs(convolve(grey, [[1, -2, 1], [-2, 4, -2], [1, -2, 1]]))
     mean = convolve(grey, np.ones((3, 3))) / 9
     expected = np.zeros((5, 40), np.int64)
