@@ -44,7 +44,7 @@ CREATE TABLE camera_unknown (  -- localisation: What was solved of each camera a
     expected DOUBLE PRECISION NOT NULL,  -- as expected before
     sigma DOUBLE PRECISION NOT NULL,  -- standard deviation before; 0: exact, and not solved
     sigma_shown DOUBLE PRECISION NOT NULL,  -- standard deviation of what the pictures show of it, not of what they leave open, where they err 1.4 times
-        -- as much as they say; at least a tenth of sigma
+        -- as much as they say, and as parts look like another calibration; at least a tenth of sigma
     PRIMARY KEY (run_id, camera, name)
 );
 

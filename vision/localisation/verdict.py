@@ -381,12 +381,19 @@ _OTHERWISE = {
 }
 
 
+# In the order of UNKNOWNS, by how much fillets, chamfers and shadows of a part look like another calibration.  Nothing
+# is allowed for the principal point: where it lies is all that tells a cut picture of a small object.
+OF_PARTS = np.array([0.0, 0.0, 0.0, 0.0015, *[0.15] * 3, *[4e-4] * 3, 0.01])
+
+
 def compute_shown(rig: Rig, left: Floats) -> Floats:
     """Standard deviations (c, 11) of what pictures show of the cameras' unknowns, of which they leave open (c, 11): of
-    what they show as if it errs `BEYOND` times as much as its scatter says; at least `LEAST_SHOWN` of the stated."""
+    what they show as if it errs `BEYOND` times as much as its scatter says, and by `OF_PARTS` besides; at least
+    `LEAST_SHOWN` of the stated."""
     sigma = describe_unknowns(rig).sigma
     share = np.clip(1 - (left / np.maximum(sigma, 1e-12)) ** 2, 0.0, 1.0)
-    return np.asarray(sigma * np.maximum(np.sqrt(share**2 + BEYOND**2 * share * (1 - share)), LEAST_SHOWN))
+    shown = np.sqrt(share**2 * (sigma**2 + OF_PARTS**2) + BEYOND**2 * share * (1 - share) * sigma**2)
+    return np.asarray(np.maximum(shown, LEAST_SHOWN * sigma))
 
 
 def find_misfit(rig: Rig, own: Floats, left: Floats) -> Misfit | None:

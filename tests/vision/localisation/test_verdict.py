@@ -147,19 +147,24 @@ STATED = CalibrationSigma(focal=0.001, centre_px=0.5, translation_mm=0.2, rotati
 
 
 @pytest.mark.parametrize(
-    ("unknown", "by", "stated", "words"),
+    ("unknown", "by", "shown", "words"),  # shown: as stated, beside what parts do
     [
         (1, 3.0, 0.5, "the principal point that right shows lies 3.0 px right of the file's, "),
         (2, -2.5, 0.5, "the principal point that right shows lies 2.5 px above the file's, "),
-        (3, 0.048, 0.001, "the focal length that right shows is 4.8 % greater than the file's, "),
-        (3, -0.005, 0.001, "the focal length that right shows is 0.5 % less than the file's, "),
-        (5, 1.0, 0.2, "right sits 1 mm from its place in the rig along its y axis, 5 sigma: was the camera moved?"),
-        (9, -0.005, 0.001, "right is turned by 0.29 degrees about its z axis in the rig, "),
-        (10, 0.05, 0.01, "the radial distortion that right shows is 0.05 greater than the file's, "),
+        (3, 0.048, np.hypot(0.001, 0.0015), "the focal length that right shows is 4.8 % greater than the file's, "),
+        (3, -0.005, np.hypot(0.001, 0.0015), "the focal length that right shows is 0.5 % less than the file's, "),
+        (
+            5,
+            1.0,
+            np.hypot(0.2, 0.15),
+            "right sits 1 mm from its place in the rig along its y axis, 4 sigma: was the camera moved?",
+        ),
+        (9, -0.005, np.hypot(0.001, 4e-4), "right is turned by 0.29 degrees about its z axis in the rig, "),
+        (10, 0.05, np.hypot(0.01, 0.01), "the radial distortion that right shows is 0.05 greater than the file's, "),
     ],
 )
 def test_what_the_pictures_show_otherwise_than_the_file_is_said(
-    unknown: int, by: float, stated: float, words: str
+    unknown: int, by: float, shown: float, words: str
 ) -> None:
     """Nothing is said of what is exact, nor of the response."""
     rig = stereo_rig()
@@ -168,7 +173,7 @@ def test_what_the_pictures_show_otherwise_than_the_file_is_said(
     own[:, 0], own[0, 1:], own[1, unknown] = 9.0, 5.0, by
     found = find_misfit(rig, own, OPEN)
     assert found is not None
-    assert found.sigmas == pytest.approx(abs(by) / stated)
+    assert found.sigmas == pytest.approx(abs(by) / shown)
     assert found.words.startswith(words)
     assert find_misfit(stereo_rig(), own, OPEN) is None
     right = find_misfit(rig, describe_unknowns(rig).mean, OPEN)
@@ -176,11 +181,11 @@ def test_what_the_pictures_show_otherwise_than_the_file_is_said(
     assert right.sigmas == 0
     usual = find_misfit(Rig(rig.cameras, rig.rig_from_camera), 0.01 * np.tile(np.arange(11) == 3, (2, 1)), OPEN)
     assert usual is not None
-    assert usual.sigmas == pytest.approx(5)
-    # Pictures that leave .8 open show .36 of it, and err 1.4 times as much as they say.
+    assert usual.sigmas == pytest.approx(0.01 / np.hypot(0.002, 0.0015))
+    # Pictures that leave .8 open show .36 of it, and err 1.4 times as much as they say, and as parts do.
     seldom = find_misfit(rig, 0.002 * np.tile(np.arange(11) == 3, (2, 1)), 0.8 * describe_unknowns(rig).sigma)
     assert seldom is not None
-    assert seldom.sigmas == pytest.approx(0.002 / (STATED.focal * np.hypot(0.36, 1.4 * 0.6 * 0.8)))
+    assert seldom.sigmas == pytest.approx(0.002 / np.hypot(0.36 * np.hypot(0.001, 0.0015), 1.4 * 0.6 * 0.8 * 0.001))
     assert seldom.words.startswith("the focal length that right shows is 0.56 % greater")  # .002 is .36 of it
 
 
