@@ -400,42 +400,44 @@ FROM judged AS j;
 CREATE VIEW why_hypothesis (  -- localisation: Each pose that was refined, and why it is the best, a rival of it, or was dropped.
     run_id,  -- the run
     hypothesis_no,  -- the hypothesis
-    rule,  -- best, rival, symmetric, less_evidence or far_from_prior
+    rule,  -- best, rival, symmetric, less_evidence, far_from_prior or account
     found,  -- evidence that it gathers in all pictures, of edges and of greys next to outlines
     least,  -- evidence that a rival has more than
     distance,  -- sigmas from the prior; null where there is none
     sentence  -- the decision in words
 ) AS
 WITH gathered AS (
-    SELECT h.run_id, h.hypothesis_no, h.cost, h.distance, h.is_symmetric, coalesce(0.5 * h.distance * h.distance, 0) AS believed,
+    SELECT h.run_id, h.hypothesis_no, h.cost, h.distance, h.is_symmetric, h.account_log_odds, coalesce(0.5 * h.distance * h.distance, 0) AS believed,
         sum(s.found) + h.outline_evidence AS found
     FROM hypothesis AS h
     JOIN hypothesis_support AS s ON s.run_id = h.run_id AND s.hypothesis_no = h.hypothesis_no
-    GROUP BY h.run_id, h.hypothesis_no, h.cost, h.distance, h.is_symmetric, h.outline_evidence
+    GROUP BY h.run_id, h.hypothesis_no, h.cost, h.distance, h.is_symmetric, h.account_log_odds, h.outline_evidence
 ),
 ranked AS (
     SELECT g.*, row_number() OVER (PARTITION BY g.run_id ORDER BY g.cost, g.hypothesis_no) AS place
     FROM gathered AS g
 ),
 criterion AS (
-    SELECT b.run_id, b.hypothesis_no, b.found, b.believed,
+    SELECT b.run_id, b.hypothesis_no, b.found, b.believed, b.account_log_odds,
         greatest(max(CASE t.name WHEN 'rival_share' THEN t.value END) * b.found,
             max(CASE t.name WHEN 'min_margin' THEN t.value END)) AS margin,
-        max(CASE t.name WHEN 'prior_odds' THEN t.value END) AS prior_odds
+        max(CASE t.name WHEN 'prior_odds' THEN t.value END) AS prior_odds,
+        max(CASE t.name WHEN 'rival_odds' THEN t.value END) AS rival_odds
     FROM ranked AS b
     JOIN threshold AS t ON t.run_id = b.run_id AND t.decision = 'verdict'
     WHERE b.place = 1
-    GROUP BY b.run_id, b.hypothesis_no, b.found, b.believed
+    GROUP BY b.run_id, b.hypothesis_no, b.found, b.believed, b.account_log_odds
 ),
 judged AS (
     SELECT r.run_id, r.hypothesis_no, r.found, r.distance, h.found - h.margin AS least,
-        h.prior_odds, r.believed - h.believed AS odds,
+        h.prior_odds, r.believed - h.believed AS odds, h.rival_odds, h.account_log_odds - r.account_log_odds AS behind,
         CASE
             WHEN r.hypothesis_no = 0 THEN 'best'
             WHEN r.is_symmetric THEN 'symmetric'
             WHEN r.hypothesis_no = h.hypothesis_no THEN 'rival'
             WHEN r.found <= h.found - h.margin THEN 'less_evidence'
             WHEN r.believed - h.believed >= h.prior_odds THEN 'far_from_prior'
+            WHEN h.account_log_odds - r.account_log_odds >= h.rival_odds THEN 'account'
             ELSE 'rival'
         END AS rule
     FROM ranked AS r
@@ -452,6 +454,8 @@ SELECT run_id, hypothesis_no, rule, found, least, distance,
             WHEN 'symmetric' THEN 'the symmetric model looks from there as from the best'
             WHEN 'less_evidence' THEN concat('dropped, for more than ', CAST(least AS NUMERIC(18, 1)),
                 ' are needed to rival the likeliest')
+            WHEN 'account' THEN concat('dropped, for the account of edges speaks against it by ', CAST(behind AS NUMERIC(18, 1)),
+                ' log odds, and ', CAST(rival_odds AS NUMERIC(18, 1)), ' are allowed')
             ELSE concat('dropped, for the prior speaks against it by ', CAST(odds AS NUMERIC(18, 1)),
                 ' log odds, and ', CAST(prior_odds AS NUMERIC(18, 1)), ' are allowed')
         END) AS sentence

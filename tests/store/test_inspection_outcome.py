@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sqlalchemy as sa
 
 from relmodel.arrays import Ragged
 from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run, Store
 from vision.inspection.answer import Outcome, read_outcome
 from vision.localisation.localisation_parameters import VerdictParameters
+from vision.localisation.verdict import HypothesisTable, find_standing
 
 Variants = list[tuple[str, float, int]]  # name, log odds, and how many items differ from it; the first is placed
 
@@ -205,3 +207,35 @@ def test_a_refusal_names_its_likeliest_cause(
     assert ("the focal length is 4.8 % greater" in found.refusal[0]) == ("calibration" in failed)
     assert found.refusal[0].startswith("likely cause: ")
     assert found.refusal[1].startswith("next: ")
+
+
+def test_why_a_pose_is_a_rival_or_none(store_of_runs: str) -> None:
+    """The view says what the verdict's own rule does: hypotheses of cost, evidence, prior and account made by hand."""
+    p, count = VerdictParameters(), 6
+    found = np.array([1000.0, 990, 990, 900, 990, 990])
+    distance = np.array([1.0, 1, 1, 1, 5, 1])
+    told = np.array([500.0, 487.9, 488.1, 500, 500, 600])
+    table = HypothesisTable(
+        prior_sigma=distance, evidence=found, found=found, expected=found, outline_px=0 * found,
+        outline_contrast=0 * found, outline_evidence=0 * found, is_symmetric=found < 0, told=told,
+    )  # fmt: skip
+    assert sorted(find_standing(table, p).tolist()) == [0, 2, 5]
+    with Store.open(store_of_runs) as store:
+        with Run.begin(store, "inspect", {}) as run, run.write() as connection:
+            if store.dialect == "postgresql":  # there is no inspection
+                connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
+            each: dict[str, Any] = {"run_id": run.id, "hypothesis_no": np.arange(count)}
+            poses = matrix_columns(np.tile(np.eye(4), (count, 1, 1)))
+            beside = dict.fromkeys(("evidence_ratio", "outline_length", "outline_contrast", "outline_evidence"), 0.0)
+            judged = {"cost": table.cost, "distance": distance, "is_symmetric": False, "account_log_odds": told}
+            run.append(connection, "hypothesis", {**each, **poses, **beside, **judged})
+            seen: dict[str, Any] = {"camera": "left", "evidence": found, "expected": found, "length_px": 1.0}
+            run.append(connection, "hypothesis_support", {**each, **seen, "found": found})
+            limits = {name: float(value) for name, value in asdict(p).items() if isinstance(value, int | float)}
+            given: dict[str, Any] = {"run_id": run.id, "decision": "verdict"}
+            run.append(connection, "threshold", {**given, "name": list(limits), "value": list(limits.values())})
+        with store.read() as connection:
+            asked = sa.text("SELECT rule, sentence FROM why_hypothesis WHERE run_id = :run ORDER BY hypothesis_no")
+            why = connection.execute(asked, {"run": run.id}).all()
+    assert [row.rule for row in why] == ["best", "account", "rival", "less_evidence", "far_from_prior", "rival"]
+    assert why[1].sentence.endswith("speaks against it by 12.1 log odds, and 12.0 are allowed")

@@ -18,7 +18,7 @@ from vision.cameras.rig_file import member, numbers, read_yaml
 Standpoints = str | Path | Sequence[Mapping[str, Any]]
 """A CSV or YAML file, or what its entries hold."""
 
-COLUMNS = ("name", "pose", "joints", "sigma_mm", "sigma_deg", "prior", "rig", "serial")  # all others are cameras
+COLUMNS = ("name", "pose", "joints", "sigma_mm", "sigma_deg")  # all others are cameras
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def _read_csv(file: Path) -> list[dict[str, Any]]:
     for _, row in rows:
         cells = {name: cell for name, cell in zip(names, row, strict=False) if cell}
         entry: dict[str, Any] = {"pictures": {key: cell for key, cell in cells.items() if key not in COLUMNS}}
-        entry |= {"name": cells.get("name"), "pose": cells.get("pose") or cells.get("prior")}
+        entry |= {"name": cells.get("name"), "pose": cells.get("pose")}
         entry["joints"] = dict(word.partition("=")[::2] for word in cells.get("joints", "").split())
         if "sigma_mm" in cells or "sigma_deg" in cells:
             entry["sigma"] = {"translation_mm": cells.get("sigma_mm"), "rotation_deg": cells.get("sigma_deg")}
