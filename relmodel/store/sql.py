@@ -6,7 +6,7 @@ import re
 import tomllib
 from functools import cache
 from hashlib import sha256
-from itertools import product, takewhile
+from itertools import cycle, product, takewhile
 
 from sqlalchemy import TextClause, text
 
@@ -134,7 +134,7 @@ def comment_statements(dialect: str) -> str:
                     statements.append(_comment("COLUMN", f"{relation}.m{row}{column}", f"{words}: row {row}{of}"))
             else:
                 axes = re.search(r"\bx(, y)? and [yz]\b", words) if len(names) > 1 else None
-                for name, axis in zip(names, "xyz" * 9, strict=False):
+                for name, axis in zip(names, cycle("xyz"), strict=False):
                     own = words if axes is None else words[: axes.start()] + axis + words[axes.end() :]
                     statements.append(_comment("COLUMN", f"{relation}.{name}", own))
     return "\n".join(statements)

@@ -225,10 +225,10 @@ def test_why_a_pose_is_a_rival_or_none(store_of_runs: str) -> None:
             if store.dialect == "postgresql":  # there is no inspection
                 connection.exec_driver_sql("SET LOCAL session_replication_role = replica")
             each: dict[str, Any] = {"run_id": run.id, "hypothesis_no": np.arange(count)}
-            poses = matrix_columns(np.tile(np.eye(4), (count, 1, 1)))
-            beside = dict.fromkeys(("evidence_ratio", "outline_length", "outline_contrast", "outline_evidence"), 0.0)
-            judged = {"cost": table.cost, "distance": distance, "is_symmetric": False, "account_log_odds": told}
-            run.append(connection, "hypothesis", {**each, **poses, **beside, **judged})
+            posed: dict[str, Any] = {**each, **matrix_columns(np.tile(np.eye(4), (count, 1, 1)))}
+            posed |= dict.fromkeys(("evidence_ratio", "outline_length", "outline_contrast", "outline_evidence"), 0.0)
+            posed |= {"cost": table.cost, "distance": distance, "is_symmetric": False, "account_log_odds": told}
+            run.append(connection, "hypothesis", posed)
             seen: dict[str, Any] = {"camera": "left", "evidence": found, "expected": found, "length_px": 1.0}
             run.append(connection, "hypothesis_support", {**each, **seen, "found": found})
             limits = {name: float(value) for name, value in asdict(p).items() if isinstance(value, int | float)}

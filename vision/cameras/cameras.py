@@ -255,29 +255,20 @@ USUAL_CALIBRATION = CalibrationSigma(0.002, 0.7, 0.15, 3e-4, 0.002)
 class Standpoint:
     """Where a rig stood that took pictures of one unmoving object from several places.
 
-    world_from_rig: as stated (4, 4), but for what all standpoints have in common.  covariance: (6, 6) of a right
+    world_from_rig: as stated (4, 4).  covariance: (6, 6) of a right
     perturbation in the rig's frame there, t mm then r rad, by which it may be off, independently of the others.
     joints: at which the world was asked for it, where they were given.  ignored: whether its pictures are left out.
-    stated: the pose as stated, where pictures have moved the other near to where they show it.
     """
 
     world_from_rig: Floats
     covariance: Floats
     joints: Mapping[str, float] = field(default_factory=dict)
     ignored: bool = False
-    stated: Floats | None = None
 
     @cached_property
     def root(self) -> Floats:
         """A root (6, 6) of the covariance: perturbations are this times six numbers of standard deviation 1."""
         return np.asarray(np.linalg.cholesky(self.covariance))
-
-    @cached_property
-    def expected(self) -> Floats:
-        """The six numbers that lead back to the pose as stated."""
-        if self.stated is None:
-            return np.zeros(6)
-        return np.asarray(np.linalg.solve(self.root, perturbation(self.world_from_rig, self.stated)))
 
 
 BETWEEN = "/"  # in the name of a camera at a standpoint: STANDPOINT/CAMERA

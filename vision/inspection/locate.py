@@ -157,8 +157,8 @@ class Locator:
         """The best pose from these starts, with its verdict."""
         scene, seen = stored.scene, self.seen
 
-        def weigh(pose: RefinedPose, rig: Rig, indexes: Mapping[str, EdgeIndex]) -> float:
-            rig = correct_rig(rig, pose.camera_unknowns)
+        def weigh(pose: RefinedPose, indexes: Mapping[str, EdgeIndex]) -> float:
+            rig = correct_rig(self.seen.rig, pose.camera_unknowns)
             placed = {name: pose.world_from_rig @ it for name, it in rig.rig_from_camera.items()}
             arcs = {name: find_view_arcs(scene, camera, placed[name]) for name, camera in rig.cameras.items()}
             return weigh_edges(self.take_account(stored, rig, pose, indexes, arcs).pieces)

@@ -14,7 +14,7 @@ from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run
 from relmodel.store.runs import Writer
 from relmodel.world.kinematics import Correction
-from vision.cameras.cameras import Needs, Prior, Rig, Selection, perturb, perturbation
+from vision.cameras.cameras import Needs, Prior, Rig, Selection, perturb
 from vision.cameras.record import record_rig
 from vision.constellations.find_poses import record_relations
 from vision.inspection.against import ComparedObject, record_comparisons
@@ -23,7 +23,7 @@ from vision.inspection.locate import Location
 from vision.inspection.pictures import Quality, SeenPicture
 from vision.localisation.hypotheses import Stage
 from vision.localisation.localise import Localisation, View
-from vision.localisation.measurements import PLACE, UNKNOWNS, describe_unknowns
+from vision.localisation.measurements import UNKNOWNS, describe_unknowns
 from vision.localisation.refine import Explanation, LastStep, RefinedPose
 from vision.localisation.verdict import compare_standpoints, compute_shown
 from vision.localisation.views import KINDS, NO_RUN, SILHOUETTE
@@ -330,15 +330,12 @@ def record_decisions(
         camera=cameras * len(supports),
         **{name: np.concatenate([getattr(it, field) for it in supports]) for name, field in columns.items()},
     )
-    unknowns, value = describe_unknowns(rig), found.best.camera_unknowns
-    if rig.moved is not None:  # solved from where the pictures have them, told from where they are stated to be
-        value = value.copy()
-        value[:, PLACE] = [perturbation(rig.rig_from_camera[name], found.rig.rig_from_camera[name]) for name in cameras]
+    unknowns = describe_unknowns(rig)
     write(
         "camera_unknown",
         camera=np.repeat(cameras, len(UNKNOWNS)).tolist(),
         name=list(UNKNOWNS) * len(cameras),
-        value=value.ravel(),
+        value=found.best.camera_unknowns.ravel(),
         expected=unknowns.mean.ravel(),
         sigma=unknowns.sigma.ravel(),
         sigma_shown=compute_shown(rig, found.best.unknowns_sigma).ravel(),

@@ -29,7 +29,7 @@ from vision.localisation.hypotheses import (
     select_under_prior,
 )
 from vision.localisation.localisation_parameters import DEFAULTS, LocalisationParameters
-from vision.localisation.measurements import EdgeIndex, carry, correct_rig
+from vision.localisation.measurements import EdgeIndex, correct_rig
 from vision.localisation.refine import MAX_PRIOR_SHARE, Fit, RefinedPose
 from vision.localisation.support import GreyGrid, lay_grey_grids, measure_outlines
 from vision.localisation.verdict import HypothesisTable, Verdict, decide, find_standing, gather_elsewhere
@@ -233,9 +233,6 @@ SAME_PX = 1.5  # rms over what is seen, within which two poses are one
 MIN_CANDIDATE_SHARE, CANDIDATES, MIN_EQUAL_SHARE = 0.3, 6, 0.94
 MIN_EVIDENCE_SHARE = 0.7  # of the best evidence to which a pose must climb to be refined
 RIVAL_FIRST_PX, RIVAL_LAST_PX = 2.0, 0.5  # first and last step of that climb
-# A standpoint whose pictures show less than this share of what is expected is looked for by these alone: first step,
-# px, and weight of what is stated of it.
-LOST_SHARE, LOST_FIRST_PX, LOST_INFORMATION = 0.4, 8.0, 0.1
 RIVAL_PRIOR_WEIGHT = 0.01  # of the prior in it
 SHIFT_ROUNDS = 3  # of shifting the best pose, which may change
 MAX_REFINED = 60  # hypotheses; the likeliest by the prior are followed first
@@ -244,8 +241,8 @@ MAX_REFINED = 60  # hypotheses; the likeliest by the prior are followed first
 PARTNER_ODDS, NO_PARTNER_ODDS = 1.1, -0.63
 
 
-Weigh = Callable[[RefinedPose, Rig, Mapping[str, EdgeIndex]], float]
-"""Log odds of all edges seen from a pose of a rig, by the edge elements of each camera's picture."""
+Weigh = Callable[[RefinedPose, Mapping[str, EdgeIndex]], float]
+"""Log odds of all edges seen from a pose, by the edge elements of each camera's picture."""
 
 
 @dataclass(frozen=True)
@@ -314,11 +311,6 @@ def localise(
     else:
         found = climb_each(near, rig, fine, prior, starts)
     clock.lap("search")
-    if rig.moved is not None and len(found.score):
-        start = perturb(prior.world_from_rig, found.delta[0])
-        rig, start = place_standpoints(Fit(near, rig, indexes, fine, prior, p.refinement_seed), start)
-        found = replace(found, delta=np.vstack([perturbation(prior.world_from_rig, start)[None], found.delta[1:]]))
-        clock.lap("place")
     if prior.is_open:
         # No prior holds a pose that the edges speak against: it would drift off to where nothing is seen.
         found = found.take(found.score > 0)
@@ -334,7 +326,7 @@ def localise(
     hypotheses, standing, motions = _order(hypotheses, scene, p)
     if weigh is not None and 1 < len(standing) <= p.verdict.most_told:
         for n in standing.tolist():
-            hypotheses[n] = replace(hypotheses[n], told=weigh(hypotheses[n], rig, indexes))
+            hypotheses[n] = replace(hypotheses[n], told=weigh(hypotheses[n], indexes))
         hypotheses, standing, motions = _order(hypotheses, scene, p)
         clock.lap("weigh")
     best = hypotheses[0]
@@ -352,35 +344,6 @@ def localise(
     return Localisation(
         verdict, best, hypotheses, rivals, equivalent[1:], apart, solved, indexes, views, clock.laps, stages
     )
-
-
-def place_standpoints(fit: Fit, world_from_rig: Floats) -> tuple[Rig, Floats]:
-    """The rig with each standpoint where the pictures show it from near a pose of the rig (4, 4), and the pose there.
-
-    All are solved together; one whose pictures then show little of the model is looked for by these alone."""
-    rig, cameras = fit.rig, list(fit.rig.cameras)
-    solved = fit.solve(world_from_rig, np.zeros(len(fit.scene.inspected), bool))
-    first, pose, support = rig.standpoints[rig.first], solved.world_from_rig, solved.support
-    first_from_world = np.linalg.inv(first.world_from_rig)
-    step = {name: rig.standpoints[name].root @ solved.solved[of] for name, of in fit.unknowns.standpoints.items()}
-    back = first.world_from_rig @ np.linalg.inv(perturb(first.world_from_rig, step[rig.first]))
-    placed = dict(rig.standpoints)
-    for name, moved in step.items():
-        it = rig.standpoints[name]
-        there = back @ perturb(it.world_from_rig, moved)
-        rows = [number for number, camera in enumerate(cameras) if rig.standpoint_of(camera) == name]
-        least = LOST_SHARE * float(support.expected[rows].sum())
-        if name != rig.first and support.found[rows].sum() < least:
-            own, only = Fields(fit.fields[row] for row in rows), rig.only(*(cameras[row] for row in rows))
-            to_rig = carry(first_from_world @ it.world_from_rig)
-            information = np.asarray(LOST_INFORMATION * np.linalg.inv(to_rig @ it.covariance @ to_rig.T), float)
-            climbed = climb_from(fit.scene, only, own, pose, information, (LOST_FIRST_PX, RIVAL_LAST_PX))
-            if climbed is not None and climbed[1] > least:
-                moved_first = first.world_from_rig @ np.linalg.inv(pose) @ climbed[0]
-                there = moved_first @ first_from_world @ it.world_from_rig
-        placed[name] = replace(it, world_from_rig=there, stated=it.world_from_rig)
-    assert rig.moved is not None
-    return rig.moved.at_standpoints(placed).only(*rig.cameras), pose
 
 
 def _order(

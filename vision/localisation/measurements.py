@@ -64,14 +64,6 @@ class CameraUnknowns:
         """Inverse variances (u,); one for what is exact, which no measurement moves."""
         return np.where(self.deviation > 0, self.deviation, 1.0) ** -2.0
 
-    @property
-    def start(self) -> Floats:
-        """What a solution begins with (u,): standpoints where the rig has them."""
-        out = self.expected.copy()
-        for columns in self.standpoints.values():
-            out[columns] = 0
-        return out
-
     def of_cameras(self, solved: Floats) -> Floats:
         """The cameras' unknowns (c, 11) by what is solved (u,)."""
         return np.asarray(self.shared @ np.ravel(solved))
@@ -107,7 +99,7 @@ def describe_unknowns(rig: Rig) -> CameraUnknowns:
         camera_from_place = camera_from_rig @ inverse(first.world_from_rig) @ it.world_from_rig
         shared[number, PLACE, columns[place]] = carry(camera_from_place) @ it.root
         shared[number, PLACE, columns[rig.first]] = -carry(camera_from_rig) @ first.root
-    expected = np.concatenate([mean.ravel()[column], *(rig.standpoints[name].expected for name in names)])
+    expected = np.concatenate([mean.ravel()[column], np.zeros(6 * len(names))])
     deviation = np.concatenate([sigma.ravel()[column], np.ones(6 * len(names))])
     shared *= deviation > 0  # what is exact moves nothing
     of_cameras = shared @ expected, np.sqrt(shared**2 @ deviation**2)

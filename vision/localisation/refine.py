@@ -264,7 +264,7 @@ class Fit:
                 break
             rejected.append(refined)
             refined = best
-        start = self.measure(world_from_rig, self.unknowns.start, self._none)
+        start = self.measure(world_from_rig, self.unknowns.expected, self._none)
         near = self.solve(world_from_rig, self._none, NEAR_ROUNDS)
         # A view of nothing costs nothing, and no prior holds the pose where there is none.
         other = min([near, start], key=lambda h: (h.sees_nothing, h.cost))
@@ -310,7 +310,7 @@ class Fit:
     ) -> RefinedPose:
         """The best pose from all occurrences that are not excluded, by all rounds or by those given; without an arc of
         the scene, where one is named."""
-        pose, solved = world_from_rig, self.unknowns.start
+        pose, solved = world_from_rig, self.unknowns.expected
         for reach, scale in rounds or ROUNDS:
             prediction = self.predict(pose)
             votes = ~excluded[self.scene.occurrence_of_arc[prediction.arc]] & (prediction.arc != arc)

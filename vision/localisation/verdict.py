@@ -435,7 +435,7 @@ def compare_standpoints(rig: Rig, best: RefinedPose) -> dict[str, SolvedStandpoi
 
     unknowns, out = describe_unknowns(rig), {}
     for name, columns in unknowns.standpoints.items():
-        off, root = best.solved[columns] - unknowns.expected[columns], rig.standpoints[name].root
+        off, root = best.solved[columns], rig.standpoints[name].root
         left = best.left[6:, 6:][columns, columns]
         value, axes = np.linalg.eigh(left)
         share = np.clip(1 - value, 0.0, 1.0)

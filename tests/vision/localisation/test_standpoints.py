@@ -15,7 +15,6 @@ from tests.vision.localisation.scenes import above, blocks, off, stereo_rig
 from tests.vision.localisation.simulation import Errors, draw_edges
 from vision.cameras.cameras import CalibrationSigma, Rig, Standpoint, perturb, perturbation
 from vision.localisation.hypotheses import EdgePoints, build_fine_evidence
-from vision.localisation.localise import place_standpoints
 from vision.localisation.measurements import EdgeIndex, correct_rig, share_left
 from vision.localisation.refine import Fit
 from vision.localisation.verdict import compare_standpoints, compute_precision
@@ -103,14 +102,12 @@ def test_pictures_together_are_surer_and_as_right_as_they_say_and_exact_standpoi
     for seed in range(5):
         fit, true, errors = stand(seed)
         truth = true.standpoints["s0"].world_from_rig
-        rig, start = place_standpoints(fit, truth)
         edges = {name: index.edges for name, index in zip(fit.rig.cameras, fit.cameras, strict=True)}
-        placed = fit_of(rig, edges, truth)
-        found = placed.refine(start)
+        found = fit.refine(truth)
         d = perturbation(found.world_from_rig, truth)
         together.append(d @ np.linalg.solve(found.covariance, d))
         mm, rad, _ = compute_precision(found.covariance, found.middle)
-        for name, it in compare_standpoints(rig, found).items():
+        for name, it in compare_standpoints(fit.rig, found).items():
             left = it.moved - errors[int(name[1:])]
             assert left @ np.linalg.solve(it.covariance, left) < 30
             assert it.misfit.sigmas < 3.5
@@ -130,9 +127,7 @@ def test_pictures_together_are_surer_and_as_right_as_they_say_and_exact_standpoi
 @pytest.mark.parametrize("seed", range(3))
 def test_a_standpoint_that_is_moved_is_named_with_the_amount(seed: int) -> None:
     fit, true, errors = stand(seed, 8.0)
-    rig, start = place_standpoints(fit, true.standpoints["s0"].world_from_rig)
-    edges = {name: index.edges for name, index in zip(fit.rig.cameras, fit.cameras, strict=True)}
-    found = compare_standpoints(rig, fit_of(rig, edges, start).refine(start))
+    found = compare_standpoints(fit.rig, fit.refine(true.standpoints["s0"].world_from_rig))
     worst = max(found, key=lambda name: found[name].misfit.sigmas)
     assert worst == "s3"
     assert found[worst].misfit.sigmas > 3.5
