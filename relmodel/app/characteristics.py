@@ -29,7 +29,7 @@ def record_tolerances(store: Store, file: Path, variant: str = "") -> str:
     with Run.begin(store, "set", asked, inputs={"tolerances": (file.name, digest)}) as run:
         with store.read() as connection:
             rows = _read_rows(store, connection, file, variant)
-        words = f"{len(rows)} tolerances of {file.name} are recorded"
+        words = f"the tolerances of {file.name} are recorded, {len(rows)} in all"
 
         def write(connection: Connection) -> None:
             run.append(connection, "size_tolerance", {"run_id": run.id, **by_column(_KEPT, rows)})
