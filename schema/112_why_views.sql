@@ -162,6 +162,7 @@ WITH statistic AS (
         max(CASE name WHEN 'absent_anywhere' THEN value END) AS absent_anywhere,
         max(CASE name WHEN 'rival_face_mm' THEN value END) AS face_mm,
         max(CASE name WHEN 'calibration' THEN value END) AS calibration,
+        max(CASE name WHEN 'calibration_limit' THEN value END) AS calibration_limit,
         min(CASE WHEN starts_with(name, 'sees ') THEN value END) AS sees
     FROM verdict_statistic
     GROUP BY run_id
@@ -171,7 +172,6 @@ criterion AS (
         max(CASE name WHEN 'searched_rarity' THEN value END) AS searched_rarity,
         max(CASE name WHEN 'max_sigma' THEN value END) AS max_sigma,
         max(CASE name WHEN 'max_apart_sigma' THEN value END) AS max_apart,
-        max(CASE name WHEN 'max_calibration_sigma' THEN value END) AS max_calibration,
         max(CASE name WHEN 'max_absent_odds' THEN value END) AS max_absent,
         max(CASE name WHEN 'max_absent_odds_anywhere' THEN value END) AS max_absent_anywhere,
         max(CASE name WHEN 'least_camera_odds' THEN value END) AS least_odds,
@@ -243,10 +243,10 @@ rule AS (
     FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
     WHERE s.sees IS NOT NULL
     UNION ALL
-    SELECT s.run_id, 8, 'calibration', s.calibration, h.max_calibration, s.calibration <= h.max_calibration,
+    SELECT s.run_id, 8, 'calibration', s.calibration, s.calibration_limit, s.calibration <= s.calibration_limit,
         concat('what the pictures show of the cameras lies up to ', CAST(s.calibration AS NUMERIC(18, 1)),
-            ' sigma from the rig''s file, and ', CAST(h.max_calibration AS NUMERIC(18, 1)), ' are allowed')
-    FROM statistic AS s JOIN criterion AS h ON h.run_id = s.run_id
+            ' sigma from the rig''s file, and ', CAST(s.calibration_limit AS NUMERIC(18, 1)), ' are allowed')
+    FROM statistic AS s
     WHERE s.calibration IS NOT NULL
     UNION ALL
     SELECT s.run_id, 9, 'faces', s.face_mm, h.needs_mm, false,

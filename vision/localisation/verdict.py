@@ -513,7 +513,8 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
     if not stats.apart <= p.max_apart_sigma:
         missing.append(f"the cameras disagree by {stats.apart:.0f} sigma: check the rig's calibration")
     rig = None
-    if it.misfit is not None and it.misfit.sigmas > p.max_calibration_sigma:
+    calibration_limit = p.max_calibration_sigma if by_camera else p.max_calibration_sigma_alone
+    if it.misfit is not None and it.misfit.sigmas > calibration_limit:
         missing.append(it.misfit.words)
         rig = it.misfit.words if likely >= p.min_posterior else None  # where nothing fits, the cameras do not either
     if not (2 * sigma_mm <= needs.translation_mm and 2 * sigma_rad <= needs.rotation):
@@ -545,7 +546,7 @@ def judge(g: HypothesisTable, standing: Ints, it: PoseEvidence, needs: Needs, p:
         "excluded": float(it.excluded),
     }
     if it.misfit is not None:
-        weighed["calibration"] = it.misfit.sigmas
+        weighed |= {"calibration": it.misfit.sigmas, "calibration_limit": calibration_limit}
     for name, camera in support.items():
         weighed[f"agreement {name}"] = camera.agreement
         weighed[f"chance_level {name}"] = camera.chance.level

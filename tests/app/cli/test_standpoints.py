@@ -40,44 +40,39 @@ def scan(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "scan.csv"
 
 
-def test_standpoints_are_one_inspection_with_rows_that_come_out_again(
+def test_a_standpoint_that_was_moved_is_named_and_the_others_are_one_inspection_without_it(
     scan: Path, bulkhead_template: Path, copy_store: CopyStore, capsys: Capsys
 ) -> None:
     store = copy_store(str(bulkhead_template))
     options = ("--rig", "rig.yaml", "--standpoints", "scan.csv", "--prior", "prior.yaml")
-    answer = inspected(store, *options)
-    assert answer["verdict"] == "accepted"
-    assert off_truth(answer).target_mm < 1.0
-    assert [it["name"] for it in answer["standpoints"]] == ["stop 00", "stop 03", "stop 05"]
-    assert all(np.abs(np.array(it["moved"]) / SIGMA).max() < 4 and it["sigmas"] < 3.5 for it in answer["standpoints"])
-    assert set(answer["world_from_camera"]) == {"stop 00/left", "stop 03/left", "stop 05/left"}
-    for stop in ("00", "03", "05"):
-        truth = json.loads((DEMO / f"pair_{stop}_truth.json").read_text())["world_from_rig"]
-        assert np.abs(np.array(answer["world_from_camera"][f"stop {stop}/left"]) - truth)[:3, 3].max() < 2.0
-    # The lens is one, wherever it stands.
-    lens = "SELECT count(DISTINCT value) FROM camera_unknown WHERE name = 'focal'"
-    assert asked(store, lens)[0][0] == 1
-    assert main(["replay", "--store", store]) == main(["check", "--store", store]) == 0
-    capsys.readouterr()
-    assert main(["why", "--pose", "--store", store]) == 0
-    assert "standpoint stop 03 is " in capsys.readouterr().out
-    # The second is moved by far: it is named, and left out.
     moved = yaml.safe_load(Path("03.yaml").read_text())
     moved["world_from_rig"][0][3] += 12.0
     Path("03.yaml").write_text(yaml.safe_dump(moved))
     refused = inspected(store, *options)
     assert refused["verdict"] == "refused", refused["standpoints"]
+    assert [it["name"] for it in refused["standpoints"]] == ["stop 00", "stop 03", "stop 05"]
     assert any(words.startswith("standpoint stop 03 is ") for words in refused["missing"]), refused["missing"]
     assert refused["outcome"]["cause"] == "standpoint"
     assert refused["outcome"]["refusal"][1].endswith("--ignore-standpoint stop 03")
-    left = inspected(store, *options, "--ignore-standpoint", "stop 03")
-    assert left["verdict"] == "accepted"
-    assert [it["ignored"] for it in left["standpoints"]] == [False, True, False]
-    assert left["standpoints"][1]["moved"] is None
-    assert main(["replay", "--store", store]) == main(["check", "--store", store]) == 0
     with relmodel.open(store, read_only=False) as opened:
-        again = opened.inspect(rig="rig.yaml", standpoints="scan.csv", ignored=["stop 03"], prior="prior.yaml")
-    np.testing.assert_array_equal(again.world_from_rig, np.array(left["world_from_rig"]))
+        kept = opened.inspect(rig="rig.yaml", standpoints="scan.csv", ignored=["stop 03"], prior="prior.yaml")
+    answer = kept.to_json()
+    assert answer["verdict"] == "accepted"
+    assert off_truth(answer).target_mm < 1.0
+    one, left_out, other = answer["standpoints"]
+    assert ([it["ignored"] for it in answer["standpoints"]], left_out["moved"]) == ([False, True, False], None)
+    assert all(np.abs(np.array(it["moved"]) / SIGMA).max() < 4 and it["sigmas"] < 3.5 for it in (one, other))
+    assert set(answer["world_from_camera"]) == {"stop 00/left", "stop 05/left"}
+    for stop in ("00", "05"):
+        truth = json.loads((DEMO / f"pair_{stop}_truth.json").read_text())["world_from_rig"]
+        assert np.abs(np.array(answer["world_from_camera"][f"stop {stop}/left"]) - truth)[:3, 3].max() < 2.0
+    # The lens is one, wherever it stands.
+    lens = "SELECT count(DISTINCT value) FROM camera_unknown WHERE name = 'focal' AND run_id = :run"
+    assert asked(store, lens, run=answer["run"])[0][0] == 1
+    assert main(["replay", "--store", store]) == main(["check", "--store", store]) == 0
+    capsys.readouterr()
+    assert main(["why", "--pose", "--store", store]) == 0
+    assert "standpoint stop 05 is " in capsys.readouterr().out
 
 
 GOOD: dict[str, Any] = {"pictures": {"left": "a.png"}, "world_from_rig": np.eye(4)}
@@ -132,3 +127,9 @@ def test_lists_are_read_alike(scan: Path) -> None:
 def test_a_call_names_standpoints_or_pictures(words: list[str], capsys: Capsys) -> None:
     assert main(["inspect", "--rig", "rig.yaml", "--standpoints", "scan.csv", *words, "--store", "cell.duckdb"]) == 2
     assert "--standpoints names all pictures" in capsys.readouterr().err
+
+
+def test_a_standpoint_that_nobody_named_cannot_be_left_out(scan: Path, loaded: Path, capsys: Capsys) -> None:
+    options = ["--rig", "rig.yaml", "--standpoints", "scan.csv", "--ignore-standpoint", "stop 9"]
+    assert main(["inspect", *options, "--store", str(loaded)]) == 3
+    assert "has no standpoint stop 9 to be left out" in capsys.readouterr().err

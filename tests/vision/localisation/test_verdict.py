@@ -189,11 +189,18 @@ def test_what_the_pictures_show_otherwise_than_the_file_is_said(
     assert seldom.words.startswith("the focal length that right shows is 0.56 % greater")  # .002 is .36 of it
 
 
-@pytest.mark.parametrize(("sigmas", "verdict"), [(3.4, "accepted"), (3.6, "refused")])
-def test_a_calibration_that_does_not_hold_refuses_the_pose(sigmas: float, verdict: str) -> None:
+@pytest.mark.parametrize(
+    ("cameras", "sigmas", "verdict"),
+    [(2, 3.4, "accepted"), (2, 3.6, "refused"), (0, 2.3, "accepted"), (0, 2.5, "refused")],
+)
+def test_a_calibration_that_does_not_hold_refuses_the_pose_sooner_of_one_picture(
+    cameras: int, sigmas: float, verdict: str
+) -> None:
     one = np.ones(1)
     gathered = HypothesisTable(one, 2000 * one, 1e3 * one, 1e3 * one, 105 * one, one, 0 * one, one < 0, np.nan * one)
-    evidence = PoseEvidence(0.9, [], {}, LITTLE, (0.01, 1e-5, "x"), 0, Misfit(sigmas, "so and so"))
+    support = {str(k): CameraSupport(1000.0, 1000.0, 1000.0, 0.9, LITTLE) for k in range(cameras)}
+    misfit = Misfit(sigmas, "so and so")
+    evidence = PoseEvidence(0.9, cameras * [1000.0], support, LITTLE, (0.01, 1e-5, "x"), 0, misfit)
     found = judge(gathered, np.array([0]), evidence, Needs(1.0, 0.01), DEFAULTS.verdict)
     assert (found.verdict, found.missing) == (verdict, [] if verdict == "accepted" else ["so and so"])
     assert found.weighed["calibration"] == sigmas
