@@ -138,7 +138,7 @@ class OpenStore(Store):
     def plan(self, *, rig: str | Path, out: str | Path | None = None, **wanted: Unpack[PlanOptions]) -> Plan:
         """The views that would check most of an object, or of what is left of the physical part of a serial number.
 
-        out: a folder for a prior of each view, and for pairs.csv, their list for `relmodel inspect --list`.
+        out: a folder for a prior of each view and their lists, pairs.csv and standpoints.csv.
         wanted: serial, object, world, on, distance, above and views: `vision.planning.Wanted`.
         """
         from relmodel.app.propose import propose_views

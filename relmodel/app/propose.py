@@ -21,7 +21,8 @@ _SIGMA = {"translation_mm": 5.0, "rotation_deg": 0.5}  # as for a rig on an arm:
 def propose_views(
     store: Store, rig_file: Path, wanted: PlanOptions, out: Path | None = None, progress: Progress = silent
 ) -> Plan:
-    """`plan_views` for the rig of a file; out: a folder for a prior of each view and their list, pairs.csv."""
+    """`plan_views` for the rig of a file; out: a folder for a prior of each view and their lists, pairs.csv
+    to inspect them one by one and standpoints.csv to inspect them together."""
     serial, distance, most = wanted.get("serial"), wanted.get("distance"), wanted.get("views")
     if (serial is None) == (wanted.get("object") is None):
         raise UsageError("a plan is of a physical part by its serial number, or of an object: name one of them")
@@ -48,9 +49,13 @@ def _write_files(plan: Plan, rig: Rig, rig_file: Path, serial: str | None, out: 
             (out / f"{stem}.yaml").write_text(f"# It would check: {'; '.join(view.paths)}\n{joints}{text}")
             line: dict[str, str] = {name: f"{stem}_{name}.png" for name in rig.cameras}
             lines.append(line | {"prior": f"{stem}.yaml", "rig": str(rig_file.resolve()), "serial": serial or ""})
-        with (out / "pairs.csv").open("w", newline="") as file:
-            writer = csv.DictWriter(file, lines[0] if lines else [*rig.cameras])
-            writer.writeheader()
-            writer.writerows(lines)
+        together = [
+            {"name": it["prior"][:-5], "pose": it["prior"]} | {name: it[name] for name in rig.cameras} for it in lines
+        ]
+        for name, table in {"pairs.csv": lines, "standpoints.csv": together}.items():
+            with (out / name).open("w", newline="") as file:
+                writer = csv.DictWriter(file, table[0] if table else [*rig.cameras])
+                writer.writeheader()
+                writer.writerows(table)
     except OSError as error:
         raise InputError(f"{out} cannot be written ({error.strerror}): give another folder") from error

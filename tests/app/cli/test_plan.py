@@ -17,6 +17,7 @@ from tests.app.cli.slider import BASE, carriage, carriage_from_rig
 from tests.app.cli.test_findings import stop
 from tests.given import Capsys, CopyStore
 from vision.cameras.files import read_needs, read_prior
+from vision.cameras.standpoints import read_standpoints
 
 
 def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
@@ -47,6 +48,11 @@ def test_a_carriage_proposes_where_it_goes_and_leaves_what_is_checked(
         assert np.allclose(read_prior(one.paths["prior"]).world_from_rig, view["world_from_rig"])
         assert read_needs(one.paths["prior"]) is None
         assert one.paths["rig"] == pair.rig_file.resolve()
+
+    together = read_standpoints(tmp_path / "next/standpoints.csv")
+    for stand, one, view in zip(together, listed, rest["views"], strict=True):
+        assert stand.pictures == one.pictures
+        np.testing.assert_allclose(stand.world_from_rig, view["world_from_rig"])  # type: ignore[arg-type]
 
     with relmodel.open(target) as python:
         planned = python.plan(rig=pair.rig_file, serial="SN1", out=tmp_path / "python")

@@ -235,7 +235,7 @@ def _correction(rig: MountedRig, args: argparse.Namespace) -> dict[str, Any]:
     option(
         "--views", type=int, metavar="N", help="at most so many (default: as many as check 95 %% of what any could)"
     ),
-    option("--out", type=Path, metavar="FOLDER", help="write the views as files of priors, and pairs.csv"),
+    option("--out", type=Path, metavar="FOLDER", help="write the views as files of priors, with lists of them"),
     FORMAT,
 )
 def plan(args: argparse.Namespace) -> int:
@@ -244,8 +244,9 @@ def plan(args: argparse.Namespace) -> int:
     Poses on a grid about the part are tried: what of the model would be visible from each?  Where the world mounts the
     rig on an arm, only poses that the arm reaches count; obstacles in its way are not considered.  Each next view is
     the one that checks most of what no view before it checks, until 95 % of what any pose could check is checked.
-    --out writes each view as a prior for `relmodel inspect`, and pairs.csv for its --list, which says how to name the
-    pictures.
+    --out writes each view as a prior for `relmodel inspect`, and two lists that say how to name the pictures: pairs.csv
+    for its --list, and standpoints.csv for its --standpoints, where nothing is moved but the rig: put the repeatability
+    of what carries it into the priors' sigma.
     """
     import numpy as np
 

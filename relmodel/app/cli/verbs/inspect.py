@@ -86,7 +86,10 @@ LIST_COLUMNS = ("pair", "name", "verdict", "run", "outcome", "reason", "exit_sta
     ),
     WORLD,
     option(
-        "--serial", metavar="SN", help="serial number of the part, by which its inspections add up (relmodel report)"
+        "--serial",
+        metavar="SN",
+        help="serial number of the part, by which its inspections add up (relmodel report); pictures of it that only "
+        "the rig moved between are better together: --standpoints",
     ),
     option("--operator", metavar="NAME", help="who inspects (default: the user of this machine)"),
     option(
