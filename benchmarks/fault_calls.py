@@ -175,7 +175,7 @@ def _inspected(folder: Path, given: dict[str, Any], names: tuple[str, ...]) -> A
 
 
 def call_inspect(folder: Path) -> Any:
-    return _inspected(folder, {"prior": DEMO / "pair_00_prior.yaml"}, ("left", "right"))
+    return _inspected(folder, {"prior": DEMO / "pair_00_prior.yaml", "match": True}, ("left", "right"))
 
 
 def call_no_prior(folder: Path) -> Any:

@@ -72,6 +72,11 @@ CREATE TABLE view_arc (  -- localisation: A run of a model arc, or of a silhouet
     arc_no INTEGER,  -- the arc in the part's shape; null for a silhouette
     surface_no INTEGER,  -- the surface in the part's shape that a silhouette is of; null for an arc
     length DOUBLE PRECISION NOT NULL,  -- visible length in the image, px
+    distinct_px DOUBLE PRECISION,  -- of that, what can be distinguished from other edges and from the border of the picture; null, as what
+        -- follows, where the run took no account of its edges, and for blends
+    supported_px DOUBLE PRECISION,  -- of that, what edge elements support
+    shows DOUBLE PRECISION,  -- probability that such an edge shows in this picture, by alike edges elsewhere in it
+    log_odds DOUBLE PRECISION,  -- natural logarithm of how much likelier what was found of it is with the edge there than without
     PRIMARY KEY (run_id, view_no, view_arc_no),
     CHECK (kind IN ('sharp', 'smooth', 'silhouette')),
     CHECK ((kind = 'silhouette') = (surface_no IS NOT NULL) AND (surface_no IS NULL) = (arc_no IS NOT NULL))

@@ -337,7 +337,7 @@ WHERE m.weight > 0
 GROUP BY m.run_id, v.camera;
 
 CREATE VIEW rejected_arc (  -- localisation: Image arcs that the best hypothesis of a run left without a model arc, with the nearest candidate and why it was not
-    -- taken; no_candidate: no model arc was near.
+    -- taken; no_candidate: no model arc was near.  Of runs that matched arcs (relmodel inspect --match).
     run_id,  -- the run
     camera,  -- name of the camera in the rig
     image_arc_no,  -- the image arc in the extraction
@@ -361,6 +361,7 @@ SELECT
     i.run_id, i.camera, a.image_arc_no, a.kind, a.length, a.contrast,
     coalesce(best.reason, 'no_candidate') AS reason, best.residual, best.view_arc_no
 FROM inspection_image AS i
+JOIN (SELECT DISTINCT run_id FROM problem WHERE kind = 'localisation') AS m ON m.run_id = i.run_id
 JOIN image_arc AS a ON a.extraction_id = i.extraction_id
 LEFT JOIN best ON best.run_id = i.run_id AND best.camera = i.camera AND best.image_arc_no = a.image_arc_no AND best.place = 1
 WHERE coalesce(best.taken, 0) = 0;

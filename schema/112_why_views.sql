@@ -45,7 +45,7 @@ SELECT i.run_id, i.camera, a.image_arc_no, p.view_arc_no, p.path, p.element, coa
         WHEN '' THEN h.reach WHEN 'orientation' THEN p.angle_gate WHEN 'overlap' THEN h.min_overlap
         ELSE p.gate END AS gate,
     CASE
-        WHEN p.reason IS NULL AND i.view_no IS NULL THEN 'there is no row of what it was compared with: no pose was found, or the run kept only its decisions'
+        WHEN p.reason IS NULL AND m.run_id IS NULL THEN 'there is no row of what it was compared with: the run did not match arcs (relmodel inspect --match), found no pose, or kept only its decisions'
         WHEN p.reason IS NULL THEN concat('no edge or outline of the model lies within ',
             CAST(h.reach AS NUMERIC(18, 1)), ' px of it at the pose found')
         ELSE concat(
@@ -72,6 +72,7 @@ SELECT i.run_id, i.camera, a.image_arc_no, p.view_arc_no, p.path, p.element, coa
 FROM inspection_image AS i
 JOIN image_arc AS a ON a.extraction_id = i.extraction_id
 LEFT JOIN criterion AS h ON h.run_id = i.run_id
+LEFT JOIN (SELECT DISTINCT run_id FROM problem WHERE kind = 'localisation') AS m ON m.run_id = i.run_id
 LEFT JOIN pair AS p ON p.run_id = i.run_id AND p.camera = i.camera AND p.image_arc_no = a.image_arc_no;
 
 CREATE VIEW why_image_arc (  -- localisation: The final decision of each image arc of an inspection, one row an arc: the model arc that it is, else the nearest and
@@ -93,45 +94,39 @@ FROM (
 ) AS w
 WHERE w.place = 1;
 
-CREATE VIEW why_view_arc (  -- localisation: The final decision of each model arc that a view predicts, one row an arc.
+CREATE VIEW why_view_arc (  -- localisation: What the account of edges says of each model arc that a view predicts, one row an arc.
     run_id,  -- the run
     camera,  -- name of the camera in the rig
     view_arc_no,  -- the model arc in the view
     path,  -- path of the placed part
     kind,  -- sharp, smooth or silhouette
     length,  -- its visible length, px
-    image_arcs,  -- how many image arcs were taken for it
-    covered,  -- length of those that lies along it, px
-    rule,  -- matched; no_candidate; or the first by name of the rules that the image arcs near it failed
+    supported_px,  -- of that, what edge elements support
+    rule,  -- found: likelier there than not; missing: 20 to 1 against it; faint: neither, so short it is or so seldom such edges show; crowded:
+        -- too near to others or to the border; blend: smooth, so that nothing is expected; or unseen: no account was taken
     sentence  -- the decision in words
 ) AS
-SELECT a.run_id, v.camera, a.view_arc_no, o.path, a.kind, a.length,
-    coalesce(c.taken, 0) AS image_arcs, coalesce(c.covered, 0) AS covered,
-    CASE WHEN coalesce(c.taken, 0) > 0 THEN 'matched' WHEN c.run_id IS NULL THEN 'no_candidate'
-        ELSE c.reason END AS rule,
-    concat(
-        CASE WHEN a.kind = 'silhouette' THEN concat('the outline of face ', a.surface_no)
-            ELSE concat('the ', a.kind, ' edge ', a.arc_no) END,
-        ' of ', o.path, ', ', CAST(a.length AS NUMERIC(18, 1)), ' px long in the ', v.camera, ' picture, ',
-        CASE
-            WHEN coalesce(c.taken, 0) > 0 THEN concat('is matched with ', c.taken, ' image arcs, ',
-                CAST(c.covered AS NUMERIC(18, 1)), ' px of them along it')
-            WHEN c.run_id IS NULL THEN 'has no image arc near it'
-            ELSE concat('has ', c.near, ' image arcs near it and none was taken: ', c.reason)
+SELECT j.run_id, j.camera, j.view_arc_no, j.path, j.kind, j.length, j.supported_px, j.rule,
+    concat(j.element, ' of ', j.path, ', ', CAST(j.length AS NUMERIC(18, 1)), ' px long in the ', j.camera, ' picture, ',
+        CASE j.rule
+            WHEN 'blend' THEN 'is a blend, of which no edge is expected'
+            WHEN 'unseen' THEN 'was not looked for: the pose was refused, or the run kept only its decisions'
+            WHEN 'crowded' THEN 'lies too near to other edges or to the border to be told'
+            ELSE concat('is ', j.rule, ': edges lie along ', CAST(j.supported_px AS NUMERIC(18, 1)), ' of the ',
+                CAST(j.distinct_px AS NUMERIC(18, 1)), ' px that can be told from others, and ',
+                CAST(100 * j.shows AS NUMERIC(18, 0)), ' percent of such edges show in this picture (log odds ',
+                CAST(j.log_odds AS NUMERIC(18, 1)), ')')
         END) AS sentence
-FROM view_arc AS a
-JOIN inspection_image AS v ON v.run_id = a.run_id AND v.view_no = a.view_no
-JOIN placed_node AS o ON o.id = a.occurrence_id
-LEFT JOIN (
-    SELECT c.run_id, c.view_no, c.view_arc_no, count(*) AS near,
-        sum(CASE WHEN c.accepted THEN 1 ELSE 0 END) AS taken,
-        sum(CASE WHEN c.accepted THEN c.overlap * a.length ELSE 0 END) AS covered, min(c.reason) AS reason
-    FROM correspondence AS c
-    JOIN inspection_image AS i ON i.run_id = c.run_id AND i.view_no = c.view_no
-    JOIN image_arc AS a ON a.extraction_id = i.extraction_id AND a.image_arc_no = c.image_arc_no
-    WHERE c.hypothesis_no = 0
-    GROUP BY c.run_id, c.view_no, c.view_arc_no
-) AS c ON c.run_id = a.run_id AND c.view_no = a.view_no AND c.view_arc_no = a.view_arc_no;
+FROM (
+    SELECT a.*, v.camera, o.path,
+        CASE WHEN a.kind = 'silhouette' THEN concat('the outline of face ', a.surface_no)
+            ELSE concat('the ', a.kind, ' edge ', a.arc_no) END AS element,
+        CASE WHEN a.kind = 'smooth' THEN 'blend' WHEN a.distinct_px IS NULL THEN 'unseen' WHEN a.distinct_px <= 0 THEN 'crowded'
+            WHEN a.log_odds > 0 THEN 'found' WHEN a.log_odds < -3 THEN 'missing' ELSE 'faint' END AS rule
+    FROM view_arc AS a
+    JOIN inspection_image AS v ON v.run_id = a.run_id AND v.view_no = a.view_no
+    JOIN placed_node AS o ON o.id = a.occurrence_id
+) AS j;
 
 CREATE VIEW why_verdict (  -- localisation: The rules of a verdict, each with what was found and what that was compared with; accepted is what passes all.
     run_id,  -- the run
@@ -468,21 +463,19 @@ CREATE VIEW why_part (  -- localisation: Why a part or feature is said to be in 
     level,  -- part or feature
     visible_share,  -- share that shows of what would show were nothing before it
     predicted,  -- model arcs of the part that views predict; 0 for features
-    matched,  -- of those, how many have an image arc
+    found,  -- of those, how many are likelier there than not
     sentence  -- the decision in words
 ) AS
 SELECT p.run_id, p.in_view_no, p.path, p.level, p.visible_pixels / p.covered_pixels AS visible_share,
-    coalesce(a.predicted, 0) AS predicted, coalesce(a.matched, 0) AS matched,
+    coalesce(a.predicted, 0) AS predicted, coalesce(a.found, 0) AS found,
     concat(p.path, ' (', p.level, ') is in view: ', CAST(p.visible_pixels AS NUMERIC(18, 0)), ' px of it show, ',
         CAST(100 * p.visible_pixels / p.covered_pixels AS NUMERIC(18, 1)), ' percent of what would show were nothing before it',
-        CASE WHEN p.level = 'part' THEN concat('; ', coalesce(a.matched, 0), ' of the ', coalesce(a.predicted, 0),
-            ' edges and outlines of it in the pictures are matched') ELSE '' END) AS sentence
+        CASE WHEN p.level = 'part' THEN concat('; ', coalesce(a.found, 0), ' of the ', coalesce(a.predicted, 0),
+            ' edges and outlines of it in the pictures are found') ELSE '' END) AS sentence
 FROM part_in_view AS p
 LEFT JOIN (
-    SELECT v.run_id, v.occurrence_id, count(*) AS predicted, sum(CASE WHEN c.run_id IS NOT NULL THEN 1 ELSE 0 END) AS matched
-    FROM view_arc AS v
-    LEFT JOIN (
-        SELECT DISTINCT run_id, view_no, view_arc_no FROM correspondence WHERE accepted AND hypothesis_no = 0
-    ) AS c ON c.run_id = v.run_id AND c.view_no = v.view_no AND c.view_arc_no = v.view_arc_no
-    GROUP BY v.run_id, v.occurrence_id
+    SELECT run_id, occurrence_id, count(*) AS predicted,
+        sum(CASE WHEN log_odds > 0 THEN 1 ELSE 0 END) AS found
+    FROM view_arc
+    GROUP BY run_id, occurrence_id
 ) AS a ON a.run_id = p.run_id AND a.occurrence_id = p.occurrence_id AND p.level = 'part';

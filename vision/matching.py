@@ -88,60 +88,64 @@ RELATIONS = RelationParameters(radius=140.0, neighbours=40, region_neighbours=6,
 
 
 @dataclass(frozen=True)
+class ViewPoints:
+    """Where a picture should show the arcs of a view: columns of view_point without run and view; shift (points, 6): px
+    by which a standard deviation of the pose along each axis of its covariance moves each along its normal."""
+
+    rows: Columns
+    shift: Floats
+
+
+@dataclass(frozen=True)
 class ViewUnits:
     """Units of a view: its arcs by number, then its surfaces.
 
-    points: columns of view_point without run and view; shift (points, 6): how the pose moves each; surface (n,): the
-    scene's surface of each; relations: columns of unit_relation without the set; arcs: how many units are arcs.
+    surface (n,): the scene's surface of each; relations: columns of unit_relation without the set; arcs: how many
+    units are arcs.
     """
 
-    points: Columns
-    shift: Floats
+    points: ViewPoints
     surface: Ints
     relations: Columns
     arcs: int
 
 
-def describe_view(view: ViewArcs, shift: Floats, camera: Camera, seen: SurfaceMap) -> ViewUnits:
-    """Units of what a camera sees; shift (samples, 6): px by which a standard deviation of the pose along each axis of
-    its covariance moves the view's samples along their normals."""
-    # Samples every few px along the arcs, and both ends of each.
-    step = np.floor(np.cumsum(view.samples.length_px) / SPACING_PX)
-    ends = (np.diff(view.run, prepend=-1) != 0) | (np.diff(view.run, append=-1) != 0)
-    some = np.flatnonzero((np.diff(step, prepend=-1) > 0) | ends)
-    points = _points(view, some, np.linalg.norm(shift[some], axis=1), camera)
+def describe_view(view: ViewArcs, points: ViewPoints, seen: SurfaceMap) -> ViewUnits:
+    """Units of what a camera sees."""
     surface, areas = _surfaces(seen)
-    curves = _curves(points, len(view.kind))
+    curves = _curves(points.rows, len(view.kind))
     relations = Relations.stack(
         [
             relate(curves, areas, RELATIONS),
-            _bounds(points, curves, areas, surface, seen),
+            _bounds(points.rows, curves, areas, surface, seen),
             *_neighbours(curves, areas, surface, seen),
         ]
     )
     rows = round_columns("unit_relation", relations.rows())
-    return ViewUnits(points, shift[some], surface, rows, len(view.kind))
+    return ViewUnits(points, surface, rows, len(view.kind))
 
 
-def _points(view: ViewArcs, some: Ints, sigma: Floats, camera: Camera) -> Columns:
+def place_points(view: ViewArcs, shift: Floats, camera: Camera) -> ViewPoints:
+    """Points every few px along the arcs of a view, and both ends of each; shift (samples, 6): of its samples."""
+    step = np.floor(np.cumsum(view.samples.length_px) / SPACING_PX)
+    ends = (np.diff(view.run, prepend=-1) != 0) | (np.diff(view.run, append=-1) != 0)
+    some = np.flatnonzero((np.diff(step, prepend=-1) > 0) | ends)
     ideal, direction = view.samples.pixel[some], view.samples.direction[some]
     pixel = camera.distort(camera.normalise(ideal))
     ahead = camera.distort(camera.normalise(ideal + 0.5 * direction))
     back = camera.distort(camera.normalise(ideal - 0.5 * direction))
     way = ahead - back
     way /= np.maximum(np.linalg.norm(way, axis=1), 1e-12)[:, None]
-    return round_columns(
-        "view_point",
-        {
-            "view_arc_no": view.run[some],
-            "point_no": np.arange(len(some)),
-            "x": pixel[:, 0],
-            "y": pixel[:, 1],
-            "direction_x": way[:, 0],
-            "direction_y": way[:, 1],
-            "sigma": sigma,
-        },
-    )
+    columns = {
+        "view_arc_no": view.run[some],
+        "point_no": np.arange(len(some)),
+        "x": pixel[:, 0],
+        "y": pixel[:, 1],
+        "direction_x": way[:, 0],
+        "direction_y": way[:, 1],
+        "sigma": np.linalg.norm(shift[some], axis=1),
+    }
+    return ViewPoints(round_columns("view_point", columns), shift[some])
 
 
 def _curves(points: Columns, arcs: int) -> ImageCurves:
@@ -346,7 +350,7 @@ def match_view(
     """Match the primitives of a picture against a view, as problem `number` of a workspace."""
     with workspace.write() as connection:
         workspace.append(connection, "edge_element", {"extraction_id": number, **picture.arc_elements})
-        workspace.append(connection, "view_point", {"run_id": 0, "view_no": number, **view.points})
+        workspace.append(connection, "view_point", {"run_id": 0, "view_no": number, **view.points.rows})
         found = workspace.columns(
             connection, "matching/arc_pairs", extraction_id=number, run_id=0, view_no=number, reach=p.reach_px,
             max_along=p.along_px,
@@ -422,7 +426,7 @@ def _judge_arcs(
     reason[angle > angle_gate] = ORIENTATION
     first, last = (np.asarray(found[name], np.int64) for name in ("first_point", "last_point"))
     view_arc = np.asarray(found["view_arc_no"], np.int64)
-    sums = np.concatenate([np.zeros((1, view.shift.shape[1])), np.cumsum(view.shift, axis=0)])
+    sums = np.concatenate([np.zeros((1, view.points.shift.shape[1])), np.cumsum(view.points.shift, axis=0)])
     shift = (sums[last + 1] - sums[first]) / (last + 1 - first)[:, None]
     return ArcPairs(
         image_arc, view_arc, reason, residual, gate, angle, angle_gate, overlap, first, last, across, known, shift

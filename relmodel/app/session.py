@@ -33,6 +33,7 @@ class Options(TypedDict, total=False):
     standpoints: instead of pictures, those of one unmoving object from several places of the rig (`docs/rig.md`): a
     file, or a list of mappings with name, pictures, world_from_rig (or joints) and sigma (or covariance).
     ignored: names of standpoints to leave out.
+    match: also match arcs and regions of the pictures to the model's by their relations.
     """
 
     needs: Needs | str | None
@@ -42,6 +43,7 @@ class Options(TypedDict, total=False):
     ignore_blind_camera: bool
     standpoints: Standpoints | None
     ignored: Sequence[str]
+    match: bool
 
 
 class Session:

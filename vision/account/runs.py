@@ -24,7 +24,8 @@ from vision.account.samples import (
     share_surface,
 )
 from vision.cameras.cameras import Rig
-from vision.localisation.measurements import EdgeIndex
+from vision.localisation.measurements import RESPONSE, EdgeIndex
+from vision.localisation.refine import RefinedPose
 from vision.localisation.views import ViewArcs
 from vision.scene import StoredScene
 
@@ -253,19 +254,19 @@ class EdgeAccount:
 def take_account(
     stored: StoredScene,
     rig: Rig,
-    world_from_rig: Floats,
-    indexes: list[EdgeIndex],
-    response_px: Floats,
+    pose: RefinedPose,
+    indexes: Mapping[str, EdgeIndex],
     views: Mapping[str, ViewArcs],
     p: AccountParameters,
 ) -> EdgeAccount:
-    """The account of what cameras see of a scene at a pose; indexes, response_px: by camera, as `find_nearby` has them;
-    views: by its name."""
-    bounds = [(index.edges.low, index.edges.high) for index in indexes]
-    samples = collect_samples(stored, rig, bounds, world_from_rig, views, p.samples)
-    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, indexes, response_px, p.samples)
+    """The account of what cameras see of a scene at a pose, by what it solved of the cameras; indexes, views: by
+    camera."""
+    lists, responses = [indexes[name] for name in rig.cameras], pose.camera_unknowns[:, RESPONSE]
+    bounds = [(index.edges.low, index.edges.high) for index in lists]
+    samples = collect_samples(stored, rig, bounds, pose.world_from_rig, views, p.samples)
+    nearby = find_nearby(samples.camera, samples.pixel, samples.direction, lists, responses, p.samples)
     support = measure_support(samples, nearby, p.support)
-    sides = look_at_sides(stored.scene, rig, world_from_rig, samples, p.sides)
+    sides = look_at_sides(stored.scene, rig, pose.world_from_rig, samples, p.sides)
     pieces = weigh_runs(part_at_turns(samples, p.runs), support, sides, p.runs)
     return EdgeAccount(samples, nearby, support, sides, weigh_runs(samples, support, sides, p.runs), pieces)
 

@@ -21,7 +21,7 @@ from relmodel.resources import user_name
 from relmodel.store import Run, Store
 from relmodel.store.runs import record_digests
 from relmodel.world.kinematics import Carrier, Correction, MountedRig, correct_base, mount_of_rig, predict_covariance
-from vision.account.runs import weigh_lookalike
+from vision.account.runs import take_account, weigh_lookalike
 from vision.cameras.cameras import DEFAULT_NEEDS, USUAL_CALIBRATION, Needs, Prior, Rig, Selection
 from vision.cameras.files import read_needs, read_prior
 from vision.cameras.images import (
@@ -47,14 +47,14 @@ from vision.inspection.against import (
 )
 from vision.inspection.answer import Inspection, read_inspection
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
-from vision.inspection.locate import Locator, Target, doubt_calibration, match_views, select_parts
+from vision.inspection.locate import Locator, Target, doubt_calibration, match_views, place_views, select_parts
 from vision.inspection.pictures import doubt_pictures, extract_pictures, find_faults, measure_quality, return_memory
 from vision.inspection.record import Result, record_decisions, record_inspection
 from vision.localisation.localise import Localisation
 from vision.localisation.verdict import Verdict, doubt_edges, doubt_face
 from vision.localisation.views import Observation, view_model
 from vision.localisation.visibility import find_parts_in_view
-from vision.matching import MatchedView
+from vision.matching import MatchedView, ViewPoints
 from vision.presence.states import Presence, assess
 from vision.presence.surfaces import find_rival_face
 from vision.rig_check import LITTLE, compare_views, describe_overlap
@@ -107,6 +107,8 @@ class Task:
     operator: who makes it, else the user of this machine.
     keep_images: whether the store keeps the bytes of the pictures.
     full_audit: whether the rows that explain the decisions are kept, and not the decisions alone.
+    match: whether to match arcs and regions of the pictures to the model's by their relations: this tells what each of
+    them is, and decides nothing.
     variants: whether to weigh all loaded variants of the inspected objects at the pose found, None where something is
     not as the model says and they are few.
     overlay: a picture of the model drawn over the images, to be written.
@@ -126,15 +128,16 @@ class Task:
     operator: str | None = None
     keep_images: bool = True
     full_audit: bool = True
+    match: bool = False
     variants: bool | None = None
     overlay: str | Path | None = None
     crops: str | Path | None = None
 
     def check(self, p: InspectionParameters) -> None:
         """Raise UsageError where it contradicts itself, or what it writes cannot be written."""
-        if (self.overlay or self.crops) and not self.full_audit:
+        if (self.overlay or self.crops or self.match) and not self.full_audit:
             raise UsageError(
-                "overlay and crops are drawn from rows that a minimal audit leaves out: leave out one of both"
+                "overlay, crops and match are of rows that a minimal audit leaves out: leave out one of both"
             )
         if self.overlay is not None:
             check_writable(self.overlay)
@@ -202,6 +205,7 @@ class InspectionRequest:
     operator: str | None
     keep_images: bool
     full_audit: bool
+    match: bool
     variants: bool | None
 
     @classmethod
@@ -218,7 +222,7 @@ class InspectionRequest:
             world=world,
             against=None if task.against is None else tuple(task.against),
             operator=task.operator or user_name(),
-            **fields_of(task, "carrier serial keep_images full_audit variants"),
+            **fields_of(task, "carrier serial keep_images full_audit match variants"),
         )
 
     def parameters(self) -> dict[str, Any]:
@@ -344,18 +348,24 @@ def carry_out(
         run.step("doubt")
     location = location._replace(found=replace(location.found, verdict=verdict))
     found, best = location.found, location.found.best
+    points: dict[str, ViewPoints] = {}
     matched: dict[str, MatchedView] = {}
     parts, presence, stored = None, None, location.target.stored
     if best is not None:
         arcs = {name: one.arcs for name, one in found.views.items()}
         view = view_model(stored.scene, found.rig, best.world_from_rig, arcs)
-        matched = match_views(found.rig, best, view, seen, p.matching)
-    run.step("match")
+        points = place_views(found.rig, best, view)
+    if points and request.match:
+        matched = match_views(points, view, seen, p.matching)
+        run.step("match")
     if best is not None and verdict.verdict != "refused":
         parts = find_parts_in_view(stored, found.rig, view.maps, best.world_from_rig)
     run.step("view")
     if parts is not None:
-        presence = assess(stored, seen, found, view, parts, p.presence, location.account)
+        where = found.rig, best, found.edge_indexes, view.arcs
+        account = location.account or take_account(stored, *where, p.presence.account)
+        location = location._replace(account=account)
+        presence = assess(stored, seen, found, view, parts, account, p.presence)
     run.step("presence")
     if presence is not None and request.against is None and is_to_be_weighed(presence, request.variants):
         most = None if request.variants else p.most_variants
@@ -392,6 +402,7 @@ def carry_out(
         quality=quality,
         stereo=stereo,
         location=location,
+        points=points,
         matched=matched,
         correction=_correction(known.mounted, request.carrier, found),
         parts=parts,

@@ -23,8 +23,8 @@ from vision.localisation.magnification import doubt_scale
 from vision.localisation.measurements import EdgeIndex, correct_rig
 from vision.localisation.refine import RefinedPose
 from vision.localisation.verdict import doubt_edges, weigh_against_prior
-from vision.localisation.views import ModelView, Observation, ViewArcs, find_view_arcs, propagate_pose
-from vision.matching import MatchedView, MatchingParameters, describe_view, match_view
+from vision.localisation.views import ModelView, Observation, find_view_arcs, propagate_pose
+from vision.matching import MatchedView, MatchingParameters, ViewPoints, describe_view, match_view, place_points
 from vision.relations.relations import open_workspace
 from vision.scene import Scene, Scenes, StoredScene
 from vision.stereo.agreement import doubt_rig, doubt_unit, find_shared_points
@@ -161,7 +161,7 @@ class Locator:
             rig = correct_rig(self.seen.rig, pose.camera_unknowns)
             placed = {name: pose.world_from_rig @ it for name, it in rig.rig_from_camera.items()}
             arcs = {name: find_view_arcs(scene, camera, placed[name]) for name, camera in rig.cameras.items()}
-            return weigh_edges(self.take_account(stored, rig, pose, indexes, arcs).pieces)
+            return weigh_edges(take_account(stored, rig, pose, indexes, arcs, self.p.presence.account).pieces)
 
         if self.stereo is not None:
             partnered = dict(zip(self.stereo.rectification.cameras, self.stereo.partnered, strict=True))
@@ -170,25 +170,13 @@ class Locator:
         self.run.step("localise")
         return found
 
-    def take_account(
-        self,
-        stored: StoredScene,
-        rig: Rig,
-        pose: RefinedPose,
-        indexes: Mapping[str, EdgeIndex],
-        arcs: Mapping[str, ViewArcs],
-    ) -> EdgeAccount:
-        """The account of the edges seen from a pose, by what it solved of the cameras."""
-        lists, response = [indexes[name] for name in rig.cameras], pose.camera_unknowns[:, 0]
-        return take_account(stored, rig, pose.world_from_rig, lists, response, arcs, self.p.presence.account)
-
     def doubt(self, it: Location) -> Location:
         """The same, doubted by the edges that should show there and do not, where it was found without a prior."""
         found, stored, p = it.found, it.target.stored, self.p.presence.account
         if not it.prior.is_open or found.best is None:
             return it
         arcs = {name: view.arcs for name, view in found.views.items()}
-        account = self.take_account(stored, found.rig, found.best, found.edge_indexes, arcs)
+        account = take_account(stored, found.rig, found.best, found.edge_indexes, arcs, p)
         every = stored.scene.inspected[stored.scene.surface_occurrence[account.pieces.surface[:, 0]]]
         said = weigh_lookalike(stored, account.pieces, every, list(found.rig.cameras), p.runs)
         most = self.p.localisation.verdict.max_absent_odds_anywhere
@@ -212,15 +200,22 @@ def doubt_calibration(seen: Observation, scene: Scene, prior: Prior | None) -> s
     return None if prior is None else doubt_scale(scene, seen, prior)
 
 
+def place_views(rig: Rig, pose: RefinedPose, view: ModelView) -> dict[str, ViewPoints]:
+    """Where the pictures should show the arcs of their views at a pose, by camera."""
+    return {
+        name: place_points(view.arcs[name], propagate_pose(pose, number, view.arcs[name].samples), camera)
+        for number, (name, camera) in enumerate(rig.cameras.items())
+    }
+
+
 def match_views(
-    rig: Rig, pose: RefinedPose, view: ModelView, seen: Observation, p: MatchingParameters
+    points: Mapping[str, ViewPoints], view: ModelView, seen: Observation, p: MatchingParameters
 ) -> dict[str, MatchedView]:
-    """Match the pictures with their views at a pose, by camera: a problem of one workspace for each."""
+    """Match the pictures with their views, by camera: a problem of one workspace for each."""
     matched = {}
     with open_workspace() as workspace:
-        for number, (name, camera) in enumerate(rig.cameras.items()):
-            arcs, seen_surfaces = view.arcs[name], view.maps[name]
-            units = describe_view(arcs, propagate_pose(pose, number, arcs.samples), camera, seen_surfaces)
-            match = match_view(workspace, number, seen.pictures[name], units, seen_surfaces, p.pose)
+        for number, (name, placed) in enumerate(points.items()):
+            units = describe_view(view.arcs[name], placed, view.maps[name])
+            match = match_view(workspace, number, seen.pictures[name], units, view.maps[name], p.pose)
             matched[name] = MatchedView(units, match)
     return matched

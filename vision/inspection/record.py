@@ -14,6 +14,7 @@ from relmodel.geometry.transforms import matrix_columns
 from relmodel.store import Run
 from relmodel.store.runs import Writer
 from relmodel.world.kinematics import Correction
+from vision.account.runs import EdgeRuns
 from vision.cameras.cameras import Needs, Prior, Rig, Selection, perturb
 from vision.cameras.record import record_rig
 from vision.constellations.find_poses import record_relations
@@ -28,7 +29,7 @@ from vision.localisation.refine import Explanation, LastStep, RefinedPose
 from vision.localisation.verdict import compare_standpoints, compute_shown
 from vision.localisation.views import KINDS, NO_RUN, SILHOUETTE
 from vision.localisation.visibility import PART, PartsInView
-from vision.matching import REASONS, MatchedView, PoseProblemParameters
+from vision.matching import REASONS, MatchedView, PoseProblemParameters, ViewPoints
 from vision.presence.report import VariantEvidence, record_presence, record_variants
 from vision.presence.states import Presence
 from vision.relations.relations import solved_rows
@@ -42,9 +43,10 @@ STEREO = 0  # number of the stereo problem of a run
 class Result:
     """What an inspection was given and found.
 
-    serial: of the physical part, where one was given; prior: where the rig was thought to be; pictures, quality and
-    matched: by camera; parts and presence: None where nothing is in view or the pose is refused; variants: where they
-    were weighed; considered: where no world was given; notes: what was taken for given that the inputs do not say.
+    serial: of the physical part, where one was given; prior: where the rig was thought to be; pictures, quality,
+    points and matched: by camera, the last where that was asked for; parts and presence: None where nothing is in view
+    or the pose is refused; variants: where they were weighed; considered: where no world was given; notes: what was
+    taken for given that the inputs do not say.
     """
 
     serial: str | None
@@ -55,6 +57,7 @@ class Result:
     quality: dict[str, Quality]
     stereo: StereoMatches | None
     location: Location
+    points: dict[str, ViewPoints]
     matched: dict[str, MatchedView]
     correction: Correction | None
     parts: PartsInView | None
@@ -107,8 +110,11 @@ def record_inspection(run: Run, connection: Connection, it: Result, p: PoseProbl
     if it.found.hypotheses:
         _record_hypotheses(write, it.found.hypotheses)
     for number, (name, view) in enumerate(views.items()):
-        _record_view(write, number, view, it.stored)
-        record_match(run, connection, number, it.pictures[name].recorded.unit_set_id, it.matched[name], it.stored, p)
+        edges = None if it.location.account is None else it.location.account.runs
+        _record_view(write, number, view, it.points[name], edges, it.stored)
+        if name in it.matched:
+            units_id = it.pictures[name].recorded.unit_set_id
+            record_match(run, connection, number, units_id, it.matched[name], it.stored, p)
     if it.correction is not None:
         _record_correction(write, it.correction)
     if it.parts is not None:
@@ -183,8 +189,15 @@ def _record_hypotheses(write: Writer, hypotheses: list[RefinedPose]) -> None:
     )
 
 
-def _record_view(write: Writer, number: int, view: View, stored: StoredScene) -> None:
+def _record_view(
+    write: Writer, number: int, view: View, points: ViewPoints, edges: EdgeRuns | None, stored: StoredScene
+) -> None:
+    """Append what a camera should see; edges: the account of it, where one was taken."""
     arcs, measured = view.arcs, view.measurements
+    account = np.full((4, len(arcs.kind)), np.nan)
+    if edges is not None:
+        own = edges.take(np.flatnonzero(edges.camera == number))
+        account[:, own.view_run] = own.weight_px, own.found * own.weight_px, own.shows, own.log_odds
     outline = arcs.kind == SILHOUETTE
     write(
         "view_arc",
@@ -196,7 +209,9 @@ def _record_view(write: Writer, number: int, view: View, stored: StoredScene) ->
         arc_no=np.ma.masked_array(stored.arc_no[np.where(outline, 0, arcs.element)], outline),
         surface_no=np.ma.masked_array(stored.surface_no[np.where(outline, arcs.element, 0)], ~outline),
         length=arcs.length,
+        **dict(zip(("distinct_px", "supported_px", "shows", "log_odds"), np.ma.masked_invalid(account), strict=True)),
     )
+    write("view_point", view_no=number, **points.rows)
     places = {"world_x world_y world_z": measured.world, "normal_u normal_v": measured.normal, "u v": measured.position}
     write(
         "edge_measurement",
@@ -254,7 +269,6 @@ def record_match(
     """Append the units of a view with their relations, the pairs that were considered, and the problem with the
     tree of its search.  units_id: the set of the picture's units."""
     write, units, surface = run.writer(connection), matched.units, matched.units.surface
-    write("view_point", view_no=view_no, **units.points)
     write(
         "view_surface",
         view_no=view_no,

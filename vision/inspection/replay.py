@@ -154,6 +154,7 @@ def _read_request(given: Any, stated: dict[str, Any]) -> InspectionRequest:
     if carrier.base_covariance is not None:
         carrier = replace(carrier, base_covariance=np.array(carrier.base_covariance))
     own: dict[str, Any] = {field.name: stated.get(field.name) for field in fields(InspectionRequest)}
+    own["match"] = stated.get("match", True)  # runs of before always did
     where = {"world_id": given.world_id if against is None else -1, "against": against}
     return InspectionRequest(**own | where | {"carrier": carrier})
 

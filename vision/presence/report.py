@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from relmodel.arrays import ColumnValues, Ints, Ragged, fields_of, list_rows
 from relmodel.store.runs import Writer
+from vision.account.runs import take_account
 from vision.localisation.localise import Localisation
 from vision.localisation.views import Observation, view_model
 from vision.localisation.visibility import find_parts_in_view
@@ -261,7 +262,8 @@ def assess_variant(
     pose = found.best.world_from_rig
     view = view_model(stored.scene, found.rig, pose)
     parts = find_parts_in_view(stored, found.rig, view.maps, pose)
-    return weigh_variant(variant, assess(stored, seen, found, view, parts, p))
+    account = take_account(stored, found.rig, found.best, found.edge_indexes, view.arcs, p.account)
+    return weigh_variant(variant, assess(stored, seen, found, view, parts, account, p))
 
 
 def weigh_variant(variant: Mapping[str, Any], presence: Presence) -> VariantEvidence:

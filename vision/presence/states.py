@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from relmodel.arrays import Bools, Floats, Ints, count_from
 from vision.account.account_parameters import RunParameters
-from vision.account.runs import EdgeAccount, EdgeRuns, sum_in_one_light, take_account, weigh_absence
+from vision.account.runs import EdgeAccount, EdgeRuns, sum_in_one_light, weigh_absence
 from vision.localisation.localise import Localisation
 from vision.localisation.views import SMOOTH, ModelView, Observation
 from vision.localisation.visibility import PartsInView
@@ -35,7 +35,6 @@ from vision.presence.items import (
     look_at_features,
 )
 from vision.presence.presence_parameters import (
-    DEFAULTS,
     DistanceParameters,
     PresenceParameters,
     StateParameters,
@@ -358,19 +357,18 @@ def assess(
     found: Localisation,
     view: ModelView,
     parts: PartsInView,
-    p: PresenceParameters = DEFAULTS,
-    account: EdgeAccount | None = None,
+    it: EdgeAccount,
+    p: PresenceParameters,
 ) -> Presence:
     """Evidence and state of every part, feature and surface in view at the best pose found.
 
-    view: what the cameras should see of the stored scene there, parts: which share of each part and feature, and
-    account: of its edges, where it was taken already.
+    view: what the cameras should see of the stored scene there, parts: which share of each part and feature, and it:
+    the account of its edges.
     """
     assert found.best is not None
     rig, pose, views = found.rig, found.best, view.arcs
     indexes = [found.edge_indexes[name] for name in rig.cameras]
     where = rig, pose.world_from_rig, indexes, pose.camera_unknowns[:, 0]
-    it = account or take_account(stored, *where, views, p.account)
     samples, support, runs = it.samples, it.support, it.runs
     maps = [view.maps[name] for name in rig.cameras]
     items = list_items(stored, parts, maps)

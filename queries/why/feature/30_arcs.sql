@@ -2,9 +2,12 @@
 -- Takes run and path; gives sentence.
 SELECT concat('of it in the ', camera, ' picture ', count(*), ' edges and outlines (',
     CAST(sum(length) AS NUMERIC(18, 0)), ' px) are ', CASE rule
-        WHEN 'matched' THEN 'matched'
-        WHEN 'no_candidate' THEN 'without any image arc near'
-        ELSE concat('unmatched although image arcs were near: ', rule)
+        WHEN 'missing' THEN 'missing, though such edges show'
+        WHEN 'faint' THEN 'not found, which tells nothing'
+        WHEN 'crowded' THEN 'too near to others or to the border'
+        WHEN 'blend' THEN 'blends'
+        WHEN 'unseen' THEN 'not looked for'
+        ELSE 'found'
     END) AS sentence
 FROM why_view_arc
 WHERE run_id = :run AND path = :path

@@ -77,9 +77,8 @@ def _drawing(
         draw("r", no, "region met" if met else "region unmet", data, f"region {no}: {met or 'matched to no surface'}")
     for edge in seen.edges:
         a, fate = edge.row, fates.get((camera, "m", edge.number))
-        of = f"arc {a.arc_no}" if a.surface_no is None else f"silhouette of surface {a.surface_no}"
-        title = f"{a.path}, {of} ({a.kind}, {a.length:.0f} px): {fate or 'not matched'}"
-        classes = f"model {a.kind} {'met' if fate else 'unmet'}"
+        title = f"{a.sentence}; {fate}" if fate else a.sentence
+        classes = f"model {a.kind} {'met' if a.rule == 'found' else 'unmet'}"
         if edge.state:
             title, classes = f"{title}; {edge.state}", f"{classes} state-{edge.state}"
         draw("m", edge.number, classes, course(edge.points), title)

@@ -344,7 +344,7 @@ def list_entries(
             None if row.feature_no is None else list(map(int, row.surfaces or ())),
             row.state or "",
             (f"{row.reason}; " if row.reason else "")
-            + f"{row.matched} of {row.arcs} edges matched, {row.pixels:.0f} px in view",
+            + f"{row.found} of {row.arcs} edges found, {row.pixels:.0f} px in view",
             (occurrence, None if row.feature_no is None else int(row.feature_no)),
             [f"c{number[camera]}-m{no}" for camera, no in edges_of(row) if camera in number],
         )

@@ -217,8 +217,9 @@ def copied(store: str | Path) -> Callable[[Path], str]:
 
 @pytest.fixture(scope="session")
 def inspection(bulkhead_template: Path, pair: Pair, make_once: MakeOnce) -> Inspection:
-    """Accepted, with a prior, by a rig that a carriage carries."""
-    return inspect_once(make_once, "inspected", copied(bulkhead_template), *pair.options(overlay="FOLDER/overlay.png"))
+    """Accepted, with a prior, by a rig that a carriage carries, and its arcs matched."""
+    given = [*pair.options(overlay="FOLDER/overlay.png"), "--match"]
+    return inspect_once(make_once, "inspected", copied(bulkhead_template), *given)
 
 
 @pytest.fixture(scope="session")
@@ -307,7 +308,8 @@ def postgresql_inspection(new_store: NewStore, copy_store: CopyStore, pair: Pair
         run_as_owner(target, ["ANALYZE"])
         return target
 
-    made = inspect_once(make_once, "postgresql_inspected", begin, *pair.options(overlay="FOLDER/overlay.png"))
+    given = [*pair.options(overlay="FOLDER/overlay.png"), "--match"]
+    made = inspect_once(make_once, "postgresql_inspected", begin, *given)
     own = copy_store(made.store)
     run_as_owner(own, ["ANALYZE"])  # as the server does in time: questions take a tenth of theirs
     return replace(made, store=own)

@@ -61,7 +61,7 @@ def test_every_arc_is_drawn_once_with_its_fate(read: Page, inspection: Inspectio
         matched[0],
         rejected[0],
     )
-    (found,) = asked(inspection.store, "SELECT count(DISTINCT (camera, view_arc_no)) FROM matched_arc")
+    (found,) = asked(inspection.store, "SELECT count(*) FROM view_arc WHERE log_odds > 0")
     assert len(read.with_class("model", "met")) == found[0]
     for kind, count in asked(inspection.store, "SELECT kind, count(*) FROM image_arc GROUP BY kind"):
         assert len(read.with_class("arc", kind)) == count

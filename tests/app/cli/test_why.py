@@ -41,7 +41,12 @@ def test_each_arc_has_one_decision_and_a_sentence(of_engine: Inspection) -> None
         model = asked(store, "SELECT * FROM why_view_arc WHERE run_id = :run", run=run)
         counts = asked(store, "SELECT count(*) FROM view_arc WHERE run_id = :run", run=run)
         assert len(model) == counts[0][0]
-        assert sum(r.image_arcs for r in model) == len(taken)
+        account = asked(
+            store,
+            "SELECT sum(a.supported_px), p.supported_px FROM view_arc AS a JOIN presence AS p ON p.run_id = a.run_id"
+            " AND p.occurrence_id = a.occurrence_id AND p.level = 'part' GROUP BY p.item_no, p.supported_px",
+        )
+        assert [of_arcs for of_arcs, _ in account] == pytest.approx([of_part for _, of_part in account])
         camera, arc = next((r.camera, r.image_arc_no) for r in decided if r.matched)
         said = explain(store, run, arc=f"{camera}:{arc}")
         assert said[0].sentence.startswith(f"image arc {arc} of the {camera} picture is ")

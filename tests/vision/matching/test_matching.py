@@ -26,6 +26,7 @@ from vision.matching import (
     ViewUnits,
     describe_view,
     match_view,
+    place_points,
 )
 from vision.relations.relations import open_workspace
 
@@ -47,7 +48,7 @@ def described(camera: Camera) -> tuple[ViewUnits, Any]:
     whole = replace(
         whole, samples=replace(whole.samples, direction=way, length_px=np.nan_to_num(whole.samples.length_px))
     )
-    return describe_view(whole, SHIFT[: len(whole.run)], camera, seen(camera)), whole
+    return describe_view(whole, place_points(whole, SHIFT[: len(whole.run)], camera), seen(camera)), whole
 
 
 @pytest.mark.parametrize("camera", [BENT, replace(BENT, distortion=np.zeros(0))], ids=["bent", "straight"])
@@ -57,7 +58,7 @@ def test_units_of_a_view_are_points_every_4_px_and_surfaces_by_what_they_show(ca
     run = arcs.run.tolist()
     some = [i for i in range(len(run)) if i in (0, len(run) - 1) or step[i] > step[i - 1]
             or run[i] != run[i - 1] or run[i] != run[i + 1]]  # fmt: skip
-    points = {name: np.asarray(values) for name, values in units.points.items()}
+    points = {name: np.asarray(values) for name, values in units.points.rows.items()}
     assert points["view_arc_no"].tolist() == [run[i] for i in some]
     assert points["point_no"].tolist() == list(range(len(some)))
     pixel, way = arcs.samples.pixel[some], arcs.samples.direction[some]
@@ -68,20 +69,20 @@ def test_units_of_a_view_are_points_every_4_px_and_surfaces_by_what_they_show(ca
     along = (ends[0] - ends[1]) / np.linalg.norm(ends[0] - ends[1], axis=1, keepdims=True)
     np.testing.assert_allclose(np.column_stack([points["direction_x"], points["direction_y"]]), along, atol=6e-3)
     np.testing.assert_allclose(points["sigma"], np.linalg.norm(SHIFT[some], axis=1), atol=6e-3)
-    np.testing.assert_array_equal(units.shift, SHIFT[some])
+    np.testing.assert_array_equal(units.points.shift, SHIFT[some])
     shown = seen(camera).surface
     assert units.surface.tolist() == [0, 1, 2]
     small = seen(camera)
     small.rays.weight[shown == 2] = 0.59
-    assert describe_view(arcs, SHIFT[: len(run)], camera, small).surface.tolist() == [0, 1]
+    assert describe_view(arcs, place_points(arcs, SHIFT[: len(run)], camera), small).surface.tolist() == [0, 1]
     small.rays.weight[shown == 2] = 0.6
-    assert describe_view(arcs, SHIFT[: len(run)], camera, small).surface.tolist() == [0, 1, 2]
+    assert describe_view(arcs, place_points(arcs, SHIFT[: len(run)], camera), small).surface.tolist() == [0, 1, 2]
 
 
 def test_arcs_bound_the_surfaces_4_px_beside_them() -> None:
     camera = replace(BENT, distortion=np.zeros(0))
     units, _ = described(camera)
-    p = {name: np.asarray(values) for name, values in units.points.items()}
+    p = {name: np.asarray(values) for name, values in units.points.rows.items()}
     shown, pixel = seen(camera).surface, seen(camera).rays.pixel
     times: dict[tuple[int, int], int] = {}
     sums: dict[int, Any] = {}
@@ -148,9 +149,9 @@ def test_pairs_are_judged_priced_and_struck_as_loops_do() -> None:
     lines = [np.column_stack([np.arange(20.0, 340), np.full(320, y)]) for y in (40.0, 140.0, 240.0)]
     arcs = view(*lines)
     seen = surfaces()
-    units = describe_view(arcs, 0.3 * SHIFT[: len(arcs.run)], Camera(400, 300, BENT.matrix), seen)
+    units = describe_view(arcs, place_points(arcs, 0.3 * SHIFT[: len(arcs.run)], Camera(400, 300, BENT.matrix)), seen)
     x, y, normal, number = [], [], [], []
-    point_x, first_of = np.asarray(units.points["x"]), [0, 81, 162]
+    point_x, first_of = np.asarray(units.points.rows["x"]), [0, 81, 162]
     for k, d in enumerate(ARCS):
         at = np.arange(point_x[first_of[d.of] + d.first], point_x[first_of[d.of] + d.last] + 0.5)
         x += at.tolist()
@@ -200,7 +201,7 @@ def test_pairs_are_judged_priced_and_struck_as_loops_do() -> None:
         if reason == ASSIGNED:
             nats = 0.5 * ((3 * residual / gate) ** 2 + (3 * angle / turn) ** 2) + 2 * (1 - some / of)
             costs[i, v] = round(32 * nats)
-            places[i, v] = [across, np.hypot(wide[i].sigma, 0.5), *units.shift[first : last + 1].mean(axis=0)]
+            places[i, v] = [across, np.hypot(wide[i].sigma, 0.5), *units.points.shift[first : last + 1].mean(axis=0)]
             stands.append((residual / gate, i, v, first, last))
     assert {ASSIGNED, ORIENTATION, DISTANCE, OVERLAP} <= set(reasons)
     struck: set[int] = set()
@@ -265,7 +266,9 @@ def test_arcs_of_a_view_have_centres_and_radii_where_they_show_enough(
     radial = 50 + rough * np.where(np.arange(len(t)) // 8 % 2, 1, -1)
     drawn = np.column_stack([200 + radial * np.cos(t), 150 + ratio * radial * np.sin(t)])
     arcs = view(circle(200, 150, 70), drawn, circle(330, 150, 50 * np.sqrt(ratio)))
-    units = describe_view(arcs, np.full((len(arcs.run), 6), 0.1), replace(BENT, distortion=np.zeros(0)), surfaces())
+    units = describe_view(
+        arcs, place_points(arcs, np.full((len(arcs.run), 6), 0.1), replace(BENT, distortion=np.zeros(0))), surfaces()
+    )
     r = {name: np.asarray(values) for name, values in units.relations.items()}
     spread = np.hypot(0.1 * np.sqrt(6), 0.5)
     for kind, a, b, there in (("concentric", 0, 1, centred), ("equal_radius", 1, 2, rounded)):
@@ -280,7 +283,7 @@ def test_arcs_of_a_view_have_centres_and_radii_where_they_show_enough(
 def test_gaps_between_arcs_of_a_view_are_those_of_their_courses() -> None:
     """Also of a point, which is as long as a pixel."""
     units, _ = described(replace(BENT, distortion=np.zeros(0)))
-    p = {name: np.asarray(values) for name, values in units.points.items()}
+    p = {name: np.asarray(values) for name, values in units.points.rows.items()}
     lines = [np.column_stack([p["x"], p["y"]])[p["view_arc_no"] == k] for k in range(5)]
     lines[3] = lines[3] + 0.5 * np.array([[-0.6, -0.8], [0.6, 0.8]])
     r = {name: np.asarray(values).tolist() for name, values in units.relations.items()}

@@ -8,7 +8,7 @@ from relmodel.arrays import Floats, Ints
 from vision.cameras.cameras import Camera
 from vision.localisation.views import ViewArcs
 from vision.localisation.visibility import RayGrid, SurfaceMap, VisibleArcs
-from vision.matching import ViewUnits, describe_view
+from vision.matching import ViewUnits, describe_view, place_points
 
 CAMERA = Camera(400, 300, np.array([[500.0, 0, 200], [0, 500, 150], [0, 0, 1]]))
 
@@ -46,7 +46,7 @@ def surfaces() -> SurfaceMap:
 def described() -> ViewUnits:
     straight = np.column_stack([np.arange(20.0, 380.0), np.full(360, 290.0)])
     arcs = view(circle(200, 150, 40), circle(203, 154, 60), circle(330, 150, 41), straight)
-    return describe_view(arcs, np.full((len(arcs.run), 6), 0.01), CAMERA, surfaces())
+    return describe_view(arcs, place_points(arcs, np.full((len(arcs.run), 6), 0.01), CAMERA), surfaces())
 
 
 def rows_of(units: ViewUnits) -> dict[tuple[str, int, int], float]:

@@ -63,6 +63,7 @@ def demo(args: argparse.Namespace) -> int:
                 prior=source / f"pair_{args.pair}_prior.yaml",
                 world=world.world,
                 overlay=overlay,
+                match=True,
             ),
         )
         write_report(store, page, {"run": answer.run})

@@ -138,6 +138,12 @@ LIST_COLUMNS = ("pair", "name", "verdict", "run", "outcome", "reason", "exit_sta
     ),
     NO_KEEP_IMAGES,
     option(
+        "--match",
+        action="store_true",
+        help="also match arcs and regions of the pictures to the model's by their relations: this tells which is which "
+        "(relmodel why --arc), and decides nothing",
+    ),
+    option(
         "--audit",
         choices=("full", "minimal"),
         default="full",
@@ -211,6 +217,7 @@ def inspect(args: argparse.Namespace) -> int:
                 carrier=carrier,
                 keep_images=not args.no_keep_images,
                 full_audit=args.audit == "full",
+                match=args.match,
                 variants=args.variants,
             )
             return inspect(store, task, parameters, scenes)
