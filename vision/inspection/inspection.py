@@ -360,13 +360,13 @@ def carry_out(
         run.step("match")
     if best is not None and verdict.verdict != "refused":
         parts = find_parts_in_view(stored, found.rig, view.maps, best.world_from_rig)
-    run.step("view")
-    if parts is not None:
-        where = found.rig, best, found.edge_indexes, view.arcs
-        account = location.account or take_account(stored, *where, p.presence.account)
+        run.step("view")
+        account = location.account or take_account(
+            stored, found.rig, best, found.edge_indexes, view.arcs, p.presence.account
+        )
         location = location._replace(account=account)
         presence = assess(stored, seen, found, view, parts, account, p.presence)
-    run.step("presence")
+        run.step("presence")
     if presence is not None and request.against is None and is_to_be_weighed(presence, request.variants):
         most = None if request.variants else p.most_variants
         variants = weigh_variants(run, location.target, seen, found, presence, p, most)
