@@ -263,7 +263,7 @@ def test_a_reader_and_then_a_writer_cost_an_inspection_nothing_but_time(
     monkeypatch.setattr("vision.inspection.pictures.extract", read_and_extract)
     monkeypatch.setattr("vision.inspection.inspection.assess", hold_and_assess)
     monkeypatch.setattr(engine, "PATIENCE_S", 0.1)
-    status = main(["inspect", *pair.options(), "--store", store])
+    status = main(["inspect", *pair.options(), "--match", "--store", store])
     _, writer = held
     writer.let_go()
     assert status == 3
