@@ -17,7 +17,7 @@ from markupsafe import Markup
 from PIL import Image
 from sqlalchemy import Connection, TextClause, text
 
-from relmodel.app.audit import beginnings, compare_runs, run_in_short
+from relmodel.app.audit import RUN_IN_SHORT, beginnings, compare_runs, run_in_short
 from relmodel.app.report.object import object_page, object_tables, serial_page, serial_tables
 from relmodel.app.report.page import ROWS_SHOWN, PageTable, cell, page_script, policy, read_table, render
 from relmodel.app.report.run import run_page, run_tables
@@ -37,11 +37,13 @@ _NAV = (
     ("/parts", "parts"),
     ("/objects", "objects"),
     ("/over-time", "over time"),
+    ("/rig", "rigs"),
     ("/compare", "two runs"),
     ("/find", "in a box"),
     ("/questions", "questions"),
 )
 _MOST_BARS = 40
+_MOST_PLOTS = 60
 _FORMS = {".json": ("json", "application/json"), ".csv": ("csv", "text/csv")}
 AROUND: dict[str, Any] = {"nav": _NAV, "policy": policy(served=True), "script": page_script(served=True)}
 Row = Mapping[str, Any]
@@ -110,7 +112,7 @@ def _shown(store: Store, connection: Connection, name: str, asked: Mapping[str, 
     if name == "/runs":
         return _runs(store, connection, asked, whole)
     if name == "/compare":
-        return _compare(store, asked)
+        return _compare(store, connection, asked)
     if name == "/find":
         return _find(store, connection, asked)
     if name == "/questions":
@@ -181,12 +183,12 @@ def _runs(store: Store, connection: Connection, asked: Mapping[str, str], whole:
 
 def _in_short(table: PageTable, runs: Sequence[Any]) -> PageTable:
     """What a list shows of some runs of a table: their own pages have all."""
-    columns = ("run", "kind", "serial", "result", "began_at", "seconds", "message")
     pictures = [_picture_of(r.run if r.verdict else None) for r in runs]
     return replace(
         table,
-        columns=columns,
+        columns=RUN_IN_SHORT,
         rows=[run_in_short(r) for r in runs],
+        caption="",
         links=[f"/run/{r.run}" for r in runs],
         pictures=pictures if any(pictures) else (),
     )
@@ -207,7 +209,7 @@ _CAME_OUT = ("run", "pose in the world", "presence")
 _PARTED = "first step that differs"
 
 
-def _compare(store: Store, asked: Mapping[str, str]) -> Shown:
+def _compare(store: Store, connection: Connection, asked: Mapping[str, str]) -> Shown:
     """Two runs: what came out of each first, and at which step they part, then from what they were given on."""
     fields = [Field(name, asked.get(name, "")) for name in ("a", "b")]
     if not (asked.get("a") and asked.get("b")):
@@ -216,13 +218,16 @@ def _compare(store: Store, asked: Mapping[str, str]) -> Shown:
     runs = [int(finite(name, asked[name])) for name in ("a", "b")]
     names = ("name", f"run {runs[0]}", f"run {runs[1]}", "difference", "sigma")
     found = compare_runs(store, *runs)
-    parted = next((f"The {_PARTED}: {d.name}." for d in found if d.section == _PARTED), "")
+    parted = next((f"The {_PARTED}: {d.name}." for d in found if d.section == _PARTED), "What they did is the same.")
     table = PageTable("", ("what", *names), found, empty="Nothing differs.")
-    sections = {
-        what: PageTable(what, names, [(d.name, *beginnings(d.first, d.second), *d[4:]) for d in group])
-        for what, group in groupby(found, key=itemgetter(0))
-    }
-    came = [sections[name] for name in _CAME_OUT if name in sections]
+    sections: dict[str, PageTable] = {}
+    for what, group in groupby(found, key=itemgetter(0)):
+        rows = [(d.name, *beginnings(d.first, d.second), *d[4:]) for d in group if (what, d.name) != ("run", "outcome")]
+        wide = 3 if all(row[3] is None for row in rows) else 5
+        sections[what] = PageTable(what, names[:wide], [row[:wide] for row in rows])
+    ended = [(run, row.words) for run in runs for row in store.rows(connection, "run/outcome", run=run)]
+    outcome = PageTable("", ("run", "outcome"), ended, links=[f"/run/{run}" for run, _ in ended])
+    came = [outcome, *(sections[name] for name in _CAME_OUT if name in sections)]
     rest = [replace(t, folded=True) for name, t in sections.items() if name not in (*_CAME_OUT, _PARTED)]
     shown = [("What came out", came), ("From what they were given on", rest)]
     return _list(
@@ -371,7 +376,7 @@ def _plots_of(question: str, table: PageTable) -> list[Markup]:
         groups = [(quantity, list(rows)) for quantity, rows in groupby(table.records, key=itemgetter("quantity"))]
         return [
             words.format(f"{quantity}, {rows[0]['unit']}".rstrip(", "), _history(rows, "run", "value", rows[0]["unit"]))
-            for quantity, rows in groups
+            for quantity, rows in groups[:_MOST_PLOTS]
         ]
     shown = table.records[:_MOST_BARS]
     if question not in PLOTS or not shown:
@@ -386,29 +391,30 @@ def _history(rows: Sequence[Row], run: str, value: str, unit: str) -> Markup:
     """Values over time, by the columns of the run and of the value."""
     points = []
     for r in rows:
-        words = ", ".join(filter(None, [f"run {r[run]}", cell(r.get("began_at")), r.get("serial")]))
-        about = r.get("sigma"), r.get("nominal"), r.get("bound")
-        points.append(Point(f"/run/{r[run]}", words, r[value], *about, bad=bool(r.get("changed"))))
+        words = ", ".join(filter(None, [f"run {r[run]}", cell(r["began_at"]), r.get("serial")]))
+        spread = 2 * r["sigma"] if "sigma" in r else r.get("spread")
+        about = str(r["began_at"])[:10], spread, r.get("nominal"), r.get("lower"), r.get("upper")
+        mark = "bad" if r.get("changed") else "open" if r.get("decision") == "not decidable" else "good"
+        points.append(Point(f"/run/{r[run]}", words, r[value], *about, mark))
     return history(points, unit)
-
-
-def _history_of(row: Row) -> str:
-    """Where what a row of `serve/over_time` names is plotted."""
-    if row["rig"] is None:
-        return f"/size?{urlencode({'path': row['name'], 'what': row['what']})}"
-    return f"/rig?{urlencode({'rig': row['rig']})}"
 
 
 @cache
 def lists() -> dict[str, Question]:
     """Pages of a table, by their addresses."""
-    sizes, run = ("diameter", "thickness", "width", "shift"), "/run/{run}".format_map
+    sizes, run = ("", "diameter", "thickness", "length", "width", "count", "shift", "offset"), "/run/{run}".format_map
     return {
         f"/{name.replace('_', '-')}": Question(name, words, sql.query(f"serve/{query}"), defaults, choices, *of_row)
         for name, words, query, defaults, choices, *of_row in (
-            ("over_time", "Over time", "over_time", {}, {}, _history_of),
-            ("size", "A size over time", "size_over_time", {"path": "", "what": sizes[0]}, {"what": sizes}, run),
-            ("rig", "A rig over time", "rig_over_time", {"rig": 1}, {}, run),
+            (
+                "over_time",
+                "Sizes over time",
+                "over_time",
+                {"path": "", "what": "", "newest": 100},
+                {"what": sizes},
+                run,
+            ),
+            ("rig", "Rigs over time", "rig_over_time", {"rig": 0}, {}, run),
             (
                 *("parts", "Physical parts", "parts", {}, {}),
                 lambda row: f"/part?{urlencode({'serial': row['serial']})}",

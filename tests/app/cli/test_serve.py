@@ -148,27 +148,35 @@ def test_many_runs_are_paged_the_newest_first(inspection: Inspection, copy_store
         assert f'href="/run/{run}"' in page(started, "/", kind="inspect")
 
 
-def test_sizes_and_cameras_are_plotted_over_time(server: Server) -> None:
-    measured = rows(server, "/over-time")
-    sizes = asked_of(
-        server.target,
-        "SELECT p.path, m.what, m.value, m.run_id FROM measured_size AS m JOIN presence AS p "
-        "ON p.run_id = m.run_id AND p.item_no = m.item_no WHERE m.what = 'diameter' AND p.level = 'feature'",
+def test_characteristics_and_rigs_are_plotted_over_time(
+    inspection: Inspection, copy_store: CopyStore, tmp_path: Path
+) -> None:
+    """A plot for each that was measured, those with limits first, with the limits as they were stated."""
+    target, file = copy_store(inspection.store), tmp_path / "limits.csv"
+    measured = "SELECT path, what, measured, run_id, nominal FROM characteristic_result WHERE measured IS NOT NULL"
+    *others, (path, what, value, run, nominal) = asked_of(
+        target, f"{measured} ORDER BY path LIKE '%/BODY/%', path, what"
     )
-    assert {(r["name"], r["what"]) for r in measured if r["what"] == "diameter"} == {row[:2] for row in sizes}
-    path, what, value, run = sizes[0]
-    (found,) = rows(server, "/size", path=path, what=what)
-    assert (found["run"], found["value"]) == (run, value)
-    drawn = Page(page(server, "/size", path=path, what=what))
-    assert len(drawn.with_class("history")) == len(drawn.with_class("nominal")) == 1
-    assert len(drawn.with_class("limit")) == 2
-    assert [a["href"] for tag, a in drawn.elements if tag == "a" and a["href"] == f"/run/{run}"] == [f"/run/{run}"] * 2
-    assert f'href="/size?{urlencode({"path": path, "what": what})}"'.replace("&", "&amp;") in page(server, "/over-time")
-    (rig,) = {r["rig"] for r in measured} - {None}
-    (residual,) = (r for r in rows(server, "/rig", rig=str(rig)) if r["quantity"] == "residual of camera left")
-    assert 0 < residual["value"] < 2
-    quantities = {r["quantity"] for r in rows(server, "/rig", rig=str(rig))}
-    assert page(server, "/rig", rig=str(rig)).count("<circle") == len(quantities)
+    file.write_text(f"path,what,nominal,plus,minus\n{path},{what},,0.5,0.25\n")
+    assert main(["tolerances", str(file), "--store", target]) == 0
+    with serving(target) as server:
+        first, *rest = rows(server, "/over-time")
+        assert (first["quantity"], first["run"], first["value"]) == (f"{path}, {what}", run, value)
+        assert (first["lower"], first["upper"]) == (nominal - 0.25, nominal + 0.5)
+        assert {r["quantity"] for r in rest} == {f"{row[0]}, {row[1]}" for row in others}
+        assert page(server, "/over-time").count("<svg") == min(len(others) + 1, 60)
+        drawn = Page(page(server, "/over-time", path=path.upper(), what=what))
+        assert len(drawn.with_class("history")) == len(drawn.with_class("nominal")) == 1
+        assert len(drawn.with_class("limit")) == 2
+        assert first["began_at"][:10] in [words for words in drawn.text.split() if words[:2] == "20"]
+        assert [a["href"] for tag, a in drawn.elements if tag == "a" and a["href"] == f"/run/{run}"] == [
+            f"/run/{run}"
+        ] * 2
+        of_rigs = rows(server, "/rig")
+        assert rows(server, "/rig", rig="1") == of_rigs
+        (residual,) = (r for r in of_rigs if r["quantity"] == "rig 1: residual of camera left")
+        assert 0 < residual["value"] < 2
+        assert page(server, "/rig").count("<circle") == len({r["quantity"] for r in of_rigs})
 
 
 def test_a_physical_part_is_shown_by_all_its_stops(inspection: Inspection, copy_store: CopyStore) -> None:

@@ -33,7 +33,7 @@ ANY_RUN = 2**62  # above any run's number
 )
 def runs(args: argparse.Namespace) -> int:
     """List the runs of the store: what was run, how it ended, how long it took."""
-    from relmodel.app.audit import run_in_short
+    from relmodel.app.audit import RUN_IN_SHORT, run_in_short
     from relmodel.store import sql
 
     with open_store(args, read_only=True) as store, store.read() as connection:
@@ -42,9 +42,7 @@ def runs(args: argparse.Namespace) -> int:
         found = connection.execute(sql.query("run/runs"), asked)
         rows = found.all()
     if args.format == "table" and not args.all:
-        print_folded(
-            ("run", "kind", "serial", "result", "began_at", "seconds", "message"), [run_in_short(r) for r in rows]
-        )
+        print_folded(RUN_IN_SHORT, [run_in_short(r) for r in rows])
     else:
         print_rows(list(found.keys()), rows, args.format)
     return 0
