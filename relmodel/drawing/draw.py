@@ -261,13 +261,13 @@ def bars(labels: Sequence[str], values: Sequence[float], unit: str) -> Markup:
             '<text x="176" y="{y}" text-anchor="end">{label}</text>'
             '<rect x="182" y="{top}" width="{wide:.1f}" height="14"/><text x="{end:.1f}" y="{y}">{value:.4g}</text>'
         ).format(
-            y=20 * n + 15, top=20 * n + 4, wide=380 * abs(v) / longest, end=188 + 380 * abs(v) / longest,
+            y=20 * n + 15, top=20 * n + 4, wide=230 * abs(v) / longest, end=188 + 230 * abs(v) / longest,
             label=visible(label)[-_MOST_LETTERS:], value=v,
         )
         for n, (label, v) in enumerate(zip(labels, values, strict=True))
     ]  # fmt: skip
     return Markup(
-        '<svg class="plot history counts" viewBox="0 0 640 {}" role="img" aria-label="{} by name">{}</svg>'
+        '<svg class="plot history counts" viewBox="0 0 480 {}" role="img" aria-label="{} by name">{}</svg>'
     ).format(20 * len(labels) + 8, unit, Markup("").join(drawn))
 
 
