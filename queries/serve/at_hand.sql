@@ -2,7 +2,7 @@
 -- Takes object (empty: any) and variant (where it has that); gives a row, or none where there is no such object: the columns are parameters of questions.
 SELECT p.object, p.variant, p.object_path AS part, p.number, '%' || lower(p.material) || '%' AS material,
     (SELECT min(v.variant) FROM object_variant AS v WHERE v.name = p.object) AS before,
-    (SELECT max(v.variant) FROM object_variant AS v WHERE v.name = p.object) AS after,
+    (SELECT nullif(max(v.variant), min(v.variant)) FROM object_variant AS v WHERE v.name = p.object) AS after,
     (SELECT min(w.world) FROM world_part AS w WHERE w.object = p.object) AS world,
     (SELECT min(n.camera) FROM inspection_image AS n WHERE n.run_id = (SELECT max(run_id) FROM inspection_image)) AS camera
 FROM placed_part AS p

@@ -390,10 +390,10 @@ def _plots_of(question: str, table: PageTable) -> list[Markup]:
             words.format(", ".join(filter(None, named)), history(list(map(_point, rows)), named[1]))
             for named, rows in islice(groups, _MOST_PLOTS)
         ]
-    shown = table.records[:_MOST_BARS]
-    if question not in PLOTS or not shown:
+    label, value = PLOTS.get(question, ("", ""))
+    shown = [r for r in table.records if r.get(value) is not None][:_MOST_BARS]
+    if not shown:
         return []
-    label, value = PLOTS[question]
     return [bars([cell(r[label]) for r in shown], [float(r[value]) for r in shown], value)]
 
 
