@@ -34,10 +34,7 @@ def test_a_course_keeps_its_ends_and_stays_near() -> None:
 
 def test_a_history_has_its_limits() -> None:
     """Each where its value lies; one value alone has its labels; a date stands where it is another than before."""
-    points = [
-        Point("/run/1", "run 1", 2.0, "2026-01-31", upper=3.0),
-        Point("/run/2", "run 2", 1.0, "2026-01-31", upper=3.0),
-    ]
+    points = [Point(f"/run/{n}", f"run {n}", 3.0 - n, "2026-01-31", upper=3.0) for n in (1, 2)]
     assert re.findall(r">([0-9-]{10})</text>", history(points, "mm")) == ["2026-01-31"]
     heights = [float(y) for y in re.findall(r'cy="([0-9.]+)"', history(points, "mm"))]
     (limit,) = re.findall(r'class="limit" d="M[0-9.]+ ([0-9.]+)L', history(points, "mm"))

@@ -367,9 +367,7 @@ def test_a_statement_is_answered_within_the_limits_of_sql(server: Server, monkey
     statement = "SELECT id, kind FROM run ORDER BY id"
     said = rows(server, "/questions", query=statement)
     assert [tuple(r.values()) for r in said] == asked_of(server.target, statement)
-    assert (
-        "the statement was refused: give one SELECT" in Page(page(server, "/questions", query="DELETE FROM run")).text
-    )
+    assert "the statement was refused: give one SELECT" in page(server, "/questions", query="DELETE FROM run")
     for bad in ("DELETE FROM run", "SELECT 1; SELECT 2", "SELECT nothing FROM run", *BEYOND):
         status, _, text = asked(server, "/questions.json", query=bad)
         assert (status, "the statement was refused" in Page(text).text) == (400, True), bad
@@ -378,7 +376,6 @@ def test_a_statement_is_answered_within_the_limits_of_sql(server: Server, monkey
     monkeypatch.setattr(server, "time_limit_s", 1.0)
     status, _, text = asked(server, "/questions.json", query=LONG["duckdb"])
     assert (status, "stopped after 1 s" in Page(text).text) == (504, True)
-    assert page(server, "/question/loads")  # others go on
 
 
 def test_questions_are_about_the_object_at_hand(server: Server) -> None:
