@@ -51,7 +51,7 @@ def commands() -> str:
     before = os.environ.get("COLUMNS")
     os.environ["COLUMNS"] = _WIDTH
     try:
-        top = parser()
+        top = parser(rare=True)
         verbs = next(a for a in top._actions if isinstance(a, argparse._SubParsersAction)).choices
         helps = {name: verbs[name].format_help() for name in VERBS}
         head = top.format_help()

@@ -1,4 +1,4 @@
--- Which features of the bulkhead were contradicted or not confirmed in its last hundred accepted inspections, by world, how often, and how surely each is not there?
+-- Which features of bulkhead were contradicted or not confirmed in its last 100 accepted inspections, by world, how often, and how surely each is not there?
 WITH last AS (
     SELECT DISTINCT run_id, world
     FROM inspected_object

@@ -1,4 +1,4 @@
--- Which faces are extruded, revolved or offset, from what, along which direction (of extrusion, or axis) or how far, and how large are they?
+-- Which faces of bulkhead are extruded, revolved or offset, from what, along which direction (of extrusion, or axis) or how far, and how large are they?
 SELECT h.surface_no, s.kind, coalesce(a.kind, b.kind) AS basis, a.length AS basis_mm,
     w.axis_x, w.axis_y, w.axis_z, w.distance, s.area
 FROM placed_part AS p

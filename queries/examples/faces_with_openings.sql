@@ -1,4 +1,4 @@
--- Which faces have openings in them, how many, and how long is the edge of all of them?
+-- Which faces of bulkhead have openings in them, how many, and how long is the edge of all of them?
 SELECT h.surface_no, s.recognised_kind AS kind, count(DISTINCT l.loop_no) AS openings, sum(a.length) AS edge_mm
 FROM placed_part AS p
 JOIN shape_surface AS h ON h.shape_id = p.shape_id

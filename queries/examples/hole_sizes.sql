@@ -1,4 +1,4 @@
--- How many holes are there of each diameter?
+-- How many holes of each diameter has bulkhead?
 SELECT round(CAST(value AS NUMERIC), 3) AS diameter, count(*) AS holes
 FROM placed_part_feature
 WHERE object = 'bulkhead' /* object */ AND variant = 'A' /* variant */ AND object_path = 'BODY' /* part */

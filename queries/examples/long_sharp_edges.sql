@@ -1,4 +1,4 @@
--- Which convex edges are longer than 500 mm?
+-- Which convex edges of bulkhead are longer than 500 mm?
 SELECT h.arc_no, a.recognised_kind AS kind, a.length
 FROM placed_part AS p
 JOIN shape_arc AS h ON h.shape_id = p.shape_id AND h.convexity = 'convex'

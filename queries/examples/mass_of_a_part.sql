@@ -1,5 +1,5 @@
--- What does the body weigh in each variant?
+-- What does BULKHEAD_BODY weigh in each variant of bulkhead?
 SELECT DISTINCT variant, revision, mass AS mass_kg
 FROM placed_part
-WHERE object = 'bulkhead' /* object */ AND number = 'BULKHEAD_BODY' /* part */
+WHERE object = 'bulkhead' /* object */ AND number = 'BULKHEAD_BODY' /* number */
 ORDER BY variant

@@ -1,4 +1,4 @@
--- How often does each part stand in the world?
+-- How often does each part stand in the world demo_cell?
 SELECT number, count(*) AS placed
 FROM world_part
 WHERE world = 'demo_cell' /* world */

@@ -1,4 +1,4 @@
--- Which pockets have corners of less than 12 mm radius?
+-- Which pockets of bulkhead have corners of less than 12 mm radius?
 SELECT feature AS pocket, value AS corner_radius, x, y
 FROM placed_part_feature
 WHERE object = 'bulkhead' /* object */ AND variant = 'A' /* variant */ AND object_path = 'BODY' /* part */

@@ -1,4 +1,4 @@
--- How many parts and features of the bulkhead were found in which state, in each inspection and of which variant?
+-- How many parts and features of bulkhead were found in which state, in each inspection and of which variant?
 SELECT run_id, began_at, world, variant, revision, verdict, confirmed, changed, contradicted, not_confirmed, undecidable
 FROM inspected_object
 WHERE object = 'bulkhead' /* object */

@@ -1,4 +1,4 @@
--- Which ribs are thinner than 6.2 mm, and where?
+-- Which ribs of bulkhead are thinner than 6.2 mm, and where?
 SELECT feature AS rib, value AS thickness, x, y
 FROM placed_part_feature
 WHERE object = 'bulkhead' /* object */ AND variant = 'A' /* variant */ AND object_path = 'BODY' /* part */

@@ -1,4 +1,4 @@
--- Which dimensions, tolerances and datums does the file state of which faces of the parts of the bulkhead?
+-- Which dimensions, tolerances and datums does the file state of which faces of the parts of bulkhead?
 SELECT DISTINCT p.variant, p.revision, p.number, t.surface_no, t.pmi_no, t.kind, t.type, t.value, t.lower_limit, t.upper_limit,
     t.unit, t.datums
 FROM placed_part AS p

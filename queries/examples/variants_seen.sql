@@ -1,4 +1,4 @@
--- Which variant of the bulkhead did the pictures of the newest inspection that weighed them show, and how much less speaks for the others?
+-- Which variant did the pictures of the newest inspection that weighed them show, and how much less speaks for the others?
 SELECT e.run_id, p.verdict, v.name, v.variant, e.placed, e.against, e.decided,
     max(e.log_odds) OVER (PARTITION BY e.object_no) - e.log_odds AS nats_less
 FROM variant_evidence AS e

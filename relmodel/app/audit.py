@@ -47,17 +47,22 @@ def find_run(store: Store, connection: Connection, run: int) -> Row[Any]:
     return found[0]
 
 
+RUN_IN_SHORT = ("run", "kind", "object", "serial", "result", "began_at", "seconds", "message")
+
+
 def run_in_short(row: Any) -> tuple[Any, ...]:
-    """What a person looks at of a run, a row of `run/runs`: run, kind, serial, how it ended (of an inspection its
-    verdicts and how much was checked), began_at, seconds, message."""
+    """What a person looks at of a run, a row of `run/runs`, as RUN_IN_SHORT names it; of an inspection the result is
+    its verdict, how many findings, and how much was checked."""
     result = row.state
     if row.pose_verdict is not None:
         result = row.part_verdict if row.pose_verdict == "usable" else f"pose {row.pose_verdict}"
     if row.in_view:
+        result += f", {row.findings} finding{'s' * (row.findings != 1)}" if row.findings else ""
         result += f", {row.checked} of {row.in_view} checked"
     began = row.began_at and row.began_at.isoformat(" ", "minutes")[:16]
     seconds = None if row.seconds is None else rounded(row.seconds, 1)
-    return row.run, row.kind, row.serial, result, began, seconds, row.message and row.message.partition(";")[0]
+    message = row.message and row.message.partition(";")[0]
+    return row.run, row.kind, row.object, row.serial, result, began, seconds, message
 
 
 # Why an inspection decided as it did: sentences that follow from its rows.

@@ -200,6 +200,7 @@ def data_uri(picture: Image.Image) -> str:
 # Small SVG drawings: courses of arcs, histograms, residuals on the picture, bars, values over time.
 
 _MOST_POINTS = 500
+_DATES = 4  # below a plot over time, at most
 _MOST_LETTERS = 26  # of a bar's label: its end tells it apart
 _DETAIL_PX = 0.4  # how far a drawn course may leave the points that it stands for: less than a line is wide
 
@@ -260,79 +261,84 @@ def bars(labels: Sequence[str], values: Sequence[float], unit: str) -> Markup:
             '<text x="176" y="{y}" text-anchor="end">{label}</text>'
             '<rect x="182" y="{top}" width="{wide:.1f}" height="14"/><text x="{end:.1f}" y="{y}">{value:.4g}</text>'
         ).format(
-            y=20 * n + 15, top=20 * n + 4, wide=380 * abs(v) / longest, end=188 + 380 * abs(v) / longest,
+            y=20 * n + 15, top=20 * n + 4, wide=230 * abs(v) / longest, end=188 + 230 * abs(v) / longest,
             label=visible(label)[-_MOST_LETTERS:], value=v,
         )
         for n, (label, v) in enumerate(zip(labels, values, strict=True))
     ]  # fmt: skip
     return Markup(
-        '<svg class="plot history counts" viewBox="0 0 640 {}" role="img" aria-label="{} by name">{}</svg>'
+        '<svg class="plot history counts" viewBox="0 0 480 {}" role="img" aria-label="{} by name">{}</svg>'
     ).format(20 * len(labels) + 8, unit, Markup("").join(drawn))
 
 
 @dataclass(frozen=True)
 class Point:
-    """A value of a plot over time: where a click leads, its label, sigma, nominal and limit (of how far it is from the
-    nominal, without one of itself) where there are such, and whether it is not as it should be."""
+    """A value of a plot over time: where a click leads, its label and date, how far to either side it is uncertain, the
+    nominal and the limits where there are such, and whether it is as it should be: good, open or bad."""
 
     link: str
     label: str
     value: float
-    sigma: float | None = None
+    date: str = ""
+    spread: float | None = None
     nominal: float | None = None
-    limit: float | None = None
-    bad: bool = False
+    lower: float | None = None
+    upper: float | None = None
+    mark: str = "good"
 
 
 def history(points: Sequence[Point], unit: str) -> Markup:
-    """Values one after the other with two standard deviations, the nominal and the limits about it; each is a link.  Of
-    many the last 500 are drawn."""
+    """Values one after the other with bars of their uncertainty, the nominal, the limits, and dates where these change;
+    each value is a link.  Of many the last 500 are drawn."""
     points = points[-_MOST_POINTS:]
-    value = np.array([p.value for p in points])
-    sigma, nominal, limit = (
+    value, spread, *lines = (
         np.array([np.nan if v is None else v for v in column], float)
-        for column in zip(*((p.sigma, p.nominal, p.limit) for p in points), strict=True)
+        for column in zip(*((p.value, p.spread, p.nominal, p.lower, p.upper) for p in points), strict=True)
     )
-    spread = 2 * np.nan_to_num(sigma)
-    above = np.nan_to_num(nominal) + limit  # where nothing is nominal the limit is that of the value itself
-    shown = np.concatenate([value - spread, value + spread, nominal - limit, above, nominal])
+    spread = np.nan_to_num(spread)
+    shown = np.concatenate([value - spread, value + spread, *lines])
     low, high = float(np.nanmin(shown)), float(np.nanmax(shown))
     if high - low < 1e-9 * abs(high) + 1e-12:  # of one value
         low, high = low - 0.5 * abs(low) - 1e-6, high + 0.5 * abs(high) + 1e-6
     margin = 0.08 * (high - low)
-    x = 60 + 900 * (np.arange(len(points)) + 0.5) / len(points)
+    half = 180 / len(points)  # a line goes as far about a value as to the middle of the next
+    x = 52 + half * (2 * np.arange(len(points)) + 1)
 
     def y(v: Floats) -> Floats:
-        return np.asarray(250 - 240 * (v - low + margin) / (high - low + 2 * margin))
+        return np.asarray(165 - 157 * (v - low + margin) / (high - low + 2 * margin))
 
-    half = 450 / len(points)  # a line goes as far about a value as to the middle of the next
     ends = (x[:, None] + [-half, half]).ravel()
-    lines = [
+    drawn = [
         Markup('<path class="{}" d="{}"/>').format(
             name, path_data(np.column_stack([ends, np.repeat(y(at), 2)])[np.repeat(np.isfinite(at), 2)])
         )
-        for name, at in (("nominal", nominal), ("limit", nominal - limit), ("limit", above))
+        for name, at in zip(("nominal", "limit", "limit"), lines, strict=True)
         if np.isfinite(at).any()
     ]
-    dots = [
+    drawn += [
         Markup(
             '<a href="{}"><path class="sigma" d="M{:.1f} {:.1f}V{:.1f}"/>'
             '<circle class="{}" cx="{:.1f}" cy="{:.1f}" r="4">'
             "<title>{}: {:.4g}{} {}</title></circle></a>"
         ).format(
-            p.link, u, top, bottom, "bad" if p.bad else "good", u, v, visible(p.label), p.value,
-            "" if p.sigma is None else f" \u00b1 {p.sigma:.2g}", unit,
+            p.link, u, top, bottom, p.mark, u, v, visible(p.label), p.value,
+            "" if p.spread is None else f" \u00b1 {p.spread:.2g}", unit,
         )
         for p, u, v, top, bottom in zip(points, x, y(value), y(value + spread), y(value - spread), strict=True)
     ]  # fmt: skip
-    marks = [
-        Markup('<text x="52" y="{:.1f}" text-anchor="end">{:.4g}</text>').format(float(y(np.array(at))), at)
+    drawn += [
+        Markup('<text x="46" y="{:.1f}" text-anchor="end">{:.4g}</text>').format(float(y(np.array(at))) + 4, at)
         for at in np.linspace(low, high, 5)
     ]
+    before = ""
+    for i in np.unique(np.linspace(0, len(points) - 1, _DATES).astype(int)):
+        if points[i].date != before:
+            before = points[i].date
+            drawn.append(Markup('<text x="{:.1f}" y="182" text-anchor="middle">{}</text>').format(x[i], before))
     return Markup(
-        '<svg class="plot history" viewBox="-60 0 1040 270" role="img" aria-label="values over time, {}">'
-        '<path class="axis" d="M60 10V250H960"/>{}</svg>'
-    ).format(unit, Markup("").join([*marks, *lines, *dots]))
+        '<svg class="plot history" viewBox="0 0 420 188" role="img" aria-label="values over time, {}">'
+        '<path class="axis" d="M52 8V165H412"/>{}</svg>'
+    ).format(unit, Markup("").join(drawn))
 
 
 # The model as the cameras of a run see it, from the run's rows: its edges by state, drawn over the pictures, and pieces

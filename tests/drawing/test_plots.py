@@ -33,15 +33,16 @@ def test_a_course_keeps_its_ends_and_stays_near() -> None:
 
 
 def test_a_history_has_its_limits() -> None:
-    """Without a nominal one limit of the value itself, else two about the nominal; one value alone has its labels."""
-    points = [Point("/run/1", "run 1", 2.0, limit=3.0), Point("/run/2", "run 2", 1.0, limit=3.0)]
+    """Each where its value lies; one value alone has its labels; a date stands where it is another than before."""
+    points = [Point(f"/run/{n}", f"run {n}", 3.0 - n, "2026-01-31", upper=3.0) for n in (1, 2)]
+    assert re.findall(r">([0-9-]{10})</text>", history(points, "mm")) == ["2026-01-31"]
     heights = [float(y) for y in re.findall(r'cy="([0-9.]+)"', history(points, "mm"))]
     (limit,) = re.findall(r'class="limit" d="M[0-9.]+ ([0-9.]+)L', history(points, "mm"))
     assert heights[0] - float(limit) == pytest.approx(heights[1] - heights[0], abs=0.11)
-    both = history([Point("/run/1", "run 1", 2.0, nominal=2.5, limit=1.0)], "mm")
+    both = history([Point("/run/1", "run 1", 2.0, nominal=2.5, lower=1.5, upper=3.0)], "mm")
     below, above = (float(y) for y in re.findall(r'class="limit" d="M[0-9.]+ ([0-9.]+)L', both))
     (nominal,) = re.findall(r'class="nominal" d="M[0-9.]+ ([0-9.]+)L', both)
-    assert float(nominal) == pytest.approx((below + above) / 2, abs=0.11)
+    assert float(nominal) == pytest.approx(below + (above - below) * 2 / 3, abs=0.11)
     assert len(set(re.findall(r">([0-9.]+)</text>", history([Point("/run/1", "run 1", 2.0)], "mm")))) == 5
     assert history([Point("/run/1", "run 1", 2.0)] * 900, "mm").count("<circle") == 500
 

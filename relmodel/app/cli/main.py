@@ -26,26 +26,24 @@ from relmodel.app.cli.output import drop_output
 from relmodel.errors import InputError, RelmodelError, UsageError, missing_library
 from relmodel.names import visible
 
-# Verbs in the order in which help lists them, each with the module of relmodel.app.cli.verbs that declares it.
-VERBS = {
-    verb: module
-    for module, verbs in (
-        ("stores", "init migrate"),
-        ("objects", "load show set tolerances diff export"),
-        ("cell", "world rig where find"),
-        ("pictures", "extract stereo"),
-        ("inspect", "inspect"),
-        ("cell", "plan"),
-        ("runs", "runs"),
-        ("pages", "report"),
-        ("runs", "accept reject"),
-        ("pages", "serve"),
-        ("runs", "why replay compare prune"),
-        ("stores", "schema sql check"),
-        ("demo", "demo"),
-    )
-    for verb in verbs.split()
+# Verbs by what they are for, in the order in which help lists them, each after the module of relmodel.app.cli.verbs
+# that declares it; those of no group have help of their own only.
+GROUPS = {
+    "to begin with": "stores.init demo.demo",
+    "what is modelled": "objects.load objects.show objects.set objects.tolerances objects.diff cell.world cell.find",
+    "the cameras": "cell.rig cell.where cell.plan pictures.extract pictures.stereo",
+    "what is inspected": "inspect.inspect runs.runs runs.accept runs.reject pages.report pages.serve objects.export",
+    "why it came out so": "runs.why runs.replay runs.compare",
+    "the store": "stores.schema stores.sql stores.check runs.prune",
+    "": "stores.migrate",
 }
+VERBS = {named.partition(".")[2]: named.partition(".")[0] for group in GROUPS.values() for named in group.split()}
+# Options that the help of a verb leaves out, but for --help-all.
+RARE = {
+    "--ignore-standpoint", "--ignore-blind-camera", "--joint-sigma", "--base-sigma-mm", "--base-sigma-deg", "--audit",
+    "--stereo-method", "--search", "--no-keep-images", "--method", "--precision", "--reach", "--time-limit",
+    "--allow-partial", "--parquet", "--regions", "--obb", "--tool", "--radius", "--near", "--far",
+}  # fmt: skip
 
 UNFORESEEN = 4
 INTERRUPTED = 130  # what a shell reports for a process that SIGINT ended
@@ -78,7 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parse(words: list[str]) -> argparse.Namespace:
     """The call of these words.  Pictures may stand among the options, of which argparse takes the first only."""
-    whole = parser(words[0] if words else "")
+    whole = parser(words[0] if words else "", rare="--help-all" in words)
     args, rest = whole.parse_known_args(words)
     if rest and not (hasattr(args, "pictures") and not any(word.startswith("-") for word in rest)):
         whole.error(f"unrecognized arguments: {' '.join(rest)}")
@@ -131,8 +129,11 @@ def report_error(args: argparse.Namespace, error: Exception, place: str = "") ->
     return UNFORESEEN
 
 
-def parser(verb: str = "") -> argparse.ArgumentParser:
-    """The parser of the whole command line, or of a single verb: building all of them takes longer than most verbs."""
+def parser(verb: str = "", rare: bool = False) -> argparse.ArgumentParser:
+    """The parser of the whole command line, or of a single verb: building all of them takes longer than most verbs.
+
+    rare: whether help has the options that are rarely needed.
+    """
     top = argparse.ArgumentParser(
         prog="relmodel",
         description="A hierarchical relational model of machined objects, and the pose of cameras from it.",
@@ -141,20 +142,30 @@ def parser(verb: str = "") -> argparse.ArgumentParser:
         "130 interrupted",
     )
     top.add_argument("--version", action="version", version=f"relmodel {__version__}")
-    verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True)
+    verbs = top.add_subparsers(
+        dest="verb", metavar="VERB", required=True, help="one of those below; relmodel VERB --help says more"
+    )
+    groups = {title: top.add_argument_group(title) for title in filter(None, GROUPS)}
+    group_of = {named: groups.get(title) for title, names in GROUPS.items() for named in names.split()}
     for name in [verb] if verb in VERBS else VERBS:
         it = declared(name)
         sentence, *rest = it.words.split("\n\n")
         sentence = sentence.replace("\n", " ")
         one = verbs.add_parser(
             name,
-            help=sentence[0].lower() + sentence[1:].rstrip("."),
             description="\n\n".join([sentence, *rest]),
             epilog=f"example:\n  {it.example}",
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         for add_to in (*EVERY_VERB, *it.options):
             add_to(one)
+        hidden = [] if rare else [action for action in one._actions if not RARE.isdisjoint(action.option_strings)]
+        for action in hidden:
+            action.help = argparse.SUPPRESS
+        one.add_argument("--help-all", action="help", help="the same with all options" if hidden else argparse.SUPPRESS)
+        if group := group_of[f"{VERBS[name]}.{name}"]:
+            words = sentence[0].lower() + sentence[1:].rstrip(".")
+            group._group_actions.append(argparse.Action([], name, metavar=name, help=words))  # listed, and no argument
         one.set_defaults(run=it.run)
     return top
 

@@ -21,7 +21,7 @@ from relmodel.store import Store
 from relmodel.store.runs import seal
 
 MOST_ITEMS = 3000  # of the list next to the model
-_COLOURED = ("added", "removed", "changed", "moved")
+_COLOURED = ("changed", "added", "removed")  # the later is seen where a surface is of several features
 _UP = (0, 1, 0)  # of an object: as its drawings show it
 
 
@@ -83,7 +83,8 @@ def diff_page(
     trees = [read_tree(store, connection, *named) for named in (before, after)]
     changed = read_table(connection, "What differs", "compare/changes", comparison_id=comparison)
     changes = [r for r in changed.rows if r.level != "surface" and r.status != "identical"]
-    moved = {r.path: r.status for r in changes if r.level == "part" and r.status in ("added", "moved")}
+    colours = {"added": "added", "moved": "changed"}
+    moved = {r.path: colours[r.status] for r in changes if r.level == "part" and r.status in colours}
     old_shapes, old_parts = _parts(store, connection, trees[0])
     shapes, parts = _parts(store, connection, trees[1], moved)
     ordinal = {p["path"]: i for i, p in enumerate(parts)}
@@ -103,17 +104,19 @@ def diff_page(
         own = None
         if r.level == "feature":
             own = [] if part is None else surfaces.get((parts[part]["shape"], int(r.element_no)), [])
-            if part is not None and r.status in _COLOURED:
-                painted[parts[part]["shape"], r.status].update(own)
+            if part is not None:
+                painted[parts[part]["shape"], "changed" if r.status == "moved" else r.status].update(own)
         name = r.path if r.level == "part" else f"{r.after or r.before or r.kind or r.level} of {r.path}"
         entries.append(ListEntry(r.level, name, _motion(r), part, own, r.status, r.differs or ""))
     for s in shapes:
-        s["paint"] = [[status, sorted(on)] for (shape, status), on in sorted(painted.items()) if shape == s["id"]]
+        s["paint"] = [
+            [status, sorted(painted[s["id"], status])] for status in _COLOURED if (s["id"], status) in painted
+        ]
     counts = read_table(connection, "How much differs", "report/change_counts", comparison_id=comparison)
     facts = [
         (f"{r.level}s {r.status}", str(r.how_many), "")
         for r in counts.rows
-        if r.level != "surface" and r.status in _COLOURED
+        if r.level != "surface" and r.status in (*_COLOURED, "moved")
     ]
     title = " → ".join(" ".join(filter(None, named)) for named in (before, after))
     return render(

@@ -5,9 +5,10 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
-from itertools import groupby
+from itertools import groupby, islice
 from operator import itemgetter
 from typing import Any
 from urllib.parse import quote, urlencode
@@ -17,19 +18,20 @@ from markupsafe import Markup
 from PIL import Image
 from sqlalchemy import Connection, TextClause, text
 
-from relmodel.app.audit import beginnings, compare_runs, run_in_short
+from relmodel.app.audit import RUN_IN_SHORT, beginnings, compare_runs, run_in_short
 from relmodel.app.report.object import object_page, object_tables, serial_page, serial_tables
 from relmodel.app.report.page import ROWS_SHOWN, PageTable, cell, page_script, policy, read_table, render
 from relmodel.app.report.run import run_page, run_tables
 from relmodel.app.tree import expand
 from relmodel.drawing.draw import Point, as_webp, bars, draw_model, history, read_seen
 from relmodel.drawing.solid import MOST_PARTS, broadside, draw_solid, place_parts, scene
-from relmodel.errors import UsageError
+from relmodel.errors import InputError, UsageError
 from relmodel.find.find import LEVELS, find_rows
 from relmodel.find.volumes import Box
 from relmodel.geometry.transforms import matrices
 from relmodel.printing import print_rows, print_tables
 from relmodel.store import Store, sql
+from relmodel.store.ask import Answer
 
 BOUNDS = ("x0", "y0", "z0", "x1", "y1", "z1")
 _NAV = (
@@ -37,14 +39,18 @@ _NAV = (
     ("/parts", "parts"),
     ("/objects", "objects"),
     ("/over-time", "over time"),
+    ("/rig", "rigs"),
     ("/compare", "two runs"),
     ("/find", "in a box"),
     ("/questions", "questions"),
 )
 _MOST_BARS = 40
+_MOST_PLOTS = 60
 _FORMS = {".json": ("json", "application/json"), ".csv": ("csv", "text/csv")}
 AROUND: dict[str, Any] = {"nav": _NAV, "policy": policy(served=True), "script": page_script(served=True)}
 Row = Mapping[str, Any]
+Ask = Callable[[str], AbstractContextManager[Answer]]
+MOST_ROWS = 100_000  # of a file that answers a statement
 
 
 @dataclass(frozen=True)
@@ -57,12 +63,14 @@ class Page:
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a form: its name, its value, the choices (empty: any), and of a slider from where to where it goes."""
+    """A field of a form: its name, its value, the choices (empty: any), of a slider from where to where it goes,
+    and whether it has lines."""
 
     name: str
     value: str
     choices: Sequence[str] = ()
     reach: tuple[float, float] | None = None
+    long: bool = False
 
 
 @dataclass(frozen=True)
@@ -75,8 +83,9 @@ class Shown:
     takes: Sequence[str] = ()
 
 
-def answer(store: Store, connection: Connection, path: str, asked: Mapping[str, str]) -> Page | None:
-    """What an address shows, None where there is nothing at it.  Raises UsageError for what cannot be asked."""
+def answer(store: Store, connection: Connection, path: str, asked: Mapping[str, str], ask: Ask) -> Page | None:
+    """What an address shows, None where there is nothing at it; ask: puts a person's statement to the store.  Raises
+    UsageError or InputError for what cannot be asked."""
     if path.startswith(("/picture/run/", "/picture/object/")):
         kind, _, number = path.removeprefix("/picture/").partition("/")
         made = run_thumbnail if kind == "run" else object_thumbnail
@@ -86,7 +95,10 @@ def answer(store: Store, connection: Connection, path: str, asked: Mapping[str, 
         return Page(_newest(store, connection), "text/plain")
     suffix = next((ending for ending in _FORMS if path.endswith(ending)), "")
     name = path.removesuffix(suffix)
-    shown = _shown(store, connection, "/runs" if name == "/" else name, asked, whole=bool(suffix))
+    if name == "/questions":
+        shown: Shown | None = _questions(connection, asked, ask, whole=bool(suffix))
+    else:
+        shown = _shown(store, connection, "/runs" if name == "/" else name, asked, whole=bool(suffix))
     if shown is None:
         return None
     takes = [*shown.takes, *(["table"] if suffix else [])]
@@ -106,15 +118,15 @@ def _shown(store: Store, connection: Connection, name: str, asked: Mapping[str, 
     if name in lists():
         return _answered(connection, lists()[name], asked)
     if name.startswith("/question/"):
-        return _answered(connection, read_question(name.removeprefix("/question/")), asked)
+        return _answered(
+            connection, _about(read_question(name.removeprefix("/question/")), _at_hand(connection, asked)), asked
+        )
     if name == "/runs":
         return _runs(store, connection, asked, whole)
     if name == "/compare":
-        return _compare(store, asked)
+        return _compare(store, connection, asked)
     if name == "/find":
         return _find(store, connection, asked)
-    if name == "/questions":
-        return _questions()
     if name.startswith("/run/") and name[5:].isdecimal():
         run = int(name[5:])
         return Shown(partial(run_tables, store, connection, run), partial(run_page, store, connection, run))
@@ -125,7 +137,12 @@ def _shown(store: Store, connection: Connection, name: str, asked: Mapping[str, 
     if name.startswith("/object/"):
         named = name.removeprefix("/object/"), asked.get("variant", "")
         tables = partial(object_tables, store, connection, *named)
-        return Shown(tables, partial(object_page, store, connection, *named), ("variant",))
+        questions = Markup('<a href="/questions?{}">Questions about it</a>').format(
+            urlencode({"object": named[0], "variant": named[1]})
+        )
+        return Shown(
+            tables, lambda around: object_page(store, connection, *named, {**around, "words": questions}), ("variant",)
+        )
     return None
 
 
@@ -181,12 +198,12 @@ def _runs(store: Store, connection: Connection, asked: Mapping[str, str], whole:
 
 def _in_short(table: PageTable, runs: Sequence[Any]) -> PageTable:
     """What a list shows of some runs of a table: their own pages have all."""
-    columns = ("run", "kind", "serial", "result", "began_at", "seconds", "message")
     pictures = [_picture_of(r.run if r.verdict else None) for r in runs]
     return replace(
         table,
-        columns=columns,
+        columns=RUN_IN_SHORT,
         rows=[run_in_short(r) for r in runs],
+        caption="",
         links=[f"/run/{r.run}" for r in runs],
         pictures=pictures if any(pictures) else (),
     )
@@ -207,7 +224,7 @@ _CAME_OUT = ("run", "pose in the world", "presence")
 _PARTED = "first step that differs"
 
 
-def _compare(store: Store, asked: Mapping[str, str]) -> Shown:
+def _compare(store: Store, connection: Connection, asked: Mapping[str, str]) -> Shown:
     """Two runs: what came out of each first, and at which step they part, then from what they were given on."""
     fields = [Field(name, asked.get(name, "")) for name in ("a", "b")]
     if not (asked.get("a") and asked.get("b")):
@@ -216,13 +233,16 @@ def _compare(store: Store, asked: Mapping[str, str]) -> Shown:
     runs = [int(finite(name, asked[name])) for name in ("a", "b")]
     names = ("name", f"run {runs[0]}", f"run {runs[1]}", "difference", "sigma")
     found = compare_runs(store, *runs)
-    parted = next((f"The {_PARTED}: {d.name}." for d in found if d.section == _PARTED), "")
+    parted = next((f"The {_PARTED}: {d.name}." for d in found if d.section == _PARTED), "What they did is the same.")
     table = PageTable("", ("what", *names), found, empty="Nothing differs.")
-    sections = {
-        what: PageTable(what, names, [(d.name, *beginnings(d.first, d.second), *d[4:]) for d in group])
-        for what, group in groupby(found, key=itemgetter(0))
-    }
-    came = [sections[name] for name in _CAME_OUT if name in sections]
+    sections: dict[str, PageTable] = {}
+    for what, group in groupby(found, key=itemgetter(0)):
+        rows = [(d.name, *beginnings(d.first, d.second), *d[4:]) for d in group if (what, d.name) != ("run", "outcome")]
+        wide = 3 if all(row[3] is None for row in rows) else 5
+        sections[what] = PageTable(what, names[:wide], [row[:wide] for row in rows])
+    ended = [(run, row.words) for run in runs for row in store.rows(connection, "run/outcome", run=run)]
+    outcome = PageTable("", ("run", "outcome"), ended, links=[f"/run/{run}" for run, _ in ended])
+    came = [outcome, *(sections[name] for name in _CAME_OUT if name in sections)]
     rest = [replace(t, folded=True) for name, t in sections.items() if name not in (*_CAME_OUT, _PARTED)]
     shown = [("What came out", came), ("From what they were given on", rest)]
     return _list(
@@ -294,35 +314,15 @@ def _as_file(tables: Mapping[str, PageTable], suffix: str, named: str | None) ->
 # stays SQL that any client runs; here it asks for `depth`.
 
 _FOLDER = "examples"
-# Who asks what; a file that no group names is one of your own.
-_GROUPS = {
-    "Who designs the part": (
-        "deep_pockets dimensions_that_changed faces_that_are_swept faces_with_openings "
-        "features_that_b_lacks hole_sizes long_sharp_edges mass_of_a_part mass_of_a_variant "
-        "neighbours_of_a_face parts_of_a_material parts_that_moved sharp_pocket_corners thin_ribs tolerances_of_faces"
-    ),
-    "Who inspects": (
-        "contradicted_features diameter_over_time long_edges_not_found parts_in_view rules_of_a_verdict "
-        "states_by_variant thresholds_of_findings variants_seen visible_in_the_left_camera where_was_the_rig"
-    ),
-    "Who keeps the cell": (
-        "cameras_over_time cameras_solved_apart how_far_off_was_the_base "
-        "inputs_that_differ loads parts_by_use runs_that_failed where_the_time_goes"
-    ),
-    "Who looks into a decision": (
-        "arcs_that_fit_worst code_of_a_pose gates_of_arcs matched_arcs poses_that_were_dropped rejected_arcs"
-    ),
-}
-_OWN = "Questions of your own"
 # What a plot says more of than a table: the columns of its names and of its values.
 PLOTS = {
-    "diameter_over_time": ("run_id", "diameter"),
     "hole_sizes": ("diameter", "holes"),
     "mass_of_a_variant": ("variant", "mass_kg"),
     "parts_by_use": ("number", "placed"),
     "thin_ribs": ("rib", "thickness"),
     "where_the_time_goes": ("step", "seconds"),
 }
+_SIZES = ("", "diameter", "thickness", "length", "width", "count", "shift", "offset")
 _NAMED = re.compile(r"('(?:[^']|'')*'|(?<![\w.])-?\d+(?:\.\d+)?) /\* (\w+) \*/")
 Value = str | int | float
 
@@ -339,6 +339,21 @@ class Question:
     choices: Mapping[str, Sequence[str]] = field(default_factory=dict)
     link: Callable[[Row], str] | None = None
     picture: Callable[[Row], str] | None = None
+    written: str = ""
+
+    def said(self, values: Mapping[str, Value]) -> str:
+        """What it asks in words, with these values in the place of those that are written there."""
+        literals = {str(value): str(values[n]) for n, value in written_defaults(self.written).items()}
+        found = "|".join(map(re.escape, sorted(literals, key=len, reverse=True)))
+        return re.sub(rf"(?<!\w)({found})(?!\w)", lambda hit: literals[hit[0]], self.words) if found else self.words
+
+    def stated(self, values: Mapping[str, Value]) -> str:
+        """Its SQL with these values in the place of those that are written there."""
+
+        def literal(value: Value) -> str:
+            return "'" + value.replace("'", "''") + "'" if isinstance(value, str) else str(value)
+
+        return _NAMED.sub(lambda hit: f"{literal(values[hit[2]])} /* {hit[2]} */", self.written)
 
     def values(self, given: Mapping[str, str]) -> dict[str, Value]:
         """The parameters, as given where they are.  Raises UsageError for a number that is none."""
@@ -361,89 +376,109 @@ def _answered(connection: Connection, q: Question, asked: Mapping[str, str]) -> 
         links = list(map(q.link, records)) if q.link else ()
         table = replace(table, links=links, pictures=list(map(q.picture, records)) if q.picture else ())
     fields = [Field(n, str(v), q.choices.get(n, ())) for n, v in values.items()]
-    return _list(q.words, table, tuple(values), fields=fields, plots=_plots_of(q.name, table))
+    statement = urlencode({"query": q.stated(values)})
+    words = Markup('<a href="/questions?{}">Ask otherwise, in SQL</a>').format(statement) if q.written else ""
+    return _list(q.said(values), table, tuple(values), fields=fields, words=words, plots=_plots_of(q.name, table))
 
 
 def _plots_of(question: str, table: PageTable) -> list[Markup]:
     """The plots of a question's answer: of quantities over time one each, else where it is known what to plot."""
     if "quantity" in table.columns:
+        groups = groupby(table.records, key=lambda r: (r["quantity"], r["unit"]))
         words = Markup('<figure class="drawn"><figcaption>{}</figcaption>{}</figure>')
-        groups = [(quantity, list(rows)) for quantity, rows in groupby(table.records, key=itemgetter("quantity"))]
         return [
-            words.format(f"{quantity}, {rows[0]['unit']}".rstrip(", "), _history(rows, "run", "value", rows[0]["unit"]))
-            for quantity, rows in groups
+            words.format(", ".join(filter(None, named)), history(list(map(_point, rows)), named[1]))
+            for named, rows in islice(groups, _MOST_PLOTS)
         ]
-    shown = table.records[:_MOST_BARS]
-    if question not in PLOTS or not shown:
+    label, value = PLOTS.get(question, ("", ""))
+    shown = [r for r in table.records if r.get(value) is not None][:_MOST_BARS]
+    if not shown:
         return []
-    label, value = PLOTS[question]
-    if label == "run_id":
-        return [_history(shown, label, value, value)]
     return [bars([cell(r[label]) for r in shown], [float(r[value]) for r in shown], value)]
 
 
-def _history(rows: Sequence[Row], run: str, value: str, unit: str) -> Markup:
-    """Values over time, by the columns of the run and of the value."""
-    points = []
-    for r in rows:
-        words = ", ".join(filter(None, [f"run {r[run]}", cell(r.get("began_at")), r.get("serial")]))
-        about = r.get("sigma"), r.get("nominal"), r.get("bound")
-        points.append(Point(f"/run/{r[run]}", words, r[value], *about, bad=bool(r.get("changed"))))
-    return history(points, unit)
-
-
-def _history_of(row: Row) -> str:
-    """Where what a row of `serve/over_time` names is plotted."""
-    if row["rig"] is None:
-        return f"/size?{urlencode({'path': row['name'], 'what': row['what']})}"
-    return f"/rig?{urlencode({'rig': row['rig']})}"
+def _point(row: Row) -> Point:
+    """A value of a plot over time."""
+    words = ", ".join(filter(None, [f"run {row['run']}", cell(row["began_at"]), row["serial"]]))
+    about = str(row["began_at"])[:10], row.get("spread"), row.get("nominal"), row.get("lower"), row["upper"]
+    mark = "bad" if row["changed"] else "open" if row.get("decision") == "not decidable" else "good"
+    return Point(f"/run/{row['run']}", words, row["value"], *about, mark)
 
 
 @cache
 def lists() -> dict[str, Question]:
     """Pages of a table, by their addresses."""
-    sizes, run = ("diameter", "thickness", "width", "shift"), "/run/{run}".format_map
-    return {
-        f"/{name.replace('_', '-')}": Question(name, words, sql.query(f"serve/{query}"), defaults, choices, *of_row)
-        for name, words, query, defaults, choices, *of_row in (
-            ("over_time", "Over time", "over_time", {}, {}, _history_of),
-            ("size", "A size over time", "size_over_time", {"path": "", "what": sizes[0]}, {"what": sizes}, run),
-            ("rig", "A rig over time", "rig_over_time", {"rig": 1}, {}, run),
-            (
-                *("parts", "Physical parts", "parts", {}, {}),
-                lambda row: f"/part?{urlencode({'serial': row['serial']})}",
-                lambda row: _picture_of(row["answered"]),
-            ),
-            (
-                *("objects", "Objects", "objects", {}, {}),
-                lambda row: f"/object/{quote(row['name'], safe='')}?{urlencode({'variant': row['variant']})}",
-                "/picture/object/{object_id}".format_map,
-            ),
-        )
-    }
+    run = "/run/{run}".format_map
+    of_sizes: dict[str, Value] = {"path": "", "what": "", "newest": 100}
+    pages = (
+        Question("over-time", "Sizes over time", sql.query("serve/over_time"), of_sizes, {"what": _SIZES}, run),
+        Question("rig", "Rigs over time", sql.query("serve/rig_over_time"), {"rig": 0}, link=run),
+        Question(
+            *("parts", "Physical parts", sql.query("serve/parts")),
+            link=lambda row: f"/part?{urlencode({'serial': row['serial']})}",
+            picture=lambda row: _picture_of(row["answered"]),
+        ),
+        Question(
+            *("objects", "Objects", sql.query("serve/objects")),
+            link=lambda row: f"/object/{quote(row['name'], safe='')}?{urlencode({'variant': row['variant']})}",
+            picture="/picture/object/{object_id}".format_map,
+        ),
+    )
+    return {f"/{page.name}": page for page in pages}
 
 
 def question_names() -> list[str]:
     return [name.partition("/")[2] for name in sql.query_names(_FOLDER)]
 
 
-def question_groups() -> dict[str, list[tuple[str, str]]]:
-    """The questions by who asks, each its name and what it asks in words."""
-    names = question_names()
-    groups = {who: [n for n in named.split() if n in names] for who, named in _GROUPS.items()}
-    groups[_OWN] = [n for n in names if not any(n in its for its in groups.values())]
-    return {who: [(n, first_line(sql.query(f"{_FOLDER}/{n}").text)) for n in its] for who, its in groups.items() if its}
+def _at_hand(connection: Connection, asked: Mapping[str, str]) -> dict[str, Value]:
+    """Of the object that is asked about, or is at hand, the parameters of questions that its rows give."""
+    about = {name: asked.get(name, "") for name in ("object", "variant")}
+    found = connection.execute(sql.query("serve/at_hand"), about).first()
+    return {name: value for name, value in found._mapping.items() if value is not None} if found else {}
 
 
-def _questions() -> Shown:
-    """The questions, grouped by who asks them."""
-    groups = question_groups()
-    rows = [(q, words, who) for who, its in groups.items() for q, words in its]
-    sections = [
-        (who, [PageTable("", ("question",), [(words,) for _, words in its], links=[f"/question/{q}" for q, _ in its])])
-        for who, its in groups.items()
-    ]
-    return _list("Questions", PageTable("", ("name", "question", "asked_by"), rows), sections=sections)
+def _about(question: Question, hand: Mapping[str, Value]) -> Question:
+    """A question with the parameters of what is at hand as defaults."""
+    return replace(question, defaults={name: hand.get(name, value) for name, value in question.defaults.items()})
+
+
+def _group(question: Question) -> str:
+    """What a question is about."""
+    if not {"object", "world", "material"}.isdisjoint(question.defaults):
+        return "About what is modelled"
+    return "About the newest inspection" if "newest inspection" in question.words else "About the cell"
+
+
+def _questions(connection: Connection, asked: Mapping[str, str], ask: Ask, whole: bool) -> Shown:
+    """A box for SQL with its answer, and the questions about the object at hand."""
+    objects, hand = connection.execute(sql.query("serve/objects")).all(), _at_hand(connection, asked)
+    questions = sorted((_about(read_question(name), hand) for name in question_names()), key=_group, reverse=True)
+    rows, sections = [], list[tuple[str, list[PageTable]]]()
+    for group, its in groupby(questions, key=_group):
+        own = [(q, q.said(q.defaults)) for q in its]
+        rows += [(q.name, words, group) for q, words in own]
+        links = [f"/question/{q.name}?{urlencode({n: v for n, v in q.defaults.items() if n in hand})}" for q, _ in own]
+        sections.append((group, [PageTable("", ("question",), [(words,) for _, words in own], links=links)]))
+    table = PageTable("", ("name", "question", "about"), rows)
+    statement, told = asked.get("query", "").strip(), "One statement that only reads; relmodel schema says of what."
+    if statement:
+        try:
+            with ask(statement) as (names, found):
+                first = list(islice(found, MOST_ROWS + 1 if whole else ROWS_SHOWN))
+            table = PageTable("", names, first, empty="No rows.")
+            if len(first) > MOST_ROWS:
+                raise InputError(f"the answer has more than {MOST_ROWS:,} rows: ask for less, or by relmodel sql")
+            told = f"The first {ROWS_SHOWN} rows." if len(first) == ROWS_SHOWN else ""
+            sections.insert(0, ("Answer", [table]))
+        except InputError as error:
+            if whole:
+                raise
+            told = str(error)
+    names_of = {"object": {o.name for o in objects}, "variant": {o.variant for o in objects}}
+    fields = [Field(n, str(hand.get(n, "")), sorted(choices)) for n, choices in names_of.items()]
+    fields.append(Field("query", statement, long=True))
+    return _list("Questions", table, ("object", "variant", "query"), fields=fields, words=told, sections=sections)
 
 
 def read_question(name: str) -> Question:
@@ -451,13 +486,18 @@ def read_question(name: str) -> Question:
     if name not in question_names():
         raise UsageError(f"there is no question {name!r}")
     written = sql.query(f"{_FOLDER}/{name}").text
+    bound = _NAMED.sub(lambda hit: f":{hit[2]}", written)
+    return Question(name, first_line(written), text(bound), written_defaults(written), written=written)
+
+
+def written_defaults(written: str) -> dict[str, Value]:
+    """The literals of a question that comments name.  Raises ValueError where a name has two."""
     defaults: dict[str, Value] = {}
     for literal, parameter in _NAMED.findall(written):
         value = _value(literal)
         if defaults.setdefault(parameter, value) != value:
-            raise ValueError(f"queries/{_FOLDER}/{name}.sql gives {parameter} two values")
-    bound = _NAMED.sub(lambda hit: f":{hit[2]}", written)
-    return Question(name, first_line(written), text(bound), defaults)
+            raise ValueError(f"{first_line(written)} gives {parameter} two values")
+    return defaults
 
 
 def first_line(written: str) -> str:

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -18,9 +19,9 @@ from sqlalchemy.exc import DBAPIError
 import relmodel
 from relmodel.app.report.page import policy, render
 from relmodel.app.serve.pages import AROUND, Page, answer
-from relmodel.errors import RelmodelError, StoreError, UsageError
+from relmodel.errors import InputError, RelmodelError, StoreError, UsageError
 from relmodel.store import Store
-from relmodel.store.ask import TIME_LIMIT_S, after, lock_down
+from relmodel.store.ask import TIME_LIMIT_S, after, ask, lock_down
 
 LOOPBACK = "127.0.0.1"
 _PATIENCE_S = 10.0  # for a request to arrive
@@ -72,7 +73,8 @@ class Server(ThreadingHTTPServer):
             only_reading(store, self.time_limit_s, self.overdue),
             store.read() as connection,
         ):
-            return answer(store, connection, path, asked)
+            own = partial(ask, store, time_limit_s=self.time_limit_s, overdue=self.overdue)
+            return answer(store, connection, path, asked, own)
 
 
 class Handler(BaseHTTPRequestHandler):
@@ -93,7 +95,7 @@ class Handler(BaseHTTPRequestHandler):
                 parse_qsl(address.query, keep_blank_values=True, max_num_fields=_MOST_PARAMETERS, errors="strict")
             )
             page = self.server.page(unquote(address.path, errors="strict"), asked)
-        except (UsageError, ValueError) as error:
+        except (UsageError, InputError, ValueError) as error:
             self._fail(HTTPStatus.BAD_REQUEST, str(error))
         except StoppedError as error:
             self._fail(HTTPStatus.GATEWAY_TIMEOUT, str(error))

@@ -219,15 +219,15 @@ def test_a_decision_in_python_is_the_row_of_the_command_line(target: str) -> Non
     with Store.open(target) as store:
         run = stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)])
     with relmodel.open(target, read_only=False) as python:
-        assert "finding 1 of run" in python.accept(1, by="A. Meier", note="concession 118", run=run)
+        assert "finding 1 of run" in python.accept(1, by="quality", note="concession 118", run=run)
         with pytest.raises(relmodel.UsageError, match="note is empty"):
-            python.reject(2, by="A. Meier", note=" ")
-    assert main(["reject", "2", "--run", str(run), "--by", "A. Meier", "--note", "no", "--store", target]) == 0
+            python.reject(2, by="quality", note=" ")
+    assert main(["reject", "2", "--run", str(run), "--by", "quality", "--note", "no", "--store", target]) == 0
     with Store.open(target) as store:
         kept = asked(
             store, "SELECT inspection_run_id, decision, decided_by, note FROM finding_decision ORDER BY run_id"
         )
-    assert kept == [(run, "accepted", "A. Meier", "concession 118"), (run, "rejected", "A. Meier", "no")]
+    assert kept == [(run, "accepted", "quality", "concession 118"), (run, "rejected", "quality", "no")]
 
 
 def ended_otherwise(target: str, error: Exception, serial: str = "SN1") -> int:
@@ -286,15 +286,15 @@ def test_the_headline_counts_what_was_accepted(target: str) -> None:
     with Store.open(target) as store:
         run = stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)])
     said = []
-    decisions = [(1, "accepted", "A. Meier"), (2, "accepted", "B. Roth"), (2, "accepted", "A. Meier")]
+    decisions = [(1, "accepted", "quality"), (2, "accepted", "B. Roth"), (2, "accepted", "quality")]
     with Store.open(target) as store:
         for finding, decision, by in [*decisions, (1, "rejected", "B. Roth")]:
             decide(store, str(run), finding, decision, by, "so")
             said += asked(store, "SELECT outcome FROM inspection_outcome WHERE run_id = :run", run=run)
             assert headline(store)[0][0].partition(";")[0] == said[-1][0].split("; ")[1]
     assert [words.split("; ")[1] for (words,) in said] == [
-        "part deviates (2 findings, 1 accepted by A. Meier)",
-        "part deviates (2 findings, accepted by A. Meier, B. Roth)",
-        "part deviates (2 findings, accepted by A. Meier)",
-        "part deviates (2 findings, 1 accepted by A. Meier)",
+        "part deviates (2 findings, 1 accepted by quality)",
+        "part deviates (2 findings, accepted by quality, B. Roth)",
+        "part deviates (2 findings, accepted by quality)",
+        "part deviates (2 findings, 1 accepted by quality)",
     ]

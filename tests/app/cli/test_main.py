@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 import subprocess
 import sys
@@ -32,6 +33,15 @@ def test_verb_help_shows_an_example(verb: str, capsys: Capsys) -> None:
     for line in frame.declared(verb).example.splitlines():
         assert frame.parser().parse_args(shlex.split(line)[1:]).verb == verb
     assert "--store" in said
+
+
+def test_help_has_verbs_in_groups_and_first_the_common_options(capsys: Capsys) -> None:
+    listed = re.findall(r"^  ([a-z]+) ", frame.parser().format_help(), re.MULTILINE)
+    assert sorted(listed) == sorted(VERBS.keys() - {"migrate"})
+    for option, shown in (("--help", {"serial"}), ("--help-all", {"serial", "search"})):
+        with pytest.raises(SystemExit):
+            main(["inspect", option])
+        assert set(re.findall("^  --(serial|search)", capsys.readouterr().out, re.MULTILINE)) == shown
 
 
 def test_wrong_use_is_2(capsys: Capsys, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
-from urllib.parse import urlencode
+from urllib.parse import parse_qsl, urlencode
 
 import duckdb
 import pytest
@@ -148,27 +148,25 @@ def test_many_runs_are_paged_the_newest_first(inspection: Inspection, copy_store
         assert f'href="/run/{run}"' in page(started, "/", kind="inspect")
 
 
-def test_sizes_and_cameras_are_plotted_over_time(server: Server) -> None:
-    measured = rows(server, "/over-time")
-    sizes = asked_of(
-        server.target,
-        "SELECT p.path, m.what, m.value, m.run_id FROM measured_size AS m JOIN presence AS p "
-        "ON p.run_id = m.run_id AND p.item_no = m.item_no WHERE m.what = 'diameter' AND p.level = 'feature'",
+def test_sizes_and_rigs_are_plotted_over_time(inspection: Inspection, copy_store: CopyStore, tmp_path: Path) -> None:
+    """Those with limits first, with the limits as they were stated."""
+    target, file = copy_store(inspection.store), tmp_path / "limits.csv"
+    measured = "SELECT path, what, measured, run_id, nominal FROM characteristic_result WHERE measured IS NOT NULL"
+    *others, (path, what, value, run, nominal) = asked_of(
+        target, f"{measured} ORDER BY path LIKE '%/BODY/%', path, what"
     )
-    assert {(r["name"], r["what"]) for r in measured if r["what"] == "diameter"} == {row[:2] for row in sizes}
-    path, what, value, run = sizes[0]
-    (found,) = rows(server, "/size", path=path, what=what)
-    assert (found["run"], found["value"]) == (run, value)
-    drawn = Page(page(server, "/size", path=path, what=what))
-    assert len(drawn.with_class("history")) == len(drawn.with_class("nominal")) == 1
-    assert len(drawn.with_class("limit")) == 2
-    assert [a["href"] for tag, a in drawn.elements if tag == "a" and a["href"] == f"/run/{run}"] == [f"/run/{run}"] * 2
-    assert f'href="/size?{urlencode({"path": path, "what": what})}"'.replace("&", "&amp;") in page(server, "/over-time")
-    (rig,) = {r["rig"] for r in measured} - {None}
-    (residual,) = (r for r in rows(server, "/rig", rig=str(rig)) if r["quantity"] == "residual of camera left")
-    assert 0 < residual["value"] < 2
-    quantities = {r["quantity"] for r in rows(server, "/rig", rig=str(rig))}
-    assert page(server, "/rig", rig=str(rig)).count("<circle") == len(quantities)
+    file.write_text(f"path,what,nominal,plus,minus\n{path},{what},,0.5,0.25\n")
+    assert main(["tolerances", str(file), "--store", target]) == 0
+    with serving(target) as server:
+        first, *rest = rows(server, "/over-time")
+        assert (first["quantity"], first["run"], first["value"]) == (f"{path}, {what}", run, value)
+        assert (first["lower"], first["upper"]) == (nominal - 0.25, nominal + 0.5)
+        assert {r["quantity"] for r in rest} == {f"{row[0]}, {row[1]}" for row in others}
+        drawn = Page(page(server, "/over-time", path=path.upper(), what=what))
+        assert [len(drawn.with_class(name)) for name in ("history", "nominal", "limit", "sigma")] == [1, 1, 2, 1]
+        assert first["began_at"][:10] in drawn.text.split()
+        (residual,) = (r for r in rows(server, "/rig", rig="1") if r["quantity"] == "rig 1: residual of camera left")
+        assert 0 < residual["value"] < 2
 
 
 def test_a_physical_part_is_shown_by_all_its_stops(inspection: Inspection, copy_store: CopyStore) -> None:
@@ -352,12 +350,52 @@ def test_another_name_for_this_address_is_refused(server: Server, host: str) -> 
     assert asked(server, "/runs.json", host=f"localhost:{server.server_port}")[0] == 200
 
 
-def test_only_named_queries_are_asked(server: Server) -> None:
-    for address in ("/question/../check/orphans", "/question/%2e%2e%2fcheck%2forphans", "/question/loads;", "/query"):
-        assert asked(server, address)[0] in (400, 404)
-    for name in ("sql", "query", "q"):
-        assert asked(server, "/question/loads", **{name: "SELECT 1"})[0] == 400
-    # What is given stays a value.
+LONG = {
+    "duckdb": "SELECT count(*) FROM range(1000000) AS a, range(1000000) AS b WHERE (a.range * b.range) % 7 = 3",
+    "postgresql": "SELECT pg_sleep(60)",
+}
+BEYOND = (  # what DuckDB may reach, or set to reach it
+    "SELECT * FROM read_text('/etc/hostname')",
+    "COPY run TO '/tmp/run.csv'",
+    "ATTACH ':memory:' AS other",
+    "SET enable_external_access = true",
+    "SET lock_configuration = false",
+)
+
+
+def test_a_statement_is_answered_within_the_limits_of_sql(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    statement = "SELECT id, kind FROM run ORDER BY id"
+    said = rows(server, "/questions", query=statement)
+    assert [tuple(r.values()) for r in said] == asked_of(server.target, statement)
+    assert "the statement was refused: give one SELECT" in page(server, "/questions", query="DELETE FROM run")
+    for bad in ("DELETE FROM run", "SELECT 1; SELECT 2", "SELECT nothing FROM run", *BEYOND):
+        status, _, text = asked(server, "/questions.json", query=bad)
+        assert (status, "the statement was refused" in Page(text).text) == (400, True), bad
+    monkeypatch.setattr("relmodel.app.serve.pages.MOST_ROWS", 2)
+    assert "more than 2 rows" in asked(server, "/questions.csv", query="VALUES (1), (2), (3)")[2]
+    monkeypatch.setattr(server, "time_limit_s", 1.0)
+    status, _, text = asked(server, "/questions.json", query=LONG["duckdb"])
+    assert (status, "stopped after 1 s" in Page(text).text) == (504, True)
+
+
+def test_questions_are_about_the_object_at_hand(server: Server) -> None:
+    """In their words, in what they ask, and in the SQL that they offer."""
+    assert "How many holes of each diameter has bulkhead?" in page(server, "/questions")
+    of_slider = {r["name"]: r["question"] for r in rows(server, "/questions", object="slider")}
+    assert of_slider["mass_of_a_part"] == "What does carriage weigh in each variant of slider?"
+    assert not [words for words in of_slider.values() if "bulkhead" in words.lower()]
+    (address,) = linked(page(server, "/object/slider"), "/questions?")
+    (address,) = linked(page(server, address), "/question/mass_of_a_variant?")
+    path, _, given = address.partition("?")
+    (weighed,) = rows(server, path, **dict(parse_qsl(given)))
+    assert weighed["parts"] == 2
+    (offered,) = linked(page(server, address), "/questions?query=")
+    statement = dict(parse_qsl(offered.partition("?")[2]))["query"]
+    assert rows(server, "/questions", query=statement) == [weighed]
+
+
+def test_what_is_given_stays_a_value(server: Server) -> None:
+    assert asked(server, "/question/%2e%2e%2fcheck%2forphans")[0] == 400
     assert rows(server, "/question/deep_pockets", variant="A' OR '1' = '1") == []
     assert rows(server, "/runs", kind="load' OR 'a' = 'a") == []
 
@@ -382,17 +420,7 @@ def test_pages_write_nothing_and_reach_nothing_else(server: Server) -> None:
         for statement in (
             "INSERT INTO source VALUES (1, 'a', 'b', 'c', NULL, 'mm', 1, 'd')",
             "CREATE TABLE mine (a INTEGER)",
-            *(
-                (
-                    "SELECT * FROM read_text('/etc/hostname')",
-                    "COPY run TO '/tmp/run.csv'",
-                    "ATTACH ':memory:' AS other",
-                    "SET enable_external_access = true",
-                    "SET lock_configuration = false",
-                )
-                if store.dialect == "duckdb"
-                else ()
-            ),
+            *(BEYOND if store.dialect == "duckdb" else ()),
         ):
             with pytest.raises((sa.exc.DBAPIError, StoreError)), store.read() as connection:
                 connection.execute(sa.text(statement))
@@ -413,13 +441,9 @@ def test_a_file_is_as_it_was_and_others_write_between(inspection: Inspection, co
 
 @on_both
 def test_a_page_that_takes_too_long_is_stopped(server: Server) -> None:
-    long = {
-        "duckdb": "SELECT count(*) FROM range(1000000) AS a, range(1000000) AS b WHERE (a.range * b.range) % 7 = 3",
-        "postgresql": "SELECT pg_sleep(60)",
-    }
     with Store.open(server.target, read_only=True) as store:
         with pytest.raises(StoppedError, match=r"after 0\.3 s"), only_reading(store, 0.3), store.read() as connection:
-            connection.execute(sa.text(long[store.dialect]))
+            connection.execute(sa.text(LONG[store.dialect]))
         with store.read() as connection:  # others go on
             assert connection.execute(sa.text("SELECT 1")).scalar() == 1
     with serving(str(server.target), time_limit_s=1e-4) as hasty:
@@ -437,7 +461,7 @@ def test_a_port_that_is_taken_is_told(server: Server) -> None:
 @pytest.mark.parametrize(
     "address",
     [
-        "", "objects", "find?" + urlencode(BOX), "question/hole_sizes", "parts", "over-time", "rig?rig=1",
+        "", "objects", "questions", "find?" + urlencode(BOX), "question/hole_sizes", "parts", "over-time", "rig?rig=1",
         "compare?a=1&b=2", "object/bulkhead?variant=A", "run/4",
     ],
 )  # fmt: skip

@@ -83,7 +83,7 @@ def test_a_diff_shows_what_is_new_moved_and_gone(target: str, tmp_path: Path) ->
     colour = {key: p["colour"] for key, p in parts.items()}
     assert colour == {
         ("plate", 0): "plain",
-        ("peg", 0): "moved",
+        ("peg", 0): "changed",
         ("new", 0): "added",
         ("still", 0): "plain",
         ("old", 0): "removed",

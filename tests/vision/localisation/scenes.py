@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from examples.journey import cast
 from relmodel.arrays import Bytes, Floats, Floats32, Ints
 from vision.cameras.cameras import CalibrationSigma, Camera, Prior, Rig, perturb
 from vision.scene import Scene
@@ -108,21 +109,9 @@ def above(x: float, y: float, distance: float) -> Floats:
 
 
 def picture(scene: Scene, camera: Camera, world_from_camera: Floats, seed: int) -> Bytes:
-    """The scene by ray casting: each surface one grey, the mean of nine rays a pixel, PSF 0.7 px, noise of 2 grey."""
-    from scipy.ndimage import gaussian_filter
-
-    fine = (np.arange(3) - 1) / 3
-    x = (np.arange(camera.width)[:, None] + fine).ravel()
-    y = (np.arange(camera.height)[:, None] + fine).ravel()
-    grid = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    k = camera.matrix
-    rays = np.column_stack([(grid - k[:2, 2]) / [k[0, 0], k[1, 1]], np.ones(len(grid))]) @ world_from_camera[:3, :3].T
-    hit = scene.rays.nearest(world_from_camera[:3, 3], rays)
-    grey = np.random.default_rng(7).uniform(50, 200, len(scene.surface_occurrence))
-    values = np.where(hit >= 0, grey[scene.triangle_surface[hit]], 20.0)
-    mean = values.reshape(camera.height, 3, camera.width, 3).mean(axis=(1, 3))
-    noise = np.random.default_rng(seed).normal(0, 2, mean.shape)
-    return np.asarray(np.clip(np.rint(gaussian_filter(mean, 0.7) + noise), 0, 255), np.uint8)
+    """The scene by ray casting, each surface one grey."""
+    grey = np.random.default_rng(7).uniform(50, 200, len(scene.surface_occurrence))[scene.triangle_surface]
+    return cast(scene.rays, grey, (camera.width, camera.height), camera.matrix, world_from_camera, seed)
 
 
 def off(pose: Floats, sigma_mm: float, sigma_rad: float, seed: int) -> Prior:

@@ -46,19 +46,8 @@ LIST_COLUMNS = ("pair", "name", "verdict", "run", "outcome", "reason", "exit_sta
     "relmodel inspect --rig rig.yaml left=L.png right=R.png --prior prior.yaml --store cell.duckdb",
     option("--rig", type=Path, metavar="RIG", help="cameras and where the rig has them (formats: see relmodel rig)"),
     pictures("the pictures, each with the name of its camera, which may be left out where the rig has one"),
-    option(
-        "--list",
-        type=Path,
-        metavar="LIST.csv",
-        help="inspect what these lines name one after the other; --rig and --prior count where the list names none",
-    ),
-    option(
-        "--standpoints",
-        type=Path,
-        metavar="SCAN.csv",
-        help="inspect one unmoving object by all pictures that the rig took from these standpoints (CSV or YAML: "
-        "docs/rig.md)",
-    ),
+    option("--list", type=Path, metavar="LIST.csv", help="inspect what these lines name one after the other"),
+    option("--standpoints", type=Path, metavar="SCAN.csv", help="inspect one object from several places (docs/rig.md)"),
     option("--ignore-standpoint", action="append", default=[], metavar="NAME", help="leave this standpoint out"),
     option(
         "--prior",
@@ -67,17 +56,8 @@ LIST_COLUMNS = ("pair", "name", "verdict", "run", "outcome", "reason", "exit_sta
         help="where the rig is thought to be, and how surely (default: where the joints put a rig that the world "
         "mounts; else nothing is assumed)",
     ),
-    option(
-        "--believe-pictures",
-        action="store_true",
-        help="accept a pose that the pictures show surely although it contradicts the prior (default: refuse it)",
-    ),
-    option(
-        "--ignore-blind-camera",
-        action="store_true",
-        help="answer by the other cameras where one does not see the model or its picture says nothing (default: "
-        "refuse)",
-    ),
+    option("--believe-pictures", action="store_true", help="accept a sure pose that contradicts the prior"),
+    option("--ignore-blind-camera", action="store_true", help="answer by the others where one sees nothing"),
     option(
         "--needs",
         metavar="MM,DEG",
@@ -112,9 +92,7 @@ LIST_COLUMNS = ("pair", "name", "verdict", "run", "outcome", "reason", "exit_sta
         "with --joint-sigma (default: 5)",
     ),
     option("--base-sigma-deg", type=float, default=0.5, metavar="DEG", help="the same for its rotation (default: 0.5)"),
-    option(
-        "--stereo-method", default="pong", metavar="METHOD", help="how two pictures are matched: pong or relational"
-    ),
+    option("--stereo-method", default="pong", metavar="METHOD", help="pong or relational (default: pong)"),
     SEARCH,
     option(
         "--variants",
@@ -130,12 +108,7 @@ LIST_COLUMNS = ("pair", "name", "verdict", "run", "outcome", "reason", "exit_sta
         "variant,unchecked",
     ),
     option("--overlay", type=Path, metavar="PICTURE", help="write the images with the model drawn over them"),
-    option(
-        "--crops",
-        type=Path,
-        metavar="FOLDER",
-        help="write pictures of what is not as the model says, worst first, into this folder",
-    ),
+    option("--crops", type=Path, metavar="FOLDER", help="write pictures of the findings here, the worst first"),
     NO_KEEP_IMAGES,
     option(
         "--match",

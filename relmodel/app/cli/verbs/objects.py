@@ -30,13 +30,7 @@ if TYPE_CHECKING:
     option("--allow-partial", action="store_true", help="load the rest of a file of which faces are lost"),
     option("--strict", action="store_true", help="refuse a file with findings, such as edges off faces"),
     option("--occluder", action="store_true", help="keep a mesh as triangles: it is not inspected"),
-    option(
-        "--time-limit",
-        type=float,
-        default=300.0,
-        metavar="SECONDS",
-        help="how long reading a file may take (default: 300)",
-    ),
+    option("--time-limit", type=float, default=300.0, metavar="SECONDS", help="for reading a file (default: 300)"),
 )
 def load(args: argparse.Namespace) -> int:
     """Load CAD files, meshes or robots (URDF) as objects.
@@ -244,12 +238,7 @@ def _value(text: str) -> float | str | bool:
     option("after", metavar="B", help="the variant after"),
     option("--object", metavar="NAME", help="name of the object, where both are variants of one"),
     option("--level", choices=("part", "feature", "surface"), help="only this level"),
-    option(
-        "--reach",
-        type=float,
-        default=100.0,
-        help="how far a thing may move and still count as the same, mm (default: 100)",
-    ),
+    option("--reach", type=float, default=100.0, help="how far what is the same may move, mm (default: 100)"),
     ALL,
     FORMAT,
 )
@@ -305,12 +294,7 @@ def _change_line(row: Any) -> tuple[Any, ...]:
     option("--run", metavar="RUN", dest="number", help="an inspection instead: number of its run, or last"),
     option("-o", "--out", type=Path, metavar="FILE|FOLDER", help="what to write of the object or run"),
     option("--tables", choices=("parquet", "csv"), default="parquet", help="form of the tables in a folder"),
-    option(
-        "--parquet",
-        type=Path,
-        metavar="FOLDER",
-        help="write the worlds and what stands in them into this folder, of many stores",
-    ),
+    option("--parquet", type=Path, metavar="FOLDER", help="write worlds and what stands in them into this folder"),
     option("--world", metavar="NAME", help="with --parquet: only this world"),
 )
 def export(args: argparse.Namespace) -> int:

@@ -50,7 +50,7 @@ def report(args: argparse.Namespace) -> int:
     option("--timeout", type=float, default=30.0, metavar="SECONDS", help="how long a page may take (default: 30)"),
 )
 def serve(args: argparse.Namespace) -> int:
-    """Show the store in a local web page: runs, objects in 3-D, what lies in a box, questions with parameters.
+    """Show the store in a local web page: runs, objects in 3-D, sizes over time, what lies in a box, questions and SQL.
 
     It listens on this machine only, writes nothing, and opens the store only while a page is made, so that inspections
     can go on.  Every table is there as .json and .csv too.  Ctrl-C ends it.

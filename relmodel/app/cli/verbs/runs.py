@@ -33,7 +33,7 @@ ANY_RUN = 2**62  # above any run's number
 )
 def runs(args: argparse.Namespace) -> int:
     """List the runs of the store: what was run, how it ended, how long it took."""
-    from relmodel.app.audit import run_in_short
+    from relmodel.app.audit import RUN_IN_SHORT, run_in_short
     from relmodel.store import sql
 
     with open_store(args, read_only=True) as store, store.read() as connection:
@@ -42,9 +42,7 @@ def runs(args: argparse.Namespace) -> int:
         found = connection.execute(sql.query("run/runs"), asked)
         rows = found.all()
     if args.format == "table" and not args.all:
-        print_folded(
-            ("run", "kind", "serial", "result", "began_at", "seconds", "message"), [run_in_short(r) for r in rows]
-        )
+        print_folded(RUN_IN_SHORT, [run_in_short(r) for r in rows])
     else:
         print_rows(list(found.keys()), rows, args.format)
     return 0
@@ -201,7 +199,7 @@ _DECISION = (
 )
 
 
-@verb('relmodel accept 3 --run 12 --by "A. Meier" --note "within the drawing" --store cell.duckdb', *_DECISION)
+@verb('relmodel accept 3 --run 12 --by quality --note "within the drawing" --store cell.duckdb', *_DECISION)
 def accept(args: argparse.Namespace) -> int:
     """Accept a finding: the part may be used with it.
 
@@ -211,7 +209,7 @@ def accept(args: argparse.Namespace) -> int:
     return _decide("accepted", args)
 
 
-@verb('relmodel reject 3 --run 12 --by "A. Meier" --note "hole LH12 too small" --store cell.duckdb', *_DECISION)
+@verb('relmodel reject 3 --run 12 --by quality --note "hole LH12 too small" --store cell.duckdb', *_DECISION)
 def reject(args: argparse.Namespace) -> int:
     """Reject a finding: the part must not be used with it.
 

@@ -114,13 +114,7 @@ _MEMORY = 2**29  # bytes for rows from a server: the largest value that is print
     "relmodel sql --store cell.duckdb 'SELECT kind, count(*) FROM feature_class GROUP BY kind'",
     option("query", nargs="?", default="-", help="the statement; - or nothing: read it from stdin"),
     option("--file", type=Path, help="read the statement from this file"),
-    option(
-        "--timeout",
-        type=float,
-        default=30.0,
-        metavar="SECONDS",
-        help="how long the statement and the printing of its rows may take (default: 30)",
-    ),
+    option("--timeout", type=float, default=30.0, metavar="SECONDS", help="for answer and printing (default: 30)"),
     FORMAT,
 )
 def sql(args: argparse.Namespace) -> int:

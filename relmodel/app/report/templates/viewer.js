@@ -70,8 +70,8 @@ function makeViewer(canvas, scene, picked) {
   }
   function palette() {
     return dark.matches
-      ? { plain: [.33, .37, .40], open: [.33, .37, .40], seen: [.62, .70, .76], edge: [0, 0, 0], pose: [.37, .83, .58], prior: [.94, .75, .33], chosen: [1, .85, .1], added: [.3, .75, .45], removed: [.9, .35, .3], changed: [.95, .65, .2], moved: [.6, .5, .95] }
-      : { plain: [.86, .88, .89], open: [.86, .88, .89], seen: [.66, .74, .80], edge: [.16, .19, .21], pose: [.10, .55, .32], prior: [.80, .48, 0], chosen: [1, .80, 0], added: [.25, .68, .42], removed: [.86, .30, .25], changed: [.93, .60, .15], moved: [.52, .42, .88] };
+      ? { plain: [.33, .37, .40], open: [.33, .37, .40], seen: [.62, .70, .76], edge: [0, 0, 0], pose: [.37, .83, .58], prior: [.94, .75, .33], chosen: [1, .85, .1], added: [.3, .75, .45], removed: [.9, .35, .3], changed: [.95, .65, .2] }
+      : { plain: [.86, .88, .89], open: [.86, .88, .89], seen: [.66, .74, .80], edge: [.16, .19, .21], pose: [.10, .55, .32], prior: [.80, .48, 0], chosen: [1, .80, 0], added: [.25, .68, .42], removed: [.86, .30, .25], changed: [.93, .60, .15] };
   }
 
   function eyeAndMatrix(camera, piece) {  // camera, piece: a piece u v width height of its picture, to be drawn on the whole canvas
@@ -113,13 +113,15 @@ function makeViewer(canvas, scene, picked) {
       gl.uniformMatrix4fv(where.place, false, part.place); gl.uniform3fv(where.lo, s.lo); gl.uniform3fv(where.size, s.size);
       points(s.vertices, gl.UNSIGNED_SHORT, true, 6); gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, s.triangles);
       const surfaces = chosen.get(number), own = number + 1;
-      gl.uniform1f(where.lit, identities ? 0 : 1);
+      gl.uniform1f(where.lit, identities || part.only ? 0 : 1);
       gl.uniform4fv(where.colour, identities ? [(own & 255) / 255, (own >> 8 & 255) / 255, (own >> 16) / 255, 1] : [...(surfaces === null ? colours.chosen : colours[part.colour]), 1]);
+      gl.depthFunc(part.only ? gl.ALWAYS : gl.LEQUAL);  // what is gone may lie inside what is there
       if (!part.only) gl.drawElements(gl.TRIANGLES, s.count, kind, 0);  // else what is painted alone
       if (identities) return;
       for (const [list, colour] of surfaces === null ? [] : [...s.paint, ...part.paint, [surfaces, colours.chosen]]) if (list) {
         gl.uniform4fv(where.colour, [...(typeof colour === "string" ? colours[colour] : colour), 1]);
-        for (const [surface, first, count] of s.runs) if (list.has(surface)) gl.drawElements(gl.TRIANGLES, count, kind, first * bytesEach);
+        for (const [surface, first, count] of s.runs) if (list.has(surface)) for (const way of part.only ? [gl.TRIANGLES, gl.LINES] : [gl.TRIANGLES])  // as lines walls show end on too
+          gl.drawElements(way, count, kind, first * bytesEach);
       }
       if (part.only) return;
       gl.uniform1f(where.lit, 0); gl.uniform4fv(where.colour, [...colours.edge, 1]);
