@@ -270,6 +270,62 @@ def bars(labels: Sequence[str], values: Sequence[float], unit: str) -> Markup:
     ).format(20 * len(labels) + 8, unit, Markup("").join(drawn))
 
 
+def tolerance_bar(limits: tuple[float | None, float | None], off: float | None, spread: float, reach: float) -> Markup:
+    """The band of a tolerance, open where it has no limit, with a value and how far it may be off: all less the
+    nominal, drawn from -reach to reach."""
+    low, mid, high, left, right = (
+        round(min(max(57 * (at / reach), -60), 60), 1)
+        for at in (
+            -2 * reach if limits[0] is None else limits[0], off or 0.0, 2 * reach if limits[1] is None else limits[1],
+            (off or 0.0) - spread, (off or 0.0) + spread,
+        )
+    )  # fmt: skip
+    band = Markup('<rect class="band" x="{}" y="1" width="{}" height="12"/>').format(low, max(high - low, 1))
+    point = Markup('<path class="spread" d="M{} 7H{}"/><circle cx="{}" cy="7" r="2.6"/>').format(left, right, mid)
+    return Markup(
+        '<svg class="bar-of-tolerance" viewBox="-60 0 120 14" aria-hidden="true">{}<path class="axis" d="M0 0V14"/>{}</svg>'
+    ).format("" if limits == (None, None) else band, "" if off is None else point)
+
+
+@dataclass(frozen=True)
+class Balloon:
+    """A number beside a picture's place `at` (2,) px, where a click leads, and a state of STATES that colours it."""
+
+    label: str
+    link: str
+    at: Floats
+    state: str
+
+
+def draw_balloons(balloons: Sequence[Balloon], size: tuple[int, int]) -> Markup:
+    """Balloons with leaders on a picture (width, height): each as near to its place as it lies on no other, on no
+    place, and within the picture."""
+    radius = max(size) / 55
+    angle, away = np.meshgrid(np.arange(24) * np.pi / 12, radius * np.arange(2.5, 60, 0.5))
+    around = np.column_stack([(away * np.cos(angle)).ravel(), (away * np.sin(angle)).ravel()])
+    places, put, out = [b.at for b in balloons], [], []
+    for b in balloons:
+        tried = b.at + around
+        free = np.all((tried > 1.2 * radius) & (tried < np.array(size) - 1.2 * radius), axis=1)
+        for others, apart in ((places, 1.4), (put, 2.3)):
+            for other in others:
+                free &= np.linalg.norm(tried - other, axis=1) > apart * radius
+        if not free.any():
+            continue  # no room is left
+        put.append(tried[np.argmax(free)])
+        rim = put[-1] + radius * (b.at - put[-1]) / np.linalg.norm(b.at - put[-1])
+        out.append(
+            Markup(
+                '<a href="#{}" class="balloon state-{}"><path d="M{:.0f} {:.0f}L{:.0f} {:.0f}"/>'
+                '<circle class="place" cx="{:.0f}" cy="{:.0f}" r="{:.1f}"/><circle cx="{:.0f}" cy="{:.0f}" r="{:.1f}"/>'
+                '<text x="{:.0f}" y="{:.0f}" dy=".36em" font-size="{:.1f}">{}</text></a>'
+            ).format(
+                b.link, b.state, *b.at, *rim, *b.at, radius / 6, *put[-1], radius, *put[-1], 0.85 * radius, b.label
+            )
+        )
+    return Markup("").join(out)
+
+
 @dataclass(frozen=True)
 class Point:
     """A value of a plot over time: where a click leads, its label, sigma, nominal and limit (of how far it is from the
@@ -364,19 +420,21 @@ class Seen:
     edges: list[Edge]
 
 
-def read_seen(store: Store, connection: Connection, run: int) -> list[Seen]:
-    """The pictures of a run with the edges of the model, in the order of the cameras."""
-    edges = read_edges(store, connection, run)
+def read_seen(store: Store, connection: Connection, run: int, items: Sequence[Any] | None = None) -> list[Seen]:
+    """The pictures of a run with the edges of the model, in the order of the cameras; items: as `read_edges` has it."""
+    edges = read_edges(store, connection, run, items)
     return [
         Seen(row, None if row.bytes is None else read_image(row.bytes), edges.get(row.camera, []))
         for row in store.rows(connection, "report/pictures", run_id=run)
     ]
 
 
-def read_edges(store: Store, connection: Connection, run: int) -> dict[str, list[Edge]]:
+def read_edges(
+    store: Store, connection: Connection, run: int, items: Sequence[Any] | None = None
+) -> dict[str, list[Edge]]:
     """The edges of the model at the best pose, by camera.  Each is drawn in the worst state of the features that it
-    bounds, of those that are decided; without any, in the part's."""
-    said = [item for item in store.rows(connection, "report/items", run_id=run) if item.drawn]
+    bounds, of those that are decided; without any, in the part's.  items: rows of `report/items`, where they are known."""
+    said = [it for it in (store.rows(connection, "report/items", run_id=run) if items is None else items) if it.drawn]
     states: dict[tuple[str, int], str] = {}
     for item in sorted(said, key=lambda it: (it.level == "part", _DRAWN.index(it.drawn))):
         for edge in edges_of(item):
@@ -443,16 +501,16 @@ def write_crops(folder: str | Path, store: Store, run: int, greys: Mapping[str, 
         for name, grey in greys.items():
             own = [e for e in edges.get(name, ()) if (name, e.number) in mine]
             if own:
-                u0, v0, u1, v1 = box_about(own, (grey.shape[1], grey.shape[0]))
+                u0, v0, u1, v1 = box_about([e.points for e in own], (grey.shape[1], grey.shape[0]))
                 pieces += [in_colour(grey[v0:v1, u0:u1]), drawn[name][v0:v1, u0:u1]]
         if pieces:
             words = re.sub(r"[^A-Za-z0-9.-]+", "_", row.path)[-200:]  # a name of a file may have 255 bytes
             save_side_by_side(Path(folder) / f"{place:02d}_{row.state}_{words}.png", pieces)
 
 
-def box_about(edges: Iterable[Edge], size: tuple[int, int]) -> tuple[int, int, int, int]:
-    """Bounds u0 v0 u1 v1 (px, half-open) of a piece of a picture (width, height) about edges, with a margin."""
-    points = np.concatenate([e.points for e in edges])
+def box_about(courses: Sequence[Floats], size: tuple[int, int]) -> tuple[int, int, int, int]:
+    """Bounds u0 v0 u1 v1 (px, half-open) of a piece of a picture (width, height) about points (n, 2), with a margin."""
+    points = np.concatenate(courses)
     low, high = points.min(axis=0), points.max(axis=0)
     margin = np.maximum(_MARGIN_PX, (_LEAST_PX - (high - low)) / 2)
     u0, v0 = np.floor(low - margin).clip(0, np.array(size) - 1).astype(int).tolist()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 from sqlalchemy import Connection
@@ -193,9 +194,9 @@ Lines = dict[str, Any]  # colour, at: ends of pieces, x y z after each other
 def shapes_of(store: Store, connection: Connection, shape_ids: Ints) -> list[dict[str, Any]]:
     """Shapes for the script, in the order of `shape_ids`, which are increasing.
 
-    lo, size: their box, mm; v: vertices in steps of it; t: triangles, by surface; s: surface, first index and count of
-    each run of them; e: ends of the pieces of sharp edges, in the same steps.  Arrays are base64 of little-endian
-    uint16, of triangles uint32 where wide.  Shapes without triangles are left out.
+    lo, size: their box, mm; v: vertices in steps of it; t: triangles, by surface, each vertex as the step from the one
+    before; s: surface, first index and count of each run of them; e: ends of the pieces of sharp edges, as v.  Arrays
+    are base64 of little-endian uint16, of triangles int16, int32 where wide.  Shapes without triangles are left out.
     """
     wanted = [int(s) for s in shape_ids]
     edges = _edges(store, connection, wanted)
@@ -213,14 +214,16 @@ def shapes_of(store: Store, connection: Connection, shape_ids: Ints) -> list[dic
         ends = edges.get(int(row.shape_id), np.zeros((0, 3)))
         low, high = vertices.min(axis=0), vertices.max(axis=0)
         size = np.maximum(high - low, 1e-9)
-        wide = len(vertices) > _STEPS
+        corner = triangles[order].ravel().astype(np.int32)
+        step = np.diff(corner, prepend=np.int32(0))
+        wide = bool(np.abs(step).max(initial=0) > _STEPS // 2)
         out.append(
             {
                 "id": int(row.shape_id),
                 "lo": low.round(4).tolist(),
                 "size": size.round(4).tolist(),
                 "v": _packed(_in_steps(vertices, low, size)),
-                "t": _packed(triangles[order].astype("<u4" if wide else "<u2")),
+                "t": _packed(step.astype("<i4" if wide else "<i2")),
                 "wide": wide,
                 "s": runs.tolist(),
                 "e": _packed(_in_steps(ends, low, size)),
@@ -305,6 +308,43 @@ def _box(shape: dict[str, Any], place: Sequence[float]) -> Floats:
     at = np.array(shape["lo"]) + np.array(list(np.ndindex(2, 2, 2))) * shape["size"]
     corners = at @ m[:, :3].T + m[:, 3]
     return np.array([corners.min(axis=0), corners.max(axis=0)])
+
+
+class Faces:
+    """The faces of a scene that a page draws, as the cameras that are its views see them."""
+
+    def __init__(self, drawn: Mapping[str, Any]) -> None:
+        shapes = [self._unpack(s) for s in drawn["shapes"]]
+        placed = [(shapes[p["shape"]], np.reshape(p["m"], (3, 4))) for p in drawn["parts"]]
+        corners = np.concatenate([points @ m[:, :3].T + m[:, 3] for (points, _), m in placed])
+        faces = [np.column_stack([np.full(len(of), part), of]) for part, ((_, of), _) in enumerate(placed)]
+        self._face = np.concatenate([*faces, [[-1, -1]]])  # the last of what no ray meets
+        self._rays = Rays(corners, np.arange(len(corners)).reshape(-1, 3))
+
+    @staticmethod
+    def _unpack(shape: Mapping[str, Any]) -> tuple[Floats, Ints]:
+        """Corners (3 n, 3) of the triangles of a shape, mm, and the surface of each triangle."""
+        points = (
+            np.frombuffer(base64.b64decode(shape["v"]), "<u2").reshape(-1, 3) / _STEPS * shape["size"] + shape["lo"]
+        )
+        corner = np.frombuffer(base64.b64decode(shape["t"]), "<i4" if shape["wide"] else "<i2").cumsum(dtype=np.int64)
+        runs = np.reshape(np.array(shape["s"], np.int64), (-1, 3))
+        return points[corner], np.repeat(runs[:, 0], runs[:, 2] // 3)
+
+    def outline(
+        self, view: Mapping[str, Any], part: int, surfaces: Sequence[int], box: tuple[int, int, int, int]
+    ) -> list[Floats]:
+        """Rings of points (n, 2) about what a camera sees of surfaces of a part within bounds u0 v0 u1 v1 of its picture,
+        px."""
+        step = max(1, max(box[2] - box[0], box[3] - box[1]) // 400)
+        at = np.stack(np.meshgrid(np.arange(box[0], box[2], step), np.arange(box[1], box[3], step)), -1).astype(float)
+        fx, fy, cx, cy = view["k"]
+        matrix, m = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), np.reshape(view["m"], (3, 4))
+        slopes = cv2.undistortPoints(at.reshape(-1, 1, 2), matrix, np.array(view["lens"]))[:, 0]
+        face = self._face[self._rays.nearest(m[:, 3], np.column_stack([slopes, np.ones(len(slopes))]) @ m[:, :3].T)]
+        own = ((face[:, 0] == part) & np.isin(face[:, 1], surfaces)).reshape(at.shape[:2]).astype(np.uint8)
+        rings = cv2.findContours(own, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)[0]
+        return [step * r[:, 0].astype(float) + box[:2] for r in rings if len(r) > 2]
 
 
 def camera_lines(world_from_camera: Floats, matrix: Floats, width: int, height: int, depth: float) -> list[float]:

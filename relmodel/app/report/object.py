@@ -11,7 +11,7 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.app.report.page import ListEntry, PageTable, read_table, render
-from relmodel.app.report.run import Card, finding_views, group_rest, read_cards, read_sheet, size_words
+from relmodel.app.report.run import Card, Sight, group_rest, read_cards, read_sheet, size_words
 from relmodel.app.tree import Tree, read_tree, tree_rows
 from relmodel.drawing.draw import Rgb, colours_of, hexadecimal, read_seen
 from relmodel.drawing.solid import Part, place_parts, scene
@@ -213,8 +213,8 @@ def serial_page(store: Store, connection: Connection, serial: str, around: Mappi
     tables = serial_tables(connection, serial)
     stops = [(int(row[0]), str(row[2])) for row in tables["serial_stops"].rows]
     rows = tables["serial_states"].rows
-    cards = _cards(store, connection, tables["serial_findings"].rows)
-    drawn, part_of = _scene(store, connection, serial, rows, stops, sorted({card.run for card in cards}))
+    drawn, part_of = _scene(store, connection, serial, rows, stops)
+    cards = _cards(store, connection, tables["serial_findings"].rows, Sight(drawn, part_of))
     entries = _entries_of_part(rows, cards, part_of)
     rest, passed = group_rest(rows)
     word = found[0].outcome[0].upper() + found[0].outcome[1:]
@@ -243,14 +243,15 @@ def serial_page(store: Store, connection: Connection, serial: str, around: Mappi
     )
 
 
-def _cards(store: Store, connection: Connection, rows: Sequence[Any]) -> list[Card]:
+def _cards(store: Store, connection: Connection, rows: Sequence[Any], sight: Sight) -> list[Card]:
     """Findings of all stops, numbered on this page."""
     by_run: dict[int, dict[int, int]] = defaultdict(dict)
     for no, row in enumerate(rows, 1):
         by_run[int(row.run_id)][row.finding_no] = no
     cards: list[Card] = []
     for run, numbers in by_run.items():
-        cards += read_cards(store, connection, run, read_seen(store, connection, run), numbers)
+        items = store.rows(connection, "report/items", run_id=run)
+        cards += read_cards(store, connection, run, read_seen(store, connection, run, items), items, sight, numbers)
     return sorted(cards, key=lambda card: card.no)
 
 
@@ -260,10 +261,9 @@ def _scene(
     serial: str,
     states: Sequence[Any],
     stops: list[tuple[int, str]],
-    runs: Sequence[int],
 ) -> tuple[dict[str, Any] | None, dict[int, int]]:
-    """The whole part, its features coloured by state, seen as at the newest stop that is usable, and as the cameras of
-    some runs see it; which part of the scene each placed part is."""
+    """The whole part, its features coloured by state, seen as at the newest stop that is usable; which part of the
+    scene each placed part is."""
     rows = store.columns(connection, "report/serial_parts", serial=serial)
     shape_id = np.asarray(rows["shape_id"], np.int64)
     shapes, parts, kept = place_parts(store, connection, shape_id, rows["path"], matrices(rows))
@@ -283,8 +283,7 @@ def _scene(
     usable = [run for run, ended in stops if ended == "usable"]
     poses = store.rows(connection, "report/pose_matrix", run_id=usable[-1]) if usable else []
     back = -matrices(poses[0]._mapping)[:3, 2] if poses else None
-    views = [view for run in runs for view in finding_views(store, connection, run)]
-    return scene(shapes, parts, views=views, back=back), part_of
+    return scene(shapes, parts, back=back), part_of
 
 
 def _entries_of_part(states: Sequence[Any], cards: list[Card], part_of: dict[int, int]) -> list[ListEntry]:

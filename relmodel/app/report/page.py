@@ -104,12 +104,13 @@ def render(*, items: Sequence[ListEntry] = (), scene: dict[str, Any] | None = No
     """A page, of what the template may show that which is given; sections: each a heading, and tables and drawings."""
     own: dict[str, Any] = {
         **dict.fromkeys(
-            ("nav", "over", "word", "mood", "reason", "words", "seal", "newest", "older", "files", "store"), ""
+            ("nav", "over", "word", "mood", "reason", "words", "seal", "newest", "older", "files", "store", "unseen"),
+            "",
         ),
         **dict.fromkeys(
             ("sheet", "facts", "fields", "plots", "summary", "pictures", "states", "layers", "sections"), ()
         ),
-        **dict.fromkeys(("rest", "passed", "legend"), ()),
+        **dict.fromkeys(("rest", "passed", "legend", "labelled", "lines"), ()),
         "cards": None,
         "chosen": {e.key: n for n, e in enumerate(items)},
         "items": items,

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,11 +15,24 @@ from markupsafe import Markup
 from sqlalchemy import Connection
 
 from relmodel.app.audit import find_run
-from relmodel.app.report.page import ListEntry, PageTable, cell, read_table, render
+from relmodel.app.report.characteristics import Line, count_results, label_picture, make_lines, say_results
+from relmodel.app.report.page import ListEntry, PageTable, cell, clauses, read_table, render
 from relmodel.app.report.pictures import RunPicture, evidence_plots, read_pictures
 from relmodel.arrays import Floats
-from relmodel.drawing.draw import FAILING, STATES, Edge, Seen, box_about, course, data_uri, edges_of, failing, read_seen
-from relmodel.drawing.solid import MOST_PARTS, Lines, camera_lines, ellipsoid_lines, place_parts, scene
+from relmodel.drawing.draw import (
+    FAILING,
+    STATES,
+    Edge,
+    Seen,
+    box_about,
+    course,
+    data_uri,
+    edges_of,
+    failing,
+    path_data,
+    read_seen,
+)
+from relmodel.drawing.solid import MOST_PARTS, Faces, Lines, camera_lines, ellipsoid_lines, place_parts, scene
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 from relmodel.store.runs import seal
@@ -65,11 +80,14 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     row = find_run(store, connection, run)
     tables = run_tables(store, connection, run)
     pose, prior = (next(iter(tables[name].rows), None) for name in ("pose", "prior"))
-    seen = read_seen(store, connection, run)
+    rows = store.rows(connection, "report/items", run_id=run)
+    seen = read_seen(store, connection, run, rows)
     pictures = read_pictures(store, connection, run, seen, tables)
     scene, part_of = run_scene(store, connection, run)
-    rows = store.rows(connection, "report/items", run_id=run)
     items = list_entries(rows, pictures, part_of, tables["finding"].rows)
+    cards = read_cards(store, connection, run, seen, rows, Sight(scene, part_of))
+    lines = make_lines(tables["characteristic"].rows)
+    sheet = read_sheet(store, connection, run)
     word, mood = _ENDS.get(row.state, (row.state, "warn"))
     reason = (pose.reason if pose is not None else row.message) or _NO_MORE.get(row.state, "")
     pruned = store.select(connection, "pruned_run", "by_run_id", run_id=run, what="runs")["by_run_id"]
@@ -77,7 +95,7 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         word, mood = "Pruned", "warn"
         reason = f"run {pruned[0]} removed what it found; it had ended: {reason}"
     if pose is not None:
-        word, mood = pose.outcome[0].upper() + pose.outcome[1:], pose.mood
+        word, mood = _headline(pose, lines)
         shown = store.rows(connection, "why/verdict/12_against", run=run)[:1]
         variants = store.rows(connection, "why/verdict/15_variants", run=run)
         reason = "; ".join([reason, *(r.sentence for r in (*shown, *variants))])
@@ -103,11 +121,15 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         word=word,
         mood=mood,
         reason=reason,
-        facts=_facts(tables, row, pose, prior, items),
-        sheet=read_sheet(store, connection, run),
-        cards=read_cards(store, connection, run, seen),
+        facts=_facts(tables, pose, prior, items),
+        sheet=sheet,
+        labelled=label_picture(seen, rows, cards, lines),
+        cards=cards,
+        lines=lines,
         rest=rest,
         passed=passed,
+        unseen=_unseen(tables["characteristic"].rows, dict(sheet)),
+        summary=[tables["standpoints"]] if tables["standpoints"].rows else (),
         seal=None if pose is None else (f"run {run}", seal(store, connection, [run])),
         pictures=pictures,
         layers=_layers(drawn),
@@ -118,6 +140,27 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         legend=LEGEND,
         sections=sections,
     )
+
+
+def _headline(pose: Any, lines: Sequence[Line]) -> tuple[str, str]:
+    """The outcome in words, the part first where it can be told, with the characteristics that have limits; the mood."""
+    first, part, *others = clauses(pose.outcome)
+    words = [part, first] if pose.pose_verdict == "usable" else [first, part]
+    word = "; ".join([*words, *others, *say_results(lines)])
+    results = count_results(lines)
+    mood = "bad" if results["does not conform"] else pose.mood
+    return word[0].upper() + word[1:], "warn" if mood == "good" and set(results) - {"conforms"} else mood
+
+
+def _unseen(rows: Sequence[Any], sheet: Mapping[str, Any]) -> tuple[str, str] | None:
+    """How many sizes of the model were not seen, and the command that gives the views which show most of what is left."""
+    left = sum(r.decision == "not seen" for r in rows)
+    if not left:
+        return None
+    named = ["--serial", sheet["serial"]] if sheet["serial"] else ["--object", rows[0].path.partition("/")[0]]
+    world = [] if sheet["serial"] else ["--world", sheet["world"]]
+    rig = (sheet["rig"] or "rig.yaml").partition(", SHA-256")[0]
+    return f"{left} of {len(rows)} sizes of the model", shlex.join(["relmodel", "plan", *named, *world, "--rig", rig])
 
 
 def read_sheet(store: Store, connection: Connection, run: int) -> list[tuple[str, Any]]:
@@ -141,7 +184,7 @@ _KINDS = {
 
 
 def _facts(
-    tables: Mapping[str, PageTable], row: Any, pose: Any, prior: Any, items: list[ListEntry]
+    tables: Mapping[str, PageTable], pose: Any, prior: Any, items: list[ListEntry]
 ) -> list[tuple[str, str, str]]:
     """Name, value and note of what the head of the page says."""
     facts = checked(tables["states"].rows, items)
@@ -150,14 +193,6 @@ def _facts(
             if r.rule in _PRECISION:
                 words, unit = _PRECISION[r.rule]
                 facts.append((words, f"{r.value:.2g}{unit}", f"{r.gate:g}{unit} needed"))
-        if prior.x is not None:
-            away = np.linalg.norm([pose.x - prior.x, pose.y - prior.y, pose.z - prior.z])
-            facts.append(("from the prior", f"{away:.3g} mm", ""))
-        facts.append(("edge evidence found", f"{100 * min(pose.evidence_ratio, 1.0):.0f} %", "of what is expected"))
-        sure = f"{100 * pose.posterior:.3g} %" if pose.posterior < 0.999 else "> 99.9 %"
-        facts.append(("probability", sure, "that the best pose is the right one"))
-    if row.seconds is not None:
-        facts.append(("time", f"{row.seconds:.3g} s", ""))
     return facts
 
 
@@ -178,6 +213,7 @@ def _layers(drawn: str) -> list[Layer]:
 _SECTIONS = {
     "What is there": {
         "result/finding": "Findings",
+        "result/characteristic": "Characteristics",
         "result/measured_size": "Sizes measured",
         "result/measured_distance": "Distances measured",
         "report/states": "Parts and features",
@@ -189,6 +225,7 @@ _SECTIONS = {
         "report/prior": "Prior",
         "report/corrections": "Base correction",
         "report/joints": "Joints",
+        "report/standpoints": "Standpoints",
     },
     "Hypotheses": {"report/hypotheses": "Poses considered"},
     "Evidence": {
@@ -206,7 +243,16 @@ _SECTIONS = {
     },
 }
 _UPRIGHT = ("pose", "prior", "corrections", "load", "run")
-_FOLDED = ("states", "measured_distance", "unexplained", "matched_arc", "rejected_arc", "written", "run")
+_FOLDED = (
+    "characteristic",
+    "states",
+    "measured_distance",
+    "unexplained",
+    "matched_arc",
+    "rejected_arc",
+    "written",
+    "run",
+)
 
 
 def run_tables(store: Store, connection: Connection, run: int) -> dict[str, PageTable]:
@@ -238,13 +284,31 @@ _MOST_ODDS = 1_000_000
 
 @dataclass(frozen=True)
 class Crop:
-    """A piece of a camera's picture: bounds u v width height, px, the model drawn over it, and its view on the page."""
+    """A piece of a camera's picture: place and size u v width height, px, the model drawn over it, and rings (n, 2) px
+    about the faces that the finding is of."""
 
     camera: str
     uri: str
     box: tuple[int, int, int, int]
     drawing: Markup
-    view: str
+    rings: list[Floats]
+
+    @property
+    def face(self) -> str:
+        """Those as SVG path data."""
+        return "".join(path_data(ring, closed=True) for ring in self.rings)
+
+
+@dataclass(frozen=True)
+class Sight:
+    """The scene of a page, None where nothing is drawn, and which of its parts each placed part is."""
+
+    scene: dict[str, Any] | None
+    part_of: dict[int, int]
+
+    @cached_property
+    def faces(self) -> Faces | None:
+        return self.scene and Faces(self.scene)
 
 
 @dataclass(frozen=True)
@@ -281,25 +345,54 @@ def size_words(row: Any) -> str:
 
 
 def read_cards(
-    store: Store, connection: Connection, run: int, seen: Sequence[Seen], numbers: dict[int, int] | None = None
+    store: Store,
+    connection: Connection,
+    run: int,
+    seen: Sequence[Seen],
+    items: Sequence[Any],
+    sight: Sight,
+    numbers: dict[int, int] | None = None,
 ) -> list[Card]:
-    """The findings of a run, whose pictures are `seen`; numbers: those wanted, and their numbers on the page."""
+    """The findings of a run, whose pictures are `seen` and whose rows of `report/items` are `items`; numbers: those
+    wanted, and their numbers on the page."""
     rows = store.rows(connection, "result/finding", run_id=run)
-    edges = {it.item_no: edges_of(it) for it in store.rows(connection, "report/items", run_id=run)} if rows else {}
+    if not rows:
+        return []
+    of = {it.item_no: it for it in items}
+    poses, cameras = (store.rows(connection, name, run_id=run) for name in ("report/pose_matrix", "result/camera"))
+    views = {c.camera: _view(c, matrices(p._mapping) @ matrices(c._mapping), 0.0) for p in poses for c in cameras}
+    states = store.rows(connection, "result/presence", run_id=run)
+    off = {r.path for r in states if r.level == "surface" and r.state in ("changed", "contradicted")}
     shown = {row.finding_no: row.finding_no for row in rows} if numbers is None else numbers
     out = []
     for row in (row for row in rows if row.finding_no in shown):
-        mine = set(edges.get(row.item_no, ()))
-        own = [(s, [e for e in s.edges if (s.row.camera, e.number) in mine]) for s in seen if s.image is not None]
-        crops = [_crop(s, drawn, None if numbers is None else run) for s, drawn in own if drawn]
+        item = of.get(row.item_no)
+        mine = set(edges_of(item)) if item else set()
+        surfaces = list(map(int, item.surfaces or ())) if item else []
+        part = row.path.rpartition("/")[0]
+        # Of a feature the faces that are not as modelled, where that is told of single ones.
+        surfaces = [no for no in surfaces if f"{part}/face {no}" in off] or surfaces
+        at = sight.part_of.get(int(row.occurrence_id))
+        crops = []
+        for one in (s for s in seen if s.image is not None):
+            own = [e for e in one.edges if (one.row.camera, e.number) in mine]
+            if own:
+                crops.append(_crop(one, own, sight, (at, surfaces), views.get(one.row.camera)))
         out.append(Card(shown[row.finding_no], run, row, crops))
     return out
 
 
-def _crop(seen: Seen, own: Sequence[Edge], run: int | None) -> Crop:
-    """What a camera shows of edges, and all edges of the model there; run: where the page is of several."""
+def _crop(
+    seen: Seen, own: Sequence[Edge], sight: Sight, faces: tuple[int | None, Sequence[int]], view: dict[str, Any] | None
+) -> Crop:
+    """What a camera shows of edges and of faces, surfaces of a part of the scene, and all edges of the model there."""
     assert seen.image is not None
-    u0, v0, u1, v1 = box_about(own, seen.image.size)
+    box = box_about([e.points for e in own], seen.image.size)
+    part, surfaces = faces
+    rings: list[Floats] = []
+    if part is not None and surfaces and view and sight.faces:
+        rings = sight.faces.outline(view, part, surfaces, box)
+    u0, v0, u1, v1 = box_about(rings, seen.image.size) if rings else box
     numbers = {e.number for e in own}
     paths = [
         Markup('<path class="drawn state-{}{}" d="{}"/>').format(
@@ -308,10 +401,8 @@ def _crop(seen: Seen, own: Sequence[Edge], run: int | None) -> Crop:
         for e in seen.edges
         if np.all(e.points.max(axis=0) > (u0, v0)) and np.all(e.points.min(axis=0) < (u1, v1))
     ]
-    camera = seen.row.camera
-    view = camera if run is None else view_name(run, camera)
     uri = data_uri(seen.image.crop((u0, v0, u1, v1)))
-    return Crop(camera, uri, (u0, v0, u1 - u0, v1 - v0), Markup("").join(paths), view)
+    return Crop(seen.row.camera, uri, (u0, v0, u1 - u0, v1 - v0), Markup("").join(paths), rings)
 
 
 def group_rest(rows: Iterable[Any]) -> tuple[list[tuple[str, str, list[str]]], list[str]]:
@@ -440,16 +531,3 @@ def _view(camera: Any, world_from_camera: Floats, depth: float) -> dict[str, Any
         "k": [camera.fx, camera.fy, camera.cx, camera.cy],
         "lens": [*map(float, camera.distortion), *[0.0] * 8][:8],
     }
-
-
-def finding_views(store: Store, connection: Connection, run: int) -> list[dict[str, Any]]:
-    """What the cameras of one of several runs see, for the model beside the pictures of its findings: not offered to
-    look through."""
-    rigs = [("pose", row) for row in store.rows(connection, "report/pose_matrix", run_id=run)]
-    seen = _cameras(store, connection, run, rigs)[1]
-    return [one | {"name": view_name(run, one["name"]), "aside": True} for one in seen]
-
-
-def view_name(run: int, camera: str) -> str:
-    """The name of a view among those of several runs."""
-    return f"run {run} {camera}"

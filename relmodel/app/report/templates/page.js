@@ -151,7 +151,7 @@
     const svg = slider.closest("figure").querySelector("svg.picture"), width = +svg.dataset.width, height = +svg.dataset.height;
     let image = svg.querySelector(".rendered");
     if (!image) {
-      const address = viewer && viewer.render(svg.dataset.camera, [-0.5, -0.5, width, height], null, 1);
+      const address = viewer && viewer.render(svg.dataset.camera, [-0.5, -0.5, width, height]);
       if (!address) { slider.disabled = true; return; }
       image = drawn("image", { class: "rendered", x: -0.5, y: -0.5, width, height, preserveAspectRatio: "none", href: address });
       svg.insertBefore(image, svg.querySelector("path"));
@@ -205,14 +205,6 @@
     bounds[i].addEventListener("input", () => { slider.value = bounds[i].value; drawBox(); });
   });
   drawBox();
-
-  // The model beside the pictures of a finding.
-  document.querySelectorAll("svg[data-model]").forEach(svg => {
-    const box = svg.getAttribute("viewBox").split(" ").map(Number), item = items[svg.dataset.chosen];
-    const address = viewer && viewer.render(svg.dataset.model, box, item && new Map([[item.part, item.surfaces && new Set(item.surfaces)]]), Math.max(1, 480 / box[2]));
-    if (!address) { svg.remove(); return; }
-    svg.append(drawn("image", { x: box[0], y: box[1], width: box[2], height: box[3], preserveAspectRatio: "none", href: address }));
-  });
 
   // A link to a finding or a feature opens what it stands in: #finding=3, #feature=bulkhead/BODY/rib 16.
   function follow() {

@@ -30,8 +30,8 @@ function makeViewer(canvas, scene, picked) {
     where = Object.fromEntries(["clip", "place", "lo", "size", "colour", "eye", "lit", "slopes", "lens"].map(n => [n, gl.getUniformLocation(program, n)]));
     at = gl.getAttribLocation(program, "at");
     shapes = scene.shapes.map(s => ({ lo: s.lo, size: s.size, runs: s.s,
-      vertices: buffer(gl.ARRAY_BUFFER, bytes(s.v)), triangles: buffer(gl.ELEMENT_ARRAY_BUFFER, bytes(s.t)),
-      wide: s.wide, paint: (s.paint || []).map(([colour, list]) => [new Set(list), colour]), count: bytes(s.t).length / (s.wide ? 4 : 2), edges: buffer(gl.ARRAY_BUFFER, bytes(s.e)), ends: bytes(s.e).length / 6 }));
+      vertices: buffer(gl.ARRAY_BUFFER, bytes(s.v)), triangles: buffer(gl.ELEMENT_ARRAY_BUFFER, triangles(s)),
+      paint: (s.paint || []).map(([colour, list]) => [new Set(list), colour]), count: s.list.length, edges: buffer(gl.ARRAY_BUFFER, bytes(s.e)), ends: bytes(s.e).length / 6 }));
     put(scene.lines);
   }
   function put(drawn) {
@@ -65,6 +65,10 @@ function makeViewer(canvas, scene, picked) {
   }
   function buffer(kind, data) { const made = gl.createBuffer(); gl.bindBuffer(kind, made); gl.bufferData(kind, data, gl.STATIC_DRAW); return made; }
   function bytes(text) { return Uint8Array.from(atob(text), c => c.charCodeAt(0)); }
+  function triangles(s) {  // each vertex is stored as the step from the one before
+    let at = 0;
+    return s.list = s.list || Uint32Array.from(new (s.wide ? Int32Array : Int16Array)(bytes(s.t).buffer), step => at += step);
+  }
   function placed(m) {
     return [m[0], m[4], m[8], 0, m[1], m[5], m[9], 0, m[2], m[6], m[10], 0, m[3] - middle[0], m[7] - middle[1], m[11] - middle[2], 1];
   }
@@ -109,7 +113,7 @@ function makeViewer(canvas, scene, picked) {
     gl.uniform4fv(where.slopes, view.slopes); gl.uniform1fv(where.lens, camera ? camera.lens : new Array(8).fill(0));
     gl.enable(gl.POLYGON_OFFSET_FILL); gl.polygonOffset(1, 1);
     parts.forEach((part, number) => {
-      const s = shapes[part.shape], kind = s.wide ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT, bytesEach = s.wide ? 4 : 2;
+      const s = shapes[part.shape], kind = gl.UNSIGNED_INT;
       gl.uniformMatrix4fv(where.place, false, part.place); gl.uniform3fv(where.lo, s.lo); gl.uniform3fv(where.size, s.size);
       points(s.vertices, gl.UNSIGNED_SHORT, true, 6); gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, s.triangles);
       const surfaces = chosen.get(number), own = number + 1;
@@ -119,7 +123,7 @@ function makeViewer(canvas, scene, picked) {
       if (identities) return;
       for (const [list, colour] of surfaces === null ? [] : [...s.paint, ...part.paint, [surfaces, colours.chosen]]) if (list) {
         gl.uniform4fv(where.colour, [...(typeof colour === "string" ? colours[colour] : colour), 1]);
-        for (const [surface, first, count] of s.runs) if (list.has(surface)) gl.drawElements(gl.TRIANGLES, count, kind, first * bytesEach);
+        for (const [surface, first, count] of s.runs) if (list.has(surface)) gl.drawElements(gl.TRIANGLES, count, kind, 4 * first);
       }
       if (part.only) return;
       gl.uniform1f(where.lit, 0); gl.uniform4fv(where.colour, [...colours.edge, 1]);
@@ -207,11 +211,11 @@ function makeViewer(canvas, scene, picked) {
   fit(); draw(false);
   return { look, box, bounds, choose(found) { chosen = found || none; redraw(); }, render, meet, project };
 
-  // The model as a camera has a piece of its picture, as the address of an image; what is chosen stands out.
-  function render(name, piece, found, scale) {
+  // The model as a camera has a piece of its picture, as the address of an image.
+  function render(name, piece) {
     const camera = scene.views.find(v => v.name === name), kept = [canvas.width, canvas.height, chosen];
     if (!camera) return "";
-    [canvas.width, canvas.height] = [piece[2], piece[3]].map(n => Math.max(1, Math.round(n * scale))); chosen = found || none;
+    [canvas.width, canvas.height] = [piece[2], piece[3]]; chosen = none;
     draw(false, camera, piece);
     const made = canvas.toDataURL("image/png");
     [canvas.width, canvas.height, chosen] = kept; draw(false);
@@ -234,8 +238,7 @@ function makeViewer(canvas, scene, picked) {
         near = Math.max(near, Math.min(a, b)); far = Math.min(far, Math.max(a, b));
       }
       if (!(near <= far)) return;
-      if (!s.list) { const b = bytes(s.t); s.at = new Uint16Array(bytes(s.v).buffer); s.list = s.wide ? new Uint32Array(b.buffer) : new Uint16Array(b.buffer); }
-      const at = s.at, list = s.list;
+      const at = s.at = s.at || new Uint16Array(bytes(s.v).buffer), list = s.list;
       for (const [surface, first, count] of s.s) for (let k = first; k < first + count; k += 3) {
         const i = 3 * list[k], j = 3 * list[k + 1], l = 3 * list[k + 2];
         const ax = at[j] - at[i], ay = at[j + 1] - at[i + 1], az = at[j + 2] - at[i + 2], bx = at[l] - at[i], by = at[l + 1] - at[i + 1], bz = at[l + 2] - at[i + 2];
