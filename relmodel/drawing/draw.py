@@ -197,7 +197,7 @@ def data_uri(picture: Image.Image) -> str:
     return "data:image/webp;base64," + base64.b64encode(as_webp(picture)).decode()
 
 
-# Small SVG drawings: courses of arcs, histograms, residuals on the picture, bars, values over time.
+# Small SVG drawings: courses of arcs, bars, tolerances, balloons, values over time.
 
 _MOST_POINTS = 500
 _MOST_LETTERS = 26  # of a bar's label: its end tells it apart
@@ -213,43 +213,6 @@ def course(points: Floats, detail: float = _DETAIL_PX) -> str:
 def path_data(points: Floats, closed: bool = False) -> str:
     """SVG path data of a polyline (n, 2), px, to a tenth."""
     return "M" + "L".join(f"{u:.1f} {v:.1f}" for u, v in points.tolist()) + ("Z" if closed else "")
-
-
-def histogram(values: Floats, weights: Floats, *, reach: float = 4.0, bins: int = 40) -> Markup:
-    """Histogram of residuals over their standard deviations, with the normal density; the outermost bars include all
-    beyond.  values in standard deviations, weights 0 to 1."""
-    heights, edges = np.histogram(np.clip(values, -reach, reach), bins, (-reach, reach), weights=weights)
-    total = max(float(heights.sum()), 1e-9)
-    density = heights / total / (edges[1] - edges[0])
-    top = max(float(density.max()), 0.45)
-    bars = Markup("").join(
-        Markup('<rect x="{:.2f}" y="{:.2f}" width="{:.2f}" height="{:.2f}"/>').format(
-            40 * left, 100 * (1 - d / top), 40 * (edges[1] - edges[0]) - 0.5, 100 * d / top
-        )
-        for left, d in zip(edges[:-1].tolist(), density.tolist(), strict=True)
-    )
-    at = np.linspace(-reach, reach, 81)
-    normal = np.exp(-(at**2) / 2) / np.sqrt(2 * np.pi)
-    curve = path_data(np.stack([40 * at, 100 * (1 - normal / top)], axis=1))
-    marks = Markup("").join(
-        Markup('<text x="{}" y="112" text-anchor="middle">{}</text>').format(40 * k, k) for k in (-4, -2, 0, 2, 4)
-    )
-    return Markup(
-        '<svg class="plot" viewBox="-166 -4 332 120" role="img" aria-label="histogram of residuals">'
-        '<g class="bars">{}</g><path class="curve" d="{}"/><path class="axis" d="M-160 100H160"/>{}</svg>'
-    ).format(bars, curve, marks)
-
-
-def residual_map(points: Floats, normals: Floats, residual: Floats, width: int, height: int, scale: float) -> Markup:
-    """Residuals (n,) px, along normals (n, 2) from points (n, 2) of the picture, drawn `scale` times as long."""
-    ends = points + scale * residual[:, None] * normals
-    data = "".join(
-        f"M{a:.0f} {b:.0f}L{c:.0f} {d:.0f}" for (a, b), (c, d) in zip(points.tolist(), ends.tolist(), strict=True)
-    )
-    return Markup(
-        '<svg class="plot map" viewBox="-0.5 -0.5 {w} {h}" role="img" aria-label="residuals on the picture">'
-        '<rect class="frame" x="-0.5" y="-0.5" width="{w}" height="{h}"/><path class="residual" d="{d}"/></svg>'
-    ).format(w=width, h=height, d=data)
 
 
 def bars(labels: Sequence[str], values: Sequence[float], unit: str) -> Markup:
@@ -270,21 +233,17 @@ def bars(labels: Sequence[str], values: Sequence[float], unit: str) -> Markup:
     ).format(20 * len(labels) + 8, unit, Markup("").join(drawn))
 
 
-def tolerance_bar(limits: tuple[float | None, float | None], off: float | None, spread: float, reach: float) -> Markup:
+def tolerance_bar(limits: Sequence[float | None], off: float | None, spread: float, reach: float) -> Markup:
     """The band of a tolerance, open where it has no limit, with a value and how far it may be off: all less the
     nominal, drawn from -reach to reach."""
-    low, mid, high, left, right = (
-        round(min(max(57 * (at / reach), -60), 60), 1)
-        for at in (
-            -2 * reach if limits[0] is None else limits[0], off or 0.0, 2 * reach if limits[1] is None else limits[1],
-            (off or 0.0) - spread, (off or 0.0) + spread,
-        )
-    )  # fmt: skip
-    band = Markup('<rect class="band" x="{}" y="1" width="{}" height="12"/>').format(low, max(high - low, 1))
-    point = Markup('<path class="spread" d="M{} 7H{}"/><circle cx="{}" cy="7" r="2.6"/>').format(left, right, mid)
+    at = [-2 * reach if limits[0] is None else limits[0], 2 * reach if limits[1] is None else limits[1]]
+    at += [] if off is None else [off - spread, off + spread, off]
+    low, high, *value = np.clip(57 / reach * np.array(at), -60, 60).round(1).tolist()
+    band = '<rect class="band" x="{}" y="1" width="{}" height="12"/>' if list(limits) != [None, None] else ""
+    point = '<path class="spread" d="M{} 7H{}"/><circle cx="{}" cy="7" r="2.6"/>' if value else ""
     return Markup(
-        '<svg class="bar-of-tolerance" viewBox="-60 0 120 14" aria-hidden="true">{}<path class="axis" d="M0 0V14"/>{}</svg>'
-    ).format("" if limits == (None, None) else band, "" if off is None else point)
+        '<svg class="band-of" viewBox="-60 0 120 14" aria-hidden="true">{}<path class="axis" d="M0 0V14"/>{}</svg>'
+    ).format(Markup(band).format(low, max(high - low, 1)), Markup(point).format(*value))
 
 
 @dataclass(frozen=True)
@@ -303,27 +262,31 @@ def draw_balloons(balloons: Sequence[Balloon], size: tuple[int, int]) -> Markup:
     radius = max(size) / 55
     angle, away = np.meshgrid(np.arange(24) * np.pi / 12, radius * np.arange(2.5, 60, 0.5))
     around = np.column_stack([(away * np.cos(angle)).ravel(), (away * np.sin(angle)).ravel()])
-    places, put, out = [b.at for b in balloons], [], []
+    taken = [(b.at, 1.4 * radius) for b in balloons]
+    out = []
     for b in balloons:
         tried = b.at + around
         free = np.all((tried > 1.2 * radius) & (tried < np.array(size) - 1.2 * radius), axis=1)
-        for others, apart in ((places, 1.4), (put, 2.3)):
-            for other in others:
-                free &= np.linalg.norm(tried - other, axis=1) > apart * radius
+        for other, apart in taken:
+            free &= np.linalg.norm(tried - other, axis=1) > apart
         if not free.any():
             continue  # no room is left
-        put.append(tried[np.argmax(free)])
-        rim = put[-1] + radius * (b.at - put[-1]) / np.linalg.norm(b.at - put[-1])
+        put = tried[np.argmax(free)]
+        taken.append((put, 2.3 * radius))
+        rim = put + radius * (b.at - put) / np.linalg.norm(b.at - put)
         out.append(
-            Markup(
-                '<a href="#{}" class="balloon state-{}"><path d="M{:.0f} {:.0f}L{:.0f} {:.0f}"/>'
-                '<circle class="place" cx="{:.0f}" cy="{:.0f}" r="{:.1f}"/><circle cx="{:.0f}" cy="{:.0f}" r="{:.1f}"/>'
-                '<text x="{:.0f}" y="{:.0f}" dy=".36em" font-size="{:.1f}">{}</text></a>'
-            ).format(
-                b.link, b.state, *b.at, *rim, *b.at, radius / 6, *put[-1], radius, *put[-1], 0.85 * radius, b.label
+            _BALLOON.format(
+                b=b, at=b.at.round(), put=put.round(), rim=rim.round(), r=round(radius), f=round(0.85 * radius)
             )
         )
     return Markup("").join(out)
+
+
+_BALLOON = Markup(
+    '<a href="#{b.link}" class="balloon state-{b.state}"><path d="M{at[0]} {at[1]}L{rim[0]} {rim[1]}"/>'
+    '<circle class="place" cx="{at[0]}" cy="{at[1]}" r="4"/><circle cx="{put[0]}" cy="{put[1]}" r="{r}"/>'
+    '<text x="{put[0]}" y="{put[1]}" dy=".36em" font-size="{f}">{b.label}</text></a>'
+)
 
 
 @dataclass(frozen=True)
@@ -433,7 +396,7 @@ def read_edges(
     store: Store, connection: Connection, run: int, items: Sequence[Any] | None = None
 ) -> dict[str, list[Edge]]:
     """The edges of the model at the best pose, by camera.  Each is drawn in the worst state of the features that it
-    bounds, of those that are decided; without any, in the part's.  items: rows of `report/items`, where they are known."""
+    bounds, of those that are decided; without any, in the part's.  items: rows of `report/items`, where known."""
     said = [it for it in (store.rows(connection, "report/items", run_id=run) if items is None else items) if it.drawn]
     states: dict[tuple[str, int], str] = {}
     for item in sorted(said, key=lambda it: (it.level == "part", _DRAWN.index(it.drawn))):

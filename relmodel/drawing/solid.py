@@ -311,38 +311,38 @@ def _box(shape: dict[str, Any], place: Sequence[float]) -> Floats:
 
 
 class Faces:
-    """The faces of a scene that a page draws, as the cameras that are its views see them."""
+    """The faces of a scene that a page draws, as cameras see them."""
 
-    def __init__(self, drawn: Mapping[str, Any]) -> None:
-        shapes = [self._unpack(s) for s in drawn["shapes"]]
-        placed = [(shapes[p["shape"]], np.reshape(p["m"], (3, 4))) for p in drawn["parts"]]
-        corners = np.concatenate([points @ m[:, :3].T + m[:, 3] for (points, _), m in placed])
-        faces = [np.column_stack([np.full(len(of), part), of]) for part, ((_, of), _) in enumerate(placed)]
-        self._face = np.concatenate([*faces, [[-1, -1]]])  # the last of what no ray meets
-        self._rays = Rays(corners, np.arange(len(corners)).reshape(-1, 3))
-
-    @staticmethod
-    def _unpack(shape: Mapping[str, Any]) -> tuple[Floats, Ints]:
-        """Corners (3 n, 3) of the triangles of a shape, mm, and the surface of each triangle."""
-        points = (
-            np.frombuffer(base64.b64decode(shape["v"]), "<u2").reshape(-1, 3) / _STEPS * shape["size"] + shape["lo"]
-        )
-        corner = np.frombuffer(base64.b64decode(shape["t"]), "<i4" if shape["wide"] else "<i2").cumsum(dtype=np.int64)
-        runs = np.reshape(np.array(shape["s"], np.int64), (-1, 3))
-        return points[corner], np.repeat(runs[:, 0], runs[:, 2] // 3)
+    def __init__(self, drawn: Mapping[str, Any], part_of: Mapping[int, int]) -> None:
+        """part_of: which part of the scene a placed part is."""
+        self._part_of = part_of
+        corners, faces = [], []
+        for number, part in enumerate(drawn["parts"]):
+            s, m = drawn["shapes"][part["shape"]], np.reshape(part["m"], (3, 4))
+            points = np.frombuffer(base64.b64decode(s["v"]), "<u2").reshape(-1, 3) / _STEPS * s["size"] + s["lo"]
+            corner = np.frombuffer(base64.b64decode(s["t"]), "<i4" if s["wide"] else "<i2").cumsum(dtype=np.int64)
+            corners.append((points @ m[:, :3].T + m[:, 3])[corner])
+            faces += [(number, surface, count // 3) for surface, _, count in s["s"]]
+        part_no, surface_no, count = np.array([*faces, (-1, -1, 1)]).T  # the last of what no ray meets
+        self._face = np.repeat(np.column_stack([part_no, surface_no]), count, axis=0)
+        self._rays = Rays(np.concatenate(corners), np.arange(sum(map(len, corners))).reshape(-1, 3))
 
     def outline(
-        self, view: Mapping[str, Any], part: int, surfaces: Sequence[int], box: tuple[int, int, int, int]
+        self, camera: Any, world_from_camera: Floats, occurrence: int, surfaces: Sequence[int], box: Sequence[int]
     ) -> list[Floats]:
-        """Rings of points (n, 2) about what a camera sees of surfaces of a part within bounds u0 v0 u1 v1 of its picture,
-        px."""
+        """Rings of points (n, 2), px, about what a camera, a row of `result/camera`, sees of surfaces of a placed part
+        within bounds u0 v0 u1 v1 of its picture."""
         step = max(1, max(box[2] - box[0], box[3] - box[1]) // 400)
         at = np.stack(np.meshgrid(np.arange(box[0], box[2], step), np.arange(box[1], box[3], step)), -1).astype(float)
-        fx, fy, cx, cy = view["k"]
-        matrix, m = np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]), np.reshape(view["m"], (3, 4))
-        slopes = cv2.undistortPoints(at.reshape(-1, 1, 2), matrix, np.array(view["lens"]))[:, 0]
-        face = self._face[self._rays.nearest(m[:, 3], np.column_stack([slopes, np.ones(len(slopes))]) @ m[:, :3].T)]
-        own = ((face[:, 0] == part) & np.isin(face[:, 1], surfaces)).reshape(at.shape[:2]).astype(np.uint8)
+        matrix = np.array([[camera.fx, camera.skew, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
+        slopes = cv2.undistortPoints(at.reshape(-1, 1, 2), matrix, np.array(camera.distortion, float))[:, 0]
+        ways = np.column_stack([slopes, np.ones(len(slopes))]) @ world_from_camera[:3, :3].T
+        face = self._face[self._rays.nearest(world_from_camera[:3, 3], ways)]
+        own = (
+            ((face[:, 0] == self._part_of.get(occurrence, -2)) & np.isin(face[:, 1], surfaces))
+            .reshape(at.shape[:2])
+            .astype(np.uint8)
+        )
         rings = cv2.findContours(own, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)[0]
         return [step * r[:, 0].astype(float) + box[:2] for r in rings if len(r) > 2]
 

@@ -83,7 +83,7 @@ def read_table(
 @dataclass(frozen=True)
 class ListEntry:
     """An entry of the list next to pictures and model: what it is and is called, its part in the scene, surfaces of
-    that (None: all), ids of arcs in the pictures; key: the placed part and its feature.
+    that (None: all), ids of arcs in the pictures.
 
     level: finding (not as modelled), part or feature; share: its size where that is another, or how much of it there
     is; state empty where nothing was said of it.
@@ -96,23 +96,18 @@ class ListEntry:
     surfaces: list[int] | None = None
     state: str = ""
     note: str = ""
-    key: tuple[int, int | None] | None = None
     arcs: Sequence[str] = ()
 
 
 def render(*, items: Sequence[ListEntry] = (), scene: dict[str, Any] | None = None, **values: Any) -> str:
     """A page, of what the template may show that which is given; sections: each a heading, and tables and drawings."""
+    words = "nav over word mood reason words seal newest older files store unseen items_title"
+    lists = "sheet facts fields plots summary pictures states layers sections rest passed legend labelled lines"
     own: dict[str, Any] = {
-        **dict.fromkeys(
-            ("nav", "over", "word", "mood", "reason", "words", "seal", "newest", "older", "files", "store", "unseen"),
-            "",
-        ),
-        **dict.fromkeys(
-            ("sheet", "facts", "fields", "plots", "summary", "pictures", "states", "layers", "sections"), ()
-        ),
-        **dict.fromkeys(("rest", "passed", "legend", "labelled", "lines"), ()),
+        **dict.fromkeys(words.split(), ""),
+        **dict.fromkeys(lists.split(), ()),
         "cards": None,
-        "chosen": {e.key: n for n, e in enumerate(items)},
+        "chosen": {e.name: n for n, e in enumerate(items)},
         "items": items,
         "scene": scene,
         "data": (items or scene)

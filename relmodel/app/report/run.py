@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,20 +14,17 @@ from markupsafe import Markup
 from sqlalchemy import Connection
 
 from relmodel.app.audit import find_run
-from relmodel.app.report.characteristics import Line, count_results, label_picture, make_lines, say_results
+from relmodel.app.report.characteristics import Line, label_picture, make_lines
 from relmodel.app.report.page import ListEntry, PageTable, cell, clauses, read_table, render
-from relmodel.app.report.pictures import RunPicture, evidence_plots, read_pictures
+from relmodel.app.report.pictures import RunPicture, read_pictures
 from relmodel.arrays import Floats
 from relmodel.drawing.draw import (
-    FAILING,
     STATES,
-    Edge,
     Seen,
     box_about,
     course,
     data_uri,
     edges_of,
-    failing,
     path_data,
     read_seen,
 )
@@ -64,10 +60,7 @@ _LAYERS = (
     Layer("smooth-arcs", "blends not found", "model smooth unmet"),
     Layer("taken", "image arcs matched", ' matched"'),
     Layer("rejected-arcs", "image arcs rejected", ' rejected"'),
-    Layer("lines", "lines", "arc line"),
-    Layer("circular", "circular arcs", "arc circular"),
-    Layer("elliptic", "elliptic arcs", "arc elliptic"),
-    Layer("free", "free arcs", "arc free"),
+    Layer("arcs", "all arcs", 'class="arc '),
     Layer("regions", "regions", "region "),
 )
 
@@ -84,8 +77,9 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     seen = read_seen(store, connection, run, rows)
     pictures = read_pictures(store, connection, run, seen, tables)
     scene, part_of = run_scene(store, connection, run)
-    items = list_entries(rows, pictures, part_of, tables["finding"].rows)
-    cards = read_cards(store, connection, run, seen, rows, Sight(scene, part_of))
+    items = list_entries(rows, part_of, pictures)
+    faces = Faces(scene, part_of) if scene and tables["finding"].rows else None
+    cards = read_cards(store, connection, run, seen, rows, faces)
     lines = make_lines(tables["characteristic"].rows)
     sheet = read_sheet(store, connection, run)
     word, mood = _ENDS.get(row.state, (row.state, "warn"))
@@ -100,14 +94,13 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         variants = store.rows(connection, "why/verdict/15_variants", run=run)
         reason = "; ".join([reason, *(r.sentence for r in (*shown, *variants))])
     drawn = Markup("").join(p.drawing for p in pictures)
-    rest, passed = group_rest(tables["states"].rows)
+    rest, passed = group_rest(r for r in tables["presence"].rows if r.level != "surface")
     number = {p.row.camera: i for i, p in enumerate(pictures)}
     for name in ("unexplained", "matched_arc", "rejected_arc"):
         tables[name] = replace(tables[name], marks=_marks(tables[name], number))
-    plots = {"residuals": evidence_plots(store, connection, run)}  # by the table that they stand before
     named = {title: [query.rpartition("/")[2] for query in queries] for title, queries in _SECTIONS.items()}
     sections = [
-        (title, [it for name in names for it in (*plots.get(name, ()), tables[name])])
+        (title, [tables[name] for name in names])
         for title, names in named.items()
         if any(tables[name].rows for name in names)
     ]
@@ -135,7 +128,6 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         layers=_layers(drawn),
         states=[s for s in STATES if f" state-{s}" in drawn],
         items=items,
-        items_title="In view",
         scene=scene,
         legend=LEGEND,
         sections=sections,
@@ -143,24 +135,26 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
 
 
 def _headline(pose: Any, lines: Sequence[Line]) -> tuple[str, str]:
-    """The outcome in words, the part first where it can be told, with the characteristics that have limits; the mood."""
+    """The outcome in words, the part first where it can be told, with what has limits; its mood."""
     first, part, *others = clauses(pose.outcome)
-    words = [part, first] if pose.pose_verdict == "usable" else [first, part]
-    word = "; ".join([*words, *others, *say_results(lines)])
-    results = count_results(lines)
-    mood = "bad" if results["does not conform"] else pose.mood
-    return word[0].upper() + word[1:], "warn" if mood == "good" and set(results) - {"conforms"} else mood
+    words = [part, first, *others] if pose.pose_verdict == "usable" else [first, part, *others]
+    results, mood = Counter(line.result for line in lines if line.row.source), pose.mood
+    if results:
+        rest = [f"{results[it]} {it}" for it in ("does not conform", "not decidable", "not seen") if results[it]]
+        words.append(", ".join([f"{results['conforms']} of {results.total()} characteristics conform", *rest]))
+        mood = "bad" if results["does not conform"] else "warn" if rest and mood == "good" else mood
+    return words[0][0].upper() + "; ".join(words)[1:], mood
 
 
 def _unseen(rows: Sequence[Any], sheet: Mapping[str, Any]) -> tuple[str, str] | None:
-    """How many sizes of the model were not seen, and the command that gives the views which show most of what is left."""
+    """How many sizes of the model were not seen, and the command that proposes views which show most of them."""
     left = sum(r.decision == "not seen" for r in rows)
     if not left:
         return None
-    named = ["--serial", sheet["serial"]] if sheet["serial"] else ["--object", rows[0].path.partition("/")[0]]
-    world = [] if sheet["serial"] else ["--world", sheet["world"]]
+    of = ["--object", rows[0].path.partition("/")[0], "--world", sheet["world"]]
+    of = ["--serial", sheet["serial"]] if sheet["serial"] else of
     rig = (sheet["rig"] or "rig.yaml").partition(", SHA-256")[0]
-    return f"{left} of {len(rows)} sizes of the model", shlex.join(["relmodel", "plan", *named, *world, "--rig", rig])
+    return f"{left} of {len(rows)} sizes of the model", shlex.join(["relmodel", "plan", *of, "--rig", rig])
 
 
 def read_sheet(store: Store, connection: Connection, run: int) -> list[tuple[str, Any]]:
@@ -187,7 +181,7 @@ def _facts(
     tables: Mapping[str, PageTable], pose: Any, prior: Any, items: list[ListEntry]
 ) -> list[tuple[str, str, str]]:
     """Name, value and note of what the head of the page says."""
-    facts = checked(tables["states"].rows, items)
+    facts = checked(tables["presence"].rows, items)
     if pose is not None and prior is not None:
         for r in tables["rules"].rows:
             if r.rule in _PRECISION:
@@ -201,12 +195,11 @@ _PRECISION = {"translation": ("place known to", " mm"), "rotation": ("rotation k
 
 
 def _layers(drawn: str) -> list[Layer]:
-    """The layers that have something; of pictures that were not matched, the arcs by kind are shown at first."""
+    """The layers that have something; of pictures that were not matched, all arcs are shown at first."""
     there = [layer for layer in _LAYERS if layer.mark in drawn]
     if "states" in [layer.name for layer in there]:  # these colour the same edges
         return [replace(layer, on=layer.name == "states") for layer in there]
-    kinds = ("lines", "circular", "elliptic", "free")
-    return there if 'class="model' in drawn else [replace(layer, on=layer.name in kinds) for layer in there]
+    return there if 'class="model' in drawn else [replace(layer, on=layer.name == "arcs") for layer in there]
 
 
 # The sections of the page: the named queries that give their tables, and the tables' titles.
@@ -216,7 +209,7 @@ _SECTIONS = {
         "result/characteristic": "Characteristics",
         "result/measured_size": "Sizes measured",
         "result/measured_distance": "Distances measured",
-        "report/states": "Parts and features",
+        "result/presence": "Parts, features and faces",
         "result/unexplained": "Not in the model",
     },
     "Pose": {
@@ -230,7 +223,6 @@ _SECTIONS = {
     "Hypotheses": {"report/hypotheses": "Poses considered"},
     "Evidence": {
         "report/residuals": "Residuals of edge points",
-        "report/rejected_reasons": "Why image arcs were rejected",
         "result/matched_arc": "Matched arcs",
         "result/rejected_arc": "Rejected arcs",
     },
@@ -245,13 +237,13 @@ _SECTIONS = {
 _UPRIGHT = ("pose", "prior", "corrections", "load", "run")
 _FOLDED = (
     "characteristic",
-    "states",
+    "presence",
     "measured_distance",
     "unexplained",
     "matched_arc",
     "rejected_arc",
-    "written",
     "run",
+    "written",
 )
 
 
@@ -284,41 +276,29 @@ _MOST_ODDS = 1_000_000
 
 @dataclass(frozen=True)
 class Crop:
-    """A piece of a camera's picture: place and size u v width height, px, the model drawn over it, and rings (n, 2) px
-    about the faces that the finding is of."""
+    """A piece of a camera's picture: place and size u v width height, px, and the model drawn over it."""
 
     camera: str
     uri: str
     box: tuple[int, int, int, int]
     drawing: Markup
-    rings: list[Floats]
-
-    @property
-    def face(self) -> str:
-        """Those as SVG path data."""
-        return "".join(path_data(ring, closed=True) for ring in self.rings)
-
-
-@dataclass(frozen=True)
-class Sight:
-    """The scene of a page, None where nothing is drawn, and which of its parts each placed part is."""
-
-    scene: dict[str, Any] | None
-    part_of: dict[int, int]
-
-    @cached_property
-    def faces(self) -> Faces | None:
-        return self.scene and Faces(self.scene)
 
 
 @dataclass(frozen=True)
 class Card:
-    """A finding: its number on the page, the run that it is of, and what is said of it."""
+    """A finding: its number on the page, the run that it is of, and what is said of it; rings (n, 2), px, about the
+    faces that it is of, by camera."""
 
     no: int
     run: int
     row: Any
     crops: list[Crop]
+    rings: dict[str, list[Floats]]
+
+    def face(self, camera: str) -> Markup:
+        """Those, drawn."""
+        course = "".join(path_data(ring, closed=True) for ring in self.rings.get(camera, ()))
+        return Markup('<path class="face state-{}" d="{}"/>').format(self.row.state, course)
 
     @property
     def size(self) -> str:
@@ -350,59 +330,56 @@ def read_cards(
     run: int,
     seen: Sequence[Seen],
     items: Sequence[Any],
-    sight: Sight,
+    faces: Faces | None,
     numbers: dict[int, int] | None = None,
 ) -> list[Card]:
-    """The findings of a run, whose pictures are `seen` and whose rows of `report/items` are `items`; numbers: those
-    wanted, and their numbers on the page."""
+    """The findings of a run, whose pictures are `seen` and whose rows of `report/items` are `items`; faces: of the
+    page's scene; numbers: of those wanted, on the page."""
     rows = store.rows(connection, "result/finding", run_id=run)
     if not rows:
         return []
     of = {it.item_no: it for it in items}
     poses, cameras = (store.rows(connection, name, run_id=run) for name in ("report/pose_matrix", "result/camera"))
-    views = {c.camera: _view(c, matrices(p._mapping) @ matrices(c._mapping), 0.0) for p in poses for c in cameras}
-    states = store.rows(connection, "result/presence", run_id=run)
-    off = {r.path for r in states if r.level == "surface" and r.state in ("changed", "contradicted")}
+    views = {c.camera: (c, matrices(p._mapping) @ matrices(c._mapping)) for p in poses for c in cameras}
+    off = {
+        r.path
+        for r in store.rows(connection, "result/presence", run_id=run)
+        if r.level == "surface" and r.qif == "FAIL"
+    }
     shown = {row.finding_no: row.finding_no for row in rows} if numbers is None else numbers
     out = []
     for row in (row for row in rows if row.finding_no in shown):
-        item = of.get(row.item_no)
-        mine = set(edges_of(item)) if item else set()
-        surfaces = list(map(int, item.surfaces or ())) if item else []
-        part = row.path.rpartition("/")[0]
+        item, part = of.get(row.item_no), row.path.rpartition("/")[0]
+        drawn, surfaces = (edges_of(item), list(map(int, item.surfaces or ()))) if item else ([], [])
         # Of a feature the faces that are not as modelled, where that is told of single ones.
         surfaces = [no for no in surfaces if f"{part}/face {no}" in off] or surfaces
-        at = sight.part_of.get(int(row.occurrence_id))
-        crops = []
-        for one in (s for s in seen if s.image is not None):
-            own = [e for e in one.edges if (one.row.camera, e.number) in mine]
-            if own:
-                crops.append(_crop(one, own, sight, (at, surfaces), views.get(one.row.camera)))
-        out.append(Card(shown[row.finding_no], run, row, crops))
+        card = Card(shown[row.finding_no], run, row, [], {})
+        for one in seen:
+            mine = [e for e in one.edges if (one.row.camera, e.number) in drawn]
+            if mine and one.image is not None:
+                box = box_about([e.points for e in mine], one.image.size)
+                if faces and surfaces and one.row.camera in views:
+                    rings = faces.outline(*views[one.row.camera], int(row.occurrence_id), surfaces, box)
+                    card.rings[one.row.camera] = rings
+                    box = box_about(rings, one.image.size) if rings else box
+                card.crops.append(_crop(one, {e.number for e in mine}, box))
+        out.append(card)
     return out
 
 
-def _crop(
-    seen: Seen, own: Sequence[Edge], sight: Sight, faces: tuple[int | None, Sequence[int]], view: dict[str, Any] | None
-) -> Crop:
-    """What a camera shows of edges and of faces, surfaces of a part of the scene, and all edges of the model there."""
+def _crop(seen: Seen, own: set[int], box: tuple[int, int, int, int]) -> Crop:
+    """What a camera shows within bounds, and the edges of the model there, its own among them."""
     assert seen.image is not None
-    box = box_about([e.points for e in own], seen.image.size)
-    part, surfaces = faces
-    rings: list[Floats] = []
-    if part is not None and surfaces and view and sight.faces:
-        rings = sight.faces.outline(view, part, surfaces, box)
-    u0, v0, u1, v1 = box_about(rings, seen.image.size) if rings else box
-    numbers = {e.number for e in own}
+    u0, v0, u1, v1 = box
     paths = [
         Markup('<path class="drawn state-{}{}" d="{}"/>').format(
-            e.state, " own" if e.number in numbers else "", course(e.points)
+            e.state, " own" if e.number in own else "", course(e.points)
         )
         for e in seen.edges
         if np.all(e.points.max(axis=0) > (u0, v0)) and np.all(e.points.min(axis=0) < (u1, v1))
     ]
-    uri = data_uri(seen.image.crop((u0, v0, u1, v1)))
-    return Crop(seen.row.camera, uri, (u0, v0, u1 - u0, v1 - v0), Markup("").join(paths), rings)
+    uri = data_uri(seen.image.crop(box))
+    return Crop(seen.row.camera, uri, (u0, v0, u1 - u0, v1 - v0), Markup("").join(paths))
 
 
 def group_rest(rows: Iterable[Any]) -> tuple[list[tuple[str, str, list[str]]], list[str]]:
@@ -417,43 +394,25 @@ def group_rest(rows: Iterable[Any]) -> tuple[list[tuple[str, str, list[str]]], l
     return sorted(left, key=lambda g: (order.index(g[0]), -len(g[2]), g[1])), passed
 
 
-def list_entries(
-    rows: Sequence[Any], pictures: Sequence[RunPicture], part_of: dict[int, int], findings: Sequence[Any]
-) -> list[ListEntry]:
-    """What is not as modelled, the worst first; then the parts in view, each followed by its features in view: rows of
-    `report/items`.  part_of: which part of the scene a placed part is."""
+def list_entries(rows: Sequence[Any], part_of: dict[int, int], pictures: Sequence[RunPicture] = ()) -> list[ListEntry]:
+    """What a click on a name chooses: rows of `report/items`, or of `report/serial_states` where there are no pictures.
+    part_of: which part of the scene a placed part is."""
     number = {p.row.camera: i for i, p in enumerate(pictures)}
-    sizes = {r.item_no: size_words(r) for r in findings}
-
-    def entry(row: Any, level: str, name: str, size: str | None = None) -> ListEntry:
-        occurrence = int(row.occurrence_id)
-        return ListEntry(
-            level,
-            name,
-            size or ("under 1 % visible" if 0 < row.visible < 0.01 else f"{100 * row.visible:.0f} % visible"),
-            part_of.get(occurrence),
+    return [
+        ListEntry(
+            row.level,
+            row.path,
+            "",
+            part_of.get(int(row.occurrence_id)),
             None if row.feature_no is None else list(map(int, row.surfaces or ())),
-            row.state or "",
-            (f"{row.reason}; " if row.reason else "")
-            + f"{row.matched} of {row.arcs} edges matched, {row.pixels:.0f} px in view",
-            (occurrence, None if row.feature_no is None else int(row.feature_no)),
-            [f"c{number[camera]}-m{no}" for camera, no in edges_of(row) if camera in number],
+            arcs=[f"c{number[camera]}-m{no}" for camera, no in edges_of(row)] if pictures else (),
         )
-
-    part = {int(r.occurrence_id): r for r in rows if r.level == "part"}
-    place = {occurrence: i for i, occurrence in enumerate(part)}
-    others = sorted(
-        (r for r in rows if r.state not in FAILING and int(r.occurrence_id) in part),
-        key=lambda r: (place[int(r.occurrence_id)], r.level == "feature", r.in_view_no),
-    )
-    return [entry(r, "finding", r.path, sizes.get(r.item_no)) for r in failing(rows)] + [
-        entry(r, r.level, r.path if r.level == "part" else r.path.removeprefix(part[int(r.occurrence_id)].path + "/"))
-        for r in others
+        for row in rows
     ]
 
 
 def checked(rows: Sequence[Any], entries: Sequence[ListEntry]) -> list[tuple[str, str, str]]:
-    """Name, value and note: how much is in view, and how much of it was checked, by rows of `report/states`."""
+    """Name, value and note: how much is in view, and how much of it was checked, by rows of `result/presence`."""
     facts = []
     for level in ("part", "feature"):
         states = [r.state for r in rows if r.level == level]
@@ -498,13 +457,12 @@ def _cameras(
     """Pyramids of the cameras at the prior and at the pose found, ellipsoids about the rig; what cameras see, from the
     pose where there is one.  rigs: colours, and rows of transforms with covariances."""
     cameras = store.rows(connection, "result/camera", run_id=run)
-    measured = store.columns(connection, "report/measurements", run_id=run)
-    looked_at = np.array([np.mean(measured[f"world_{a}"]) for a in "xyz"]) if len(measured["u"]) else None
+    (looked_at,) = store.rows(connection, "report/looked_at", run_id=run)
     lines: list[Lines] = []
     views: list[dict[str, Any]] = []
     for colour, row in rigs:
         world_from_rig = matrices(row._mapping)
-        away = _NO_DEPTH_MM if looked_at is None else np.linalg.norm(looked_at - world_from_rig[:3, 3])
+        away = _NO_DEPTH_MM if looked_at.x is None else np.linalg.norm(np.array(looked_at) - world_from_rig[:3, 3])
         depth = round(float(away), 3)  # a page is the same wherever it is made again
         at: list[float] = []
         views = []
@@ -521,13 +479,10 @@ def _cameras(
 
 
 def _view(camera: Any, world_from_camera: Floats, depth: float) -> dict[str, Any]:
-    """What a camera sees, for the script: slopes of half the picture across and down, fx fy cx cy, and the first eight
-    coefficients of its lens."""
+    """What a camera sees, for the script: slopes of half the picture across and down."""
     return {
         "name": camera.camera,
         "m": world_from_camera[:3].ravel().tolist(),
         "slope": [camera.width / camera.fx / 2, camera.height / camera.fy / 2],
         "depth": depth,
-        "k": [camera.fx, camera.fy, camera.cx, camera.cy],
-        "lens": [*map(float, camera.distortion), *[0.0] * 8][:8],
     }
