@@ -45,6 +45,39 @@ def test_the_verdict_comes_first(read: Page, inspection: Inspection) -> None:
     )
 
 
+def test_the_head_names_the_rig_s_file_and_the_pictures(read: Page, inspection: Inspection) -> None:
+    (rig,) = asked(inspection.store, "SELECT name, left(sha256, 12) FROM run_input WHERE role = 'rig'")
+    text = " ".join(read.text.split())
+    assert f"{rig[0]}, SHA-256 {rig[1]}, in use since 20" in text.replace("_ ", "_")
+    assert "as the file says; corrected most in" in text
+    assert "2 of 640 x 480 px, blurred by" in text
+
+
+def test_balloons_stand_at_the_bores_that_they_number(read: Page, inspection: Inspection, pair: Pair) -> None:
+    """Where the cameras show the middles of their boxes, at the pose in the answer."""
+    rows = asked(
+        inspection.store,
+        "SELECT c.number, o.m00, o.m01, o.m02, o.m03, o.m10, o.m11, o.m12, o.m13, o.m20, o.m21, o.m22, o.m23, "
+        "(f.x0 + f.x1) / 2 AS x, (f.y0 + f.y1) / 2 AS y, (f.z0 + f.z1) / 2 AS z FROM characteristic_result AS c "
+        "JOIN characteristic AS d ON d.object_no = c.object_no AND d.number = c.number "
+        "JOIN occurrence AS o ON o.id = d.occurrence_id "
+        "JOIN feature AS f ON f.shape_id = o.shape_id AND f.name = d.item "
+        "WHERE c.measured IS NOT NULL AND c.what = 'diameter' AND f.name LIKE 'through_hole%'",
+    )
+    camera = next(name for name in ("left", "right") if f"As camera {name} shows it" in " ".join(read.text.split()))
+    seen = np.linalg.inv(np.array(inspection.answer["world_from_camera"][camera]))
+    off = []
+    for number, *m, x, y, z in rows:
+        at = seen @ np.append(np.reshape(m, (3, 4)) @ [x, y, z, 1], 1)
+        pixel = np.array(pair.rig["cameras"][camera]["matrix"]) @ (at[:3] / at[2])
+        tags = [a.get("href") for _, a in read.elements]
+        if f"#characteristic-{number}" in tags:
+            place = read.elements[tags.index(f"#characteristic-{number}") + 2][1]
+            off.append(np.hypot(pixel[0] - float(place["cx"]), pixel[1] - float(place["cy"])))
+    assert len(off) >= 3
+    assert np.median(off) < 4, off  # some are cut by the picture's border
+
+
 def test_every_arc_is_drawn_once_with_its_fate(read: Page, inspection: Inspection) -> None:
     ids = [a["id"] for _, a in read.elements if "id" in a]
     assert len(ids) == len(set(ids))
@@ -231,6 +264,10 @@ def test_a_browser_shows_it_without_complaint_or_request_and_toggles_layers(
     for key, nearer in (("+", True), ("0", False)):
         shown.press(key)
         assert (shown.run(width) < whole) == nearer
+    shown.run("document.querySelector('li[data-choose]').click()")
+    assert shown.run("document.querySelectorAll('.picture path.lit').length") > 0
+    printed = base64.b64decode(shown.call("Page.printToPDF", preferCSSPageSize=True)["data"])
+    assert 2 <= len(re.findall(rb"/Type /Page\b", printed)) <= 4
 
 
 @pytest.mark.browser

@@ -15,6 +15,7 @@ from relmodel.app.cli.main import main
 from relmodel.errors import InputError
 from tests.app.cli.conftest import DEMO, asked, halve, inspected, off_truth
 from tests.given import Capsys, CopyStore
+from tests.pages import Page
 from vision.cameras.cameras import perturb
 from vision.cameras.standpoints import read_standpoints
 
@@ -74,6 +75,9 @@ def test_standpoints_are_one_inspection_with_rows_that_come_out_again(
     assert left["verdict"] == "accepted"
     assert [it["ignored"] for it in left["standpoints"]] == [False, True, False]
     assert left["standpoints"][1]["moved"] is None
+    for run, said in ((refused["run"], "contradicted"), (left["run"], "left out")):
+        assert main(["report", str(run), "-o", "run.html", "--store", store]) == 0
+        assert f"stop 03 {said}" in " ".join(Page(Path("run.html").read_text()).text.split())
     assert main(["replay", "--store", store]) == main(["check", "--store", store]) == 0
     with relmodel.open(store, read_only=False) as opened:
         again = opened.inspect(rig="rig.yaml", standpoints="scan.csv", ignored=["stop 03"], prior="prior.yaml")
