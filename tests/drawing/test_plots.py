@@ -11,16 +11,7 @@ import pytest
 from PIL import Image
 
 from relmodel.app.report.page import cell, script_json
-from relmodel.drawing.draw import (
-    Balloon,
-    Point,
-    course,
-    data_uri,
-    draw_balloons,
-    history,
-    read_image,
-    tolerance_bar,
-)
+from relmodel.drawing.draw import Balloon, Point, course, data_uri, draw_balloons, history, read_image, tolerance_bar
 
 
 def test_a_course_keeps_its_ends_and_stays_near() -> None:

@@ -66,15 +66,14 @@ def test_the_outline_of_a_face_is_what_a_lens_shows_of_it() -> None:
     camera = SimpleNamespace(fx=1200.0, fy=1190.0, skew=0.0, cx=330.0, cy=235.0, distortion=lens)
     faces = Faces({"shapes": [square], "parts": parts}, {40: 0, 41: 1})
     rings = faces.outline(camera, np.eye(4), 40, [7, 8], (0, 0, 640, 480))
-    edge = 10 / 0.9  # of the square in front, seen on the plane of the one behind
-    across = np.linspace(-1, 1, 41)
+    edge, across = 10 / 0.9, np.linspace(-1, 1, 41)  # edge: of the square in front, on the plane of the one behind
     side = np.stack([100 * across, np.full(41, 100.0), np.full(41, 1000.0)], axis=1)
     left = np.stack([np.full(41, -100.0), 100 * across[::-1], np.full(41, 1000.0)], axis=1)
     right = np.stack([np.full(41, edge), 100 * across, np.full(41, 1000.0)], axis=1)
-    top = side * [1, -1, 1]
-    outline = np.concatenate([top[top[:, 0] < edge], right, side[::-1][side[::-1][:, 0] < edge], left])
-    matrix = np.array([[1200, 0, 330], [0, 1190, 235], [0, 0, 1.0]])
-    truth = cv2.projectPoints(outline, np.zeros(3), np.zeros(3), matrix, np.array(lens))[0][:, 0]
+    side = side[side[:, 0] < edge]
+    outline = np.concatenate([side * [1, -1, 1], right, side[::-1], left])
+    matrix, none = np.array([[1200, 0, 330], [0, 1190, 235], [0, 0, 1.0]]), np.zeros(3)
+    truth = cv2.projectPoints(outline, none, none, matrix, np.array(lens))[0][:, 0]
     masks = [np.zeros((480, 640), np.uint8) for _ in range(2)]
     for mask, courses in zip(masks, (rings, [truth]), strict=True):
         cv2.fillPoly(mask, [np.rint(c).astype(np.int32) for c in courses], 1)

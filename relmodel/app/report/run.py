@@ -206,8 +206,8 @@ def _layers(drawn: str) -> list[Layer]:
 _SECTIONS = {
     "What is there": {
         "result/finding": "Findings",
-        "result/characteristic": "Characteristics",
         "result/measured_size": "Sizes measured",
+        "result/characteristic": "Characteristics",
         "result/measured_distance": "Distances measured",
         "result/presence": "Parts, features and faces",
         "result/unexplained": "Not in the model",
