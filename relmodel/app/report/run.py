@@ -78,8 +78,9 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     pictures = read_pictures(store, connection, run, seen, tables)
     scene, part_of = run_scene(store, connection, run)
     items = list_entries(rows, part_of, pictures)
-    faces = Faces(scene, part_of) if scene and tables["finding"].rows else None
-    cards = read_cards(store, connection, run, seen, rows, faces)
+    cards = []
+    if tables["finding"].rows:
+        cards = read_cards(store, connection, run, seen, rows, Faces(scene, part_of) if scene else None)
     lines = make_lines(tables["characteristic"].rows)
     sheet = read_sheet(store, connection, run)
     word, mood = _ENDS.get(row.state, (row.state, "warn"))
@@ -336,8 +337,6 @@ def read_cards(
     """The findings of a run, whose pictures are `seen` and whose rows of `report/items` are `items`; faces: of the
     page's scene; numbers: of those wanted, on the page."""
     rows = store.rows(connection, "result/finding", run_id=run)
-    if not rows:
-        return []
     of = {it.item_no: it for it in items}
     poses, cameras = (store.rows(connection, name, run_id=run) for name in ("report/pose_matrix", "result/camera"))
     views = {c.camera: (c, matrices(p._mapping) @ matrices(c._mapping)) for p in poses for c in cameras}
