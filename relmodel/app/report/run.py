@@ -90,7 +90,7 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         word, mood = "Pruned", "warn"
         reason = f"run {pruned[0]} removed what it found; it had ended: {reason}"
     if pose is not None:
-        word, mood = _headline(pose, lines)
+        word, mood = _headline(pose, tables["finding"].rows, lines)
         shown = store.rows(connection, "why/verdict/12_against", run=run)[:1]
         variants = store.rows(connection, "why/verdict/15_variants", run=run)
         reason = "; ".join([reason, *(r.sentence for r in (*shown, *variants))])
@@ -135,9 +135,13 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     )
 
 
-def _headline(pose: Any, lines: Sequence[Line]) -> tuple[str, str]:
+def _headline(pose: Any, findings: Sequence[Any], lines: Sequence[Line]) -> tuple[str, str]:
     """The outcome in words, the part first where it can be told, with what has limits; its mood."""
     first, part, *others = clauses(pose.outcome)
+    if findings and "finding" not in part:  # of another variant
+        who = [r.decided_by for r in findings if r.decision == "accepted"]
+        by = f", {len(who)} accepted by {', '.join(sorted(set(who)))}" if who else ""
+        part += f" ({len(findings)} finding{'s' * (len(findings) > 1)}{by})"
     words = [part, first, *others] if pose.pose_verdict == "usable" else [first, part, *others]
     results, mood = Counter(line.result for line in lines if line.row.source), pose.mood
     if results:

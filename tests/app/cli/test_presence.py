@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import shutil
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
@@ -300,9 +301,11 @@ def test_decisions_are_kept_shown_and_sealed(target: str, tmp_path: Path, capsys
     assert main(["reject", "2", *decide, "no longer"]) == 0
     assert main(["reject", "99", *decide, "why"]) == main(["accept", "1", *decide, " "]) == 2
     assert "has no finding 99" in capsys.readouterr().err
+    assert main(["accept", "1", *decide, "concession 118"]) == 0
     assert main(["report", "-o", str(page), "--store", target]) == 0
     text = " ".join(Page(page.read_text()).text.split())
     assert "rejected by A. Meier" in text
+    assert re.search(r"Part another variant \(\d+ findings, 1 accepted by A. Meier\)", text)
     assert "as agreed" not in text
     sealed = ["check", "--report", str(page), "--store", target]
     whole = page.read_text()
