@@ -49,8 +49,7 @@ def test_the_head_names_the_rig_s_file_and_the_pictures(read: Page, inspection: 
     (rig,) = asked(inspection.store, "SELECT name, left(sha256, 12) FROM run_input WHERE role = 'rig'")
     text = " ".join(read.text.split())
     assert f"{rig[0]}, SHA-256 {rig[1]}, in use since 20" in text.replace("_ ", "_")
-    for said in ("as the file says; corrected most in", "2 of 640 x 480 px, blurred by"):
-        assert said in text
+    assert "as the file says; corrected most in" in text
 
 
 def test_balloons_stand_at_the_bores_that_they_number(read: Page, inspection: Inspection, pair: Pair) -> None:
@@ -58,9 +57,8 @@ def test_balloons_stand_at_the_bores_that_they_number(read: Page, inspection: In
     rows = asked(
         inspection.store,
         "SELECT c.number, o.m00, o.m01, o.m02, o.m03, o.m10, o.m11, o.m12, o.m13, o.m20, o.m21, o.m22, o.m23, "
-        "(f.x0 + f.x1) / 2 AS x, (f.y0 + f.y1) / 2 AS y, (f.z0 + f.z1) / 2 AS z FROM characteristic_result AS c "
-        "JOIN characteristic AS d ON d.object_no = c.object_no AND d.number = c.number "
-        "JOIN occurrence AS o ON o.id = d.occurrence_id "
+        "(f.x0 + f.x1) / 2, (f.y0 + f.y1) / 2, (f.z0 + f.z1) / 2 FROM characteristic_result AS c "
+        "JOIN characteristic AS d USING (object_no, number) JOIN occurrence AS o ON o.id = d.occurrence_id "
         "JOIN feature AS f ON f.shape_id = o.shape_id AND f.name = d.item "
         "WHERE c.measured IS NOT NULL AND c.what = 'diameter' AND f.name LIKE 'through_hole%'",
     )
