@@ -197,7 +197,7 @@ def data_uri(picture: Image.Image) -> str:
     return "data:image/webp;base64," + base64.b64encode(as_webp(picture)).decode()
 
 
-# Small SVG drawings: courses of arcs, histograms, residuals on the picture, bars, values over time.
+# Small SVG drawings: courses of arcs, bars, tolerances, balloons, values over time.
 
 _MOST_POINTS = 500
 _DATES = 4  # below a plot over time, at most
@@ -216,43 +216,6 @@ def path_data(points: Floats, closed: bool = False) -> str:
     return "M" + "L".join(f"{u:.1f} {v:.1f}" for u, v in points.tolist()) + ("Z" if closed else "")
 
 
-def histogram(values: Floats, weights: Floats, *, reach: float = 4.0, bins: int = 40) -> Markup:
-    """Histogram of residuals over their standard deviations, with the normal density; the outermost bars include all
-    beyond.  values in standard deviations, weights 0 to 1."""
-    heights, edges = np.histogram(np.clip(values, -reach, reach), bins, (-reach, reach), weights=weights)
-    total = max(float(heights.sum()), 1e-9)
-    density = heights / total / (edges[1] - edges[0])
-    top = max(float(density.max()), 0.45)
-    bars = Markup("").join(
-        Markup('<rect x="{:.2f}" y="{:.2f}" width="{:.2f}" height="{:.2f}"/>').format(
-            40 * left, 100 * (1 - d / top), 40 * (edges[1] - edges[0]) - 0.5, 100 * d / top
-        )
-        for left, d in zip(edges[:-1].tolist(), density.tolist(), strict=True)
-    )
-    at = np.linspace(-reach, reach, 81)
-    normal = np.exp(-(at**2) / 2) / np.sqrt(2 * np.pi)
-    curve = path_data(np.stack([40 * at, 100 * (1 - normal / top)], axis=1))
-    marks = Markup("").join(
-        Markup('<text x="{}" y="112" text-anchor="middle">{}</text>').format(40 * k, k) for k in (-4, -2, 0, 2, 4)
-    )
-    return Markup(
-        '<svg class="plot" viewBox="-166 -4 332 120" role="img" aria-label="histogram of residuals">'
-        '<g class="bars">{}</g><path class="curve" d="{}"/><path class="axis" d="M-160 100H160"/>{}</svg>'
-    ).format(bars, curve, marks)
-
-
-def residual_map(points: Floats, normals: Floats, residual: Floats, width: int, height: int, scale: float) -> Markup:
-    """Residuals (n,) px, along normals (n, 2) from points (n, 2) of the picture, drawn `scale` times as long."""
-    ends = points + scale * residual[:, None] * normals
-    data = "".join(
-        f"M{a:.0f} {b:.0f}L{c:.0f} {d:.0f}" for (a, b), (c, d) in zip(points.tolist(), ends.tolist(), strict=True)
-    )
-    return Markup(
-        '<svg class="plot map" viewBox="-0.5 -0.5 {w} {h}" role="img" aria-label="residuals on the picture">'
-        '<rect class="frame" x="-0.5" y="-0.5" width="{w}" height="{h}"/><path class="residual" d="{d}"/></svg>'
-    ).format(w=width, h=height, d=data)
-
-
 def bars(labels: Sequence[str], values: Sequence[float], unit: str) -> Markup:
     """A bar a label, the longest as wide as there is room."""
     longest = max((abs(v) for v in values), default=0.0) or 1.0
@@ -269,6 +232,62 @@ def bars(labels: Sequence[str], values: Sequence[float], unit: str) -> Markup:
     return Markup(
         '<svg class="plot history counts" viewBox="0 0 480 {}" role="img" aria-label="{} by name">{}</svg>'
     ).format(20 * len(labels) + 8, unit, Markup("").join(drawn))
+
+
+def tolerance_bar(limits: Sequence[float | None], off: float | None, spread: float, reach: float) -> Markup:
+    """The band of a tolerance, open where it has no limit, with a value and how far it may be off: all less the
+    nominal, drawn from -reach to reach."""
+    at = [-2 * reach if limits[0] is None else limits[0], 2 * reach if limits[1] is None else limits[1]]
+    at += [] if off is None else [off - spread, off + spread, off]
+    low, high, *value = np.clip(57 / reach * np.array(at), -60, 60).round(1).tolist()
+    band = '<rect class="band" x="{}" y="1" width="{}" height="12"/>' if list(limits) != [None, None] else ""
+    point = '<path class="spread" d="M{} 7H{}"/><circle cx="{}" cy="7" r="2.6"/>' if value else ""
+    return Markup(
+        '<svg class="band-of" viewBox="-60 0 120 14" aria-hidden="true">{}<path class="axis" d="M0 0V14"/>{}</svg>'
+    ).format(Markup(band).format(low, max(high - low, 1)), Markup(point).format(*value))
+
+
+@dataclass(frozen=True)
+class Balloon:
+    """A number beside a picture's place `at` (2,) px, where a click leads, and a state of STATES that colours it."""
+
+    label: str
+    link: str
+    at: Floats
+    state: str
+
+
+def draw_balloons(balloons: Sequence[Balloon], size: tuple[int, int]) -> Markup:
+    """Balloons with leaders on a picture (width, height): each as near to its place as it lies on no other, on no
+    place, and within the picture."""
+    radius = max(size) / 55
+    angle, away = np.meshgrid(np.arange(24) * np.pi / 12, radius * np.arange(2.5, 60, 0.5))
+    around = np.column_stack([(away * np.cos(angle)).ravel(), (away * np.sin(angle)).ravel()])
+    taken = [(b.at, 1.4 * radius) for b in balloons]
+    out = []
+    for b in balloons:
+        tried = b.at + around
+        free = np.all((tried > 1.2 * radius) & (tried < np.array(size) - 1.2 * radius), axis=1)
+        for other, apart in taken:
+            free &= np.linalg.norm(tried - other, axis=1) > apart
+        if not free.any():
+            continue  # no room is left
+        put = tried[np.argmax(free)]
+        taken.append((put, 2.3 * radius))
+        rim = put + radius * (b.at - put) / np.linalg.norm(b.at - put)
+        out.append(
+            _BALLOON.format(
+                b=b, at=b.at.round(), put=put.round(), rim=rim.round(), r=round(radius), f=round(0.85 * radius)
+            )
+        )
+    return Markup("").join(out)
+
+
+_BALLOON = Markup(
+    '<a href="#{b.link}" class="balloon state-{b.state}"><path d="M{at[0]} {at[1]}L{rim[0]} {rim[1]}"/>'
+    '<circle class="place" cx="{at[0]}" cy="{at[1]}" r="4"/><circle cx="{put[0]}" cy="{put[1]}" r="{r}"/>'
+    '<text x="{put[0]}" y="{put[1]}" dy=".36em" font-size="{f}">{b.label}</text></a>'
+)
 
 
 @dataclass(frozen=True)
@@ -370,19 +389,21 @@ class Seen:
     edges: list[Edge]
 
 
-def read_seen(store: Store, connection: Connection, run: int) -> list[Seen]:
-    """The pictures of a run with the edges of the model, in the order of the cameras."""
-    edges = read_edges(store, connection, run)
+def read_seen(store: Store, connection: Connection, run: int, items: Sequence[Any] | None = None) -> list[Seen]:
+    """The pictures of a run with the edges of the model, in the order of the cameras; items: as `read_edges` has it."""
+    edges = read_edges(store, connection, run, items)
     return [
         Seen(row, None if row.bytes is None else read_image(row.bytes), edges.get(row.camera, []))
         for row in store.rows(connection, "report/pictures", run_id=run)
     ]
 
 
-def read_edges(store: Store, connection: Connection, run: int) -> dict[str, list[Edge]]:
+def read_edges(
+    store: Store, connection: Connection, run: int, items: Sequence[Any] | None = None
+) -> dict[str, list[Edge]]:
     """The edges of the model at the best pose, by camera.  Each is drawn in the worst state of the features that it
-    bounds, of those that are decided; without any, in the part's."""
-    said = [item for item in store.rows(connection, "report/items", run_id=run) if item.drawn]
+    bounds, of those that are decided; without any, in the part's.  items: rows of `report/items`, where known."""
+    said = [it for it in (store.rows(connection, "report/items", run_id=run) if items is None else items) if it.drawn]
     states: dict[tuple[str, int], str] = {}
     for item in sorted(said, key=lambda it: (it.level == "part", _DRAWN.index(it.drawn))):
         for edge in edges_of(item):
@@ -449,16 +470,16 @@ def write_crops(folder: str | Path, store: Store, run: int, greys: Mapping[str, 
         for name, grey in greys.items():
             own = [e for e in edges.get(name, ()) if (name, e.number) in mine]
             if own:
-                u0, v0, u1, v1 = box_about(own, (grey.shape[1], grey.shape[0]))
+                u0, v0, u1, v1 = box_about([e.points for e in own], (grey.shape[1], grey.shape[0]))
                 pieces += [in_colour(grey[v0:v1, u0:u1]), drawn[name][v0:v1, u0:u1]]
         if pieces:
             words = re.sub(r"[^A-Za-z0-9.-]+", "_", row.path)[-200:]  # a name of a file may have 255 bytes
             save_side_by_side(Path(folder) / f"{place:02d}_{row.state}_{words}.png", pieces)
 
 
-def box_about(edges: Iterable[Edge], size: tuple[int, int]) -> tuple[int, int, int, int]:
-    """Bounds u0 v0 u1 v1 (px, half-open) of a piece of a picture (width, height) about edges, with a margin."""
-    points = np.concatenate([e.points for e in edges])
+def box_about(courses: Sequence[Floats], size: tuple[int, int]) -> tuple[int, int, int, int]:
+    """Bounds u0 v0 u1 v1 (px, half-open) of a piece of a picture (width, height) about points (n, 2), with a margin."""
+    points = np.concatenate(courses)
     low, high = points.min(axis=0), points.max(axis=0)
     margin = np.maximum(_MARGIN_PX, (_LEAST_PX - (high - low)) / 2)
     u0, v0 = np.floor(low - margin).clip(0, np.array(size) - 1).astype(int).tolist()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 from sqlalchemy import Connection
@@ -193,9 +194,9 @@ Lines = dict[str, Any]  # colour, at: ends of pieces, x y z after each other
 def shapes_of(store: Store, connection: Connection, shape_ids: Ints) -> list[dict[str, Any]]:
     """Shapes for the script, in the order of `shape_ids`, which are increasing.
 
-    lo, size: their box, mm; v: vertices in steps of it; t: triangles, by surface; s: surface, first index and count of
-    each run of them; e: ends of the pieces of sharp edges, in the same steps.  Arrays are base64 of little-endian
-    uint16, of triangles uint32 where wide.  Shapes without triangles are left out.
+    lo, size: their box, mm; v: vertices in steps of it; t: triangles, by surface, each vertex as the step from the one
+    before; s: surface, first index and count of each run of them; e: ends of the pieces of sharp edges, as v.  Arrays
+    are base64 of little-endian uint16, of triangles int16, int32 where wide.  Shapes without triangles are left out.
     """
     wanted = [int(s) for s in shape_ids]
     edges = _edges(store, connection, wanted)
@@ -213,14 +214,16 @@ def shapes_of(store: Store, connection: Connection, shape_ids: Ints) -> list[dic
         ends = edges.get(int(row.shape_id), np.zeros((0, 3)))
         low, high = vertices.min(axis=0), vertices.max(axis=0)
         size = np.maximum(high - low, 1e-9)
-        wide = len(vertices) > _STEPS
+        corner = triangles[order].ravel().astype(np.int32)
+        step = np.diff(corner, prepend=np.int32(0))
+        wide = bool(np.abs(step).max(initial=0) > _STEPS // 2)
         out.append(
             {
                 "id": int(row.shape_id),
                 "lo": low.round(4).tolist(),
                 "size": size.round(4).tolist(),
                 "v": _packed(_in_steps(vertices, low, size)),
-                "t": _packed(triangles[order].astype("<u4" if wide else "<u2")),
+                "t": _packed(step.astype("<i4" if wide else "<i2")),
                 "wide": wide,
                 "s": runs.tolist(),
                 "e": _packed(_in_steps(ends, low, size)),
@@ -305,6 +308,43 @@ def _box(shape: dict[str, Any], place: Sequence[float]) -> Floats:
     at = np.array(shape["lo"]) + np.array(list(np.ndindex(2, 2, 2))) * shape["size"]
     corners = at @ m[:, :3].T + m[:, 3]
     return np.array([corners.min(axis=0), corners.max(axis=0)])
+
+
+class Faces:
+    """The faces of a scene that a page draws, as cameras see them."""
+
+    def __init__(self, drawn: Mapping[str, Any], part_of: Mapping[int, int]) -> None:
+        """part_of: which part of the scene a placed part is."""
+        self._part_of = part_of
+        corners, faces = [], []
+        for number, part in enumerate(drawn["parts"]):
+            s, m = drawn["shapes"][part["shape"]], np.reshape(part["m"], (3, 4))
+            points = np.frombuffer(base64.b64decode(s["v"]), "<u2").reshape(-1, 3) / _STEPS * s["size"] + s["lo"]
+            corner = np.frombuffer(base64.b64decode(s["t"]), "<i4" if s["wide"] else "<i2").cumsum(dtype=np.int64)
+            corners.append((points @ m[:, :3].T + m[:, 3])[corner])
+            faces += [(number, surface, count // 3) for surface, _, count in s["s"]]
+        part_no, surface_no, count = np.array([*faces, (-1, -1, 1)]).T  # the last of what no ray meets
+        self._face = np.repeat(np.column_stack([part_no, surface_no]), count, axis=0)
+        self._rays = Rays(np.concatenate(corners), np.arange(sum(map(len, corners))).reshape(-1, 3))
+
+    def outline(
+        self, camera: Any, world_from_camera: Floats, occurrence: int, surfaces: Sequence[int], box: Sequence[int]
+    ) -> list[Floats]:
+        """Rings of points (n, 2), px, about what a camera, a row of `result/camera`, sees of surfaces of a placed part
+        within bounds u0 v0 u1 v1 of its picture."""
+        step = max(1, max(box[2] - box[0], box[3] - box[1]) // 400)
+        at = np.stack(np.meshgrid(np.arange(box[0], box[2], step), np.arange(box[1], box[3], step)), -1).astype(float)
+        matrix = np.array([[camera.fx, camera.skew, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
+        slopes = cv2.undistortPoints(at.reshape(-1, 1, 2), matrix, np.array(camera.distortion, float))[:, 0]
+        ways = np.column_stack([slopes, np.ones(len(slopes))]) @ world_from_camera[:3, :3].T
+        face = self._face[self._rays.nearest(world_from_camera[:3, 3], ways)]
+        own = (
+            ((face[:, 0] == self._part_of.get(occurrence, -2)) & np.isin(face[:, 1], surfaces))
+            .reshape(at.shape[:2])
+            .astype(np.uint8)
+        )
+        rings = cv2.findContours(own, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_TC89_L1)[0]
+        return [step * r[:, 0].astype(float) + box[:2] for r in rings if len(r) > 2]
 
 
 def camera_lines(world_from_camera: Floats, matrix: Floats, width: int, height: int, depth: float) -> list[float]:

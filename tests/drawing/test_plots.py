@@ -11,13 +11,7 @@ import pytest
 from PIL import Image
 
 from relmodel.app.report.page import cell, script_json
-from relmodel.drawing.draw import (
-    Point,
-    course,
-    data_uri,
-    history,
-    read_image,
-)
+from relmodel.drawing.draw import Balloon, Point, course, data_uri, draw_balloons, history, read_image, tolerance_bar
 
 
 def test_a_course_keeps_its_ends_and_stays_near() -> None:
@@ -45,6 +39,31 @@ def test_a_history_has_its_limits() -> None:
     assert float(nominal) == pytest.approx(below + (above - below) * 2 / 3, abs=0.11)
     assert len(set(re.findall(r">([0-9.]+)</text>", history([Point("/run/1", "run 1", 2.0)], "mm")))) == 5
     assert history([Point("/run/1", "run 1", 2.0)] * 900, "mm").count("<circle") == 500
+
+
+def test_balloons_lie_on_no_other_and_on_no_place() -> None:
+    """Of places all over the picture, in its corners, and several at one."""
+    size = np.array([1280, 960])
+    places = np.random.default_rng(3).uniform(0, 1, (20, 2)) * size
+    places[:4] = [[0, 0], [1279, 0], [640, 480], [640, 480]]
+    drawn = draw_balloons([Balloon(f"F{n}", f"at-{n}", at, "changed") for n, at in enumerate(places)], (1280, 960))
+    circles = np.array(re.findall(r'cx="([\d.-]+)" cy="([\d.-]+)" r="([\d.]+)"', drawn), float)
+    there, put = circles[::2], circles[1::2]
+    np.testing.assert_allclose(there[:, :2], places, atol=0.51)
+    radius = put[0, 2]
+    assert ((put[:, :2] > radius) & (put[:, :2] < size - radius)).all()
+    apart = np.linalg.norm(put[:, None, :2] - put[None, :, :2], axis=2) + 1e3 * np.eye(20)
+    assert apart.min() > 2 * radius
+    assert np.linalg.norm(put[:, None, :2] - places, axis=2).min() > radius
+    assert re.findall(r">(F\d+)</text>", drawn) == [f"F{n}" for n in range(20)]
+
+
+def test_a_tolerance_has_its_value_in_scale() -> None:
+    numbers = r'"band" x="(.*?)".* width="(.*?)" .*M(.*?) 7H(.*?)".*cx="(.*?)"'
+    low, width, left, right, at = map(float, re.findall(numbers, tolerance_bar((-0.5, 1.0), 0.25, 0.1, 2.0))[0])
+    scale = width / 1.5
+    np.testing.assert_allclose([low, left, right, at], scale * np.array([-0.5, 0.15, 0.35, 0.25]), atol=0.11)
+    assert 'class="band"' not in tolerance_bar((None, None), 0.1, 0.2, 1.0)
 
 
 def encoded(array: np.ndarray, form: str) -> bytes:

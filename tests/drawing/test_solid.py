@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import base64
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from PIL import Image
 
 from relmodel.app.cli.main import main
 from relmodel.arrays import Floats
-from relmodel.drawing.solid import first_hits
+from relmodel.drawing.solid import Faces, first_hits
 from relmodel.model.model import Assembly, Instance, Model, Part
 from relmodel.readers.mesh.shape import shape_from_triangles
 from relmodel.store import Store
@@ -46,6 +50,34 @@ def test_triangles_that_share_a_side_leave_no_gap() -> None:
     square = np.zeros((12, 12), bool)
     square[3:10, 3:10] = True
     np.testing.assert_array_equal(shown >= 0, square)
+
+
+def test_the_outline_of_a_face_is_what_a_lens_shows_of_it() -> None:
+    """A square of 200 mm at 1 m, its right half behind another; against the corners as OpenCV projects them."""
+
+    def packed(array: Any, form: str) -> str:
+        return base64.b64encode(np.asarray(array).astype(form).tobytes()).decode()
+
+    corners = 65535 * np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    square: dict[str, Any] = {"lo": [-100, -100, 0], "size": [200, 200, 1], "v": packed(corners, "<u2"), "wide": False}
+    square |= {"t": packed([0, 1, 1, -2, 2, 1], "<i2"), "s": [[7, 0, 3], [8, 3, 3]]}  # 0 1 2, 0 2 3
+    parts = [{"shape": 0, "m": [1, 0, 0, x, 0, 1, 0, 0, 0, 0, 1, z]} for x, z in ((0, 1000), (110, 900))]
+    lens = [-0.2, 0.05, 0.002, -0.001, 0.01]
+    camera = SimpleNamespace(fx=1200.0, fy=1190.0, skew=0.0, cx=330.0, cy=235.0, distortion=lens)
+    faces = Faces({"shapes": [square], "parts": parts}, {40: 0, 41: 1})
+    rings = faces.outline(camera, np.eye(4), 40, [7, 8], (0, 0, 640, 480))
+    edge, across = 10 / 0.9, np.linspace(-1, 1, 41)  # edge: of the square in front, on the plane of the one behind
+    side = np.stack([100 * across, np.full(41, 100.0), np.full(41, 1000.0)], axis=1)
+    left = np.stack([np.full(41, -100.0), 100 * across[::-1], np.full(41, 1000.0)], axis=1)
+    side = side[side[:, 0] < edge]
+    outline = np.concatenate([side * [1, -1, 1], left[::-1] * [-edge / 100, 1, 1], side[::-1], left])
+    matrix, none = np.array([[1200, 0, 330], [0, 1190, 235], [0, 0, 1.0]]), np.zeros(3)
+    truth = cv2.projectPoints(outline, none, none, matrix, np.array(lens))[0][:, 0]
+    found, given = (
+        cv2.fillPoly(np.zeros((480, 640)), [np.rint(c).astype(np.int32) for c in courses], 1) > 0
+        for courses in (rings, [np.asarray(truth)])
+    )
+    assert (found & given).sum() > 0.98 * (found | given).sum() > 10_000
 
 
 def test_slivers_narrower_than_a_line_are_not_all_lines(duckdb_template: Path, tmp_path: Path) -> None:

@@ -89,6 +89,7 @@ class Inspection:
     base_correction: what the pose says of the object that the world mounts the rig on; None where it is not accepted or
     the rig not mounted.
     presence: evidence for what is in view; None where the pose is refused.
+    characteristics: sizes that have limits or were measured, with what is decided of each.
     variants: evidence for each loaded variant of the inspected objects, the likeliest first, where it was weighed.
     considered: the loaded objects that the pictures were compared with where no world was given, what is shown first;
     all else is then of the first, in a world where it stands alone at its origin.
@@ -114,6 +115,7 @@ class Inspection:
     base_correction: dict[str, Any] | None
     parts_in_view: list[dict[str, Any]]
     presence: dict[str, Any] | None
+    characteristics: list[dict[str, Any]]
     variants: list[dict[str, Any]]
     considered: list[dict[str, Any]]
     selection: dict[str, int]
@@ -199,6 +201,11 @@ def read_inspection(store: Store, run: int) -> Inspection:
                 for it in select("part_in_view", "in_view_no")
             ],
             presence=_presence(store, connection, run) if best is not None and row["verdict"] != "refused" else None,
+            characteristics=[
+                it._asdict()
+                for it in store.rows(connection, "result/characteristic", run_id=run)
+                if it.source or it.measured is not None
+            ],
             variants=[
                 _some(it._asdict(), "object variant placed against")
                 | {"log_odds": round(it.log_odds, 3), "of": it.decided}

@@ -11,10 +11,10 @@ import numpy as np
 from sqlalchemy import Connection
 
 from relmodel.app.report.page import ListEntry, PageTable, read_table, render
-from relmodel.app.report.run import Card, finding_views, group_rest, read_cards, read_sheet, size_words
+from relmodel.app.report.run import Card, group_rest, list_entries, read_cards, read_sheet
 from relmodel.app.tree import Tree, read_tree, tree_rows
 from relmodel.drawing.draw import Rgb, colours_of, hexadecimal, read_seen
-from relmodel.drawing.solid import Part, place_parts, scene
+from relmodel.drawing.solid import Faces, Part, place_parts, scene
 from relmodel.errors import UsageError
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
@@ -216,9 +216,9 @@ def serial_page(store: Store, connection: Connection, serial: str, around: Mappi
     tables = serial_tables(connection, serial)
     stops = [(int(row[0]), str(row[2])) for row in tables["serial_stops"].rows]
     rows = tables["serial_states"].rows
-    cards = _cards(store, connection, tables["serial_findings"].rows)
-    drawn, part_of = _scene(store, connection, serial, rows, stops, sorted({card.run for card in cards}))
-    entries = _entries_of_part(rows, cards, part_of)
+    drawn, part_of = _scene(store, connection, serial, rows, stops)
+    cards = _cards(store, connection, tables["serial_findings"].rows, Faces(drawn, part_of) if drawn else None)
+    entries = list_entries(rows, part_of)
     rest, passed = group_rest(rows)
     word = found[0].outcome[0].upper() + found[0].outcome[1:]
     newest = next((row[0] for row in reversed(tables["serial_stops"].rows) if row[3] is not None), stops[-1][0])
@@ -239,21 +239,22 @@ def serial_page(store: Store, connection: Connection, serial: str, around: Mappi
         seal=(f"serial {serial}", seal(store, connection, [run for run, _ in stops])),
         summary=[tables["serial_counts"], tables["serial_stops"]],
         items=entries,
-        items_title="Parts and features",
         scene=drawn,
         legend=_LEGEND,
         sections=[("All rows", folded)],
     )
 
 
-def _cards(store: Store, connection: Connection, rows: Sequence[Any]) -> list[Card]:
+def _cards(store: Store, connection: Connection, rows: Sequence[Any], faces: Faces | None) -> list[Card]:
     """Findings of all stops, numbered on this page."""
     by_run: dict[int, dict[int, int]] = defaultdict(dict)
     for no, row in enumerate(rows, 1):
         by_run[int(row.run_id)][row.finding_no] = no
     cards: list[Card] = []
     for run, numbers in by_run.items():
-        cards += read_cards(store, connection, run, read_seen(store, connection, run), numbers)
+        items = store.rows(connection, "report/items", run_id=run)
+        seen = read_seen(store, connection, run, items)
+        cards += read_cards(store, connection, run, seen, items, faces, numbers)
     return sorted(cards, key=lambda card: card.no)
 
 
@@ -263,10 +264,9 @@ def _scene(
     serial: str,
     states: Sequence[Any],
     stops: list[tuple[int, str]],
-    runs: Sequence[int],
 ) -> tuple[dict[str, Any] | None, dict[int, int]]:
-    """The whole part, its features coloured by state, seen as at the newest stop that is usable, and as the cameras of
-    some runs see it; which part of the scene each placed part is."""
+    """The whole part, its features coloured by state, seen as at the newest stop that is usable; which part of the
+    scene each placed part is."""
     rows = store.columns(connection, "report/serial_parts", serial=serial)
     shape_id = np.asarray(rows["shape_id"], np.int64)
     shapes, parts, kept = place_parts(store, connection, shape_id, rows["path"], matrices(rows))
@@ -286,23 +286,4 @@ def _scene(
     usable = [run for run, ended in stops if ended == "usable"]
     poses = store.rows(connection, "report/pose_matrix", run_id=usable[-1]) if usable else []
     back = -matrices(poses[0]._mapping)[:3, 2] if poses else None
-    views = [view for run in runs for view in finding_views(store, connection, run)]
-    return scene(shapes, parts, views=views, back=back), part_of
-
-
-def _entries_of_part(states: Sequence[Any], cards: list[Card], part_of: dict[int, int]) -> list[ListEntry]:
-    """Parts and features, what is not as modelled first."""
-    sizes = {(c.row.occurrence_id, c.row.feature_no): size_words(c.row) for c in cards}
-    return [
-        ListEntry(
-            "finding" if s.state in ("changed", "contradicted") else s.level,
-            s.path,
-            sizes.get((s.occurrence_id, s.feature_no)) or f"zone {s.zone}",
-            part_of.get(int(s.occurrence_id)),
-            None if s.feature_no is None else list(map(int, s.surfaces or ())),
-            s.state,
-            f"{s.reason or 'in no accepted inspection'}; {s.stops} stops, {s.otherwise} of them otherwise",
-            (int(s.occurrence_id), s.feature_no),
-        )
-        for s in states
-    ]
+    return scene(shapes, parts, back=back), part_of

@@ -83,7 +83,7 @@ def read_table(
 @dataclass(frozen=True)
 class ListEntry:
     """An entry of the list next to pictures and model: what it is and is called, its part in the scene, surfaces of
-    that (None: all), ids of arcs in the pictures; key: the placed part and its feature.
+    that (None: all), ids of arcs in the pictures.
 
     level: finding (not as modelled), part or feature; share: its size where that is another, or how much of it there
     is; state empty where nothing was said of it.
@@ -96,22 +96,18 @@ class ListEntry:
     surfaces: list[int] | None = None
     state: str = ""
     note: str = ""
-    key: tuple[int, int | None] | None = None
     arcs: Sequence[str] = ()
 
 
 def render(*, items: Sequence[ListEntry] = (), scene: dict[str, Any] | None = None, **values: Any) -> str:
     """A page, of what the template may show that which is given; sections: each a heading, and tables and drawings."""
+    words = "nav over word mood reason words seal newest older files store unseen items_title"
+    lists = "sheet facts fields plots summary pictures states layers sections rest passed legend labelled lines"
     own: dict[str, Any] = {
-        **dict.fromkeys(
-            ("nav", "over", "word", "mood", "reason", "words", "seal", "newest", "older", "files", "store"), ""
-        ),
-        **dict.fromkeys(
-            ("sheet", "facts", "fields", "plots", "summary", "pictures", "states", "layers", "sections"), ()
-        ),
-        **dict.fromkeys(("rest", "passed", "legend"), ()),
+        **dict.fromkeys(words.split(), ""),
+        **dict.fromkeys(lists.split(), ()),
         "cards": None,
-        "chosen": {e.key: n for n, e in enumerate(items)},
+        "chosen": {e.name: n for n, e in enumerate(items)},
         "items": items,
         "scene": scene,
         "data": (items or scene)
@@ -181,6 +177,19 @@ def cell(value: Any) -> str:
     return visible(str(value))
 
 
+def table_cell(value: Any, link: str = "", name: str = "") -> Markup:
+    """A cell of a table, figures set to the right; link: where it leads; name: of its column, where a narrow page has
+    no line for these.  (No macro: there are thousands.)"""
+    kind = "figure" if is_figure(value) else "words" if isinstance(value, str) and len(value) > 40 else ""
+    words = Markup('<a href="{}">{}</a>').format(link, cell(value)) if link else cell(value)
+    own = Markup(' data-name="{}"').format(visible(name.replace("_", " "))) if name else ""
+    return (Markup('<td{} class="{}">{}</td>') if kind else Markup("<td{0}>{2}</td>")).format(own, kind, words)
+
+
+def is_figure(value: Any) -> bool:
+    return isinstance(value, (int, float, Decimal)) and not isinstance(value, bool)
+
+
 def breakable(path: str) -> Markup:
     """A path whose line may break after a slash or an underscore, and not inside a word."""
     return Markup("<wbr>").join(re.split(r"(?<=[/_])", cell(path)))
@@ -202,6 +211,6 @@ def _environment() -> Environment:
     )
     made.filters |= {"breakable": breakable, "cell": cell, "clauses": clauses, "json": script_json}
     made.filters["heading"] = lambda name: visible(name.replace("_", " "))
-    # What is set to the right.
-    made.tests["figure"] = lambda it: isinstance(it, (int, float, Decimal)) and not isinstance(it, bool)
+    made.filters["td"] = table_cell
+    made.tests["figure"] = is_figure
     return made

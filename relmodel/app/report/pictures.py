@@ -1,4 +1,4 @@
-"""What a report draws of a run: its pictures with what was found over them, and plots of its rows."""
+"""What a report draws of a run: its pictures with what was found over them."""
 
 from __future__ import annotations
 
@@ -12,13 +12,7 @@ from markupsafe import Markup
 from sqlalchemy import Connection
 
 from relmodel.app.report.page import PageTable, cell
-from relmodel.drawing.draw import (
-    Seen,
-    course,
-    data_uri,
-    histogram,
-    residual_map,
-)
+from relmodel.drawing.draw import Seen, course, data_uri
 from relmodel.store import Store
 
 _REGION_DETAIL_PX = 1.5
@@ -105,38 +99,4 @@ def _fates(tables: Mapping[str, PageTable]) -> dict[tuple[str, str, int], str]:
     for r in tables["rejected_arc"].rows:
         near = "" if r.residual is None else f"; nearest model arc {r.view_arc_no}, residual {r.residual:.2f} px"
         out[r.camera, "i", int(r.image_arc_no)] = f"rejected: {r.reason}{near}"
-    return out
-
-
-# Plots of a run's rows: how the residuals lie.
-
-_LONGEST_SHARE = 0.04  # of the picture's width: what the largest residuals are drawn as
-_FIGURE = Markup('<figure class="drawn"><div class="flow">{}{}</div><figcaption>{}</figcaption></figure>')
-
-
-def evidence_plots(store: Store, connection: Connection, run: int) -> list[Markup]:
-    """Of each camera the residuals of the edge points over their sigma, and where they lie in the picture."""
-    rows = store.columns(connection, "report/measurements", run_id=run)
-    if not len(rows["u"]):
-        return []
-    camera = np.asarray(rows["camera"])
-    u, v, nu, nv, sigma, weight, residual = (
-        np.asarray(rows[c], float) for c in ("u", "v", "normal_u", "normal_v", "sigma", "weight", "residual")
-    )
-    out = []
-    for row in store.rows(connection, "result/camera", run_id=run):
-        own = camera == row.camera
-        if not own.any():
-            continue
-        kept = own & (weight > 0.01)
-        longest = max(float(np.quantile(np.abs(residual[kept]), 0.95)) if kept.any() else 1.0, 1e-3)
-        scale = float(f"{_LONGEST_SHARE * row.width / longest:.1g}")
-        lie = residual_map(
-            np.stack([u, v], axis=1)[own], np.stack([nu, nv], axis=1)[own], residual[own], row.width, row.height, scale
-        )
-        words = (
-            f"{row.camera}: residuals of edge points over their sigma, with the normal distribution; "
-            f"and in the picture, {scale:g} times as long"
-        )
-        out.append(_FIGURE.format(histogram(residual[own] / sigma[own], weight[own]), lie, cell(words)))
     return out

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
+import shlex
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -13,11 +14,21 @@ from markupsafe import Markup
 from sqlalchemy import Connection
 
 from relmodel.app.audit import find_run
-from relmodel.app.report.page import ListEntry, PageTable, cell, read_table, render
-from relmodel.app.report.pictures import RunPicture, evidence_plots, read_pictures
+from relmodel.app.report.characteristics import Line, label_picture, make_lines
+from relmodel.app.report.page import ListEntry, PageTable, cell, clauses, read_table, render
+from relmodel.app.report.pictures import RunPicture, read_pictures
 from relmodel.arrays import Floats
-from relmodel.drawing.draw import FAILING, STATES, Edge, Seen, box_about, course, data_uri, edges_of, failing, read_seen
-from relmodel.drawing.solid import MOST_PARTS, Lines, camera_lines, ellipsoid_lines, place_parts, scene
+from relmodel.drawing.draw import (
+    STATES,
+    Seen,
+    box_about,
+    course,
+    data_uri,
+    edges_of,
+    path_data,
+    read_seen,
+)
+from relmodel.drawing.solid import MOST_PARTS, Faces, Lines, camera_lines, ellipsoid_lines, place_parts, scene
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
 from relmodel.store.runs import seal
@@ -49,10 +60,7 @@ _LAYERS = (
     Layer("smooth-arcs", "blends not found", "model smooth unmet"),
     Layer("taken", "image arcs matched", ' matched"'),
     Layer("rejected-arcs", "image arcs rejected", ' rejected"'),
-    Layer("lines", "lines", "arc line"),
-    Layer("circular", "circular arcs", "arc circular"),
-    Layer("elliptic", "elliptic arcs", "arc elliptic"),
-    Layer("free", "free arcs", "arc free"),
+    Layer("arcs", "all arcs", 'class="arc '),
     Layer("regions", "regions", "region "),
 )
 
@@ -65,11 +73,16 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
     row = find_run(store, connection, run)
     tables = run_tables(store, connection, run)
     pose, prior = (next(iter(tables[name].rows), None) for name in ("pose", "prior"))
-    seen = read_seen(store, connection, run)
+    rows = store.rows(connection, "report/items", run_id=run)
+    seen = read_seen(store, connection, run, rows)
     pictures = read_pictures(store, connection, run, seen, tables)
     scene, part_of = run_scene(store, connection, run)
-    rows = store.rows(connection, "report/items", run_id=run)
-    items = list_entries(rows, pictures, part_of, tables["finding"].rows)
+    items = list_entries(rows, part_of, pictures)
+    cards = []
+    if tables["finding"].rows:
+        cards = read_cards(store, connection, run, seen, rows, Faces(scene, part_of) if scene else None)
+    lines = make_lines(tables["characteristic"].rows)
+    sheet = read_sheet(store, connection, run)
     word, mood = _ENDS.get(row.state, (row.state, "warn"))
     reason = (pose.reason if pose is not None else row.message) or _NO_MORE.get(row.state, "")
     pruned = store.select(connection, "pruned_run", "by_run_id", run_id=run, what="runs")["by_run_id"]
@@ -77,19 +90,18 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         word, mood = "Pruned", "warn"
         reason = f"run {pruned[0]} removed what it found; it had ended: {reason}"
     if pose is not None:
-        word, mood = pose.outcome[0].upper() + pose.outcome[1:], pose.mood
+        word, mood = _headline(pose, tables["finding"].rows, lines)
         shown = store.rows(connection, "why/verdict/12_against", run=run)[:1]
         variants = store.rows(connection, "why/verdict/15_variants", run=run)
         reason = "; ".join([reason, *(r.sentence for r in (*shown, *variants))])
     drawn = Markup("").join(p.drawing for p in pictures)
-    rest, passed = group_rest(tables["states"].rows)
+    rest, passed = group_rest(r for r in tables["presence"].rows if r.level != "surface")
     number = {p.row.camera: i for i, p in enumerate(pictures)}
     for name in ("unexplained", "matched_arc", "rejected_arc"):
         tables[name] = replace(tables[name], marks=_marks(tables[name], number))
-    plots = {"residuals": evidence_plots(store, connection, run)}  # by the table that they stand before
     named = {title: [query.rpartition("/")[2] for query in queries] for title, queries in _SECTIONS.items()}
     sections = [
-        (title, [it for name in names for it in (*plots.get(name, ()), tables[name])])
+        (title, [tables[name] for name in names])
         for title, names in named.items()
         if any(tables[name].rows for name in names)
     ]
@@ -103,21 +115,51 @@ def run_page(store: Store, connection: Connection, run: int, around: Mapping[str
         word=word,
         mood=mood,
         reason=reason,
-        facts=_facts(tables, row, pose, prior, items),
-        sheet=read_sheet(store, connection, run),
-        cards=read_cards(store, connection, run, seen),
+        facts=_facts(tables, pose, prior, items),
+        sheet=sheet,
+        labelled=label_picture(seen, rows, cards, lines),
+        cards=cards,
+        lines=lines,
         rest=rest,
         passed=passed,
+        unseen=_unseen(tables["characteristic"].rows, dict(sheet)),
+        summary=[tables["standpoints"]] if tables["standpoints"].rows else (),
         seal=None if pose is None else (f"run {run}", seal(store, connection, [run])),
         pictures=pictures,
         layers=_layers(drawn),
         states=[s for s in STATES if f" state-{s}" in drawn],
         items=items,
-        items_title="In view",
         scene=scene,
         legend=LEGEND,
         sections=sections,
     )
+
+
+def _headline(pose: Any, findings: Sequence[Any], lines: Sequence[Line]) -> tuple[str, str]:
+    """The outcome in words, the part first where it can be told, with what has limits; its mood."""
+    first, part, *others = clauses(pose.outcome)
+    if findings and "finding" not in part:  # of another variant
+        who = [r.decided_by for r in findings if r.decision == "accepted"]
+        by = f", {len(who)} accepted by {', '.join(sorted(set(who)))}" if who else ""
+        part += f" ({len(findings)} finding{'s' * (len(findings) > 1)}{by})"
+    words = [part, first, *others] if pose.pose_verdict == "usable" else [first, part, *others]
+    results, mood = Counter(line.result for line in lines if line.row.source), pose.mood
+    if results:
+        rest = [f"{results[it]} {it}" for it in ("does not conform", "not decidable", "not seen") if results[it]]
+        words.append(", ".join([f"{results['conforms']} of {results.total()} characteristics conform", *rest]))
+        mood = "bad" if results["does not conform"] else "warn" if rest and mood == "good" else mood
+    return words[0][0].upper() + "; ".join(words)[1:], mood
+
+
+def _unseen(rows: Sequence[Any], sheet: Mapping[str, Any]) -> tuple[str, str] | None:
+    """How many sizes of the model were not seen, and the command that proposes views which show most of them."""
+    left = sum(r.decision == "not seen" for r in rows)
+    if not left:
+        return None
+    of = ["--object", rows[0].path.partition("/")[0], "--world", sheet["world"]]
+    of = ["--serial", sheet["serial"]] if sheet["serial"] else of
+    rig = (sheet["rig"] or "rig.yaml").partition(", SHA-256")[0]
+    return f"{left} of {len(rows)} sizes of the model", shlex.join(["relmodel", "plan", *of, "--rig", rig])
 
 
 def read_sheet(store: Store, connection: Connection, run: int) -> list[tuple[str, Any]]:
@@ -141,23 +183,15 @@ _KINDS = {
 
 
 def _facts(
-    tables: Mapping[str, PageTable], row: Any, pose: Any, prior: Any, items: list[ListEntry]
+    tables: Mapping[str, PageTable], pose: Any, prior: Any, items: list[ListEntry]
 ) -> list[tuple[str, str, str]]:
     """Name, value and note of what the head of the page says."""
-    facts = checked(tables["states"].rows, items)
+    facts = checked(tables["presence"].rows, items)
     if pose is not None and prior is not None:
         for r in tables["rules"].rows:
             if r.rule in _PRECISION:
                 words, unit = _PRECISION[r.rule]
                 facts.append((words, f"{r.value:.2g}{unit}", f"{r.gate:g}{unit} needed"))
-        if prior.x is not None:
-            away = np.linalg.norm([pose.x - prior.x, pose.y - prior.y, pose.z - prior.z])
-            facts.append(("from the prior", f"{away:.3g} mm", ""))
-        facts.append(("edge evidence found", f"{100 * min(pose.evidence_ratio, 1.0):.0f} %", "of what is expected"))
-        sure = f"{100 * pose.posterior:.3g} %" if pose.posterior < 0.999 else "> 99.9 %"
-        facts.append(("probability", sure, "that the best pose is the right one"))
-    if row.seconds is not None:
-        facts.append(("time", f"{row.seconds:.3g} s", ""))
     return facts
 
 
@@ -166,12 +200,11 @@ _PRECISION = {"translation": ("place known to", " mm"), "rotation": ("rotation k
 
 
 def _layers(drawn: str) -> list[Layer]:
-    """The layers that have something; of pictures that were not matched, the arcs by kind are shown at first."""
+    """The layers that have something; of pictures that were not matched, all arcs are shown at first."""
     there = [layer for layer in _LAYERS if layer.mark in drawn]
     if "states" in [layer.name for layer in there]:  # these colour the same edges
         return [replace(layer, on=layer.name == "states") for layer in there]
-    kinds = ("lines", "circular", "elliptic", "free")
-    return there if 'class="model' in drawn else [replace(layer, on=layer.name in kinds) for layer in there]
+    return there if 'class="model' in drawn else [replace(layer, on=layer.name == "arcs") for layer in there]
 
 
 # The sections of the page: the named queries that give their tables, and the tables' titles.
@@ -179,8 +212,9 @@ _SECTIONS = {
     "What is there": {
         "result/finding": "Findings",
         "result/measured_size": "Sizes measured",
+        "result/characteristic": "Characteristics",
         "result/measured_distance": "Distances measured",
-        "report/states": "Parts and features",
+        "result/presence": "Parts, features and faces",
         "result/unexplained": "Not in the model",
     },
     "Pose": {
@@ -189,11 +223,11 @@ _SECTIONS = {
         "report/prior": "Prior",
         "report/corrections": "Base correction",
         "report/joints": "Joints",
+        "report/standpoints": "Standpoints",
     },
     "Hypotheses": {"report/hypotheses": "Poses considered"},
     "Evidence": {
         "report/residuals": "Residuals of edge points",
-        "report/rejected_reasons": "Why image arcs were rejected",
         "result/matched_arc": "Matched arcs",
         "result/rejected_arc": "Rejected arcs",
     },
@@ -206,7 +240,16 @@ _SECTIONS = {
     },
 }
 _UPRIGHT = ("pose", "prior", "corrections", "load", "run")
-_FOLDED = ("states", "measured_distance", "unexplained", "matched_arc", "rejected_arc", "written", "run")
+_FOLDED = (
+    "characteristic",
+    "presence",
+    "measured_distance",
+    "unexplained",
+    "matched_arc",
+    "rejected_arc",
+    "run",
+    "written",
+)
 
 
 def run_tables(store: Store, connection: Connection, run: int) -> dict[str, PageTable]:
@@ -238,23 +281,29 @@ _MOST_ODDS = 1_000_000
 
 @dataclass(frozen=True)
 class Crop:
-    """A piece of a camera's picture: bounds u v width height, px, the model drawn over it, and its view on the page."""
+    """A piece of a camera's picture: place and size u v width height, px, and the model drawn over it."""
 
     camera: str
     uri: str
     box: tuple[int, int, int, int]
     drawing: Markup
-    view: str
 
 
 @dataclass(frozen=True)
 class Card:
-    """A finding: its number on the page, the run that it is of, and what is said of it."""
+    """A finding: its number on the page, the run that it is of, and what is said of it; rings (n, 2), px, about the
+    faces that it is of, by camera."""
 
     no: int
     run: int
     row: Any
     crops: list[Crop]
+    rings: dict[str, list[Floats]]
+
+    def face(self, camera: str) -> Markup:
+        """Those, drawn."""
+        course = "".join(path_data(ring, closed=True) for ring in self.rings.get(camera, ()))
+        return Markup('<path class="face state-{}" d="{}"/>').format(self.row.state, course)
 
     @property
     def size(self) -> str:
@@ -281,37 +330,59 @@ def size_words(row: Any) -> str:
 
 
 def read_cards(
-    store: Store, connection: Connection, run: int, seen: Sequence[Seen], numbers: dict[int, int] | None = None
+    store: Store,
+    connection: Connection,
+    run: int,
+    seen: Sequence[Seen],
+    items: Sequence[Any],
+    faces: Faces | None,
+    numbers: dict[int, int] | None = None,
 ) -> list[Card]:
-    """The findings of a run, whose pictures are `seen`; numbers: those wanted, and their numbers on the page."""
+    """The findings of a run, whose pictures are `seen` and whose rows of `report/items` are `items`; faces: of the
+    page's scene; numbers: of those wanted, on the page."""
     rows = store.rows(connection, "result/finding", run_id=run)
-    edges = {it.item_no: edges_of(it) for it in store.rows(connection, "report/items", run_id=run)} if rows else {}
+    of = {it.item_no: it for it in items}
+    poses, cameras = (store.rows(connection, name, run_id=run) for name in ("report/pose_matrix", "result/camera"))
+    views = {c.camera: (c, matrices(p._mapping) @ matrices(c._mapping)) for p in poses for c in cameras}
+    off = {
+        r.path
+        for r in store.rows(connection, "result/presence", run_id=run)
+        if r.level == "surface" and r.qif == "FAIL"
+    }
     shown = {row.finding_no: row.finding_no for row in rows} if numbers is None else numbers
     out = []
     for row in (row for row in rows if row.finding_no in shown):
-        mine = set(edges.get(row.item_no, ()))
-        own = [(s, [e for e in s.edges if (s.row.camera, e.number) in mine]) for s in seen if s.image is not None]
-        crops = [_crop(s, drawn, None if numbers is None else run) for s, drawn in own if drawn]
-        out.append(Card(shown[row.finding_no], run, row, crops))
+        item, part = of.get(row.item_no), row.path.rpartition("/")[0]
+        drawn, surfaces = (edges_of(item), list(map(int, item.surfaces or ()))) if item else ([], [])
+        # Of a feature the faces that are not as modelled, where that is told of single ones.
+        surfaces = [no for no in surfaces if f"{part}/face {no}" in off] or surfaces
+        card = Card(shown[row.finding_no], run, row, [], {})
+        for one in seen:
+            mine = [e for e in one.edges if (one.row.camera, e.number) in drawn]
+            if mine and one.image is not None:
+                box = box_about([e.points for e in mine], one.image.size)
+                if faces and surfaces and one.row.camera in views:
+                    rings = faces.outline(*views[one.row.camera], int(row.occurrence_id), surfaces, box)
+                    card.rings[one.row.camera] = rings
+                    box = box_about(rings, one.image.size) if rings else box
+                card.crops.append(_crop(one, {e.number for e in mine}, box))
+        out.append(card)
     return out
 
 
-def _crop(seen: Seen, own: Sequence[Edge], run: int | None) -> Crop:
-    """What a camera shows of edges, and all edges of the model there; run: where the page is of several."""
+def _crop(seen: Seen, own: set[int], box: tuple[int, int, int, int]) -> Crop:
+    """What a camera shows within bounds, and the edges of the model there, its own among them."""
     assert seen.image is not None
-    u0, v0, u1, v1 = box_about(own, seen.image.size)
-    numbers = {e.number for e in own}
+    u0, v0, u1, v1 = box
     paths = [
         Markup('<path class="drawn state-{}{}" d="{}"/>').format(
-            e.state, " own" if e.number in numbers else "", course(e.points)
+            e.state, " own" if e.number in own else "", course(e.points)
         )
         for e in seen.edges
         if np.all(e.points.max(axis=0) > (u0, v0)) and np.all(e.points.min(axis=0) < (u1, v1))
     ]
-    camera = seen.row.camera
-    view = camera if run is None else view_name(run, camera)
-    uri = data_uri(seen.image.crop((u0, v0, u1, v1)))
-    return Crop(camera, uri, (u0, v0, u1 - u0, v1 - v0), Markup("").join(paths), view)
+    uri = data_uri(seen.image.crop(box))
+    return Crop(seen.row.camera, uri, (u0, v0, u1 - u0, v1 - v0), Markup("").join(paths))
 
 
 def group_rest(rows: Iterable[Any]) -> tuple[list[tuple[str, str, list[str]]], list[str]]:
@@ -326,43 +397,25 @@ def group_rest(rows: Iterable[Any]) -> tuple[list[tuple[str, str, list[str]]], l
     return sorted(left, key=lambda g: (order.index(g[0]), -len(g[2]), g[1])), passed
 
 
-def list_entries(
-    rows: Sequence[Any], pictures: Sequence[RunPicture], part_of: dict[int, int], findings: Sequence[Any]
-) -> list[ListEntry]:
-    """What is not as modelled, the worst first; then the parts in view, each followed by its features in view: rows of
-    `report/items`.  part_of: which part of the scene a placed part is."""
+def list_entries(rows: Sequence[Any], part_of: dict[int, int], pictures: Sequence[RunPicture] = ()) -> list[ListEntry]:
+    """What a click on a name chooses: rows of `report/items`, or of `report/serial_states` where there are no pictures.
+    part_of: which part of the scene a placed part is."""
     number = {p.row.camera: i for i, p in enumerate(pictures)}
-    sizes = {r.item_no: size_words(r) for r in findings}
-
-    def entry(row: Any, level: str, name: str, size: str | None = None) -> ListEntry:
-        occurrence = int(row.occurrence_id)
-        return ListEntry(
-            level,
-            name,
-            size or ("under 1 % visible" if 0 < row.visible < 0.01 else f"{100 * row.visible:.0f} % visible"),
-            part_of.get(occurrence),
+    return [
+        ListEntry(
+            row.level,
+            row.path,
+            "",
+            part_of.get(int(row.occurrence_id)),
             None if row.feature_no is None else list(map(int, row.surfaces or ())),
-            row.state or "",
-            (f"{row.reason}; " if row.reason else "")
-            + f"{row.found} of {row.arcs} edges found, {row.pixels:.0f} px in view",
-            (occurrence, None if row.feature_no is None else int(row.feature_no)),
-            [f"c{number[camera]}-m{no}" for camera, no in edges_of(row) if camera in number],
+            arcs=[f"c{number[camera]}-m{no}" for camera, no in edges_of(row)] if pictures else (),
         )
-
-    part = {int(r.occurrence_id): r for r in rows if r.level == "part"}
-    place = {occurrence: i for i, occurrence in enumerate(part)}
-    others = sorted(
-        (r for r in rows if r.state not in FAILING and int(r.occurrence_id) in part),
-        key=lambda r: (place[int(r.occurrence_id)], r.level == "feature", r.in_view_no),
-    )
-    return [entry(r, "finding", r.path, sizes.get(r.item_no)) for r in failing(rows)] + [
-        entry(r, r.level, r.path if r.level == "part" else r.path.removeprefix(part[int(r.occurrence_id)].path + "/"))
-        for r in others
+        for row in rows
     ]
 
 
 def checked(rows: Sequence[Any], entries: Sequence[ListEntry]) -> list[tuple[str, str, str]]:
-    """Name, value and note: how much is in view, and how much of it was checked, by rows of `report/states`."""
+    """Name, value and note: how much is in view, and how much of it was checked, by rows of `result/presence`."""
     facts = []
     for level in ("part", "feature"):
         states = [r.state for r in rows if r.level == level]
@@ -407,13 +460,12 @@ def _cameras(
     """Pyramids of the cameras at the prior and at the pose found, ellipsoids about the rig; what cameras see, from the
     pose where there is one.  rigs: colours, and rows of transforms with covariances."""
     cameras = store.rows(connection, "result/camera", run_id=run)
-    measured = store.columns(connection, "report/measurements", run_id=run)
-    looked_at = np.array([np.mean(measured[f"world_{a}"]) for a in "xyz"]) if len(measured["u"]) else None
+    (looked_at,) = store.rows(connection, "report/looked_at", run_id=run)
     lines: list[Lines] = []
     views: list[dict[str, Any]] = []
     for colour, row in rigs:
         world_from_rig = matrices(row._mapping)
-        away = _NO_DEPTH_MM if looked_at is None else np.linalg.norm(looked_at - world_from_rig[:3, 3])
+        away = _NO_DEPTH_MM if looked_at.x is None else np.linalg.norm(np.array(looked_at) - world_from_rig[:3, 3])
         depth = round(float(away), 3)  # a page is the same wherever it is made again
         at: list[float] = []
         views = []
@@ -430,26 +482,10 @@ def _cameras(
 
 
 def _view(camera: Any, world_from_camera: Floats, depth: float) -> dict[str, Any]:
-    """What a camera sees, for the script: slopes of half the picture across and down, fx fy cx cy, and the first eight
-    coefficients of its lens."""
+    """What a camera sees, for the script: slopes of half the picture across and down."""
     return {
         "name": camera.camera,
         "m": world_from_camera[:3].ravel().tolist(),
         "slope": [camera.width / camera.fx / 2, camera.height / camera.fy / 2],
         "depth": depth,
-        "k": [camera.fx, camera.fy, camera.cx, camera.cy],
-        "lens": [*map(float, camera.distortion), *[0.0] * 8][:8],
     }
-
-
-def finding_views(store: Store, connection: Connection, run: int) -> list[dict[str, Any]]:
-    """What the cameras of one of several runs see, for the model beside the pictures of its findings: not offered to
-    look through."""
-    rigs = [("pose", row) for row in store.rows(connection, "report/pose_matrix", run_id=run)]
-    seen = _cameras(store, connection, run, rigs)[1]
-    return [one | {"name": view_name(run, one["name"]), "aside": True} for one in seen]
-
-
-def view_name(run: int, camera: str) -> str:
-    """The name of a view among those of several runs."""
-    return f"run {run} {camera}"

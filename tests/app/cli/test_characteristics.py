@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -21,6 +22,7 @@ from relmodel.world import place_world
 from tests.app.cli.conftest import Inspection, Pair, asked
 from tests.app.cli.test_results import check_qif_order
 from tests.given import Capsys, CopyStore
+from tests.pages import Page
 from tests.reading import load, store_model
 from tests.synthetic_model import write_world
 
@@ -185,6 +187,16 @@ def test_exports(inspection: Inspection, pair: Pair, copy_store: CopyStore, tmp_
     for out in ("run.json", "run.qif", "tables"):
         assert main(["export", "--run", "last", "-o", str(tmp_path / out), "--tables", "csv", "--store", target]) == 0
     listed = json.loads((tmp_path / "run.json").read_text())["characteristic"]
+    shown = [row["number"] for row in inspection.answer["characteristics"]]
+    assert shown == [row["number"] for row in listed if row["measured"] is not None]
+    assert main(["report", "-o", str(tmp_path / "run.html"), "--store", target]) == 0
+    text = " ".join(Page((tmp_path / "run.html").read_text()).text.replace("_ ", "_").split())
+    assert "; 1 of 2 characteristics conform, 1 not decidable" in text
+    for row, limit, said in ((first, 20, YES), (second, 0.01, UNSURE)):
+        words = (
+            rf"{row.number} {re.escape(row.path)} diameter \S+ ± {limit} {row.measured:.1f}\d* [\d.]+ [+-][\d.]+ {said}"
+        )
+        assert re.search(words.replace("/", "/ ?"), text), words
     assert {row["path"]: row["decision"] for row in listed if row["source"]} == {first.path: YES, second.path: UNSURE}
     assert (tmp_path / "tables/characteristic.csv").read_text().count('"not decidable"') == 1
     root, q = ElementTree.parse(tmp_path / "run.qif").getroot(), "{http://qifstandards.org/xsd/qif3}"

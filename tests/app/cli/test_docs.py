@@ -338,7 +338,7 @@ def test_notebook_runs() -> None:
     assert "pose usable" in answer
     assert "through_hole 1" in why
     assert "confirmed" in states
-    assert "Pose usable" in Path("notebook.html").read_text()
+    assert "; pose usable" in Path("notebook.html").read_text()
 
 
 @pytest.mark.usefixtures("demonstrated")

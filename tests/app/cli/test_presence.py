@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import shutil
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
@@ -282,8 +283,9 @@ def test_findings_come_first_with_what_each_camera_shows(
     assert f"diameter 104 → {wide.value:.1f} ± {wide.sigma:.1f} mm counts from" in text
     assert text.index("Findings") < text.index("Not checked") < text.index("As modelled") < text.index("Pictures")
     boxes = [[float(v) for v in a["viewbox"].split()] for tag, a in read.elements if a.get("class") == "crop"]
-    assert len(boxes) == 2 * 3 * len(findings)  # raw, drawn and of the model, of two cameras
-    left, right = boxes[6 * (wide.finding_no - 1)], boxes[6 * (wide.finding_no - 1) + 3]
+    assert len(boxes) == 2 * 2 * len(findings)  # raw and drawn, of two cameras
+    assert len(read.with_class("face")) > len(findings)
+    left, right = boxes[4 * (wide.finding_no - 1)], boxes[4 * (wide.finding_no - 1) + 2]
     truth = json.loads((DEMO / "pair_04_truth.json").read_text())
     at = np.array(truth["world_from_object"]) @ [1130.0, 138.0, 0.0, 1.0]
     for camera, (u0, v0, width, height) in (("left", left), ("right", right)):
@@ -300,9 +302,11 @@ def test_decisions_are_kept_shown_and_sealed(target: str, tmp_path: Path, capsys
     assert main(["reject", "2", *decide, "no longer"]) == 0
     assert main(["reject", "99", *decide, "why"]) == main(["accept", "1", *decide, " "]) == 2
     assert "has no finding 99" in capsys.readouterr().err
+    assert main(["accept", "1", *decide, "concession 118"]) == 0
     assert main(["report", "-o", str(page), "--store", target]) == 0
     text = " ".join(Page(page.read_text()).text.split())
     assert "rejected by quality" in text
+    assert re.search(r"Part another variant \(\d+ findings, 1 accepted by quality\)", text)
     assert "as agreed" not in text
     sealed = ["check", "--report", str(page), "--store", target]
     whole = page.read_text()

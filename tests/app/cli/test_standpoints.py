@@ -15,6 +15,7 @@ from relmodel.app.cli.main import main
 from relmodel.errors import InputError
 from tests.app.cli.conftest import DEMO, asked, halve, inspected, off_truth
 from tests.given import Capsys, CopyStore
+from tests.pages import Page
 from vision.cameras.cameras import perturb
 from vision.cameras.standpoints import read_standpoints
 
@@ -69,6 +70,9 @@ def test_a_standpoint_that_was_moved_is_named_and_the_others_are_one_inspection_
     # The lens is one, wherever it stands.
     lens = "SELECT count(DISTINCT value) FROM camera_unknown WHERE name = 'focal' AND run_id = :run"
     assert asked(store, lens, run=answer["run"])[0][0] == 1
+    for run, said in ((refused["run"], "contradicted"), (answer["run"], "left out")):
+        assert main(["report", str(run), "-o", "run.html", "--store", store]) == 0
+        assert f"stop 03 {said}" in " ".join(Page(Path("run.html").read_text()).text.split())
     assert main(["replay", "--store", store]) == main(["check", "--store", store]) == 0
     capsys.readouterr()
     assert main(["why", "--pose", "--store", store]) == 0

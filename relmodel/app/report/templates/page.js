@@ -10,11 +10,6 @@
   const owners = new Map();
   items.forEach((item, number) => item.arcs.forEach(id => owners.set(id, [...(owners.get(id) || []), number])));
 
-  function drawn(tag, attributes) {
-    const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
-    for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
-    return made;
-  }
   function light(ids, name) {
     document.querySelectorAll(".picture path." + name).forEach(p => p.classList.remove(name));
     for (const id of ids) { const path = document.getElementById(id); if (path) path.classList.add(name); }
@@ -33,6 +28,7 @@
     if (viewer) viewer.choose(parts);
   }
   function reveal(number) {
+    if (!buttons[number]) return;
     const list = buttons[number].closest("ol"), box = buttons[number].getBoundingClientRect(), frame = list.getBoundingClientRect();
     if (box.top < frame.top || box.bottom > frame.bottom) list.scrollTop += box.top - frame.top - frame.height / 3;
   }
@@ -81,7 +77,7 @@
   }
   pictures.forEach(svg => {
     const width = +svg.dataset.width, height = +svg.dataset.height, readout = svg.parentNode.querySelector(".readout");
-    let box = [-0.5, -0.5, width, height], held = null, moved = false, last = null, asked = false;
+    let box = [-0.5, -0.5, width, height], held = null, moved = false, last = null;
     function frame(x, y, w) {
       w = Math.max(width / 64, Math.min(width, w));
       const h = w * height / width;
@@ -96,7 +92,7 @@
     svg.addEventListener("dblclick", e => zoom(0.5, ...place(e)));
     svg.addEventListener("pointerdown", e => { held = e; moved = false; });
     svg.addEventListener("pointerup", () => { held = null; });
-    svg.addEventListener("pointerleave", () => { held = null; readout.textContent = ""; point(svg, null); if (last) last.classList.remove("lit"); last = null; if (chosen.size) show([...chosen]); });
+    svg.addEventListener("pointerleave", () => { held = null; readout.textContent = ""; if (last) last.classList.remove("lit"); last = null; if (chosen.size) show([...chosen]); });
     svg.addEventListener("pointermove", e => {
       if (held && e.buttons) {
         const step = box[2] / place(e)[2], dx = e.clientX - held.clientX, dy = e.clientY - held.clientY;
@@ -104,11 +100,6 @@
         return;
       }
       const hit = under(svg, e);
-      if (!asked) { asked = true; requestAnimationFrame(() => {  // once a frame
-        asked = false;
-        const [x, y] = place(e), met = point(svg, [box[0] + x * box[2], box[1] + y * box[3]]);
-        if (!last) readout.textContent = met || "";
-      }); }
       if (hit === last) return;
       if (last && !chosen.size) last.classList.remove("lit");
       if (hit && !chosen.size && !hit.classList.contains("region")) hit.classList.add("lit");
@@ -128,36 +119,6 @@
       ArrowUp: () => frame(box[0], box[1] - box[3] / 8, box[2]), ArrowDown: () => frame(box[0], box[1] + box[3] / 8, box[2]) };
     svg.addEventListener("keydown", e => { if (keys[e.key]) { e.preventDefault(); keys[e.key](); } });
   });
-
-  // What of the model lies under a pixel, in words, and a mark where the other cameras show that point.
-  function point(svg, pixel) {
-    const met = pixel && viewer && viewer.meet(svg.dataset.camera, ...pixel);
-    for (const other of pictures) {
-      const at = met && other !== svg && viewer.project(other.dataset.camera, met.point);
-      let mark = other.querySelector(".pointed");
-      if (at && !mark) { mark = drawn("path", { class: "pointed" }); other.append(mark); }
-      if (mark) mark.setAttribute("d", at ? `M${at[0] - 14} ${at[1]}h28M${at[0]} ${at[1] - 14}v28` : "");
-    }
-    if (!met) return "";
-    const named = items.map((item, n) => [item, n]).filter(([item]) => item.part === met.part && item.surfaces && item.surfaces.includes(met.surface));
-    const [, number] = named.sort(([a], [b]) => a.surfaces.length - b.surfaces.length)[0] || [];
-    const part = data.scene.parts[met.part].path;
-    if (number === undefined) return part;
-    const name = buttons[number].querySelector(".name").textContent;
-    return name.startsWith(part) ? name : `${part}/${name}`;
-  }
-  // The model as a camera has it, drawn over its picture up to where the slider stands.
-  document.querySelectorAll("[data-blend]").forEach(slider => slider.addEventListener("input", () => {
-    const svg = slider.closest("figure").querySelector("svg.picture"), width = +svg.dataset.width, height = +svg.dataset.height;
-    let image = svg.querySelector(".rendered");
-    if (!image) {
-      const address = viewer && viewer.render(svg.dataset.camera, [-0.5, -0.5, width, height], null, 1);
-      if (!address) { slider.disabled = true; return; }
-      image = drawn("image", { class: "rendered", x: -0.5, y: -0.5, width, height, preserveAspectRatio: "none", href: address });
-      svg.insertBefore(image, svg.querySelector("path"));
-    }
-    image.style.clipPath = `inset(0 ${100 - slider.value}% 0 0)`;
-  }));
 
   // Rows of tables that stand for arcs.
   document.querySelectorAll("tr[data-marks]").forEach(row => {
@@ -206,14 +167,6 @@
   });
   drawBox();
 
-  // The model beside the pictures of a finding.
-  document.querySelectorAll("svg[data-model]").forEach(svg => {
-    const box = svg.getAttribute("viewBox").split(" ").map(Number), item = items[svg.dataset.chosen];
-    const address = viewer && viewer.render(svg.dataset.model, box, item && new Map([[item.part, item.surfaces && new Set(item.surfaces)]]), Math.max(1, 480 / box[2]));
-    if (!address) { svg.remove(); return; }
-    svg.append(drawn("image", { x: box[0], y: box[1], width: box[2], height: box[3], preserveAspectRatio: "none", href: address }));
-  });
-
   // A link to a finding or a feature opens what it stands in: #finding=3, #feature=bulkhead/BODY/rib 16.
   function follow() {
     const [kind, name] = decodeURIComponent(location.hash.slice(1)).split(/=(.*)/s);
@@ -224,7 +177,7 @@
     for (let fold = found.closest("details"); fold; fold = fold.parentNode.closest("details")) fold.open = true;
     document.querySelectorAll(".linked").forEach(e => e.classList.remove("linked"));
     found.classList.add("linked"); found.scrollIntoView({ block: "start" });
-    const button = found.querySelector("[data-choose]");
+    const button = found.closest("[data-choose]") || found.querySelector("[data-choose]");
     if (button) { show([+button.dataset.choose]); reveal(+button.dataset.choose); }
   }
   addEventListener("hashchange", follow);

@@ -15,23 +15,17 @@ function makeViewer(canvas, scene, picked) {
 
   function upload() {
     program = build(`#version 300 es
-      uniform mat4 clip; uniform mat4 place; uniform vec3 lo; uniform vec3 size; uniform vec4 slopes; uniform float lens[8]; in vec3 at; out vec3 seen;
-      void main() { vec4 p = place * vec4(lo + size * at, 1.0); seen = p.xyz; vec4 q = clip * p;
-        if (slopes.x > 0.0 && q.w > 0.0) {  // of a camera with a lens: its distortion of the slopes x / z and y / z
-          vec2 s = (q.xy / q.w - slopes.zw) / slopes.xy; s.y = -s.y; float r = dot(s, s);
-          float k = (1.0 + r * (lens[0] + r * (lens[1] + r * lens[4]))) / (1.0 + r * (lens[5] + r * (lens[6] + r * lens[7])));
-          s = k * s + vec2(2.0 * lens[2] * s.x * s.y + lens[3] * (r + 2.0 * s.x * s.x), lens[2] * (r + 2.0 * s.y * s.y) + 2.0 * lens[3] * s.x * s.y);
-          q.xy = (slopes.zw + slopes.xy * vec2(s.x, -s.y)) * q.w; }
-        gl_Position = q; }`, `#version 300 es
+      uniform mat4 clip; uniform mat4 place; uniform vec3 lo; uniform vec3 size; in vec3 at; out vec3 seen;
+      void main() { vec4 p = place * vec4(lo + size * at, 1.0); seen = p.xyz; gl_Position = clip * p; }`, `#version 300 es
       precision highp float; uniform vec4 colour; uniform vec3 eye; uniform float lit; in vec3 seen; out vec4 shown;
       void main() { float light = 1.0;  // a line has no normal: what comes of it is not a number
         if (lit > 0.0) light = 0.35 + 0.65 * abs(dot(normalize(cross(dFdx(seen), dFdy(seen))), normalize(eye - seen)));
         shown = vec4(colour.rgb * light, colour.a); }`);
-    where = Object.fromEntries(["clip", "place", "lo", "size", "colour", "eye", "lit", "slopes", "lens"].map(n => [n, gl.getUniformLocation(program, n)]));
+    where = Object.fromEntries(["clip", "place", "lo", "size", "colour", "eye", "lit"].map(n => [n, gl.getUniformLocation(program, n)]));
     at = gl.getAttribLocation(program, "at");
     shapes = scene.shapes.map(s => ({ lo: s.lo, size: s.size, runs: s.s,
-      vertices: buffer(gl.ARRAY_BUFFER, bytes(s.v)), triangles: buffer(gl.ELEMENT_ARRAY_BUFFER, bytes(s.t)),
-      wide: s.wide, paint: (s.paint || []).map(([colour, list]) => [new Set(list), colour]), count: bytes(s.t).length / (s.wide ? 4 : 2), edges: buffer(gl.ARRAY_BUFFER, bytes(s.e)), ends: bytes(s.e).length / 6 }));
+      vertices: buffer(gl.ARRAY_BUFFER, bytes(s.v)), triangles: buffer(gl.ELEMENT_ARRAY_BUFFER, triangles(s)),
+      paint: (s.paint || []).map(([colour, list]) => [new Set(list), colour]), count: s.s.reduce((sum, [, , count]) => sum + count, 0), edges: buffer(gl.ARRAY_BUFFER, bytes(s.e)), ends: bytes(s.e).length / 6 }));
     put(scene.lines);
   }
   function put(drawn) {
@@ -65,6 +59,10 @@ function makeViewer(canvas, scene, picked) {
   }
   function buffer(kind, data) { const made = gl.createBuffer(); gl.bindBuffer(kind, made); gl.bufferData(kind, data, gl.STATIC_DRAW); return made; }
   function bytes(text) { return Uint8Array.from(atob(text), c => c.charCodeAt(0)); }
+  function triangles(s) {  // each vertex is stored as the step from the one before
+    let at = 0;
+    return Uint32Array.from(new (s.wide ? Int32Array : Int16Array)(bytes(s.t).buffer), step => at += step);
+  }
   function placed(m) {
     return [m[0], m[4], m[8], 0, m[1], m[5], m[9], 0, m[2], m[6], m[10], 0, m[3] - middle[0], m[7] - middle[1], m[11] - middle[2], 1];
   }
@@ -74,42 +72,39 @@ function makeViewer(canvas, scene, picked) {
       : { plain: [.86, .88, .89], open: [.86, .88, .89], seen: [.66, .74, .80], edge: [.16, .19, .21], pose: [.10, .55, .32], prior: [.80, .48, 0], chosen: [1, .80, 0], added: [.25, .68, .42], removed: [.86, .30, .25], changed: [.93, .60, .15] };
   }
 
-  function eyeAndMatrix(camera, piece) {  // camera, piece: a piece u v width height of its picture, to be drawn on the whole canvas
-    const aspect = canvas.width / canvas.height, through = camera || looked;
-    let eye, right, above, back, slopes = [0, 0, 0, 0], slope = 0.414 / Math.min(1, aspect);  // of the height; the narrower side is the one that counts
-    if (through) {
-      const m = through.m;
+  function eyeAndMatrix() {
+    const aspect = canvas.width / canvas.height;
+    let eye, right, above, back, slope = 0.414 / Math.min(1, aspect);  // of the height; the narrower side is the one that counts
+    if (looked) {
+      const m = looked.m;
       eye = [m[3] - middle[0], m[7] - middle[1], m[11] - middle[2]];
       right = [m[0], m[4], m[8]]; above = [-m[1], -m[5], -m[9]]; back = [-m[2], -m[6], -m[10]];
-      slope = Math.max(through.slope[1], through.slope[0] / aspect);
+      slope = Math.max(looked.slope[1], looked.slope[0] / aspect);
     } else {
       back = add(add(scaled(ahead, Math.cos(pitch) * Math.cos(yaw)), scaled(across, Math.cos(pitch) * Math.sin(yaw))), scaled(up, Math.sin(pitch)));
       eye = add(target, scaled(back, distance));
       right = unit(cross(up, back)); above = cross(back, right);
     }
-    const near = through ? 5 : Math.max(distance / 200, 1), far = near + distance + 6 * scene.radius + length(eye);
-    if (camera) slopes = [2 * camera.k[0] / piece[2], 2 * camera.k[1] / piece[3], 2 * (camera.k[2] - piece[0]) / piece[2] - 1, 1 - 2 * (camera.k[3] - piece[1]) / piece[3]];
-    const a = slopes[0] || 1 / (slope * aspect), b = slopes[1] || 1 / slope, c = (near + far) / (near - far), d = 2 * near * far / (near - far);
+    const near = looked ? 5 : Math.max(distance / 200, 1), far = near + distance + 6 * scene.radius + length(eye);
+    const a = 1 / (slope * aspect), b = 1 / slope, c = (near + far) / (near - far), d = 2 * near * far / (near - far);
     const t = [-dot(right, eye), -dot(above, eye), -dot(back, eye)];
-    const [p, q] = [slopes[2], slopes[3]];  // where the axis meets the picture
-    return { eye, right, above, back, slope, slopes, clip: [0, 1, 2].flatMap(i => [
-      a * right[i] - p * back[i], b * above[i] - q * back[i], c * back[i], -back[i]]).concat([a * t[0] - p * t[2], b * t[1] - q * t[2], c * t[2] + d, -t[2]]) };
+    return { eye, right, above, back, slope, clip: [0, 1, 2].flatMap(i => [
+      a * right[i], b * above[i], c * back[i], -back[i]]).concat([a * t[0], b * t[1], c * t[2] + d, -t[2]]) };
   }
 
   function points(held, kind, normalised, stride) {
     gl.bindBuffer(gl.ARRAY_BUFFER, held); gl.enableVertexAttribArray(at); gl.vertexAttribPointer(at, 3, kind, normalised, stride, 0);
   }
-  function draw(identities, camera, piece) {
+  function draw(identities) {
     if (gl.isContextLost()) return;
-    const view = eyeAndMatrix(camera, piece), colours = palette();
+    const view = eyeAndMatrix(), colours = palette();
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(0, 0, 0, 0); gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST); gl.depthFunc(gl.LEQUAL); gl.useProgram(program);
     gl.uniformMatrix4fv(where.clip, false, view.clip); gl.uniform3fv(where.eye, view.eye);
-    gl.uniform4fv(where.slopes, view.slopes); gl.uniform1fv(where.lens, camera ? camera.lens : new Array(8).fill(0));
     gl.enable(gl.POLYGON_OFFSET_FILL); gl.polygonOffset(1, 1);
     parts.forEach((part, number) => {
-      const s = shapes[part.shape], kind = s.wide ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT, bytesEach = s.wide ? 4 : 2;
+      const s = shapes[part.shape], kind = gl.UNSIGNED_INT;
       gl.uniformMatrix4fv(where.place, false, part.place); gl.uniform3fv(where.lo, s.lo); gl.uniform3fv(where.size, s.size);
       points(s.vertices, gl.UNSIGNED_SHORT, true, 6); gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, s.triangles);
       const surfaces = chosen.get(number), own = number + 1;
@@ -121,13 +116,13 @@ function makeViewer(canvas, scene, picked) {
       for (const [list, colour] of surfaces === null ? [] : [...s.paint, ...part.paint, [surfaces, colours.chosen]]) if (list) {
         gl.uniform4fv(where.colour, [...(typeof colour === "string" ? colours[colour] : colour), 1]);
         for (const [surface, first, count] of s.runs) if (list.has(surface)) for (const way of part.only ? [gl.TRIANGLES, gl.LINES] : [gl.TRIANGLES])  // as lines walls show end on too
-          gl.drawElements(way, count, kind, first * bytesEach);
+          gl.drawElements(way, count, kind, 4 * first);
       }
       if (part.only) return;
       gl.uniform1f(where.lit, 0); gl.uniform4fv(where.colour, [...colours.edge, 1]);
       points(s.edges, gl.UNSIGNED_SHORT, true, 6); gl.drawArrays(gl.LINES, 0, s.ends);
     });
-    if (identities || camera) return;
+    if (identities) return;
     gl.uniformMatrix4fv(where.place, false, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]);
     gl.uniform3fv(where.lo, [0, 0, 0]); gl.uniform3fv(where.size, [1, 1, 1]);
     for (const line of lines) {
@@ -207,70 +202,7 @@ function makeViewer(canvas, scene, picked) {
   canvas.addEventListener("webglcontextrestored", () => { upload(); draw(false); });
   new ResizeObserver(fit).observe(canvas);
   fit(); draw(false);
-  return { look, box, bounds, choose(found) { chosen = found || none; redraw(); }, render, meet, project };
-
-  // The model as a camera has a piece of its picture, as the address of an image; what is chosen stands out.
-  function render(name, piece, found, scale) {
-    const camera = scene.views.find(v => v.name === name), kept = [canvas.width, canvas.height, chosen];
-    if (!camera) return "";
-    [canvas.width, canvas.height] = [piece[2], piece[3]].map(n => Math.max(1, Math.round(n * scale))); chosen = found || none;
-    draw(false, camera, piece);
-    const made = canvas.toDataURL("image/png");
-    [canvas.width, canvas.height, chosen] = kept; draw(false);
-    return made;
-  }
-  // What the ray through a pixel of a camera meets first: part, surface and point in the world, or null.
-  function meet(name, u, v) {
-    const camera = scene.views.find(it => it.name === name);
-    if (!camera) return null;
-    const m = camera.m, slopes = undistorted(camera, (u - camera.k[2]) / camera.k[0], (v - camera.k[3]) / camera.k[1]);
-    const eye = [m[3], m[7], m[11]], way = [0, 1, 2].map(i => m[4 * i] * slopes[0] + m[4 * i + 1] * slopes[1] + m[4 * i + 2]);
-    let best = null, least = Infinity;
-    scene.parts.forEach((part, number) => {
-      const p = part.m, s = scene.shapes[part.shape], off = eye.map((x, i) => x - p[4 * i + 3]);
-      const o = [0, 1, 2].map(i => (p[i] * off[0] + p[4 + i] * off[1] + p[8 + i] * off[2] - s.lo[i]) / s.size[i] * 65535);
-      const d = [0, 1, 2].map(i => (p[i] * way[0] + p[4 + i] * way[1] + p[8 + i] * way[2]) / s.size[i] * 65535);
-      let near = 0, far = least;  // where the ray is in the box
-      for (let i = 0; i < 3; i++) {
-        const [a, b] = [(-1 - o[i]) / d[i], (65536 - o[i]) / d[i]];
-        near = Math.max(near, Math.min(a, b)); far = Math.min(far, Math.max(a, b));
-      }
-      if (!(near <= far)) return;
-      if (!s.list) { const b = bytes(s.t); s.at = new Uint16Array(bytes(s.v).buffer); s.list = s.wide ? new Uint32Array(b.buffer) : new Uint16Array(b.buffer); }
-      const at = s.at, list = s.list;
-      for (const [surface, first, count] of s.s) for (let k = first; k < first + count; k += 3) {
-        const i = 3 * list[k], j = 3 * list[k + 1], l = 3 * list[k + 2];
-        const ax = at[j] - at[i], ay = at[j + 1] - at[i + 1], az = at[j + 2] - at[i + 2], bx = at[l] - at[i], by = at[l + 1] - at[i + 1], bz = at[l + 2] - at[i + 2];
-        const px = d[1] * bz - d[2] * by, py = d[2] * bx - d[0] * bz, pz = d[0] * by - d[1] * bx, det = ax * px + ay * py + az * pz;
-        if (det === 0) continue;
-        const ox = o[0] - at[i], oy = o[1] - at[i + 1], oz = o[2] - at[i + 2], f = (ox * px + oy * py + oz * pz) / det;
-        if (f < 0 || f > 1) continue;
-        const qx = oy * az - oz * ay, qy = oz * ax - ox * az, qz = ox * ay - oy * ax, g = (d[0] * qx + d[1] * qy + d[2] * qz) / det;
-        if (g < 0 || f + g > 1) continue;
-        const t = (bx * qx + by * qy + bz * qz) / det;
-        if (t > 0 && t < least) { least = t; best = { part: number, surface }; }
-      }
-    });
-    return best && { ...best, point: eye.map((x, i) => x + least * way[i]) };
-  }
-  // The pixel of a camera that shows a point of the world, or null.
-  function project(name, point) {
-    const camera = scene.views.find(it => it.name === name), m = camera && camera.m;
-    if (!camera) return null;
-    const off = [0, 1, 2].map(i => point[i] - m[4 * i + 3]), at = [0, 1, 2].map(i => m[i] * off[0] + m[4 + i] * off[1] + m[8 + i] * off[2]);
-    if (at[2] <= 0) return null;
-    const [x, y] = distorted(camera, at[0] / at[2], at[1] / at[2]);
-    return [camera.k[0] * x + camera.k[2], camera.k[1] * y + camera.k[3]];
-  }
-  function distorted({ lens: [a, b, p, q, c, d, e, f] }, x, y) {  // OpenCV's order: k1 k2 p1 p2 k3 k4 k5 k6
-    const r = x * x + y * y, k = (1 + r * (a + r * (b + r * c))) / (1 + r * (d + r * (e + r * f)));
-    return [k * x + 2 * p * x * y + q * (r + 2 * x * x), k * y + p * (r + 2 * y * y) + 2 * q * x * y];
-  }
-  function undistorted(camera, x, y) {
-    let at = [x, y];
-    for (let n = 0; n < 20; n++) { const [u, v] = distorted(camera, ...at); at = [at[0] + x - u, at[1] + y - v]; }
-    return at;
-  }
+  return { look, box, bounds, choose(found) { chosen = found || none; redraw(); } };
 
   function add(a, b) { return a.map((x, i) => x + b[i]); }
   function scaled(a, k) { return a.map(x => x * k); }

@@ -1,0 +1,9 @@
+-- The standpoints of an inspection, and whether its pictures agree with where they are stated to be.
+-- Takes run_id; gives one row a standpoint; moved in mm, as solved, and by how many standard deviations the pictures contradict it.
+SELECT s.name AS standpoint, CASE WHEN s.ignored THEN 'left out' WHEN s.sigmas IS NULL THEN 'not solved'
+        WHEN s.sigmas > t.value THEN 'contradicted' ELSE 'agrees' END AS state,
+    sqrt(power(s.moved[1], 2) + power(s.moved[2], 2) + power(s.moved[3], 2)) AS moved_mm, s.sigmas
+FROM standpoint AS s
+LEFT JOIN threshold AS t ON t.run_id = s.run_id AND t.decision = 'verdict' AND t.name = 'max_calibration_sigma'
+WHERE s.run_id = :run_id
+ORDER BY s.standpoint_no
