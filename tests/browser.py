@@ -84,15 +84,6 @@ class Browser:
         self.call("Input.dispatchKeyEvent", type="keyDown", key=key, text=text, windowsVirtualKeyCode=code)
         self.call("Input.dispatchKeyEvent", type="keyUp", key=key, windowsVirtualKeyCode=code)
 
-    def mouse(self, kind: str, x: float, y: float, buttons: int = 0) -> None:
-        """A mouseMoved, mousePressed or mouseReleased at a place of the window."""
-        button = "left" if buttons or kind == "mouseReleased" else "none"
-        self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button=button, buttons=buttons, clickCount=1)
-
-    def prefer(self, scheme: str) -> None:
-        """Ask pages to be `light` or `dark`."""
-        self.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
-
     def wide(self, pixels: int, media: str = "screen") -> None:
         """Show pages in a window so wide, or as on paper so wide (media `print`)."""
         self.call("Emulation.setEmulatedMedia", media=media)

@@ -86,7 +86,6 @@ def test_three_cameras_are_located_and_judged_together_without_a_blind_one(
         ("inspect", [f"c{n}={{left}}" for n in range(17)], 2, "17 pictures are given: give 1 to 16"),
         ("inspect", [f"c{n}={{left}}" for n in range(16)], 3, "the rig has no camera 'c0'"),
         ("stereo", ["left={left}"], 2, "stereo is of two pictures"),
-        ("stereo", ["left={left}", "left={right}"], 2, "two pictures are given of the camera 'left'"),
         ("stereo", ["left={left}", "top={right}"], 3, "the rig has no camera 'top' (it has left, right)"),
         ("stereo", ["left={left}", "right={right}", "--method", "census"], 2, "use one of pong, relational"),
     ],
