@@ -286,15 +286,15 @@ def test_the_headline_counts_what_was_accepted(target: str) -> None:
     with Store.open(target) as store:
         run = stop(store, [(RIB, "changed", 9.0), (OTHER, "contradicted", 9.0)])
     said = []
-    decisions = [(1, "accepted", "quality"), (2, "accepted", "B. Roth"), (2, "accepted", "quality")]
+    decisions = [(1, "accepted", "quality"), (2, "accepted", "stress"), (2, "accepted", "quality")]
     with Store.open(target) as store:
-        for finding, decision, by in [*decisions, (1, "rejected", "B. Roth")]:
+        for finding, decision, by in [*decisions, (1, "rejected", "stress")]:
             decide(store, str(run), finding, decision, by, "so")
             said += asked(store, "SELECT outcome FROM inspection_outcome WHERE run_id = :run", run=run)
             assert headline(store)[0][0].partition(";")[0] == said[-1][0].split("; ")[1]
     assert [words.split("; ")[1] for (words,) in said] == [
         "part deviates (2 findings, 1 accepted by quality)",
-        "part deviates (2 findings, accepted by quality, B. Roth)",
+        "part deviates (2 findings, accepted by quality, stress)",
         "part deviates (2 findings, accepted by quality)",
         "part deviates (2 findings, 1 accepted by quality)",
     ]

@@ -50,7 +50,7 @@ def test_the_run_says_what_was_asked_and_how_long_its_steps_took(inspection: Ins
     (selected,) = asked(inspection.store, "SELECT count(*), count(*) FILTER (NOT shown) FROM selected_part")
     call = {
         "world": "demo_cell", "against": None, "carrier": asdict(Carrier()), "serial": None, "operator": user_name(),
-        "keep_images": True, "full_audit": True, "variants": None,
+        "keep_images": True, "full_audit": True, "match": True, "variants": None,
     }  # fmt: skip
     assert recorded == json.loads(json.dumps({**call, **asdict(InspectionParameters())}))
     assert answer["selection"] == dict(zip(("parts", "superfluous"), selected, strict=True))
