@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection
 
+from relmodel.app.report.characteristics import make_lines
 from relmodel.app.report.page import ListEntry, PageTable, read_table, render
 from relmodel.app.report.run import Card, group_rest, list_entries, read_cards, read_sheet
 from relmodel.app.tree import Tree, read_tree, tree_rows
@@ -197,6 +198,7 @@ _LEGEND = (
 )
 _TABLES = {
     "serial_findings": "Findings",
+    "serial_characteristics": "Characteristics",
     "serial_states": "Parts and features",
     "serial_stops": "Stops",
     "serial_counts": "By kind of feature and by zone",
@@ -223,7 +225,8 @@ def serial_page(store: Store, connection: Connection, serial: str, around: Mappi
     word = found[0].outcome[0].upper() + found[0].outcome[1:]
     newest = next((row[0] for row in reversed(tables["serial_stops"].rows) if row[3] is not None), stops[-1][0])
     sheet = dict(read_sheet(store, connection, newest)) | {"run": None, "stops": len(stops)}
-    folded = [replace(tables[name], folded=True) for name in ("serial_findings", "serial_states")]
+    every = ("serial_findings", "serial_characteristics", "serial_states")
+    folded = [replace(tables[name], folded=True) for name in every]
     return render(
         **(around or {}),
         store=store.name,
@@ -234,6 +237,7 @@ def serial_page(store: Store, connection: Connection, serial: str, around: Mappi
         reason=found[0].unusable or "",
         sheet=list(sheet.items()),
         cards=cards,
+        lines=make_lines(tables["serial_characteristics"].rows),
         rest=rest,
         passed=passed,
         seal=(f"serial {serial}", seal(store, connection, [run for run, _ in stops])),
