@@ -73,11 +73,11 @@ def test_a_missing_edge_is_not_paid_for_by_others() -> None:
         return float(total)
 
     wanted = np.log(np.mean([np.exp(odds_of(share) - odds_of(0.0)) for share in P.missing]))
-    one = np.zeros(5, np.int64)
-    assert weigh_absence(one, camera, surface, in_light, 1, 2, P) == pytest.approx([wanted])
     sure = np.full((5, 3), 20.0)
     gone = np.where(np.arange(5)[:, None] == 2, -3.0, sure)
-    assert weigh_absence(one, camera, surface, sure, 1, 2, P) < 0 < weigh_absence(one, camera, surface, gone, 1, 2, P)
+    items = np.repeat(np.arange(3), 5), np.tile(camera, 3), np.tile(surface, (3, 1))
+    it, whole, lacking = weigh_absence(*items, np.concatenate([in_light, sure, gone]), 3, 2, P)
+    assert (it, whole < 0 < lacking) == (pytest.approx(wanted), True)
 
 
 def test_edges_in_one_light_are_averaged_over_lights() -> None:
