@@ -197,11 +197,10 @@ def data_uri(picture: Image.Image) -> str:
     return "data:image/webp;base64," + base64.b64encode(as_webp(picture)).decode()
 
 
-# Small SVG drawings: courses of arcs, bars, tolerances, balloons, values over time.
+# Small SVG drawings: courses of arcs, tolerances, balloons, values over time.
 
 _MOST_POINTS = 500
 _DATES = 4  # below a plot over time, at most
-_MOST_LETTERS = 26  # of a bar's label: its end tells it apart
 _DETAIL_PX = 0.4  # how far a drawn course may leave the points that it stands for: less than a line is wide
 
 
@@ -214,24 +213,6 @@ def course(points: Floats, detail: float = _DETAIL_PX) -> str:
 def path_data(points: Floats, closed: bool = False) -> str:
     """SVG path data of a polyline (n, 2), px, to a tenth."""
     return "M" + "L".join(f"{u:.1f} {v:.1f}" for u, v in points.tolist()) + ("Z" if closed else "")
-
-
-def bars(labels: Sequence[str], values: Sequence[float], unit: str) -> Markup:
-    """A bar a label, the longest as wide as there is room."""
-    longest = max((abs(v) for v in values), default=0.0) or 1.0
-    drawn = [
-        Markup(
-            '<text x="176" y="{y}" text-anchor="end">{label}</text>'
-            '<rect x="182" y="{top}" width="{wide:.1f}" height="14"/><text x="{end:.1f}" y="{y}">{value:.4g}</text>'
-        ).format(
-            y=20 * n + 15, top=20 * n + 4, wide=230 * abs(v) / longest, end=188 + 230 * abs(v) / longest,
-            label=visible(label)[-_MOST_LETTERS:], value=v,
-        )
-        for n, (label, v) in enumerate(zip(labels, values, strict=True))
-    ]  # fmt: skip
-    return Markup(
-        '<svg class="plot history counts" viewBox="0 0 480 {}" role="img" aria-label="{} by name">{}</svg>'
-    ).format(20 * len(labels) + 8, unit, Markup("").join(drawn))
 
 
 def tolerance_bar(limits: Sequence[float | None], off: float | None, spread: float, reach: float) -> Markup:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import numpy.typing as npt
 from sqlalchemy import Connection
@@ -332,6 +331,8 @@ class Faces:
     ) -> list[Floats]:
         """Rings of points (n, 2), px, about what a camera, a row of `result/camera`, sees of surfaces of a placed part
         within bounds u0 v0 u1 v1 of its picture."""
+        import cv2
+
         step = max(1, max(box[2] - box[0], box[3] - box[1]) // 400)
         at = np.stack(np.meshgrid(np.arange(box[0], box[2], step), np.arange(box[1], box[3], step)), -1).astype(float)
         matrix = np.array([[camera.fx, camera.skew, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])

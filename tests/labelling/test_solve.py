@@ -33,7 +33,7 @@ from tests.labelling.oracle import (
 )
 from tests.labelling.scenes import KINDS, scene
 
-EXACT = tuple(mode for mode in MODES if mode not in ("paper", "star"))
+EXACT = tuple(mode for mode in MODES if mode != "paper")
 
 
 def assert_optimal(problem: MatchingProblem, found: MatchingResult, cost: int) -> None:
@@ -190,7 +190,7 @@ def test_what_every_mode_finds_becomes_rows(mode: str) -> None:
     found = solve(problem, mode)
     rows = result_rows(problem, found)
     assert rows["problem"]["cost"] == [found.cost]
-    assert bool(len(rows["search_node"]["node_no"])) == (mode in ("dual_ascent", "star"))
+    assert bool(len(rows["search_node"]["node_no"])) == (mode == "dual_ascent")
     assert rows["assignment"]["label_no"].filled(NONE).tolist() == found.label.tolist()
 
 

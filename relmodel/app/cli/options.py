@@ -95,8 +95,7 @@ SEARCH = option(
     "--search",
     default="dual_ascent",
     metavar="SEARCH",
-    help="the search for the best match: dual_ascent, paper or star, "
-    "described in docs/matching.md (default: dual_ascent)",
+    help="dual_ascent (default) or paper: docs/matching.md",
 )
 CARRIER = option("--on", metavar="OBJECT", help="the object that carries the rig, where several do")
 JOINTS = option(

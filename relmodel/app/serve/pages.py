@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import io
-import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import groupby, islice
 from operator import itemgetter
@@ -16,14 +15,25 @@ from urllib.parse import quote, urlencode
 import numpy as np
 from markupsafe import Markup
 from PIL import Image
-from sqlalchemy import Connection, TextClause, text
+from sqlalchemy import Connection
 
 from relmodel.app.audit import RUN_IN_SHORT, beginnings, compare_runs, run_in_short
 from relmodel.app.report.object import object_page, object_tables, serial_page, serial_tables
 from relmodel.app.report.page import ROWS_SHOWN, PageTable, cell, page_script, policy, read_table, render
 from relmodel.app.report.run import run_page, run_tables
+from relmodel.app.serve.questions import (
+    Question,
+    Row,
+    Value,
+    about,
+    at_hand,
+    finite,
+    group_of,
+    question_names,
+    read_question,
+)
 from relmodel.app.tree import expand
-from relmodel.drawing.draw import Point, as_webp, bars, draw_model, history, read_seen
+from relmodel.drawing.draw import Point, as_webp, draw_model, history, read_seen
 from relmodel.drawing.solid import MOST_PARTS, broadside, draw_solid, place_parts, scene
 from relmodel.errors import InputError, UsageError
 from relmodel.find.find import LEVELS, find_rows
@@ -44,11 +54,9 @@ _NAV = (
     ("/find", "in a box"),
     ("/questions", "questions"),
 )
-_MOST_BARS = 40
 _MOST_PLOTS = 60
 _FORMS = {".json": ("json", "application/json"), ".csv": ("csv", "text/csv")}
 AROUND: dict[str, Any] = {"nav": _NAV, "policy": policy(served=True), "script": page_script(served=True)}
-Row = Mapping[str, Any]
 Ask = Callable[[str], AbstractContextManager[Answer]]
 MOST_ROWS = 100_000  # of a file that answers a statement
 
@@ -119,7 +127,7 @@ def _shown(store: Store, connection: Connection, name: str, asked: Mapping[str, 
         return _answered(connection, lists()[name], asked)
     if name.startswith("/question/"):
         return _answered(
-            connection, _about(read_question(name.removeprefix("/question/")), _at_hand(connection, asked)), asked
+            connection, about(read_question(name.removeprefix("/question/")), at_hand(connection, asked)), asked
         )
     if name == "/runs":
         return _runs(store, connection, asked, whole)
@@ -305,65 +313,9 @@ def _as_file(tables: Mapping[str, PageTable], suffix: str, named: str | None) ->
     return Page(out.getvalue(), media)
 
 
-# Named queries as pages: what is asked in words, with a form of the parameters.
-#
-# A literal of an example question that a comment names is a parameter, the literal its default.
-#
-#     WHERE value > 40 /* depth */
-#
-# stays SQL that any client runs; here it asks for `depth`.
+# Pages of named queries: lists, and the questions with a box for SQL.
 
-_FOLDER = "examples"
-# What a plot says more of than a table: the columns of its names and of its values.
-PLOTS = {
-    "hole_sizes": ("diameter", "holes"),
-    "mass_of_a_variant": ("variant", "mass_kg"),
-    "parts_by_use": ("number", "placed"),
-    "thin_ribs": ("rib", "thickness"),
-    "where_the_time_goes": ("step", "seconds"),
-}
 _SIZES = ("", "diameter", "thickness", "length", "width", "count", "shift", "offset")
-_NAMED = re.compile(r"('(?:[^']|'')*'|(?<![\w.])-?\d+(?:\.\d+)?) /\* (\w+) \*/")
-Value = str | int | float
-
-
-@dataclass(frozen=True)
-class Question:
-    """A named query as a page: its name, what it asks, its SQL with parameters bound, their defaults and choices, and
-    of each row where it leads and where its picture is."""
-
-    name: str
-    words: str
-    query: TextClause
-    defaults: Mapping[str, Value] = field(default_factory=dict)
-    choices: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    link: Callable[[Row], str] | None = None
-    picture: Callable[[Row], str] | None = None
-    written: str = ""
-
-    def said(self, values: Mapping[str, Value]) -> str:
-        """What it asks in words, with these values in the place of those that are written there."""
-        literals = {str(value): str(values[n]) for n, value in written_defaults(self.written).items()}
-        found = "|".join(map(re.escape, sorted(literals, key=len, reverse=True)))
-        return re.sub(rf"(?<!\w)({found})(?!\w)", lambda hit: literals[hit[0]], self.words) if found else self.words
-
-    def stated(self, values: Mapping[str, Value]) -> str:
-        """Its SQL with these values in the place of those that are written there."""
-
-        def literal(value: Value) -> str:
-            return "'" + value.replace("'", "''") + "'" if isinstance(value, str) else str(value)
-
-        return _NAMED.sub(lambda hit: f"{literal(values[hit[2]])} /* {hit[2]} */", self.written)
-
-    def values(self, given: Mapping[str, str]) -> dict[str, Value]:
-        """The parameters, as given where they are.  Raises UsageError for a number that is none."""
-        values = dict(self.defaults)
-        for name in values.keys() & given.keys():
-            said, default = given[name], self.defaults[name]
-            values[name] = said if isinstance(default, str) else finite(name, said)
-            if isinstance(default, int) and values[name] == int(values[name]):
-                values[name] = int(values[name])  # other whole numbers, or what is none
-        return values
 
 
 def _answered(connection: Connection, q: Question, asked: Mapping[str, str]) -> Shown:
@@ -378,23 +330,19 @@ def _answered(connection: Connection, q: Question, asked: Mapping[str, str]) -> 
     fields = [Field(n, str(v), q.choices.get(n, ())) for n, v in values.items()]
     statement = urlencode({"query": q.stated(values)})
     words = Markup('<a href="/questions?{}">Ask otherwise, in SQL</a>').format(statement) if q.written else ""
-    return _list(q.said(values), table, tuple(values), fields=fields, words=words, plots=_plots_of(q.name, table))
+    return _list(q.said(values), table, tuple(values), fields=fields, words=words, plots=_plots_of(table))
 
 
-def _plots_of(question: str, table: PageTable) -> list[Markup]:
-    """The plots of a question's answer: of quantities over time one each, else where it is known what to plot."""
-    if "quantity" in table.columns:
-        groups = groupby(table.records, key=lambda r: (r["quantity"], r["unit"]))
-        words = Markup('<figure class="drawn"><figcaption>{}</figcaption>{}</figure>')
-        return [
-            words.format(", ".join(filter(None, named)), history(list(map(_point, rows)), named[1]))
-            for named, rows in islice(groups, _MOST_PLOTS)
-        ]
-    label, value = PLOTS.get(question, ("", ""))
-    shown = [r for r in table.records if r.get(value) is not None][:_MOST_BARS]
-    if not shown:
+def _plots_of(table: PageTable) -> list[Markup]:
+    """The plots of an answer that has quantities over time, one each."""
+    if "quantity" not in table.columns:
         return []
-    return [bars([cell(r[label]) for r in shown], [float(r[value]) for r in shown], value)]
+    groups = groupby(table.records, key=lambda r: (r["quantity"], r["unit"]))
+    words = Markup('<figure class="drawn"><figcaption>{}</figcaption>{}</figure>')
+    return [
+        words.format(", ".join(filter(None, named)), history(list(map(_point, rows)), named[1]))
+        for named, rows in islice(groups, _MOST_PLOTS)
+    ]
 
 
 def _point(row: Row) -> Point:
@@ -427,35 +375,12 @@ def lists() -> dict[str, Question]:
     return {f"/{page.name}": page for page in pages}
 
 
-def question_names() -> list[str]:
-    return [name.partition("/")[2] for name in sql.query_names(_FOLDER)]
-
-
-def _at_hand(connection: Connection, asked: Mapping[str, str]) -> dict[str, Value]:
-    """Of the object that is asked about, or is at hand, the parameters of questions that its rows give."""
-    about = {name: asked.get(name, "") for name in ("object", "variant")}
-    found = connection.execute(sql.query("serve/at_hand"), about).first()
-    return {name: value for name, value in found._mapping.items() if value is not None} if found else {}
-
-
-def _about(question: Question, hand: Mapping[str, Value]) -> Question:
-    """A question with the parameters of what is at hand as defaults."""
-    return replace(question, defaults={name: hand.get(name, value) for name, value in question.defaults.items()})
-
-
-def _group(question: Question) -> str:
-    """What a question is about."""
-    if not {"object", "world", "material"}.isdisjoint(question.defaults):
-        return "About what is modelled"
-    return "About the newest inspection" if "newest inspection" in question.words else "About the cell"
-
-
 def _questions(connection: Connection, asked: Mapping[str, str], ask: Ask, whole: bool) -> Shown:
     """A box for SQL with its answer, and the questions about the object at hand."""
-    objects, hand = connection.execute(sql.query("serve/objects")).all(), _at_hand(connection, asked)
-    questions = sorted((_about(read_question(name), hand) for name in question_names()), key=_group, reverse=True)
+    objects, hand = connection.execute(sql.query("serve/objects")).all(), at_hand(connection, asked)
+    questions = sorted((about(read_question(name), hand) for name in question_names()), key=group_of, reverse=True)
     rows, sections = [], list[tuple[str, list[PageTable]]]()
-    for group, its in groupby(questions, key=_group):
+    for group, its in groupby(questions, key=group_of):
         own = [(q, q.said(q.defaults)) for q in its]
         rows += [(q.name, words, group) for q, words in own]
         links = [f"/question/{q.name}?{urlencode({n: v for n, v in q.defaults.items() if n in hand})}" for q, _ in own]
@@ -479,47 +404,6 @@ def _questions(connection: Connection, asked: Mapping[str, str], ask: Ask, whole
     fields = [Field(n, str(hand.get(n, "")), sorted(choices)) for n, choices in names_of.items()]
     fields.append(Field("query", statement, long=True))
     return _list("Questions", table, ("object", "variant", "query"), fields=fields, words=told, sections=sections)
-
-
-def read_question(name: str) -> Question:
-    """The question of a name.  Raises UsageError where there is none."""
-    if name not in question_names():
-        raise UsageError(f"there is no question {name!r}")
-    written = sql.query(f"{_FOLDER}/{name}").text
-    bound = _NAMED.sub(lambda hit: f":{hit[2]}", written)
-    return Question(name, first_line(written), text(bound), written_defaults(written), written=written)
-
-
-def written_defaults(written: str) -> dict[str, Value]:
-    """The literals of a question that comments name.  Raises ValueError where a name has two."""
-    defaults: dict[str, Value] = {}
-    for literal, parameter in _NAMED.findall(written):
-        value = _value(literal)
-        if defaults.setdefault(parameter, value) != value:
-            raise ValueError(f"{first_line(written)} gives {parameter} two values")
-    return defaults
-
-
-def first_line(written: str) -> str:
-    """The question that a file begins with, in words."""
-    return written.partition("\n")[0].removeprefix("--").strip()
-
-
-def _value(literal: str) -> Value:
-    if literal.startswith("'"):
-        return literal[1:-1].replace("''", "'")
-    return float(literal) if "." in literal else int(literal)
-
-
-def finite(name: str, said: str) -> float:
-    """The number that a text spells.  Raises UsageError where it is not finite."""
-    try:
-        number = float(said)
-    except ValueError:
-        number = float("nan")
-    if not abs(number) < 1e300:
-        raise UsageError(f"{name} is {said!r}: give a number")
-    return number
 
 
 # Small pictures for lists: what a run saw with the model over it, and what an object looks like.

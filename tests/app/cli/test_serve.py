@@ -21,7 +21,7 @@ import pytest
 import sqlalchemy as sa
 
 from relmodel.app.cli.main import main
-from relmodel.app.serve.pages import question_names, read_question
+from relmodel.app.serve.questions import question_names, read_question
 from relmodel.app.serve.server import Server, StoppedError, only_reading
 from relmodel.errors import StoreError, UsageError
 from relmodel.printing import plain
