@@ -11,11 +11,10 @@ import numpy.typing as npt
 from relmodel.arrays import Bools, Columns, Floats, Ints
 from relmodel.labelling.problem import NONE
 from relmodel.store.database import Database, round_columns
-from vision.cameras.cameras import Camera
 from vision.extraction.fits import fit_ellipses
 from vision.extraction.relations import relate_neighbours
 from vision.extraction.rows import Primitives, find_regions_at
-from vision.localisation.views import ViewArcs
+from vision.localisation.views import SPACING_PX, ViewArcs, ViewPoints
 from vision.localisation.visibility import SurfaceMap
 from vision.relations.relations import (
     BOUNDS,
@@ -77,7 +76,6 @@ class MatchingParameters:
 # A predicted view as matchers see it: the visible arcs and surfaces of the model as units, drawn where the picture
 # should show them, with the relations among them.
 
-SPACING_PX = 4.0  # between the points along an arc
 LEAST_SURFACE_PX = 60.0  # surfaces that show less are no units
 SIDE_PX = 4.0  # from an arc at which the surface beside it is looked for
 LEAST_TURN = 0.25  # share of an ellipse that an arc must run around to have a centre
@@ -85,15 +83,6 @@ CONIC_PX = 0.5  # rms distance from an ellipse up to which an arc is one
 ROUNDEST = 0.9  # ratio of the axes from which an ellipse has a radius
 # Wider than those of pictures, so that what lies at their rim is not missed.
 RELATIONS = RelationParameters(radius=140.0, neighbours=40, region_neighbours=6, least_neighbours=40)
-
-
-@dataclass(frozen=True)
-class ViewPoints:
-    """Where a picture should show the arcs of a view: columns of view_point without run and view; shift (points, 6): px
-    by which a standard deviation of the pose along each axis of its covariance moves each along its normal."""
-
-    rows: Columns
-    shift: Floats
 
 
 @dataclass(frozen=True)
@@ -123,29 +112,6 @@ def describe_view(view: ViewArcs, points: ViewPoints, seen: SurfaceMap) -> ViewU
     )
     rows = round_columns("unit_relation", relations.rows())
     return ViewUnits(points, surface, rows, len(view.kind))
-
-
-def place_points(view: ViewArcs, shift: Floats, camera: Camera) -> ViewPoints:
-    """Points every few px along the arcs of a view, and both ends of each; shift (samples, 6): of its samples."""
-    step = np.floor(np.cumsum(view.samples.length_px) / SPACING_PX)
-    ends = (np.diff(view.run, prepend=-1) != 0) | (np.diff(view.run, append=-1) != 0)
-    some = np.flatnonzero((np.diff(step, prepend=-1) > 0) | ends)
-    ideal, direction = view.samples.pixel[some], view.samples.direction[some]
-    pixel = camera.distort(camera.normalise(ideal))
-    ahead = camera.distort(camera.normalise(ideal + 0.5 * direction))
-    back = camera.distort(camera.normalise(ideal - 0.5 * direction))
-    way = ahead - back
-    way /= np.maximum(np.linalg.norm(way, axis=1), 1e-12)[:, None]
-    columns = {
-        "view_arc_no": view.run[some],
-        "point_no": np.arange(len(some)),
-        "x": pixel[:, 0],
-        "y": pixel[:, 1],
-        "direction_x": way[:, 0],
-        "direction_y": way[:, 1],
-        "sigma": np.linalg.norm(shift[some], axis=1),
-    }
-    return ViewPoints(round_columns("view_point", columns), shift[some])
 
 
 def _curves(points: Columns, arcs: int) -> ImageCurves:

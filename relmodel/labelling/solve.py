@@ -11,14 +11,7 @@ import numpy as np
 from relmodel.arrays import Bools, Ints
 from relmodel.errors import UsageError
 from relmodel.labelling import branch_and_bound
-from relmodel.labelling.problem import (
-    BOUNDED,
-    NONE,
-    STOPPED,
-    MatchingProblem,
-    MatchingResult,
-    labelling_cost,
-)
+from relmodel.labelling.problem import BOUNDED, NONE, STOPPED, MatchingProblem, MatchingResult, labelling_cost
 
 # A whole function f of F(u, l) gives u the label l and every neighbour that any label of its own can confirm one that
 # does. A table holds an error for each: at first the price of its label, of the neighbours it leaves undefined, and

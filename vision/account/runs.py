@@ -8,10 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from relmodel.arrays import Bools, Floats, Ints, Rows, sum_by_group
-from vision.account.account_parameters import (
-    AccountParameters,
-    RunParameters,
-)
+from vision.account.account_parameters import AccountParameters, RunParameters
 from vision.account.samples import (
     Nearby,
     Samples,

@@ -9,11 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from relmodel.arrays import Bools, Floats, Ints, Rows
-from vision.account.account_parameters import (
-    SampleParameters,
-    SideParameters,
-    SupportParameters,
-)
+from vision.account.account_parameters import SampleParameters, SideParameters, SupportParameters
 from vision.cameras.cameras import Rig
 from vision.localisation.measurements import EdgeIndex
 from vision.localisation.views import SMOOTH, ViewArcs

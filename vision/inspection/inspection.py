@@ -47,14 +47,14 @@ from vision.inspection.against import (
 )
 from vision.inspection.answer import Inspection, read_inspection
 from vision.inspection.inspection_parameters import DEFAULTS, InspectionParameters
-from vision.inspection.locate import Locator, Target, doubt_calibration, match_views, place_views, select_parts
+from vision.inspection.locate import Locator, Target, doubt_calibration, match_views, select_parts
 from vision.inspection.pictures import doubt_pictures, extract_pictures, find_faults, measure_quality, return_memory
 from vision.inspection.record import Result, record_decisions, record_inspection
 from vision.localisation.localise import Localisation
 from vision.localisation.verdict import Verdict, doubt_edges, doubt_face
-from vision.localisation.views import Observation, view_model
+from vision.localisation.views import Observation, ViewPoints, place_views, view_model
 from vision.localisation.visibility import find_parts_in_view
-from vision.matching import MatchedView, ViewPoints
+from vision.matching import MatchedView
 from vision.presence.states import Presence, assess
 from vision.presence.surfaces import find_rival_face
 from vision.rig_check import LITTLE, compare_views, describe_overlap

@@ -23,8 +23,8 @@ from vision.localisation.magnification import doubt_scale
 from vision.localisation.measurements import EdgeIndex, correct_rig
 from vision.localisation.refine import RefinedPose
 from vision.localisation.verdict import doubt_edges, weigh_against_prior
-from vision.localisation.views import ModelView, Observation, find_view_arcs, propagate_pose
-from vision.matching import MatchedView, MatchingParameters, ViewPoints, describe_view, match_view, place_points
+from vision.localisation.views import ModelView, Observation, ViewPoints, find_view_arcs
+from vision.matching import MatchedView, MatchingParameters, describe_view, match_view
 from vision.relations.relations import open_workspace
 from vision.scene import Scene, Scenes, StoredScene
 from vision.stereo.agreement import doubt_rig, doubt_unit, find_shared_points
@@ -198,14 +198,6 @@ def doubt_calibration(seen: Observation, scene: Scene, prior: Prior | None) -> s
         if words := doubt_rig(two, points) or doubt_unit(two, points, size):
             return words
     return None if prior is None else doubt_scale(scene, seen, prior)
-
-
-def place_views(rig: Rig, pose: RefinedPose, view: ModelView) -> dict[str, ViewPoints]:
-    """Where the pictures should show the arcs of their views at a pose, by camera."""
-    return {
-        name: place_points(view.arcs[name], propagate_pose(pose, number, view.arcs[name].samples), camera)
-        for number, (name, camera) in enumerate(rig.cameras.items())
-    }
 
 
 def match_views(

@@ -27,9 +27,9 @@ from vision.localisation.localise import Localisation, View
 from vision.localisation.measurements import UNKNOWNS, describe_unknowns
 from vision.localisation.refine import Explanation, LastStep, RefinedPose
 from vision.localisation.verdict import compare_standpoints, compute_shown
-from vision.localisation.views import KINDS, NO_RUN, SILHOUETTE
+from vision.localisation.views import KINDS, NO_RUN, SILHOUETTE, ViewPoints
 from vision.localisation.visibility import PART, PartsInView
-from vision.matching import REASONS, MatchedView, PoseProblemParameters, ViewPoints
+from vision.matching import REASONS, MatchedView, PoseProblemParameters
 from vision.presence.report import VariantEvidence, record_presence, record_variants
 from vision.presence.states import Presence
 from vision.relations.relations import solved_rows
@@ -115,6 +115,8 @@ def record_inspection(run: Run, connection: Connection, it: Result, p: PoseProbl
         if name in it.matched:
             units_id = it.pictures[name].recorded.unit_set_id
             record_match(run, connection, number, units_id, it.matched[name], it.stored, p)
+    if it.matched:
+        write("threshold", **by_column("decision name value", [("correspondence", *each) for each in _numbers(p)]))
     if it.correction is not None:
         _record_correction(write, it.correction)
     if it.parts is not None:
@@ -324,7 +326,6 @@ def record_decisions(
     """Append the thresholds of an inspection's decisions and what its verdict weighed."""
     compared = {
         "verdict": p.localisation.verdict,
-        "correspondence": p.matching.pose,
         "stereo": p.stereo,
         "presence": p.presence,
         "picture": p.pictures,

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from relmodel.arrays import Bools, Bytes, Floats, Ints
+from relmodel.arrays import Bools, Bytes, Columns, Floats, Ints
+from relmodel.store.database import round_columns
 from vision.cameras.cameras import Camera, Rig
 from vision.extraction.rows import Primitives
 from vision.localisation.hypotheses import Prediction, project_with_jacobians
@@ -20,6 +21,7 @@ from vision.scene import Scene
 BRIDGED_SAMPLES = 3  # shorter hidden stretches do not break a visible run of an arc, since rays graze
 SHARP, SMOOTH, SILHOUETTE = range(3)
 NO_RUN = -1
+SPACING_PX = 4.0  # between the points of a view along an arc
 KINDS = ("sharp", "smooth", "silhouette")
 
 
@@ -184,3 +186,43 @@ def view_model(scene: Scene, rig: Rig, world_from_rig: Floats, arcs: Mapping[str
     if arcs is None:
         arcs = {name: find_view_arcs(scene, *it) for name, it in placed.items()}
     return ModelView(arcs, {name: map_surfaces(scene, *it) for name, it in placed.items()})
+
+
+@dataclass(frozen=True)
+class ViewPoints:
+    """Where a picture should show the arcs of a view: columns of view_point without run and view; shift (points, 6): px
+    by which a standard deviation of the pose along each axis of its covariance moves each along its normal."""
+
+    rows: Columns
+    shift: Floats
+
+
+def place_points(view: ViewArcs, shift: Floats, camera: Camera) -> ViewPoints:
+    """Points every few px along the arcs of a view, and both ends of each; shift (samples, 6): of its samples."""
+    step = np.floor(np.cumsum(view.samples.length_px) / SPACING_PX)
+    ends = (np.diff(view.run, prepend=-1) != 0) | (np.diff(view.run, append=-1) != 0)
+    some = np.flatnonzero((np.diff(step, prepend=-1) > 0) | ends)
+    ideal, direction = view.samples.pixel[some], view.samples.direction[some]
+    pixel = camera.distort(camera.normalise(ideal))
+    ahead = camera.distort(camera.normalise(ideal + 0.5 * direction))
+    back = camera.distort(camera.normalise(ideal - 0.5 * direction))
+    way = ahead - back
+    way /= np.maximum(np.linalg.norm(way, axis=1), 1e-12)[:, None]
+    columns = {
+        "view_arc_no": view.run[some],
+        "point_no": np.arange(len(some)),
+        "x": pixel[:, 0],
+        "y": pixel[:, 1],
+        "direction_x": way[:, 0],
+        "direction_y": way[:, 1],
+        "sigma": np.linalg.norm(shift[some], axis=1),
+    }
+    return ViewPoints(round_columns("view_point", columns), shift[some])
+
+
+def place_views(rig: Rig, pose: RefinedPose, view: ModelView) -> dict[str, ViewPoints]:
+    """Where the pictures should show the arcs of their views at a pose, by camera."""
+    return {
+        name: place_points(view.arcs[name], propagate_pose(pose, number, view.arcs[name].samples), camera)
+        for number, (name, camera) in enumerate(rig.cameras.items())
+    }

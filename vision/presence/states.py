@@ -34,11 +34,7 @@ from vision.presence.items import (
     list_items,
     look_at_features,
 )
-from vision.presence.presence_parameters import (
-    DistanceParameters,
-    PresenceParameters,
-    StateParameters,
-)
+from vision.presence.presence_parameters import DistanceParameters, PresenceParameters, StateParameters
 from vision.presence.surfaces import (
     BodyElements,
     EdgePredictions,

@@ -18,16 +18,7 @@ from relmodel.app.report.characteristics import Line, label_picture, make_lines
 from relmodel.app.report.page import ListEntry, PageTable, cell, clauses, read_table, render
 from relmodel.app.report.pictures import RunPicture, read_pictures
 from relmodel.arrays import Floats
-from relmodel.drawing.draw import (
-    STATES,
-    Seen,
-    box_about,
-    course,
-    data_uri,
-    edges_of,
-    path_data,
-    read_seen,
-)
+from relmodel.drawing.draw import STATES, Seen, box_about, course, data_uri, edges_of, path_data, read_seen
 from relmodel.drawing.solid import MOST_PARTS, Faces, Lines, camera_lines, ellipsoid_lines, place_parts, scene
 from relmodel.geometry.transforms import matrices
 from relmodel.store import Store
@@ -241,14 +232,8 @@ _SECTIONS = {
 }
 _UPRIGHT = ("pose", "prior", "corrections", "load", "run")
 _FOLDED = (
-    "characteristic",
-    "presence",
-    "measured_distance",
-    "unexplained",
-    "matched_arc",
-    "rejected_arc",
-    "run",
-    "written",
+    *("characteristic", "presence", "measured_distance", "unexplained"),
+    *("matched_arc", "rejected_arc", "run", "written"),
 )
 
 

@@ -23,10 +23,13 @@ from vision.inspection.pictures import measure_quality
 
 
 def test_names_and_their_order_change_no_digit(inspection: Inspection, minimal: Inspection, pair: Pair) -> None:
-    """Not even where the one that comes first in the rig is given last, between options, and comes last by its name."""
+    """Not even where the one that comes first in the rig is given last, between options, and comes last by its name;
+    nor do matched arcs, which the first has."""
     answer = minimal.answer
     same = ("world_from_rig", "covariance", "posterior", "sigma", "hypotheses", "parts_in_view", "equivalent")
     assert {key: answer[key] for key in same} == {key: inspection.answer[key] for key in same}
+    states, matched = ([it["state"] for it in one["presence"]["items"]] for one in (answer, inspection.answer))
+    assert states == matched
     assert list(answer["world_from_camera"]) == ["prior", "below"]
     assert list(answer["world_from_camera"].values()) == list(inspection.answer["world_from_camera"].values())
     newest = "run_id = (SELECT max(id) FROM run)"

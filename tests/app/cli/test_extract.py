@@ -109,11 +109,7 @@ def test_each_method_leaves_a_problem_that_holds(answered: tuple[Path, list[dict
             reasons = asked(store, "SELECT reason FROM unmatched_in_stereo WHERE run_id = :run", run=run)
             assert len(reasons) == edges - 2 * count["triangulated_unit"]
             assert {("no_candidate",), ("not_taken",)} <= set(reasons)
-        matches = "SELECT count(a.label_no) FROM assignment AS a WHERE a.run_id = p.run_id"
-        question = f"SELECT p.cost, ({matches}) FROM problem AS p ORDER BY p.run_id"  # noqa: S608
-        (best, matched), _, (cost, found) = asked(store, question)
-        assert (cost < 1.25 * best, found >= 0.9 * matched) == (True, True)  # by the other search
-        assert asked(store, "SELECT count(*) FROM extraction") == [(2,)]  # of a picture one, for all three
+        assert asked(store, "SELECT count(*) FROM extraction") == [(2,)]  # of a picture one, for both
 
 
 def test_matches_are_printed(answered: tuple[Path, list[dict[str, Any]]]) -> None:

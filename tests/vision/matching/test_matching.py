@@ -15,6 +15,7 @@ from relmodel.arrays import Floats
 from tests.vision.matching.test_view_units import circle, surfaces, view
 from vision.cameras.cameras import Camera
 from vision.extraction.rows import Primitives, find_regions_at
+from vision.localisation.views import place_points
 from vision.localisation.visibility import SurfaceMap
 from vision.matching import (
     ASSIGNED,
@@ -26,7 +27,6 @@ from vision.matching import (
     ViewUnits,
     describe_view,
     match_view,
-    place_points,
 )
 from vision.relations.relations import open_workspace
 

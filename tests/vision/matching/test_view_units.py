@@ -6,9 +6,9 @@ import numpy as np
 
 from relmodel.arrays import Floats, Ints
 from vision.cameras.cameras import Camera
-from vision.localisation.views import ViewArcs
+from vision.localisation.views import ViewArcs, place_points
 from vision.localisation.visibility import RayGrid, SurfaceMap, VisibleArcs
-from vision.matching import ViewUnits, describe_view, place_points
+from vision.matching import ViewUnits, describe_view
 
 CAMERA = Camera(400, 300, np.array([[500.0, 0, 200], [0, 500, 150], [0, 0, 1]]))
 

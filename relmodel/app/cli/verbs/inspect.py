@@ -46,8 +46,8 @@ LIST_COLUMNS = ("pair", "name", "verdict", "run", "outcome", "reason", "exit_sta
     "relmodel inspect --rig rig.yaml left=L.png right=R.png --prior prior.yaml --store cell.duckdb",
     option("--rig", type=Path, metavar="RIG", help="cameras and where the rig has them (formats: see relmodel rig)"),
     pictures("the pictures, each with the name of its camera, which may be left out where the rig has one"),
-    option("--list", type=Path, metavar="LIST.csv", help="inspect what these lines name one after the other"),
-    option("--standpoints", type=Path, metavar="SCAN.csv", help="inspect one object from several places (docs/rig.md)"),
+    option("--list", type=Path, metavar="LIST.csv", help="inspect the pictures of each line, one after the other"),
+    option("--standpoints", type=Path, metavar="SCAN.csv", help="inspect all pictures of these places together"),
     option("--ignore-standpoint", action="append", default=[], metavar="NAME", help="leave this standpoint out"),
     option(
         "--prior",
