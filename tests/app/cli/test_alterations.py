@@ -219,8 +219,9 @@ def test_minimal_audit_keeps_decisions_and_pictures_of_others_stay(
             (count,) = connection.execute(query).fetchall()[0]
             return int(count)
 
-    for table in ("inspection", "hypothesis", "part_in_view", "verdict_statistic", "threshold"):
+    for table in ("inspection", "hypothesis", "part_in_view", "verdict_statistic"):
         assert rows(table, again["run"]) == rows(table, first["run"]) > 0
+    assert 0 < rows("threshold", again["run"]) < rows("threshold", first["run"]), "it matched no arcs to views"
     for table in ("view_arc", "correspondence", "edge_measurement", "problem", "candidate"):
         assert rows(table, again["run"]) == 0 < rows(table, first["run"])
     assert main(["check", "--store", target]) == 0, capsys.readouterr().out
