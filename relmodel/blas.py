@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from typing import Any
 
 _VARIABLE = "OPENBLAS_NUM_THREADS"  # a library reads it when it is loaded
@@ -42,6 +44,12 @@ def one_blas_thread() -> Iterator[None]:
 
 
 def _libraries() -> list[Any]:
+    """Those that are loaded: sought anew, which takes milliseconds, only where a module came to those imported."""
+    return _sought(len(sys.modules))
+
+
+@lru_cache(maxsize=1)
+def _sought(modules: int) -> list[Any]:
     from threadpoolctl import ThreadpoolController
 
     return list(ThreadpoolController().select(user_api="blas").lib_controllers)
