@@ -72,20 +72,24 @@ def other_pair(tmp_path_factory: pytest.TempPathFactory) -> Pair:
     return halve("pair_04", tmp_path_factory.mktemp("pair"))
 
 
+def halve_cameras(rig: dict[str, Any]) -> None:
+    for camera in rig["cameras"].values():
+        camera["width"], camera["height"] = camera["width"] // 2, camera["height"] // 2
+        for row in (0, 1):
+            camera["matrix"][row][row] /= 2
+            camera["matrix"][row][2] = (camera["matrix"][row][2] - 0.5) / 2
+
+
 def halve(stem: str, folder: Path) -> Pair:
     """A pair of the demonstration, two by two pixels in one: centres (0, 0) and (1, 1) meet at (0, 0).  Its rig is
     said to be exact, as what is rendered is."""
     rig = yaml.safe_load((DEMO / f"{stem}_rig.yaml").read_text())
     del rig["sigma"]
+    halve_cameras(rig)
     for name, camera in rig["cameras"].items():
         camera["sigma"] = {"centre_px": 0}
         with Image.open(DEMO / f"{stem}_{name}.png") as picture:
-            half = picture.reduce(2)
-        half.save(folder / f"{name}.png")
-        camera["width"], camera["height"] = half.size
-        for row in (0, 1):
-            camera["matrix"][row][row] /= 2
-            camera["matrix"][row][2] = (camera["matrix"][row][2] - 0.5) / 2
+            picture.reduce(2).save(folder / f"{name}.png")
     (folder / "rig.yaml").write_text(yaml.safe_dump(rig))
     prior_file = DEMO / f"{stem}_prior.yaml"
     prior = yaml.safe_load(prior_file.read_text())
