@@ -199,7 +199,6 @@ def test_a_physical_part_is_shown_by_all_its_stops(inspection: Inspection, copy_
         assert asked(started, "/part", serial="none")[0] == 400
 
 
-@on_both
 def test_two_runs_stand_side_by_side(server: Server) -> None:
     (run,) = (r["run"] for r in rows(server, "/runs", kind="inspect"))
     differences = rows(server, "/compare", a="1", b=str(run))
